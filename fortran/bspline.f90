@@ -1,0 +1,196 @@
+!> Tensor-product cubic B-splines on graded axes: fit, value, gradient, Hessian.
+!>
+!> An axis maps x = centre + scale sinh(xi) onto equally spaced xi (fine near the
+!> centre, coarse far away), or is uniform.  Interpolation at n points by n + 2
+!> coefficients; at both ends the third derivative runs through the first
+!> interior knot ("not a knot").  C. de Boor, A Practical Guide to Splines.
+module bspline
+  use kinds, only: dp
+  implicit none
+  private
+  public :: axis_type, basis_type, graded_axis, uniform_axis, axis_point, axis_holds, axis_basis, &
+    fit_axis, spline_2d, spline_3d
+
+  type :: axis_type
+    integer :: n = 0              !! points
+    real(dp) :: centre = 0        !! where the axis is finest
+    real(dp) :: scale = 0         !! sinh scale; 0: uniform, x = xi
+    real(dp) :: first = 0         !! xi of the first point
+    real(dp) :: step = 0          !! of xi
+  end type axis_type
+
+  !> The four B-splines that live in one cell, with derivatives with respect to x.
+  type :: basis_type
+    integer :: i = 0              !! index of the first coefficient
+    real(dp) :: b(4, 0:2) = 0     !! value, first, second derivative
+  end type basis_type
+
+  interface
+    subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
+      import :: dp
+      integer, intent(in) :: m, n, kl, ku, ldab
+      real(dp), intent(inout) :: ab(ldab, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgbtrf
+    subroutine dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+      import :: dp
+      character, intent(in) :: trans
+      integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb, ipiv(*)
+      real(dp), intent(in) :: ab(ldab, *)
+      real(dp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dgbtrs
+  end interface
+
+contains
+
+  !> n points from first to last, spaced as scale*sinh about the centre.
+  pure function graded_axis(first, last, centre, scale, n) result(axis)
+    real(dp), intent(in) :: first, last, centre, scale
+    integer, intent(in) :: n
+    type(axis_type) :: axis
+
+    axis%n = n
+    axis%centre = centre
+    axis%scale = scale
+    axis%first = asinh((first - centre)/scale)
+    axis%step = (asinh((last - centre)/scale) - axis%first)/(n - 1)
+  end function graded_axis
+
+  pure function uniform_axis(first, last, n) result(axis)
+    real(dp), intent(in) :: first, last
+    integer, intent(in) :: n
+    type(axis_type) :: axis
+
+    axis%n = n
+    axis%first = first
+    axis%step = (last - first)/(n - 1)
+  end function uniform_axis
+
+  pure real(dp) function axis_point(axis, i) result(x)
+    type(axis_type), intent(in) :: axis
+    integer, intent(in) :: i
+
+    x = axis%first + (i - 1)*axis%step
+    if (axis%scale > 0) x = axis%centre + axis%scale*sinh(x)
+  end function axis_point
+
+  pure logical function axis_holds(axis, x)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: x
+
+    axis_holds = x >= axis_point(axis, 1) .and. x <= axis_point(axis, axis%n)
+  end function axis_holds
+
+  !> B-splines at x, which must lie on the axis.
+  pure subroutine axis_basis(axis, x, basis)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: x
+    type(basis_type), intent(out) :: basis
+    real(dp) :: t, d1, d2, far, root, xi
+
+    if (axis%scale > 0) then
+      far = x - axis%centre
+      root = sqrt(axis%scale**2 + far**2)
+      xi = asinh(far/axis%scale)
+      d1 = 1/(root*axis%step)
+      d2 = -far/(root**3*axis%step)
+    else
+      xi = x
+      d1 = 1/axis%step
+      d2 = 0
+    end if
+    t = (xi - axis%first)/axis%step
+    basis%i = max(1, min(int(t) + 1, axis%n - 1))
+    t = t - (basis%i - 1)
+    basis%b(:, 0) = [(1 - t)**3, 4 - 3*t**2*(2 - t), 4 - 3*(1 - t)**2*(1 + t), t**3]/6
+    basis%b(:, 1) = [-(1 - t)**2, t*(3*t - 4), (1 - t)*(1 + 3*t), t**2]/2
+    basis%b(:, 2) = [1 - t, 3*t - 2, 1 - 3*t, t]
+    basis%b(:, 2) = basis%b(:, 2)*d1**2 + basis%b(:, 1)*d2
+    basis%b(:, 1) = basis%b(:, 1)*d1
+  end subroutine axis_basis
+
+  !> Coefficients along one axis: values f(n, m) at the points of the axis give
+  !> c(n + 2, m).
+  subroutine fit_axis(f, c)
+    real(dp), intent(in) :: f(:, :)
+    real(dp), intent(out) :: c(:, :)
+    integer, parameter :: k = 4                     ! bandwidth of the end rows
+    real(dp), parameter :: end_row(5) = [1, -4, 6, -4, 1]
+    real(dp) :: ab(3*k + 1, size(f, 1) + 2)
+    integer :: n, i, ipiv(size(f, 1) + 2), info
+
+    n = size(f, 1) + 2
+    ab = 0
+    do i = 1, 5
+      ab(2*k + 1 + 1 - i, i) = end_row(i)
+      ab(2*k + 1 + 5 - i, n - 5 + i) = end_row(i)
+    end do
+    do i = 2, n - 1
+      ab(2*k + 2, i - 1) = 1/6.0_dp
+      ab(2*k + 1, i) = 4/6.0_dp
+      ab(2*k, i + 1) = 1/6.0_dp
+    end do
+    c(1, :) = 0
+    c(2:n - 1, :) = f
+    c(n, :) = 0
+    call dgbtrf(n, n, k, k, ab, 3*k + 1, ipiv, info)
+    if (info == 0) call dgbtrs('N', n, k, k, size(f, 2), ab, 3*k + 1, ipiv, c, n, info)
+  end subroutine fit_axis
+
+  !> Value, gradient (x, y) and Hessian (xx, xy, yy) of sum c(i, j) X_i Y_j.
+  pure subroutine spline_2d(c, x, y, v)
+    real(dp), intent(in) :: c(:, :)
+    type(basis_type), intent(in) :: x, y
+    real(dp), intent(out) :: v(6)          !! f, fx, fy, fxx, fxy, fyy
+    real(dp) :: a(4, 0:2)
+    integer :: j
+
+    do j = 1, 4
+      a(j, 0) = dot_product(c(x%i:x%i + 3, y%i + j - 1), x%b(:, 0))
+      a(j, 1) = dot_product(c(x%i:x%i + 3, y%i + j - 1), x%b(:, 1))
+      a(j, 2) = dot_product(c(x%i:x%i + 3, y%i + j - 1), x%b(:, 2))
+    end do
+    v(1) = dot_product(a(:, 0), y%b(:, 0))
+    v(2) = dot_product(a(:, 1), y%b(:, 0))
+    v(3) = dot_product(a(:, 0), y%b(:, 1))
+    v(4) = dot_product(a(:, 2), y%b(:, 0))
+    v(5) = dot_product(a(:, 1), y%b(:, 1))
+    v(6) = dot_product(a(:, 0), y%b(:, 2))
+  end subroutine spline_2d
+
+  !> Value, gradient and Hessian of sum c(i, j, k) X_i Y_j Z_k.
+  pure subroutine spline_3d(c, x, y, z, v)
+    real(dp), intent(in) :: c(:, :, :)
+    type(basis_type), intent(in) :: x, y, z
+    real(dp), intent(out) :: v(10)         !! f, fx, fy, fz, fxx, fxy, fxz, fyy, fyz, fzz
+    real(dp) :: a(4, 6), w(4), p(4, 0:2)
+    integer :: j, k, d
+
+    do k = 1, 4
+      do j = 1, 4
+        w = c(x%i:x%i + 3, y%i + j - 1, z%i + k - 1)
+        do d = 0, 2
+          p(j, d) = w(1)*x%b(1, d) + w(2)*x%b(2, d) + w(3)*x%b(3, d) + w(4)*x%b(4, d)
+        end do
+      end do
+      a(k, 1) = dot_product(p(:, 0), y%b(:, 0))
+      a(k, 2) = dot_product(p(:, 1), y%b(:, 0))
+      a(k, 3) = dot_product(p(:, 0), y%b(:, 1))
+      a(k, 4) = dot_product(p(:, 2), y%b(:, 0))
+      a(k, 5) = dot_product(p(:, 1), y%b(:, 1))
+      a(k, 6) = dot_product(p(:, 0), y%b(:, 2))
+    end do
+    v(1) = dot_product(a(:, 1), z%b(:, 0))
+    v(2) = dot_product(a(:, 2), z%b(:, 0))
+    v(3) = dot_product(a(:, 3), z%b(:, 0))
+    v(4) = dot_product(a(:, 1), z%b(:, 1))
+    v(5) = dot_product(a(:, 4), z%b(:, 0))
+    v(6) = dot_product(a(:, 5), z%b(:, 0))
+    v(7) = dot_product(a(:, 2), z%b(:, 1))
+    v(8) = dot_product(a(:, 6), z%b(:, 0))
+    v(9) = dot_product(a(:, 3), z%b(:, 1))
+    v(10) = dot_product(a(:, 1), z%b(:, 2))
+  end subroutine spline_3d
+
+end module bspline

@@ -1,0 +1,23 @@
+!> Errors as values: a procedure that can fail has an argument
+!> `type(error_type), allocatable, intent(out) :: error`; it is allocated when
+!> something went wrong.  Nothing in the library prints or stops.
+module errors
+  implicit none
+  private
+  public :: error_type, fatal_error
+
+  type :: error_type
+    character(:), allocatable :: message  !! one line: file, group, variable, expected, found
+  end type error_type
+
+contains
+
+  pure subroutine fatal_error(error, message)
+    type(error_type), allocatable, intent(out) :: error
+    character(*), intent(in) :: message
+
+    allocate (error)
+    error%message = message
+  end subroutine fatal_error
+
+end module errors

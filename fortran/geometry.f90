@@ -1,0 +1,369 @@
+!> A wheel on its rail: placement of the two profiles in the track frame, depth
+!> of every station of the wheel inside the rail, rigid touching.
+!>
+!> Everything here is the LEFT wheel and rail (Y outward, Z up, roll phi lifts
+!> the left wheel); the right side is the same at (-y, z, -phi).  With the yaw
+!> angle held at zero the cross-section through the axle is the whole contact
+!> geometry.
+module geometry
+  use curve, only: curve_point, curve_frame, curve_type
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp, degree
+  use profile, only: profile_type
+  use text, only: str
+  implicit none
+  private
+  public :: pair_type, scan_type, place_profiles, new_scan, scan_depth, deepest, &
+    touch, wheel_station, rolled, rail_curvature
+
+  !> A pair of placed profiles.
+  type :: pair_type
+    type(curve_type) :: rail           !! left rail in the track frame [m]
+    type(curve_type) :: wheel          !! left wheel in the wheelset frame, origin at the axle centre [m]
+    real(dp) :: rolling_radius = 0     !! at the contact point of the centred wheelset [m]
+    real(dp) :: axle_height = 0        !! of the centred, rigid, touching wheelset [m]
+    real(dp) :: centred_station = 0    !! of the wheel's contact point then [m]
+    real(dp) :: gauge_face = 0         !! Y of the rail's gauge point [m]
+    real(dp) :: flange_tip(2) = 0      !! lowest point of the wheel, wheelset frame [m]
+    ! The wheel's stations: every interval of the profile, cut to at most max_spacing.
+    real(dp), allocatable :: s(:)          !! station [m]
+    real(dp), allocatable :: r(:, :)       !! position, wheelset frame, (2, n) [m]
+    real(dp), allocatable :: t(:, :)       !! dr/ds, (2, n)
+    real(dp), allocatable :: angle(:)      !! tangent angle [rad]
+    real(dp), allocatable :: curvature(:)  !! convex positive, mean over `window` [1/m]
+    real(dp), allocatable :: rail_angle(:) !! tangent angle at the rail's knots, made monotone [rad]
+  end type pair_type
+
+  !> The wheel's stations in one pose.
+  type :: scan_type
+    real(dp), allocatable :: depth(:)      !! g: depth inside the rail along its normal [m]
+    real(dp), allocatable :: slope(:)      !! dg/ds
+    real(dp), allocatable :: normal(:, :)  !! the rail's outward normal at the foot, (2, n)
+    real(dp), allocatable :: foot(:)       !! station on the rail of the nearest point [m]
+    integer, allocatable :: interval(:)    !! its knot interval
+    logical :: fresh = .true.              !! no feet known yet
+  end type scan_type
+
+  real(dp), parameter :: max_spacing = 0.26e-3_dp   !! of the wheel's stations [m]
+  real(dp), parameter :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
+
+contains
+
+  !> Put wheel and rail where gauge, back-to-back and rolling radius say.
+  subroutine place_profiles(wheel, rail, gauge, gauge_depth, back_to_back, rolling_radius, pair, error)
+    type(profile_type), intent(in) :: wheel, rail
+    real(dp), intent(in) :: gauge           !! between the rails, gauge_depth below their top [m]
+    real(dp), intent(in) :: gauge_depth     !! [m]
+    real(dp), intent(in) :: back_to_back    !! [m]
+    real(dp), intent(in) :: rolling_radius  !! at the centred contact point [m]
+    type(pair_type), intent(out) :: pair
+    type(error_type), allocatable, intent(out) :: error
+    type(scan_type) :: work
+    real(dp) :: top, lift, r(2), angle, curvature
+    integer :: i, low(1)
+    logical :: ok
+
+    pair%rail = rail%curve
+    pair%wheel = wheel%curve
+    pair%rolling_radius = rolling_radius
+
+    top = maxval(pair%rail%z(1, :))
+    call gauge_point(pair%rail, top - gauge_depth, r, ok)
+    if (.not. ok) then
+      call fatal_error(error, rail%file//': the rail has no gauge face '//str(gauge_depth)// &
+        ' m below its top; &track gauge_depth must lie within the profile')
+      return
+    end if
+    pair%rail%y(1, :) = pair%rail%y(1, :) + gauge/2 - r(1)
+    pair%rail%z(1, :) = pair%rail%z(1, :) - top
+    pair%wheel%y(1, :) = pair%wheel%y(1, :) + back_to_back/2
+    pair%gauge_face = gauge/2
+    call set_stations(pair)
+
+    ! Lower the centred wheel until it touches; its contact point is then at
+    ! the rolling radius.
+    work = new_scan(pair)
+    call touch(pair, work, 1, size(pair%s), [0.0_dp, 1.0_dp - minval(pair%r(2, :))], 0.0_dp, 0.0_dp, &
+      lift, pair%centred_station, ok)
+    if (ok) then
+      call curve_frame(pair%wheel, pair%centred_station, r, angle, curvature)
+      ok = abs(angle) < 20*degree .and. pair%centred_station > pair%s(1) &
+        .and. pair%centred_station < pair%s(size(pair%s))
+    end if
+    if (.not. ok) then
+      call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '// &
+        str(back_to_back)//' m does not put the treads of '//wheel%file//' on '//rail%file)
+      return
+    end if
+    pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius
+    pair%wheel%z(1, :) = pair%wheel%z(1, :) - (r(2) + rolling_radius)
+    pair%r(2, :) = pair%r(2, :) - (r(2) + rolling_radius)
+    low = minloc(pair%r(2, :))
+    i = low(1)
+    pair%flange_tip = pair%r(:, i)
+  end subroutine place_profiles
+
+  !> The point of the rail's gauge side at height z.
+  subroutine gauge_point(rail, z, r, ok)
+    type(curve_type), intent(in) :: rail
+    real(dp), intent(in) :: z
+    real(dp), intent(out) :: r(2)
+    logical, intent(out) :: ok
+    real(dp) :: d1(2), d2(2), s
+    integer :: i, iter
+
+    do i = 1, size(rail%z, 2)
+      if (rail%z(1, i) > z) exit
+    end do
+    ok = i > 1 .and. i <= size(rail%z, 2)
+    if (.not. ok) return
+    i = i - 1
+    s = rail%s(i)
+    do iter = 1, 20
+      call curve_point(rail, s, i, r, d1, d2)
+      s = s + (z - r(2))/d1(2)
+    end do
+    call curve_point(rail, s, i, r, d1, d2)
+  end subroutine gauge_point
+
+  subroutine set_stations(pair)
+    type(pair_type), intent(inout) :: pair
+    real(dp) :: r(2), d1(2), d2(2)
+    integer :: n, i, j, k, cuts
+
+    n = 1
+    do i = 1, size(pair%wheel%s) - 1
+      n = n + ceiling((pair%wheel%s(i + 1) - pair%wheel%s(i))/max_spacing)
+    end do
+    allocate (pair%s(n), pair%r(2, n), pair%t(2, n), pair%angle(n), pair%curvature(n))
+    n = 1
+    pair%s(1) = pair%wheel%s(1)
+    do i = 1, size(pair%wheel%s) - 1
+      cuts = ceiling((pair%wheel%s(i + 1) - pair%wheel%s(i))/max_spacing)
+      do j = 1, cuts
+        n = n + 1
+        pair%s(n) = pair%wheel%s(i) + j*(pair%wheel%s(i + 1) - pair%wheel%s(i))/cuts
+      end do
+    end do
+    k = 1
+    do i = 1, n
+      call curve_point(pair%wheel, pair%s(i), k, r, d1, d2)
+      pair%r(:, i) = r
+      pair%t(:, i) = d1
+      pair%angle(i) = atan2(d1(2), d1(1))
+      pair%curvature(i) = mean_curvature(pair%wheel, pair%s(i))
+    end do
+    allocate (pair%rail_angle(size(pair%rail%s)))
+    k = 1
+    do i = 1, size(pair%rail%s)
+      call curve_point(pair%rail, pair%rail%s(i), k, r, d1, d2)
+      pair%rail_angle(i) = atan2(d1(2), d1(1))
+      if (i > 1) pair%rail_angle(i) = min(pair%rail_angle(i), pair%rail_angle(i - 1))
+    end do
+  end subroutine set_stations
+
+  pure function new_scan(pair) result(work)
+    type(pair_type), intent(in) :: pair
+    type(scan_type) :: work
+    integer :: n
+
+    n = size(pair%s)
+    allocate (work%depth(n), work%slope(n), work%normal(2, n), work%foot(n), work%interval(n))
+    work%depth = 0
+    work%slope = 0
+    work%normal = 0
+    work%foot = 0
+    work%interval = 1
+    work%fresh = .true.
+  end function new_scan
+
+  !> A vector of the wheelset frame in the track frame.
+  pure function rolled(r, roll) result(x)
+    real(dp), intent(in) :: r(2), roll
+    real(dp) :: x(2)
+
+    x = [r(1)*cos(roll) - r(2)*sin(roll), r(1)*sin(roll) + r(2)*cos(roll)]
+  end function rolled
+
+  !> Depth inside the rail of the wheel's stations first..last, with the axle
+  !> centre at `centre` [m] and the roll angle `roll` [rad].  Feet of an earlier
+  !> scan start the search.
+  pure subroutine scan_depth(pair, centre, roll, first, last, work)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: centre(2), roll
+    integer, intent(in) :: first, last
+    type(scan_type), intent(inout) :: work
+    real(dp) :: p(2), t(2), r(2), d1(2), c, s
+    integer :: i
+
+    c = cos(roll)
+    s = sin(roll)
+    do i = first, last
+      p = centre + [pair%r(1, i)*c - pair%r(2, i)*s, pair%r(1, i)*s + pair%r(2, i)*c]
+      t = [pair%t(1, i)*c - pair%t(2, i)*s, pair%t(1, i)*s + pair%t(2, i)*c]
+      if (work%fresh) call nearest_knot(pair%rail, p, work%interval(i), work%foot(i))
+      call foot_point(pair%rail, p, work%foot(i), work%interval(i), r, d1)
+      d1 = d1/hypot(d1(1), d1(2))
+      work%normal(:, i) = [-d1(2), d1(1)]
+      work%depth(i) = -dot_product(work%normal(:, i), p - r)
+      work%slope(i) = -dot_product(work%normal(:, i), t)
+    end do
+  end subroutine scan_depth
+
+  pure subroutine nearest_knot(c, p, i, s)
+    type(curve_type), intent(in) :: c
+    real(dp), intent(in) :: p(2)
+    integer, intent(out) :: i
+    real(dp), intent(out) :: s
+
+    i = minloc((c%y(1, :) - p(1))**2 + (c%z(1, :) - p(2))**2, 1)
+    s = c%s(i)
+  end subroutine nearest_knot
+
+  !> Station of the rail's point nearest to p: Newton on (p - r(s)).r'(s) = 0.
+  pure subroutine foot_point(rail, p, s, i, r, d1)
+    type(curve_type), intent(in) :: rail
+    real(dp), intent(in) :: p(2)
+    real(dp), intent(inout) :: s
+    integer, intent(inout) :: i
+    real(dp), intent(out) :: r(2), d1(2)
+    real(dp) :: d2(2)
+    real(dp), parameter :: longest_step = 3e-3_dp, tolerance = 1e-7_dp   ! [m]; Newton squares it
+    real(dp) :: f, slope, step
+    integer :: iter
+
+    do iter = 1, 200
+      call curve_point(rail, s, i, r, d1, d2)
+      f = dot_product(p - r, d1)
+      slope = dot_product(d1, d1) - dot_product(p - r, d2)
+      if (slope < 0.2_dp) slope = 1
+      step = max(-longest_step, min(f/slope, longest_step))
+      s = s + step
+      if (abs(step) < tolerance) exit
+    end do
+    ! The last, tiny step by Taylor's series instead of one more evaluation.
+    r = r + step*d1
+    d1 = d1 + step*d2
+  end subroutine foot_point
+
+  !> The deepest point among the stations first..last of a scan, on the cubic
+  !> Hermite interpolant of the depth.
+  pure subroutine deepest(pair, work, first, last, depth, station, node)
+    type(pair_type), intent(in) :: pair
+    type(scan_type), intent(in) :: work
+    integer, intent(in) :: first, last
+    real(dp), intent(out) :: depth, station
+    integer, intent(out) :: node              !! the nearest station below
+    real(dp) :: h, t, g
+    integer :: i
+
+    node = first - 1 + maxloc(work%depth(first:last), 1)
+    depth = work%depth(node)
+    station = pair%s(node)
+    do i = max(first, node - 1), min(last - 1, node)
+      if (work%slope(i) <= 0 .or. work%slope(i + 1) >= 0) cycle
+      h = pair%s(i + 1) - pair%s(i)
+      call hermite_top(work%depth(i), h*work%slope(i), work%depth(i + 1), h*work%slope(i + 1), t, g)
+      if (g > depth) then
+        depth = g
+        station = pair%s(i) + t*h
+        node = i
+      end if
+    end do
+  end subroutine deepest
+
+  !> Maximum of the Hermite cubic with values a, b and slopes da > 0 > db on [0, 1].
+  pure subroutine hermite_top(a, da, b, db, t, top)
+    real(dp), intent(in) :: a, da, b, db
+    real(dp), intent(out) :: t, top
+    real(dp) :: c2, c3, disc
+
+    c2 = 3*(b - a) - 2*da - db
+    c3 = 2*(a - b) + da + db
+    disc = sqrt(max(c2**2 - 3*c3*da, 0.0_dp))
+    t = max(0.0_dp, min(da/(disc - c2), 1.0_dp))
+    top = a + t*(da + t*(c2 + t*c3))
+  end subroutine hermite_top
+
+  !> Move the wheel along (-sin alpha, cos alpha) from `centre` until its stations
+  !> first..last just touch the rail.  `ok` is false when they pass beside it.
+  pure subroutine touch(pair, work, first, last, centre, roll, alpha, shift, station, ok)
+    type(pair_type), intent(in) :: pair
+    type(scan_type), intent(inout) :: work
+    integer, intent(in) :: first, last
+    real(dp), intent(in) :: centre(2), roll, alpha
+    real(dp), intent(out) :: shift        !! along the direction [m]
+    real(dp), intent(out) :: station      !! of the wheel's point that touches [m]
+    logical, intent(out) :: ok
+    real(dp), parameter :: steepest = 0.15_dp   ! cos of normal to direction, 81 degrees
+    real(dp) :: along(2), depth, climb
+    integer :: iter, node
+
+    along = [-sin(alpha), cos(alpha)]
+    shift = 0
+    ok = .false.
+    do iter = 1, 60
+      call scan_depth(pair, centre + shift*along, roll, first, last, work)
+      work%fresh = .false.
+      call deepest(pair, work, first, last, depth, station, node)
+      climb = dot_product(work%normal(:, node), along)
+      if (abs(depth) < 2e-14_dp) exit
+      shift = shift + depth/max(climb, steepest)
+      if (abs(shift) > 2) return
+    end do
+    ok = climb > steepest .and. abs(depth) < 1e-11_dp
+  end subroutine touch
+
+  !> The wheel's station nearest to where its tangent angle is `angle`, on the
+  !> tread side of the flange face.
+  pure real(dp) function wheel_station(pair, angle) result(s)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: angle
+    integer :: i, top
+
+    top = maxloc(pair%angle, 1)
+    i = size(pair%s)
+    do while (i > top + 1 .and. pair%angle(i) < angle)
+      i = i - 1
+    end do
+    s = pair%s(i)
+  end function wheel_station
+
+  !> Curvature (convex positive) [1/m] of the rail where its tangent angle is `angle`.
+  pure real(dp) function rail_curvature(pair, angle) result(curvature)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: angle
+    real(dp) :: share
+    integer :: low, high, mid
+
+    low = 1
+    high = size(pair%rail_angle)
+    do while (high - low > 1)
+      mid = (low + high)/2
+      if (pair%rail_angle(mid) > angle) then
+        low = mid
+      else
+        high = mid
+      end if
+    end do
+    share = (pair%rail_angle(low) - angle)/max(pair%rail_angle(low) - pair%rail_angle(high), 1e-12_dp)
+    share = max(0.0_dp, min(share, 1.0_dp))
+    curvature = -mean_curvature(pair%rail, &
+      pair%rail%s(low) + share*(pair%rail%s(high) - pair%rail%s(low)))
+  end function rail_curvature
+
+  !> d(angle)/ds [1/m], mean over a window about s: the curvature of profiles that
+  !> were measured, or rounded to six decimals, is noise on a finer scale.
+  pure real(dp) function mean_curvature(c, s) result(curvature)
+    type(curve_type), intent(in) :: c
+    real(dp), intent(in) :: s
+    real(dp) :: r(2), a(2), b(2), d2(2)
+    integer :: i
+
+    i = 1 + int((size(c%s) - 1)*(s - c%first())/(c%last() - c%first()))
+    call curve_point(c, s - window/2, i, r, a, d2)
+    call curve_point(c, s + window/2, i, r, b, d2)
+    curvature = atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b))/window
+  end function mean_curvature
+
+end module geometry

@@ -1,0 +1,174 @@
+!> Small text helpers: numbers from words, words from numbers, reading a whole
+!> file, checksums.
+module text
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use, intrinsic :: iso_fortran_env, only: int32, int64
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp
+  implicit none
+  private
+  public :: line_type, lower, to_real, str, read_lines, checksum
+
+  type :: line_type
+    character(:), allocatable :: text
+  end type line_type
+
+  !> The shortest plain text of a number.
+  interface str
+    module procedure str_real, str_integer
+  end interface str
+
+contains
+
+  pure function lower(word) result(low)
+    character(*), intent(in) :: word
+    character(len(word)) :: low
+    integer :: i, code
+
+    do i = 1, len(word)
+      code = iachar(word(i:i))
+      if (code >= iachar('A') .and. code <= iachar('Z')) code = code + 32
+      low(i:i) = achar(code)
+    end do
+  end function lower
+
+  !> A word as a number.  Unlike a list-directed read it takes all of the word
+  !> or none of it: `1568kg`, `1/2`, `NaN` and `1e999` are refused.
+  pure subroutine to_real(word, x, ok)
+    character(*), intent(in) :: word
+    real(dp), intent(out) :: x
+    logical, intent(out) :: ok
+    integer :: stat
+
+    x = 0
+    ok = len_trim(word) > 0 .and. len_trim(word) < 64
+    if (.not. ok) return
+    ok = verify(trim(word), '0123456789+-.eEdD') == 0 .and. scan(word, '0123456789') > 0
+    if (.not. ok) return
+    read (word, '(f64.0)', iostat=stat) x
+    ok = stat == 0
+    if (ok) ok = ieee_is_finite(x)
+  end subroutine to_real
+
+  pure function str_real(x) result(word)
+    real(dp), intent(in) :: x
+    character(:), allocatable :: word
+    character(32) :: buffer
+    integer :: digits
+    real(dp) :: back
+    logical :: ok
+    character(8) :: form
+
+    ! Fewest digits that read back to the same number.
+    do digits = 6, 17
+      write (form, '(a,i0,a)') '(g0.', digits, ')'
+      write (buffer, form) x
+      call to_real(trim(adjustl(buffer)), back, ok)
+      if (.not. ok .or. abs(back - x) <= 0) exit
+    end do
+    word = trim(adjustl(buffer))
+    if (index(word, '.') > 0 .and. scan(word, 'eE') == 0) then
+      do while (word(len(word):) == '0')
+        word = word(:len(word) - 1)
+      end do
+      if (word(len(word):) == '.') word = word//'0'
+    end if
+  end function str_real
+
+  pure function str_integer(i) result(word)
+    integer, intent(in) :: i
+    character(:), allocatable :: word
+    character(24) :: buffer
+
+    write (buffer, '(i0)') i
+    word = trim(buffer)
+  end function str_integer
+
+  !> All lines of a file, or of standard input when `path` is '-'.  Carriage
+  !> returns and tabs become blanks.
+  subroutine read_lines(path, lines, error)
+    use, intrinsic :: iso_fortran_env, only: input_unit, iostat_end, iostat_eor
+    character(*), intent(in) :: path
+    type(line_type), allocatable, intent(out) :: lines(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type), allocatable :: grown(:)
+    character(1024) :: buffer
+    character(:), allocatable :: line
+    integer :: unit, stat, length, n, i
+
+    unit = input_unit
+    if (path /= '-') then
+      open (newunit=unit, file=path, status='old', action='read', iostat=stat)
+      if (stat /= 0) then
+        call fatal_error(error, path//': cannot be opened for reading')
+        return
+      end if
+    end if
+    allocate (lines(256))
+    n = 0
+    do
+      line = ''
+      do
+        read (unit, '(a)', advance='no', iostat=stat, size=length) buffer
+        if (stat > 0) exit
+        line = line//buffer(:length)
+        if (stat /= 0) exit
+      end do
+      if (stat == iostat_end .and. len(line) == 0) exit
+      if (stat > 0) then
+        call fatal_error(error, path//': line '//str(n + 1)//' cannot be read')
+        exit
+      end if
+      do i = 1, len(line)
+        if (iachar(line(i:i)) == 9 .or. iachar(line(i:i)) == 13) line(i:i) = ' '
+      end do
+      if (n == size(lines)) then
+        allocate (grown(2*n))
+        grown(:n) = lines
+        call move_alloc(grown, lines)
+      end if
+      n = n + 1
+      lines(n)%text = line
+      if (stat == iostat_end) exit
+    end do
+    if (path /= '-') close (unit)
+    lines = lines(:n)
+  end subroutine read_lines
+
+  !> CRC-32 (ISO 3309) of some lines, line ends counted as one newline, as
+  !> eight hexadecimal digits.
+  pure function checksum(lines) result(hex)
+    type(line_type), intent(in) :: lines(:)
+    character(8) :: hex
+    integer(int64) :: crc
+    integer :: i, j
+
+    crc = int(z'FFFFFFFF', int64)
+    do i = 1, size(lines)
+      do j = 1, len(lines(i)%text)
+        crc = next(crc, iachar(lines(i)%text(j:j)))
+      end do
+      crc = next(crc, 10)
+    end do
+    write (hex, '(z8.8)') ieor(crc, int(z'FFFFFFFF', int64))
+
+  contains
+
+    pure integer(int64) function next(crc, byte)
+      integer(int64), intent(in) :: crc
+      integer, intent(in) :: byte
+      integer :: bit
+
+      next = ieor(crc, int(byte, int64))
+      do bit = 1, 8
+        if (btest(next, 0)) then
+          next = ieor(shiftr(next, 1), int(z'EDB88320', int64))
+        else
+          next = shiftr(next, 1)
+        end if
+      end do
+    end function next
+
+  end function checksum
+
+end module text
