@@ -18,6 +18,7 @@ module table
   use errors, only: error_type, fatal_error
   use geometry, only: new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
+  use progress, only: monitor_type
   use system, only: replace_file, scratch_name
   implicit none
   private
@@ -58,19 +59,10 @@ module table
 
   character(*), parameter :: magic = 'ldbench contact table 1'
 
-  abstract interface
-    !> Told how much of the work is done, 0 to 1.
-    subroutine progress_report(share)
-      import :: dp
-      real(dp), intent(in) :: share
-    end subroutine progress_report
-  end interface
-  public :: progress_report
-
 contains
 
   !> Tabulate all zones of a pair for a normal model.
-  subroutine build_table(pair, zones, model, e_star, grid, key, table, report)
+  subroutine build_table(pair, zones, model, e_star, grid, key, table, watcher)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
     character(*), intent(in) :: model      !! of `contact`
@@ -78,32 +70,26 @@ contains
     type(grid_type), intent(in) :: grid
     character(*), intent(in) :: key
     type(contact_table), intent(out) :: table
-    procedure(progress_report), optional :: report
+    class(monitor_type), intent(inout), optional :: watcher
     integer :: i
 
     table%key = key
     allocate (table%zones(size(zones)))
     do i = 1, size(zones)
-      call build_zone(pair, zones(i), model, e_star, grid, table%zones(i), progress)
+      call build_zone(pair, zones(i), model, e_star, grid, table%zones(i), &
+        (i - 1.0_dp)/size(zones), real(i, dp)/size(zones), watcher)
     end do
-
-  contains
-
-    subroutine progress(share)
-      real(dp), intent(in) :: share
-      if (present(report)) call report((i - 1 + share)/size(zones))
-    end subroutine progress
-
   end subroutine build_table
 
-  subroutine build_zone(pair, zone, model, e_star, grid, t, progress)
+  subroutine build_zone(pair, zone, model, e_star, grid, t, from, to, watcher)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone
     character(*), intent(in) :: model
     real(dp), intent(in) :: e_star
     type(grid_type), intent(in) :: grid
     type(zone_table), intent(out) :: t
-    procedure(progress_report) :: progress
+    real(dp), intent(in) :: from, to       !! its share of the whole work
+    class(monitor_type), intent(inout), optional :: watcher
     ! Extent of the finely spaced part of the axes; on the throat a shift of 1 mm
     ! moves the patch by 10 mm, on the tread by about 1 mm.
     real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
@@ -141,7 +127,10 @@ contains
     allocate (h(t%roll%n, t%u%n), s(t%q%n, t%roll%n, t%u%n))
     middle = minloc([(abs(axis_point(t%u, i)), i=1, t%u%n)], 1)
     do j = 1, t%roll%n
-      call progress((j - 1.0_dp)/t%roll%n)
+      if (present(watcher)) then
+        call watcher%report('table', from + (to - from)*(j - 1)/t%roll%n)
+        if (watcher%stop) return
+      end if
       roll = axis_point(t%roll, j)
       call set_moduli(pair, zone, e_star, roll, k)
       do way = 1, -1, -2
@@ -165,7 +154,6 @@ contains
       end do
     end do
     call fit(h, s, t)
-    call progress(1.0_dp)
 
   contains
 

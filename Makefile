@@ -1,0 +1,52 @@
+# ldbench.  `make` needs gfortran and LAPACK only; the rest uses .venv, made by ./bootstrap.
+FC      = gfortran
+LIBS    = -llapack -lblas
+WARN    = -Wall -Wextra -std=f2018 -fimplicit-none
+ifeq ($(DEBUG),1)
+  BUILD  = build/debug
+  FFLAGS = -Og -g -fcheck=all -ffpe-trap=invalid,zero,overflow -fbacktrace
+else
+  BUILD  = build/release
+  FFLAGS = -O3 -g -flto=auto
+endif
+PYTHON  = .venv/bin/python
+
+# The modules in the order of a run.
+MODULES = kinds errors text system progress terminal case curve profile hertz geometry contact bspline table \
+          rigid wheelset newmark events columns simulation report
+OBJECTS = $(MODULES:%=$(BUILD)/%.o)
+EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
+
+$(EXE): $(BUILD)/ldbench.o $(OBJECTS)
+	$(FC) $(FFLAGS) -o $@ $^ $(LIBS)
+
+$(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
+	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
+
+$(BUILD):
+	mkdir -p $@
+
+# A module's object is made after those of the modules it uses.
+$(BUILD)/depend.mk: $(MODULES:%=fortran/%.f90) fortran/ldbench.f90 | $(BUILD)
+	@for m in $(MODULES) ldbench; do \
+	  for u in $$(sed -n 's/^ *use  *\([a-z_0-9]*\).*/\1/p' fortran/$$m.f90 | sort -u); do \
+	    if test -f fortran/$$u.f90; then echo "$(BUILD)/$$m.o: $(BUILD)/$$u.o"; fi; \
+	  done; \
+	done > $@
+ifeq ($(filter clean help,$(MAKECMDGOALS)),)
+-include $(BUILD)/depend.mk
+endif
+
+.PHONY: test reference clean help
+test: $(EXE)
+	$(PYTHON) -m pytest tests
+
+clean:
+	rm -rf build ldbench ldbench-debug
+
+help:
+	@echo 'make            the executable ldbench'
+	@echo 'make test       the tests (after ./bootstrap)'
+	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
+	@echo 'make clean      remove everything that make made'
+	@echo 'DEBUG=1         with any of them: run-time checks and floating-point traps'

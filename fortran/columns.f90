@@ -1,0 +1,199 @@
+!> The column file of a run: one row of numbers per output time.
+!>
+!> A contact (tread or flange of one wheel) may carry several patches.  It is
+!> reported by its resultant: N and the contact angle are the magnitude and
+!> direction of the force of the rail on the wheel; the contact point is where the
+!> resultant's line of action cuts the undeformed wheel profile, which is the
+!> force-weighted centre of the patches to within their curvature; the rolling
+!> radius is the wheel's there.
+module columns
+  use curve, only: curve_point
+  use errors, only: error_type, fatal_error
+  use geometry, only: pair_type, rolled, wheel_station
+  use kinds, only: dp, gravity
+  use newmark, only: motion_type
+  use system, only: replace_file, scratch_name
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use wheelset, only: contact_name, contact_state, contacts, external_force, left_flange, right_tread, &
+    wheelset_type
+  implicit none
+  private
+  public :: n_columns, column_names, column_units, column_index, fill_row, write_table_file
+
+  integer, parameter :: n_columns = 56
+  integer, parameter :: width = 16
+
+contains
+
+  pure function column_names() result(names)
+    character(width) :: names(n_columns)
+    character(6), parameter :: per_contact(7) = ['angle ', 'N     ', 'Fy    ', 'Fz    ', 'y     ', 'z     ', &
+      'radius']
+    integer :: c, i
+
+    names(1:14) = [character(width) :: 'time', 'X', 'Y', 'Z', 'roll', 'pitch', 'vX', 'vY', 'vZ', &
+      'roll_rate', 'pitch_rate', 'aY', 'aZ', 'roll_acc']
+    do c = 1, 4
+      do i = 1, 7
+        names(7 + 7*c + i) = trim(per_contact(i))//'_'//contact_name(c)
+      end do
+    end do
+    names(43:56) = [character(width) :: 'F_ext', 'M_gyro', 'KE_long', 'KE_lat', 'KE_vert', 'KE_roll', &
+      'KE_pitch', 'PE_grav', 'PE_load', 'PE_elastic_L', 'PE_elastic_R', 'W_ext', 'E_total', 'E_drift']
+  end function column_names
+
+  pure function column_units() result(units)
+    character(width) :: units(n_columns)
+    integer :: i
+
+    units(1:14) = [character(width) :: 's', 'm', 'm', 'm', 'rad', 'rad', 'm/s', 'm/s', 'm/s', 'rad/s', &
+      'rad/s', 'm/s2', 'm/s2', 'rad/s2']
+    do i = 1, 4
+      units(8 + 7*i:14 + 7*i) = [character(width) :: 'rad', 'N', 'N', 'N', 'm', 'm', 'm']
+    end do
+    units(43:56) = 'J'
+    units(43:44) = [character(width) :: 'N', 'N.m']
+  end function column_units
+
+  !> Index of a named column, 0 if there is none.
+  pure integer function column_index(name) result(i)
+    character(*), intent(in) :: name
+
+    i = findloc(column_names() == name, .true., 1)
+  end function column_index
+
+  !> One row.  `equilibrium` is the static axle height, `first_energy` the total
+  !> energy at the start (0 while that is being found).
+  subroutine fill_row(w, pair, motion, speed, pitch, pitch_rate, equilibrium, first_energy, row)
+    type(wheelset_type), intent(in) :: w
+    type(pair_type), intent(in) :: pair
+    type(motion_type), intent(in) :: motion
+    real(dp), intent(in) :: speed          !! dX/dt [m/s]
+    real(dp), intent(in) :: pitch          !! at t = 0 [rad]
+    real(dp), intent(in) :: pitch_rate     !! constant [rad/s]
+    real(dp), intent(in) :: equilibrium    !! [m]
+    real(dp), intent(in) :: first_energy   !! [J]
+    real(dp), intent(out) :: row(n_columns)
+    type(contact_state) :: state
+    real(dp) :: force(3), rise
+    integer :: c
+
+    call contacts(w, motion%q, state)
+    force = external_force(w, motion%t)
+    rise = motion%q(2) - equilibrium
+    row(1:11) = [motion%t, speed*motion%t, motion%q(1), rise, motion%q(3), pitch + pitch_rate*motion%t, &
+      speed, motion%v, pitch_rate]
+    row(12:14) = (force - state%gradient)/w%inertia()
+    do c = 1, 4
+      call contact_columns(pair, motion%q, state, c, row(8 + 7*c:14 + 7*c))
+    end do
+    row(43) = force(1)
+    row(44) = w%pitch_inertia*pitch_rate*motion%v(3)
+    row(45:49) = 0.5_dp*[w%mass*speed**2, w%inertia()*motion%v**2, w%pitch_inertia*pitch_rate**2]
+    row(50:51) = rise*[w%mass*gravity, w%vertical_load]
+    row(52:53) = [sum(state%energy(:2)), sum(state%energy(3:))]
+    row(54) = motion%work
+    ! Left and right are added first: the mirrored run has the same sum, bit by bit.
+    row(55) = sum(row(45:51)) + (row(52) + row(53))
+    row(56) = row(55) - row(54) - first_energy
+  end subroutine fill_row
+
+  !> angle, N, Fy, Fz, y, z, radius of one contact.
+  subroutine contact_columns(pair, q, state, c, row)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: q(3)
+    type(contact_state), intent(in) :: state
+    integer, intent(in) :: c
+    real(dp), intent(out) :: row(7)
+    real(dp) :: force(3), roll, side, s, r(2), d1(2), d2(2), x(2), miss, slope
+    integer :: i, iter
+
+    row = 0
+    if (state%energy(c) <= 0) then
+      row([1, 5, 6, 7]) = ieee_value(1.0_dp, ieee_quiet_nan)
+      return
+    end if
+    side = merge(-1.0_dp, 1.0_dp, c >= right_tread)
+    force = -state%slope(:, c)*[side, 1.0_dp, side]       ! as on the left wheel
+    roll = side*q(3)
+    row(1) = atan2(-force(1), force(2))
+    row(2) = hypot(force(1), force(2))
+    row(3) = side*force(1)
+    row(4) = force(2)
+
+    ! The wheel's point about which the resultant has no moment.
+    s = wheel_station(pair, row(1) - roll)
+    i = 1
+    do iter = 1, 30
+      call curve_point(pair%wheel, s, i, r, d1, d2)
+      x = rolled(r, roll)
+      d1 = rolled(d1, roll)
+      miss = x(1)*force(2) - x(2)*force(1) - force(3)
+      slope = d1(1)*force(2) - d1(2)*force(1)
+      if (slope <= 0.1_dp*row(2)) exit
+      if (abs(miss) <= 1e-10_dp*row(2)) exit
+      s = s - max(-5e-3_dp, min(miss/slope, 5e-3_dp))
+    end do
+    row(5) = q(1) + side*x(1)
+    row(6) = q(2) + x(2)
+    row(7) = -r(2)
+  end subroutine contact_columns
+
+  !> Write rows under a header: the line of names, the header's lines and the units
+  !> as comments, then fixed-width numbers.  The names come first because that is
+  !> where numpy.genfromtxt(names=True) and pandas.read_csv(comment='#') look.
+  !> The file appears under its name only when it is complete.
+  subroutine write_table_file(file, header, names, units, rows, error)
+    character(*), intent(in) :: file
+    character(*), intent(in) :: header         !! lines ended by newline
+    character(*), intent(in) :: names(:), units(:)
+    real(dp), intent(in) :: rows(:, :)         !! (column, row)
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: scratch
+    character(len=width*size(names)) :: line
+    integer :: unit, stat, i, from, to
+    character(200) :: iomsg
+
+    scratch = scratch_name(file)
+    open (newunit=unit, file=scratch, action='write', status='replace', iostat=stat, iomsg=iomsg, &
+      recl=max(4096, width*size(names) + 1))
+    if (stat /= 0) then
+      call fatal_error(error, file//': cannot be written: '//trim(iomsg))
+      return
+    end if
+    write (line, '(*(a16))') (adjustr(fit(names(i))), i=1, size(names))
+    write (unit, '(a)', iostat=stat) line
+    from = 1
+    do while (from <= len(header))
+      to = from + index(header(from:), new_line('a')) - 2
+      if (stat == 0) write (unit, '(a)', iostat=stat) trim('# '//header(from:to))
+      from = to + 2
+    end do
+    write (line, '(*(a16))') (adjustr(fit(units(i))), i=1, size(units))
+    line(1:1) = '#'
+    if (stat == 0) write (unit, '(a)', iostat=stat) line
+    do i = 1, size(rows, 2)
+      ! Numbers too small for a two-digit exponent are written as zero.
+      if (stat == 0) write (unit, '(*(es16.8e2))', iostat=stat) &
+        merge(0.0_dp, rows(:, i), abs(rows(:, i)) < 1e-98_dp)
+    end do
+    if (stat == 0) then
+      close (unit, iostat=stat)
+    else
+      close (unit, status='delete')
+    end if
+    if (stat == 0) call replace_file(scratch, file, stat)
+    if (stat /= 0) call fatal_error(error, file//': cannot be written completely')
+
+  contains
+
+    pure function fit(word) result(cell)
+      character(*), intent(in) :: word
+      character(width) :: cell
+
+      cell = word
+    end function fit
+
+  end subroutine write_table_file
+
+end module columns

@@ -1,0 +1,208 @@
+!> Time integration of M q'' = f(t) - dU/dq.
+!>
+!> Two one-step members, both second order, symmetric and without numerical
+!> damping at their defaults:
+!>
+!> 'newmark'  N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94, with beta and gamma;
+!>            beta = 0 is explicit.
+!> 'energy'   the average-acceleration rule (beta = 1/4, gamma = 1/2) with the force
+!>            replaced by the discrete gradient of U: O. Gonzalez, J. Nonlinear Sci. 6
+!>            (1996) 449-467.  Total energy is then kept exactly, at any step.
+!>
+!> The implicit equations are solved by Newton's method on the exact tangent.
+module newmark
+  use kinds, only: dp
+  use table, only: inside
+  use wheelset, only: contact_state, contacts, external_force, wheelset_type
+  implicit none
+  private
+  public :: scheme_type, motion_type, start_motion, advance, step_ok, step_diverged
+
+  type :: scheme_type
+    character(16) :: name = 'newmark'  !! or 'energy'
+    real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
+    real(dp) :: tolerance = 1e-13_dp   !! of a Newton correction [m, rad]
+    integer :: max_iterations = 12
+  end type scheme_type
+
+  type :: motion_type
+    real(dp) :: t = 0                  !! [s]
+    real(dp) :: q(3) = 0               !! y, z [m], roll [rad]
+    real(dp) :: v(3) = 0               !! their rates
+    real(dp) :: a(3) = 0               !! accelerations; 'energy': mean over the last step
+    real(dp) :: work = 0               !! done by the lateral force so far [J]
+    type(contact_state) :: contact     !! at q
+  end type motion_type
+
+  integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `table`
+
+contains
+
+  !> Complete a motion of which t, q and v are given.
+  pure subroutine start_motion(w, motion, status)
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(inout) :: motion
+    integer, intent(out) :: status
+
+    call contacts(w, motion%q, motion%contact)
+    status = motion%contact%status
+    motion%a = (external_force(w, motion%t) - motion%contact%gradient)/w%inertia()
+    motion%work = 0
+  end subroutine start_motion
+
+  !> One step dt from `old` to `new`.  `status`: step_ok, step_diverged, or why
+  !> the pose left the table.
+  pure subroutine advance(w, scheme, old, dt, new, iterations, status)
+    type(wheelset_type), intent(in) :: w
+    type(scheme_type), intent(in) :: scheme
+    type(motion_type), intent(in) :: old
+    real(dp), intent(in) :: dt
+    type(motion_type), intent(out) :: new
+    integer, intent(out) :: iterations
+    integer, intent(out) :: status
+    real(dp) :: force(3)
+
+    new%t = old%t + dt
+    if (scheme%name == 'energy') then
+      call advance_energy(w, scheme, old, dt, new, iterations, status)
+    else if (scheme%beta > 0) then
+      call advance_newmark(w, scheme, old, dt, new, iterations, status)
+    else
+      new%q = old%q + dt*old%v + 0.5_dp*dt**2*old%a
+      call contacts(w, new%q, new%contact)
+      new%a = (external_force(w, new%t) - new%contact%gradient)/w%inertia()
+      new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
+      iterations = 0
+      status = new%contact%status
+    end if
+    force = external_force(w, old%t + dt/2)
+    new%work = old%work + force(1)*(new%q(1) - old%q(1))
+  end subroutine advance
+
+  pure subroutine advance_newmark(w, scheme, old, dt, new, iterations, status)
+    type(wheelset_type), intent(in) :: w
+    type(scheme_type), intent(in) :: scheme
+    type(motion_type), intent(in) :: old
+    real(dp), intent(in) :: dt
+    type(motion_type), intent(inout) :: new
+    integer, intent(out) :: iterations, status
+    real(dp) :: m(3), f(3), predicted(3), residual(3), tangent(3, 3), move(3)
+
+    m = w%inertia()
+    f = external_force(w, new%t)
+    predicted = old%q + dt*old%v + dt**2*(0.5_dp - scheme%beta)*old%a
+    new%q = predicted + dt**2*scheme%beta*old%a
+    status = step_diverged
+    do iterations = 1, scheme%max_iterations
+      call contacts(w, new%q, new%contact)
+      if (new%contact%status /= inside) exit
+      residual = m*(new%q - predicted)/(scheme%beta*dt**2) + new%contact%gradient - f
+      tangent = symmetric(new%contact%hessian) + diagonal(m/(scheme%beta*dt**2))
+      move = solve(tangent, residual)
+      new%q = new%q - move
+      if (maxval(abs(move)) <= scheme%tolerance) status = step_ok
+      if (status == step_ok) exit
+    end do
+    if (status == step_ok) call carry(new%contact, -move)
+    new%a = (new%q - predicted)/(scheme%beta*dt**2)
+    new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
+    if (new%contact%status /= inside) status = new%contact%status
+  end subroutine advance_newmark
+
+  pure subroutine advance_energy(w, scheme, old, dt, new, iterations, status)
+    type(wheelset_type), intent(in) :: w
+    type(scheme_type), intent(in) :: scheme
+    type(motion_type), intent(in) :: old
+    real(dp), intent(in) :: dt
+    type(motion_type), intent(inout) :: new
+    integer, intent(out) :: iterations, status
+    type(contact_state) :: middle
+    real(dp) :: m(3), f(3), d(3), md(3), square, excess, residual(3), tangent(3, 3), move(3), &
+      excess_slope(3), h(3, 3)
+
+    m = w%inertia()
+    f = external_force(w, old%t + dt/2)
+    d = dt*old%v + 0.5_dp*dt**2*old%a
+    status = step_diverged
+    do iterations = 1, scheme%max_iterations
+      new%q = old%q + d
+      call contacts(w, old%q + 0.5_dp*d, middle)
+      call contacts(w, new%q, new%contact)
+      if (middle%status /= inside .or. new%contact%status /= inside) exit
+      h = symmetric(middle%hessian)
+      ! Discrete gradient: dU/dq at the middle, plus what is missing along M d
+      ! for d.gradient to equal the change of U.
+      md = m*d
+      square = dot_product(d, md)
+      excess = 0
+      excess_slope = 0
+      if (square > tiny(square)**0.5_dp) then
+        excess = (sum(new%contact%energy - old%contact%energy) - dot_product(middle%gradient, d))/square
+        excess_slope = (new%contact%gradient - middle%gradient - 0.5_dp*matmul(h, d) - 2*excess*md)/square
+      end if
+      residual = 2*m*(d - dt*old%v)/dt**2 + middle%gradient + excess*md - f
+      tangent = diagonal((2/dt**2 + excess)*m) + 0.5_dp*h &
+        + spread(md, 2, 3)*spread(excess_slope, 1, 3)
+      move = solve(tangent, residual)
+      d = d - move
+      if (maxval(abs(move)) <= scheme%tolerance) status = step_ok
+      if (status == step_ok) exit
+    end do
+    if (status == step_ok) then
+      new%q = old%q + d
+      new%v = 2*d/dt - old%v
+      new%a = (new%v - old%v)/dt
+      call carry(new%contact, -move)
+    end if
+    if (middle%status /= inside) status = middle%status
+    if (new%contact%status /= inside) status = new%contact%status
+  end subroutine advance_energy
+
+  !> Carry a contact state over a last Newton correction, smaller than the
+  !> tolerance, to first order.
+  pure subroutine carry(contact, move)
+    type(contact_state), intent(inout) :: contact
+    real(dp), intent(in) :: move(3)
+    real(dp) :: h(3, 3)
+
+    h = symmetric(contact%hessian)
+    contact%energy = contact%energy + matmul(move, contact%slope)
+    contact%gradient = contact%gradient + matmul(h, move)
+  end subroutine carry
+
+  pure function symmetric(h) result(a)
+    real(dp), intent(in) :: h(6)
+    real(dp) :: a(3, 3)
+
+    a = reshape([h(1), h(2), h(3), h(2), h(4), h(5), h(3), h(5), h(6)], [3, 3])
+  end function symmetric
+
+  pure function diagonal(d) result(a)
+    real(dp), intent(in) :: d(3)
+    real(dp) :: a(3, 3)
+
+    a = 0
+    a(1, 1) = d(1)
+    a(2, 2) = d(2)
+    a(3, 3) = d(3)
+  end function diagonal
+
+  !> x = A^-1 b by cofactors.
+  pure function solve(a, b) result(x)
+    real(dp), intent(in) :: a(3, 3), b(3)
+    real(dp) :: x(3), c(3, 3)
+
+    c(:, 1) = cross(a(2, :), a(3, :))
+    c(:, 2) = cross(a(3, :), a(1, :))
+    c(:, 3) = cross(a(1, :), a(2, :))
+    x = matmul(c, b)/dot_product(a(1, :), c(:, 1))
+  end function solve
+
+  pure function cross(a, b) result(c)
+    real(dp), intent(in) :: a(3), b(3)
+    real(dp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+end module newmark

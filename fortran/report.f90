@@ -1,0 +1,206 @@
+!> What a run says about itself: the header of its files and the summary for the
+!> terminal.
+module report
+  use bspline, only: axis_type
+  use case, only: case_type, list_variables, value_text, variable_type
+  use columns, only: column_names, column_units, write_table_file
+  use errors, only: error_type, fatal_error
+  use events, only: event_kinds
+  use kinds, only: dp, version
+  use rigid, only: conicity, geometry_names, geometry_row, geometry_units
+  use simulation, only: run_type, setup_type
+  use text, only: str
+  use wheelset, only: contact_name
+  implicit none
+  private
+  public :: summary, write_columns, write_geometry, output_path
+
+  character, parameter :: nl = new_line('a')
+
+contains
+
+  !> Where the columns go.
+  function output_path(c) result(path)
+    type(case_type), intent(in) :: c
+    character(:), allocatable :: path
+
+    path = trim(c%output_file)
+    if (path == '') path = 'outputs/'//trim(c%name)//'.txt'
+  end function output_path
+
+  !> Lines about the case before the run: geometry, equilibrium, every variable in force.
+  function header(c, setup) result(lines)
+    type(case_type), target, intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    character(:), allocatable :: lines
+    type(case_type), target :: copy
+    type(variable_type), allocatable :: list(:)
+    character(:), allocatable :: group
+    integer :: k
+
+    lines = 'ldbench '//version//nl//'case '//trim(c%name)//': '//trim(c%title)//nl// &
+      'frame: X forward, Y left, Z up; Z and roll from static equilibrium at Y = 0; SI units, radians'//nl// &
+      'contacts: LT left tread, LF left flange, RT right tread, RF right flange; '// &
+      'forces of the rail on the wheel, track frame'//nl
+    lines = lines//profile_line('wheel', setup%wheel%file, setup%wheel%checksum, setup%wheel%reconstruction)
+    lines = lines//profile_line('rail', setup%rail%file, setup%rail%checksum, setup%rail%reconstruction)
+    lines = lines//'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
+      'axle height at equilibrium [m]: '//str(setup%equilibrium)//nl
+    copy = c
+    call list_variables(copy, list)
+    group = ''
+    do k = 1, size(list)
+      if (list(k)%group /= group) lines = lines//'&'//list(k)%group//nl
+      group = list(k)%group
+      lines = lines//'  '//list(k)%name//' = '//value_text(list(k))
+      if (list(k)%unit /= '' .and. list(k)%unit /= '1') lines = lines//'  ! '//list(k)%unit
+      lines = lines//nl
+    end do
+  end function header
+
+  function profile_line(what, file, checksum, reconstruction) result(line)
+    character(*), intent(in) :: what, file, checksum
+    logical, intent(in) :: reconstruction
+    character(:), allocatable :: line
+
+    line = what//' profile: '//file//', CRC-32 '//checksum
+    if (reconstruction) line = line//', RECONSTRUCTION (not the organisers'' file)'
+    line = line//nl
+  end function profile_line
+
+  !> Lines about the outcome.
+  function outcome(c, run) result(lines)
+    type(case_type), intent(in) :: c
+    type(run_type), intent(in) :: run
+    character(:), allocatable :: lines
+    integer :: k
+
+    lines = 'events:'//nl
+    do k = 1, run%log%n
+      associate (event => run%log%list(k))
+        lines = lines//'  t = '//fixed(event%t, 6)//' s  '//trim(event_kinds(event%kind))
+        if (abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0) &
+          lines = lines//', lateral force '//fixed(1e-3_dp*event%force, 3)//' kN'
+        lines = lines//nl
+      end associate
+    end do
+    lines = lines//'  in all:'
+    do k = 1, size(event_kinds)
+      lines = lines//' '//str(run%log%counts(k))//' '//trim(event_kinds(k))
+      if (k < size(event_kinds)) lines = lines//','
+    end do
+    lines = lines//nl//'peak normal forces [kN]:'
+    do k = 1, 4
+      lines = lines//' '//contact_name(k)//' '//fixed(1e-3_dp*run%peak(k), 3)
+      if (run%peak(k) > 0) lines = lines//' at '//fixed(run%peak_time(k), 6)//' s'
+      if (k < 4) lines = lines//','
+    end do
+    lines = lines//nl//'energy drift, largest [J]: '//scientific(run%drift)
+    if (run%kinetic_energy > 0) lines = lines//', of initial kinetic energy '// &
+      scientific(run%drift/run%kinetic_energy)
+    lines = lines//nl//'steps: '//str(run%steps)//' of '//str(run%step)//' s, Newton iterations per step '// &
+      fixed(run%iterations/real(max(run%steps, 1), dp), 2)//', steps halved '//str(run%halvings)//nl
+    lines = lines//'ended at t = '//fixed(run%rows(1, size(run%rows, 2)), 6)//' s: '//reason(c, run)//nl
+  end function outcome
+
+  function reason(c, run) result(words)
+    type(case_type), intent(in) :: c
+    type(run_type), intent(in) :: run
+    character(:), allocatable :: words
+
+    if (run%log%derailed) then
+      words = 'derailment'
+    else if (run%cancelled) then
+      words = 'stopped by the user'
+    else if (c%stop_at == 'return_to_centre' .and. run%log%returned) then
+      words = 'return to the centre after both flanges'
+    else
+      words = 't_end'
+      if (c%stop_at /= 't_end') words = 't_end, '//trim(c%stop_at)//' not reached'
+    end if
+  end function reason
+
+  !> The text for the terminal.
+  function summary(c, setup, run) result(lines)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(run_type), intent(in) :: run
+    character(:), allocatable :: lines
+
+    lines = trim(c%name)//': '//trim(c%title)//nl// &
+      'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
+      'equilibrium: axle '//fixed(setup%equilibrium, 6)//' m above the rails, approach '// &
+      fixed(1e3_dp*(setup%pair%axle_height - setup%equilibrium), 4)//' mm, '// &
+      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//nl//outcome(c, run)// &
+      'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
+      merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
+      'columns: '//output_path(c)//', '//str(size(run%rows, 2))//' rows'//nl
+  end function summary
+
+  subroutine write_columns(c, setup, run, file, error)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(run_type), intent(in) :: run
+    character(*), intent(in) :: file
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_table_file(file, header(c, setup)//outcome(c, run), column_names(), column_units(), &
+      run%rows, error)
+  end subroutine write_columns
+
+  !> Geometry functions over the lateral displacements at which the wheelset stands
+  !> on both rails, every 0.1 mm.
+  subroutine write_geometry(c, setup, file, error)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    character(*), intent(in) :: file
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: pitch = 1e-4_dp
+    real(dp), allocatable :: rows(:, :)
+    integer :: n, i, last
+    logical :: ok
+
+    ! Half the range; the other half is its mirror image.
+    n = int(1.2_dp*setup%clearance/pitch)
+    allocate (rows(size(geometry_names), -n:n))
+    last = -1
+    do i = 0, n
+      call geometry_row(setup%pair, i*pitch, rows(:12, i), ok)
+      if (.not. ok) exit
+      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*rows([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10], i)
+      last = i
+    end do
+    if (last < 2) then
+      call fatal_error(error, file//': the rigid wheelset does not stand on both rails')
+      return
+    end if
+    do i = -last, last
+      rows(13, i) = conicity(max(abs(i), 1)*pitch, rows(1, -last:last), rows(8, -last:last))
+    end do
+    call write_table_file(file, header(c, setup)// &
+      'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'//nl, &
+      geometry_names, geometry_units, rows(:, -last:last), error)
+  end subroutine write_geometry
+
+  function fixed(x, digits) result(word)
+    real(dp), intent(in) :: x
+    integer, intent(in) :: digits
+    character(:), allocatable :: word
+    character(40) :: buffer
+
+    write (buffer, '(f0.'//str(digits)//')') x
+    word = trim(buffer)
+    if (word(1:1) == '.') word = '0'//word
+    if (index(word, '-.') == 1) word = '-0'//word(2:)
+  end function fixed
+
+  function scientific(x) result(word)
+    real(dp), intent(in) :: x
+    character(:), allocatable :: word
+    character(40) :: buffer
+
+    write (buffer, '(es9.2)') x
+    word = trim(adjustl(buffer))
+  end function scientific
+
+end module report

@@ -1,0 +1,157 @@
+!> Rigid contact geometry of the whole wheelset: where it touches both rails at a
+!> lateral displacement, its flange clearance, and the geometry functions that
+!> railway engineers read.
+module rigid
+  use contact, only: zone_type
+  use curve, only: curve_frame
+  use errors, only: error_type
+  use geometry, only: new_scan, pair_type, rolled, scan_type, touch
+  use kinds, only: dp, pi
+  implicit none
+  private
+  public :: rigid_contact, clearance, conicity, geometry_row, geometry_names, geometry_units
+
+  !> Columns of the geometry file.
+  character(*), parameter :: geometry_names(*) = [character(12) :: 'Y', 'roll', 'Z', 'angle_L', &
+    'angle_R', 'radius_L', 'radius_R', 'delta_r', 'y_L', 'z_L', 'y_R', 'z_R', 'conicity']
+  character(*), parameter :: geometry_units(*) = [character(12) :: 'm', 'rad', 'm', 'rad', &
+    'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
+
+contains
+
+  !> Height at which the left wheel's stations first..last touch, lowered
+  !> vertically at lateral position y and roll.
+  subroutine lower(pair, first, last, y, roll, work, z, station, ok)
+    type(pair_type), intent(in) :: pair
+    integer, intent(in) :: first, last
+    real(dp), intent(in) :: y, roll
+    type(scan_type), intent(inout) :: work
+    real(dp), intent(out) :: z, station
+    logical, intent(out) :: ok
+    real(dp), parameter :: above = 0.03_dp   ! start with the whole flange in the air [m]
+    real(dp) :: side
+
+    work%fresh = .true.
+    ! Roll lifts the wheel by its lever arm.
+    side = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
+    call touch(pair, work, first, last, [y, side], roll, 0.0_dp, z, station, ok)
+    z = z + side
+  end subroutine lower
+
+  !> Roll angle and height at which the rigid wheelset stands on both rails with
+  !> stations first..last of both wheels.
+  subroutine rigid_contact(pair, first, last, y, roll, z, station, ok)
+    type(pair_type), intent(in) :: pair
+    integer, intent(in) :: first, last
+    real(dp), intent(in) :: y              !! lateral displacement of the axle centre [m]
+    real(dp), intent(out) :: roll, z       !! [rad, m]
+    real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
+    logical, intent(out) :: ok
+    type(scan_type) :: work
+    real(dp) :: x(2), f(2), z_left, z_right, x_new
+    integer :: iter
+
+    work = new_scan(pair)
+    x = [0.0_dp, 1e-3_dp]
+    f(1) = difference(x(1))
+    do iter = 1, 50
+      if (.not. ok) return
+      f(2) = difference(x(2))
+      if (.not. ok) return
+      if (abs(f(2)) < 1e-13_dp .or. abs(f(2) - f(1)) <= 0) exit
+      x_new = x(2) - f(2)*(x(2) - x(1))/(f(2) - f(1))
+      x = [x(2), max(x(2) - 0.02_dp, min(x_new, x(2) + 0.02_dp))]
+      f(1) = f(2)
+    end do
+    roll = x(2)
+    z = (z_left + z_right)/2
+    ok = abs(f(2)) < 1e-9_dp
+
+  contains
+
+    real(dp) function difference(roll)
+      real(dp), intent(in) :: roll
+      logical :: ok_left, ok_right
+
+      call lower(pair, first, last, y, roll, work, z_left, station(1), ok_left)
+      call lower(pair, first, last, -y, -roll, work, z_right, station(2), ok_right)
+      ok = ok_left .and. ok_right
+      difference = z_left - z_right
+    end function difference
+
+  end subroutine rigid_contact
+
+  !> Lateral displacement of the rigid wheelset, riding on both treads, at which
+  !> the left flange touches [m].
+  subroutine clearance(pair, zones, y, ok)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zones(:)   !! from the tread to the flange
+    real(dp), intent(out) :: y
+    logical, intent(out) :: ok
+    type(scan_type) :: work
+    real(dp) :: low, high, roll, z, z_flange, station(2)
+    integer :: iter, tread, flange
+    logical :: touches
+
+    work = new_scan(pair)
+    tread = zones(count(.not. zones%flange))%first
+    flange = zones(size(zones))%first
+    low = 0
+    high = 0.05_dp
+    do iter = 1, 60
+      y = (low + high)/2
+      call rigid_contact(pair, tread, size(pair%s), y, roll, z, station, ok)
+      if (.not. ok) return
+      call lower(pair, flange, tread, y, roll, work, z_flange, station(1), touches)
+      if (touches .and. z_flange > z) then
+        high = y
+      else
+        low = y
+      end if
+    end do
+    ok = low > 0 .and. high < 0.05_dp
+  end subroutine clearance
+
+  !> Equivalent conicity for an amplitude by harmonic linearisation of the rolling
+  !> radius difference: (1/(pi a)) * integral over one period of
+  !> (delta_r(a sin tau)/2) sin tau dtau.
+  pure real(dp) function conicity(amplitude, y, delta_r)
+    real(dp), intent(in) :: amplitude      !! [m]
+    real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
+    real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
+    integer, parameter :: n = 200
+    real(dp) :: tau, x, share
+    integer :: i, j
+
+    conicity = 0
+    do i = 1, n
+      tau = 2*pi*(i - 0.5_dp)/n
+      x = 1 + (amplitude*sin(tau) - y(1))/(y(2) - y(1))
+      j = max(1, min(int(x), size(y) - 1))
+      share = x - j
+      conicity = conicity + ((1 - share)*delta_r(j) + share*delta_r(j + 1))/2*sin(tau)*2/(n*amplitude)
+    end do
+  end function conicity
+
+  !> One row of the geometry file, without the conicity.
+  subroutine geometry_row(pair, y, row, ok)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: y
+    real(dp), intent(out) :: row(12)
+    logical, intent(out) :: ok
+    real(dp) :: roll, z, station(2), r(2), x(2, 2), angle(2), radius(2), curvature
+    integer :: side
+
+    call rigid_contact(pair, 1, size(pair%s), y, roll, z, station, ok)
+    if (.not. ok) return
+    do side = 1, 2
+      call curve_frame(pair%wheel, station(side), r, angle(side), curvature)
+      radius(side) = -r(2)
+      x(:, side) = rolled(r, merge(roll, -roll, side == 1))
+      angle(side) = angle(side) + merge(roll, -roll, side == 1)
+    end do
+    row = [y, roll, z - pair%axle_height, angle, radius, radius(1) - radius(2), &
+      y + x(1, 1), z + x(2, 1), y - x(1, 2), z + x(2, 2)]
+  end subroutine geometry_row
+
+end module rigid

@@ -1,0 +1,267 @@
+!> A run from case to columns: read the profiles, place them, build or find the
+!> table, settle the wheelset, integrate, note what happens.
+module simulation
+  use case, only: case_type
+  use columns, only: fill_row, n_columns
+  use contact, only: find_zones, zone_type
+  use errors, only: error_type, fatal_error
+  use events, only: derailed, event_log, watch
+  use geometry, only: pair_type, place_profiles
+  use hertz, only: contact_modulus
+  use kinds, only: dp, version
+  use newmark, only: advance, motion_type, scheme_type, start_motion, step_diverged, step_ok
+  use profile, only: profile_type, read_profile
+  use progress, only: monitor_type
+  use rigid, only: clearance
+  use table, only: build_table, grid_type, load_table, outside_depth, outside_lateral, outside_roll, &
+    save_table
+  use text, only: str
+  use wheelset, only: settle, wheelset_type
+  implicit none
+  private
+  public :: setup_type, run_type, prepare, simulate
+
+  !> What is the same for every run with one table.
+  type :: setup_type
+    type(profile_type) :: wheel, rail
+    type(pair_type) :: pair
+    type(zone_type), allocatable :: zones(:)
+    type(wheelset_type) :: wheelset
+    real(dp) :: clearance = 0          !! rigid-axle flange clearance, one side [m]
+    real(dp) :: equilibrium = 0        !! static axle height above top of rail [m]
+    logical :: table_found = .false.   !! read from a file, or built
+    real(dp) :: table_seconds = 0      !! processor time for the table
+  end type setup_type
+
+  !> The outcome of a run.
+  type :: run_type
+    real(dp), allocatable :: rows(:, :)    !! (n_columns, number of rows)
+    type(event_log) :: log
+    real(dp) :: step = 0                   !! in force, a whole fraction of the output interval [s]
+    real(dp) :: peak(4) = 0                !! largest normal force of each contact, over all steps [N]
+    real(dp) :: peak_time(4) = 0           !! [s]
+    real(dp) :: drift = 0                  !! largest |total energy - work - initial|, over all steps [J]
+    real(dp) :: kinetic_energy = 0         !! of lateral, vertical and roll motion at the start [J]
+    integer :: steps = 0, iterations = 0, halvings = 0
+    logical :: cancelled = .false.         !! by the monitor
+    real(dp) :: seconds = 0                !! processor time of the integration
+  end type run_type
+
+contains
+
+  !> Everything up to the start of the integration.
+  subroutine prepare(c, setup, error, watcher)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(out) :: setup
+    type(error_type), allocatable, intent(out) :: error
+    class(monitor_type), intent(inout), optional :: watcher
+    character(:), allocatable :: key
+    type(grid_type) :: grid
+    real(dp) :: e_star, from, to
+    logical :: ok
+
+    call read_profile(trim(c%wheel_profile), c%smoothing_mm, setup%wheel, error)
+    if (allocated(error)) return
+    call read_profile(trim(c%rail_profile), c%smoothing_mm, setup%rail, error)
+    if (allocated(error)) return
+    call place_profiles(setup%wheel, setup%rail, c%gauge, c%gauge_depth, c%back_to_back, &
+      c%rolling_radius, setup%pair, error)
+    if (allocated(error)) return
+    call find_zones(setup%pair, c%split_angle, setup%zones, error)
+    if (allocated(error)) return
+    call clearance(setup%pair, setup%zones, setup%clearance, ok)
+    if (.not. ok) then
+      call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
+        str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
+      return
+    end if
+
+    grid = grid_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, c%n_lateral, c%n_roll, c%n_depth)
+    e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
+    key = table_key(c, setup)
+    call cpu_time(from)
+    if (c%table_file /= '') call load_table(trim(c%table_file), key, setup%wheelset%table, setup%table_found)
+    if (.not. setup%table_found) then
+      call build_table(setup%pair, setup%zones, trim(c%model), e_star, grid, key, setup%wheelset%table, watcher)
+      if (present(watcher)) then
+        if (watcher%stop) then
+          call fatal_error(error, 'stopped by the user')
+          return
+        end if
+      end if
+      if (c%table_file /= '') call save_table(trim(c%table_file), setup%wheelset%table, error)
+      if (allocated(error)) return
+    end if
+    call cpu_time(to)
+    setup%table_seconds = to - from
+
+    setup%wheelset%mass = c%mass
+    setup%wheelset%roll_inertia = c%roll_inertia
+    setup%wheelset%pitch_inertia = c%pitch_inertia
+    setup%wheelset%vertical_load = c%vertical_load
+    setup%wheelset%lateral_force = c%lateral_force
+    setup%wheelset%lateral_ramp = c%lateral_ramp
+    call settle(setup%wheelset, setup%pair%axle_height, setup%equilibrium, ok)
+    if (.not. ok) call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
+      ' N: expected an equilibrium within &table depth = '//str(c%depth)//' m, found none')
+  end subroutine prepare
+
+  !> Everything that a table depends on, in words.
+  function table_key(c, setup) result(key)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    character(:), allocatable :: key
+
+    key = 'ldbench '//version//' model '//trim(c%model)//' profiles '//setup%wheel%checksum//' '// &
+      setup%rail%checksum//' smoothing '//str(c%smoothing_mm)//' gauge '//str(c%gauge)//' '// &
+      str(c%gauge_depth)//' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)// &
+      ' E '//str(c%youngs_modulus)//' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)// &
+      ' split '//str(c%split_angle)//' extent '//str(c%lateral)//' '//str(c%lift)//' '//str(c%drop)//' '// &
+      str(c%roll_range)//' '//str(c%depth)//' points '//str(c%n_lateral)//' '//str(c%n_roll)//' '// &
+      str(c%n_depth)
+  end function table_key
+
+  !> Integrate from the initial conditions to the stop condition.
+  subroutine simulate(c, setup, run, error, watcher)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(run_type), intent(out) :: run
+    type(error_type), allocatable, intent(out) :: error
+    class(monitor_type), intent(inout), optional :: watcher
+    type(scheme_type) :: scheme
+    type(motion_type) :: motion
+    real(dp), allocatable :: grown(:, :)
+    real(dp) :: first_energy, from, to
+    integer :: substeps, last_row, row, n, i, status
+    logical :: done
+
+    call cpu_time(from)
+    scheme = scheme_type(c%scheme(:16), c%beta, c%gamma, c%tolerance, c%max_iterations)
+    substeps = ceiling(c%interval/c%dt*(1 - 1e-9_dp))
+    run%step = c%interval/substeps
+    last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
+    allocate (run%rows(n_columns, 1024))
+
+    motion%q = [c%y, setup%equilibrium + c%z, c%roll]
+    motion%v = [c%vy, c%vz, c%roll_rate]
+    call start_motion(setup%wheelset, motion, status)
+    if (status /= step_ok) then
+      call report_failure()
+      return
+    end if
+    run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
+    first_energy = 0
+    call write_row(1)
+    first_energy = run%rows(n_columns, 1)
+    run%rows(n_columns, 1) = 0
+    n = 1
+    done = .false.
+    do row = 1, last_row
+      do i = 1, substeps
+        motion%t = (row - 1)*c%interval + (i - 1)*run%step
+        call step(motion, run%step, 0)
+        if (allocated(error)) return
+      end do
+      motion%t = row*c%interval
+      n = row + 1
+      if (n > size(run%rows, 2)) then
+        allocate (grown(n_columns, 2*n))
+        grown(:, :n - 1) = run%rows(:, :n - 1)
+        call move_alloc(grown, run%rows)
+      end if
+      call write_row(n)
+      done = run%log%derailed .or. (c%stop_at == 'return_to_centre' .and. run%log%returned)
+      if (present(watcher)) then
+        if (mod(row, 100) == 0) call watcher%report('integration', row/real(last_row, dp))
+        run%cancelled = watcher%stop
+      end if
+      if (done .or. run%cancelled) exit
+    end do
+    run%rows = run%rows(:, :n)
+    call cpu_time(to)
+    run%seconds = to - from
+
+  contains
+
+    !> One step, halved and tried again where Newton fails.
+    recursive subroutine step(motion, dt, halvings)
+      type(motion_type), intent(inout) :: motion
+      real(dp), intent(in) :: dt
+      integer, intent(in) :: halvings
+      type(motion_type) :: new
+      integer :: iterations
+      real(dp) :: kinetic, potential
+
+      call advance(setup%wheelset, scheme, motion, dt, new, iterations, status)
+      run%iterations = run%iterations + iterations
+      if (status /= step_ok) then
+        if (halvings == c%max_halvings) then
+          call report_failure()
+          return
+        end if
+        run%halvings = run%halvings + 1
+        call step(motion, dt/2, halvings + 1)
+        if (.not. allocated(error)) call step(motion, dt/2, halvings + 1)
+        return
+      end if
+      run%steps = run%steps + 1
+      call watch(run%log, new%t, dt, motion%q(1), new%q(1), motion%contact, new%contact, &
+        c%lateral_force + c%lateral_ramp*new%t, &
+        derailed(new%q, setup%pair%flange_tip, setup%pair%gauge_face))
+      motion = new
+      call note_peaks()
+      kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
+      potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
+        + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium)
+      run%drift = max(run%drift, abs(kinetic + potential - motion%work - (first_energy - constant())))
+    end subroutine step
+
+    !> Kinetic energy of the motions at constant speed [J].
+    real(dp) function constant()
+      constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
+    end function constant
+
+    subroutine note_peaks()
+      real(dp) :: square
+      integer :: k
+
+      do k = 1, 4
+        if (motion%contact%energy(k) <= 0) cycle
+        square = motion%contact%slope(1, k)**2 + motion%contact%slope(2, k)**2
+        if (square <= run%peak(k)**2) cycle
+        run%peak(k) = sqrt(square)
+        run%peak_time(k) = motion%t
+      end do
+    end subroutine note_peaks
+
+    subroutine write_row(n)
+      integer, intent(in) :: n
+
+      call fill_row(setup%wheelset, setup%pair, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, &
+        first_energy, run%rows(:, n))
+    end subroutine write_row
+
+    subroutine report_failure()
+      character(:), allocatable :: reason, place
+
+      place = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
+        str(motion%q(2) - setup%equilibrium)//' m, roll = '//str(motion%q(3))//' rad'
+      select case (status)
+      case (outside_lateral)
+        reason = '&table lateral = '//str(c%lateral)//' m: expected the wheels within it, found them outside'
+      case (outside_roll)
+        reason = '&table roll = '//str(c%roll_range)//' rad: expected the wheelset within it, found it outside'
+      case (outside_depth)
+        reason = '&table depth = '//str(c%depth)//' m: expected penetrations within it, found a deeper one'
+      case (step_diverged)
+        reason = '&integrator dt = '//str(run%step)//' s: expected Newton to converge within '// &
+          str(c%max_iterations)//' iterations and '//str(c%max_halvings)//' halvings, found it does not'
+      case default
+        reason = 'the step failed'
+      end select
+      call fatal_error(error, reason//place)
+    end subroutine report_failure
+
+  end subroutine simulate
+
+end module simulation

@@ -1,0 +1,129 @@
+!> The wheelset on its two rails: inertia, loads, and the elastic potential of all
+!> four contacts as a function of the pose q = (y, z, roll).
+module wheelset
+  use kinds, only: dp, gravity
+  use table, only: contact_table, inside, zone_potential
+  implicit none
+  private
+  public :: wheelset_type, contact_state, contacts, external_force, settle, contact_name
+  public :: left_tread, left_flange, right_tread, right_flange
+
+  type :: wheelset_type
+    real(dp) :: mass = 0               !! [kg]
+    real(dp) :: roll_inertia = 0       !! [kg m^2]
+    real(dp) :: pitch_inertia = 0      !! [kg m^2]
+    real(dp) :: vertical_load = 0      !! downwards, without inertia, at the centre of gravity [N]
+    real(dp) :: lateral_force = 0      !! at the centre of gravity, track frame, at t = 0 [N]
+    real(dp) :: lateral_ramp = 0       !! its growth [N/s]
+    type(contact_table) :: table
+  contains
+    procedure :: inertia
+    procedure :: weight
+  end type wheelset_type
+
+  integer, parameter :: left_tread = 1, left_flange = 2, right_tread = 3, right_flange = 4
+  character(2), parameter :: contact_name(4) = ['LT', 'LF', 'RT', 'RF']
+
+  !> The elastic contacts in one pose.
+  type :: contact_state
+    real(dp) :: energy(4) = 0          !! elastic energy of each contact [J]
+    real(dp) :: slope(3, 4) = 0        !! dU/dq of each: minus force and moment of the rail on the wheel
+    real(dp) :: gradient(3) = 0        !! their sum [N, N, N m]
+    real(dp) :: hessian(6) = 0         !! of the sum: yy, yz, y roll, zz, z roll, roll roll
+    integer :: status = inside         !! whether the pose is on the table
+  end type contact_state
+
+contains
+
+  !> Diagonal of the mass matrix of q = (y, z, roll).
+  pure function inertia(this)
+    class(wheelset_type), intent(in) :: this
+    real(dp) :: inertia(3)
+
+    inertia = [this%mass, this%mass, this%roll_inertia]
+  end function inertia
+
+  !> Everything that pulls the wheelset down [N].
+  pure real(dp) function weight(this)
+    class(wheelset_type), intent(in) :: this
+
+    weight = this%mass*gravity + this%vertical_load
+  end function weight
+
+  !> Gravity, vertical load and lateral force at time t, as a force on q.
+  pure function external_force(this, t) result(f)
+    class(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: t            !! [s]
+    real(dp) :: f(3)
+
+    f = [this%lateral_force + this%lateral_ramp*t, -this%weight(), 0.0_dp]
+  end function external_force
+
+  !> Potential of all contacts.  The right wheel is the left one in the mirror.
+  pure subroutine contacts(this, q, state)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
+    type(contact_state), intent(out) :: state
+    real(dp), parameter :: mirror(3) = [-1, 1, -1]
+    real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
+    real(dp) :: energy, gradient(3), hessian(6), left(6), right(6)
+    integer :: i, branch, status
+
+    left = 0
+    right = 0
+    do i = 1, size(this%table%zones)
+      associate (zone => this%table%zones(i))
+        branch = merge(left_flange, left_tread, zone%flange)
+        call zone_potential(zone, q, energy, gradient, hessian, status)
+        if (status /= inside) state%status = status
+        state%energy(branch) = state%energy(branch) + energy
+        state%slope(:, branch) = state%slope(:, branch) + gradient
+        left = left + hessian
+
+        branch = merge(right_flange, right_tread, zone%flange)
+        call zone_potential(zone, mirror*q, energy, gradient, hessian, status)
+        if (status /= inside) state%status = status
+        state%energy(branch) = state%energy(branch) + energy
+        state%slope(:, branch) = state%slope(:, branch) + mirror*gradient
+        right = right + mirror_2*hessian
+      end associate
+    end do
+    state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
+      + (state%slope(:, right_tread) + state%slope(:, right_flange))
+    state%hessian = left + right
+  end subroutine contacts
+
+  !> Height z of the axle centre at which the centred wheelset is in equilibrium,
+  !> searched downwards from `top`.
+  pure subroutine settle(this, top, z, ok)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: top          !! rigid touching height [m]
+    real(dp), intent(out) :: z
+    logical, intent(out) :: ok
+    type(contact_state) :: state
+    real(dp) :: low, high, residual
+    integer :: iter
+
+    high = top + 1e-4_dp
+    low = high
+    do iter = 1, 60
+      low = low - 5e-5_dp
+      call contacts(this, [0.0_dp, low, 0.0_dp], state)
+      ok = state%status == inside
+      if (.not. ok) return
+      if (-state%gradient(2) > this%weight()) exit
+      high = low
+    end do
+    z = low
+    do iter = 1, 100
+      call contacts(this, [0.0_dp, z, 0.0_dp], state)
+      residual = -state%gradient(2) - this%weight()
+      if (residual > 0) low = z
+      if (residual <= 0) high = z
+      if (state%hessian(4) > 0) z = z + residual/state%hessian(4)
+      if (.not. (z > low .and. z < high)) z = (low + high)/2
+      if (high - low <= epsilon(z) .or. abs(residual) <= 1e-12_dp*this%weight()) exit
+    end do
+  end subroutine settle
+
+end module wheelset
