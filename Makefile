@@ -37,9 +37,21 @@ ifeq ($(filter clean help,$(MAKECMDGOALS)),)
 -include $(BUILD)/depend.mk
 endif
 
+# Programs that the tests run on the modules themselves.
+TESTS = $(patsubst tests/fortran/%.f90,$(BUILD)/tests/%,$(wildcard tests/fortran/*.f90))
+
+$(BUILD)/tests/%: tests/fortran/%.f90 $(OBJECTS) | $(BUILD)/tests
+	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -o $@ $< $(OBJECTS) $(LIBS)
+
+$(BUILD)/tests:
+	mkdir -p $@
+
 .PHONY: test reference clean help
-test: $(EXE)
-	$(PYTHON) -m pytest tests
+test: $(EXE) $(TESTS)
+	LDBENCH=$(CURDIR)/$(EXE) LDBENCH_TESTS=$(CURDIR)/$(BUILD)/tests $(PYTHON) -m pytest tests
+
+reference: $(EXE)
+	$(PYTHON) tests/reference.py --store
 
 clean:
 	rm -rf build ldbench ldbench-debug

@@ -9,7 +9,7 @@ module bspline
   implicit none
   private
   public :: axis_type, basis_type, graded_axis, uniform_axis, axis_point, axis_holds, axis_basis, &
-    fit_axis, spline_2d, spline_3d
+    fit_axis, spline_2d_value, spline_2d, spline_3d
 
   type :: axis_type
     integer :: n = 0              !! points
@@ -17,12 +17,13 @@ module bspline
     real(dp) :: scale = 0         !! sinh scale; 0: uniform, x = xi
     real(dp) :: first = 0         !! xi of the first point
     real(dp) :: step = 0          !! of xi
+    real(dp) :: low = 0, high = 0 !! x of the first and the last point
   end type axis_type
 
   !> The four B-splines that live in one cell, with derivatives with respect to x.
   type :: basis_type
-    integer :: i = 0              !! index of the first coefficient
-    real(dp) :: b(4, 0:2) = 0     !! value, first, second derivative
+    integer :: i                  !! index of the first coefficient
+    real(dp) :: b(4, 0:2)         !! value, first, second derivative
   end type basis_type
 
   interface
@@ -55,6 +56,8 @@ contains
     axis%scale = scale
     axis%first = asinh((first - centre)/scale)
     axis%step = (asinh((last - centre)/scale) - axis%first)/(n - 1)
+    axis%low = first
+    axis%high = last
   end function graded_axis
 
   pure function uniform_axis(first, last, n) result(axis)
@@ -65,6 +68,8 @@ contains
     axis%n = n
     axis%first = first
     axis%step = (last - first)/(n - 1)
+    axis%low = first
+    axis%high = last
   end function uniform_axis
 
   pure real(dp) function axis_point(axis, i) result(x)
@@ -79,7 +84,7 @@ contains
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: x
 
-    axis_holds = x >= axis_point(axis, 1) .and. x <= axis_point(axis, axis%n)
+    axis_holds = x >= axis%low .and. x <= axis%high
   end function axis_holds
 
   !> B-splines at x, which must lie on the axis.
@@ -92,9 +97,9 @@ contains
     if (axis%scale > 0) then
       far = x - axis%centre
       root = sqrt(axis%scale**2 + far**2)
-      xi = asinh(far/axis%scale)
+      xi = sign(log((abs(far) + root)/axis%scale), far)      ! asinh, at a third of its price
       d1 = 1/(root*axis%step)
-      d2 = -far/(root**3*axis%step)
+      d2 = -far*d1/root**2
     else
       xi = x
       d1 = 1/axis%step
@@ -137,6 +142,18 @@ contains
     call dgbtrf(n, n, k, k, ab, 3*k + 1, ipiv, info)
     if (info == 0) call dgbtrs('N', n, k, k, size(f, 2), ab, 3*k + 1, ipiv, c, n, info)
   end subroutine fit_axis
+
+  !> Value alone of sum c(i, j) X_i Y_j.
+  pure real(dp) function spline_2d_value(c, x, y) result(v)
+    real(dp), intent(in) :: c(:, :)
+    type(basis_type), intent(in) :: x, y
+    integer :: j
+
+    v = 0
+    do j = 1, 4
+      v = v + y%b(j, 0)*dot_product(c(x%i:x%i + 3, y%i + j - 1), x%b(:, 0))
+    end do
+  end function spline_2d_value
 
   !> Value, gradient (x, y) and Hessian (xx, xy, yy) of sum c(i, j) X_i Y_j.
   pure subroutine spline_2d(c, x, y, v)

@@ -52,9 +52,10 @@ module case
     character(text_length) :: table_file = ''
     real(dp) :: lateral = 0.060_dp, lift = 0.040_dp, drop = 0.010_dp
     real(dp) :: roll_range = 0.35_dp, depth = 2.2e-3_dp
-    integer :: n_lateral = 500, n_roll = 29, n_depth = 41
+    integer :: n_lateral = 300, n_roll = 49, n_depth = 33
     ! &integrator
     character(text_length) :: scheme = 'newmark'
+    integer :: order = 2
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
     real(dp) :: dt = 2e-6_dp
     real(dp) :: t_end = 1
@@ -139,6 +140,7 @@ contains
     call add_integer('table', 'n_roll', c%n_roll, 5, 1000, 'points over roll')
     call add_integer('table', 'n_depth', c%n_depth, 5, 1000, 'points over the root of the penetration')
     call add_text('integrator', 'scheme', c%scheme, 'newmark energy', '')
+    call add_integer('integrator', 'order', c%order, 2, 4, '2, or 4 by composition')
     call add_real('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'Newmark; 0 is explicit')
     call add_real('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'Newmark')
     call add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step')
@@ -464,6 +466,8 @@ contains
     if (len_trim(c%name) == 0 .or. scan(trim(c%name), '/ ') > 0) then
       call fatal_error(error, file//", &case name: expected a word that can name a file, found '"// &
         trim(c%name)//"'")
+    else if (c%order == 3) then
+      call fatal_error(error, file//', &integrator order: expected 2 or 4, found 3')
     else if (c%interval < c%dt) then
       call fatal_error(error, file//', &output interval: expected at least the step &integrator dt = '// &
         str(c%dt)//' s, found '//str(c%interval))

@@ -41,6 +41,7 @@ module geometry
     real(dp), allocatable :: normal(:, :)  !! the rail's outward normal at the foot, (2, n)
     real(dp), allocatable :: foot(:)       !! station on the rail of the nearest point [m]
     integer, allocatable :: interval(:)    !! its knot interval
+    real(dp) :: centre(2) = 0              !! axle centre of the scan [m]
     logical :: fresh = .true.              !! no feet known yet
   end type scan_type
 
@@ -193,17 +194,26 @@ contains
     real(dp), intent(in) :: centre(2), roll
     integer, intent(in) :: first, last
     type(scan_type), intent(inout) :: work
-    real(dp) :: p(2), t(2), r(2), d1(2), c, s
+    real(dp) :: p(2), t(2), r(2), d1(2), c, s, move(2)
     integer :: i
 
     c = cos(roll)
     s = sin(roll)
+    move = merge(0.0_dp, centre - work%centre, work%fresh)
+    work%centre = centre
     do i = first, last
       p = centre + [pair%r(1, i)*c - pair%r(2, i)*s, pair%r(1, i)*s + pair%r(2, i)*c]
       t = [pair%t(1, i)*c - pair%t(2, i)*s, pair%t(1, i)*s + pair%t(2, i)*c]
-      if (work%fresh) call nearest_knot(pair%rail, p, work%interval(i), work%foot(i))
+      if (work%fresh .and. i == first) then
+        call nearest_knot(pair%rail, p, work%interval(i), work%foot(i))
+      else if (work%fresh) then
+        work%foot(i) = work%foot(i - 1)
+        work%interval(i) = work%interval(i - 1)
+      else
+        work%foot(i) = work%foot(i) + move(1)*work%normal(2, i) - move(2)*work%normal(1, i)
+      end if
       call foot_point(pair%rail, p, work%foot(i), work%interval(i), r, d1)
-      d1 = d1/hypot(d1(1), d1(2))
+      d1 = d1/sqrt(d1(1)**2 + d1(2)**2)
       work%normal(:, i) = [-d1(2), d1(1)]
       work%depth(i) = -dot_product(work%normal(:, i), p - r)
       work%slope(i) = -dot_product(work%normal(:, i), t)

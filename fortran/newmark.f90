@@ -9,6 +9,9 @@
 !>            replaced by the discrete gradient of U: O. Gonzalez, J. Nonlinear Sci. 6
 !>            (1996) 449-467.  Total energy is then kept exactly, at any step.
 !>
+!> Fourth order by M. Suzuki's symmetric composition of five second-order steps
+!> (Phys. Lett. A 146 (1990) 319-323); it keeps what the second-order step keeps.
+!>
 !> The implicit equations are solved by Newton's method on the exact tangent.
 module newmark
   use kinds, only: dp
@@ -20,6 +23,7 @@ module newmark
 
   type :: scheme_type
     character(16) :: name = 'newmark'  !! or 'energy'
+    integer :: order = 2               !! or 4
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
     real(dp) :: tolerance = 1e-13_dp   !! of a Newton correction [m, rad]
     integer :: max_iterations = 12
@@ -60,6 +64,33 @@ contains
     type(motion_type), intent(out) :: new
     integer, intent(out) :: iterations
     integer, intent(out) :: status
+    real(dp), parameter :: p = 1/(4 - 4**(1/3.0_dp))
+    real(dp), parameter :: suzuki(5) = [p, p, 1 - 4*p, p, p]
+    type(motion_type) :: from
+    integer :: i, n
+
+    if (scheme%order == 2) then
+      call second_order_step(w, scheme, old, dt, new, iterations, status)
+      return
+    end if
+    iterations = 0
+    new = old
+    do i = 1, size(suzuki)
+      from = new
+      call second_order_step(w, scheme, from, suzuki(i)*dt, new, n, status)
+      iterations = iterations + n
+      if (status /= step_ok) return
+    end do
+    new%t = old%t + dt
+  end subroutine advance
+
+  pure subroutine second_order_step(w, scheme, old, dt, new, iterations, status)
+    type(wheelset_type), intent(in) :: w
+    type(scheme_type), intent(in) :: scheme
+    type(motion_type), intent(in) :: old
+    real(dp), intent(in) :: dt
+    type(motion_type), intent(inout) :: new
+    integer, intent(out) :: iterations, status
     real(dp) :: force(3)
 
     new%t = old%t + dt
@@ -77,7 +108,7 @@ contains
     end if
     force = external_force(w, old%t + dt/2)
     new%work = old%work + force(1)*(new%q(1) - old%q(1))
-  end subroutine advance
+  end subroutine second_order_step
 
   pure subroutine advance_newmark(w, scheme, old, dt, new, iterations, status)
     type(wheelset_type), intent(in) :: w
@@ -104,7 +135,8 @@ contains
       if (status == step_ok) exit
     end do
     if (status == step_ok) call carry(new%contact, -move)
-    new%a = (new%q - predicted)/(scheme%beta*dt**2)
+    ! From the balance of forces: (q - predicted)/(beta dt^2) would magnify round-off.
+    new%a = (f - new%contact%gradient)/m
     new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
     if (new%contact%status /= inside) status = new%contact%status
   end subroutine advance_newmark

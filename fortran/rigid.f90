@@ -89,25 +89,32 @@ contains
     real(dp), intent(out) :: y
     logical, intent(out) :: ok
     type(scan_type) :: work
-    real(dp) :: low, high, roll, z, z_flange, station(2)
+    real(dp) :: low, high, f, f_high, roll, z, z_flange, station(2)
     integer :: iter, tread, flange
     logical :: touches
 
     work = new_scan(pair)
     tread = zones(count(.not. zones%flange))%first
     flange = zones(size(zones))%first
+    ! Bisection finds where the flange comes into reach, the secant rule the rest.
     low = 0
     high = 0.05_dp
+    f = -1
+    f_high = -1
     do iter = 1, 60
       y = (low + high)/2
+      if (f > -1e-3_dp .and. f_high > 0) y = low - f*(high - low)/(f_high - f)
       call rigid_contact(pair, tread, size(pair%s), y, roll, z, station, ok)
       if (.not. ok) return
       call lower(pair, flange, tread, y, roll, work, z_flange, station(1), touches)
-      if (touches .and. z_flange > z) then
-        high = y
-      else
+      if (.not. touches .or. z_flange < z) then
         low = y
+        if (touches) f = z_flange - z
+      else
+        high = y
+        f_high = z_flange - z
       end if
+      if (high - low < 1e-12_dp .or. touches .and. abs(z_flange - z) < 1e-12_dp) exit
     end do
     ok = low > 0 .and. high < 0.05_dp
   end subroutine clearance

@@ -136,7 +136,7 @@ contains
     logical :: done
 
     call cpu_time(from)
-    scheme = scheme_type(c%scheme(:16), c%beta, c%gamma, c%tolerance, c%max_iterations)
+    scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
     substeps = ceiling(c%interval/c%dt*(1 - 1e-9_dp))
     run%step = c%interval/substeps
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))

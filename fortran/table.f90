@@ -13,7 +13,7 @@
 module table
   use, intrinsic :: iso_fortran_env, only: int64
   use bspline, only: axis_basis, axis_holds, axis_point, axis_type, basis_type, fit_axis, &
-    graded_axis, spline_2d, spline_3d, uniform_axis
+    graded_axis, spline_2d, spline_2d_value, spline_3d, uniform_axis
   use contact, only: find_zones, set_moduli, zone_energy, zone_type
   use errors, only: error_type, fatal_error
   use geometry, only: new_scan, pair_type, rolled, scan_depth, scan_type, touch
@@ -22,7 +22,7 @@ module table
   use system, only: replace_file, scratch_name
   implicit none
   private
-  public :: grid_type, zone_table, contact_table, build_table, zone_potential, save_table, load_table
+  public :: grid_type, zone_table, contact_table, build_table, wheel_potential, save_table, load_table
   public :: inside, outside_lateral, outside_roll, outside_depth
 
   !> Extent and resolution of the table.
@@ -32,13 +32,13 @@ module table
     real(dp) :: drop = 10e-3_dp         !! of the wheel below its running height [m]
     real(dp) :: roll = 0.35_dp          !! to either side [rad]
     real(dp) :: depth = 2.2e-3_dp       !! largest penetration [m]
-    integer :: n_lateral = 500          !! points in u of a flange zone; half as many for the tread
-    integer :: n_roll = 29, n_depth = 41
+    integer :: n_lateral = 300          !! points in u of a flange zone; half as many for the tread
+    integer :: n_roll = 49, n_depth = 33
   end type grid_type
 
   type :: zone_table
     logical :: flange = .false.
-    real(dp) :: alpha = 0               !! direction of u to the track's Y axis [rad]
+    real(dp) :: along(2) = 0            !! direction of u, track frame
     real(dp) :: pole(2) = 0             !! wheelset frame [m]
     real(dp) :: origin(2) = 0           !! u, w of the pole in the reference pose [m]
     real(dp) :: ceiling = 0             !! Z of the pole above which nothing touches [m]
@@ -57,7 +57,7 @@ module table
     enumerator :: inside = 0, outside_lateral, outside_roll, outside_depth
   end enum
 
-  character(*), parameter :: magic = 'ldbench contact table 1'
+  character(*), parameter :: magic = 'ldbench contact table 2'
 
 contains
 
@@ -93,7 +93,7 @@ contains
     ! Extent of the finely spaced part of the axes; on the throat a shift of 1 mm
     ! moves the patch by 10 mm, on the tread by about 1 mm.
     real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
-    real(dp), parameter :: fine_roll = 0.01_dp                            ! [rad]
+    real(dp), parameter :: fine_roll = 0.02_dp                            ! [rad]
     real(dp), allocatable :: h(:, :), s(:, :, :), k(:)
     type(scan_type) :: work
     real(dp) :: station, roll, centre(2), along(2), across(2), shift, corners(2)
@@ -101,9 +101,9 @@ contains
     logical :: ok
 
     t%flange = zone%flange
-    t%alpha = zone%alpha
     t%pole = zone%pole
-    along = [cos(t%alpha), sin(t%alpha)]
+    along = [cos(zone%alpha), sin(zone%alpha)]
+    t%along = along
     across = [-along(2), along(1)]
 
     ! Reference pose: the zone just touches, where the wheelset is likely to be
@@ -163,7 +163,7 @@ contains
       real(dp) :: move
 
       centre = (t%origin(1) + u)*along + (t%origin(2) + shift)*across - rolled(t%pole, roll)
-      call touch(pair, work, zone%first, zone%last, centre, roll, t%alpha, move, station, ok)
+      call touch(pair, work, zone%first, zone%last, centre, roll, zone%alpha, move, station, ok)
       centre = centre + move*across
       shift = shift + move
     end subroutine touch_at
@@ -173,7 +173,7 @@ contains
     subroutine fill_depths(s)
       real(dp), intent(out) :: s(:)
       type(zone_type) :: active
-      real(dp) :: q, near
+      real(dp) :: q
       integer :: m
 
       active = zone
@@ -181,10 +181,9 @@ contains
         q = axis_point(t%q, m)
         s(m) = energy_at(q, active)/q**5
       end do
-      ! S(0) is a limit: extrapolate linearly from two tiny depths.
-      q = 0.05_dp*t%q%step
-      near = energy_at(2*q, active)/(2*q)**5
-      s(1) = 2*energy_at(q, active)/q**5 - near
+      ! S(0) is a limit; patches that small would see the rounding of the profile's
+      ! points, so it is extrapolated.
+      s(1) = 3*(s(2) - s(3)) + s(4)
     end subroutine fill_depths
 
     real(dp) function energy_at(q, active) result(energy)
@@ -260,36 +259,70 @@ contains
     t%s = reshape(a, [nq + 2, nr + 2, nu + 2], order=[3, 2, 1])
   end subroutine fit
 
-  !> Elastic energy [J] of a zone of the left wheel, its gradient with respect to
-  !> the pose (y, z, roll) and its Hessian (yy, yz, y roll, zz, z roll, roll roll).
-  pure subroutine zone_potential(t, pose, energy, gradient, hessian, status)
-    type(zone_table), intent(in) :: t
+  !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
+  !> respect to the pose (y, z, roll), and the Hessian (yy, yz, y roll, zz, z roll,
+  !> roll roll) of their sum.
+  pure subroutine wheel_potential(t, pose, energy, gradient, hessian, status)
+    type(contact_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
-    real(dp), intent(out) :: energy, gradient(3), hessian(6)
+    real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
     integer, intent(out) :: status
-    type(basis_type) :: bu, br, bq
-    real(dp) :: arm(2), x(2), u, w, ca, sa, p, q, h(6), v(10)
-    real(dp) :: f, fu, fr, fp, fuu, fur, fup, frr, frp, fpp
-    real(dp) :: eu, ew, er, euu, euw, eur, eww, ewr, err, ur, wr
+    type(basis_type) :: roll_basis
+    real(dp) :: c, s, part, slope(3), bend(6)
+    integer :: i, branch
 
     energy = 0
     gradient = 0
     hessian = 0
     status = inside
-    arm = rolled(t%pole, pose(3))
+    c = cos(pose(3))
+    s = sin(pose(3))
+    if (t%zones(1)%roll%low <= pose(3) .and. pose(3) <= t%zones(1)%roll%high) then
+      call axis_basis(t%zones(1)%roll, pose(3), roll_basis)
+    else
+      status = outside_roll
+      return
+    end if
+    do i = 1, size(t%zones)
+      call zone_potential(t%zones(i), pose, c, s, roll_basis, part, slope, bend, status)
+      if (status /= inside) return
+      if (part <= 0) cycle
+      branch = merge(2, 1, t%zones(i)%flange)
+      energy(branch) = energy(branch) + part
+      gradient(:, branch) = gradient(:, branch) + slope
+      hessian = hessian + bend
+    end do
+  end subroutine wheel_potential
+
+  !> The same of one zone.  Where it does not touch, only the energy is set, to zero.
+  pure subroutine zone_potential(t, pose, c, s, br, energy, gradient, hessian, status)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: pose(3)
+    real(dp), intent(in) :: c, s           !! cosine and sine of the roll angle
+    type(basis_type), intent(in) :: br     !! of the roll axis
+    real(dp), intent(out) :: energy
+    real(dp), intent(inout) :: gradient(3), hessian(6)
+    integer, intent(out) :: status
+    type(basis_type) :: bu, bq
+    real(dp) :: arm(2), x(2), u, w, ca, sa, p, q, h(6), v(10)
+    real(dp) :: f, fu, fr, fp, fuu, fur, fup, frr, frp, fpp
+    real(dp) :: eu, ew, er, euu, euw, eur, eww, ewr, err, ur, wr
+
+    energy = 0
+    status = inside
+    arm = [t%pole(1)*c - t%pole(2)*s, t%pole(1)*s + t%pole(2)*c]
     x = pose(1:2) + arm
     if (x(2) > t%ceiling) return
-    ca = cos(t%alpha)
-    sa = sin(t%alpha)
+    ca = t%along(1)
+    sa = t%along(2)
     u = x(1)*ca + x(2)*sa - t%origin(1)
     w = x(2)*ca - x(1)*sa - t%origin(2)
-    if (.not. axis_holds(t%u, u)) status = outside_lateral
-    if (.not. axis_holds(t%roll, pose(3))) status = outside_roll
-    if (status /= inside) return
+    if (.not. axis_holds(t%u, u)) then
+      status = outside_lateral
+      return
+    end if
     call axis_basis(t%u, u, bu)
-    call axis_basis(t%roll, pose(3), br)
-    call spline_2d(t%h, br, bu, h)           ! h, h_r, h_u, h_rr, h_ru, h_uu
-    p = h(1) - w
+    p = spline_2d_value(t%h, br, bu) - w
     if (p <= 0) return
     q = sqrt(p)
     if (.not. axis_holds(t%q, q)) then
@@ -297,6 +330,7 @@ contains
       return
     end if
     call axis_basis(t%q, q, bq)
+    call spline_2d(t%h, br, bu, h)           ! h, h_r, h_u, h_rr, h_ru, h_uu
     call spline_3d(t%s, bq, br, bu, v)       ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
 
     ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p).
@@ -354,7 +388,7 @@ contains
     write (unit, iostat=stat) magic, len(table%key), table%key, size(table%zones)
     do i = 1, size(table%zones)
       associate (t => table%zones(i))
-        if (stat == 0) write (unit, iostat=stat) t%flange, t%alpha, t%pole, t%origin, t%ceiling, &
+        if (stat == 0) write (unit, iostat=stat) t%flange, t%along, t%pole, t%origin, t%ceiling, &
           t%u, t%roll, t%q, t%h, t%s
       end associate
     end do
@@ -394,7 +428,7 @@ contains
       allocate (table%zones(n))
       do i = 1, n
         associate (t => table%zones(i))
-          read (unit, iostat=stat) t%flange, t%alpha, t%pole, t%origin, t%ceiling, t%u, t%roll, t%q
+          read (unit, iostat=stat) t%flange, t%along, t%pole, t%origin, t%ceiling, t%u, t%roll, t%q
           if (stat /= 0) exit
           allocate (t%h(t%roll%n + 2, t%u%n + 2), t%s(t%q%n + 2, t%roll%n + 2, t%u%n + 2))
           read (unit, iostat=stat) t%h, t%s

@@ -53,26 +53,23 @@ contains
   pure function str_real(x) result(word)
     real(dp), intent(in) :: x
     character(:), allocatable :: word
-    character(32) :: buffer
+    character(40) :: buffer
+    character(12) :: form
     integer :: digits
     real(dp) :: back
-    logical :: ok
-    character(8) :: form
+    logical :: ok, plain
 
     ! Fewest digits that read back to the same number.
-    do digits = 6, 17
-      write (form, '(a,i0,a)') '(g0.', digits, ')'
+    plain = abs(x) >= 1e-3_dp .and. abs(x) < 1e7_dp .or. abs(x) <= 0
+    do digits = 1, 20
+      write (form, '(a,i0,a)') merge('(f0. ', '(es0.', plain), digits, ')'
       write (buffer, form) x
-      call to_real(trim(adjustl(buffer)), back, ok)
+      call to_real(trim(buffer), back, ok)
       if (.not. ok .or. abs(back - x) <= 0) exit
     end do
-    word = trim(adjustl(buffer))
-    if (index(word, '.') > 0 .and. scan(word, 'eE') == 0) then
-      do while (word(len(word):) == '0')
-        word = word(:len(word) - 1)
-      end do
-      if (word(len(word):) == '.') word = word//'0'
-    end if
+    word = trim(buffer)
+    if (word(1:1) == '.') word = '0'//word
+    if (index(word, '-.') == 1) word = '-0'//word(2:)
   end function str_real
 
   pure function str_integer(i) result(word)

@@ -2,7 +2,7 @@
 !> four contacts as a function of the pose q = (y, z, roll).
 module wheelset
   use kinds, only: dp, gravity
-  use table, only: contact_table, inside, zone_potential
+  use table, only: contact_table, inside, wheel_potential
   implicit none
   private
   public :: wheelset_type, contact_state, contacts, external_force, settle, contact_name
@@ -66,31 +66,18 @@ contains
     type(contact_state), intent(out) :: state
     real(dp), parameter :: mirror(3) = [-1, 1, -1]
     real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
-    real(dp) :: energy, gradient(3), hessian(6), left(6), right(6)
-    integer :: i, branch, status
+    real(dp) :: left(6), right(6)
+    integer :: i, status
 
-    left = 0
-    right = 0
-    do i = 1, size(this%table%zones)
-      associate (zone => this%table%zones(i))
-        branch = merge(left_flange, left_tread, zone%flange)
-        call zone_potential(zone, q, energy, gradient, hessian, status)
-        if (status /= inside) state%status = status
-        state%energy(branch) = state%energy(branch) + energy
-        state%slope(:, branch) = state%slope(:, branch) + gradient
-        left = left + hessian
-
-        branch = merge(right_flange, right_tread, zone%flange)
-        call zone_potential(zone, mirror*q, energy, gradient, hessian, status)
-        if (status /= inside) state%status = status
-        state%energy(branch) = state%energy(branch) + energy
-        state%slope(:, branch) = state%slope(:, branch) + mirror*gradient
-        right = right + mirror_2*hessian
-      end associate
+    call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), left, state%status)
+    call wheel_potential(this%table, mirror*q, state%energy(3:), state%slope(:, 3:), right, status)
+    if (status /= inside) state%status = status
+    do i = right_tread, right_flange
+      state%slope(:, i) = mirror*state%slope(:, i)
     end do
     state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
       + (state%slope(:, right_tread) + state%slope(:, right_flange))
-    state%hessian = left + right
+    state%hessian = left + mirror_2*right
   end subroutine contacts
 
   !> Height z of the axle centre at which the centred wheelset is in equilibrium,
