@@ -52,6 +52,8 @@ contains
     integer :: iter
 
     work = new_scan(pair)
+    roll = 0
+    z = 0
     x = [0.0_dp, 1e-3_dp]
     f(1) = difference(x(1))
     do iter = 1, 50
