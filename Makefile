@@ -4,7 +4,7 @@ LIBS    = -llapack -lblas
 WARN    = -Wall -Wextra -std=f2018 -fimplicit-none
 ifeq ($(DEBUG),1)
   BUILD  = build/debug
-  FFLAGS = -Og -g -fcheck=all -ffpe-trap=invalid,zero,overflow -fbacktrace
+  FFLAGS = -Og -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
 else
   BUILD  = build/release
   FFLAGS = -O3 -g -flto=auto

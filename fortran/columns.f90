@@ -13,7 +13,7 @@ module columns
   use kinds, only: dp, gravity
   use newmark, only: motion_type
   use system, only: replace_file, scratch_name
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use wheelset, only: contact_name, contact_state, contacts, external_force, left_flange, right_tread, &
     wheelset_type
   implicit none
@@ -173,9 +173,7 @@ contains
     line(1:1) = '#'
     if (stat == 0) write (unit, '(a)', iostat=stat) line
     do i = 1, size(rows, 2)
-      ! Numbers too small for a two-digit exponent are written as zero.
-      if (stat == 0) write (unit, '(*(es16.8e2))', iostat=stat) &
-        merge(0.0_dp, rows(:, i), abs(rows(:, i)) < 1e-98_dp)
+      if (stat == 0) write (unit, '(*(es16.8e2))', iostat=stat) printable(rows(:, i))
     end do
     if (stat == 0) then
       close (unit, iostat=stat)
@@ -186,6 +184,15 @@ contains
     if (stat /= 0) call fatal_error(error, file//': cannot be written completely')
 
   contains
+
+    !> Numbers too small for a two-digit exponent are written as zero.
+    elemental real(dp) function printable(x)
+      real(dp), intent(in) :: x
+
+      printable = x
+      if (ieee_is_nan(x)) return
+      if (abs(x) < 1e-98_dp) printable = 0
+    end function printable
 
     pure function fit(word) result(cell)
       character(*), intent(in) :: word

@@ -68,6 +68,7 @@ contains
     end if
 
     ! Arcs of negative relative curvature between running point and flange face.
+    cuts = 0
     n_cuts = 0
     parting = split
     from = 0

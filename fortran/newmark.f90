@@ -223,18 +223,17 @@ contains
   pure function solve(a, b) result(x)
     real(dp), intent(in) :: a(3, 3), b(3)
     real(dp) :: x(3), c(3, 3)
+    integer :: i, j, k
 
-    c(:, 1) = cross(a(2, :), a(3, :))
-    c(:, 2) = cross(a(3, :), a(1, :))
-    c(:, 3) = cross(a(1, :), a(2, :))
-    x = matmul(c, b)/dot_product(a(1, :), c(:, 1))
+    do i = 1, 3
+      j = mod(i, 3) + 1
+      k = mod(j, 3) + 1
+      c(1, i) = a(j, 2)*a(k, 3) - a(j, 3)*a(k, 2)
+      c(2, i) = a(j, 3)*a(k, 1) - a(j, 1)*a(k, 3)
+      c(3, i) = a(j, 1)*a(k, 2) - a(j, 2)*a(k, 1)
+    end do
+    x = (c(:, 1)*b(1) + c(:, 2)*b(2) + c(:, 3)*b(3)) &
+      /(a(1, 1)*c(1, 1) + a(1, 2)*c(2, 1) + a(1, 3)*c(3, 1))
   end function solve
-
-  pure function cross(a, b) result(c)
-    real(dp), intent(in) :: a(3), b(3)
-    real(dp) :: c(3)
-
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 
 end module newmark
