@@ -60,7 +60,7 @@ module case
     real(dp) :: dt = 2e-6_dp
     real(dp) :: t_end = 1
     character(text_length) :: stop_at = 't_end'
-    real(dp) :: tolerance = 1e-13_dp
+    real(dp) :: tolerance = 1e-10_dp
     integer :: max_iterations = 12
     integer :: max_halvings = 10
     ! &output

@@ -25,7 +25,8 @@ module newmark
     character(16) :: name = 'newmark'  !! or 'energy'
     integer :: order = 2               !! or 4
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
-    real(dp) :: tolerance = 1e-13_dp   !! of a Newton correction [m, rad]
+    real(dp) :: tolerance = 1e-10_dp   !! of the last Newton correction [m, rad]; the next would be
+                                       !! its square times about 1/m
     integer :: max_iterations = 12
   end type scheme_type
 
@@ -34,6 +35,8 @@ module newmark
     real(dp) :: q(3) = 0               !! y, z [m], roll [rad]
     real(dp) :: v(3) = 0               !! their rates
     real(dp) :: a(3) = 0               !! accelerations; 'energy': mean over the last step
+    real(dp) :: jerk(3) = 0            !! their growth, from the last two steps; it predicts the next
+    real(dp) :: dt = 0                 !! the last step [s]
     real(dp) :: work = 0               !! done by the lateral force so far [J]
     type(contact_state) :: contact     !! at q
   end type motion_type
@@ -106,6 +109,7 @@ contains
       iterations = 0
       status = new%contact%status
     end if
+    new%dt = dt
     force = external_force(w, old%t + dt/2)
     new%work = old%work + force(1)*(new%q(1) - old%q(1))
   end subroutine second_order_step
@@ -122,7 +126,7 @@ contains
     m = w%inertia()
     f = external_force(w, new%t)
     predicted = old%q + dt*old%v + dt**2*(0.5_dp - scheme%beta)*old%a
-    new%q = predicted + dt**2*scheme%beta*old%a
+    new%q = predicted + dt**2*scheme%beta*(old%a + dt*old%jerk)
     status = step_diverged
     do iterations = 1, scheme%max_iterations
       call contacts(w, new%q, new%contact)
@@ -138,6 +142,7 @@ contains
     ! From the balance of forces: (q - predicted)/(beta dt^2) would magnify round-off.
     new%a = (f - new%contact%gradient)/m
     new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
+    new%jerk = (new%a - old%a)/dt
     if (new%contact%status /= inside) status = new%contact%status
   end subroutine advance_newmark
 
@@ -154,7 +159,7 @@ contains
 
     m = w%inertia()
     f = external_force(w, old%t + dt/2)
-    d = dt*old%v + 0.5_dp*dt**2*old%a
+    d = dt*old%v + 0.5_dp*dt**2*(old%a + 0.5_dp*(old%dt + dt)*old%jerk)
     status = step_diverged
     do iterations = 1, scheme%max_iterations
       new%q = old%q + d
@@ -184,6 +189,7 @@ contains
       new%q = old%q + d
       new%v = 2*d/dt - old%v
       new%a = (new%v - old%v)/dt
+      new%jerk = 2*(new%a - old%a)/(old%dt + dt)
       call carry(new%contact, -move)
     end if
     if (middle%status /= inside) status = middle%status
