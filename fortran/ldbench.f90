@@ -6,6 +6,7 @@ program ldbench
   use kinds, only: version
   use report, only: output_path, summary, write_columns, write_geometry
   use simulation, only: prepare, run_type, setup_type, simulate
+  use system, only: scratch_name
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines
   implicit none
@@ -53,7 +54,9 @@ contains
     if (allocated(error)) return
     call check_case(file, c, error)
     if (allocated(error)) return
-    call check_writable(output_path(c))
+    call check_writable(file, '&output file', output_path(c))
+    if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file))
+    if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file))
     if (allocated(error)) return
     call prepare(c, setup, error, watcher)
     if (.not. allocated(error)) call simulate(c, setup, result, error, watcher)
@@ -69,14 +72,17 @@ contains
   end subroutine run
 
   !> Find out before the work, not after it, that a file cannot be written.
-  subroutine check_writable(path)
-    use system, only: scratch_name
-    character(*), intent(in) :: path
+  subroutine check_writable(file, variable, path)
+    character(*), intent(in) :: file, variable, path
     integer :: unit, stat
+    logical :: folder
 
+    if (path == '') return
+    inquire (file=path//'/.', exist=folder)
     open (newunit=unit, file=scratch_name(path), status='replace', action='write', iostat=stat)
     if (stat == 0) close (unit, status='delete', iostat=stat)
-    if (stat /= 0) call fatal_error(error, '&output file: expected a path that can be written, found '//path)
+    if (stat /= 0 .or. folder) call fatal_error(error, file//', '//variable// &
+      ': expected a path that can be written, found '//path)
   end subroutine check_writable
 
   subroutine get_argument(i, value)
