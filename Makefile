@@ -12,10 +12,14 @@ endif
 PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
-MODULES = kinds errors text system progress terminal case curve profile hertz geometry contact bspline table \
+MODULES = kinds errors text system progress terminal case curve profile hertz geometry halfspace contact bspline potential table \
           rigid wheelset newmark events columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
+WRAPPER = build/wrapper/installed
+
+.PHONY: all wrapper test reference clean help
+all: $(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER))
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 	$(FC) $(FFLAGS) -o $@ $^ $(LIBS)
@@ -46,18 +50,34 @@ $(BUILD)/tests/%: tests/fortran/%.f90 $(OBJECTS) | $(BUILD)/tests
 $(BUILD)/tests:
 	mkdir -p $@
 
-.PHONY: test reference clean help
-test: $(EXE) $(TESTS)
+# The Python extension, built in place by the same meson.build as `pip install .`; .venv finds the package here.
+wrapper: $(WRAPPER)
+
+$(WRAPPER): build/wrapper/build.ninja $(MODULES:%=fortran/%.f90) $(wildcard wrappers/ldbench/*.f90)
+	PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
+	install build/wrapper/_flat*.so wrappers/ldbench/
+	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth
+	touch $@
+
+build/wrapper/build.ninja: meson.build .venv/stamp
+	rm -rf build/wrapper
+	PATH="$(CURDIR)/.venv/bin:$$PATH" meson setup build/wrapper
+
+.venv/stamp:
+	@echo 'no .venv: run ./bootstrap' >&2; exit 1
+
+test: $(EXE) $(TESTS) $(WRAPPER)
 	LDBENCH=$(CURDIR)/$(EXE) LDBENCH_TESTS=$(CURDIR)/$(BUILD)/tests $(PYTHON) -m pytest tests
 
 reference: $(EXE)
 	$(PYTHON) tests/reference.py --store
 
 clean:
-	rm -rf build ldbench ldbench-debug
+	rm -rf build ldbench ldbench-debug wrappers/ldbench/_flat*.so
 
 help:
-	@echo 'make            the executable ldbench'
+	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
+	@echo 'make wrapper    the Python extension (after ./bootstrap)'
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'

@@ -9,7 +9,7 @@ module bspline
   implicit none
   private
   public :: axis_type, basis_type, graded_axis, uniform_axis, axis_point, axis_holds, axis_basis, &
-    fit_axis, spline_2d_value, spline_2d, spline_3d
+    fit_axis, fit_2d, fit_3d, spline_2d_value, spline_2d, spline_3d
 
   type :: axis_type
     integer :: n = 0              !! points
@@ -142,6 +142,38 @@ contains
     call dgbtrf(n, n, k, k, ab, 3*k + 1, ipiv, info)
     if (info == 0) call dgbtrs('N', n, k, k, size(f, 2), ab, 3*k + 1, ipiv, c, n, info)
   end subroutine fit_axis
+
+  !> Coefficients c(n1 + 2, n2 + 2) of values f(n1, n2).
+  subroutine fit_2d(f, c)
+    real(dp), intent(in) :: f(:, :)
+    real(dp), allocatable, intent(out) :: c(:, :)
+    real(dp) :: a(size(f, 1) + 2, size(f, 2)), b(size(f, 2) + 2, size(f, 1) + 2)
+
+    call fit_axis(f, a)
+    call fit_axis(transpose(a), b)
+    c = transpose(b)
+  end subroutine fit_2d
+
+  !> Coefficients c(n1 + 2, n2 + 2, n3 + 2) of values f(n1, n2, n3).
+  subroutine fit_3d(f, c)
+    real(dp), intent(in) :: f(:, :, :)
+    real(dp), allocatable, intent(out) :: c(:, :, :)
+    real(dp), allocatable :: a(:, :), b(:, :, :)
+    integer :: n(3)
+
+    n = shape(f)
+    allocate (a(n(1) + 2, n(2)*n(3)))
+    call fit_axis(reshape(f, [n(1), n(2)*n(3)]), a)
+    b = reshape(a, [n(2), n(1) + 2, n(3)], order=[2, 1, 3])
+    deallocate (a)
+    allocate (a(n(2) + 2, (n(1) + 2)*n(3)))
+    call fit_axis(reshape(b, [n(2), (n(1) + 2)*n(3)]), a)
+    b = reshape(a, [n(3), n(2) + 2, n(1) + 2], order=[2, 3, 1])
+    deallocate (a)
+    allocate (a(n(3) + 2, (n(2) + 2)*(n(1) + 2)))
+    call fit_axis(reshape(b, [n(3), (n(2) + 2)*(n(1) + 2)]), a)
+    c = reshape(a, [n(1) + 2, n(2) + 2, n(3) + 2], order=[3, 2, 1])
+  end subroutine fit_3d
 
   !> Value alone of sum c(i, j) X_i Y_j.
   pure real(dp) function spline_2d_value(c, x, y) result(v)

@@ -125,7 +125,7 @@ contains
     call add_real('loading', 'lateral_force', c%lateral_force, -1e7_dp, 1e7_dp, 'N', &
       'at the centre of gravity, track frame, at t = 0')
     call add_real('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', 'its growth')
-    call add_text('contact', 'model', c%model, 'strip hertz', 'normal force')
+    call add_text('contact', 'model', c%model, 'strip hertz halfspace', 'normal force')
     call add_real('contact', 'split_angle', c%split_angle, 0.03_dp, 1.2_dp, 'rad', &
       'tangent angle that parts tread and flange')
     call add_real('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', &

@@ -14,7 +14,7 @@ module geometry
   implicit none
   private
   public :: pair_type, scan_type, place_profiles, new_scan, scan_depth, deepest, &
-    touch, wheel_station, rolled, rail_curvature
+    touch, wheel_station, rolled, rail_curvature, point_depth
 
   !> A pair of placed profiles.
   type :: pair_type
@@ -194,7 +194,7 @@ contains
     real(dp), intent(in) :: centre(2), roll
     integer, intent(in) :: first, last
     type(scan_type), intent(inout) :: work
-    real(dp) :: p(2), t(2), r(2), d1(2), c, s, move(2)
+    real(dp) :: p(2), t(2), c, s, move(2)
     integer :: i
 
     c = cos(roll)
@@ -212,13 +212,26 @@ contains
       else
         work%foot(i) = work%foot(i) + move(1)*work%normal(2, i) - move(2)*work%normal(1, i)
       end if
-      call foot_point(pair%rail, p, work%foot(i), work%interval(i), r, d1)
-      d1 = d1/sqrt(d1(1)**2 + d1(2)**2)
-      work%normal(:, i) = [-d1(2), d1(1)]
-      work%depth(i) = -dot_product(work%normal(:, i), p - r)
+      call point_depth(pair, p, work%foot(i), work%interval(i), work%depth(i), work%normal(:, i))
       work%slope(i) = -dot_product(work%normal(:, i), t)
     end do
   end subroutine scan_depth
+
+  !> Depth [m] of one point inside the rail along the rail's normal, and that normal.
+  !> `foot` and `interval` are those of a point nearby on entry, its own on return.
+  pure subroutine point_depth(pair, p, foot, interval, depth, normal)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: p(2)           !! track frame [m]
+    real(dp), intent(inout) :: foot
+    integer, intent(inout) :: interval
+    real(dp), intent(out) :: depth, normal(2)
+    real(dp) :: r(2), d1(2)
+
+    call foot_point(pair%rail, p, foot, interval, r, d1)
+    d1 = d1/sqrt(d1(1)**2 + d1(2)**2)
+    normal = [-d1(2), d1(1)]
+    depth = -dot_product(normal, p - r)
+  end subroutine point_depth
 
   pure subroutine nearest_knot(c, p, i, s)
     type(curve_type), intent(in) :: c

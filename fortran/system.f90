@@ -35,12 +35,17 @@ contains
     name = file//'.part'//str(int(c_getpid()))
   end function scratch_name
 
-  !> Rename a finished file over the old one, in one step.
+  !> Rename a finished file over the old one, in one step; where that fails the
+  !> finished file is removed.
   subroutine replace_file(from, to, stat)
     character(*), intent(in) :: from, to
     integer, intent(out) :: stat
+    integer :: unit, ignored
 
     stat = int(c_rename(from//c_null_char, to//c_null_char))
+    if (stat == 0) return
+    open (newunit=unit, file=from, iostat=ignored)
+    if (ignored == 0) close (unit, status='delete', iostat=ignored)
   end subroutine replace_file
 
 end module system

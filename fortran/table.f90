@@ -11,13 +11,13 @@
 !> the exact gradient of the interpolant and stiffnesses its exact Hessian, so
 !> energy is conserved whatever the resolution.
 module table
-  use, intrinsic :: iso_fortran_env, only: int64
-  use bspline, only: axis_basis, axis_holds, axis_point, axis_type, basis_type, fit_axis, &
-    graded_axis, spline_2d, spline_2d_value, spline_3d, uniform_axis
-  use contact, only: find_zones, set_moduli, zone_energy, zone_type
+  use bspline, only: axis_basis, axis_point, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, uniform_axis
+  use contact, only: branch_energy, set_moduli, zone_energy, zone_type
   use errors, only: error_type, fatal_error
   use geometry, only: new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
+  use potential, only: contact_table, correction_table, inside, outside_depth, outside_lateral, outside_roll, &
+    wheel_potential, zone_table
   use progress, only: monitor_type
   use system, only: replace_file, scratch_name
   implicit none
@@ -36,28 +36,7 @@ module table
     integer :: n_roll = 49, n_depth = 33
   end type grid_type
 
-  type :: zone_table
-    logical :: flange = .false.
-    real(dp) :: along(2) = 0            !! direction of u, track frame
-    real(dp) :: pole(2) = 0             !! wheelset frame [m]
-    real(dp) :: origin(2) = 0           !! u, w of the pole in the reference pose [m]
-    real(dp) :: ceiling = 0             !! Z of the pole above which nothing touches [m]
-    type(axis_type) :: u, roll, q
-    real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u)
-    real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u)
-  end type zone_table
-
-  type :: contact_table
-    character(:), allocatable :: key    !! everything that the table depends on
-    type(zone_table), allocatable :: zones(:)
-  end type contact_table
-
-  !> Whether a pose is on the table.
-  enum, bind(c)
-    enumerator :: inside = 0, outside_lateral, outside_roll, outside_depth
-  end enum
-
-  character(*), parameter :: magic = 'ldbench contact table 2'
+  character(*), parameter :: magic = 'ldbench contact table 3'
 
 contains
 
@@ -75,10 +54,20 @@ contains
 
     table%key = key
     allocate (table%zones(size(zones)))
-    do i = 1, size(zones)
-      call build_zone(pair, zones(i), model, e_star, grid, table%zones(i), &
-        (i - 1.0_dp)/size(zones), real(i, dp)/size(zones), watcher)
-    end do
+    if (model == 'halfspace') then
+      ! The half-space solutions take most of the time.
+      do i = 1, size(zones)
+        call build_zone(pair, zones(i), 'strip', e_star, grid, table%zones(i), &
+          0.3_dp*(i - 1)/size(zones), 0.3_dp*i/size(zones), watcher)
+      end do
+      call build_correction(pair, zones, .false., e_star, table, table%correction(1), 0.3_dp, 0.4_dp, watcher)
+      call build_correction(pair, zones, .true., e_star, table, table%correction(2), 0.4_dp, 1.0_dp, watcher)
+    else
+      do i = 1, size(zones)
+        call build_zone(pair, zones(i), model, e_star, grid, table%zones(i), &
+          (i - 1.0_dp)/size(zones), real(i, dp)/size(zones), watcher)
+      end do
+    end if
   end subroutine build_table
 
   subroutine build_zone(pair, zone, model, e_star, grid, t, from, to, watcher)
@@ -153,7 +142,8 @@ contains
         end do
       end do
     end do
-    call fit(h, s, t)
+    call fit_2d(h, t%h)
+    call fit_3d(s, t%s)
 
   contains
 
@@ -202,6 +192,82 @@ contains
 
   end subroutine build_zone
 
+  !> Ratio of half-space to strip energy of the tread or the flange.
+  subroutine build_correction(pair, zones, flange, e_star, table, t, from, to, watcher)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zones(:)
+    logical, intent(in) :: flange
+    real(dp), intent(in) :: e_star
+    type(contact_table), intent(in) :: table
+    type(correction_table), intent(out) :: t
+    real(dp), intent(in) :: from, to
+    class(monitor_type), intent(inout), optional :: watcher
+    ! Extent of the fine part of the axes, and points.
+    real(dp), parameter :: fine_u(2) = [10e-3_dp, 0.6e-3_dp], fine_roll = 0.02_dp, fine_p = 0.2e-3_dp
+    integer, parameter :: n_u(2) = [20, 32], n_roll = 9, n_p = 18
+    ! Outside these the pose presses the end of a zone into the rail, where another zone
+    ! would have touched long before.
+    real(dp), parameter :: bounds(2) = [0.6_dp, 1.6_dp]
+    real(dp), parameter :: far = 20e-3_dp   ! the zone's distance at which another one may still touch [m]
+    real(dp), allocatable :: ratio(:, :, :), k(:)
+    type(scan_type) :: work
+    type(basis_type) :: bu, br
+    real(dp) :: u, roll, w, centre(2), strip, exact
+    integer :: branch, zone, first, last, i, j, m, n
+    logical :: ok
+
+    branch = merge(2, 1, flange)
+    ! The tread's running zone is the first, the flange face is in the last.
+    zone = merge(size(zones), 1, flange)
+    t%zone = zone
+    first = minval(zones%first, zones%flange .eqv. flange)
+    last = maxval(zones%last, zones%flange .eqv. flange)
+    associate (z => table%zones(zone))
+      t%u = graded_axis(z%u%low, z%u%high, 0.0_dp, fine_u(branch), n_u(branch))
+      t%roll = graded_axis(z%roll%low, z%roll%high, 0.0_dp, fine_roll, n_roll)
+      t%p = graded_axis(-far, z%q%high**2, 0.0_dp, fine_p, n_p)
+      allocate (ratio(n_p, t%roll%n, t%u%n), k(size(pair%s)))
+      work = new_scan(pair)
+      do j = 1, t%roll%n
+        if (present(watcher)) then
+          call watcher%report('table', from + (to - from)*(j - 1)/t%roll%n)
+          if (watcher%stop) return
+        end if
+        roll = axis_point(t%roll, j)
+        call axis_basis(z%roll, roll, br)
+        do n = 1, size(zones)
+          call set_moduli(pair, zones(n), e_star, roll, k)
+        end do
+        do i = 1, t%u%n
+          u = axis_point(t%u, i)
+          call axis_basis(z%u, u, bu)
+          work%fresh = .true.
+          ratio(:, j, i) = 1
+          do m = n_p, 1, -1
+            w = spline_2d_value(z%h, br, bu) - axis_point(t%p, m)
+            centre = (z%origin(1) + u)*z%along + (z%origin(2) + w)*[-z%along(2), z%along(1)] &
+              - rolled(z%pole, roll)
+            call scan_depth(pair, centre, roll, first, last, work)
+            work%fresh = .false.
+            if (m < n_p) ratio(m, j, i) = ratio(m + 1, j, i)
+            ! Poses far inside the rail are beyond the table; those without overlap have no ratio.
+            if (maxval(work%depth(first:last)) > 2*z%q%high**2) cycle
+            strip = 0
+            do n = 1, size(zones)
+              if (zones(n)%flange .eqv. flange) &
+                strip = strip + zone_energy(pair, zones(n), 'strip', e_star, roll, work, k)
+            end do
+            if (strip <= 0) exit
+            call branch_energy(pair, first, last, e_star, centre, roll, work, exact, ok)
+            if (ok) ratio(m, j, i) = max(bounds(1), min(exact/strip, bounds(2)))
+          end do
+          if (m > 0) ratio(:m, j, i) = ratio(min(m + 1, n_p), j, i)
+        end do
+      end do
+    end associate
+    call fit_3d(ratio, t%c)
+  end subroutine build_correction
+
   !> Lateral shift of the wheelset at which a zone is expected to touch: 0 for
   !> the tread; for a flange zone where it is as low as the running tread.
   real(dp) function reference_shift(pair, zone) result(y)
@@ -230,146 +296,6 @@ contains
     end do
   end function reference_shift
 
-  !> Spline coefficients of h(roll, u) and S(q, roll, u).
-  subroutine fit(h, s, t)
-    real(dp), intent(in) :: h(:, :), s(:, :, :)
-    type(zone_table), intent(inout) :: t
-    real(dp), allocatable :: a(:, :), b(:, :), c(:, :, :)
-    integer :: nq, nr, nu
-
-    nq = size(s, 1)
-    nr = size(s, 2)
-    nu = size(s, 3)
-    allocate (a(nr + 2, nu), b(nu + 2, nr + 2))
-    call fit_axis(h, a)
-    call fit_axis(transpose(a), b)
-    t%h = transpose(b)
-    deallocate (a, b)
-
-    allocate (a(nq + 2, nr*nu))
-    call fit_axis(reshape(s, [nq, nr*nu]), a)
-    c = reshape(a, [nr, nq + 2, nu], order=[2, 1, 3])
-    deallocate (a)
-    allocate (a(nr + 2, (nq + 2)*nu))
-    call fit_axis(reshape(c, [nr, (nq + 2)*nu]), a)
-    c = reshape(a, [nu, nr + 2, nq + 2], order=[2, 3, 1])
-    deallocate (a)
-    allocate (a(nu + 2, (nr + 2)*(nq + 2)))
-    call fit_axis(reshape(c, [nu, (nr + 2)*(nq + 2)]), a)
-    t%s = reshape(a, [nq + 2, nr + 2, nu + 2], order=[3, 2, 1])
-  end subroutine fit
-
-  !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
-  !> respect to the pose (y, z, roll), and the Hessian (yy, yz, y roll, zz, z roll,
-  !> roll roll) of their sum.
-  pure subroutine wheel_potential(t, pose, energy, gradient, hessian, status)
-    type(contact_table), intent(in) :: t
-    real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
-    real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
-    integer, intent(out) :: status
-    type(basis_type) :: roll_basis
-    real(dp) :: c, s, part, slope(3), bend(6)
-    integer :: i, branch
-
-    energy = 0
-    gradient = 0
-    hessian = 0
-    status = inside
-    c = cos(pose(3))
-    s = sin(pose(3))
-    if (t%zones(1)%roll%low <= pose(3) .and. pose(3) <= t%zones(1)%roll%high) then
-      call axis_basis(t%zones(1)%roll, pose(3), roll_basis)
-    else
-      status = outside_roll
-      return
-    end if
-    do i = 1, size(t%zones)
-      call zone_potential(t%zones(i), pose, c, s, roll_basis, part, slope, bend, status)
-      if (status /= inside) return
-      if (part <= 0) cycle
-      branch = merge(2, 1, t%zones(i)%flange)
-      energy(branch) = energy(branch) + part
-      gradient(:, branch) = gradient(:, branch) + slope
-      hessian = hessian + bend
-    end do
-  end subroutine wheel_potential
-
-  !> The same of one zone.  Where it does not touch, only the energy is set, to zero.
-  pure subroutine zone_potential(t, pose, c, s, br, energy, gradient, hessian, status)
-    type(zone_table), intent(in) :: t
-    real(dp), intent(in) :: pose(3)
-    real(dp), intent(in) :: c, s           !! cosine and sine of the roll angle
-    type(basis_type), intent(in) :: br     !! of the roll axis
-    real(dp), intent(out) :: energy
-    real(dp), intent(inout) :: gradient(3), hessian(6)
-    integer, intent(out) :: status
-    type(basis_type) :: bu, bq
-    real(dp) :: arm(2), x(2), u, w, ca, sa, p, q, h(6), v(10)
-    real(dp) :: f, fu, fr, fp, fuu, fur, fup, frr, frp, fpp
-    real(dp) :: eu, ew, er, euu, euw, eur, eww, ewr, err, ur, wr
-
-    energy = 0
-    status = inside
-    arm = [t%pole(1)*c - t%pole(2)*s, t%pole(1)*s + t%pole(2)*c]
-    x = pose(1:2) + arm
-    if (x(2) > t%ceiling) return
-    ca = t%along(1)
-    sa = t%along(2)
-    u = x(1)*ca + x(2)*sa - t%origin(1)
-    w = x(2)*ca - x(1)*sa - t%origin(2)
-    if (.not. axis_holds(t%u, u)) then
-      status = outside_lateral
-      return
-    end if
-    call axis_basis(t%u, u, bu)
-    p = spline_2d_value(t%h, br, bu) - w
-    if (p <= 0) return
-    q = sqrt(p)
-    if (.not. axis_holds(t%q, q)) then
-      status = outside_depth
-      return
-    end if
-    call axis_basis(t%q, q, bq)
-    call spline_2d(t%h, br, bu, h)           ! h, h_r, h_u, h_rr, h_ru, h_uu
-    call spline_3d(t%s, bq, br, bu, v)       ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
-
-    ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p).
-    f = q**5*v(1)
-    fu = q**5*v(4)
-    fr = q**5*v(3)
-    fp = q**3*(2.5_dp*v(1) + 0.5_dp*q*v(2))
-    fuu = q**5*v(10)
-    fur = q**5*v(9)
-    frr = q**5*v(8)
-    fup = q**3*(2.5_dp*v(4) + 0.5_dp*q*v(7))
-    frp = q**3*(2.5_dp*v(3) + 0.5_dp*q*v(6))
-    fpp = q*(3.75_dp*v(1) + 2.25_dp*q*v(2) + 0.25_dp*p*v(5))
-
-    ! U(u, w, roll) = F(u, roll, h(u, roll) - w).
-    eu = fu + fp*h(3)
-    er = fr + fp*h(2)
-    ew = -fp
-    euu = fuu + 2*fup*h(3) + fpp*h(3)**2 + fp*h(6)
-    eur = fur + fup*h(2) + frp*h(3) + fpp*h(2)*h(3) + fp*h(5)
-    err = frr + 2*frp*h(2) + fpp*h(2)**2 + fp*h(4)
-    euw = -fup - fpp*h(3)
-    ewr = -frp - fpp*h(2)
-    eww = fpp
-
-    ! u and w of the pole as functions of the pose.
-    ur = arm(1)*sa - arm(2)*ca
-    wr = arm(1)*ca + arm(2)*sa
-    energy = f
-    gradient = [eu*ca - ew*sa, eu*sa + ew*ca, er + eu*ur + ew*wr]
-    hessian(1) = euu*ca**2 - 2*euw*ca*sa + eww*sa**2
-    hessian(2) = (euu - eww)*ca*sa + euw*(ca**2 - sa**2)
-    hessian(3) = (eur + euu*ur + euw*wr)*ca - (ewr + euw*ur + eww*wr)*sa
-    hessian(4) = euu*sa**2 + 2*euw*ca*sa + eww*ca**2
-    hessian(5) = (eur + euu*ur + euw*wr)*sa + (ewr + euw*ur + eww*wr)*ca
-    hessian(6) = err + 2*(eur*ur + ewr*wr) + euu*ur**2 + 2*euw*ur*wr + eww*wr**2 &
-      - eu*wr + ew*ur
-  end subroutine zone_potential
-
   !> Write a table to a file, complete or not at all.
   subroutine save_table(file, table, error)
     character(*), intent(in) :: file
@@ -390,6 +316,12 @@ contains
       associate (t => table%zones(i))
         if (stat == 0) write (unit, iostat=stat) t%flange, t%along, t%pole, t%origin, t%ceiling, &
           t%u, t%roll, t%q, t%h, t%s
+      end associate
+    end do
+    do i = 1, size(table%correction)
+      associate (t => table%correction(i))
+        if (stat == 0) write (unit, iostat=stat) t%zone, t%u, t%roll, t%p
+        if (stat == 0 .and. t%zone > 0) write (unit, iostat=stat) t%c
       end associate
     end do
     if (stat == 0) write (unit, iostat=stat) magic
@@ -433,6 +365,14 @@ contains
           allocate (t%h(t%roll%n + 2, t%u%n + 2), t%s(t%q%n + 2, t%roll%n + 2, t%u%n + 2))
           read (unit, iostat=stat) t%h, t%s
           if (stat /= 0) exit
+        end associate
+      end do
+      do i = 1, size(table%correction)
+        associate (t => table%correction(i))
+          if (stat == 0) read (unit, iostat=stat) t%zone, t%u, t%roll, t%p
+          if (stat /= 0 .or. t%zone == 0) cycle
+          allocate (t%c(t%p%n + 2, t%roll%n + 2, t%u%n + 2))
+          read (unit, iostat=stat) t%c
         end associate
       end do
       if (stat == 0) read (unit, iostat=stat) mark

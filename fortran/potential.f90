@@ -1,0 +1,219 @@
+!> The contact potential of a wheel/rail pair, looked up: one C2 function of the pose.
+!>
+!> Per zone, in coordinates of the zone's pole (u along the rail's tangent at the
+!> zone's mean contact angle, w along its normal, roll phi):
+!>
+!>     p = h(u, phi) - w                    penetration; h: where the zone touches
+!>     U = S(u, phi, q) q^5,  q = sqrt(p+)
+!>
+!> For a Hertzian patch U goes with p^(5/2), for a patch cut by the end of its
+!> zone with p^3, so S is smooth in q.  h and S are tensor cubic B-splines.  Forces are
+!> the exact gradient of the interpolant and stiffnesses its exact Hessian, so
+!> energy is conserved whatever the resolution.
+!>
+!> For the exact half-space model the sum U of a branch's zones is multiplied by a
+!> correction c(u, phi, p) = U_halfspace/U_strip, in the coordinates of one of the
+!> branch's zones; it is smooth because the strips already carry the geometry.
+module potential
+  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_value, spline_3d
+  use kinds, only: dp
+  implicit none
+  private
+  public :: zone_table, correction_table, contact_table, wheel_potential
+  public :: inside, outside_lateral, outside_roll, outside_depth
+
+  type :: zone_table
+    logical :: flange = .false.
+    real(dp) :: along(2) = 0            !! direction of u, track frame
+    real(dp) :: pole(2) = 0             !! wheelset frame [m]
+    real(dp) :: origin(2) = 0           !! u, w of the pole in the reference pose [m]
+    real(dp) :: ceiling = 0             !! Z of the pole above which nothing touches [m]
+    type(axis_type) :: u, roll, q
+    real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u)
+    real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u)
+  end type zone_table
+
+  !> Ratio of half-space to strip energy of a branch, over (p, roll, u) of a zone.
+  type :: correction_table
+    integer :: zone = 0                 !! whose coordinates; 0: no correction
+    type(axis_type) :: u, roll, p
+    real(dp), allocatable :: c(:, :, :) !! coefficients over (p, roll, u)
+  end type correction_table
+
+  type :: contact_table
+    character(:), allocatable :: key    !! everything that the table depends on
+    type(zone_table), allocatable :: zones(:)
+    type(correction_table) :: correction(2)   !! of tread and flange
+  end type contact_table
+
+  !> Whether a pose is on the table.
+  enum, bind(c)
+    enumerator :: inside = 0, outside_lateral, outside_roll, outside_depth
+  end enum
+
+contains
+
+  !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
+  !> respect to the pose (y, z, roll), and the Hessian (yy, yz, y roll, zz, z roll,
+  !> roll roll) of their sum.
+  pure subroutine wheel_potential(t, pose, energy, gradient, hessian, status)
+    type(contact_table), intent(in) :: t
+    real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
+    real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
+    integer, intent(out) :: status
+    type(basis_type) :: roll_basis
+    real(dp) :: c, s, part, slope(3), bend(6), bends(6, 2)
+    integer :: i, branch
+
+    energy = 0
+    gradient = 0
+    hessian = 0
+    bends = 0
+    status = inside
+    c = cos(pose(3))
+    s = sin(pose(3))
+    if (t%zones(1)%roll%low <= pose(3) .and. pose(3) <= t%zones(1)%roll%high) then
+      call axis_basis(t%zones(1)%roll, pose(3), roll_basis)
+    else
+      status = outside_roll
+      return
+    end if
+    do i = 1, size(t%zones)
+      call zone_potential(t%zones(i), pose, c, s, roll_basis, part, slope, bend, status)
+      if (status /= inside) return
+      if (part <= 0) cycle
+      branch = merge(2, 1, t%zones(i)%flange)
+      energy(branch) = energy(branch) + part
+      gradient(:, branch) = gradient(:, branch) + slope
+      bends(:, branch) = bends(:, branch) + bend
+    end do
+    do branch = 1, 2
+      if (energy(branch) > 0 .and. t%correction(branch)%zone > 0) call correct(t%correction(branch), &
+        t%zones(t%correction(branch)%zone), pose, c, s, roll_basis, energy(branch), gradient(:, branch), &
+        bends(:, branch))
+    end do
+    hessian = bends(:, 1) + bends(:, 2)
+  end subroutine wheel_potential
+
+  !> The same of one zone.  Where it does not touch, only the energy is set, to zero.
+  pure subroutine zone_potential(t, pose, c, s, br, energy, gradient, hessian, status)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: pose(3)
+    real(dp), intent(in) :: c, s           !! cosine and sine of the roll angle
+    type(basis_type), intent(in) :: br     !! of the roll axis
+    real(dp), intent(out) :: energy
+    real(dp), intent(inout) :: gradient(3), hessian(6)
+    integer, intent(out) :: status
+    type(basis_type) :: bu, bq
+    real(dp) :: arm(2), u, w, p, q, h(6), v(10), f(10)
+
+    energy = 0
+    status = inside
+    arm = [t%pole(1)*c - t%pole(2)*s, t%pole(1)*s + t%pole(2)*c]
+    if (pose(2) + arm(2) > t%ceiling) return
+    call zone_coordinates(t, pose, arm, u, w)
+    if (.not. axis_holds(t%u, u)) then
+      status = outside_lateral
+      return
+    end if
+    call axis_basis(t%u, u, bu)
+    p = spline_2d_value(t%h, br, bu) - w
+    if (p <= 0) return
+    q = sqrt(p)
+    if (.not. axis_holds(t%q, q)) then
+      status = outside_depth
+      return
+    end if
+    call axis_basis(t%q, q, bq)
+    call spline_2d(t%h, br, bu, h)           ! h, h_r, h_u, h_rr, h_ru, h_uu
+    call spline_3d(t%s, bq, br, bu, v)       ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
+
+    ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p):
+    ! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu.
+    energy = q**5*v(1)
+    f(1) = energy
+    f(2) = q**3*(2.5_dp*v(1) + 0.5_dp*q*v(2))
+    f(3) = q**5*v(3)
+    f(4) = q**5*v(4)
+    f(5) = q*(3.75_dp*v(1) + 2.25_dp*q*v(2) + 0.25_dp*p*v(5))
+    f(6) = q**3*(2.5_dp*v(3) + 0.5_dp*q*v(6))
+    f(7) = q**3*(2.5_dp*v(4) + 0.5_dp*q*v(7))
+    f(8:10) = q**5*v(8:10)
+    call to_pose(t, arm, h, f, gradient, hessian)
+  end subroutine zone_potential
+
+  !> u and w of the pole in a pose; arm: the pole from the axle centre, track frame.
+  pure subroutine zone_coordinates(t, pose, arm, u, w)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: pose(3), arm(2)
+    real(dp), intent(out) :: u, w
+    real(dp) :: x(2)
+
+    x = pose(1:2) + arm
+    u = x(1)*t%along(1) + x(2)*t%along(2) - t%origin(1)
+    w = x(2)*t%along(1) - x(1)*t%along(2) - t%origin(2)
+  end subroutine zone_coordinates
+
+  !> Gradient and Hessian with respect to the pose of F(u, roll, p), p = h(u, roll) - w.
+  pure subroutine to_pose(t, arm, h, f, gradient, hessian)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: arm(2)         !! the pole from the axle centre, track frame [m]
+    real(dp), intent(in) :: h(6)           !! h, h_r, h_u, h_rr, h_ru, h_uu
+    real(dp), intent(in) :: f(10)          !! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu
+    real(dp), intent(out) :: gradient(3), hessian(6)
+    real(dp) :: ca, sa, eu, ew, er, euu, euw, eur, eww, ewr, err, ur, wr
+
+    ! With respect to u, w, roll.
+    eu = f(4) + f(2)*h(3)
+    er = f(3) + f(2)*h(2)
+    ew = -f(2)
+    euu = f(10) + 2*f(7)*h(3) + f(5)*h(3)**2 + f(2)*h(6)
+    eur = f(9) + f(7)*h(2) + f(6)*h(3) + f(5)*h(2)*h(3) + f(2)*h(5)
+    err = f(8) + 2*f(6)*h(2) + f(5)*h(2)**2 + f(2)*h(4)
+    euw = -f(7) - f(5)*h(3)
+    ewr = -f(6) - f(5)*h(2)
+    eww = f(5)
+
+    ! u and w of the pole as functions of the pose.
+    ca = t%along(1)
+    sa = t%along(2)
+    ur = arm(1)*sa - arm(2)*ca
+    wr = arm(1)*ca + arm(2)*sa
+    gradient = [eu*ca - ew*sa, eu*sa + ew*ca, er + eu*ur + ew*wr]
+    hessian(1) = euu*ca**2 - 2*euw*ca*sa + eww*sa**2
+    hessian(2) = (euu - eww)*ca*sa + euw*(ca**2 - sa**2)
+    hessian(3) = (eur + euu*ur + euw*wr)*ca - (ewr + euw*ur + eww*wr)*sa
+    hessian(4) = euu*sa**2 + 2*euw*ca*sa + eww*ca**2
+    hessian(5) = (eur + euu*ur + euw*wr)*sa + (ewr + euw*ur + eww*wr)*ca
+    hessian(6) = err + 2*(eur*ur + ewr*wr) + euu*ur**2 + 2*euw*ur*wr + eww*wr**2 &
+      - eu*wr + ew*ur
+  end subroutine to_pose
+
+  !> Multiply a branch's energy by its correction.
+  pure subroutine correct(t, zone, pose, c, s, br, energy, gradient, hessian)
+    type(correction_table), intent(in) :: t
+    type(zone_table), intent(in) :: zone
+    real(dp), intent(in) :: pose(3), c, s
+    type(basis_type), intent(in) :: br     !! of the zone's roll axis
+    real(dp), intent(inout) :: energy, gradient(3), hessian(6)
+    type(basis_type) :: bu, bp, b
+    real(dp) :: arm(2), u, w, h(6), f(10), slope(3), bend(6)
+
+    arm = [zone%pole(1)*c - zone%pole(2)*s, zone%pole(1)*s + zone%pole(2)*c]
+    call zone_coordinates(zone, pose, arm, u, w)
+    call axis_basis(zone%u, u, bu)
+    call spline_2d(zone%h, br, bu, h)
+    call axis_basis(t%u, u, bu)
+    call axis_basis(t%roll, pose(3), b)
+    call axis_basis(t%p, max(h(1) - w, t%p%low), bp)
+    call spline_3d(t%c, bp, b, bu, f)
+    call to_pose(zone, arm, h, f, slope, bend)
+    ! (c U)'' = c U'' + c' U' + U' c' + c'' U
+    hessian = f(1)*hessian + energy*bend + [2*slope(1)*gradient(1), &
+      slope(1)*gradient(2) + slope(2)*gradient(1), slope(1)*gradient(3) + slope(3)*gradient(1), &
+      2*slope(2)*gradient(2), slope(2)*gradient(3) + slope(3)*gradient(2), 2*slope(3)*gradient(3)]
+    gradient = f(1)*gradient + energy*slope
+    energy = f(1)*energy
+  end subroutine correct
+
+end module potential
