@@ -17,16 +17,6 @@ module halfspace
   private
   public :: set_influence, solve_pressure
 
-  interface
-    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: dp
-      character, intent(in) :: uplo
-      integer, intent(in) :: n, lda, incx, incy
-      real(dp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(dp), intent(inout) :: y(*)
-    end subroutine dsymv
-  end interface
-
 contains
 
   !> Displacement [m] per pressure [Pa] of the elements (i, j), i = 1..nx over
@@ -77,15 +67,13 @@ contains
     real(dp), intent(inout) :: p(:)
     logical, intent(out) :: ok
     integer, intent(out) :: iterations
-    real(dp), parameter :: tolerance = 1e-8_dp    ! of the depth, relative to its maximum
+    real(dp), parameter :: tolerance = 1e-7_dp    ! of the depth, relative to its maximum
     integer, parameter :: most = 1000
     real(dp), dimension(size(p)) :: r, t, q
     logical :: pressed(size(p))
     real(dp) :: g, g_old, tau, limit
     logical :: fresh
-    integer :: n
 
-    n = size(p)
     limit = tolerance*maxval(depth)
     ok = limit <= 0
     iterations = 0
@@ -99,7 +87,7 @@ contains
     do iterations = 1, most
       ! While nothing is clipped, the residual follows from the step itself.
       if (fresh) then
-        call dsymv('L', n, 1.0_dp, a, n, p, 1, 0.0_dp, q, 1)
+        call displace(a, p, q)
         r = depth - q
       end if
       pressed = p > 0
@@ -113,7 +101,7 @@ contains
         t = 0
       end where
       g_old = g
-      call dsymv('L', n, 1.0_dp, a, n, t, 1, 0.0_dp, q, 1)
+      call displace(a, t, q)
       tau = sum(r*t, pressed)/dot_product(t, q)
       ! Where the surfaces overlap without pressure, pressure has to appear, and
       ! the directions start anew.
@@ -126,5 +114,17 @@ contains
       if (.not. fresh) r = r - tau*q
     end do
   end subroutine solve_pressure
+
+  !> q = A p, column by column: only elements under pressure count.
+  pure subroutine displace(a, p, q)
+    real(dp), intent(in) :: a(:, :), p(:)
+    real(dp), intent(out) :: q(:)
+    integer :: l
+
+    q = 0
+    do l = 1, size(p)
+      if (abs(p(l)) > 0) q = q + p(l)*a(:, l)
+    end do
+  end subroutine displace
 
 end module halfspace
