@@ -4,16 +4,16 @@ LIBS    = -llapack -lblas
 WARN    = -Wall -Wextra -std=f2018 -fimplicit-none
 ifeq ($(DEBUG),1)
   BUILD  = build/debug
-  FFLAGS = -Og -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
+  FFLAGS = -Og -g -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
 else
   BUILD  = build/release
-  FFLAGS = -O3 -g -flto=auto
+  FFLAGS = -O3 -g -flto=auto -frecursive
 endif
 PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
 MODULES = kinds errors text system progress terminal case curve profile hertz geometry halfspace contact bspline potential table \
-          rigid wheelset newmark events columns simulation report
+          rigid wheelset modes newmark events columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
 WRAPPER = build/wrapper/installed

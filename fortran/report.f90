@@ -45,7 +45,7 @@ contains
     lines = lines//profile_line('wheel', setup%wheel%file, setup%wheel%checksum, setup%wheel%reconstruction)
     lines = lines//profile_line('rail', setup%rail%file, setup%rail%checksum, setup%rail%reconstruction)
     lines = lines//'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
-      'axle height at equilibrium [m]: '//str(setup%equilibrium)//nl
+      'axle height at equilibrium [m]: '//str(setup%equilibrium)//nl//frequencies(setup)
     copy = c
     call list_variables(copy, list)
     group = ''
@@ -57,6 +57,22 @@ contains
       lines = lines//nl
     end do
   end function header
+
+  !> Eigenfrequencies at equilibrium, named by what moves most (in kinetic energy).
+  function frequencies(setup) result(line)
+    type(setup_type), intent(in) :: setup
+    character(:), allocatable :: line
+    character(8), parameter :: motion(3) = [character(8) :: 'lateral', 'vertical', 'roll']
+    integer :: k
+
+    line = 'eigenfrequencies at equilibrium [Hz]:'
+    do k = 1, 3
+      line = line//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' '// &
+        fixed(setup%frequency(k), 4)
+      if (k < 3) line = line//','
+    end do
+    line = line//nl
+  end function frequencies
 
   function profile_line(what, file, checksum, reconstruction) result(line)
     character(*), intent(in) :: what, file, checksum
@@ -131,7 +147,7 @@ contains
       'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
       'equilibrium: axle '//fixed(setup%equilibrium, 6)//' m above the rails, approach '// &
       fixed(1e3_dp*(setup%pair%axle_height - setup%equilibrium), 4)//' mm, '// &
-      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//nl//outcome(c, run)// &
+      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//nl//frequencies(setup)//outcome(c, run)// &
       'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
       'columns: '//output_path(c)//', '//str(size(run%rows, 2))//' rows'//nl

@@ -9,6 +9,7 @@ module simulation
   use geometry, only: pair_type, place_profiles
   use hertz, only: contact_modulus
   use kinds, only: dp, version
+  use modes, only: small_oscillations
   use newmark, only: advance, motion_type, scheme_type, start_motion, step_diverged, step_ok
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
@@ -29,6 +30,8 @@ module simulation
     type(wheelset_type) :: wheelset
     real(dp) :: clearance = 0          !! rigid-axle flange clearance, one side [m]
     real(dp) :: equilibrium = 0        !! static axle height above top of rail [m]
+    real(dp) :: frequency(3) = 0       !! eigenfrequencies there, ascending [Hz]
+    real(dp) :: shapes(3, 3) = 0       !! their modes y, z, roll in columns
     logical :: table_found = .false.   !! read from a file, or built
     real(dp) :: table_seconds = 0      !! processor time for the table
   end type setup_type
@@ -102,8 +105,12 @@ contains
     setup%wheelset%lateral_force = c%lateral_force
     setup%wheelset%lateral_ramp = c%lateral_ramp
     call settle(setup%wheelset, setup%pair%axle_height, setup%equilibrium, ok)
-    if (.not. ok) call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
-      ' N: expected an equilibrium within &table depth = '//str(c%depth)//' m, found none')
+    if (.not. ok) then
+      call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
+        ' N: expected an equilibrium within &table depth = '//str(c%depth)//' m, found none')
+      return
+    end if
+    call small_oscillations(setup%wheelset, [0.0_dp, setup%equilibrium, 0.0_dp], setup%frequency, setup%shapes)
   end subroutine prepare
 
   !> Everything that a table depends on, in words.
