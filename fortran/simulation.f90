@@ -20,7 +20,7 @@ module simulation
   use wheelset, only: settle, wheelset_type
   implicit none
   private
-  public :: setup_type, run_type, prepare, simulate
+  public :: setup_type, run_type, prepare, set_wheelset, simulate
 
   !> What is the same for every run with one table.
   type :: setup_type
@@ -98,6 +98,17 @@ contains
     call cpu_time(to)
     setup%table_seconds = to - from
 
+    call set_wheelset(c, setup, error)
+  end subroutine prepare
+
+  !> Inertia and loads of the case on a table that is there: equilibrium and
+  !> eigenfrequencies.
+  subroutine set_wheelset(c, setup, error)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(inout) :: setup
+    type(error_type), allocatable, intent(out) :: error
+    logical :: ok
+
     setup%wheelset%mass = c%mass
     setup%wheelset%roll_inertia = c%roll_inertia
     setup%wheelset%pitch_inertia = c%pitch_inertia
@@ -111,7 +122,7 @@ contains
       return
     end if
     call small_oscillations(setup%wheelset, [0.0_dp, setup%equilibrium, 0.0_dp], setup%frequency, setup%shapes)
-  end subroutine prepare
+  end subroutine set_wheelset
 
   !> Everything that a table depends on, in words.
   function table_key(c, setup) result(key)
