@@ -1,0 +1,147 @@
+"""What the tests share: where things are, how to run a case and read its columns."""
+import os
+import subprocess
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+import pytest
+
+REPO = Path(__file__).resolve().parent.parent
+LDBENCH = Path(os.environ.get("LDBENCH", REPO / "ldbench")).resolve()
+FORTRAN_TESTS = Path(os.environ.get("LDBENCH_TESTS", REPO / "build/release/tests")).resolve()
+PAIRS = "aw", "sw"
+CASES = [f"ex{exercise}_{pair}" for exercise in range(1, 6) for pair in PAIRS]
+
+Columns = dict[str, np.ndarray]
+T = TypeVar("T")
+
+
+def run_case(text: str, tmp_path: Path, cwd: Path = REPO) -> subprocess.CompletedProcess[str]:
+    """Run ldbench on a namelist text, written to tmp_path/case.nml."""
+    file = tmp_path / "case.nml"
+    file.write_text(text)
+    return subprocess.run([LDBENCH, file], cwd=cwd, capture_output=True, encoding="utf-8",
+                          errors="surrogateescape", timeout=300)
+
+
+def namelist(**groups: dict[str, object]) -> str:
+    """Namelist text: namelist(initial={"vY": 0.1}, output={"file": path})."""
+    def value(x: object) -> str:
+        return str(x) if isinstance(x, (int, float)) else f"'{x}'"
+
+    return "".join(
+        f"&{group}\n" + "".join(f"  {name} = {value(x)}\n" for name, x in variables.items()) + "/\n"
+        for group, variables in groups.items())
+
+
+def short_case(folder: Path, **changes: dict[str, object]) -> str:
+    """A case of 2 ms with a coarse contact table that writes folder/columns.txt."""
+    groups = {
+        "profiles": {"wheel_profile": REPO / "profiles/awprof.yz", "rail_profile": REPO / "profiles/arprof.yz"},
+        "initial": {"vY": 0.5, "roll_rate": 0.01667},
+        "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9},
+        "integrator": {"dt": 1e-5, "t_end": 2e-3},
+        "output": {"file": folder / "columns.txt"},
+    }
+    for group, variables in changes.items():
+        groups[group] = groups.get(group, {}) | variables
+    return namelist(**groups)
+
+
+def refusal(text: str, folder: Path) -> str:
+    """The error message of an input that must be refused in one line, with no file made or touched.
+
+    `folder` gets an earlier result, columns.txt, unless something is there under that name.
+    """
+    earlier = folder / "columns.txt"
+    if not earlier.exists():
+        earlier.write_text("an earlier result\n")
+        os.utime(earlier, (1e9, 1e9))
+    before = contents(folder)
+    done = run_case(text, folder, cwd=folder)
+    assert done.returncode == 1, f"exit status {done.returncode}, {done.stdout}{done.stderr}"
+    assert done.stdout == ""
+    line, end, rest = done.stderr.partition("\n")
+    assert line.startswith("ldbench: error: ") and end and not rest, done.stderr
+    assert not any(character < " " or character == "\x7f" for character in line), repr(line)
+    assert len(line) < 800, line
+    after = contents(folder)
+    assert after == before, f"files made or touched: {sorted(set(after.items()) ^ set(before.items()))}"
+    return line
+
+
+def contents(folder: Path) -> dict[Path, tuple[bytes, int]]:
+    """Every file in a folder but the namelist, with bytes and time; folders count as files."""
+    return {path: (path.read_bytes(), path.stat().st_mtime_ns) if path.is_file() else (b"", 0)
+            for path in folder.rglob("*") if path.name != "case.nml"}
+
+
+def rows(file: Path) -> bytes:
+    """The numbers of a column file as they stand there, without header."""
+    return b"".join(line for line in file.read_bytes().splitlines(True)[1:] if not line.startswith(b"#"))
+
+
+def columns(file: Path) -> Columns:
+    """The columns of a file that ldbench wrote, by name."""
+    with open(file) as lines:
+        names = lines.readline().split()
+        values = np.loadtxt(lines, comments="#", ndmin=2)
+    return dict(zip(names, values.T, strict=True))
+
+
+def header(file: Path) -> str:
+    """The comment lines of a file that ldbench wrote, without the `# `."""
+    with open(file) as lines:
+        next(lines)
+        found = []
+        for line in lines:
+            if not line.startswith("#"):
+                break
+            found.append(line[2:])
+    return "".join(found)
+
+
+@dataclass
+class Run:
+    """A shipped input, run."""
+    file: Path       # of columns
+    summary: str     # what it printed
+    header: str
+    columns: Columns
+
+
+def shipped_text(case: str, folder: Path) -> str:
+    """A shipped input that writes to `folder`; one table per pair of profiles is kept there."""
+    text = (REPO / "inputs" / f"{case}.nml").read_text()
+    return text.replace("'outputs/", f"'{folder}/")
+
+
+def run_shipped(case: str, folder: Path, change: Callable[[str], str] = lambda text: text) -> Run:
+    """Run a shipped input, its text changed, with files in `folder`."""
+    work = folder / case
+    work.mkdir(exist_ok=True)
+    done = run_case(change(shipped_text(case, folder)), work)
+    assert done.returncode == 0, f"{case}: {done.stderr}"
+    file = folder / f"{case}.txt"
+    return Run(file, done.stdout, header(file), columns(file))
+
+
+def for_all_cases(work: Callable[[str], T]) -> dict[str, T]:
+    """work(case) of the ten cases, the two pairs of profiles side by side; a pair shares its table."""
+    def of_pair(pair: str) -> dict[str, T]:
+        return {case: work(case) for case in CASES if case.endswith(pair)}
+
+    with ThreadPoolExecutor(len(PAIRS)) as pool:
+        found = {case: result for results in pool.map(of_pair, PAIRS) for case, result in results.items()}
+    return {case: found[case] for case in CASES}
+
+
+@pytest.fixture(scope="session")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Run]:
+    """The ten shipped inputs, each run once."""
+    folder = tmp_path_factory.mktemp("shipped")
+    return for_all_cases(lambda case: run_shipped(case, folder))

@@ -1,0 +1,70 @@
+!> The motion of a case at full precision, without stop conditions.
+!>
+!> usage: trajectory input.nml steps every [reverse] [weightless]
+!> Takes `steps` steps dt from the initial conditions and writes time, y, z (axle centre above
+!> top of rail), roll, their rates and the total energy less the work done, after every so many and after the last.
+!> `reverse`: then reverses all velocities and takes as many steps again.
+!> `weightless`: without gravity and vertical load; the equilibrium is still that with them.
+program trajectory
+  use case, only: case_type, read_case
+  use errors, only: error_type
+  use kinds, only: dp, gravity
+  use newmark, only: advance, motion_type, scheme_type, start_motion, step_ok
+  use simulation, only: prepare, setup_type
+  use text, only: line_type, read_lines, str
+  implicit none
+  type(case_type) :: c
+  type(setup_type) :: setup
+  type(error_type), allocatable :: error
+  type(line_type), allocatable :: lines(:)
+  type(scheme_type) :: scheme
+  type(motion_type) :: motion, new
+  character(256) :: file, word
+  integer :: steps, every, i, leg, iterations, status
+  logical :: reverse, weightless
+
+  call get_command_argument(1, file)
+  call get_command_argument(2, word)
+  read (word, *) steps
+  call get_command_argument(3, word)
+  read (word, *) every
+  reverse = .false.
+  weightless = .false.
+  do i = 4, command_argument_count()
+    call get_command_argument(i, word)
+    reverse = reverse .or. word == 'reverse'
+    weightless = weightless .or. word == 'weightless'
+  end do
+  call read_lines(trim(file), lines, error)
+  if (.not. allocated(error)) call read_case(trim(file), lines, c, error)
+  if (.not. allocated(error)) call prepare(c, setup, error)
+  if (allocated(error)) error stop error%message
+  if (weightless) setup%wheelset%vertical_load = -setup%wheelset%mass*gravity
+
+  scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
+  motion%q = [c%y, setup%equilibrium + c%z, c%roll]
+  motion%v = [c%vy, c%vz, c%roll_rate]
+  do leg = 1, merge(2, 1, reverse)
+    if (leg == 2) motion = motion_type(t=motion%t, q=motion%q, v=-motion%v)
+    call start_motion(setup%wheelset, motion, status)
+    call write_state()
+    do i = 1, steps
+      call advance(setup%wheelset, scheme, motion, c%dt, new, iterations, status)
+      if (status /= step_ok) error stop 'a step failed: status '//str(status)//' at t = '//str(motion%t)
+      motion = new
+      if (mod(i, every) == 0 .or. i == steps) call write_state()
+    end do
+  end do
+
+contains
+
+  subroutine write_state()
+    associate (w => setup%wheelset)
+      ! Left and right first: the mirrored motion has the same energy bit by bit.
+      write (*, '(8es24.16)') motion%t, motion%q, motion%v, 0.5_dp*sum(w%inertia()*motion%v**2) &
+        + (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
+        + w%weight()*(motion%q(2) - setup%equilibrium) - motion%work
+    end associate
+  end subroutine write_state
+
+end program trajectory

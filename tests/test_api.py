@@ -1,0 +1,685 @@
+"""The Python package: cases, runs, the contact table, column files, the command line.
+
+The executable is the reference: a run from Python must write the same bytes and say the same words.
+"""
+import ast
+import os
+import pickle
+import re
+import signal
+import subprocess
+import sys
+import time
+import venv
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import f90nml
+import numpy as np
+import pytest
+
+import ldbench
+from conftest import CASES, FORTRAN_TESTS, LDBENCH, PAIRS, REPO
+from ldbench.__main__ import COMMANDS, main
+
+COARSE = {"n_lateral": 60, "n_roll": 9, "n_depth": 9, "table_file": ""}
+slow = pytest.mark.skipif("LDBENCH_SLOW" not in os.environ, reason="slow: LDBENCH_SLOW=1 runs it")
+
+
+def coarse(exercise: int, pair: str, **changes: object) -> ldbench.Case:
+    """A shipped case with a small table that is built in a moment."""
+    return ldbench.Case.exercise(exercise, pair).replace(**COARSE | changes)
+
+
+def to_flange(pair: str, **changes: object) -> ldbench.Case:
+    """The wheelset thrown at the left flange: impact, wheel lift-off and landing within 30 ms."""
+    return coarse(3, pair, t_end=0.03, dt=1e-5, **changes)
+
+
+def executable(case: ldbench.Case, folder: Path) -> tuple[Path, str]:
+    """The executable's column file and summary of a case."""
+    path = folder / "executable.txt"
+    case = case.replace(output_file=path)
+    case.to_namelist(folder / "case.nml")
+    done = subprocess.run([LDBENCH, folder / "case.nml"], cwd=REPO, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return path, done.stdout
+
+
+@pytest.fixture(scope="module")
+def table() -> ldbench.ContactTable:
+    return ldbench.ContactTable(coarse(1, "aw"))
+
+
+@pytest.fixture(scope="module")
+def flange_run() -> ldbench.Run:
+    return ldbench.run(to_flange("aw"))
+
+
+def touching_poses(table: ldbench.ContactTable, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Random poses with tread contact on both wheels, some with flange contact."""
+    random = np.random.default_rng(5)
+    y = random.uniform(-0.0105, 0.0105, n)
+    return y, table.equilibrium + 0.068*y**2 - random.uniform(0, 5e-5, n), 0.0337*y
+
+
+# Cases
+
+def test_defaults_are_the_benchmark_values():
+    case = ldbench.Case.from_namelist("&case /")
+    assert (case.mass, case.roll_inertia, case.rolling_radius, case.back_to_back) == (1568, 656, 0.457, 1.35214)
+    assert (case.gauge, case.youngs_modulus, case.poisson, case.vertical_load) == (1.4351, 210e9, 0.28, 164618)
+    assert (case.n_lateral, case.model, case.wheel_profile) == (300, "strip", "profiles/awprof.yz")
+
+
+def test_names_in_any_case_of_letters_and_with_their_group():
+    case = ldbench.Case.exercise(3, "sw")
+    assert case.vY == case.vy == case.initial_vY == 1.0
+    assert case.output_file == "outputs/ex3_sw.txt" and case.table_file == "outputs/sw_strip.table"
+    assert case.initial_roll == 0 and case.table_roll == 0.35
+    with pytest.raises(AttributeError, match="initial_roll or table_roll, found roll, which is ambiguous"):
+        _ = case.roll
+    assert not hasattr(case, "vy0")
+
+
+def test_replace_makes_another_case():
+    case = ldbench.Case.exercise(1)
+    other = case.replace(VY=np.float64(0.3), n_roll=np.int64(51), OUTPUT_FILE=Path("x.txt"))
+    assert (other.vY, other.n_roll, other.output_file) == (0.3, 51, "x.txt")
+    assert case.vY == 0.1 and case != other
+    assert other.replace(vY=0.1, n_roll=case.n_roll, output_file=case.output_file) == case
+    assert hash(other.replace(vY=0.1, n_roll=49.0, output_file=case.output_file)) == hash(case)
+    with pytest.raises(AttributeError):
+        case.dt = 1e-5
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_namelists_go_round(name):
+    case = ldbench.Case.from_namelist(REPO / "inputs" / f"{name}.nml")
+    assert case == ldbench.Case.exercise(int(name[2]), name[4:]), "the shipped input"
+    odd = case.replace(title="Pascal's wheelset", dt=case.dt*(1 - 2**-52), friction=1e-7/3)
+    for original in case, odd:
+        again = ldbench.Case.from_namelist(original.to_namelist())
+        assert again == original and again.values == original.values
+        assert ldbench.Case.from_namelist(f90nml.reads(original.to_namelist())) == original
+    assert ldbench.Case.from_namelist(f90nml.read(REPO / "inputs" / f"{name}.nml")) == case
+    assert pickle.loads(pickle.dumps(odd)) == odd
+
+
+@pytest.mark.parametrize("text", [
+    "", "mass = 3\n", "&wheels mass = 3 /", "&wheelset masse = 3 /", "&wheelset\nmass = -3\n/", "&wheelset mass = 3",
+    "&wheelset mass = 1, mass = 2 /", "&wheelset mass = 'heavy' /", "&contact model = 'rigid' /",
+    "&table n_roll = 9.5 /",
+    "&integrator order = 3 /", "&output interval = 1e-9 /", "&case title = 'no end /", "&initial vY = 1e999 /",
+    "&profiles wheel_profile = 'nothing.yz' /",
+    "&track gauge = 1.9 /", "&track gauge_depth = 0.05 /",
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 /",
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &initial Z = -0.01 / &integrator t_end = 1e-3 /",
+])
+def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
+    """Syntax, values, files, geometry, table and integration: one wording."""
+    path = tmp_path / "case.nml"
+    path.write_text(text)
+    monkeypatch.chdir(REPO)
+    done = subprocess.run([LDBENCH, path], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    with pytest.raises(ldbench.Error) as error:
+        ldbench.run(ldbench.Case.from_namelist(path))
+    assert f"ldbench: error: {error.value}\n" == done.stderr
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"dt": -1}, "&integrator dt: expected a number from .* s, found -1.0"),
+    ({"dt": float("nan")}, "&integrator dt: expected a number from .*, found NaN"),
+    ({"dt": "fast"}, "&integrator dt: expected a number from .*, found 'fast'"),
+    ({"dt": True}, "&integrator dt: expected a number from .*, found True"),
+    ({"n_roll": 9.5}, "&table n_roll: expected a whole number from 5 to 1000, found 9.5"),
+    ({"order": 3}, "&integrator order: expected 2 or 4, found 3"),
+    ({"model": "rigid"}, "&contact model: expected one of strip hertz.*, found 'rigid'"),
+    ({"title": 3}, "&case title: expected a text in quotes of at most 256 characters, found 3"),
+    ({"title": 300*"x"}, "&case title: expected a text in quotes of at most 256 characters"),
+    ({"title": "Räder"}, "&case title: expected a text"),
+    ({"interval": 1e-8}, "&output interval: expected at least the step"),
+    ({"vY0": 0.3}, "expected a namelist variable .*, found vY0"),
+    ({"file": "x"}, "expected table_file or output_file, found file, which is ambiguous"),
+])
+def test_replace_refuses(change, words):
+    with pytest.raises(ldbench.Error, match=words):
+        ldbench.Case.exercise(1).replace(**change)
+
+
+# Runs
+
+@pytest.mark.parametrize("case", [
+    to_flange("aw"), to_flange("sw"), to_flange("aw", model="hertz"), to_flange("sw", scheme="newmark", beta=0.0),
+    coarse(5, "aw", t_end=0.6),
+], ids=["strip aw", "strip sw", "hertz", "explicit", "ramp"])
+def test_file_and_summary_are_the_executables(case, tmp_path):
+    reference, printed = executable(case, tmp_path)
+    case = case.replace(output_file=reference)
+    run = ldbench.run(case)
+    assert Path(run.write(tmp_path / "python.txt")).read_bytes() == reference.read_bytes()
+    assert without_times(run.text) == without_times(printed)
+
+
+def without_times(summary: str) -> list[str]:
+    return [line for line in summary.splitlines() if not line.startswith("processor time")]
+
+
+def test_executable_and_python_share_table_files(tmp_path):
+    case = to_flange("aw").replace(table_file=tmp_path / "aw.table")
+    reference, _ = executable(case, tmp_path)
+    made = case.table_file, os.stat(case.table_file).st_mtime_ns
+    run = ldbench.run(case.replace(output_file=reference))
+    assert run.summary["table_found"] and made == (case.table_file, os.stat(case.table_file).st_mtime_ns)
+    assert Path(run.write(tmp_path / "python.txt")).read_bytes() == reference.read_bytes()
+
+
+def test_columns_are_those_of_the_file(flange_run, tmp_path):
+    columns = flange_run.columns
+    file = ldbench.read_columns(flange_run.write(tmp_path / "columns.txt"))
+    assert list(file) == list(columns) and file.attrs["units"] == columns.attrs["units"]
+    assert columns.attrs["units"]["roll_acc"] == "rad/s2" and columns.attrs["units"]["N_RF"] == "N"
+    np.testing.assert_allclose(columns, file, rtol=5.1e-9, atol=1e-98, equal_nan=True)     # nine digits are written
+
+
+def test_events_and_summary_tell_the_run(flange_run):
+    columns, summary, events = flange_run.columns, flange_run.summary, flange_run.events
+    time_of = {event.kind: event.t for event in reversed(events)}
+    flange = columns["time"][columns["N_LF"] > 0].iloc[0]
+    assert flange - flange_run.case.interval <= time_of["left flange contact"] <= flange
+    assert [event.t for event in events] == sorted(event.t for event in events)
+    counts = {kind: sum(event.kind == kind for event in events) for kind in time_of}
+    for kind, n in counts.items():
+        assert min(summary["n_" + re.sub("[ -]", "_", kind)], 5) == n
+    assert summary["peak_N_LF"] >= columns["N_LF"].max() > 1e5
+    assert summary["rows"] == len(columns) and summary["t"] == columns["time"].iloc[-1] == pytest.approx(0.03)
+    assert summary["end"] == "t_end, return_to_centre not reached" and not summary["returned"]
+    # The columns' energies are those at positions rounded to 1e-16 m.
+    assert summary["drift"] >= columns["E_drift"].abs().max() - 2e-16*summary["peak_N_LF"]
+    start = columns[["KE_lat", "KE_vert", "KE_roll"]].iloc[0]
+    assert summary["kinetic_energy"] == pytest.approx(start.sum(), rel=1e-14)
+    assert summary["steps"] == 3000 and summary["step"] == 1e-5
+    assert summary["load_per_wheel"] == pytest.approx(90e3, abs=1)
+
+
+def test_lateral_force_is_in_the_events():
+    """At the end of the step in which it happens."""
+    run = ldbench.run(coarse(5, "sw", t_end=0.6))
+    assert run.events
+    for event in run.events:
+        assert 5e3*event.t == pytest.approx(event.force, abs=5e3*run.case.dt)
+
+
+def test_runs_from_any_folder(tmp_path, monkeypatch, flange_run):
+    """Profiles are found, and the table that has nowhere to be kept is not."""
+    monkeypatch.chdir(tmp_path)
+    case = flange_run.case.replace(table_file="nowhere/aw.table", output_file="columns.txt")
+    run = ldbench.run(case)
+    assert run.columns.equals(flange_run.columns)
+    run.write()
+    assert [path.name for path in tmp_path.iterdir()] == ["columns.txt"]
+    assert "  wheel_profile = 'profiles/awprof.yz'" in (tmp_path / "columns.txt").read_text()
+
+
+def test_profiles_beside_the_namelist(tmp_path):
+    """A namelist of its own with profiles of its own, from elsewhere."""
+    wheel = (REPO / "profiles/awprof.yz").read_text() + "# mine\n"
+    (tmp_path / "my.yz").write_text(wheel)
+    (tmp_path / "case.nml").write_text("&profiles wheel_profile = 'my.yz' /")
+    case = ldbench.Case.from_namelist(tmp_path / "case.nml")
+    assert case.find(case.wheel_profile) == str(tmp_path / "my.yz")
+    assert Path(case.find(case.rail_profile)).samefile(REPO / "profiles/arprof.yz")
+    assert ldbench.ContactTable(case.replace(**COARSE)).clearance == pytest.approx(10.18e-3, abs=1e-6)
+
+
+def test_nothing_is_written_before_it_is_complete(flange_run, tmp_path):
+    with pytest.raises(ldbench.Error, match="cannot be written"):
+        flange_run.write(tmp_path / "missing/columns.txt")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(ldbench.Error, match="cannot be written"):
+        flange_run.write(tmp_path / "folder")
+    assert [path.name for path in tmp_path.rglob("*")] == ["folder"]
+
+
+# One table for many runs
+
+def test_a_table_serves_other_runs():
+    first = to_flange("aw")
+    other = first.replace(vY=0.9, roll_rate=0.03, mass=1600, vertical_load=150e3, lateral_force=2e3, scheme="newmark",
+                          title="heavier", wheel_profile=str(REPO / "profiles/awprof.yz"))
+    table = ldbench.ContactTable(first)
+    shared, alone = ldbench.run(other, table=table), ldbench.run(other)
+    assert shared.columns.equals(alone.columns)
+    assert shared.table.equilibrium == alone.table.equilibrium != table.equilibrium
+    assert shared.table.weight == pytest.approx(1600*9.81 + 150e3)
+    assert ldbench.run(first, table=shared.table).columns.equals(ldbench.run(first, table=table).columns)
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"model": "hertz"}, "&contact model: expected 'strip', for which the contact table was made, found 'hertz'"),
+    ({"gauge": 1.4352}, "&track gauge: expected 1.4351"),
+    ({"n_depth": 11}, "&table n_depth: expected 9"),
+    ({"table_roll": 0.3}, "&table roll: expected 0.35"),
+    ({"wheel_profile": "profiles/swprof.yz"}, "swprof.yz: expected the profile of the contact table"),
+    ({"wheel_profile": "nothing.yz"}, "nothing.yz: cannot be opened for reading"),
+])
+def test_a_table_that_does_not_fit_is_refused(table, change, words):
+    with pytest.raises(ldbench.Error, match=words):
+        ldbench.run(table.case.replace(**change), table=table)
+
+
+def test_a_load_beyond_the_table_is_refused():
+    """One wheel is pressed half a millimetre into its rail by 1 MN, two do not carry 3 MN."""
+    table = ldbench.ContactTable(coarse(1, "aw", depth=5e-4))
+    with pytest.raises(ldbench.Error, match="&wheelset vertical_load = 3000000.0 N: expected an equilibrium") as shared:
+        ldbench.run(table.case.replace(vertical_load=3e6), table=table)
+    with pytest.raises(ldbench.Error) as alone:
+        ldbench.run(table.case.replace(vertical_load=3e6))
+    assert str(alone.value) == str(shared.value)
+
+
+# Threads, progress, interruption
+
+def test_threads_make_the_same_bytes(tmp_path):
+    cases = [to_flange(pair, output_file=f"{pair}.txt", vY=v) for pair in PAIRS for v in (0.8, 1.0)]
+
+    def write(folder: Path, case: ldbench.Case) -> bytes:
+        folder.mkdir(exist_ok=True)
+        return Path(ldbench.run(case).write(folder / f"{case.output_file}{case.vY}")).read_bytes()
+
+    alone = [write(tmp_path / "alone", case) for case in cases]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda case: write(tmp_path / "together", case), cases))
+    assert together == alone and len(set(alone)) == len(cases)
+
+
+def test_threads_share_a_table_file(tmp_path):
+    """Both want to build it; one does, the other finds it."""
+    cases = [to_flange("aw", table_file=tmp_path / "aw.table", vY=v) for v in (0.8, 1.0)]
+    with ThreadPoolExecutor(2) as pool:
+        runs = list(pool.map(ldbench.run, cases))
+    assert sorted(run.summary["table_found"] for run in runs) == [False, True]
+    assert [path.name for path in tmp_path.iterdir()] == ["aw.table"]
+
+
+def test_progress_is_told_while_the_run_goes_on():
+    """The callback runs in this thread while the core works in another one, without the interpreter's lock."""
+    told = []
+    ldbench.run(coarse(5, "aw", n_lateral=200, t_end=3.0), progress=lambda *report: told.append(report))
+    for stage in "table", "integration":
+        shares = [share for name, share in told if name == stage]
+        assert len(set(shares)) > 2 and shares == sorted(shares) and 0 <= shares[0] and shares[-1] <= 1
+    assert [name for name, _ in told] == sorted((name for name, _ in told), reverse=True)
+
+
+@pytest.mark.parametrize("stage", ["table", "integration"])
+def test_an_exception_in_progress_stops_the_run(stage, tmp_path):
+    class Enough(Exception):
+        pass
+
+    def stop(name: str, share: float) -> None:
+        if name == stage:
+            raise Enough
+
+    # Hours of integration, or half a minute of table.
+    case = ldbench.Case.exercise(5).replace(t_end=9e4, interval=1e-2, table_file=tmp_path / "aw.table")
+    if stage == "integration":
+        case = case.replace(**COARSE)
+    begin = time.monotonic()
+    with pytest.raises(Enough):
+        ldbench.run(case, progress=stop)
+    assert time.monotonic() - begin < 4
+    assert not list(tmp_path.iterdir())
+
+
+INTERRUPTED = """
+import sys, ldbench
+case = ldbench.Case.from_namelist(sys.argv[1])
+try:
+    ldbench.run(case, progress=lambda stage, share: stage == "integration" and print("running", flush=True))
+except KeyboardInterrupt:
+    print("stopped", len(ldbench.run(case.replace(t_end=0.01)).columns))
+"""
+
+
+def test_control_c_stops_a_run_cleanly(tmp_path):
+    """And the process goes on: a further run works."""
+    coarse(5, "aw", t_end=9e4, interval=1e-2).to_namelist(tmp_path / "case.nml")
+    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, tmp_path / "case.nml"], cwd=tmp_path, text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout.readline() == "running\n"
+    process.send_signal(signal.SIGINT)
+    begin = time.monotonic()
+    out, err = process.communicate(timeout=60)
+    assert time.monotonic() - begin < 10
+    assert (out.splitlines()[-1], process.returncode, err) == ("stopped 2", 0, "")
+
+
+def test_control_c_stops_the_command_without_a_file(tmp_path):
+    coarse(5, "aw", t_end=9e4, interval=1e-2, output_file=tmp_path / "columns.txt").to_namelist(tmp_path / "case.nml")
+    command = "import sys, ldbench.__main__ as m; print('begin', flush=True); sys.exit(m.main(sys.argv[1:]))"
+    process = subprocess.Popen([sys.executable, "-c", command, "run", tmp_path / "case.nml"], text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout.readline() == "begin\n"
+    time.sleep(1)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (out, process.returncode, err) == ("", 130, "ldbench: stopped\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
+
+
+# The contact table at poses
+
+def test_force_is_minus_the_gradient_of_the_potential(table):
+    y, z, roll = touching_poses(table, 300)
+    force = table.force(y, z, roll)
+    for k, (dy, dz, droll) in enumerate(1e-8*np.eye(3)):
+        slope = (table.potential(y + dy, z + dz, roll + droll) - table.potential(y - dy, z - dz, roll - droll))/2e-8
+        np.testing.assert_allclose(-slope, force[:, k], rtol=1e-5, atol=1.0)
+
+
+def test_tangent_is_the_derivative_of_the_force(table):
+    y, z, roll = touching_poses(table, 300)
+    tangent = table.tangent(y, z, roll)
+    assert np.array_equal(tangent, tangent.swapaxes(1, 2))
+    for k, (dy, dz, droll) in enumerate(1e-9*np.eye(3)):
+        slope = -(table.force(y + dy, z + dz, roll + droll) - table.force(y - dy, z - dz, roll - droll))/2e-9
+        np.testing.assert_allclose(tangent[:, :, k], slope, rtol=1e-4, atol=1e-4*np.abs(tangent).max())
+
+
+def test_wheels_and_contacts_add_up(table):
+    poses = touching_poses(table, 200)
+    for function in table.potential, table.force, table.tangent:
+        left, right = (function(*poses, wheel=wheel) for wheel in ("left", "right"))
+        np.testing.assert_allclose(left + right, function(*poses), rtol=1e-12, atol=1e-6)
+        assert np.abs(left).max() > 0 and not np.array_equal(left, right)
+    contacts = table.forces_by_contact(*poses)
+    assert (np.abs(contacts).max(axis=(0, 2)) > 1e3).all(), "all four contacts are tested"
+    np.testing.assert_allclose(contacts[:, :2].sum(axis=1), table.force(*poses, wheel="left"), rtol=1e-12, atol=1e-6)
+    np.testing.assert_allclose(contacts[:, 2:].sum(axis=1), table.force(*poses, wheel="right"), rtol=1e-12, atol=1e-6)
+
+
+def test_right_wheel_is_the_left_one_in_the_mirror(table):
+    y, z, roll = touching_poses(table, 100)
+    mirror = np.array([-1, 1, -1])
+    assert np.array_equal(table.force(y, z, roll, "left"), mirror*table.force(-y, z, -roll, "right"))
+    assert np.array_equal(table.tangent(y, z, roll, "left"),
+                          np.outer(mirror, mirror)*table.tangent(-y, z, -roll, "right"))
+
+
+def test_forces_are_those_of_the_run(flange_run):
+    """At the poses of a run: what its columns say, contact by contact."""
+    columns = flange_run.columns
+    contacts = flange_run.table.forces_by_contact(columns["Y"], flange_run.table.equilibrium + columns["Z"],
+                                                  columns["roll"])
+    for k, contact in enumerate(("LT", "LF", "RT", "RF")):
+        # z = equilibrium + Z is rounded to 1e-16 m, at 1e9 N/m.
+        np.testing.assert_allclose(contacts[:, k, 0], columns[f"Fy_{contact}"], rtol=1e-9, atol=1e-5)
+        np.testing.assert_allclose(contacts[:, k, 1], columns[f"Fz_{contact}"], rtol=1e-9, atol=1e-5)
+
+
+def test_shapes_follow_the_poses(table):
+    z = table.equilibrium
+    assert table.potential(0, z, 0).shape == () and table.force(0, z, 0).shape == (3,)
+    y = np.linspace(-1e-3, 1e-3, 6).reshape(3, 2)
+    assert table.potential(y, z, 0).shape == (3, 2) and table.force(y, z, 0).shape == (3, 2, 3)
+    assert table.tangent(y, z, 0).shape == (3, 2, 3, 3) and table.forces_by_contact(y, z, 0).shape == (3, 2, 4, 3)
+    assert table.force(y[:, :1], z, y[:1]).shape == (3, 2, 3)
+    assert table.force([], [], []).shape == (0, 3)
+    assert np.array_equal(table.force(y, z, 0)[2, 1], table.force(y[2, 1], z, 0))
+    assert np.array_equal(table.force(y.T, z, 0)[1, 2], table.force(y[2, 1], z, 0))
+    with pytest.raises(ValueError, match="'front'"):
+        table.force(0, z, 0, wheel="front")
+
+
+def test_poses_off_the_table_are_refused_or_nan(table):
+    z = table.equilibrium
+    y, deep, roll = np.array([0, 0.09, 0, 0]), np.array([0, 0, -0.005, 0]), np.array([0, 0, 0, 0.4])
+    for k, variable in enumerate(("lateral = 0.06 m", "depth = 0.0022 m", "roll = 0.35 rad"), 1):
+        with pytest.raises(ldbench.Error, match=f"expected poses within &table {variable}, found y = .* outside"):
+            table.force(y[k], z + deep[k], roll[k])
+    for function in table.potential, table.force, table.tangent, table.forces_by_contact:
+        values = function(y, z + deep, roll, outside="nan")
+        assert np.isfinite(values[0]).all() and np.isnan(values[1:]).all()
+    assert table.potential(0, z + 1.0, 0) == 0, "in the air there is no contact, wherever"
+
+
+def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
+    table.write_geometry(tmp_path / "geometry.txt")
+    file, frame = ldbench.read_columns(tmp_path / "geometry.txt"), table.geometry()
+    assert list(file) == list(frame) and file.attrs["units"] == frame.attrs["units"]
+    wide = np.isin(np.round(1e4*frame["Y"]), np.round(1e4*file["Y"]))
+    np.testing.assert_allclose(frame[wide].to_numpy(), file.to_numpy(), rtol=1e-8, atol=1e-9)
+
+
+def test_geometry_at_chosen_displacements(table):
+    frame = table.geometry([0.003, -0.003, 0.0, 0.5])
+    left, right, centred, nowhere = (frame.loc[k] for k in range(4))
+    assert left["delta_r"] == left["radius_L"] - left["radius_R"] == pytest.approx(-right["delta_r"], rel=1e-9)
+    assert left["angle_L"] == pytest.approx(right["angle_R"], rel=1e-9)
+    assert centred["radius_L"] == pytest.approx(0.457, abs=1e-9)
+    assert centred["angle_L"] == pytest.approx(np.arctan(1/40), rel=1e-3)
+    assert centred["conicity"] == pytest.approx(1/40, rel=0.05), "1:40 tread on a curved rail"
+    assert nowhere["Y"] == 0.5 and nowhere.drop("Y").isna().all()
+
+
+@pytest.mark.parametrize("pair, clearance", [("aw", 10.18e-3), ("sw", 16.94e-3)])
+def test_clearance_and_equilibrium(pair, clearance):
+    table = ldbench.ContactTable(coarse(1, pair))
+    assert table.clearance == pytest.approx(clearance, abs=5e-6)
+    assert table.weight == pytest.approx(1568*9.81 + 164618, rel=1e-15)
+    np.testing.assert_allclose(table.force(0, table.equilibrium, 0), [0, table.weight, 0], rtol=1e-11, atol=1e-6)
+
+
+# Column files
+
+FOREIGN = {
+    "blanks, units in a comment": ("% my code\n% t ylat phi\n% s mm mrad\n0 1.5 -2\n\n1D-3 2.5 -4\n", "ylat", "phi"),
+    "commas, units in brackets": ('"t [s]","lateral position [mm]","phi (mrad)"\n0,1.5,-2\n0.001,2.5,-4\n',
+                                  "lateral position", "phi"),
+    "commas, line of units": ("t, ylat, phi\n[s], [mm], [mrad]\n0, 1.5, -2\n0.001, 2.5, -4\n", "ylat", "phi"),
+    "semicolons": ("made by X; version 3\nt;ylat;phi\ns;mm;mrad\n0;1.5;-2;\n1e-3;2.5;-4;\n", "ylat", "phi"),
+    "tabs, CRLF": ("t\tylat\tphi\r\ns\tmm\tmrad\r\n0\t1.5\t-2\r\n0.001\t2.5\t-4\r\n", "ylat", "phi"),
+    "blanks, units in brackets": ("! a comment\n! t [s]  ylat [mm]  phi [mrad]\n0 1.5 -2\n0.001 2.5 -4\n",
+                                  "ylat", "phi"),
+}
+
+
+@pytest.mark.parametrize("layout", FOREIGN)
+def test_other_codes_columns(layout, tmp_path):
+    content, y, roll = FOREIGN[layout]
+    path = tmp_path / "theirs.csv"
+    path.write_bytes(content.encode())
+    plain = ldbench.read_columns(path)
+    assert list(plain) == ["t", y, roll]
+    assert plain.attrs["units"] == {"t": "s", y: "m", roll: "rad"}
+    np.testing.assert_allclose(plain, [[0, 1.5e-3, -2e-3], [1e-3, 2.5e-3, -4e-3]], rtol=1e-15)
+
+    ours = tmp_path / "map.toml"
+    ours.write_text(f'time = "t"\nY = "{y}"\nroll = {{ column = "{roll}", factor = -1 }}\n')
+    mapped = ldbench.read_columns(path, ours)
+    assert list(mapped) == ["time", "Y", "roll"]
+    np.testing.assert_allclose(mapped, [[0, 1.5e-3, 2e-3], [1e-3, 2.5e-3, 4e-3]], rtol=1e-15)
+
+
+def test_column_map_sets_units_signs_and_datum(tmp_path):
+    path = tmp_path / "theirs.txt"
+    path.write_text("T Z PHI N V\n0.5 456.0 90 1.5 36\n1.0 458.0 -180 -2 72\n")
+    columns = ldbench.read_columns(path, {
+        "time": {"column": "T", "unit": "ms"}, "Z": {"column": 2, "unit": "mm", "offset": -0.457},
+        "roll": {"column": "PHI", "unit": "deg"}, "N_LF": {"column": "N", "unit": "kN", "factor": -1},
+        "vX": {"column": "V", "unit": "km/h"}})
+    np.testing.assert_allclose(columns, [[5e-4, -1e-3, np.pi/2, -1500, 10], [1e-3, 1e-3, -np.pi, 2000, 20]], rtol=1e-12)
+    assert columns.attrs["units"] == {"time": "s", "Z": "m", "roll": "rad", "N_LF": "N", "vX": "m/s"}
+
+
+def test_empty_cells_of_open_contacts_are_nan(tmp_path):
+    (tmp_path / "a.csv").write_text("t,angle,N\n0,,0\n1, ,0\n2,1.5,3\n")
+    columns = ldbench.read_columns(tmp_path / "a.csv")
+    np.testing.assert_array_equal(columns, [[0, np.nan, 0], [1, np.nan, 0], [2, 1.5, 3]])
+
+
+@pytest.mark.parametrize("content, columns, words", [
+    (None, None, "cannot be opened for reading"),
+    ("", None, "expected rows of numbers, found none"),
+    ("0 1\n1 2\n", None, "expected a line with the names of 2 columns"),
+    ("t Y\n0 1\n1 x\n", None, "expected 2 numbers in every row, found '1 x'"),
+    ("t Y\n0 1\n1 2 3\n", None, "found '1 2 3'"),
+    ("t Y\n0 1\n1 2\n3", None, "found '3'"),
+    ("t Y\n0 1\n1 2 end of file\n", None, "found '1 2 end of file'"),
+    ("t Y\n0 1\n", {"Y": "ylat"}, "expected a column ylat, found t, Y"),
+    ("t Y\n0 1\n", {"Y": 3}, "expected a column 3, found t, Y"),
+    ("t Y\n0 1\n", {"Y": {"column": "Y", "unit": "furlong"}}, "expected a unit among .*, found furlong"),
+    ("t Y\n0 1\n", {"Y": {"name": "Y"}}, "Y: expected column, unit, factor, offset, found"),
+])
+def test_unreadable_columns_are_refused(content, columns, words, tmp_path):
+    if content is not None:
+        (tmp_path / "a.txt").write_text(content)
+    with pytest.raises(ldbench.Error, match=words):
+        ldbench.read_columns(tmp_path / "a.txt", columns)
+
+
+# The command line
+
+def test_run_command_writes_what_the_executable_writes(tmp_path, capsys):
+    case = to_flange("aw", geometry_file=tmp_path / "geometry.txt", vY=0.9)
+    reference, printed = executable(case, tmp_path)
+    expected, geometry = reference.read_bytes(), Path(case.geometry_file).read_bytes()
+    reference.unlink()
+    Path(case.geometry_file).unlink()
+    case.replace(vY=1.0).to_namelist(tmp_path / "case.nml")
+    assert main(["run", str(tmp_path / "case.nml"), "--set", "vY=0.9", "--output", str(reference)]) == 0
+    assert without_times(capsys.readouterr().out) == without_times(printed)
+    assert reference.read_bytes() == expected and Path(case.geometry_file).read_bytes() == geometry
+
+
+def test_table_command(tmp_path, capsys):
+    coarse(1, "sw").to_namelist(tmp_path / "case.nml")
+    assert main(["table", str(tmp_path / "case.nml"), "--geometry", str(tmp_path / "geometry.txt")]) == 0
+    out = capsys.readouterr().out
+    assert "rigid-axle clearance [mm]: 2 x 16.940\n" in out and "90.000 kN per wheel" in out
+    assert len(ldbench.read_columns(tmp_path / "geometry.txt")) > 300
+
+
+@pytest.mark.parametrize("arguments, words", [
+    (["run", "nothing.nml"], "nothing.nml: cannot be opened for reading"),
+    (["run", "case.nml", "--set", "dt"], "expected name=value after --set, found dt"),
+    (["run", "case.nml", "--set", "dt=fast"], "case.nml, &integrator dt: expected a number from .*, found 'fast'"),
+    (["run", "case.nml", "--set", "roll=0"], "expected initial_roll or table_roll, found roll, which is ambiguous"),
+    (["run", "case.nml", "--output", "missing/x.txt"],
+     "case.nml, &output file: expected a path that can be written, found missing/x.txt"),
+    (["table", "case.nml", "--geometry", "missing/x.txt"], "case.nml: missing/x.txt: cannot be written"),
+])
+def test_command_errors_are_one_line(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    coarse(1, "aw", t_end=0.01).to_namelist("case.nml")
+    assert main(arguments) == 1
+    out, err = capsys.readouterr()
+    assert out == "" or arguments[0] == "table"
+    assert re.fullmatch(f"ldbench: error: {words}.*\n", err), err
+    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help_with_examples(command, capsys):
+    with pytest.raises(SystemExit) as end:
+        main([command, "--help"])
+    out = capsys.readouterr().out
+    assert end.value.code == 0 and f"examples:\n  python -m ldbench {command}" in out
+
+
+def test_module_runs_as_a_program():
+    done = subprocess.run([sys.executable, "-m", "ldbench", "--help"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and all(f"  {command} " in done.stdout for command in COMMANDS)
+
+
+# The package
+
+def test_one_version():
+    version = re.search(r"version: '(.*?)'", (REPO / "meson.build").read_text())[1]
+    assert ldbench.__version__ == version
+    assert f'\nversion = "{version}"\n' in (REPO / "pyproject.toml").read_text()
+
+
+def test_build_lists_are_complete():
+    """meson.build names every module that the Makefile and the package have."""
+    core, package = (set(ast.literal_eval(words)) for words in
+                     re.findall(r"foreach m : (\[.*?\])", (REPO / "meson.build").read_text(), re.DOTALL))
+    makefile = re.search(r"^MODULES = ((?:.*\\\n)*.*)", (REPO / "Makefile").read_text(), re.MULTILINE)[1]
+    assert core == set(makefile.replace("\\", "").split()) - {"terminal"}
+    assert package == {path.stem for path in (REPO / "wrappers/ldbench").glob("*.py")}
+
+
+def test_stack_is_not_executable():
+    extension = ldbench._core._flat.__file__
+    headers = subprocess.run(["readelf", "-lW", extension], capture_output=True, text=True, timeout=60)
+    if headers.returncode:
+        pytest.skip("not an ELF file")
+    stack = next(line for line in headers.stdout.splitlines() if "GNU_STACK" in line)
+    assert re.search(r"\sRW\s", stack), stack
+
+
+@slow
+def test_pip_install_in_an_empty_environment(tmp_path):
+    venv.create(tmp_path / "venv", with_pip=True)
+    python = tmp_path / "venv/bin/python"
+    clean = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    subprocess.run([python, "-m", "pip", "install", "--quiet", REPO], check=True, env=clean, cwd=tmp_path, timeout=900)
+    script = ("import ldbench; run = ldbench.run(ldbench.Case.exercise(1, 'aw').replace(t_end=0.01)); "
+              "print(len(run.columns), run.write('columns.txt'), ldbench.__file__)")
+    done = subprocess.run([python, "-c", script], check=True, env=clean, cwd=tmp_path, capture_output=True, text=True,
+                          timeout=300)
+    assert done.stdout.startswith("101 columns.txt ") and str(tmp_path / "venv") in done.stdout
+    helped = subprocess.run([tmp_path / "venv/bin/ldbench-py", "run", "--help"], check=True, env=clean,
+                            capture_output=True, text=True, timeout=60)
+    assert "examples:" in helped.stdout
+
+
+@slow
+def test_a_run_from_python_costs_what_the_executable_costs(tmp_path):
+    """Six seconds of exercise 5, table from a file, columns written: best of five each."""
+    case = ldbench.Case.exercise(5, "aw").replace(
+        t_end=6.0, table_file=tmp_path / "aw.table", output_file=tmp_path / "executable.txt")
+    case.to_namelist(tmp_path / "case.nml")
+    ldbench.ContactTable(case)
+
+    def python() -> None:
+        ldbench.run(ldbench.Case.from_namelist(tmp_path / "case.nml")).write(tmp_path / "python.txt")
+
+    def fortran() -> None:
+        subprocess.run([LDBENCH, tmp_path / "case.nml"], check=True, cwd=REPO, stdout=subprocess.DEVNULL)
+
+    ours, theirs = best(python), best(fortran)
+    assert (tmp_path / "python.txt").read_bytes() == (tmp_path / "executable.txt").read_bytes()
+    assert ours < 1.05*theirs, f"{ours:.3f} s from Python, {theirs:.3f} s by the executable"
+
+
+@slow
+def test_a_million_forces_cost_what_a_fortran_loop_costs(tmp_path):
+    case = ldbench.Case.exercise(2, "aw").replace(
+        table_file=tmp_path / "aw.table", output_file=tmp_path / "columns.txt")
+    case.to_namelist(tmp_path / "case.nml")
+    run = ldbench.run(case)
+    rows = np.random.default_rng(1).integers(len(run.columns), size=10**6)
+    y, z, roll = (column[rows] for column in run.columns[["Y", "Z", "roll"]].to_numpy().T)
+    z += run.table.equilibrium
+    with open(tmp_path / "poses", "wb") as file:
+        for array in np.int64(len(rows)), y, z, roll:
+            array.tofile(file)
+    done = subprocess.run([FORTRAN_TESTS / "force_loop", tmp_path / "case.nml", tmp_path / "poses"], check=True,
+                          cwd=REPO, capture_output=True, text=True)
+    theirs, total = map(float, done.stdout.split())
+    ours = best(lambda: run.table.force(y, z, roll))
+    assert run.table.force(y, z, roll).sum() == pytest.approx(total, rel=1e-12)
+    assert ours < 1.2*theirs, f"{ours:.3f} s from Python, {theirs:.3f} s in Fortran"
+
+
+def best(work) -> float:
+    """Shortest of five times [s]."""
+    times = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return min(times)

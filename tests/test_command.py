@@ -1,0 +1,293 @@
+"""The command line and the files as another program reads them."""
+import os
+import pty
+import re
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conftest import LDBENCH, REPO, columns, contents, header, run_case, short_case
+
+CONTACT_COLUMNS = [f"{quantity}_{contact}" for contact in ("LT", "LF", "RT", "RF")
+                   for quantity in ("angle", "N", "Fy", "Fz", "y", "z", "radius")]
+COLUMN_NAMES = [
+    *"time X Y Z roll pitch vX vY vZ roll_rate pitch_rate aY aZ roll_acc".split(), *CONTACT_COLUMNS,
+    *"F_ext M_gyro KE_long KE_lat KE_vert KE_roll KE_pitch PE_grav PE_load PE_elastic_L PE_elastic_R".split(),
+    *"W_ext E_total E_drift".split()]
+
+
+def ldbench(*arguments: str | Path, cwd: Path = REPO, **options) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([LDBENCH, *arguments], cwd=cwd, capture_output=True, text=True, timeout=60, **options)
+
+
+# ---- options -------------------------------------------------------------------------
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help(option, tmp_path):
+    done = ldbench(option, cwd=tmp_path)
+    assert done.returncode == 0 and done.stderr == ""
+    assert "usage: ldbench < input.nml" in done.stdout and "&wheelset" in done.stdout
+    assert max(len(line) for line in done.stdout.splitlines()) < 132
+    assert not list(tmp_path.iterdir())
+
+
+def test_version(tmp_path):
+    done = ldbench("--version", cwd=tmp_path)
+    assert done.returncode == 0 and done.stderr == ""
+    assert re.fullmatch(r"ldbench \d+\.\d+\.\d+\n", done.stdout)
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["--verbose"], "unknown option --verbose"),
+    (["-x"], "unknown option -x"),
+    (["--help=all"], "unknown option --help=all"),
+    (["--Version"], "unknown option --Version"),
+    (["a.nml", "b.nml"], "at most one argument"),
+    (["a.nml", "--force"], "at most one argument"),
+])
+def test_wrong_arguments(arguments, words, tmp_path):
+    done = ldbench(*arguments, cwd=tmp_path)
+    assert done.returncode == 1 and done.stdout == ""
+    assert re.fullmatch(rf"ldbench: error: .*{words}.*see ldbench --help\n", done.stderr)
+
+
+# ---- one input, one file -------------------------------------------------------------
+def test_file_name_and_standard_input_give_the_same_bytes(tmp_path):
+    text = short_case(tmp_path, output={"geometry_file": tmp_path / "geometry.txt"})
+    (tmp_path / "case.nml").write_text(text)
+    outcomes = []
+    for arguments, given in ([tmp_path / "case.nml"], None), ([], text), (["-"], text), ([""], text):
+        done = ldbench(*arguments, input=given)
+        assert done.returncode == 0 and done.stderr == ""
+        written = {name: (tmp_path / name).read_bytes() for name in ("columns.txt", "geometry.txt")}
+        for name in written:
+            (tmp_path / name).unlink()
+        outcomes.append((re.sub(r"processor time.*", "", done.stdout), written))
+    assert all(outcome == outcomes[0] for outcome in outcomes)
+    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
+
+
+def test_running_twice_gives_the_same_bytes(tmp_path):
+    text = short_case(tmp_path, integrator={"t_end": 0.05, "scheme": "energy"})
+    assert run_case(text, tmp_path).returncode == 0
+    first = (tmp_path / "columns.txt").read_bytes()
+    assert run_case(text, tmp_path).returncode == 0
+    assert (tmp_path / "columns.txt").read_bytes() == first
+
+
+def test_earlier_result_is_replaced_when_the_new_one_is_complete(tmp_path):
+    """A run that is stopped half-way leaves the earlier file alone."""
+    (tmp_path / "case.nml").write_text(short_case(tmp_path, integrator={"t_end": 1e3}, output={"interval": 0.1}))
+    (tmp_path / "columns.txt").write_text("earlier\n")
+    before = contents(tmp_path)
+    run = subprocess.Popen([LDBENCH, tmp_path / "case.nml"], stdout=subprocess.DEVNULL)
+    time.sleep(0.5)
+    assert run.poll() is None
+    run.terminate()
+    run.wait()
+    assert contents(tmp_path) == before
+    (tmp_path / "case.nml").write_text(short_case(tmp_path))
+    assert ldbench(tmp_path / "case.nml").returncode == 0
+    assert (tmp_path / "columns.txt").read_text().lstrip().startswith("time ")
+
+
+def test_summary(tmp_path):
+    text = short_case(tmp_path, case={"name": "first", "title": "a short one"}, initial={"vY": 1.0},
+                      integrator={"t_end": 0.02})
+    done = run_case(text, tmp_path)
+    assert done.returncode == 0 and done.stderr == ""
+    for words in ("first: a short one\n", "rigid-axle clearance [mm]: 2 x 10.180\n", "90.000 kN per wheel\n",
+                  " s  left flange contact\n", "in all: 1 left flange contact, 0 right flange contact, ",
+                  "peak normal forces [kN]: LT ", "energy drift, largest [J]: ", "steps: 2000 of 1.0E-5 s",
+                  "ended at t = 0.020000 s: t_end\n", "processor time [s]: table ", " (built), integration ",
+                  f"columns: {tmp_path / 'columns.txt'}, 201 rows\n"):
+        assert words in done.stdout
+    said = done.stdout[done.stdout.index("events:"):done.stdout.index("processor time")]
+    assert said in header(tmp_path / "columns.txt")
+
+
+# ---- progress ------------------------------------------------------------------------
+LONG = {"integrator": {"t_end": 1e5, "dt": 1e-3, "scheme": "energy"}, "initial": {"vY": 0.0, "roll_rate": 0.0},
+        "output": {"interval": 0.1}}
+
+
+def read_until(fd: int, end: bytes, seconds: float) -> bytes:
+    """What comes from a terminal until `end` does, or the program closes it."""
+    text, give_up = b"", time.monotonic() + seconds
+    while end not in text and time.monotonic() < give_up:
+        try:
+            more = os.read(fd, 1000)
+        except OSError:   # the other side is closed
+            break
+        text += more
+    return text
+
+
+def test_progress_line_on_a_terminal_only(tmp_path):
+    """It appears after a second of work; into a pipe nothing goes."""
+    (tmp_path / "case.nml").write_text(short_case(tmp_path, **LONG))
+    ours, theirs = pty.openpty()
+    command = [LDBENCH, tmp_path / "case.nml"]
+    shown = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs)
+    hidden = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    os.close(theirs)
+    started = time.monotonic()
+    text = read_until(ours, b"%", 30)
+    took = time.monotonic() - started
+    time.sleep(0.5)
+    for run in shown, hidden:
+        assert run.poll() is None
+        run.terminate()
+    assert re.match(rb"\rldbench: (table|integration) +\d+ %", text) and took > 0.9
+    assert hidden.communicate() == (b"", b"") and shown.communicate()[0] == b""
+    os.close(ours)
+
+
+def test_short_run_shows_nothing_on_a_terminal(tmp_path):
+    (tmp_path / "case.nml").write_text(short_case(tmp_path))
+    ours, theirs = pty.openpty()
+    done = subprocess.run([LDBENCH, tmp_path / "case.nml"], stdout=subprocess.PIPE, stderr=theirs, timeout=60)
+    os.close(theirs)
+    assert done.returncode == 0 and read_until(ours, b"%", 5) == b""
+    os.close(ours)
+
+
+# ---- column files --------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def column_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run into the left flange: contacts close and open, so there are NaN."""
+    folder = tmp_path_factory.mktemp("columns")
+    text = short_case(folder, initial={"vY": 1.0, "roll_rate": 0.0333}, integrator={"t_end": 0.02})
+    assert run_case(text, folder).returncode == 0
+    return folder / "columns.txt"
+
+
+def test_column_names(column_file):
+    assert column_file.read_text().split("\n", 1)[0].split() == COLUMN_NAMES
+
+
+def test_layout(column_file):
+    """Names, header, units, numbers; names, units and numbers in cells of 16 characters."""
+    lines = column_file.read_text().splitlines()
+    head = [line for line in lines if line.startswith("#")]
+    assert lines[1:len(head) + 1] == head
+    numbers = lines[len(head) + 1:]
+    assert len(numbers) == 201
+    units = head[-1]
+    assert units[1:].split()[:13] == "s m m m rad rad m/s m/s m/s rad/s rad/s m/s2 m/s2".split()
+    assert len(units.split()) == len(COLUMN_NAMES) + 1
+    for line in [lines[0], units, *numbers]:
+        cells = [line[i:i + 16] for i in range(0, len(line), 16)]
+        assert len(cells) == len(COLUMN_NAMES)
+        assert all(re.fullmatch(r"#? *\S+", cell) and len(cell) == 16 for cell in cells)
+    for line in numbers:
+        assert re.fullmatch(r"( +(-?\d\.\d{8}E[-+]\d\d|NaN)){56}", line)
+
+
+def test_times_are_multiples_of_the_interval(column_file):
+    times = columns(column_file)["time"]
+    np.testing.assert_allclose(times, 1e-4 * np.arange(201), rtol=0, atol=1e-14)
+
+
+def test_open_contacts(column_file):
+    """Zero forces; no angle, position or radius."""
+    found = columns(column_file)
+    for contact in "LT", "LF", "RT", "RF":
+        is_open = found[f"N_{contact}"] == 0
+        for quantity in "Fy", "Fz":
+            assert np.array_equal(found[f"{quantity}_{contact}"] == 0, is_open)
+        for quantity in "angle", "y", "z", "radius":
+            assert np.array_equal(np.isnan(found[f"{quantity}_{contact}"]), is_open)
+    assert 0 < np.count_nonzero(found["N_LF"]) < 201 and not np.any(found["N_RF"])
+    assert not any(np.isnan(found[name]).any() for name in COLUMN_NAMES if name not in CONTACT_COLUMNS)
+
+
+def test_numpy_reads_the_file_as_it_is(column_file):
+    table = np.genfromtxt(column_file, names=True)
+    assert list(table.dtype.names) == COLUMN_NAMES
+    for name, values in columns(column_file).items():
+        np.testing.assert_array_equal(table[name], values)
+
+
+def test_pandas_reads_the_file_as_it_is(column_file):
+    pandas = pytest.importorskip("pandas")
+    table = pandas.read_csv(column_file, sep=r"\s+", comment="#")
+    assert list(table.columns) == COLUMN_NAMES
+    for name, values in columns(column_file).items():
+        np.testing.assert_array_equal(table[name], values)
+
+
+# ---- geometry functions --------------------------------------------------------------
+GEOMETRY_NAMES = "Y roll Z angle_L angle_R radius_L radius_R delta_r y_L z_L y_R z_R conicity".split()
+
+
+@pytest.fixture(scope="module", params=["aw", "sw"])
+def geometry(request, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, dict[str, np.ndarray]]:
+    folder, pair = tmp_path_factory.mktemp("geometry"), request.param
+    profiles = {f"{what}_profile": REPO / f"profiles/{pair[0]}{what[0]}prof.yz" for what in ("wheel", "rail")}
+    text = short_case(folder, profiles=profiles, output={"geometry_file": folder / "geometry.txt"})
+    done = run_case(text, folder)
+    assert done.returncode == 0, done.stderr
+    return pair, columns(folder / "geometry.txt")
+
+
+def test_geometry_is_that_of_a_symmetric_track(geometry):
+    """Mirrored, Y and roll change sign and left becomes right, to the last digit."""
+    _, g = geometry
+    assert list(g) == GEOMETRY_NAMES
+    for name in "Y", "roll", "delta_r":
+        np.testing.assert_array_equal(g[name], -g[name][::-1])
+    for name in "Z", "conicity":
+        np.testing.assert_array_equal(g[name], g[name][::-1])
+    for left, right, sign in ("angle_L", "angle_R", 1), ("radius_L", "radius_R", 1), ("z_L", "z_R", 1), ("y_L", "y_R", -1):
+        np.testing.assert_array_equal(g[left], sign * g[right][::-1])
+
+
+def test_geometry_of_the_centred_wheelset(geometry):
+    """Rolling radius 0.457 m and contact angle atan(1/40) on both sides."""
+    _, g = geometry
+    centre = len(g["Y"]) // 2
+    for name in "Y", "roll", "Z", "delta_r":
+        assert abs(g[name][centre]) < 1e-9
+    for side in "L", "R":
+        assert g[f"radius_{side}"][centre] == pytest.approx(0.457, abs=1e-9)
+        assert g[f"angle_{side}"][centre] == pytest.approx(np.arctan(1 / 40), abs=1e-5)
+
+
+def test_geometry_is_consistent(geometry):
+    """Evenly spaced; delta_r is the difference of radii; the flange is met at the published clearance."""
+    pair, g = geometry
+    np.testing.assert_allclose(np.diff(g["Y"]), 1e-4, atol=1e-12)
+    np.testing.assert_allclose(g["delta_r"], g["radius_L"] - g["radius_R"], atol=2e-9)
+    clearance = {"aw": 10.18e-3, "sw": 16.94e-3}[pair]
+    on_flange = g["angle_L"] > np.radians(10)
+    assert clearance < g["Y"][on_flange].min() < clearance + 1e-4
+
+
+def test_conicity_of_a_cone_between_the_flanges(geometry):
+    """(1 + (rho + r0) roll/Y)/40 at every amplitude, much more in the flange.
+
+    With the displacement Y the wheelset rolls by (roll/Y) Y: the wheel's contact point at the radius r0 moves
+    further by r0 roll, and on the rail head of radius rho the contact gives way by rho roll.
+    """
+    pair, g = geometry
+    rho, clearance = {"aw": (0.254, 10.18e-3), "sw": (0.300, 16.94e-3)}[pair]
+    amplitude = np.abs(g["Y"])
+    tread = (amplitude > 0.5e-3) & (amplitude < clearance - 0.5e-3)
+    expected = (1 + (rho + 0.457) * np.median(g["roll"][tread] / g["Y"][tread])) / 40
+    # Points rounded to 1e-6 mm every 0.25 mm: tangent known to 4e-6 rad, contact point to rho times that.
+    noise = rho * 4e-6 / 40 / amplitude[tread]
+    assert np.all(np.abs(g["conicity"][tread] - expected) < 2e-6 + noise)
+    assert g["conicity"][-1] > 2 * expected
+
+
+def test_geometry_file_has_header_and_units(tmp_path):
+    text = short_case(tmp_path, output={"geometry_file": tmp_path / "geometry.txt"})
+    assert run_case(text, tmp_path).returncode == 0
+    lines = header(tmp_path / "geometry.txt").splitlines()
+    assert lines[-1].split() == "m rad m rad rad m m m m m m m 1".split()
+    assert any("rigid-axle clearance [mm]: 2 x 10.180" in line for line in lines)
+    table = np.genfromtxt(tmp_path / "geometry.txt", names=True)
+    assert list(table.dtype.names) == GEOMETRY_NAMES

@@ -1,0 +1,310 @@
+"""The plots: every artist shows the numbers it was given, in the unit that its axis names."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from ldbench import plots
+from ldbench.record import CONTACTS, Event, Record, read_record, summary_row
+from ldbench.style import CONTACT_LINES, ldbench_style
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
+from matplotlib.text import Text
+
+from conftest import REPO, namelist, run_case
+
+# What the call asks for, as columns.
+KINEMATICS = ["Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc"]
+PER_CONTACT = ["angle", "N", "Fz", "Fy", "y", "z", "radius"]
+ENERGIES = ["KE_lat", "KE_vert", "KE_roll", "PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R", "W_ext", "E_drift"]
+FACTORS = {"mm": 1e3, "mrad": 1e3, "mrad/s": 1e3, "kN": 1e-3, "°": 180/np.pi,
+           "m/s": 1, "m/s²": 1, "rad/s²": 1, "J": 1}
+
+
+@pytest.fixture(autouse=True)
+def styled():
+    with ldbench_style():
+        yield
+
+
+def invented(rows: int = 400, dt: float = 1e-4, name: str = "ex2_aw") -> Record:
+    """A run of invented numbers, all columns different; the left flange touches from 10 to 12 ms."""
+    t = dt*np.arange(rows)
+    columns = {"time": t}
+    for k, column in enumerate(KINEMATICS + ENERGIES + ["KE_long", "KE_pitch", "F_ext"]):
+        columns[column] = (k + 1)*1e-3*np.sin((k + 1)*t/t[-1])
+    for k, c in enumerate(CONTACTS):
+        closed = (t >= 0.01 - 1e-9) & (t < 0.012 - 1e-9) if c == "LF" else np.full(rows, c != "RF")
+        for i, quantity in enumerate(PER_CONTACT):
+            x = (k + 1 + 0.1*i)*(1 + t)
+            columns[f"{quantity}_{c}"] = np.where(closed, x, 0.0 if quantity in ("N", "Fy", "Fz") else np.nan)
+    return Record(file=Path("invented.txt"), columns=pd.DataFrame(columns), name=name, title="invented",
+                  events=(Event(0.00999, "left flange contact"), Event(0.02, "centre passage")),
+                  peaks={"LF": (123456.0, 0.011)}, drift=2e-9, ending="t_end", step=1e-6)
+
+
+def unit(ax: Axes) -> str:
+    return ax.get_ylabel().rpartition("[")[2].rstrip("]")
+
+
+def texts(figure: Figure) -> list[str]:
+    cells = [cell for ax in figure.axes for table in ax.tables for cell in table.get_celld().values()]
+    return [t.get_text() for t in figure.findobj(Text)] + [cell.get_text().get_text() for cell in cells]
+
+
+def grid(figure: Figure, rows: int) -> list[list[Axes]]:
+    n = len(figure.axes)//rows
+    return [figure.axes[i*n:(i + 1)*n] for i in range(rows)]
+
+
+def test_everything_the_call_lists_has_a_panel():
+    drawn = [column for page in plots.PAGES for panel in page.panels for curve in panel.curves for column in curve.columns]
+    wanted = KINEMATICS + [f"{q}_{c}" for q in PER_CONTACT for c in CONTACTS] + ENERGIES
+    assert not set(wanted) - set(drawn)
+
+
+@pytest.mark.parametrize("page", plots.PAGES, ids=lambda page: page.title)
+def test_page_draws_the_columns(page: plots.Page):
+    run = invented()
+    figure = plots.time_page(run, page)
+    assert f"Exercise 2, actual profiles: {page.title}" in texts(figure)
+    for panel, (overview, zoom) in zip(page.panels, grid(figure, len(page.panels)), strict=True):
+        factor = FACTORS[unit(overview)]
+        lines = {line.get_label(): line for line in overview.get_lines()}
+        for curve in panel.curves:
+            expected = factor*sum(run.values(column) for column in curve.columns)
+            np.testing.assert_allclose(lines[curve.label].get_ydata(), expected, rtol=1e-12)
+            np.testing.assert_array_equal(lines[curve.label].get_xdata(), run.time)
+        # The zoom shows the same numbers around 10 to 12 ms, in milliseconds.
+        for curve, line in zip(panel.curves, zoom.get_lines(), strict=True):
+            t = line.get_xdata()
+            rows = np.searchsorted(run.time, t/1e3 - 1e-9)
+            expected = factor*sum(run.values(column) for column in curve.columns)[rows]
+            np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-12)
+            assert t[0] < 10 and t[-1] > 12 and t[-1] - t[0] < 8
+    assert overview.get_xlabel() == "time [s]" and zoom.get_xlabel() == "time [ms]"
+
+
+def test_contacts_keep_their_colours():
+    run = invented()
+    seen = {}
+    for page in plots.PAGES:
+        for ax in plots.time_page(run, page).axes:
+            for line in ax.get_lines():
+                for c in CONTACTS:
+                    if line.get_label() == plots.CONTACT_NAMES[c]:
+                        seen.setdefault(c, set()).add((line.get_color(), line.is_dashed()))
+    assert {c: len(found) for c, found in seen.items()} == dict.fromkeys(CONTACTS, 1)
+    assert len({next(iter(found))[0] for found in seen.values()}) == 4
+    assert all(next(iter(seen[c]))[1] == c.endswith("F") for c in CONTACTS)
+
+
+def test_open_contact_is_named_not_left_empty():
+    page = next(page for page in plots.PAGES if page.title == "contact positions, lateral")
+    overview, zoom = grid(plots.time_page(invented(), page), 4)[3]
+    assert [t.get_text() for t in overview.texts if t.get_text() == "no contact"]
+    assert [t.get_text() for t in zoom.texts if t.get_text() == "no contact"]
+
+
+def test_events_are_marked_where_they_happen():
+    figure = plots.time_page(invented(), plots.PAGES[0])
+    marks = [line.get_xdata()[0] for line in figure.axes[0].get_lines() if line.get_linestyle() == ":"]
+    assert marks == [0.00999, 0.02]
+    assert {"left flange", "centre"} <= {t.get_text() for t in figure.axes[0].texts}
+
+
+def test_band_holds_every_extreme():
+    rng = np.random.default_rng(3)
+    t, x = np.arange(10_000.0), rng.normal(size=10_000)
+    x[2_000:3_000] = np.nan
+    centre, low, high, mean = plots.band(t, x, bins=100)
+    assert len(centre) == 100 and np.all(np.diff(centre) > 0)
+    for k, part in enumerate(np.split(x, 100)):
+        if 20 <= k < 30:
+            assert np.isnan([low[k], high[k], mean[k]]).all()
+        else:
+            assert (low[k], high[k]) == (part.min(), part.max())
+            assert mean[k] == pytest.approx(part.mean(), abs=1e-12)
+
+
+def test_long_run_is_a_band_and_its_last_second():
+    run = invented(rows=30_000, dt=1e-3, name="ex5_aw")
+    run.columns.loc[12_345, "Y"] = 0.5           # one impact, in mm below
+    overview, zoom, last = grid(plots.time_page(run, plots.PAGES[0]), 3)[0]
+    bands = [c for c in overview.collections if isinstance(c, PolyCollection)]
+    heights = np.concatenate([path.vertices[:, 1] for path in bands[0].get_paths()])
+    before = run.time <= run.time[-1] - 1
+    assert heights.max() == pytest.approx(500) and heights.min() == pytest.approx(1e3*run.values("Y")[before].min())
+    t = last.get_lines()[0].get_xdata()
+    assert t[-1] == run.time[-1] and t[-1] - t[0] == pytest.approx(1.0, abs=2e-3)
+    np.testing.assert_allclose(last.get_lines()[0].get_ydata(), 1e3*run.values("Y")[-len(t):])
+    assert zoom.get_xlim()[0] < 10 < zoom.get_xlim()[1]
+
+
+def test_phase_portrait_is_velocity_over_displacement():
+    run = invented()
+    axes = plots.phase_page(run).axes
+    for ax, (q, v, x_scale, v_scale) in zip(axes, (("Y", "vY", 1e3, 1), ("Z", "vZ", 1e3, 1),
+                                                   ("roll", "roll_rate", 1e3, 1e3)), strict=True):
+        curve = ax.get_lines()[0]
+        np.testing.assert_allclose(curve.get_xdata(), x_scale*run.values(q))
+        np.testing.assert_allclose(curve.get_ydata(), v_scale*run.values(v))
+        start = next(line for line in ax.get_lines() if line.get_label() == "start")
+        assert start.get_xdata()[0] == x_scale*run.values(q)[0]
+
+
+def test_first_episode_is_the_first_only():
+    run = invented()
+    run.columns.loc[300:320, "N_LF"] = 5.0
+    assert plots.first_episode(run, "LF") == pytest.approx((0.01, 0.012))
+    assert plots.first_episode(run, "RF") is None
+
+
+# A real run: geometry of the pictures ------------------------------------------------------
+
+@pytest.fixture(scope="module")
+def thrown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Record, Path]:
+    """The wheelset thrown at the left flange at 1 m/s, and its geometry file."""
+    folder = tmp_path_factory.mktemp("thrown")
+    text = namelist(
+        case={"name": "ex3_aw", "title": "thrown"}, initial={"vY": 1.0, "roll_rate": 0.0333},
+        profiles={"wheel_profile": REPO/"profiles/awprof.yz", "rail_profile": REPO/"profiles/arprof.yz"},
+        table={"n_lateral": 60, "n_roll": 9, "n_depth": 9}, integrator={"dt": 1e-5, "t_end": 0.02},
+        output={"file": folder/"ex3_aw.txt", "geometry_file": folder/"geometry_aw.txt"})
+    done = run_case(text, folder)
+    assert done.returncode == 0, done.stderr
+    return read_record(folder/"ex3_aw.txt"), folder/"geometry_aw.txt"
+
+
+def test_header_is_understood(thrown: tuple[Record, Path]):
+    run, _ = thrown
+    assert run.clearance == pytest.approx(10.18e-3, abs=1e-6)
+    assert run.heading == "Exercise 3, actual profiles" and run.reconstruction
+    assert run.setting("initial", "vY") == 1.0 and run.setting("contact", "model") == "strip"
+    contact = run.first("left flange contact")
+    assert contact and contact.time == run.first_contact("LF")
+    # The event is in the step before the first row that shows it.
+    row = np.flatnonzero(run.values("N_LF") > 0)[0]
+    assert run.time[row - 1] < contact.time <= run.time[row]
+    N, t = run.peaks["LF"]
+    assert N == pytest.approx(run.values("N_LF").max(), rel=0.01) and t == pytest.approx(0.0115, abs=5e-4)
+
+
+def test_rail_is_placed_by_the_gauge(thrown: tuple[Record, Path]):
+    rail = plots.section(thrown[0]).rail
+    assert rail[:, 1].max() == 0
+    side = rail[(rail[:, 0] < 0.73) & (rail[:, 1] > -0.02) & (rail[:, 1] < -0.01)]
+    order = np.argsort(side[:, 1])
+    assert np.interp(-0.014, side[order, 1], side[order, 0]) == pytest.approx(1.4351/2, abs=1e-6)
+
+
+def test_wheel_stands_on_the_rail(thrown: tuple[Record, Path]):
+    """At rest the sections overlap by the Hertzian approach, 0.1003 mm, at the rolling radius, on both sides."""
+    run, _ = thrown
+    placed = plots.section(run)
+    for right in (False, True):
+        wheel, rail = placed.wheel_at(0, run.axle_height, 0, right), placed.rail_at(right)
+        y = np.sign(rail[0, 0])*np.linspace(0.735, 0.775, 4001)
+        gap = height_at(wheel, y) - height_at(rail, y)
+        assert gap.min() == pytest.approx(-0.1003e-3, rel=0.01)
+        k = int(gap.argmin())
+        assert run.axle_height - height_at(wheel, y)[k] == pytest.approx(0.457, abs=2e-5)
+        assert abs(y[k]) == pytest.approx(abs(run.values("y_LT")[0]), abs=1e-3)
+
+
+def height_at(points: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The upper side of a section at y."""
+    order = np.argsort(points[:, 0])
+    points = points[order]
+    top = points[points[:, 1] > -0.01] if points[:, 1].max() < 0.1 else points
+    return np.interp(y, top[:, 0], top[:, 1])
+
+
+def test_roll_lifts_the_left_wheel(thrown: tuple[Record, Path]):
+    placed = plots.section(thrown[0])
+    still, rolled = placed.wheel_at(0, 0.457, 0), placed.wheel_at(0.002, 0.457, 0.01)
+    assert np.all(rolled[:, 1] > still[:, 1])
+    assert np.all(placed.wheel_at(0, 0.457, 0.01, right=True)[:, 1] < placed.wheel_at(0, 0.457, 0, right=True)[:, 1])
+
+
+def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[Record, Path]):
+    run, _ = thrown
+    (label, k), *_ = plots.instants(run)
+    assert "left flange" in label and run.values("N_LF")[k] == run.values("N_LF").max()
+    figure = plots.section_page(run)
+    arrows = {(c.get_offsets()[0][0], c.get_offsets()[0][1]): (c.U[0], c.V[0])
+              for c in figure.axes[0].collections if isinstance(c, Quiver)}
+    closed = [c for c in ("LT", "LF") if run.values(f"N_{c}")[k] > 0]
+    assert len(arrows) == len(closed) and "LF" in closed
+    for c in closed:
+        foot = 1e3*run.values(f"y_{c}")[k], 1e3*run.values(f"z_{c}")[k]
+        nearest = min(arrows, key=lambda at: np.hypot(at[0] - foot[0], at[1] - foot[1]))
+        assert nearest == pytest.approx(foot)
+        longest = max(run.values(f"N_{b}")[k] for b in CONTACTS)
+        assert arrows[nearest] == pytest.approx((40*run.values(f"Fy_{c}")[k]/longest, 40*run.values(f"Fz_{c}")[k]/longest))
+    # Left is left, and the force of the flange pushes the wheelset to the right.
+    left, right = figure.axes[0].get_xlim()
+    assert left > right and run.values("Fy_LF")[k] < 0
+    # The contact points lie on the wheel that is drawn.
+    wheel = figure.axes[0].get_lines()[0].get_xydata()
+    for c in closed:
+        point = 1e3*np.array([run.values(f"y_{c}")[k], run.values(f"z_{c}")[k]])
+        assert np.hypot(*(wheel - point).T).min() < 0.2          # [mm], points every 0.25 mm
+
+
+def test_missing_profile_leaves_the_picture_out(thrown: tuple[Record, Path]):
+    run, _ = thrown
+    settings = {**run.settings, "profiles": {"wheel_profile": "nowhere.yz", "rail_profile": "nowhere.yz"}}
+    lost = Record(file=run.file, columns=run.columns, name=run.name, settings=settings, axle_height=run.axle_height)
+    assert plots.section_page(lost) is None
+
+
+def test_geometry_page_draws_the_file(thrown: tuple[Record, Path]):
+    table = plots.read_columns(thrown[1])
+    figure = plots.geometry_page(thrown[1])
+    angle, radius, delta, conicity, *_ = figure.axes
+    for ax, column, factor in ((angle, "angle_L", 180/np.pi), (radius, "radius_L", 1e3), (delta, "delta_r", 1e3),
+                               (conicity, "conicity", 1)):
+        np.testing.assert_allclose(ax.get_lines()[0].get_ydata(), factor*table[column])
+        np.testing.assert_allclose(ax.get_lines()[0].get_xdata(), 1e3*table["Y"])
+    np.testing.assert_allclose(angle.get_lines()[1].get_ydata(), 180/np.pi*table["angle_R"])
+    clearance = {round(line.get_xdata()[0], 3) for line in angle.get_lines()[2:]}
+    assert clearance == {-10.18, 10.18}
+
+
+# Summary and document ----------------------------------------------------------------------
+
+def test_summary_page_prints_what_it_is_given():
+    row = summary_row(invented())
+    figure = plots.summary_page([row, row | {"case": "ex5_sw", "t_derailment": 54.2030001, "F_derailment": 271015.0}])
+    found = texts(figure)
+    assert {"ex2_aw", "ex5_sw", "54.203000", "271.015", "0.009990", "123.46", "2.0e-09"} <= set(found)
+    assert found.count("–") > 2
+
+
+def test_summary_row_measures_drift_by_the_initial_energy():
+    run = invented()
+    for column, joule in (("KE_lat", 3.0), ("KE_vert", 0.5), ("KE_roll", 0.5)):
+        run.columns[column] = joule
+    assert summary_row(run)["E_drift_relative"] == pytest.approx(2e-9/4)
+    for column in ("KE_lat", "KE_vert", "KE_roll"):
+        run.columns[column] = 0.0
+    run.columns["W_ext"] = np.linspace(0, 8, len(run.time))
+    assert summary_row(run)["E_drift_relative"] == pytest.approx(2e-9/8)
+
+
+def test_plot_command_passes_on_what_it_is_told(thrown: tuple[Record, Path], tmp_path: Path,
+                                               monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    from ldbench.__main__ import main
+
+    asked = {}
+    monkeypatch.setattr(plots, "make_plots", lambda *words: asked.update(words=words[:4]) or 7)
+    run, geometry = thrown
+    target = tmp_path/"plots.pdf"
+    assert main(["plot", str(run.file), "-o", str(target), "--geometry", str(geometry), "--jobs", "1"]) == 0
+    assert asked["words"] == ([run.file], target, [geometry], 1)
+    assert capsys.readouterr().out == f"{target}: 7 pages\n"

@@ -1,0 +1,266 @@
+"""report: makes the submission, and only what is not up to date."""
+from __future__ import annotations
+
+import json
+import os
+import stat
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from ldbench import Error, abstract, plots
+from ldbench.batch import Job, case_job, find_executable, is_up_to_date, run_stale, stamp_of, write_stamp
+from ldbench.record import Event, read_record, summary_row
+from ldbench.report import geometry_jobs, make_report
+from pypdf import PdfReader
+
+from conftest import CASES, LDBENCH, REPO, namelist
+
+SMALL = {"n_lateral": 60, "n_roll": 9, "n_depth": 9}
+
+
+# The whole report of a small project -------------------------------------------------------
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Exercise 3 to the first flange contact with both pairs of profiles and coarse tables, reported."""
+    root = tmp_path_factory.mktemp("project")
+    (root/"inputs").mkdir()
+    for pair in ("aw", "sw"):
+        (root/"inputs"/f"ex3_{pair}.nml").write_text(namelist(
+            case={"name": f"ex3_{pair}", "title": f"small {pair}"}, initial={"vY": 1.0, "roll_rate": 0.0333},
+            profiles={"wheel_profile": REPO/f"profiles/{pair[0]}wprof.yz", "rail_profile": REPO/f"profiles/{pair[0]}rprof.yz"},
+            table={"file": f"outputs/{pair}_strip.table", **SMALL},
+            integrator={"scheme": "energy", "dt": 1e-5, "t_end": 0.03}, output={"file": f"outputs/ex3_{pair}.txt"}))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LDBENCH", str(LDBENCH))
+        made = make_report(root, root/"inputs", root/"outputs", jobs=2)
+    assert [file.name for file in made] == [
+        "ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv"]
+    return root
+
+
+def test_products_are_there_and_nothing_else(project: Path):
+    names = {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp"}
+    assert names == {"ex3_aw.txt", "ex3_sw.txt", "geometry_aw.txt", "geometry_sw.txt", "aw_strip.table", "sw_strip.table",
+                     "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv"}
+
+
+def test_plots_have_pages_and_bookmarks(project: Path):
+    document = PdfReader(project/"outputs/ldbench_plots.pdf")
+    per_run = len(plots.PAGES) + 2
+    assert len(document.pages) == 1 + 2 + 2*per_run
+    chapters = [part for part in document.outline if not isinstance(part, list)]
+    assert [part.title for part in chapters] == [
+        "Summary", "Contact geometry, actual profiles", "Contact geometry, simplified profiles",
+        "Exercise 3, actual profiles", "Exercise 3, simplified profiles"]
+    assert [document.get_destination_page_number(part) for part in chapters] == [0, 1, 2, 3, 3 + per_run]
+    run = read_record(project/"outputs/ex3_aw.txt")
+    assert f"{run.first_contact('LF'):.6f}" in document.pages[0].extract_text()
+    for chapter, pair in zip((4, 6), ("actual", "simplified"), strict=True):
+        parts = document.outline[chapter]
+        assert [part.title for part in parts] == [page.title for page in plots.PAGES] + ["phase portrait", "cross-sections"]
+        for part in parts:
+            page = document.pages[document.get_destination_page_number(part)]
+            assert f"Exercise 3, {pair} profiles: {part.title}" in page.extract_text()
+    words = document.pages[3].extract_text()
+    for word in ("lateral Y [mm]", "vertical Z [mm]", "roll Φ [mrad]", "time [s]", "time [ms]", "reconstructions", "'strip'"):
+        assert word in words
+
+
+def test_abstract_says_what_the_runs_say(project: Path):
+    document = PdfReader(project/"outputs/ldbench_abstract.pdf")
+    assert len(document.pages) <= 4
+    words = " ".join(page.extract_text() for page in document.pages)
+    for pair in ("aw", "sw"):
+        run = read_record(project/f"outputs/ex3_{pair}.txt")
+        assert f"{run.first_contact('LF'):.5f}" in words
+        assert f"{1e-3*run.peaks['LF'][0]:.0f}" in words
+        assert f"{1e3*run.clearance:.2f}" in words
+    for name in ("Hertz", "Johnson", "Kalker", "Newmark", "Gonzalez", "Suzuki", "Pascal", "FRA/DTT", "reconstructions"):
+        assert name in words
+
+
+def test_summary_repeats_headers_and_columns(project: Path):
+    table = pd.read_csv(project/"outputs/summary.csv").set_index("case")
+    for pair in ("aw", "sw"):
+        run, row = read_record(project/f"outputs/ex3_{pair}.txt"), table.loc[f"ex3_{pair}"]
+        assert row["t_first_LF [s]"] == run.first_contact("LF") and row["N_max_LF [N]"] == run.peaks["LF"][0]
+        assert row["Y_max [m]"] == run.values("Y").max() and row["t_end [s]"] == run.time[-1]
+        energy = sum(run.values(f"KE_{part}")[0] for part in ("lat", "vert", "roll"))
+        assert row["E_drift_relative"] == pytest.approx(run.drift/energy, rel=1e-9)
+        assert np.isnan(row["t_derailment [s]"])
+
+
+def times(project: Path) -> dict[str, int]:
+    return {file.name: file.stat().st_mtime_ns for file in (project/"outputs").iterdir() if file.suffix != ".stamp"}
+
+
+def remake(project: Path, monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """Report again; the names of what was written."""
+    monkeypatch.setenv("LDBENCH", str(LDBENCH))
+    before = times(project)
+    make_report(project, project/"inputs", project/"outputs", jobs=2)
+    return {name for name, when in times(project).items() if before.get(name) != when}
+
+
+def test_up_to_date_is_skipped_and_change_is_not(project: Path, monkeypatch: pytest.MonkeyPatch):
+    # Pages and typesetting are not the point here.
+    monkeypatch.setattr(plots, "make_plots", lambda files, target, *rest: target.write_text("plots"))
+    monkeypatch.setattr(abstract, "make_abstract", lambda records, target: target.write_text("abstract"))
+    assert remake(project, monkeypatch) == set()
+    inputs = project/"inputs/ex3_sw.nml"
+    inputs.write_text(inputs.read_text().replace("vY = 1.0", "vY = 0.9"))
+    assert remake(project, monkeypatch) == {
+        "ex3_sw.txt", "geometry_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv"}
+    assert remake(project, monkeypatch) == set()
+    columns = project/"outputs/ex3_aw.txt"
+    columns.write_text(columns.read_text().replace("1.0", "1.1", 1))
+    assert remake(project, monkeypatch) == {"ex3_aw.txt"}      # the same columns again: the rest still holds
+
+
+def test_abstract_of_ten_runs_stays_within_four_pages(project: Path, tmp_path: Path):
+    """Ten columns of results, all rows filled, both endings."""
+    runs = {pair: read_record(project/f"outputs/ex3_{pair}.txt") for pair in ("aw", "sw")}
+    ten = [replace(runs[name[-2:]], name=name, ending="return to the centre after both flanges") for name in CASES]
+    for k in (8, 9):         # exercise 5: three seconds long, derailed
+        ten[k] = replace(ten[k], columns=ten[k].columns.assign(time=100*ten[k].time),
+                         events=(*ten[k].events, Event(2.987654, "derailment", 271234.0)))
+    abstract.make_abstract(ten, tmp_path/"abstract.pdf")
+    document = PdfReader(tmp_path/"abstract.pdf")
+    assert len(document.pages) <= 4
+    words = " ".join(page.extract_text() for page in document.pages)
+    assert all(name in words for name in CASES) and "271.2 kN" in words and "2.9877" in words
+    assert list(tmp_path.iterdir()) == [tmp_path/"abstract.pdf"]
+
+
+# What counts as up to date -----------------------------------------------------------------
+
+def recorder(folder: Path) -> Path:
+    """A stand-in for the executable: writes what its namelist asks for and keeps a log of what it did."""
+    script = folder/"ldbench"
+    script.write_text(f"""#!{sys.executable}
+import re, sys, time
+from pathlib import Path
+text = sys.stdin.read()
+name, product = (re.search(key + r" *= *'(.*?)'", text)[1] for key in (r"\\bname", r"&output\\s+file"))
+log = lambda what: open({str(folder/'log')!r}, "a").write(name + " " + what + "\\n")
+if name == "bad":
+    sys.exit("ldbench: error: standard input: &wheelset mass = -1: expected from 1 to 1E+6")
+found = re.search(r"&table\\s+file *= *'(.*?)'", text)
+if found and not Path(found[1]).exists():
+    log("builds " + found[1])
+    time.sleep(0.2)
+    Path(found[1]).write_text("table")
+log("runs")
+Path(product).write_text("columns of " + name)
+""")
+    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    return script
+
+
+def job(root: Path, name: str, table: str = "", **integrator: float) -> Job:
+    for profile in ("wheel.yz", "rail.yz"):
+        if not (root/profile).exists():
+            (root/profile).write_text(profile)
+    text = namelist(output={"file": f"{name}.txt"}, case={"name": name}, **({"table": {"file": table}} if table else {}),
+                    profiles={"wheel_profile": "wheel.yz", "rail_profile": "rail.yz"}, integrator={"dt": 1e-5, **integrator})
+    return Job(name, text, root/f"{name}.txt", root)
+
+
+def log(root: Path) -> list[str]:
+    file = root/"log"
+    lines = file.read_text().splitlines() if file.exists() else []
+    file.unlink(missing_ok=True)
+    return lines
+
+
+def test_everything_a_run_depends_on_makes_it_run_again(tmp_path: Path):
+    executable, one = recorder(tmp_path), job(tmp_path, "one")
+    assert run_stale([one], executable, 1) == [one] and log(tmp_path) == ["one runs"]
+    assert run_stale([one], executable, 1) == [] and log(tmp_path) == []
+    for change in (tmp_path/"wheel.yz", tmp_path/"rail.yz", executable, one.product):
+        change.write_text(change.read_text() + "\n# changed\n")
+        assert run_stale([one], executable, 1) == [one], change
+        assert run_stale([one], executable, 1) == []
+    assert run_stale([replace(one, text=one.text + "! a comment\n")], executable, 1)
+    stamp_of(one.product).write_text("{")
+    assert run_stale([one], executable, 1) == [one]
+    one.product.unlink()
+    assert run_stale([one], executable, 1) == [one]
+    assert run_stale([one], executable, 1, force=True) == [one]
+
+
+def test_touching_a_file_is_not_a_change(tmp_path: Path):
+    product = tmp_path/"product"
+    product.write_text("x")
+    write_stamp(product, {"a": "1"})
+    os.utime(product, (0, 0))
+    assert is_up_to_date(product, {"a": "1"}) and not is_up_to_date(product, {"a": "2"})
+    assert json.loads(stamp_of(product).read_text())["sources"] == {"a": "1"}
+
+
+def test_each_table_is_built_once(tmp_path: Path):
+    executable = recorder(tmp_path)
+    jobs = [job(tmp_path, f"{pair}{k}", f"{pair}.table", t_end=0.1*k) for k in (1, 2, 3) for pair in "ab"]
+    assert run_stale(jobs, executable, workers=4) == jobs
+    lines = log(tmp_path)
+    assert sorted(line for line in lines if "builds" in line) == ["a1 builds a.table", "b1 builds b.table"]
+    assert sum("runs" in line for line in lines) == 6
+
+
+def test_failed_run_is_named_with_its_reason(tmp_path: Path):
+    executable = recorder(tmp_path)
+    good, bad = job(tmp_path, "good"), job(tmp_path, "bad")
+    with pytest.raises(Error, match=r"^bad: &wheelset mass = -1: expected from 1 to 1E\+6$"):
+        run_stale([good, bad], executable, workers=2)
+    assert not bad.product.exists() and not stamp_of(bad.product).exists()
+    assert run_stale([good], executable, 1) == []
+
+
+def test_missing_executable_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv("LDBENCH", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(Error, match="make"):
+        find_executable(tmp_path)
+    with pytest.raises(Error, match="namelists"):
+        monkeypatch.setenv("LDBENCH", str(LDBENCH))
+        make_report(tmp_path, tmp_path, tmp_path/"outputs", 1)
+
+
+# The shipped inputs ------------------------------------------------------------------------
+
+@pytest.mark.parametrize("case", CASES)
+def test_shipped_input_runs_as_it_stands(case: str):
+    """So that a column file of the report is the executable's for that input, byte by byte."""
+    file = REPO/"inputs"/f"{case}.nml"
+    plain = case_job(file, REPO/"outputs", REPO)
+    assert plain.text == file.read_text() and plain.product == REPO/f"outputs/{case}.txt"
+
+
+def test_other_folder_changes_the_output_only(tmp_path: Path):
+    import f90nml
+
+    file = REPO/"inputs/ex1_aw.nml"
+    before, after = (f90nml.reads(case_job(file, folder, REPO).text) for folder in (REPO/"outputs", tmp_path))
+    assert after["output"].pop("file") == str(tmp_path/"ex1_aw.txt")
+    assert before["output"].pop("file") == "outputs/ex1_aw.txt"
+    assert before == after
+
+
+def test_one_geometry_run_per_pair_of_profiles(tmp_path: Path):
+    cases = [case_job(REPO/"inputs"/f"{case}.nml", tmp_path, REPO) for case in CASES]
+    shapes = geometry_jobs(cases, tmp_path)
+    assert [job.product.name for job in shapes] == ["geometry_aw.txt", "geometry_sw.txt"]
+    assert {job.table for job in shapes} == {job.table for job in cases}
+    assert all(job.cost < 1e-3*case.cost for job in shapes for case in cases)
+
+
+def test_row_of_a_run_without_events_is_empty_where_nothing_happened(project: Path):
+    run = replace(read_record(project/"outputs/ex3_aw.txt"), events=(), peaks={}, counts={}, ending="t_end")
+    row = summary_row(run)
+    assert row["t_return"] is None and row["t_derailment"] is None and row["N_max_RF"] is None
+    assert row["t_first_LF"] == pytest.approx(read_record(run.file).first_contact("LF"), abs=1e-4)

@@ -1,0 +1,121 @@
+"""Calls into the Fortran core: its errors, and long calls that can be watched and stopped."""
+from __future__ import annotations
+
+import functools
+import os
+import threading
+import weakref
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+
+from . import _flat
+
+Result = TypeVar("Result")
+Progress = Callable[[str, float], object]
+Shared = tuple[np.ndarray, np.ndarray]
+
+STAGES = "", "table", "integration"
+
+# Held while the core reads files: gfortran does not open a file that another thread has open.
+reading = threading.Lock()
+
+
+class Error(RuntimeError):
+    """What the core refuses; the text is that of the executable after `ldbench: error: `."""
+
+
+def text(buffer: bytes, length: int) -> str:
+    """A text of the core from its buffer."""
+    return bytes(buffer)[:length].decode(errors="replace")
+
+
+def check(message: bytes, length: int, label: str = "") -> None:
+    """Raise the error that a core procedure reports, if it does; `label` says which case."""
+    if length:
+        raise Error(f"{label}: {text(message, length)}" if label else text(message, length))
+
+
+@functools.cache
+def descriptions() -> list[str]:
+    """Names and units of the columns, of the geometry columns, one line each; kinds of events; version."""
+    return text(*_flat.describe_results()).splitlines()
+
+
+def version() -> str:
+    """Of the core."""
+    return descriptions()[-1]
+
+
+def own(owner: object, free: Callable[[int], object], handle: int) -> int:
+    """Free what a handle stands for when its owner goes; at the end of the process all goes anyway."""
+    weakref.finalize(owner, free, handle).atexit = False
+    return handle
+
+
+def path_bytes(path: str | os.PathLike[str]) -> bytes:
+    return os.fsencode(path)
+
+
+def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) -> Result:
+    """Do `work(shared)` in a thread of its own and wait for it.
+
+    `shared` goes to the core: how far it is, and whether it shall stop. Meanwhile `progress(stage, share)`
+    is called here with stage 'table' or 'integration' and the share done, 0 to 1; True draws a bar on a
+    terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
+    """
+    shared = np.zeros(2), np.zeros(1, np.intc)
+    outcome: dict[str, Result | BaseException] = {}
+    done = threading.Event()        # Thread.join takes a thread for finished when Ctrl-C interrupts it (Python 3.11)
+
+    def keep_outcome() -> None:
+        try:
+            outcome["result"] = work(shared)
+        except BaseException as error:
+            outcome["error"] = error
+        finally:
+            done.set()
+
+    bar = Bar() if progress is True else None
+    tell = bar or progress or None
+    worker = threading.Thread(target=keep_outcome, name="ldbench")
+    try:
+        worker.start()
+        while not done.wait(0.05):
+            stage, share = shared[0]
+            if tell and stage:
+                tell(STAGES[int(stage)], float(share))
+    except BaseException:
+        shared[1][0] = 1
+        if worker.is_alive():
+            done.wait()
+        raise
+    finally:
+        if bar:
+            bar.close()
+    if "error" in outcome:
+        raise outcome["error"]
+    return outcome["result"]
+
+
+class Bar:
+    """A progress bar per stage on a terminal, for work of more than a second."""
+
+    def __init__(self) -> None:
+        self.stage = ""
+        self.bar = None
+
+    def __call__(self, stage: str, share: float) -> None:
+        from tqdm import tqdm
+
+        if stage != self.stage:
+            self.close()
+            self.stage = stage
+            self.bar = tqdm(desc=stage, total=1.0, delay=1, disable=None, leave=False,
+                            bar_format="{desc}: {percentage:3.0f} %|{bar}| {elapsed} < {remaining}")
+        self.bar.update(share - self.bar.n)
+
+    def close(self) -> None:
+        if self.bar is not None:
+            self.bar.close()

@@ -1,0 +1,176 @@
+"""The abstract: its figures and numbers are taken from the runs, its words from wrappers/abstract."""
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from . import plots
+from ._core import Error
+from .record import PAIRS, Record, summary_row
+from .style import ldbench_style
+
+TEMPLATE = Path(__file__).resolve().parent.parent/"abstract"/"abstract.typ"
+
+FIGURES = {
+    "contact": plots.contact_figure,
+    "motion": plots.motion_figure,
+    "impact": plots.impact_figure,
+    "derailment": plots.derailment_figure,
+}
+
+# Rows of the table of results: those of the summary page, in short words.
+TABLE = (
+    ("first left flange contact [s]", "t_first_LF"),
+    ("first right flange contact [s]", "t_first_RF"),
+    ("return to the centre [s]", "t_return"),
+    ("derailment [s]", "t_derailment"),
+    ("lateral force then [kN]", "F_derailment"),
+    ("largest Y [mm]", "Y_max"),
+    ("largest Z [mm]", "Z_max"),
+    ("peak N, left tread [kN]", "N_max_LT"),
+    ("peak N, left flange [kN]", "N_max_LF"),
+    ("peak N, right tread [kN]", "N_max_RT"),
+    ("peak N, right flange [kN]", "N_max_RF"),
+    ("lift-offs, left wheel", "left_lift_offs"),
+    ("lift-offs, right wheel", "right_lift_offs"),
+    ("energy drift, relative", "E_drift_relative"),
+)
+DIGITS = {"t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 4, "F_derailment": 1, "Y_max": 2, "Z_max": 2,
+          "N_max_LT": 0, "N_max_LF": 0, "N_max_RT": 0, "N_max_RF": 0}
+SCALES = {"F_derailment": 1e-3, "Y_max": 1e3, "Z_max": 1e3, "N_max_LT": 1e-3, "N_max_LF": 1e-3, "N_max_RT": 1e-3,
+          "N_max_RF": 1e-3}
+
+
+def make_abstract(records: Sequence[Record], target: Path) -> None:
+    """Typeset the abstract of the ten runs; the file appears when it is complete."""
+    import typst
+
+    if not TEMPLATE.is_file():
+        raise Error(f"{TEMPLATE}: expected the text of the abstract, found none; it is in the repository only")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        shutil.copytree(TEMPLATE.parent, folder, dirs_exist_ok=True)
+        data = facts(records)
+        with ldbench_style():
+            for name, draw in FIGURES.items():
+                figure = draw(records)
+                data["figures"][name] = figure is not None
+                if figure is not None:
+                    figure.savefig(folder/f"{name}.pdf", metadata={"CreationDate": None})
+        (folder/"data.json").write_text(json.dumps(data))
+        typst.compile(folder/TEMPLATE.name, output=folder/"abstract.pdf", root=folder)
+        part = target.with_suffix(".part")
+        shutil.copy(folder/"abstract.pdf", part)
+        os.replace(part, target)
+
+
+def facts(records: Sequence[Record]) -> dict[str, object]:
+    """What the text says about the runs, ready to print."""
+    rows = [summary_row(run) for run in records]
+    first = records[0]
+    ramps = [run for run in records if run.exercise == 5 and run.first("derailment") and run.time[-1] > 2]
+    return {
+        "version": first.version,
+        "figures": {},
+        "names": [run.name for run in records],
+        "table": [[label, *(cell(key, row[key]) for row in rows)] for label, key in TABLE],
+        "pairs": [pair_facts(pair, runs) for pair, runs in plots.by_pair(records).items() if runs],
+        "reconstruction": any(run.reconstruction for run in records),
+        "endings": {run.name: run.ending for run in records},
+        "drift_free": scientific(max(r["E_drift_relative"] for r in rows if r["exercise"] != 5)),
+        "drift_ramp": scientific(max([r["E_drift_relative"] for r in rows if r["exercise"] == 5], default=0.0)),
+        "steps_free": sorted({f"{1e6*r['dt']:.3g}" for r in rows if r["exercise"] != 5}, key=float),
+        "steps_ramp": sorted({f"{1e6*run.step:.3g}" for run in ramps}, key=float),
+        "order_free": f"{number(free(records)[0], 'integrator', 'order'):.0f}",
+        "order_ramp": f"{number(ramps[0], 'integrator', 'order'):.0f}" if ramps else "",
+        "tolerance": scientific(number(first, "integrator", "tolerance")),
+        "calm": [f"{speed:g}" for speed in speeds(records, lifting=False)],
+        "thrown": [f"{speed:g}" for speed in speeds(records, lifting=True)],
+        "duration": durations(records),
+        "depth": f"{1e3*max(number(run, 'table', 'depth') for run in records):.1f}",
+        "split": f"{np.degrees(number(first, 'contact', 'split_angle')):.0f}",
+        "young": f"{1e-9*number(first, 'material', 'youngs_modulus'):.0f}",
+        "poisson": f"{number(first, 'material', 'poisson'):.2f}",
+        "ramps": [ramp_facts(run) for run in ramps],
+    }
+
+
+def number(record: Record, group: str, name: str) -> float:
+    return float(record.setting(group, name))
+
+
+def cell(key: str, value: object) -> str:
+    if value is None:
+        return "–"
+    if key == "E_drift_relative":
+        return scientific(float(value))
+    if isinstance(value, float):
+        return f"{SCALES.get(key, 1.0)*value:.{DIGITS[key]}f}"
+    return str(value)
+
+
+def scientific(x: float) -> str:
+    """'1.3e-12' as the text prints it: 1.3·10⁻¹²."""
+    if not x:
+        return "0"
+    mantissa, exponent = f"{x:.1e}".split("e")
+    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return (f"{mantissa.removesuffix('.0')}·" if mantissa != "1.0" else "") + f"10{power}"
+
+
+def pair_facts(pair: str, runs: Sequence[Record]) -> dict[str, str]:
+    return {
+        "name": PAIRS[pair],
+        "clearance": f"{1e3*runs[0].clearance:.2f}",
+        "points": " × ".join(f"{number(runs[0], 'table', name):.0f}" for name in ("n_lateral", "n_roll", "n_depth")),
+    }
+
+
+def free(records: Sequence[Record]) -> list[Record]:
+    """Exercises 1 to 4."""
+    return [run for run in records if run.exercise in range(1, 5)]
+
+
+def speeds(records: Sequence[Record], lifting: bool) -> list[float]:
+    """Initial velocities [m/s] of exercises 1 to 4 at which a wheel ever lifts off, or never does, with
+    all pairs of profiles."""
+    lifts: dict[float, list[bool]] = {}
+    for run in free(records):
+        row = summary_row(run)
+        lifts.setdefault(float(run.values("vY")[0]), []).append(bool(row["left_lift_offs"] or row["right_lift_offs"]))
+    return sorted(speed for speed, found in lifts.items() if (all(found) if lifting else not any(found)))
+
+
+def durations(records: Sequence[Record]) -> list[str]:
+    """Shortest and longest first contact of the left flange in exercises 1 to 4 [ms]."""
+    episodes = [episode for run in free(records) if (episode := plots.first_episode(run, "LF"))]
+    spans = [1e3*(end - start) for start, end in episodes] or [0.0]
+    return [f"{min(spans):.1f}", f"{max(spans):.1f}"]
+
+
+def ramp_facts(run: Record) -> dict[str, str]:
+    """Exercise 5: the lateral force at derailment, and the one at which statics lets the wheelset turn over
+    its flange contact: weight times lever arm over height of the axle above that contact, at the mean
+    pose of the second before the last."""
+    rows = (run.time > run.time[-1] - 2) & (run.time < run.time[-1] - 1)
+    weight = number(run, "wheelset", "mass")*9.81 + number(run, "wheelset", "vertical_load")
+    lever = np.nanmean((run.values("y_LF") - run.values("Y"))[rows])
+    height = np.nanmean((run.axle_height + run.values("Z") - run.values("z_LF"))[rows])
+    row = summary_row(run)
+    return {
+        "name": PAIRS[run.name[-2:]],
+        "time": cell("t_derailment", row["t_derailment"]),
+        "force": cell("F_derailment", row["F_derailment"]),
+        "statics": f"{1e-3*weight*lever/height:.1f}",
+        "contacts": f"{run.counts.get('left flange contact', 0)}",
+        "lift_offs": f"{run.counts.get('right wheel lift-off', 0)}",
+        "peak": cell("N_max_LF", row["N_max_LF"]),
+        "right_flange": f"{run.counts.get('right flange contact', 0)}",
+    }

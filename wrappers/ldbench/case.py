@@ -1,0 +1,218 @@
+"""A case: what a namelist file says."""
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from numbers import Integral, Real
+from pathlib import Path
+from typing import NamedTuple
+
+import f90nml
+import numpy as np
+
+from . import _flat
+from ._core import Error, check, path_bytes, reading, text
+
+Value = float | int | str
+
+TEXT_LENGTH = 256       # of a text variable in the core
+
+
+class Variable(NamedTuple):
+    """A namelist variable as the core lists it."""
+
+    group: str
+    name: str
+    kind: str           # 'real', 'integer' or 'text'
+    default: str
+    range: str          # in words
+    unit: str
+    meaning: str
+
+
+@functools.cache
+def variables() -> tuple[Variable, ...]:
+    """All namelist variables, in the order of the core's list."""
+    return tuple(Variable(*line.split("\t")) for line in text(*_flat.describe_variables()).splitlines())
+
+
+@functools.cache
+def data_folder() -> Path:
+    """Where the shipped inputs/ and profiles/ are: in the installed package, or in the repository."""
+    package = Path(__file__).resolve().parent
+    return next((folder for folder in (package / "data", package.parents[1]) if (folder / "inputs").is_dir()), package)
+
+
+@functools.cache
+def _indices() -> dict[str, tuple[int, ...]]:
+    """Place in the list of every name and group_name, in lower case; several where a name is ambiguous."""
+    found: dict[str, tuple[int, ...]] = {}
+    for k, variable in enumerate(variables()):
+        found[f"{variable.group}_{variable.name}".lower()] = (k,)
+    for k, variable in enumerate(variables()):
+        name = variable.name.lower()
+        found[name] = found.get(name, ()) + (k,)
+    return found
+
+
+def find_variable(name: str) -> int:
+    """Place in the list of the variable called `name`, or `group_name`, in any case of letters."""
+    found = _indices().get(name.lower(), ())
+    if len(found) == 1:
+        return found[0]
+    if found:
+        choices = " or ".join(f"{variables()[k].group}_{variables()[k].name}" for k in found)
+        raise Error(f"expected {choices}, found {name}, which is ambiguous")
+    raise Error(f"expected a namelist variable (ldbench --help lists them), found {name}")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Case:
+    """All namelist variables of a run; immutable.
+
+    Variables are attributes, by their namelist names in any case of letters: `case.dt`, `case.vY`. Where two
+    groups share a name, and anywhere else if you like, the group goes before it: `case.output_file`,
+    `case.table_file`, `case.table_roll`. Values are in SI units, angles in rad.
+
+    Files with relative names are looked for in the working directory, as the executable does, then beside
+    the namelist file and in the folder above it, then among the shipped ones.
+    """
+
+    values: tuple[Value, ...]                   # in the order of `variables()`
+    label: str = "case"                         # the namelist file, for messages
+    folder: Path | None = field(default=None)   # the namelist file's folder
+
+    @classmethod
+    def from_namelist(cls, source: str | os.PathLike[str] | Mapping[str, Mapping[str, Value]]) -> Case:
+        """A case from a namelist file, from namelist text, or from groups such as an f90nml.Namelist.
+
+        A string that begins with & or has several lines is text. Variables that are not mentioned have the
+        benchmark's values. Raises Error with the core's message.
+        """
+        if isinstance(source, Mapping):
+            return cls._read("namelist", str(f90nml.Namelist(source)))
+        if isinstance(source, str) and (not source.strip() or source.lstrip().startswith("&") or "\n" in source):
+            return cls._read("namelist", source)
+        return cls._read(os.fspath(source), None)
+
+    @classmethod
+    def exercise(cls, number: int, profiles: str = "aw") -> Case:
+        """One of the ten shipped inputs: exercise 1 to 5 with the actual ('aw') or simplified ('sw') profiles."""
+        return cls.from_namelist(data_folder() / "inputs" / f"ex{number}_{profiles}.nml")
+
+    @classmethod
+    def _read(cls, label: str, source: str | None) -> Case:
+        with reading:
+            numbers, words, *error = _flat.read_namelist(
+                path_bytes(label), int(source is not None), (source or "").encode(), len(variables()))
+        check(*error)
+        folder = Path(label).resolve().parent if source is None else None
+        return cls(tuple(_unpack(numbers, bytes(words))), label, folder)
+
+    def replace(self, **changes: Value) -> Case:
+        """A case with other values: `case.replace(vY=0.3, dt=5e-6, output_file="fast.txt")`."""
+        values = list(self.values)
+        for name, value in changes.items():
+            k = find_variable(name)
+            values[k] = self._coerced(variables()[k], value)
+        changed = Case(tuple(values), self.label, self.folder)
+        check(*_flat.check_values(path_bytes(self.label), *changed.arrays()))
+        return changed
+
+    def _coerced(self, variable: Variable, value: Value) -> Value:
+        """A value of the variable's kind; its range is left to the core."""
+        if variable.kind == "text":
+            if isinstance(value, os.PathLike):
+                value = os.fspath(value)
+            if isinstance(value, str) and len(os.fsencode(value)) <= TEXT_LENGTH:
+                return value.rstrip()
+        elif isinstance(value, Real) and not isinstance(value, (bool, np.bool_)):
+            if variable.kind == "real":
+                return float(value)
+            if isinstance(value, Integral) or float(value).is_integer():
+                return int(value)
+        raise Error(f"{self.label}, &{variable.group} {variable.name}: expected {variable.range}, found {value!r}")
+
+    def arrays(self) -> tuple[np.ndarray, bytes]:
+        """The values as the core takes them: numbers, shape (variables,), and texts of 256 characters each."""
+        numbers = np.array([0.0 if isinstance(value, str) else float(value) for value in self.values])
+        words = b"".join((os.fsencode(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH)
+                         for value in self.values)
+        return numbers, words
+
+    def namelist(self) -> f90nml.Namelist:
+        """All values as an f90nml.Namelist, group by group."""
+        groups: dict[str, dict[str, Value]] = {}
+        for variable, value in zip(variables(), self.values, strict=True):
+            groups.setdefault(variable.group, {})[variable.name] = value
+        return f90nml.Namelist(groups)
+
+    def to_namelist(self, path: str | os.PathLike[str] | None = None) -> str:
+        """All values as namelist text, also written to `path` if given.
+
+        `Case.from_namelist(case.to_namelist()) == case`, to the last bit.
+        """
+        source = f"{self.namelist()}\n"
+        if path is not None:
+            Path(path).write_text(source)
+        return source
+
+    def find(self, name: str) -> str:
+        """Path of the file that the case calls `name`; `name` itself when there is none."""
+        if Path(name).is_absolute() or Path(name).exists():
+            return name
+        beside = [self.folder, self.folder.parent] if self.folder else []
+        for folder in (*beside, data_folder()):
+            if (folder / name).exists():
+                return str(folder / name)
+        return name
+
+    def table_path(self) -> str:
+        """Path of the file that keeps the contact table; '' when its folder is nowhere."""
+        name = self.table_file
+        if not name:
+            return ""
+        found = self.find(name)
+        return found if Path(found).parent.is_dir() else ""
+
+    def __getattr__(self, name: str) -> Value:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self.values[find_variable(name)]
+        except Error as error:
+            raise AttributeError(str(error)) from None
+
+    def __dir__(self) -> list[str]:
+        names = [variable.name for variable in variables() if len(_indices()[variable.name.lower()]) == 1]
+        return [*super().__dir__(), *names, *(f"{v.group}_{v.name}" for v in variables())]
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all values are equal, wherever they come from."""
+        return self.values == other.values if isinstance(other, Case) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.values)
+
+    def __repr__(self) -> str:
+        """The case by what differs from the defaults."""
+        changed = (f"{v.group}_{v.name}={value!r}" for v, value, default in
+                   zip(variables(), self.values, defaults(), strict=True) if value != default)
+        return f"Case({', '.join(changed)})"
+
+
+@functools.cache
+def defaults() -> tuple[Value, ...]:
+    """The benchmark's value of every variable."""
+    return Case.from_namelist("&case /").values
+
+
+def _unpack(numbers: np.ndarray, words: bytes) -> list[Value]:
+    def value(k: int, kind: str) -> Value:
+        if kind == "text":
+            return os.fsdecode(words[TEXT_LENGTH * k:TEXT_LENGTH * (k + 1)]).rstrip()
+        return int(numbers[k]) if kind == "integer" else float(numbers[k])
+
+    return [value(k, variable.kind) for k, variable in enumerate(variables())]

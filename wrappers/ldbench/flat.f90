@@ -1,0 +1,449 @@
+! The interface that f2py reads: plain procedures with numbers, arrays and texts.
+! Texts come back in buffers with their length; a message of length 0 means success.
+! numbers(n) and words (256 characters each) hold a case, in the order of describe_variables.
+
+!> group, name, kind, default, range, unit, meaning of every namelist variable, one per line, by tabs.
+subroutine describe_variables(listing, length)
+  use case, only: case_type, list_variables, range_text, value_text, variable_type
+  use handles, only: give
+  implicit none
+  character(32768), intent(out) :: listing
+  integer, intent(out) :: length
+  character, parameter :: tab = achar(9)
+  type(case_type), target :: c
+  type(variable_type), allocatable :: list(:)
+  character(:), allocatable :: lines, kind
+  integer :: k
+
+  call list_variables(c, list)
+  lines = ''
+  do k = 1, size(list)
+    kind = 'text'
+    if (associated(list(k)%x)) kind = 'real'
+    if (associated(list(k)%i)) kind = 'integer'
+    lines = lines//list(k)%group//tab//list(k)%name//tab//kind//tab//value_text(list(k))//tab// &
+      range_text(list(k))//tab//list(k)%unit//tab//list(k)%meaning//new_line('a')
+  end do
+  call give(lines, listing, length)
+end subroutine describe_variables
+
+!> Four lines: names and units of the columns, of the geometry columns; then the kinds of
+!> events, one per line; then the program's version.
+subroutine describe_results(listing, length)
+  use columns, only: column_names, column_units
+  use events, only: event_kinds
+  use handles, only: give
+  use kinds, only: version
+  use rigid, only: geometry_names, geometry_units
+  implicit none
+  character(8192), intent(out) :: listing
+  integer, intent(out) :: length
+  character(:), allocatable :: lines
+  integer :: k
+
+  lines = joined(column_names())//joined(column_units())//joined(geometry_names)//joined(geometry_units)
+  do k = 1, size(event_kinds)
+    lines = lines//trim(event_kinds(k))//new_line('a')
+  end do
+  call give(lines//version, listing, length)
+
+contains
+
+  function joined(words) result(line)
+    character(*), intent(in) :: words(:)
+    character(:), allocatable :: line
+    integer :: i
+
+    line = ''
+    do i = 1, size(words)
+      line = line//trim(words(i))//' '
+    end do
+    line = trim(line)//new_line('a')
+  end function joined
+
+end subroutine describe_results
+
+!> A namelist file, or (is_text = 1) the text of one that is called `file`, as a case.
+subroutine read_namelist(file, is_text, source, n, numbers, words, message, length)
+  use case, only: case_type, check_case, read_case
+  use errors, only: error_type
+  use handles, only: export_case, give_error, split_lines
+  use text, only: line_type, read_lines
+  implicit none
+  character(*), intent(in) :: file, source
+  integer, intent(in) :: is_text
+  integer, intent(in) :: n
+  real(8), intent(out) :: numbers(n)
+  character(32768), intent(out) :: words
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  type(line_type), allocatable :: lines(:)
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  if (is_text == 1) then
+    call split_lines(source, lines)
+  else
+    call read_lines(file, lines, error)
+  end if
+  if (.not. allocated(error)) call read_case(file, lines, c, error)
+  if (.not. allocated(error)) call check_case(file, c, error)
+  call export_case(c, numbers, words)
+  call give_error(error, message, length)
+end subroutine read_namelist
+
+!> Check the values of a case; `file` is for messages.
+subroutine check_values(file, n, numbers, words, message, length)
+  use case, only: case_type, check_case
+  use errors, only: error_type
+  use handles, only: give_error, import_case
+  implicit none
+  character(*), intent(in) :: file, words
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  call import_case(numbers, words, c)
+  call check_case(file, c, error)
+  call give_error(error, message, length)
+end subroutine check_values
+
+!> Profiles, contact table and equilibrium of a case.  progress and stop_asked are shared
+!> with the thread that watches.
+subroutine prepare_case(n, numbers, words, wheel_path, rail_path, table_path, progress, stop_asked, &
+                        handle, message, length)
+  use case, only: case_type
+  use errors, only: error_type
+  use handles, only: free_prepared_at, give_error, import_case, new_prepared, prepare_watched, prepared_type
+  implicit none
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(*), intent(in) :: words, wheel_path, rail_path, table_path
+  real(8), intent(inout) :: progress(2)
+  integer, intent(inout) :: stop_asked(1)
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  call import_case(numbers, words, c)
+  call new_prepared(p, handle)
+  call prepare_watched(p, c, wheel_path, rail_path, table_path, progress, stop_asked, error)
+  if (allocated(error)) call free_prepared_at(handle)
+  call give_error(error, message, length)
+end subroutine prepare_case
+
+!> The same with the contact table of an earlier case.
+subroutine adapt_case(earlier, n, numbers, words, wheel_path, rail_path, handle, message, length)
+  use case, only: case_type
+  use errors, only: error_type
+  use handles, only: adapt, free_prepared_at, give_error, import_case, new_prepared, prepared_at, prepared_type
+  implicit none
+  integer(8), intent(in) :: earlier
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(*), intent(in) :: words, wheel_path, rail_path
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  call import_case(numbers, words, c)
+  call new_prepared(p, handle)
+  call adapt(p, prepared_at(earlier), c, wheel_path, rail_path, error)
+  if (allocated(error)) call free_prepared_at(handle)
+  call give_error(error, message, length)
+end subroutine adapt_case
+
+subroutine free_prepared(handle)
+  use handles, only: free_prepared_at
+  implicit none
+  integer(8), intent(in) :: handle
+
+  call free_prepared_at(handle)
+end subroutine free_prepared
+
+!> clearance, equilibrium height, rigid height [m], weight [N], processor time for the table [s],
+!> whether it was found in a file; three eigenfrequencies [Hz].
+subroutine prepared_numbers(handle, numbers)
+  use handles, only: prepared_at, prepared_type
+  implicit none
+  integer(8), intent(in) :: handle
+  real(8), intent(out) :: numbers(9)
+  type(prepared_type), pointer :: p
+
+  p => prepared_at(handle)
+  numbers = [p%setup%clearance, p%setup%equilibrium, p%setup%pair%axle_height, p%setup%wheelset%weight(), &
+             p%setup%table_seconds, merge(1d0, 0d0, p%setup%table_found), p%setup%frequency]
+end subroutine prepared_numbers
+
+!> Integrate a prepared case.
+subroutine simulate_case(prepared, progress, stop_asked, handle, message, length)
+  use errors, only: error_type
+  use handles, only: free_run_at, give_error, new_run, prepared_at, simulate_watched
+  use simulation, only: run_type
+  implicit none
+  integer(8), intent(in) :: prepared
+  real(8), intent(inout) :: progress(2)
+  integer, intent(inout) :: stop_asked(1)
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(run_type), pointer :: run
+  type(error_type), allocatable :: error
+
+  call new_run(run, handle)
+  call simulate_watched(prepared_at(prepared), run, progress, stop_asked, error)
+  if (allocated(error)) call free_run_at(handle)
+  call give_error(error, message, length)
+end subroutine simulate_case
+
+subroutine free_run(handle)
+  use handles, only: free_run_at
+  implicit none
+  integer(8), intent(in) :: handle
+
+  call free_run_at(handle)
+end subroutine free_run
+
+!> Numbers of rows and of recorded events.
+subroutine run_size(handle, n_rows, n_events)
+  use handles, only: run_at
+  use simulation, only: run_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(out) :: n_rows, n_events
+  type(run_type), pointer :: run
+
+  run => run_at(handle)
+  n_rows = size(run%rows, 2)
+  n_events = run%log%n
+end subroutine run_size
+
+!> The columns, (column, row), and the events: time [s], kind counted from 1, lateral force [N].
+subroutine run_results(handle, n_columns, n_rows, n_events, rows, t, kind, force)
+  use handles, only: run_at
+  use simulation, only: run_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: n_columns, n_rows, n_events
+  real(8), intent(out) :: rows(n_columns, n_rows)
+  real(8), intent(out) :: t(n_events), force(n_events)
+  integer, intent(out) :: kind(n_events)
+  !f2py threadsafe
+  type(run_type), pointer :: run
+
+  run => run_at(handle)
+  rows = run%rows
+  t = run%log%list(:n_events)%t
+  kind = run%log%list(:n_events)%kind
+  force = run%log%list(:n_events)%force
+end subroutine run_results
+
+!> step [s], steps, iterations, halvings, largest drift, initial kinetic energy [J], processor time [s],
+!> returned, derailed, cancelled; peak force [N] and its time [s] of four contacts; counts of eight kinds
+!> of events.
+subroutine run_numbers(handle, numbers)
+  use handles, only: run_at
+  use simulation, only: run_type
+  implicit none
+  integer(8), intent(in) :: handle
+  real(8), intent(out) :: numbers(26)
+  type(run_type), pointer :: run
+
+  run => run_at(handle)
+  numbers(:7) = [run%step, dble(run%steps), dble(run%iterations), dble(run%halvings), run%drift, &
+                 run%kinetic_energy, run%seconds]
+  numbers(8:10) = merge(1d0, 0d0, [run%log%returned, run%log%derailed, run%cancelled])
+  numbers(11:14) = run%peak
+  numbers(15:18) = run%peak_time
+  numbers(19:26) = run%log%counts
+end subroutine run_numbers
+
+!> The text for the terminal.
+subroutine run_summary(prepared, handle, listing, length)
+  use handles, only: give, prepared_at, prepared_type, run_at
+  use report, only: summary
+  implicit none
+  integer(8), intent(in) :: prepared, handle
+  character(32768), intent(out) :: listing
+  integer, intent(out) :: length
+  type(prepared_type), pointer :: p
+
+  p => prepared_at(prepared)
+  call give(summary(p%c, p%setup, run_at(handle)), listing, length)
+end subroutine run_summary
+
+subroutine write_run(prepared, handle, path, message, length)
+  use errors, only: error_type
+  use handles, only: give_error, prepared_at, prepared_type, run_at
+  use report, only: write_columns
+  implicit none
+  integer(8), intent(in) :: prepared, handle
+  character(*), intent(in) :: path
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(error_type), allocatable :: error
+
+  p => prepared_at(prepared)
+  call write_columns(p%c, p%setup, run_at(handle), path, error)
+  call give_error(error, message, length)
+end subroutine write_run
+
+subroutine write_geometry_file(prepared, path, message, length)
+  use errors, only: error_type
+  use handles, only: give_error, prepared_at, prepared_type
+  use report, only: write_geometry
+  implicit none
+  integer(8), intent(in) :: prepared
+  character(*), intent(in) :: path
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(error_type), allocatable :: error
+
+  p => prepared_at(prepared)
+  call write_geometry(p%c, p%setup, path, error)
+  call give_error(error, message, length)
+end subroutine write_geometry_file
+
+!> Elastic energy [J] at n poses: axle centre y, z [m], roll [rad], track frame.  wheel: 0 both, 1 left,
+!> 2 right.  status: 0, or how the pose is outside the table.
+subroutine potentials(handle, wheel, n, y, z, roll, energy, status)
+  use handles, only: find_state, prepared_at, prepared_type
+  use wheelset, only: contact_state
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: wheel, n
+  real(8), intent(in) :: y(n), z(n), roll(n)
+  real(8), intent(out) :: energy(n)
+  integer, intent(out) :: status(n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(contact_state) :: state
+  integer :: i
+
+  p => prepared_at(handle)
+  do i = 1, n
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state)
+    energy(i) = (state%energy(1) + state%energy(2)) + (state%energy(3) + state%energy(4))
+    status(i) = state%status
+  end do
+end subroutine potentials
+
+!> Force of the rails on the wheels, F_y, F_z [N] and M_x about the axle centre [N m].
+subroutine forces(handle, wheel, n, y, z, roll, force, status)
+  use handles, only: find_state, prepared_at, prepared_type
+  use wheelset, only: contact_state
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: wheel, n
+  real(8), intent(in) :: y(n), z(n), roll(n)
+  real(8), intent(out) :: force(3, n)
+  integer, intent(out) :: status(n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(contact_state) :: state
+  integer :: i
+
+  p => prepared_at(handle)
+  do i = 1, n
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state)
+    force(:, i) = -state%gradient
+    status(i) = state%status
+  end do
+end subroutine forces
+
+!> The same of each contact: left tread, left flange, right tread, right flange.
+subroutine contact_forces(handle, n, y, z, roll, force, status)
+  use handles, only: prepared_at, prepared_type
+  use wheelset, only: contact_state, contacts
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: n
+  real(8), intent(in) :: y(n), z(n), roll(n)
+  real(8), intent(out) :: force(3, 4, n)
+  integer, intent(out) :: status(n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(contact_state) :: state
+  integer :: i
+
+  p => prepared_at(handle)
+  do i = 1, n
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state)
+    force(:, :, i) = -state%slope
+    status(i) = state%status
+  end do
+end subroutine contact_forces
+
+!> Tangent stiffness, the Hessian of the energy: yy, yz, y roll, zz, z roll, roll roll.
+subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
+  use handles, only: find_state, prepared_at, prepared_type
+  use wheelset, only: contact_state
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: wheel, n
+  real(8), intent(in) :: y(n), z(n), roll(n)
+  real(8), intent(out) :: hessian(6, n)
+  integer, intent(out) :: status(n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(contact_state) :: state
+  integer :: i
+
+  p => prepared_at(handle)
+  do i = 1, n
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state)
+    hessian(:, i) = state%hessian
+    status(i) = state%status
+  end do
+end subroutine tangents
+
+!> Geometry functions at lateral displacements y [m]; NaN where the rigid wheelset does not stand on both
+!> rails.
+subroutine geometry_functions(handle, n, y, rows)
+  use handles, only: find_geometry, prepared_at
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: n
+  real(8), intent(in) :: y(n)
+  real(8), intent(out) :: rows(13, n)
+  !f2py threadsafe
+
+  call find_geometry(prepared_at(handle), y, rows)
+end subroutine geometry_functions
+
+!> Find out before the work, not after it, that a file cannot be written.
+subroutine check_writable(file, variable, path, message, length)
+  use errors, only: error_type, fatal_error
+  use handles, only: give_error
+  use system, only: scratch_name
+  implicit none
+  character(*), intent(in) :: file, variable, path
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  type(error_type), allocatable :: error
+  integer :: unit, stat
+  logical :: folder
+
+  inquire (file=path//'/.', exist=folder)
+  open (newunit=unit, file=scratch_name(path), status='replace', action='write', iostat=stat)
+  if (stat == 0) close (unit, status='delete', iostat=stat)
+  if (stat /= 0 .or. folder) call fatal_error(error, file//', '//variable// &
+    ': expected a path that can be written, found '//path)
+  call give_error(error, message, length)
+end subroutine check_writable

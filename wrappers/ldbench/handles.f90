@@ -1,0 +1,310 @@
+!> What Python holds of the core: prepared cases and finished runs behind integer
+!> handles (addresses), cases as arrays over the list of namelist variables, and a monitor
+!> that shares a few numbers with another thread.
+module handles
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
+  use, intrinsic :: iso_fortran_env, only: int64
+  use case, only: case_type, list_variables, text_length, variable_type
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp
+  use profile, only: profile_type, read_profile
+  use progress, only: monitor_type
+  use rigid, only: conicity, geometry_row
+  use simulation, only: prepare, run_type, set_wheelset, setup_type, simulate
+  use table, only: wheel_potential
+  use text, only: line_type
+  use wheelset, only: contact_state, contacts, wheelset_type
+  implicit none
+  private
+  public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
+  public :: new_run, run_at, free_run_at, simulate_watched
+  public :: export_case, import_case, split_lines, give, give_error, find_state, find_geometry
+
+  !> A case, ready to be integrated.
+  type :: prepared_type
+    type(case_type) :: c
+    type(setup_type) :: setup
+  end type prepared_type
+
+  !> Tells how far the work is, and is told to stop, through memory of the caller's.
+  type, extends(monitor_type) :: shared_monitor
+    real(dp), pointer :: progress(:) => null()   !! stage (1 table, 2 integration), share done
+    integer, pointer :: stop_asked(:) => null()  !! not 0: stop
+  contains
+    procedure :: report
+  end type shared_monitor
+
+contains
+
+  subroutine report(this, stage, share)
+    class(shared_monitor), intent(inout) :: this
+    character(*), intent(in) :: stage
+    real(dp), intent(in) :: share
+    real(dp), pointer, volatile :: progress(:)
+    integer, pointer, volatile :: stop_asked(:)
+
+    progress => this%progress
+    stop_asked => this%stop_asked
+    progress(1) = merge(1, 2, stage == 'table')
+    progress(2) = share
+    this%stop = stop_asked(1) /= 0
+  end subroutine report
+
+  !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case
+  !> keeps the names as its namelist has them.
+  subroutine prepare_watched(p, c, wheel_path, rail_path, table_path, progress, stop_asked, error)
+    type(prepared_type), intent(inout) :: p
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: wheel_path, rail_path, table_path
+    real(dp), target, intent(inout) :: progress(:)
+    integer, target, intent(inout) :: stop_asked(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(shared_monitor) :: watcher
+
+    watcher%progress => progress
+    watcher%stop_asked => stop_asked
+    p%c = c
+    p%c%wheel_profile = wheel_path
+    p%c%rail_profile = rail_path
+    p%c%table_file = table_path
+    call prepare(p%c, p%setup, error, watcher)
+    p%c = c
+    p%setup%wheel%file = trim(c%wheel_profile)
+    p%setup%rail%file = trim(c%rail_profile)
+  end subroutine prepare_watched
+
+  !> A case with the contact table of another, `from`, which must have the same geometry and
+  !> material.
+  subroutine adapt(p, from, c, wheel_path, rail_path, error)
+    type(prepared_type), intent(inout) :: p
+    type(prepared_type), intent(in) :: from
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: wheel_path, rail_path
+    type(error_type), allocatable, intent(out) :: error
+
+    call same_profile(wheel_path, from%setup%wheel)
+    if (.not. allocated(error)) call same_profile(rail_path, from%setup%rail)
+    if (allocated(error)) return
+    p%c = c
+    p%setup = from%setup
+    p%setup%wheel%file = trim(c%wheel_profile)
+    p%setup%rail%file = trim(c%rail_profile)
+    p%setup%table_found = .true.
+    p%setup%table_seconds = 0
+    call set_wheelset(c, p%setup, error)
+
+  contains
+
+    subroutine same_profile(path, old)
+      character(*), intent(in) :: path
+      type(profile_type), intent(in) :: old
+      type(profile_type) :: new
+
+      call read_profile(path, c%smoothing_mm, new, error)
+      if (allocated(error)) return
+      if (new%checksum /= old%checksum) call fatal_error(error, path// &
+        ': expected the profile of the contact table, CRC-32 '//old%checksum//', found '//new%checksum)
+    end subroutine same_profile
+
+  end subroutine adapt
+
+  subroutine simulate_watched(p, run, progress, stop_asked, error)
+    type(prepared_type), intent(in) :: p
+    type(run_type), intent(out) :: run
+    real(dp), target, intent(inout) :: progress(:)
+    integer, target, intent(inout) :: stop_asked(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(shared_monitor) :: watcher
+
+    watcher%progress => progress
+    watcher%stop_asked => stop_asked
+    call simulate(p%c, p%setup, run, error, watcher)
+  end subroutine simulate_watched
+
+  !> The contacts of one wheel (1 left, 2 right) or of both (0) in a pose.
+  pure subroutine find_state(w, wheel, q, state)
+    type(wheelset_type), intent(in) :: w
+    integer, intent(in) :: wheel
+    real(dp), intent(in) :: q(3)
+    type(contact_state), intent(out) :: state
+    real(dp), parameter :: mirror(3) = [-1, 1, -1], mirror_2(6) = [1, -1, 1, 1, -1, 1]
+    integer :: i
+
+    select case (wheel)
+    case (1)
+      call wheel_potential(w%table, q, state%energy(:2), state%slope(:, :2), state%hessian, state%status)
+    case (2)
+      call wheel_potential(w%table, mirror*q, state%energy(3:), state%slope(:, 3:), state%hessian, state%status)
+      do i = 3, 4
+        state%slope(:, i) = mirror*state%slope(:, i)
+      end do
+      state%hessian = mirror_2*state%hessian
+    case default
+      call contacts(w, q, state)
+      return
+    end select
+    state%gradient = (state%slope(:, 1) + state%slope(:, 2)) + (state%slope(:, 3) + state%slope(:, 4))
+  end subroutine find_state
+
+  !> Geometry functions, the columns of the geometry file, at lateral displacements y; NaN where the
+  !> rigid wheelset does not stand on both rails.
+  subroutine find_geometry(p, y, rows)
+    type(prepared_type), intent(in) :: p
+    real(dp), intent(in) :: y(:)               !! [m]
+    real(dp), intent(out) :: rows(:, :)        !! (column, y)
+    real(dp), parameter :: pitch = 1e-4_dp     !! of the radius differences that the conicity needs [m]
+    real(dp), allocatable :: x(:), delta_r(:)
+    real(dp) :: row(12), reach, step
+    integer :: i, m
+    logical :: ok(size(y)), stands
+
+    rows = ieee_value(1.0_dp, ieee_quiet_nan)
+    do i = 1, size(y)
+      call geometry_row(p%setup%pair, y(i), row, ok(i))
+      if (ok(i)) rows(:12, i) = row
+    end do
+    reach = maxval(abs(y), mask=ok)
+    if (.not. any(ok)) return
+    m = max(2, nint(reach/pitch))
+    step = max(reach/m, pitch/m)
+    allocate (x(-m:m), delta_r(-m:m))
+    do i = 0, m
+      call geometry_row(p%setup%pair, i*step, row, stands)
+      if (.not. stands) return
+      x([-i, i]) = [-i, i]*step
+      delta_r([-i, i]) = [-row(8), row(8)]
+    end do
+    do i = 1, size(y)
+      if (ok(i)) rows(13, i) = conicity(max(abs(y(i)), step), x, delta_r)
+    end do
+  end subroutine find_geometry
+
+  !> The values of a case in the order of the list of variables: numbers, and texts one after
+  !> the other.
+  subroutine export_case(c, numbers, words)
+    type(case_type), intent(in) :: c
+    real(dp), intent(out) :: numbers(:)
+    character(*), intent(out) :: words
+    type(case_type), target :: copy
+    type(variable_type), allocatable :: list(:)
+    integer :: k
+
+    copy = c
+    call list_variables(copy, list)
+    numbers = 0
+    words = ''
+    do k = 1, size(list)
+      if (associated(list(k)%x)) numbers(k) = list(k)%x
+      if (associated(list(k)%i)) numbers(k) = list(k)%i
+      if (associated(list(k)%text)) words(text_length*(k - 1) + 1:text_length*k) = list(k)%text
+    end do
+  end subroutine export_case
+
+  subroutine import_case(numbers, words, c)
+    real(dp), intent(in) :: numbers(:)
+    character(*), intent(in) :: words
+    type(case_type), target, intent(out) :: c
+    type(variable_type), allocatable :: list(:)
+    integer :: k
+
+    call list_variables(c, list)
+    do k = 1, size(list)
+      if (associated(list(k)%x)) list(k)%x = numbers(k)
+      if (associated(list(k)%i)) list(k)%i = nint(numbers(k))
+      if (associated(list(k)%text)) list(k)%text = words(text_length*(k - 1) + 1:text_length*k)
+    end do
+  end subroutine import_case
+
+  !> Lines as `read_lines` gives those of a file.
+  subroutine split_lines(text, lines)
+    character(*), intent(in) :: text
+    type(line_type), allocatable, intent(out) :: lines(:)
+    integer :: i, n, from, to
+
+    n = count([(text(i:i) == new_line('a'), i=1, len(text))])
+    allocate (lines(n + 1))
+    from = 1
+    do i = 1, n + 1
+      to = index(text(from:)//new_line('a'), new_line('a')) + from - 2
+      lines(i)%text = text(from:to)
+      from = to + 2
+    end do
+    do i = 1, n + 1
+      associate (line => lines(i)%text)
+        do to = 1, len(line)
+          if (iachar(line(to:to)) == 9 .or. iachar(line(to:to)) == 13) line(to:to) = ' '
+        end do
+      end associate
+    end do
+    if (len(lines(n + 1)%text) == 0) lines = lines(:n)
+  end subroutine split_lines
+
+  !> A text for Python: in a buffer, with its length.
+  subroutine give(text, buffer, length)
+    character(*), intent(in) :: text
+    character(*), intent(out) :: buffer
+    integer, intent(out) :: length
+
+    buffer = text
+    length = min(len(text), len(buffer))
+  end subroutine give
+
+  !> The same of an error; length 0 when there is none.
+  subroutine give_error(error, message, length)
+    type(error_type), allocatable, intent(in) :: error
+    character(*), intent(out) :: message
+    integer, intent(out) :: length
+
+    message = ''
+    length = 0
+    if (allocated(error)) call give(error%message, message, length)
+  end subroutine give_error
+
+  subroutine new_prepared(p, handle)
+    type(prepared_type), pointer, intent(out) :: p
+    integer(int64), intent(out) :: handle
+
+    allocate (p)
+    handle = transfer(c_loc(p), handle)
+  end subroutine new_prepared
+
+  function prepared_at(handle) result(p)
+    integer(int64), intent(in) :: handle
+    type(prepared_type), pointer :: p
+
+    call c_f_pointer(transfer(handle, c_null_ptr), p)
+  end function prepared_at
+
+  subroutine free_prepared_at(handle)
+    integer(int64), intent(in) :: handle
+    type(prepared_type), pointer :: p
+
+    p => prepared_at(handle)
+    deallocate (p)
+  end subroutine free_prepared_at
+
+  subroutine new_run(run, handle)
+    type(run_type), pointer, intent(out) :: run
+    integer(int64), intent(out) :: handle
+
+    allocate (run)
+    handle = transfer(c_loc(run), handle)
+  end subroutine new_run
+
+  function run_at(handle) result(run)
+    integer(int64), intent(in) :: handle
+    type(run_type), pointer :: run
+
+    call c_f_pointer(transfer(handle, c_null_ptr), run)
+  end function run_at
+
+  subroutine free_run_at(handle)
+    integer(int64), intent(in) :: handle
+    type(run_type), pointer :: run
+
+    run => run_at(handle)
+    deallocate (run)
+  end subroutine free_run_at
+
+end module handles

@@ -1,0 +1,199 @@
+"""One run as its column file tells it: the columns and what the header says.
+
+A file without our header, another code's submission, has the columns only.
+"""
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from .columns import read_columns
+
+CONTACTS = "LT", "LF", "RT", "RF"
+CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
+PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
+
+Setting = float | str
+
+
+@dataclass(frozen=True)
+class Event:
+    time: float                  # [s]
+    kind: str                    # 'left flange contact', 'derailment', ...
+    force: float = np.nan        # lateral force then [N], nan in a run without one
+
+
+@dataclass(frozen=True)
+class Record:
+    """A run: columns in SI units, and the facts of the header."""
+    file: Path
+    columns: pd.DataFrame
+    name: str
+    title: str = ""
+    version: str = ""
+    settings: Mapping[str, Mapping[str, Setting]] = field(default_factory=dict)
+    profiles: Mapping[str, str] = field(default_factory=dict)   # 'wheel', 'rail': file and checksum
+    reconstruction: bool = False          # whether the profiles are ours, not the organisers'
+    clearance: float = np.nan             # rigid-axle flange clearance to one side [m]
+    axle_height: float = np.nan           # at equilibrium, above top of rail [m]
+    events: tuple[Event, ...] = ()        # the first few of each kind
+    counts: Mapping[str, int] = field(default_factory=dict)     # of all events, by kind
+    peaks: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # per contact: N [N], time [s]
+    drift: float = np.nan                 # largest |energy drift| over all steps [J]
+    steps: int = 0
+    step: float = np.nan                  # [s]
+    ending: str = ""
+
+    @cached_property
+    def time(self) -> np.ndarray:
+        return self.columns["time"].to_numpy()
+
+    def values(self, column: str) -> np.ndarray:
+        return self.columns[column].to_numpy()
+
+    @property
+    def exercise(self) -> int | None:
+        found = re.match(r"ex(\d)_", self.name)
+        return int(found[1]) if found else None
+
+    @property
+    def heading(self) -> str:
+        """'Exercise 1, actual profiles', or the case's name."""
+        pair = PAIRS.get(self.name.partition("_")[2])
+        return f"Exercise {self.exercise}, {pair}" if self.exercise and pair else self.name
+
+    def setting(self, group: str, name: str) -> Setting | None:
+        return self.settings.get(group, {}).get(name)
+
+    def first(self, kind: str) -> Event | None:
+        return next((event for event in self.events if event.kind == kind), None)
+
+    def first_contact(self, contact: str) -> float | None:
+        """Time [s] at which a contact first closes: of the event, or of the first row with a force."""
+        event = self.first(CONTACT_NAMES[contact] + " contact")
+        if event:
+            return event.time
+        if f"N_{contact}" not in self.columns:
+            return None
+        closed = np.flatnonzero(self.values(f"N_{contact}") > 0)
+        return float(self.time[closed[0]]) if closed.size else None
+
+
+def read_record(path: str | Path, columns: str | Path | None = None) -> Record:
+    """Read a column file; `columns` is the map of another code's names, see read_columns.  A file
+    without our header is named after itself."""
+    path = Path(path)
+    table = read_columns(path, columns)
+    facts = {"name": path.stem} | parse_header(header_lines(path))
+    return Record(file=path, columns=table, **facts)
+
+
+def header_lines(path: Path) -> list[str]:
+    """The comment lines before the numbers, without their mark."""
+    lines = []
+    with open(path, encoding="utf-8", errors="replace") as file:
+        for k, line in enumerate(file):
+            if line.startswith("#"):
+                lines.append(line[1:].removeprefix(" ").rstrip())
+            elif k > 0:
+                break
+    return lines
+
+
+def parse_header(lines: list[str]) -> dict[str, object]:
+    """Keyword arguments of Record from the header's lines."""
+    facts: dict[str, object] = {}
+    settings: dict[str, dict[str, Setting]] = {}
+    profiles: dict[str, str] = {}
+    events: list[Event] = []
+    group = ""
+    for line in lines:
+        if line.startswith("&"):
+            group = line[1:].strip()
+        elif found := re.match(r"  t = (\S+) s  ([^,]+)(?:, lateral force (\S+) kN)?", line):
+            events.append(Event(float(found[1]), found[2], 1e3*float(found[3] or "nan")))
+        elif found := re.match(r"  (\w+) = (.*?)(?:  ! .*)?$", line):
+            settings.setdefault(group, {})[found[1]] = setting_value(found[2])
+        elif line.startswith("  in all: "):
+            facts["counts"] = {kind: int(n) for n, kind in re.findall(r"(\d+) ([^,]+)", line)}
+        elif found := re.match(r"ldbench (\S+)$", line):
+            facts["version"] = found[1]
+        elif found := re.match(r"case ([^:]*): (.*)", line):
+            facts["name"], facts["title"] = found[1], found[2]
+        elif found := re.match(r"(wheel|rail) profile: (.*?)(, RECONSTRUCTION.*)?$", line):
+            profiles[found[1]] = found[2]
+            facts["reconstruction"] = facts.get("reconstruction", False) or bool(found[3])
+        elif found := re.match(r"rigid-axle clearance \[mm\]: 2 x (\S+)", line):
+            facts["clearance"] = 1e-3*float(found[1])
+        elif found := re.match(r"axle height at equilibrium \[m\]: (\S+)", line):
+            facts["axle_height"] = float(found[1])
+        elif line.startswith("peak normal forces"):
+            facts["peaks"] = {contact: (1e3*float(N), float(t)) for contact, N, t in
+                              re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
+        elif found := re.match(r"energy drift, largest \[J\]: +([^ ,]+)", line):
+            facts["drift"] = float(found[1])
+        elif found := re.match(r"steps: (\d+) of (\S+) s", line):
+            facts["steps"], facts["step"] = int(found[1]), float(found[2])
+        elif found := re.match(r"ended at t = \S+ s: (.*)", line):
+            facts["ending"] = found[1]
+    facts.update(settings=settings, profiles=profiles, events=tuple(events))
+    return facts
+
+
+def setting_value(word: str) -> Setting:
+    word = word.strip()
+    if word.startswith("'"):
+        return word.strip("'")
+    try:
+        return float(word)
+    except ValueError:
+        return word
+
+
+def energy_reference(record: Record) -> float:
+    """What the energy drift is measured by [J]: the kinetic energy of lateral, vertical and roll
+    motion at the start, or the work of the lateral force where the wheelset starts at rest."""
+    kinetic = sum(record.values(column)[0] for column in ("KE_lat", "KE_vert", "KE_roll"))
+    return float(kinetic) or float(np.abs(record.values("W_ext")).max())
+
+
+def summary_row(record: Record) -> dict[str, float | int | str | None]:
+    """The run in one row, SI units; None for what did not happen."""
+    contact = record.first_contact("LF")
+    passages = [e.time for e in record.events if e.kind == "centre passage" and contact and e.time > contact]
+    derailment = record.first("derailment")
+    returned = "return" in record.ending
+    reference = energy_reference(record)
+    row: dict[str, float | int | str | None] = {
+        "case": record.name,
+        "exercise": record.exercise,
+        "profiles": PAIRS.get(record.name.partition("_")[2], ""),
+        "model": record.setting("contact", "model"),
+        "dt": record.step,
+        "steps": record.steps,
+        "ending": record.ending,
+        "t_end": float(record.time[-1]),
+        "t_first_LF": contact,
+        "t_first_RF": record.first_contact("RF"),
+        "t_first_centre": passages[0] if passages else None,
+        "t_return": passages[-1] if passages and returned else None,
+        "t_derailment": derailment.time if derailment else None,
+        "F_derailment": derailment.force if derailment and np.isfinite(derailment.force) else None,
+    }
+    for column in ("Y", "Z", "roll"):
+        row[f"{column}_min"] = float(record.values(column).min())
+        row[f"{column}_max"] = float(record.values(column).max())
+    for contact in CONTACTS:
+        N, t = record.peaks.get(contact, (None, None))
+        row[f"N_max_{contact}"], row[f"t_N_max_{contact}"] = N, t
+    for side in ("left", "right"):
+        row[f"{side}_flange_contacts"] = record.counts.get(f"{side} flange contact")
+        row[f"{side}_lift_offs"] = record.counts.get(f"{side} wheel lift-off")
+    row |= {"E_reference": reference, "E_drift_max": record.drift, "E_drift_relative": record.drift/reference}
+    return row

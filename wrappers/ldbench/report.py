@@ -1,0 +1,117 @@
+"""Make the submission: ten column files, the PDF of plots, the abstract and summary.csv.
+
+What is up to date is left alone: a case is run again when its namelist, its profiles
+or the executable have changed.
+
+examples:
+  python -m ldbench report
+  python -m ldbench report --outputs /tmp/trial --jobs 4
+"""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+
+import pandas as pd
+from tqdm import tqdm
+
+from . import abstract, plots, record, style
+from ._core import Error
+from .batch import (PROJECT, Job, case_job, find_executable, hashes, inside, is_up_to_date, run_stale, with_values,
+                    write_stamp)
+from .record import Record, read_record, summary_row
+
+UNITS = {"t": "s", "dt": "s", "F": "N", "N": "N", "Y": "m", "Z": "m", "roll": "rad", "E": "J"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--outputs", type=Path, metavar="DIR", help="where everything goes (outputs)")
+    parser.add_argument("--inputs", type=Path, metavar="DIR", help="namelists ex*.nml (inputs)")
+    parser.add_argument("--jobs", type=int, default=plots.usable_cores(), help="runs side by side (%(default)s)")
+    parser.add_argument("--force", action="store_true", help="make everything again")
+
+
+def main(args: argparse.Namespace) -> int:
+    root = PROJECT if (PROJECT/"inputs").is_dir() else Path.cwd()
+    made = make_report(root, args.inputs or root/"inputs", args.outputs or root/"outputs", args.jobs, args.force)
+    for file in made:
+        print(f"{inside(file, Path.cwd())}  {file.stat().st_size/1e6:.2f} MB")
+    return 0
+
+
+def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Path]:
+    """Make what is not up to date; the files of the submission."""
+    executable = find_executable(root)
+    namelists = sorted(inputs.glob("ex*.nml"))
+    if not namelists:
+        raise Error(f"{inputs}: expected namelists ex*.nml, found none")
+    outputs.mkdir(parents=True, exist_ok=True)
+    cases = [case_job(file, outputs, root) for file in namelists]
+    with tqdm(desc="report", disable=None) as bar:
+        shapes = geometry_jobs(cases, outputs)
+        bar.total = len(shapes) + 2*len(cases) + len(shapes) + 1
+
+        def tell(job: Job, ran: bool) -> None:
+            bar.update()
+            bar.write(f"{job.name}: {'done' if ran else 'up to date'}")
+
+        # The geometry jobs build the contact tables, one each, before the cases share them.
+        stale = [job for job in cases if force or not is_up_to_date(job.product, job.sources(executable))]
+        needed = {job.table for job in stale if job.table and not job.table.is_file()}
+        rebuild = [job for job in shapes if job.table in needed]
+        run_stale(rebuild, executable, jobs, True, tell)
+        run_stale([job for job in shapes if job not in rebuild], executable, jobs, force, tell)
+        run_stale(cases, executable, jobs, force, tell)
+        files = [job.product for job in cases]
+        geometry = [job.product for job in shapes]
+        products = [outputs/"ldbench_plots.pdf", outputs/"ldbench_abstract.pdf", outputs/"summary.csv"]
+
+        @cache
+        def records() -> list[Record]:
+            return [read_record(file) for file in files]
+
+        def make(product: Path, sources: Sequence[Path], parts: int, work: Callable[[], object]) -> None:
+            depends = hashes(sources, root)
+            if force or not is_up_to_date(product, depends):
+                work()
+                write_stamp(product, depends)
+            else:
+                bar.update(parts)
+            bar.write(product.name)
+
+        code = [Path(module.__file__) for module in (plots, record, style)]
+        make(products[0], [*files, *geometry, *code], len(files) + len(geometry),
+             lambda: plots.make_plots(files, products[0], geometry, jobs, bar.update))
+        make(products[1], [*files, *code, Path(abstract.__file__), abstract.TEMPLATE], 1,
+             lambda: abstract.make_abstract(records(), products[1]))
+        make(products[2], [*files, *code], 0, lambda: write_summary(records(), products[2]))
+    return files + products
+
+
+def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
+    """For each pair of profiles one run of a single interval: it writes the geometry functions."""
+    found: dict[tuple, Job] = {}
+    for job in cases:
+        pair = tuple(str(job.value("profiles", which)) for which in ("wheel_profile", "rail_profile"))
+        name = f"geometry_{job.name.partition('_')[2] or len(found)}"
+        if pair in found:
+            continue
+        product, columns = outputs/f"{name}.txt", outputs/f"{name}_columns.txt"
+        values = {"integrator": {"t_end": job.value("output", "interval", 1e-4), "stop_at": "t_end"},
+                  "output": {"file": inside(columns, job.root), "geometry_file": inside(product, job.root)}}
+        found[pair] = Job(name, with_values(job.text, values), product, job.root, litter=columns)
+    return list(found.values())
+
+
+def write_summary(records: Sequence[Record], target: Path) -> None:
+    """One row per run; units in brackets behind the names."""
+    table = pd.DataFrame([summary_row(run) for run in records])
+    table.columns = [with_unit(name) for name in table.columns]
+    table.to_csv(target, index=False)
+
+
+def with_unit(name: str) -> str:
+    unit = UNITS.get(name.split("_")[0])
+    return f"{name} [{unit}]" if unit and name != "E_drift_relative" else name

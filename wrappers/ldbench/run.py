@@ -1,0 +1,172 @@
+"""Run a case: integrate the wheelset's motion, write the column file, print the summary.
+
+The column file is the executable's, byte by byte.
+
+examples:
+  python -m ldbench run inputs/ex1_aw.nml
+  python -m ldbench run inputs/ex1_aw.nml --set dt=1e-5 --set order=2 --output coarse.txt
+  python -m ldbench run inputs/ex3_sw.nml --set contact_model=hertz name=ex3_hertz
+"""
+from __future__ import annotations
+
+import argparse
+import functools
+import os
+import re
+from typing import TYPE_CHECKING, NamedTuple
+
+from . import _flat
+from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, text, watched
+from .case import Case, Value, find_variable, variables
+from .table import CONTACTS, ContactTable
+
+if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
+    import pandas as pd
+
+
+class Event(NamedTuple):
+    """Something that happened in a run."""
+
+    t: float            # [s]
+    kind: str           # 'left flange contact', 'derailment', ...
+    force: float        # lateral force at the centre of gravity then [N]
+
+
+def _event_kinds() -> list[str]:
+    return descriptions()[4:-1]
+
+
+class Run:
+    """A finished run."""
+
+    def __init__(self, table: ContactTable, handle: int) -> None:
+        self.case: Case = table.case
+        self.table = table          # serves further runs: run(case.replace(vY=0.2), table=run.table)
+        self._handle = own(self, _flat.free_run, handle)
+
+    @functools.cached_property
+    def _results(self) -> tuple[pd.DataFrame, list[Event]]:
+        import pandas as pd
+
+        names, units = (line.split() for line in descriptions()[:2])
+        kinds = _event_kinds()
+        rows, t, kind, force = _flat.run_results(self._handle, len(names), *_flat.run_size(self._handle))
+        frame = pd.DataFrame(rows.T, columns=names, copy=False)
+        frame.attrs["units"] = dict(zip(names, units, strict=True))
+        events = [Event(float(a), kinds[b - 1], float(c)) for a, b, c in zip(t, kind, force, strict=True)]
+        return frame, events
+
+    @property
+    def columns(self) -> pd.DataFrame:
+        """The columns of the column file, one row per output interval, SI units in `attrs["units"]`."""
+        return self._results[0]
+
+    @property
+    def events(self) -> list[Event]:
+        """What happened, in order of time; the first five of each kind. All are counted in `summary`."""
+        return self._results[1]
+
+    @functools.cached_property
+    def summary(self) -> dict[str, float | int | str]:
+        """The outcome in numbers, SI units.
+
+        clearance, equilibrium (height of the axle), approach (elastic, at rest), load_per_wheel, frequency_1 to
+        frequency_3 (eigenfrequencies at rest); per contact peak_N_LT ... and its time t_peak_LT ...; kinetic_energy
+        (initial, of lateral, vertical and roll motion), drift (largest |energy error| over all steps), steps, step,
+        iterations, halvings, rows, t (at the end), end (why there), returned, derailed, n_left_flange_contact ...
+        (events of each kind); processor time table_seconds, seconds (integration), table_found (in a file).
+        """
+        (step, steps, iterations, halvings, drift, kinetic_energy, seconds, returned, derailed, _,
+         *rest) = _flat.run_numbers(self._handle).tolist()
+        peaks, peak_times, counts = rest[:4], rest[4:8], rest[8:]
+        table = self.table
+        return {
+            "clearance": table.clearance, "equilibrium": table.equilibrium,
+            "approach": table.rigid_height - table.equilibrium, "load_per_wheel": table.weight / 2,
+            **{f"frequency_{k}": frequency for k, frequency in enumerate(table.frequencies, 1)},
+            **{f"peak_N_{c}": peak for c, peak in zip(CONTACTS, peaks, strict=True)},
+            **{f"t_peak_{c}": t for c, t in zip(CONTACTS, peak_times, strict=True)},
+            "kinetic_energy": kinetic_energy, "drift": drift,
+            "steps": int(steps), "step": step, "iterations": int(iterations), "halvings": int(halvings),
+            "rows": len(self.columns), "t": float(self.columns["time"].iloc[-1]), "end": self._end(),
+            "returned": bool(returned), "derailed": bool(derailed),
+            **{"n_" + re.sub("[ -]", "_", kind): int(n) for kind, n in zip(_event_kinds(), counts, strict=True)},
+            "table_seconds": table._seconds, "seconds": seconds, "table_found": bool(table._found),
+        }
+
+    @functools.cached_property
+    def text(self) -> str:
+        """The summary that the executable prints."""
+        return text(*_flat.run_summary(self.table._handle, self._handle))
+
+    def _end(self) -> str:
+        found = re.search(r"^ended at t = \S+ s: (.*)$", self.text, re.MULTILINE)
+        return found[1] if found else ""
+
+    def write(self, path: str | os.PathLike[str] | None = None) -> str:
+        """Write the column file, by default where the case says; returns its path."""
+        path = os.fspath(path or output_path(self.case))
+        check(*_flat.write_run(self.table._handle, self._handle, path_bytes(path)), self.case.label)
+        return path
+
+    def __repr__(self) -> str:
+        return f"Run({self.case.case_name!r}, {len(self.columns)} rows to t = {self.summary['t']:g} s: {self._end()})"
+
+
+def run(case: Case, progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
+    """Run a case; nothing is written but the contact table's file, if the case has one.
+
+    progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
+    with stage 'table' or 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
+    building or loading it; Error when it does not fit the case. Ctrl-C stops the run and raises KeyboardInterrupt;
+    so does any exception in `progress`. Other Python threads go on meanwhile.
+    """
+    fitting = table.for_case(case) if table else ContactTable(case, progress)
+
+    def work(shared: Shared) -> Run:
+        handle, *error = _flat.simulate_case(fitting._handle, *shared)
+        check(*error, case.label)
+        return Run(fitting, handle)
+
+    return watched(work, progress)
+
+
+def output_path(case: Case) -> str:
+    """Where the case's columns go."""
+    return case.output_file or f"outputs/{case.case_name}.txt"
+
+
+def parse_setting(setting: str) -> tuple[str, Value]:
+    """name=value of the command line, as `Case.replace` takes it."""
+    name, equals, word = setting.partition("=")
+    if not equals:
+        raise Error(f"expected name=value after --set, found {setting}")
+    if variables()[find_variable(name)].kind == "text":
+        return name, word.strip("'\"")
+    try:
+        return name, float(word)
+    except ValueError:
+        return name, word
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("namelist", help="namelist file")
+    parser.add_argument("--set", metavar="NAME=VALUE", nargs="+", action="extend", default=[],
+                        help="replace values of the namelist; group_name where a name is ambiguous")
+    parser.add_argument("--output", metavar="FILE", help="the column file (default: as the namelist says)")
+
+
+def main(args: argparse.Namespace) -> int:
+    case = Case.from_namelist(args.namelist)
+    case = case.replace(**dict(map(parse_setting, args.set)))
+    if args.output:
+        case = case.replace(output_file=args.output)
+    for name, path in ("file", output_path(case)), ("geometry_file", case.geometry_file):
+        if path:
+            check(*_flat.check_writable(*map(path_bytes, (case.label, f"&output {name}", path))))
+    result = run(case, progress=True)
+    result.write()
+    if case.geometry_file:
+        result.table.write_geometry(case.geometry_file)
+    print(result.text, end="")
+    return 0

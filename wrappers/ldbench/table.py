@@ -1,0 +1,227 @@
+"""Build or load the contact table of a case, print what it says of the rigid and the resting wheelset.
+
+examples:
+  python -m ldbench table inputs/ex1_aw.nml
+  python -m ldbench table inputs/ex1_aw.nml --geometry outputs/aw_geometry.txt
+"""
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal, NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _flat
+from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, reading, watched
+from .case import TEXT_LENGTH, Case, variables
+
+if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
+    import pandas as pd
+
+Wheel = Literal["both", "left", "right"]
+Outside = Literal["raise", "nan"]
+
+WHEELS = "both", "left", "right"
+CONTACTS = "LT", "LF", "RT", "RF"
+
+# What a case may change and keep its contact table. Profiles are compared by their contents.
+FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
+FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "friction", "shear_modulus",
+              "wheel_profile", "rail_profile", "file")
+
+# By the status of a pose.
+OUTSIDE = "", "lateral = {case.lateral} m", "roll = {case.table_roll} rad", "depth = {case.depth} m"
+
+
+class ContactTable:
+    """The elastic contact of a case's wheelset with its rails, tabulated by the core.
+
+    A pose is (y, z, roll): lateral and vertical position of the axle centre in the track frame, from the
+    track centreline and the top of rail [m], and the roll angle [rad]. `table.equilibrium` is the z of the
+    wheelset at rest, so a column file's Z corresponds to z = equilibrium + Z. Arguments y, z, roll broadcast
+    against each other; `...` below is their common shape.
+
+    A wheel is 'left', 'right' or 'both'. A pose that the table does not hold raises Error, or gives NaN with
+    `outside="nan"`; nothing is extrapolated.
+    """
+
+    case: Case
+
+    def __init__(self, case: Case, progress: Progress | bool | None = None) -> None:
+        """Load the table from the case's table file, or build it (some seconds); `progress` as in `run`.
+
+        A process builds one table at a time, whatever its threads.
+        """
+        paths = *_profile_paths(case), path_bytes(case.table_path())
+
+        def work(shared: Shared) -> int:
+            with reading:
+                handle, *error = _flat.prepare_case(*case.arrays(), *paths, *shared)
+            check(*error, case.label)
+            return handle
+
+        self._own(case, watched(work, progress))
+
+    def _own(self, case: Case, handle: int) -> None:
+        self.case = case
+        self._handle = own(self, _flat.free_prepared, handle)
+        (self._clearance, self._equilibrium, self._rigid_height, self._weight, self._seconds,
+         self._found, *self._frequencies) = _flat.prepared_numbers(handle).tolist()
+
+    def for_case(self, case: Case) -> ContactTable:
+        """The same table for a case that differs in initial conditions, loading, inertia, integrator or output.
+
+        Raises Error when the case needs another table.
+        """
+        for variable, ours, theirs in zip(variables(), self.case.values, case.values, strict=True):
+            if ours != theirs and variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES:
+                raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
+                            f"for which the contact table was made, found {theirs!r}")
+        paths = _profile_paths(case)
+        with reading:
+            handle, *error = _flat.adapt_case(self._handle, *case.arrays(), *paths)
+        check(*error, case.label)
+        new = object.__new__(ContactTable)
+        new._own(case, handle)
+        return new
+
+    @property
+    def clearance(self) -> float:
+        """Rigid-axle flange clearance to one side [m]."""
+        return self._clearance
+
+    @property
+    def equilibrium(self) -> float:
+        """Height z of the axle centre of the centred wheelset at rest [m]."""
+        return self._equilibrium
+
+    @property
+    def rigid_height(self) -> float:
+        """Height z of the axle centre at which the centred wheelset just touches [m]."""
+        return self._rigid_height
+
+    @property
+    def weight(self) -> float:
+        """Gravity and vertical load [N]."""
+        return self._weight
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative."""
+        return tuple(self._frequencies)
+
+    def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
+                  outside: Outside = "raise") -> np.ndarray:
+        """Elastic energy, shape (...) [J]."""
+        return self._evaluate(_flat.potentials, (), (y, z, roll), outside, _number(wheel))
+
+    def force(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
+              outside: Outside = "raise") -> np.ndarray:
+        """Force of the rails on the wheels, shape (..., 3): F_y, F_z [N], moment M_x about the axle centre [N m].
+
+        It is minus the gradient of `potential`.
+        """
+        return self._evaluate(_flat.forces, (3,), (y, z, roll), outside, _number(wheel))
+
+    def tangent(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
+                outside: Outside = "raise") -> np.ndarray:
+        """Tangent stiffness, shape (..., 3, 3): second derivatives of `potential` in (y, z, roll) [N/m, N, N m]."""
+        hessian = self._evaluate(_flat.tangents, (6,), (y, z, roll), outside, _number(wheel))
+        return hessian[..., [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
+
+    def forces_by_contact(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike,
+                          outside: Outside = "raise") -> np.ndarray:
+        """`force` of each contact, shape (..., 4, 3): left tread, left flange, right tread, right flange."""
+        return self._evaluate(_flat.contact_forces, (4, 3), (y, z, roll), outside)
+
+    def _evaluate(self, procedure: Callable[..., tuple[np.ndarray, np.ndarray]], shape: tuple[int, ...],
+                  pose: tuple[ArrayLike, ...], outside: Outside, *wheel: int) -> np.ndarray:
+        """Call a procedure of the core for all poses at once; it gives values of `shape` for each."""
+        if outside not in ("raise", "nan"):
+            raise ValueError(f"expected outside='raise' or 'nan', found {outside!r}")
+        arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in pose))
+        poses = [np.ascontiguousarray(x).ravel() for x in arrays]
+        if not poses[0].size:
+            return np.empty((*arrays[0].shape, *shape))
+        values, status = procedure(self._handle, *wheel, *poses)
+        values = values.T               # the core has the pose last
+        if status.any():
+            if outside == "raise":
+                self._refuse(poses, status)
+            values[status != 0] = np.nan
+        return values.reshape((*arrays[0].shape, *shape))
+
+    def _refuse(self, poses: list[np.ndarray], status: np.ndarray) -> NoReturn:
+        """Raise the error that tells the first pose outside the table."""
+        k = int(np.flatnonzero(status)[0])
+        y, z, roll = (float(x[k]) for x in poses)
+        limit = OUTSIDE[status[k]].format(case=self.case)
+        raise Error(f"{self.case.label}: expected poses within &table {limit}, "
+                    f"found y = {y} m, z = {z} m, roll = {roll} rad outside")
+
+    def geometry(self, y: ArrayLike | None = None) -> pd.DataFrame:
+        """Geometry functions of the rigid wheelset over lateral displacements y, shape (n,) [m].
+
+        Columns Y, roll, Z (from the centred position), contact angle, rolling radius and contact point of the
+        left (L) and right (R) wheel, delta_r = radius_L - radius_R, and the equivalent conicity for the
+        amplitude |Y|; units in `attrs["units"]`. Without y: every 0.1 mm to 1.2 times the clearance. A row is
+        NaN where the wheelset does not stand on both rails.
+        """
+        import pandas as pd
+
+        if y is None:
+            reach = int(12e3 * self.clearance)
+            y = 1e-4 * np.arange(-reach, reach + 1)
+        y = np.atleast_1d(np.asarray(y, float)).ravel()
+        rows = _flat.geometry_functions(self._handle, y) if y.size else np.empty((13, 0))
+        names, units = (line.split() for line in descriptions()[2:4])
+        frame = pd.DataFrame(rows.T, columns=names)
+        frame["Y"] = y
+        frame.attrs["units"] = dict(zip(names, units, strict=True))
+        return frame
+
+    def write_geometry(self, path: str | os.PathLike[str]) -> None:
+        """Write the geometry functions as the executable does for `&output geometry_file`."""
+        check(*_flat.write_geometry_file(self._handle, path_bytes(path)), self.case.label)
+
+
+def _number(wheel: Wheel) -> int:
+    """Of a wheel, in the core."""
+    if wheel not in WHEELS:
+        raise ValueError(f"expected wheel='both', 'left' or 'right', found {wheel!r}")
+    return WHEELS.index(wheel)
+
+
+def _profile_paths(case: Case) -> tuple[bytes, bytes]:
+    paths = tuple(path_bytes(case.find(name)) for name in (case.wheel_profile, case.rail_profile))
+    for path in paths:
+        if len(path) > TEXT_LENGTH:
+            raise Error(f"{case.label}, &profiles: expected paths of at most {TEXT_LENGTH} characters, "
+                        f"found {os.fsdecode(path)}")
+    return paths
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("namelist", help="namelist file")
+    parser.add_argument("--geometry", metavar="FILE", help="write the geometry functions over the lateral displacement")
+
+
+def main(args: argparse.Namespace) -> int:
+    case = Case.from_namelist(args.namelist)
+    table = ContactTable(case, progress=True)
+    stiffness = table.tangent(0.0, table.equilibrium, 0.0)[1, 1]
+    print(f"{case.case_name}: {case.title}",
+          f"profiles: {case.wheel_profile}, {case.rail_profile}",
+          f"rigid-axle clearance [mm]: 2 x {1e3 * table.clearance:.3f}",
+          f"equilibrium: axle {table.equilibrium:.6f} m above the rails, "
+          f"approach {1e3 * (table.rigid_height - table.equilibrium):.4f} mm, {table.weight / 2e3:.3f} kN per wheel, "
+          f"vertical stiffness {1e-6 * stiffness:.1f} kN/mm",
+          f"contact table: model {case.model}, {'found' if table._found else f'built in {table._seconds:.2f} s'}"
+          + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
+    if args.geometry:
+        table.write_geometry(args.geometry)
+        print(f"geometry functions: {args.geometry}")
+    return 0
