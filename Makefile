@@ -7,13 +7,16 @@ ifeq ($(DEBUG),1)
   FFLAGS = -Og -g -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
 else
   BUILD  = build/release
-  FFLAGS = -O3 -g -flto=auto -frecursive
+  FFLAGS = -O3 -g -flto=auto -frecursive -ffp-contract=off
 endif
+# -frecursive: no local variable is static, runs may go on in several threads.
+# -ffp-contract=off: the same numbers whatever was inlined where.
 PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
-MODULES = kinds errors text system progress terminal case curve profile hertz geometry halfspace contact bspline potential table \
-          rigid wheelset modes newmark events columns simulation report
+MODULES = kinds errors text system progress terminal case curve profile hertz geometry halfspace \
+          contact bspline potential table rigid wheelset modes newmark events columns \
+          simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
 WRAPPER = build/wrapper/installed

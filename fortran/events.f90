@@ -19,6 +19,7 @@ module events
     'right wheel landing', 'centre passage', 'derailment']
 
   integer, parameter :: kept = 5   !! events of a kind that are recorded; later ones are counted
+  real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
 
   type :: event_type
     integer :: kind = 0
@@ -30,6 +31,7 @@ module events
     integer :: n = 0
     type(event_type) :: list(kept*size(event_kinds))
     integer :: counts(size(event_kinds)) = 0
+    logical :: away = .false.         !! from the centre since the last passage
     logical :: returned = .false.     !! to the centre after both flanges had been hit
     logical :: derailed = .false.
   end type event_log
@@ -55,7 +57,9 @@ contains
       call wheel(left_tread, left_flange, left_lift_off, left_landing)
       call wheel(right_tread, right_flange, right_lift_off, right_landing)
     end if
-    if (y_old*y < 0 .or. (abs(y) <= 0 .and. abs(y_old) > 0)) then
+    log%away = log%away .or. abs(y_old) > aside
+    if (log%away .and. y_old*y <= 0) then
+      log%away = .false.
       both_hit = log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0
       if (both_hit) log%returned = .true.
       call note(centre_passage, t - dt*y/(y - y_old))

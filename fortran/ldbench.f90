@@ -4,9 +4,8 @@ program ldbench
   use case, only: case_type, check_case, list_variables, range_text, read_case, value_text, variable_type
   use errors, only: error_type, fatal_error
   use kinds, only: version
-  use report, only: output_path, summary, write_columns, write_geometry
+  use report, only: check_writable, output_path, summary, write_columns, write_geometry
   use simulation, only: prepare, run_type, setup_type, simulate
-  use system, only: scratch_name
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines
   implicit none
@@ -54,9 +53,9 @@ contains
     if (allocated(error)) return
     call check_case(file, c, error)
     if (allocated(error)) return
-    call check_writable(file, '&output file', output_path(c))
-    if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file))
-    if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file))
+    call check_writable(file, '&output file', output_path(c), error)
+    if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
+    if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (allocated(error)) return
     call prepare(c, setup, error, watcher)
     if (.not. allocated(error)) call simulate(c, setup, result, error, watcher)
@@ -70,20 +69,6 @@ contains
     end if
     write (output_unit, '(a)', advance='no') summary(c, setup, result)
   end subroutine run
-
-  !> Find out before the work, not after it, that a file cannot be written.
-  subroutine check_writable(file, variable, path)
-    character(*), intent(in) :: file, variable, path
-    integer :: unit, stat
-    logical :: folder
-
-    if (path == '') return
-    inquire (file=path//'/.', exist=folder)
-    open (newunit=unit, file=scratch_name(path), status='replace', action='write', iostat=stat)
-    if (stat == 0) close (unit, status='delete', iostat=stat)
-    if (stat /= 0 .or. folder) call fatal_error(error, file//', '//variable// &
-      ': expected a path that can be written, found '//path)
-  end subroutine check_writable
 
   subroutine get_argument(i, value)
     integer, intent(in) :: i

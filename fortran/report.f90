@@ -9,11 +9,12 @@ module report
   use kinds, only: dp, version
   use rigid, only: conicity, geometry_names, geometry_row, geometry_units
   use simulation, only: run_type, setup_type
+  use system, only: scratch_name
   use text, only: str
   use wheelset, only: contact_name
   implicit none
   private
-  public :: summary, write_columns, write_geometry, output_path
+  public :: summary, write_columns, write_geometry, output_path, check_writable
 
   character, parameter :: nl = new_line('a')
 
@@ -27,6 +28,22 @@ contains
     path = trim(c%output_file)
     if (path == '') path = 'outputs/'//trim(c%name)//'.txt'
   end function output_path
+
+  !> Find out before the work, not after it, that a file cannot be written.
+  subroutine check_writable(file, variable, path, error)
+    character(*), intent(in) :: file, variable   !! for the message
+    character(*), intent(in) :: path
+    type(error_type), allocatable, intent(out) :: error
+    integer :: unit, stat
+    logical :: folder
+
+    if (path == '') return
+    inquire (file=path//'/.', exist=folder)
+    open (newunit=unit, file=scratch_name(path), status='replace', action='write', iostat=stat)
+    if (stat == 0) close (unit, status='delete', iostat=stat)
+    if (stat /= 0 .or. folder) call fatal_error(error, file//', '//variable// &
+      ': expected a path that can be written, found '//path)
+  end subroutine check_writable
 
   !> Lines about the case before the run: geometry, equilibrium, every variable in force.
   function header(c, setup) result(lines)

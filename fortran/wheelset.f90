@@ -107,9 +107,9 @@ contains
       residual = -state%gradient(2) - this%weight()
       if (residual > 0) low = z
       if (residual <= 0) high = z
+      if (high - low <= epsilon(z) .or. abs(residual) <= 1e-12_dp*this%weight()) exit
       if (state%hessian(4) > 0) z = z + residual/state%hessian(4)
       if (.not. (z > low .and. z < high)) z = (low + high)/2
-      if (high - low <= epsilon(z) .or. abs(residual) <= 1e-12_dp*this%weight()) exit
     end do
   end subroutine settle
 

@@ -159,7 +159,7 @@ def fact_tolerance(what: str, value: float, others: list[float | None], resoluti
     if AMPLIFICATION * deviation <= LIMIT * abs(value):
         return value, resolution + AMPLIFICATION * deviation
     sample = [value, *others]
-    mean, tolerance = float(np.mean(sample)), resolution + PREDICTION * float(np.std(sample, ddof=1))
+    mean, tolerance = round(float(np.mean(sample)), 6), resolution + PREDICTION * float(np.std(sample, ddof=1))
     if len(sample) == STATISTIC and tolerance < LOOSEST * abs(mean):
         return mean, tolerance
     return value, np.inf
@@ -194,9 +194,11 @@ def write(case: str, reference: Reference, folder: Path = FOLDER) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     names = "".join(f"{name:>16}" for name in reference.columns) + "\n"
     units = "#" + "".join(f"{unit:>16}" for unit in reference.units.values())[1:] + "\n"
-    facts = "".join(f"# {what} = {value:.15g} +- {tolerance:.2g}\n" for what, (value, tolerance) in reference.facts.items())
+    facts = "".join(f"# {what} = {value!r} +- {tolerance:.2g}\n"
+                    for what, (value, tolerance) in reference.facts.items())
     with open(folder / f"{case}.txt", "w") as file:
-        file.write(f"{names}# {case}: reference rows, see tests/reference.py\n{facts}# ended: {reference.ending}\n{units}")
+        file.write(f"{names}# {case}: reference rows, see tests/reference.py\n")
+        file.write(f"{facts}# ended: {reference.ending}\n{units}")
         np.savetxt(file, np.transpose(list(reference.columns.values())), "%16.8E", delimiter="")
     with open(folder / f"{case}_tolerance.txt", "w") as file:
         file.write(f"{names}# {case}: tolerances of the reference rows; inf: not compared\n{units}")

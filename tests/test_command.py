@@ -241,8 +241,8 @@ def test_geometry_is_that_of_a_symmetric_track(geometry):
         np.testing.assert_array_equal(g[name], -g[name][::-1])
     for name in "Z", "conicity":
         np.testing.assert_array_equal(g[name], g[name][::-1])
-    for left, right, sign in ("angle_L", "angle_R", 1), ("radius_L", "radius_R", 1), ("z_L", "z_R", 1), ("y_L", "y_R", -1):
-        np.testing.assert_array_equal(g[left], sign * g[right][::-1])
+    for name, sign in {"angle": 1, "radius": 1, "z": 1, "y": -1}.items():
+        np.testing.assert_array_equal(g[f"{name}_L"], sign * g[f"{name}_R"][::-1])
 
 
 def test_geometry_of_the_centred_wheelset(geometry):

@@ -105,7 +105,8 @@ def test_number_out_of_range(variable, tmp_path):
 
 
 MALFORMED = ["NaN", "Infinity", "-inf", "1e999", "'1.0'", ".true.", "one", "0x10", "1.0m", "1_8", "2*1.0", "1,0",
-             "1.0.0", "1e", "1e+", "1e1.0", "1ee1", "e5", "D2", ".e4", "--1", "+-1", "1-5", "1+2", "-", ".", "", "/", "="]
+             "1.0.0", "1e", "1e+", "1e1.0", "1ee1", "e5", "D2", ".e4", "--1", "+-1", "1-5", "1+2", "-", ".", "",
+             "/", "="]
 
 
 @pytest.mark.parametrize("value", MALFORMED)
@@ -155,7 +156,8 @@ def test_limit_itself_is_admissible(variable, value, tmp_path):
     times = {"dt": 1e-9, "t_end": float(value), "interval": min(float(value), 1e3)}
     if variable.name in times:
         times[variable.name] = float(value)
-        text = short_case(tmp_path, profiles={"wheel_profile": "missing.yz"}, output={"interval": times.pop("interval")},
+        interval = times.pop("interval")
+        text = short_case(tmp_path, profiles={"wheel_profile": "missing.yz"}, output={"interval": interval},
                           integrator=times)
     else:
         text = with_value(variable, value, tmp_path).replace(str(REPO / "profiles/awprof.yz"), "missing.yz")
@@ -195,23 +197,18 @@ def test_unphysical_value(group, name, value, tmp_path):
     ({"track": {"gauge_depth": 0.05}}, ["&track gauge_depth", "0.05", "arprof.yz"]),
     ({"profiles": {"wheel_profile": REPO / "profiles/arprof.yz", "rail_profile": REPO / "profiles/awprof.yz"}},
      ["awprof.yz: the rail has no gauge face 0.014 m below its top", "&track gauge_depth"]),
-    ({"contact": {"split_angle": 1.2}}, None),
-    ({"contact": {"split_angle": 0.03}}, None),
     ({"integrator": {"dt": 1e-3}, "output": {"interval": 1e-4}}, ["&output interval", "dt = 0.001", "found 1.0E-4"]),
-    ({"integrator": {"t_end": 1e-3}, "output": {"interval": 2e-3}}, ["&output interval", "t_end = 0.001", "found 0.002"]),
-    ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}}, ["&output interval", "1e7 rows", "found 1.0E+8"]),
+    ({"integrator": {"t_end": 1e-3}, "output": {"interval": 2e-3}},
+     ["&output interval", "t_end = 0.001", "found 0.002"]),
+    ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}},
+     ["&output interval", "1e7 rows", "found 1.0E+8"]),
     ({"case": {"name": "a/b"}}, ["&case name", "expected a word that can name a file", "a/b"]),
     ({"case": {"name": "two words"}}, ["&case name", "expected a word that can name a file", "two words"]),
     ({"case": {"name": ""}}, ["&case name", "expected a word that can name a file"]),
 ])
 def test_values_that_do_not_fit(changes, words, tmp_path):
-    text = short_case(tmp_path, **changes)
-    if words is None:   # the neighbour that does fit
-        assert run_case(text, tmp_path).returncode == 0
-        return
-    message = refusal(text, tmp_path)
-    assert "case.nml: " in message or "case.nml, " in message
-    for word in words:
+    message = refusal(short_case(tmp_path, **changes), tmp_path)
+    for word in ["case.nml", *words]:
         assert word in message
 
 
@@ -219,11 +216,14 @@ def test_values_that_do_not_fit(changes, words, tmp_path):
     ({"initial": {"vY": 20.0}, "integrator": {"t_end": 0.1}}, ["&table ", "expected", "found", "at t = ", "Y = "]),
     ({"initial": {"vY": -20.0}, "integrator": {"t_end": 0.1}}, ["&table ", "expected", "found", "at t = ", "Y = "]),
     ({"initial": {"vZ": -20.0}, "integrator": {"t_end": 0.1}}, ["&table depth", "expected", "found", "at t = "]),
-    ({"initial": {"roll": 0.3}, "table": {"roll": 0.2}}, ["&table roll = 0.2 rad", "expected", "found", "roll = 0.3 rad"]),
-    ({"initial": {"roll": -0.3}, "table": {"roll": 0.2}}, ["&table roll = 0.2 rad", "expected", "found", "roll = -0.3 rad"]),
+    ({"initial": {"roll": 0.3}, "table": {"roll": 0.2}},
+     ["&table roll = 0.2 rad", "expected", "found", "roll = 0.3 rad"]),
+    ({"initial": {"roll": -0.3}, "table": {"roll": 0.2}},
+     ["&table roll = 0.2 rad", "expected", "found", "roll = -0.3 rad"]),
     ({"initial": {"Z": -0.01}}, ["&table depth = 0.0022 m", "expected", "found", "Z = -0.01"]),
     ({"initial": {"Y": 0.045}, "table": {"lateral": 0.02}}, ["&table ", "expected", "found"]),
-    ({"table": {"depth": 1e-6}}, ["&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found"]),
+    ({"table": {"depth": 1e-6}},
+     ["&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found"]),
     ({"wheelset": {"vertical_load": 1e7}, "table": {"depth": 1e-3}},
      ["&wheelset vertical_load = 1.0E+7 N", "&table depth = 0.001 m", "expected", "found"]),
     ({"integrator": {"scheme": "energy", "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
@@ -240,25 +240,30 @@ GOOD = "&track\n  gauge = 1.4351\n/\n&wheelset\n  mass = 1568.0\n/\n&contact\n  
 BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
     "unknown group": (GOOD + "&brakes\n/\n", ["line 10, ", "expected one of &case &wheelset &track", "found &brakes"]),
     "group without &": ("track\n gauge = 1.4\n/\n", ["line 1", "expected a group such as &wheelset", "found track"]),
-    "old-style group": ("$track\n gauge = 1.4\n$end\n", ["line 1", "expected a group such as &wheelset", "found $track"]),
+    "old-style group": ("$track\n gauge = 1.4\n$end\n",
+                        ["line 1", "expected a group such as &wheelset", "found $track"]),
     "group without name": ("&\n/\n", ["line 1", "expected one of &case", "found &"]),
     "blank after &": ("& track\n gauge = 1.4\n/\n", ["line 1", "expected one of &case", "found &"]),
     "unknown variable": (GOOD.replace("mass", "masse"), ["line 5, &wheelset", "expected one of mass roll_inertia",
                                                          "found masse"]),
     "variable of another group": (GOOD.replace("mass", "gauge"), ["line 5, &wheelset", "expected one of mass",
                                                                   "found gauge"]),
-    "indexed variable": (GOOD.replace("mass", "mass(1)"), ["line 5, &wheelset", "expected one of mass", "found mass(1)"]),
+    "indexed variable": (GOOD.replace("mass", "mass(1)"),
+                         ["line 5, &wheelset", "expected one of mass", "found mass(1)"]),
     "variable twice": (GOOD.replace("1568.0", "1568.0\n  mass = 1568.0"), ["line 6, &wheelset mass: expected once",
                                                                            "found a second time"]),
-    "variable twice, other case": (GOOD.replace("1568.0", "1568.0\n  MASS = 1.0"), ["line 6, &wheelset", "expected once"]),
+    "variable twice, other case": (GOOD.replace("1568.0", "1568.0\n  MASS = 1.0"),
+                                   ["line 6, &wheelset", "expected once"]),
     "group twice": (GOOD + "&wheelset\n/\n", ["line 10", "expected each group once", "found a second &wheelset"]),
     "group twice, other case": (GOOD + "&Wheelset /\n", ["line 10", "expected each group once"]),
     "no =": (GOOD.replace("mass =", "mass"), ["line 5, &wheelset mass: expected =, found 1568.0"]),
     "two =": (GOOD.replace("mass =", "mass = ="), ["line 5, &wheelset mass: expected a number", "found ="]),
     "no value": (GOOD.replace("1568.0", ""), ["&wheelset mass: expected a number", "found /"]),
     "no name": (GOOD.replace("mass", ""), ["line 5, &wheelset", "expected one of mass", "found ="]),
-    "two values": (GOOD.replace("1568.0", "1568.0, 1568.0"), ["line 5, &wheelset", "expected one of mass", "found 1568.0"]),
-    "no closing quote": (GOOD.replace("strip'", "strip"), ["line 8, &contact", "model", "expected a closing quote", "found 'strip"]),
+    "two values": (GOOD.replace("1568.0", "1568.0, 1568.0"),
+                   ["line 5, &wheelset", "expected one of mass", "found 1568.0"]),
+    "no closing quote": (GOOD.replace("strip'", "strip"),
+                         ["line 8, &contact", "model", "expected a closing quote", "found 'strip"]),
     "no opening quote": (GOOD.replace("'strip", "strip"), ["line 8, &contact model: expected one of strip hertz",
                                                            "found strip"]),
     "mixed quotes": (GOOD.replace("strip'", 'strip"'), ["line 8, &contact", "expected a closing quote"]),
@@ -267,8 +272,10 @@ BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
                                                        "found the end of the file"]),
     "slash in a value": (GOOD.replace("1568.0", "1568/2"), ["line 5: expected a group", "found 2"]),
     "slash twice": (GOOD.replace("1568.0\n/", "1568.0\n/\n/"), ["line 7: expected a group", "found /"]),
-    "stray text in a group": (GOOD.replace("1568.0", "1568.0 kg"), ["line 5, &wheelset", "expected one of mass", "found kg"]),
-    "stray text between groups": (GOOD.replace("&contact", "and now\n&contact"), ["line 7: expected a group", "found and"]),
+    "stray text in a group": (GOOD.replace("1568.0", "1568.0 kg"),
+                              ["line 5, &wheelset", "expected one of mass", "found kg"]),
+    "stray text between groups": (GOOD.replace("&contact", "and now\n&contact"),
+                                  ["line 7: expected a group", "found and"]),
     "stray text at the end": (GOOD + "end\n", ["line 10: expected a group", "found end"]),
     "comment without mark": ("Exercise 1\n" + GOOD, ["line 1: expected a group", "found Exercise"]),
     "wrong comment mark": ("# exercise 1\n" + GOOD, ["line 1: expected a group", "found #"]),
@@ -564,7 +571,7 @@ def spoil_name(rng: random.Random, text: str, pattern: str, known: set[str]) -> 
         name = match[1]
         at = rng.randrange(len(name))
         letter = rng.choice("abcdefghijklmnopqrstuvwxyz_0123456789" + GARBAGE)
-        new = rng.choice([name[:at] + name[at + 1:], name[:at] + letter + name[at:], name[:at] + letter + name[at + 1:]])
+        new = name[:at] + rng.choice([name[at + 1:], letter + name[at:], letter + name[at + 1:]])
         if new.lower() not in known:
             return replaced(text, match, new, 1)
 
@@ -608,7 +615,7 @@ NAMELIST_MUTATIONS: list[Callable[[random.Random, str], str]] = [
     duplicate_group,
     truncate,
     out_of_range,
-    lambda rng, t: replaced(t, pick(rng, t, "^"), rng.choice(["stray\n", "1.0\n", "'text'\n", "= 1\n", "~~~\n", "\x07\n"])),
+    lambda rng, t: replaced(t, pick(rng, t, "^"), rng.choice(["stray", "1.0", "'text'", "= 1", "~~~", "\x07"]) + "\n"),
     lambda rng, t: replaced(t, pick(rng, t, r"'(strip|energy|return_to_centre)'"), rng.choice(["''", "'stripe'", "7"])),
     lambda rng, t: replaced(t, pick(rng, t, r"^ +\w+ +"), ""),
 ]

@@ -150,13 +150,15 @@ BROKEN_LINES = {
     "-Infinity": "-Infinity -3.25",
     "overflow": "12.5 1e999",
     "empty exponent": "12.5 1e",
+    "a sign inside": "12-5 -3.25",
     "hexadecimal": "0x0C -3.25",
     "kilometres": "12.5 1e7",
     "control character": "12.5\x01 -3.25",
     "not ASCII": "12.5 −3.25",
 }
 # The same at the beginning is a heading.
-WORDS = {"a word first": "point 12.5 -3.25", "quoted numbers": "'12.5' '-3.25'", "heading": "y z"}
+WORDS = {"a word first": "point 12.5 -3.25", "quoted numbers": "'12.5' '-3.25'", "heading": "y z",
+         "exponents alone": "e5 D2"}
 
 
 @pytest.mark.parametrize(("broken", "place"), [
@@ -190,7 +192,7 @@ BROKEN_FILES: dict[str, tuple[bytes | None, str]] = {
     "a newline": (b"\n", "expected at least 10 points, found 0"),
     "comments": (b"# y z\n# 1 2\n", "expected at least 10 points, found 0"),
     "words": (b"y z\nmm mm\n", "expected at least 10 points, found 0"),
-    "metres": (plain(in_unit(1000)).encode(), "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 0.135"),
+    "metres": (plain(in_unit(1000)).encode(), "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 0.1"),
     "inches": (plain(in_unit(25.4)).encode(), "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 5.3"),
     "micrometres": (plain(in_unit(0.001)).encode(), "expected millimetres, found "),
     "vertical": (plain([("1.0", z) for _, z in WHEEL]).encode(), "expected y in millimetres"),

@@ -429,21 +429,15 @@ end subroutine geometry_functions
 
 !> Find out before the work, not after it, that a file cannot be written.
 subroutine check_writable(file, variable, path, message, length)
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type
   use handles, only: give_error
-  use system, only: scratch_name
+  use report, only: check => check_writable
   implicit none
   character(*), intent(in) :: file, variable, path
   character(2048), intent(out) :: message
   integer, intent(out) :: length
   type(error_type), allocatable :: error
-  integer :: unit, stat
-  logical :: folder
 
-  inquire (file=path//'/.', exist=folder)
-  open (newunit=unit, file=scratch_name(path), status='replace', action='write', iostat=stat)
-  if (stat == 0) close (unit, status='delete', iostat=stat)
-  if (stat /= 0 .or. folder) call fatal_error(error, file//', '//variable// &
-    ': expected a path that can be written, found '//path)
+  call check(file, variable, path, error)
   call give_error(error, message, length)
 end subroutine check_writable
