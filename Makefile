@@ -21,7 +21,7 @@ OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
 WRAPPER = build/wrapper/installed
 
-.PHONY: all wrapper test reference clean help
+.PHONY: all wrapper test report reference clean help
 all: $(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER))
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
@@ -72,6 +72,9 @@ build/wrapper/build.ninja: meson.build .venv/stamp
 test: $(EXE) $(TESTS) $(WRAPPER)
 	LDBENCH=$(CURDIR)/$(EXE) LDBENCH_TESTS=$(CURDIR)/$(BUILD)/tests $(PYTHON) -m pytest tests
 
+report: all
+	$(PYTHON) -m ldbench report
+
 reference: $(EXE)
 	$(PYTHON) tests/reference.py --store
 
@@ -82,6 +85,7 @@ help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
 	@echo 'make wrapper    the Python extension (after ./bootstrap)'
 	@echo 'make test       the tests (after ./bootstrap)'
+	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with any of them: run-time checks and floating-point traps'

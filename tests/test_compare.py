@@ -23,7 +23,8 @@ SPEED = 0.5        # of the invented wheelset [m/s]
 TOUCH = 0.02       # when its flange touches [s]
 
 
-def invented(delay: float = 0.0, offset: float = 0.0, force: float = 8e5, dt: float = 1e-4, name: str = "mine") -> Record:
+def invented(delay: float = 0.0, offset: float = 0.0, force: float = 8e5, dt: float = 1e-4,
+             name: str = "mine") -> Record:
     """Steady motion to the left; a half-sine of flange force 4 ms long; all of it `delay` later."""
     t = dt*np.arange(round(0.05/dt) + 1)
     since = t - TOUCH - delay
@@ -158,8 +159,8 @@ def test_command_reads_another_code(tmp_path: Path, capsys: pytest.CaptureFixtur
     other_code(invented(delay=0.003), tmp_path/"theirs.csv")
     (tmp_path/"theirs.toml").write_text('time = "t"\nY = { column = "ylat", factor = -1 }\nN_LF = "nfl"\n')
     target = tmp_path/"both.pdf"
-    assert main(["compare", str(tmp_path/"mine.txt"), str(tmp_path/"theirs.csv"), "--columns", str(tmp_path/"theirs.toml"),
-                 "-o", str(target)]) == 0
+    assert main(["compare", str(tmp_path/"mine.txt"), str(tmp_path/"theirs.csv"),
+                 "--columns", str(tmp_path/"theirs.toml"), "-o", str(target)]) == 0
     assert str(target) in capsys.readouterr().out
     table = pd.read_csv(tmp_path/"both.csv").set_index(["what", "quantity"])
     assert table.loc[("difference", "Y"), "rms"] == pytest.approx(SPEED*0.003, rel=1e-9)
@@ -200,7 +201,8 @@ def small_project(root: Path) -> Path:
         text = namelist(
             case={"name": name, "title": "small"}, **values,
             profiles={"wheel_profile": REPO/"profiles/awprof.yz", "rail_profile": REPO/"profiles/arprof.yz"},
-            contact={"model": "strip"}, table={"file": "outputs/aw_strip.table", "n_lateral": 60, "n_roll": 9, "n_depth": 9},
+            contact={"model": "strip"},
+            table={"file": "outputs/aw_strip.table", "n_lateral": 60, "n_roll": 9, "n_depth": 9},
             integrator={"scheme": "energy", "order": 4, "dt": 2e-5, "t_end": 0.03,
                         "stop_at": "derailment" if exercise == 5 else "t_end"},
             output={"file": f"outputs/{name}.txt", "interval": 2e-4})

@@ -83,6 +83,7 @@ def facts(records: Sequence[Record]) -> dict[str, object]:
         "table": [[label, *(cell(key, row[key]) for row in rows)] for label, key in TABLE],
         "pairs": [pair_facts(pair, runs) for pair, runs in plots.by_pair(records).items() if runs],
         "reconstruction": any(run.reconstruction for run in records),
+        "models": sorted({str(run.setting("contact", "model")) for run in records}),
         "endings": {run.name: run.ending for run in records},
         "drift_free": scientific(max(r["E_drift_relative"] for r in rows if r["exercise"] != 5)),
         "drift_ramp": scientific(max([r["E_drift_relative"] for r in rows if r["exercise"] == 5], default=0.0)),

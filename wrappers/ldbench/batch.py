@@ -122,7 +122,8 @@ def run_job(job: Job, executable: Path) -> None:
     """Run one job; an Error with the core's text if it fails."""
     sources = job.sources(executable)
     try:
-        done = subprocess.run([executable], input=job.text, cwd=job.root, capture_output=True, text=True, errors="replace")
+        done = subprocess.run([executable], input=job.text, cwd=job.root, capture_output=True, text=True,
+                              errors="replace")
     except OSError as error:
         raise Error(f"{executable}: cannot be run: {error.strerror}") from None
     if job.litter:

@@ -2,7 +2,8 @@
 
 The first file is the reference. Every quantity that the files share is drawn over the others' and as a
 difference from the reference, on the reference's instants in the time that all files cover; tables of
-differences, events and peaks go to a CSV file. Angle, position and radius of a contact are compared while it is closed in both.
+differences, events and peaks go to a CSV file. Angle, position and radius of a contact are compared while
+it is closed in both files.
 
 --study runs all exercises with another contact law and with a coarse step: how much of the spread
 between codes is contact law, how much is time step?
@@ -32,9 +33,13 @@ from .record import CONTACT_NAMES, CONTACTS, Record, read_record
 from .style import SERIES, ldbench_style
 
 # How quantities are shown: unit and factor from SI, by the beginning of the column's name.
-SHOWN = {"M": ("N·m", 1.0), "Y": ("mm", MM), "Z": ("mm", MM), "roll": ("mrad", 1e3), "angle": ("°", DEG), "N": ("kN", KN), "Fy": ("kN", KN),
-         "Fz": ("kN", KN), "y": ("mm", MM), "z": ("mm", MM), "radius": ("mm", MM), "vY": ("m/s", 1.0), "vZ": ("m/s", 1.0),
-         "aY": ("m/s²", 1.0), "aZ": ("m/s²", 1.0), "KE": ("J", 1.0), "PE": ("J", 1.0), "W": ("J", 1.0), "E": ("J", 1.0)}
+SHOWN = {
+    **dict.fromkeys(("Y", "Z", "y", "z", "radius"), ("mm", MM)),
+    **dict.fromkeys(("N", "Fy", "Fz"), ("kN", KN)),
+    **dict.fromkeys(("vY", "vZ"), ("m/s", 1.0)),
+    **dict.fromkeys(("aY", "aZ"), ("m/s²", 1.0)),
+    **dict.fromkeys(("KE", "PE", "W", "E"), ("J", 1.0)),
+    "roll": ("mrad", 1e3), "angle": ("°", DEG), "M": ("N·m", 1.0)}
 SHOWN_WHOLE = {"roll_rate": ("mrad/s", 1e3), "roll_acc": ("rad/s²", 1.0)}
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
 FULL_CURVE = 4000          # longer curves are drawn by the extremes of stretches
@@ -197,7 +202,8 @@ def draw_difference(ax, found: Comparison, column: str) -> None:
         ax.plot(t, x, label=found.records[k].name, **line.kwargs())
     label_y(ax, f"Δ{column} [{unit}]")
     if all(np.isnan(found.difference(k, column)).all() for k in range(1, len(found.records))):
-        ax.text(0.5, 0.5, "never in contact together", transform=ax.transAxes, ha="center", va="center", color="#606060")
+        ax.text(0.5, 0.5, "never in contact together", transform=ax.transAxes, ha="center", va="center",
+                color="#606060")
         ax.set_yticks([])
 
 
@@ -263,7 +269,8 @@ def comparison_figures(found: Comparison) -> Iterator[tuple[str, Figure]]:
             rows.append([f"{row['file']}: peak {row['quantity']} [kN]", *(short(x and KN*x) for x in numbers)])
     for start in range(0, len(rows), 45):
         yield "events and peaks", table_page("Events and peaks", f"reference: {found.records[0].name}",
-                                             ["", "reference", "file", "difference"], rows[start:start + 45], [3, 1, 1, 1])
+                                             ["", "reference", "file", "difference"], rows[start:start + 45],
+                                             [3, 1, 1, 1])
     for start in range(0, len(found.columns), 3):
         columns = found.columns[start:start + 3]
         title = ", ".join(columns)
@@ -354,15 +361,16 @@ def study_table(rows: pd.DataFrame) -> Figure:
     for case, both in rows.groupby("case", sort=False):
         law, step = (both[both["variant"] == v].iloc[0] for v in ("law", "step"))
         words = [case]
-        for name, scale in (("Y rms, first contact", MM), ("Y rms", MM), ("N_LF rms, first contact", KN), ("N_LF rms", KN),
-                            ("N_LF peak of the first contact, relative", 100.0), ("end [s]", 1e3)):
+        for name, scale in (("Y rms, first contact", MM), ("Y rms", MM), ("N_LF rms, first contact", KN),
+                            ("N_LF rms", KN), ("N_LF peak of the first contact, relative", 100.0), ("end [s]", 1e3)):
             words += [f"{scale*row[name]:.3g}" if np.isfinite(row[name]) else "–" for row in (law, step)]
         table.append(words)
     return table_page(
-        "Contact law or time step?", "all exercises; reference: strips with the fine step", header, table, [1.3] + [1]*12,
-        "law: one Hertz spring per zone instead of strips, same step; step: second order with 0.1 ms instead of the shipped "
-        "step and order, same law; exercise 5 cut short.\nfirst contact: from the start to the end of the first contact of the "
-        "left flange; over the whole run every impact multiplies what the ones before it left.")
+        "Contact law or time step?", "all exercises; reference: strips with the fine step", header, table,
+        [1.3] + [1]*12,
+        "law: one Hertz spring per zone instead of strips, same step; step: second order with 0.1 ms instead of the "
+        "shipped step and order, same law; exercise 5 cut short.\nfirst contact: from the start to the end of the first "
+        "contact of the left flange; over the whole run every impact multiplies what the ones before it left.")
 
 
 def study_figure(rows: pd.DataFrame) -> Figure:
@@ -377,7 +385,8 @@ def study_figure(rows: pd.DataFrame) -> Figure:
             for shift, variant, style in ((-0.2, "law", SERIES[2]), (0.2, "step", SERIES[1])):
                 part = rows[rows["variant"] == variant].set_index("case").loc[cases]
                 share = part[key]/part[f"{column} rms of the reference"]
-                ax.bar(np.arange(len(cases)) + shift, share, width=0.38, color=style.color, label=VARIANT_WORDS[variant])
+                ax.bar(np.arange(len(cases)) + shift, share, width=0.38, color=style.color,
+                       label=VARIANT_WORDS[variant])
             ax.set_yscale("log")
             ax.set_xticks(np.arange(len(cases)), cases, fontsize=6.5)
             ax.grid(axis="x", visible=False)
@@ -414,7 +423,8 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
             pages.append(Part(case, part, save_pages(part, [(case, study_page(case, records))])))
         table = pd.DataFrame(rows)
         first = Path(scratch)/"summary.pdf"
-        summary = Part("Summary", first, save_pages(first, [("table", study_table(table)), ("bars", study_figure(table))]))
+        figures = [("table", study_table(table)), ("bars", study_figure(table))]
+        summary = Part("Summary", first, save_pages(first, figures))
         target = outputs/"ldbench_study.pdf"
         bind([summary, *pages], target, "ldbench: contact law or time step?")
     table.to_csv(target.with_suffix(".csv"), index=False)

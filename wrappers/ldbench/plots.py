@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
@@ -25,8 +24,8 @@ from pypdf import PdfReader, PdfWriter
 
 from .columns import read_columns
 from .record import CONTACT_NAMES, CONTACTS, PAIRS, Record, header_lines, parse_header, read_record, summary_row
-from .style import (BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED, SERIES,
-                    SKY, Line, ldbench_style)
+from .style import (BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED,
+                    SERIES, Line, ldbench_style)
 
 ENVELOPE_ROWS = 20_000     # longer runs are drawn as bands
 BINS = 700                 # of a band
@@ -107,7 +106,8 @@ def constant_energies(record: Record) -> str:
 
 PAGES = (
     Page("displacements", (
-        single("Y", "lateral Y", "mm", MM), single("Z", "vertical Z", "mm", MM), single("roll", "roll Φ", "mrad", 1e3))),
+        single("Y", "lateral Y", "mm", MM), single("Z", "vertical Z", "mm", MM),
+        single("roll", "roll Φ", "mrad", 1e3))),
     Page("velocities", (
         single("vY", "lateral dY/dt", "m/s"), single("vZ", "vertical dZ/dt", "m/s"),
         single("roll_rate", "roll dΦ/dt", "mrad/s", 1e3))),
@@ -232,7 +232,8 @@ def time_page(record: Record, page: Page) -> Figure:
                 for zoom in shown[1:2]:
                     axes[i, 0].axvspan(zoom.start, zoom.end, color="#E6E6E6", linewidth=0, zorder=0)
     for window, top, bottom in zip(shown, axes[0], axes[-1], strict=True):
-        top.set_title(window.title, loc="left", fontsize=8, color="#404040", pad=12 if len(page.panels[0].curves) > 1 else 4)
+        above_legend = len(page.panels[0].curves) > 1
+        top.set_title(window.title, loc="left", fontsize=8, color="#404040", pad=12 if above_legend else 4)
         label_x(bottom, "time [ms]" if window.milliseconds else "time [s]")
         bottom.set_xlim(window.start*window.scale, window.end*window.scale)
     return figure
@@ -422,12 +423,11 @@ def place_rail(points: np.ndarray, gauge: float, depth: float) -> np.ndarray:
 def instants(record: Record) -> list[tuple[str, int]]:
     """Rows worth a picture: peak of the first contact of each flange, or the hardest, and the end."""
     found = []
-    hits = [("LF", "first contact of the left flange, at its peak"), ("RF", "first contact of the right flange, at its peak")]
-    for contact, label in hits:
+    for contact in ("LF", "RF"):
         episode = first_episode(record, contact)
         if episode:
             rows = slice(*np.searchsorted(record.time, episode) + [0, 1])
-            found.append((label, rows.start + int(np.argmax(record.values(f"N_{contact}")[rows]))))
+            found.append((f"first contact of the {CONTACT_NAMES[contact]}, at its peak", rows.start + int(np.argmax(record.values(f"N_{contact}")[rows]))))
     if first_episode(record, "RF") is None and found:
         found.append(("hardest contact of the left flange", int(np.argmax(record.values("N_LF")))))
     found.append(("end", len(record.time) - 1))
@@ -501,7 +501,8 @@ def draw_wheelset(ax: Axes, record: Record, placed: Section, k: int) -> None:
         foot = np.array([[rail[-1, 0], -0.12], [rail[0, 0], -0.12]])
         ax.add_artist(Polygon(np.vstack([rail, foot]), facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.5))
         profile = Section(np.vstack([placed.wheel, placed.wheel[::-1]*[1, -1]]), placed.rail)
-        ax.add_artist(Polygon(profile.wheel_at(y, z, roll, right), facecolor=WHEEL_GREY, edgecolor=BLACK, linewidth=0.6))
+        ax.add_artist(Polygon(profile.wheel_at(y, z, roll, right), facecolor=WHEEL_GREY, edgecolor=BLACK,
+                              linewidth=0.6))
     half = placed.wheel[:, 0].min()
     axle = Section(np.array([[-half, -0.08], [half, -0.08], [half, 0.08], [-half, 0.08]]), placed.rail)
     ax.add_artist(Polygon(axle.wheel_at(y, z, roll), facecolor=WHEEL_GREY, edgecolor=BLACK, linewidth=0.6))
@@ -525,8 +526,8 @@ def geometry_page(path: Path) -> Figure:
     y = MM*record.values("Y")
     pair = PAIRS.get(record.name.partition("_")[2], record.name)
     figure = new_page(f"Contact geometry, {pair}", "rigid wheelset standing on both rails",
-                      f"dotted: rigid-axle clearance, 2 × {MM*record.clearance:.2f} mm; conicity: equivalent, by harmonic "
-                      f"linearisation, for the amplitude |Y|\n{caption(record).splitlines()[-1]}")
+                      f"dotted: rigid-axle clearance, 2 × {MM*record.clearance:.2f} mm; conicity: equivalent, by "
+                      f"harmonic linearisation, for the amplitude |Y|\n{caption(record).splitlines()[-1]}")
     axes = figure.subplots(2, 4, gridspec_kw={
         "left": 0.062, "right": 0.985, "top": 0.885, "bottom": 0.125, "hspace": 0.28, "wspace": 0.4})
     left, right = CONTACT_LINES["LT"], CONTACT_LINES["RT"]
@@ -620,10 +621,10 @@ def summary_page(rows: Sequence[dict[str, object]], note: str = "") -> Figure:
 
 
 SUMMARY_NOTE = (
-    "Event times are those of the step in which it happens; peaks are taken over all steps. –: did not happen.  aw: actual "
-    "wheel and rail profiles, sw: simplified.\n"
-    "In all plots: Y left, Z up, Φ lifts the left wheel; Z and Φ from static equilibrium at Y = 0; left blue, right red; "
-    "tread dark and solid, flange light and dashed; grey: the stretch of time enlarged beside it.")
+    "Event times are those of the step in which it happens; peaks are taken over all steps. –: did not happen.  aw: "
+    "actual wheel and rail profiles, sw: simplified.\n"
+    "In all plots: Y left, Z up, Φ lifts the left wheel; Z and Φ from static equilibrium at Y = 0; left blue, right "
+    "red; tread dark and solid, flange light and dashed; grey: the stretch of time enlarged beside it.")
 
 
 # Figures of the abstract ------------------------------------------------------------------
@@ -669,8 +670,8 @@ def impact_figure(records: Sequence[Record]) -> Figure:
                       label=f"{run.values('vY')[0]:g} m/s" if dashes == "-" else None)
             speeds.append(run.values("vY")[0])
             peaks.append(N.max())
-        right.plot(speeds, peaks, marker, color=BLACK, markersize=4, markerfacecolor=BLACK if marker == "o" else "white",
-                   label=PAIRS[pair])
+        right.plot(speeds, peaks, marker, color=BLACK, markersize=4, label=PAIRS[pair],
+                   markerfacecolor=BLACK if marker == "o" else "white")
         if pair == "aw" and speeds:
             v = np.array([min(speeds), max(speeds)])
             right.plot(v, peaks[0]*(v/speeds[0])**1.2, color=GREY, linewidth=0.8, linestyle=DOTTED, label="slope 6/5")
