@@ -51,8 +51,8 @@ module case
     ! &table
     character(text_length) :: table_file = ''
     real(dp) :: lateral = 0.060_dp, lift = 0.040_dp, drop = 0.010_dp
-    real(dp) :: roll_range = 0.35_dp, depth = 2.2e-3_dp
-    integer :: n_lateral = 300, n_roll = 49, n_depth = 33
+    real(dp) :: roll_range = 0.5_dp, depth = 2.2e-3_dp
+    integer :: n_lateral = 300, n_roll = 53, n_depth = 33
     ! &integrator
     character(text_length) :: scheme = 'newmark'
     integer :: order = 2
@@ -134,7 +134,7 @@ contains
     call add_real('table', 'lateral', c%lateral, 0.02_dp, 0.08_dp, 'm', 'shift of a wheel to either side')
     call add_real('table', 'lift', c%lift, 0.03_dp, 0.1_dp, 'm', 'of a wheel; higher it cannot touch')
     call add_real('table', 'drop', c%drop, 1e-3_dp, 0.03_dp, 'm', 'of a wheel below its running height')
-    call add_real('table', 'roll', c%roll_range, 0.01_dp, 0.4_dp, 'rad', 'to either side')
+    call add_real('table', 'roll', c%roll_range, 0.01_dp, 0.6_dp, 'rad', 'to either side')
     call add_real('table', 'depth', c%depth, 1e-6_dp, 1e-2_dp, 'm', 'largest penetration')
     call add_integer('table', 'n_lateral', c%n_lateral, 20, 10000, 'points across, per flange zone')
     call add_integer('table', 'n_roll', c%n_roll, 5, 1000, 'points over roll')

@@ -14,6 +14,7 @@ module columns
   use newmark, only: motion_type
   use system, only: replace_file, scratch_name
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+  use, intrinsic :: iso_fortran_env, only: int64
   use wheelset, only: contact_name, contact_state, contacts, external_force, left_flange, right_tread, &
     wheelset_type
   implicit none
@@ -151,7 +152,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: scratch
     character(len=width*size(names)) :: line
-    integer :: unit, stat, i, from, to
+    integer :: unit, stat, i, k, from, to
     character(200) :: iomsg
 
     scratch = scratch_name(file)
@@ -173,7 +174,10 @@ contains
     line(1:1) = '#'
     if (stat == 0) write (unit, '(a)', iostat=stat) line
     do i = 1, size(rows, 2)
-      if (stat == 0) write (unit, '(*(es16.8e2))', iostat=stat) printable(rows(:, i))
+      do k = 1, size(rows, 1)
+        call put(rows(k, i), line(1 + (k - 1)*width:k*width))
+      end do
+      if (stat == 0) write (unit, '(a)', iostat=stat) line
     end do
     if (stat == 0) then
       close (unit, iostat=stat)
@@ -185,15 +189,6 @@ contains
 
   contains
 
-    !> Numbers too small for a two-digit exponent are written as zero.
-    elemental real(dp) function printable(x)
-      real(dp), intent(in) :: x
-
-      printable = x
-      if (ieee_is_nan(x)) return
-      if (abs(x) < 1e-98_dp) printable = 0
-    end function printable
-
     pure function fit(word) result(cell)
       character(*), intent(in) :: word
       character(width) :: cell
@@ -202,5 +197,46 @@ contains
     end function fit
 
   end subroutine write_table_file
+
+  !> A number as es16.8 would write it, in a tenth of the time.  Numbers too small for
+  !> a two-digit exponent are written as zero.
+  pure subroutine put(x, cell)
+    real(dp), intent(in) :: x
+    character(width), intent(out) :: cell
+    integer :: i, exponent
+    integer, parameter :: most = 99
+    real(dp), parameter :: power(-most:most + 8) = [(10.0_dp**i, i=-most, most + 8)]
+    integer(int64) :: digits, ten_digits
+
+    if (ieee_is_nan(x)) then
+      cell = '             NaN'
+      return
+    end if
+    cell = '  0.00000000E+00'
+    if (abs(x) < 1e-98_dp) return
+    if (abs(x) >= 1e98_dp) then
+      write (cell, '(es16.8e3)') x
+      return
+    end if
+    exponent = floor(log10(abs(x)))
+    digits = nint(abs(x)*power(8 - exponent), int64)
+    if (digits >= 1000000000_int64) then
+      exponent = exponent + 1
+      digits = nint(abs(x)*power(8 - exponent), int64)
+    else if (digits < 100000000_int64) then
+      exponent = exponent - 1
+      digits = nint(abs(x)*power(8 - exponent), int64)
+    end if
+    if (x < 0) cell(2:2) = '-'
+    do i = 12, 5, -1
+      ten_digits = digits/10
+      cell(i:i) = achar(48 + int(digits - 10*ten_digits))
+      digits = ten_digits
+    end do
+    cell(3:3) = achar(48 + int(digits))
+    if (exponent < 0) cell(14:14) = '-'
+    cell(15:15) = achar(48 + abs(exponent)/10)
+    cell(16:16) = achar(48 + mod(abs(exponent), 10))
+  end subroutine put
 
 end module columns

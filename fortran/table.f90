@@ -30,10 +30,10 @@ module table
     real(dp) :: lateral = 60e-3_dp      !! shift of the wheel to either side [m]
     real(dp) :: lift = 40e-3_dp         !! of the wheel; higher it cannot touch [m]
     real(dp) :: drop = 10e-3_dp         !! of the wheel below its running height [m]
-    real(dp) :: roll = 0.35_dp          !! to either side [rad]
+    real(dp) :: roll = 0.5_dp           !! to either side [rad]
     real(dp) :: depth = 2.2e-3_dp       !! largest penetration [m]
     integer :: n_lateral = 300          !! points in u of a flange zone; half as many for the tread
-    integer :: n_roll = 49, n_depth = 33
+    integer :: n_roll = 53, n_depth = 33
   end type grid_type
 
   character(*), parameter :: magic = 'ldbench contact table 3'

@@ -1,8 +1,9 @@
 !> The motion of a case at full precision, without stop conditions.
 !>
 !> usage: trajectory input.nml steps every [reverse] [weightless]
-!> Takes `steps` steps dt from the initial conditions and writes time, y, z (axle centre above
-!> top of rail), roll, their rates and the total energy less the work done, after every so many and after the last.
+!> Takes `steps` steps dt from the initial conditions and writes time, y, z (axle centre
+!> above top of rail), roll, their rates and the total energy less the work done, at the
+!> start, after every `every` steps and after the last.
 !> `reverse`: then reverses all velocities and takes as many steps again.
 !> `weightless`: without gravity and vertical load; the equilibrium is still that with them.
 program trajectory

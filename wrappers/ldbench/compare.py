@@ -214,8 +214,8 @@ def endless(lines: Sequence) -> Iterator:
 
 def footnote(found: Comparison) -> str:
     words = (
-        "difference: file − reference, interpolated linearly to the reference's instants; angles, positions and radii only "
-        "where the contact is closed in both")
+        "difference: file − reference, interpolated linearly to the reference's instants; angles, positions and radii "
+        "only where the contact is closed in both")
     if any(found.shifts):
         words += "\nthe first flange contacts are laid on each other: " + ", ".join(
             f"{record.name} {shift:.6f} s" for record, shift in zip(found.records, found.shifts, strict=True))
@@ -369,8 +369,8 @@ def study_table(rows: pd.DataFrame) -> Figure:
         "Contact law or time step?", "all exercises; reference: strips with the fine step", header, table,
         [1.3] + [1]*12,
         "law: one Hertz spring per zone instead of strips, same step; step: second order with 0.1 ms instead of the "
-        "shipped step and order, same law; exercise 5 cut short.\nfirst contact: from the start to the end of the first "
-        "contact of the left flange; over the whole run every impact multiplies what the ones before it left.")
+        "shipped step and order, same law; exercise 5 cut short.\nfirst contact: from the start to the end of the "
+        "first contact of the left flange; over the whole run every impact multiplies what the ones before it left.")
 
 
 def study_figure(rows: pd.DataFrame) -> Figure:

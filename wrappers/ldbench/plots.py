@@ -427,7 +427,8 @@ def instants(record: Record) -> list[tuple[str, int]]:
         episode = first_episode(record, contact)
         if episode:
             rows = slice(*np.searchsorted(record.time, episode) + [0, 1])
-            found.append((f"first contact of the {CONTACT_NAMES[contact]}, at its peak", rows.start + int(np.argmax(record.values(f"N_{contact}")[rows]))))
+            k = rows.start + int(np.argmax(record.values(f"N_{contact}")[rows]))
+            found.append((f"first contact of the {CONTACT_NAMES[contact]}, at its peak", k))
     if first_episode(record, "RF") is None and found:
         found.append(("hardest contact of the left flange", int(np.argmax(record.values("N_LF")))))
     found.append(("end", len(record.time) - 1))
