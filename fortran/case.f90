@@ -393,9 +393,16 @@ contains
       place = file//', line '//str(at)
       if (group /= '') place = place//', &'//group
       if (name /= '') place = place//' '//name
-      if (len(quote) > 80) quote = quote(:77)//'...'
-      call fatal_error(error, place//': '//expected//', found '//found//'  ['//quote//']')
+      call fatal_error(error, place//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
     end subroutine fail
+
+    function clip(text) result(short)
+      character(*), intent(in) :: text
+      character(:), allocatable :: short
+
+      short = text
+      if (len(text) > 80) short = text(:77)//'...'
+    end function clip
 
     function group_names() result(names)
       character(:), allocatable :: names
@@ -430,7 +437,7 @@ contains
       admissible = verify(variable%text, control()) == 0
       if (admissible .and. len(variable%words) > 0) &
         admissible = index(' '//variable%words//' ', ' '//trim(variable%text)//' ') > 0 &
-        .and. len_trim(variable%text) > 0
+        .and. len_trim(variable%text) > 0 .and. index(trim(variable%text), ' ') == 0
     end if
 
   contains

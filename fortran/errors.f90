@@ -14,10 +14,14 @@ contains
 
   pure subroutine fatal_error(error, message)
     type(error_type), allocatable, intent(out) :: error
-    character(*), intent(in) :: message
+    character(*), intent(in) :: message   !! what cannot be printed becomes '?'
+    integer :: i
 
     allocate (error)
     error%message = message
+    do i = 1, len(message)
+      if (iachar(message(i:i)) < 32 .or. iachar(message(i:i)) == 127) error%message(i:i) = '?'
+    end do
   end subroutine fatal_error
 
 end module errors

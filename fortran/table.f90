@@ -11,7 +11,8 @@
 !> the exact gradient of the interpolant and stiffnesses its exact Hessian, so
 !> energy is conserved whatever the resolution.
 module table
-  use bspline, only: axis_basis, axis_point, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, uniform_axis
+  use, intrinsic :: iso_fortran_env, only: int64
+  use bspline, only: axis_basis, axis_point, axis_type, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, uniform_axis
   use contact, only: branch_energy, set_moduli, zone_energy, zone_type
   use errors, only: error_type, fatal_error
   use geometry, only: new_scan, pair_type, rolled, scan_depth, scan_type, touch
@@ -36,7 +37,7 @@ module table
     integer :: n_roll = 53, n_depth = 33
   end type grid_type
 
-  character(*), parameter :: magic = 'ldbench contact table 3'
+  character(*), parameter :: magic = 'ldbench contact table 4'
 
 contains
 
@@ -324,7 +325,7 @@ contains
         if (stat == 0 .and. t%zone > 0) write (unit, iostat=stat) t%c
       end associate
     end do
-    if (stat == 0) write (unit, iostat=stat) magic
+    if (stat == 0) write (unit, iostat=stat) fingerprint(table), magic
     if (stat == 0) then
       close (unit, iostat=stat)
       if (stat == 0) call replace_file(scratch, file, stat)
@@ -343,6 +344,7 @@ contains
     character(len(magic)) :: mark
     character(len(key)) :: stored
     integer :: unit, stat, length, n, i
+    integer(int64) :: sum_stored, sum_read
 
     found = .false.
     open (newunit=unit, file=file, access='stream', form='unformatted', action='read', &
@@ -375,11 +377,63 @@ contains
           read (unit, iostat=stat) t%c
         end associate
       end do
-      if (stat == 0) read (unit, iostat=stat) mark
+      if (stat == 0) read (unit, iostat=stat) sum_stored, mark
       found = stat == 0
-      if (found) found = mark == magic
+      sum_read = fingerprint(table)
+      if (found) found = mark == magic .and. sum_stored == sum_read
     end if
     close (unit)
   end subroutine load_table
+
+  !> A number that changes with every bit of the table.
+  integer(int64) function fingerprint(table) result(mix)
+    type(contact_table), intent(in) :: table
+    integer :: i, k
+
+    mix = 0
+    do i = 1, size(table%zones)
+      associate (t => table%zones(i))
+        call stir([merge(1.0_dp, 0.0_dp, t%flange), t%along, t%pole, t%origin, t%ceiling])
+        call stir(axis_numbers(t%u))
+        call stir(axis_numbers(t%roll))
+        call stir(axis_numbers(t%q))
+        do k = 1, size(t%h, 2)
+          call stir(t%h(:, k))
+        end do
+        do k = 1, size(t%s, 3)
+          call stir(reshape(t%s(:, :, k), [size(t%s, 1)*size(t%s, 2)]))
+        end do
+      end associate
+    end do
+    do i = 1, size(table%correction)
+      associate (t => table%correction(i))
+        call stir([real(t%zone, dp)])
+        if (t%zone == 0) cycle
+        call stir(axis_numbers(t%u))
+        call stir(axis_numbers(t%roll))
+        call stir(axis_numbers(t%p))
+        call stir(reshape(t%c, [size(t%c)]))
+      end associate
+    end do
+
+  contains
+
+    pure function axis_numbers(axis) result(numbers)
+      type(axis_type), intent(in) :: axis
+      real(dp) :: numbers(7)
+
+      numbers = [real(axis%n, dp), axis%centre, axis%scale, axis%first, axis%step, axis%low, axis%high]
+    end function axis_numbers
+
+    subroutine stir(numbers)
+      real(dp), intent(in) :: numbers(:)
+      integer :: j
+
+      do j = 1, size(numbers)
+        mix = ieor(ishftc(mix, 5), transfer(numbers(j), mix))
+      end do
+    end subroutine stir
+
+  end function fingerprint
 
 end module table

@@ -43,12 +43,31 @@ contains
     x = 0
     ok = len_trim(word) > 0 .and. len_trim(word) < 64
     if (.not. ok) return
-    ok = verify(trim(word), '0123456789+-.eEdD') == 0 .and. scan(word, '0123456789') > 0
+    ok = is_number(trim(word))
     if (.not. ok) return
     read (word, '(f64.0)', iostat=stat) x
     ok = stat == 0
     if (ok) ok = ieee_is_finite(x)
   end subroutine to_real
+
+  !> [sign] digits with at most one point [exponent: e or d, sign, digits].
+  pure logical function is_number(word)
+    character(*), intent(in) :: word
+    character(*), parameter :: digits = '0123456789'
+    integer :: mark, from, point
+
+    mark = scan(word, 'eEdD')
+    if (mark == 0) mark = len(word) + 1
+    from = merge(2, 1, scan(word(1:1), '+-') == 1)
+    point = index(word(:mark - 1), '.')
+    is_number = verify(word(from:mark - 1), digits//'.') == 0 .and. scan(word(from:mark - 1), digits) > 0 &
+      .and. index(word(point + 1:mark - 1), '.') == 0
+    if (.not. is_number .or. mark > len(word)) return
+    is_number = mark < len(word)
+    if (.not. is_number) return
+    from = mark + merge(2, 1, scan(word(mark + 1:mark + 1), '+-') == 1)
+    is_number = from <= len(word) .and. verify(word(from:), digits) == 0
+  end function is_number
 
   pure function str_real(x) result(word)
     real(dp), intent(in) :: x

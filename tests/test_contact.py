@@ -178,8 +178,9 @@ def test_hessian_is_the_derivative(case: Path, random_poses: np.ndarray):
         error = np.abs(slope(*(s.total for s in around)) - state.hessian[:, :, i]).max(axis=1)/size
         clear = resolved(around).all(axis=1)
         assert clear.mean() > 0.9
-        # Third derivatives jump at the knots: differences across one err by a part of H.
-        assert error[clear].max() < 1e-5
+        # Third derivatives jump at the knots: differences across one err by a part of H times the jump.
+        assert error[clear].max() < 1e-4
+        assert np.quantile(error[clear], 0.9) < 1e-7
         assert np.median(error[clear]) < 1e-9
 
 
@@ -266,6 +267,7 @@ def test_direct_force_is_the_gradient(case: Path, random_poses: np.ndarray):
     for i in range(2):
         around = (direct(k*H*np.eye(3)[i])[:, :, 3] for k in (-2, -1, 1, 2))
         error = np.abs(slope(*around) + force[:, :, i])/size
-        # The force takes the rail's normal linear along a cell of 0.25 mm.
+        # The force takes the rail's normal linear along a cell of 0.25 mm: on corners of 12 mm it errs
+        # by (0.25/12)^2/8, more where the patch is hardly longer than the cell.
         assert error.max() < 1e-3
-        assert np.median(error[force[:, :, 3] > 0]) < 1e-5
+        assert np.median(error[force[:, :, 3] > 0]) < 5e-5

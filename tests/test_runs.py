@@ -218,7 +218,7 @@ def test_contact_points(case: str, run: Run):
         else:
             # The resultant of two patches, on throat and face, passes between them.
             assert inside.min() > -0.1e-3
-            assert (inside > -2e-6).mean() > 0.99
+            assert (inside < -2e-6).sum() <= 1 + 0.01*len(rows)
         for i in range(0, len(rows), max(1, len(rows)//10)):
             placed = turned(wheel, side*c["roll"][rows[i]]) + centre[i]
             near = placed[np.hypot(*(placed - point[i]).T) < 15e-3]
