@@ -33,24 +33,26 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(line_type), allocatable :: lines(:)
     real(dp), allocatable :: points(:, :)
+    integer, allocatable :: at(:)          ! line of each point
 
     call read_lines(file, lines, error)
     if (allocated(error)) return
     p%file = file
     p%checksum = checksum(lines)
-    call parse(file, lines, points, p%reconstruction, error)
+    call parse(file, lines, points, at, p%reconstruction, error)
     if (allocated(error)) return
-    call check(file, points, error)
+    call check(file, points, at, error)
     if (allocated(error)) return
     if (points(1, 1) > points(1, size(points, 2))) points = points(:, size(points, 2):1:-1)
     call fit_curve(1e-3_dp*points(1, :), 1e-3_dp*points(2, :), 1e-3_dp*smoothing, p%curve, error)
     if (allocated(error)) call fatal_error(error, file//': '//error%message)
   end subroutine read_profile
 
-  subroutine parse(file, lines, points, reconstruction, error)
+  subroutine parse(file, lines, points, at, reconstruction, error)
     character(*), intent(in) :: file
     type(line_type), intent(in) :: lines(:)
     real(dp), allocatable, intent(out) :: points(:, :)   !! (2, n) [mm]
+    integer, allocatable, intent(out) :: at(:)           !! line of each point
     logical, intent(out) :: reconstruction
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: rest
@@ -58,7 +60,7 @@ contains
     integer :: n, i, k, cut
     logical :: ok
 
-    allocate (points(2, size(lines)))
+    allocate (points(2, size(lines)), at(size(lines)))
     reconstruction = .false.
     n = 0
     do i = 1, size(lines)
@@ -77,12 +79,12 @@ contains
       if (.not. ok) then
         if (n == 0 .and. is_words(lines(i)%text)) cycle
         call fatal_error(error, file//', line '//str(i)// &
-          ': expected two numbers, y and z in mm, found "'//trim(lines(i)%text)//'"')
+          ': expected two numbers, y and z in mm, found "'//clip(lines(i)%text)//'"')
         return
       end if
       if (any(abs(x) > 10*largest_span)) then
         call fatal_error(error, file//', line '//str(i)//': expected millimetres, found "'// &
-          trim(lines(i)%text)//'"')
+          clip(lines(i)%text)//'"')
         return
       end if
       if (n > 0) then
@@ -90,9 +92,19 @@ contains
       end if
       n = n + 1
       points(:, n) = x
+      at(n) = i
     end do
     points = points(:, :n)
   end subroutine parse
+
+  !> A line for a message, at most 80 characters of it.
+  pure function clip(line) result(short)
+    character(*), intent(in) :: line
+    character(:), allocatable :: short
+
+    short = trim(line)
+    if (len(short) > 80) short = short(:77)//'...'
+  end function clip
 
   !> A heading: it begins with a letter and is not a misspelt number.
   pure logical function is_words(line)
@@ -117,9 +129,10 @@ contains
     rest = rest(blank:)
   end subroutine take_number
 
-  subroutine check(file, points, error)
+  subroutine check(file, points, at, error)
     character(*), intent(in) :: file
     real(dp), intent(in) :: points(:, :)
+    integer, intent(in) :: at(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: span
     integer :: n, i, j
@@ -142,8 +155,8 @@ contains
         if (min(points(1, i), points(1, i + 1)) > max(points(1, j), points(1, j + 1))) cycle
         if (max(points(1, i), points(1, i + 1)) < min(points(1, j), points(1, j + 1))) cycle
         if (.not. crosses(points(:, i:i + 1), points(:, j:j + 1))) cycle
-        call fatal_error(error, file//': the curve crosses itself between points '// &
-          str(i)//' and '//str(j + 1))
+        call fatal_error(error, file//': the curve crosses itself between lines '// &
+          str(at(i))//' and '//str(at(j + 1)))
         return
       end do
     end do

@@ -76,7 +76,7 @@ def test_names_in_any_case_of_letters_and_with_their_group():
     case = ldbench.Case.exercise(3, "sw")
     assert case.vY == case.vy == case.initial_vY == 1.0
     assert case.output_file == "outputs/ex3_sw.txt" and case.table_file == "outputs/sw_strip.table"
-    assert case.initial_roll == 0 and case.table_roll == 0.35
+    assert case.initial_roll == 0 and case.table_roll == 0.5
     with pytest.raises(AttributeError, match="initial_roll or table_roll, found roll, which is ambiguous"):
         _ = case.roll
     assert not hasattr(case, "vy0")
@@ -88,7 +88,7 @@ def test_replace_makes_another_case():
     assert (other.vY, other.n_roll, other.output_file) == (0.3, 51, "x.txt")
     assert case.vY == 0.1 and case != other
     assert other.replace(vY=0.1, n_roll=case.n_roll, output_file=case.output_file) == case
-    assert hash(other.replace(vY=0.1, n_roll=49.0, output_file=case.output_file)) == hash(case)
+    assert hash(other.replace(vY=0.1, n_roll=53.0, output_file=case.output_file)) == hash(case)
     with pytest.raises(AttributeError):
         case.dt = 1e-5
 
@@ -260,7 +260,7 @@ def test_a_table_serves_other_runs():
     ({"model": "hertz"}, "&contact model: expected 'strip', for which the contact table was made, found 'hertz'"),
     ({"gauge": 1.4352}, "&track gauge: expected 1.4351"),
     ({"n_depth": 11}, "&table n_depth: expected 9"),
-    ({"table_roll": 0.3}, "&table roll: expected 0.35"),
+    ({"table_roll": 0.3}, "&table roll: expected 0.5"),
     ({"wheel_profile": "profiles/swprof.yz"}, "swprof.yz: expected the profile of the contact table"),
     ({"wheel_profile": "nothing.yz"}, "nothing.yz: cannot be opened for reading"),
 ])
@@ -435,8 +435,8 @@ def test_shapes_follow_the_poses(table):
 
 def test_poses_off_the_table_are_refused_or_nan(table):
     z = table.equilibrium
-    y, deep, roll = np.array([0, 0.09, 0, 0]), np.array([0, 0, -0.005, 0]), np.array([0, 0, 0, 0.4])
-    for k, variable in enumerate(("lateral = 0.06 m", "depth = 0.0022 m", "roll = 0.35 rad"), 1):
+    y, deep, roll = np.array([0, 0.09, 0, 0]), np.array([0, 0, -0.005, 0]), np.array([0, 0, 0, 0.55])
+    for k, variable in enumerate(("lateral = 0.06 m", "depth = 0.0022 m", "roll = 0.5 rad"), 1):
         with pytest.raises(ldbench.Error, match=f"expected poses within &table {variable}, found y = .* outside"):
             table.force(y[k], z + deep[k], roll[k])
     for function in table.potential, table.force, table.tangent, table.forces_by_contact:
