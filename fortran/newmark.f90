@@ -174,7 +174,9 @@ contains
       excess = 0
       excess_slope = 0
       if (square > tiny(square)**0.5_dp) then
-        excess = (sum(new%contact%energy - old%contact%energy) - dot_product(middle%gradient, d))/square
+        ! Left and right are summed apart: the mirrored run rounds the same way.
+        excess = ((sum(new%contact%energy(:2) - old%contact%energy(:2)) &
+          + sum(new%contact%energy(3:) - old%contact%energy(3:))) - dot_product(middle%gradient, d))/square
         excess_slope = (new%contact%gradient - middle%gradient - 0.5_dp*matmul(h, d) - 2*excess*md)/square
       end if
       residual = 2*m*(d - dt*old%v)/dt**2 + middle%gradient + excess*md - f
