@@ -57,7 +57,7 @@ $(BUILD)/tests:
 wrapper: $(WRAPPER)
 
 $(WRAPPER): build/wrapper/build.ninja $(MODULES:%=fortran/%.f90) $(wildcard wrappers/ldbench/*.f90)
-	PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
+	MAKEFLAGS= PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
 	install build/wrapper/_flat*.so wrappers/ldbench/
 	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth
 	touch $@

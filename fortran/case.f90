@@ -7,10 +7,11 @@
 module case
   use errors, only: error_type, fatal_error
   use kinds, only: dp
+  use system, only: same_file
   use text, only: line_type, lower, str, to_real
   implicit none
   private
-  public :: case_type, variable_type, list_variables, read_case, check_case, value_text, range_text, &
+  public :: case_type, variable_type, list_variables, read_case, check_case, output_path, value_text, range_text, &
     text_length
 
   integer, parameter :: text_length = 256
@@ -484,7 +485,42 @@ contains
     else if (c%t_end/c%interval > 1e7_dp) then
       call fatal_error(error, file//', &output interval: expected at most 1e7 rows up to t_end, found '// &
         str(c%t_end/c%interval))
+    else
+      call check_files(file, c, error)
     end if
   end subroutine check_case
+
+  !> A file that is written must not be another file of the case.
+  subroutine check_files(file, c, error)
+    character(*), intent(in) :: file
+    type(case_type), intent(in) :: c
+    type(error_type), allocatable, intent(out) :: error
+    character(24), parameter :: names(6) = [character(24) :: 'the namelist itself', '&profiles wheel_profile', &
+      '&profiles rail_profile', '&table file', '&output file', '&output geometry_file']
+    integer, parameter :: first_written = 4
+    character(text_length) :: paths(size(names))
+    integer :: i, j
+
+    paths = [character(text_length) :: file, c%wheel_profile, c%rail_profile, c%table_file, output_path(c), &
+      c%geometry_file]
+    do i = first_written, size(names)
+      if (paths(i) == '') cycle
+      do j = 1, i - 1
+        if (.not. same_file(trim(paths(i)), trim(paths(j)))) cycle
+        call fatal_error(error, file//', '//trim(names(i))//': expected a file of its own, found '// &
+          trim(paths(i))//', which is '//trim(names(j)))
+        return
+      end do
+    end do
+  end subroutine check_files
+
+  !> Where the columns go.
+  function output_path(c) result(path)
+    type(case_type), intent(in) :: c
+    character(:), allocatable :: path
+
+    path = trim(c%output_file)
+    if (path == '') path = 'outputs/'//trim(c%name)//'.txt'
+  end function output_path
 
 end module case

@@ -198,7 +198,7 @@ contains
   end function zone_energy
 
   !> Force of the rail on a scanned zone of strips, and its moment about the
-  !> axle centre: (F_y [N], F_z [N], M_x [N m]).
+  !> axle centre, the moduli k taken as fixed: (F_y [N], F_z [N], M_x [N m]).
   pure function zone_force(pair, zone, roll, work, k) result(force)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone

@@ -1,10 +1,10 @@
 !> The command `ldbench`: one namelist file in, one column file out.
 program ldbench
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use case, only: case_type, check_case, list_variables, range_text, read_case, value_text, variable_type
+  use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, value_text, variable_type
   use errors, only: error_type, fatal_error
   use kinds, only: version
-  use report, only: check_writable, output_path, summary, write_columns, write_geometry
+  use report, only: check_writable, summary, write_columns, write_geometry
   use simulation, only: prepare, run_type, setup_type, simulate
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines

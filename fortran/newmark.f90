@@ -41,6 +41,9 @@ module newmark
     type(contact_state) :: contact     !! at q
   end type motion_type
 
+  ! Displacements in a step below about 1e-10 m: the rounding of U would count as a force.
+  real(dp), parameter :: least_square = 1e-17_dp   ! d.M d [kg m2]
+
   integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `table`
 
 contains
@@ -173,7 +176,7 @@ contains
       square = dot_product(d, md)
       excess = 0
       excess_slope = 0
-      if (square > tiny(square)**0.5_dp) then
+      if (square > least_square) then
         ! Left and right are summed apart: the mirrored run rounds the same way.
         excess = ((sum(new%contact%energy(:2) - old%contact%energy(:2)) &
           + sum(new%contact%energy(3:) - old%contact%energy(3:))) - dot_product(middle%gradient, d))/square

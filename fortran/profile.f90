@@ -3,7 +3,7 @@
 module profile
   use curve, only: curve_type, fit_curve
   use errors, only: error_type, fatal_error
-  use kinds, only: dp
+  use kinds, only: degree, dp
   use text, only: checksum, line_type, lower, read_lines, str, to_real
   implicit none
   private
@@ -18,14 +18,15 @@ module profile
 
   integer, parameter :: least_points = 10
   real(dp), parameter :: least_span = 10, largest_span = 1000   !! plausible widths [mm]
+  real(dp), parameter :: largest_turn = 120*degree              !! at a point: more is two points exchanged
 
 contains
 
   !> Read a profile.  Accepted: comments (# ! %), header words before the first
   !> number, commas, semicolons or blanks, Fortran exponents, either direction,
   !> repeated points, further columns.  Refused, with file and line: anything
-  !> else that is not a number, too few points, a curve that crosses itself,
-  !> widths that cannot be millimetres.
+  !> else that is not a number, too few points, a curve that turns back or crosses
+  !> itself, widths that cannot be millimetres.
   subroutine read_profile(file, smoothing, p, error)
     character(*), intent(in) :: file
     real(dp), intent(in) :: smoothing      !! rms distance curve to points [mm]
@@ -160,7 +161,23 @@ contains
         return
       end do
     end do
+    do i = 2, n - 1
+      if (turn(points(:, i - 1:i + 1)) <= largest_turn) cycle
+      call fatal_error(error, file//', line '//str(at(i))//': expected a curve that turns by at most '// &
+        str(nint(largest_turn/degree))//' degrees at a point, found '//str(nint(turn(points(:, i - 1:i + 1))/degree)))
+      return
+    end do
   end subroutine check
+
+  !> Angle between the two segments of three points [rad].
+  pure real(dp) function turn(points)
+    real(dp), intent(in) :: points(2, 3)
+    real(dp) :: a(2), b(2)
+
+    a = points(:, 2) - points(:, 1)
+    b = points(:, 3) - points(:, 2)
+    turn = abs(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)))
+  end function turn
 
   pure logical function crosses(a, b)
     real(dp), intent(in) :: a(2, 2), b(2, 2)   !! two segments, (coordinate, end)

@@ -2,7 +2,7 @@
 !> terminal.
 module report
   use bspline, only: axis_type
-  use case, only: case_type, list_variables, value_text, variable_type
+  use case, only: case_type, list_variables, output_path, value_text, variable_type
   use columns, only: column_names, column_units, write_table_file
   use errors, only: error_type, fatal_error
   use events, only: event_kinds
@@ -14,20 +14,11 @@ module report
   use wheelset, only: contact_name
   implicit none
   private
-  public :: summary, write_columns, write_geometry, output_path, check_writable
+  public :: summary, write_columns, write_geometry, check_writable
 
   character, parameter :: nl = new_line('a')
 
 contains
-
-  !> Where the columns go.
-  function output_path(c) result(path)
-    type(case_type), intent(in) :: c
-    character(:), allocatable :: path
-
-    path = trim(c%output_file)
-    if (path == '') path = 'outputs/'//trim(c%name)//'.txt'
-  end function output_path
 
   !> Find out before the work, not after it, that a file cannot be written.
   subroutine check_writable(file, variable, path, error)

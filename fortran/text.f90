@@ -111,9 +111,15 @@ contains
     character(1024) :: buffer
     character(:), allocatable :: line
     integer :: unit, stat, length, n, i
+    logical :: folder
 
     unit = input_unit
     if (path /= '-') then
+      inquire (file=path//'/.', exist=folder)
+      if (folder) then
+        call fatal_error(error, path//': expected a file, found a folder')
+        return
+      end if
       open (newunit=unit, file=path, status='old', action='read', iostat=stat)
       if (stat /= 0) then
         call fatal_error(error, path//': cannot be opened for reading')

@@ -88,19 +88,25 @@ contains
     real(dp), intent(out) :: z
     logical, intent(out) :: ok
     type(contact_state) :: state
-    real(dp) :: low, high, residual
+    real(dp) :: low, high, step, residual
     integer :: iter
 
+    ok = .false.
     high = top + 1e-4_dp
     low = high
-    do iter = 1, 60
-      low = low - 5e-5_dp
+    step = 5e-5_dp
+    do while (step > 1e-9_dp .and. .not. ok)
+      low = high - step
       call contacts(this, [0.0_dp, low, 0.0_dp], state)
-      ok = state%status == inside
-      if (.not. ok) return
-      if (-state%gradient(2) > this%weight()) exit
-      high = low
+      if (state%status /= inside) then
+        step = step/2
+      else if (-state%gradient(2) > this%weight()) then
+        ok = .true.
+      else
+        high = low
+      end if
     end do
+    if (.not. ok) return
     z = low
     do iter = 1, 100
       call contacts(this, [0.0_dp, z, 0.0_dp], state)

@@ -241,7 +241,8 @@ def driven_poses(shipped: dict[str, Run], pair: str) -> tuple[np.ndarray, np.nda
 
 
 @pytest.mark.parametrize("stage", ["running", pytest.param("overturning", marks=pytest.mark.xfail(
-    reason="the roll axis is coarse beyond 0.2 rad: up to 10 % off in the last tenths of a second of exercise 5"))])
+    strict=True, reason="one of 400 contact poses of exercise 5, after it has derailed: the tread passes from crown to "
+    "corner (R 300 to 12 mm) within 0.01 rad, finer than the roll axis; up to 17 % off"))])
 def test_table_against_direct(stage: str, pair: str, case: Path, shipped: dict[str, Run]):
     """At 10,000 poses of the ten runs a wheel's force is that of direct evaluation within 0.1 % of max(|F|, 1 kN)."""
     chosen = driven_poses(shipped, pair)[stage == "overturning"]

@@ -3,6 +3,7 @@ import math
 import os
 import random
 import re
+import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -400,6 +401,40 @@ def test_table_file_that_cannot_be_written(place, tmp_path):
     assert "&table file" in message and f"{tmp_path / place}" in message
 
 
+WRITTEN = [("table", "file"), ("output", "file"), ("output", "geometry_file")]
+
+
+@pytest.mark.parametrize(("group", "name"), WRITTEN)
+@pytest.mark.parametrize("victim", ["case.nml", "wheel.yz", "./rail.yz"])
+def test_no_input_is_overwritten(group, name, victim, tmp_path):
+    shutil.copy(REPO / "profiles/awprof.yz", tmp_path / "wheel.yz")
+    shutil.copy(REPO / "profiles/arprof.yz", tmp_path / "rail.yz")
+    profiles = {"wheel_profile": "./wheel.yz", "rail_profile": "rail.yz"}
+    text = short_case(tmp_path, **{"profiles": profiles, "output": {"file": "columns.txt"}, group: {name: victim}})
+    message = refusal(text, tmp_path)
+    assert f"&{group} {name}: expected a file of its own, found {victim}, which is " in message
+    assert (tmp_path / "wheel.yz").read_bytes() == (REPO / "profiles/awprof.yz").read_bytes()
+
+
+def test_files_of_a_run_are_different(tmp_path):
+    text = short_case(tmp_path, output={"file": "same", "geometry_file": "./same"})
+    assert "&output geometry_file: expected a file of its own, found ./same, which is &output file" \
+        in refusal(text, tmp_path)
+
+
+def test_profile_is_a_folder(tmp_path):
+    (tmp_path / "folder").mkdir()
+    message = refusal(short_case(tmp_path, profiles={"rail_profile": tmp_path / "folder"}), tmp_path)
+    assert f"{tmp_path / 'folder'}: expected a file, found a folder" in message
+
+
+def test_stiff_contact_on_a_shallow_table(tmp_path):
+    """A hundred times stiffer, the wheelset rests 4 um deep on a table of 20 um."""
+    done = run_case(short_case(tmp_path, contact={"stiffness_scale": 100}, table={"depth": 2e-5}), tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert float(re.search(r"approach ([\d.]+) mm", done.stdout)[1]) == pytest.approx(0.0047, abs=1e-4)
+
+
 # ---- the table file ------------------------------------------------------------------
 @dataclass
 class TableRun:
@@ -632,30 +667,10 @@ def test_mutated_namelist_is_refused(seed, tmp_path):
     assert "case.nml" in message and "expected" in message and "found" in message
 
 
-def crosses(points: list[tuple[float, float]]) -> bool:
-    """Two segments of a polygon that are not neighbours have a point in common, each on both sides of the other."""
-    def side(a, b, c):
-        return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-    for i in range(len(points) - 3):
-        a, b = points[i:i + 2]
-        for j in range(i + 2, len(points) - 1):
-            c, d = points[j:j + 2]
-            if side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0:
-                return True
-    return False
-
-
 def walk_back(rng: random.Random, lines: list[str]) -> list[str]:
-    """A stretch in the wrong order, where that makes the curve cross itself."""
-    while True:
-        start = rng.randrange(len(lines) - 12)
-        length = rng.randrange(2, 12)
-        around = lines[max(0, start - 2):start + length + 2]
-        inner = slice(min(2, start), min(2, start) + length)
-        around[inner] = around[inner][::-1]
-        if crosses([tuple(map(float, line.split())) for line in around]):
-            return lines[:start] + lines[start:start + length][::-1] + lines[start + length:]
+    """A stretch in the wrong order; two points exchanged are the shortest."""
+    start, length = rng.randrange(len(lines) - 12), rng.randrange(2, 12)
+    return lines[:start] + lines[start:start + length][::-1] + lines[start + length:]
 
 
 def spoil_line(new: Callable[[random.Random, str, str], str]) -> Callable[[random.Random, list[str]], list[str]]:
