@@ -1,0 +1,84 @@
+"""What a validation section returns: checks against references, figures, tables."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ldbench.style import PAGE
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Check:
+    """A number of ours against a reference.
+
+    deviation is what the bar limits: relative unless the quantity says otherwise, never negative.
+    """
+
+    quantity: str           # with its unit in brackets, and the case
+    value: float
+    reference: float
+    source: str             # of the reference
+    deviation: float
+    bar: float
+
+    @property
+    def inside(self) -> bool:
+        return bool(self.deviation <= self.bar)     # not when it is NaN
+
+    @property
+    def verdict(self) -> str:
+        return "inside" if self.inside else "OUTSIDE"
+
+
+def relative(quantity: str, value: float, reference: float, source: str, bar: float) -> Check:
+    """A check of the relative deviation."""
+    return Check(quantity, float(value), float(reference), source, abs(float(value)/float(reference) - 1), bar)
+
+
+def absolute(quantity: str, value: float, reference: float, source: str, bar: float) -> Check:
+    """A check of the absolute deviation, in the quantity's unit."""
+    return Check(quantity, float(value), float(reference), source, abs(float(value) - float(reference)), bar)
+
+
+def limit(quantity: str, value: float, source: str, bar: float) -> Check:
+    """A check of something that should vanish: an error, a drift; the deviation is its size."""
+    return Check(quantity, float(value), 0.0, source, abs(float(value)), bar)
+
+
+@dataclass
+class Table:
+    """A table of a page; cells are text."""
+
+    title: str
+    head: Sequence[str]
+    rows: list[Sequence[str]]
+
+
+@dataclass
+class Section:
+    """One chapter of the validation."""
+
+    title: str
+    text: str                                               # what was done, what it shows; a few sentences
+    checks: list[Check] = field(default_factory=list)
+    figures: list[Figure] = field(default_factory=list)     # pages of `page`
+    tables: list[Table] = field(default_factory=list)
+
+
+def page(title: str, caption: str) -> Figure:
+    """An empty A4 page with a title and a caption below; axes go into its constrained layout."""
+    figure = Figure(figsize=PAGE, layout="constrained")
+    figure.get_layout_engine().set(rect=(0.03, 0.07, 0.94, 0.86), w_pad=0.12, h_pad=0.1)
+    figure.text(0.04, 0.955, title, fontsize=12, weight="bold", va="center")
+    figure.text(0.04, 0.04, caption, fontsize=7.5, va="center", wrap=True)
+    return figure
+
+
+def number(x: float) -> str:
+    """A number for a table: five digits."""
+    return "" if np.isnan(x) else f"{x:.5g}"
