@@ -239,7 +239,10 @@ contains
     logical, intent(out) :: ok
     real(dp), intent(out), optional :: force(3)
     real(dp), intent(out), optional :: peak    !! largest pressure [Pa]
-    integer, parameter :: coarse(2) = [5, 20], fine(2) = [10, 40]   ! elements over x > 0 and s
+    ! Elements over x > 0 and s, and the tolerance in the depth: for finding the pressed area,
+    ! for the energy, which errs by the square of that, and for the force.
+    integer, parameter :: for_area(2) = [5, 20], for_energy(2) = [8, 32], for_force(2) = [12, 48]
+    real(dp), parameter :: rough = 1e-2_dp, middling = 1e-3_dp, tight = 1e-7_dp
     real(dp) :: box(3)                         ! largest x, first and last s of the pressed area
     integer :: i
 
@@ -257,15 +260,21 @@ contains
     end do
     if (box(3) <= box(2)) return
     ! The pressed area is smaller; a coarse grid finds it.
-    call press(coarse(1), coarse(2))
-    if (ok .and. box(3) > box(2)) call press(fine(1), fine(2))
+    call press(for_area(1), for_area(2), rough)
+    if (.not. ok .or. box(3) <= box(2)) return
+    if (present(force) .or. present(peak)) then
+      call press(for_force(1), for_force(2), tight)
+    else
+      call press(for_energy(1), for_energy(2), middling)
+    end if
 
   contains
 
-    subroutine press(nx, ns)
+    subroutine press(nx, ns, tolerance)
       integer, intent(in) :: nx, ns
+      real(dp), intent(in) :: tolerance
       real(dp) :: a(nx*ns, nx*ns), depth(nx, ns), p(nx, ns), normal(2, nx, ns), point(2, nx, ns), &
-        flat(nx*ns), dx, ds, s, x, r(2), d1(2), d2(2), foot
+        flat(nx*ns), gap(nx*ns), dx, ds, s, x, r(2), d1(2), d2(2), foot
       integer :: j, k, interval, iterations
 
       dx = box(1)/nx
@@ -285,9 +294,9 @@ contains
       end do
       call set_influence(nx, ns, dx, ds, e_star, a)
       flat = 0
-      call solve_pressure(a, reshape(depth, [nx*ns]), flat, ok, iterations)
+      call solve_pressure(a, reshape(depth, [nx*ns]), tolerance, flat, gap, ok, iterations)
       p = reshape(flat, [nx, ns])
-      energy = sum(p*depth)*dx*ds
+      energy = sum(p*(depth + reshape(gap, [nx, ns])))*dx*ds
       if (present(peak)) peak = maxval(p)
       if (present(force)) force = 2*dx*ds*[sum(p*normal(1, :, :)), sum(p*normal(2, :, :)), &
         sum(p*(point(1, :, :)*normal(2, :, :) - point(2, :, :)*normal(1, :, :)))]

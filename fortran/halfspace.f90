@@ -60,16 +60,18 @@ contains
   end function primitive
 
   !> Pressures [Pa] for interpenetrations `depth` [m].  `p` is the first guess on
-  !> entry.  `ok` is false when the iteration does not reach the tolerance.
-  subroutine solve_pressure(a, depth, p, ok, iterations)
+  !> entry.  `ok` is false when the iteration does not reach the tolerance.  p.(depth + r)/2,
+  !> minus the minimum, has the error of p squared.
+  subroutine solve_pressure(a, depth, tolerance, p, r, ok, iterations)
     real(dp), intent(in) :: a(:, :)        !! of set_influence
     real(dp), intent(in) :: depth(:)
+    real(dp), intent(in) :: tolerance      !! of the depth under pressure, relative to its maximum
     real(dp), intent(inout) :: p(:)
+    real(dp), intent(out) :: r(:)          !! residual, depth - A p [m]
     logical, intent(out) :: ok
     integer, intent(out) :: iterations
-    real(dp), parameter :: tolerance = 1e-7_dp    ! of the depth, relative to its maximum
     integer, parameter :: most = 1000
-    real(dp), dimension(size(p)) :: r, t, q
+    real(dp), dimension(size(p)) :: t, q
     logical :: pressed(size(p))
     real(dp) :: g, g_old, tau, limit
     logical :: fresh
@@ -78,8 +80,14 @@ contains
     ok = limit <= 0
     iterations = 0
     if (ok) p = 0
+    if (ok) r = depth
     if (ok) return
-    if (all(p <= 0)) where (depth > 0) p = depth/a(1, 1)
+    if (all(p <= 0)) then
+      ! Hertz: the surfaces touch where they would overlap by more than half.
+      p = sqrt(max(2*depth - maxval(depth), 0.0_dp))
+      call displace(a, p, q)
+      p = p*dot_product(p, depth)/dot_product(p, q)
+    end if
     p = max(p, 0.0_dp)
     t = 0
     g_old = 1

@@ -54,7 +54,7 @@ contains
   pure logical function is_number(word)
     character(*), intent(in) :: word
     character(*), parameter :: digits = '0123456789'
-    integer :: mark, from, point
+    integer :: mark, from, point, exponent
 
     mark = scan(word, 'eEdD')
     if (mark == 0) mark = len(word) + 1
@@ -66,7 +66,11 @@ contains
     is_number = mark < len(word)
     if (.not. is_number) return
     from = mark + merge(2, 1, scan(word(mark + 1:mark + 1), '+-') == 1)
-    is_number = from <= len(word) .and. verify(word(from:), digits) == 0
+    is_number = from <= len(word) .and. len(word) < from + 4 .and. verify(word(from:), digits) == 0
+    if (.not. is_number) return
+    ! Beyond this a number could overflow, which may not even be tried where overflow traps.
+    read (word(from:), *) exponent
+    is_number = mark + exponent < 300
   end function is_number
 
   pure function str_real(x) result(word)

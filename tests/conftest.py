@@ -20,6 +20,10 @@ Columns = dict[str, np.ndarray]
 T = TypeVar("T")
 
 
+# The Python extension is the release build: another build of the executable rounds differently.
+same_build = pytest.mark.skipif(LDBENCH.name != "ldbench", reason="the executable is not the extension's build")
+
+
 def run_case(text: str, tmp_path: Path, cwd: Path = REPO) -> subprocess.CompletedProcess[str]:
     """Run ldbench on a namelist text, written to tmp_path/case.nml."""
     file = tmp_path / "case.nml"

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import ldbench
-from conftest import CASES, FORTRAN_TESTS, LDBENCH, PAIRS, REPO
+from conftest import CASES, FORTRAN_TESTS, LDBENCH, PAIRS, REPO, same_build
 from ldbench.__main__ import COMMANDS, main
 
 COARSE = {"n_lateral": 60, "n_roll": 9, "n_depth": 9, "table_file": ""}
@@ -150,6 +150,7 @@ def test_replace_refuses(change, words):
 
 # Runs
 
+@same_build
 @pytest.mark.parametrize("case", [
     to_flange("aw"), to_flange("sw"), to_flange("aw", model="hertz"), to_flange("sw", scheme="newmark", beta=0.0),
     coarse(5, "aw", t_end=0.6),
@@ -166,6 +167,7 @@ def without_times(summary: str) -> list[str]:
     return [line for line in summary.splitlines() if not line.startswith("processor time")]
 
 
+@same_build
 def test_executable_and_python_share_table_files(tmp_path):
     case = to_flange("aw").replace(table_file=tmp_path / "aw.table")
     reference, _ = executable(case, tmp_path)
@@ -542,6 +544,7 @@ def test_unreadable_columns_are_refused(content, columns, words, tmp_path):
 
 # The command line
 
+@same_build
 def test_run_command_writes_what_the_executable_writes(tmp_path, capsys):
     case = to_flange("aw", geometry_file=tmp_path / "geometry.txt", vY=0.9)
     reference, printed = executable(case, tmp_path)
