@@ -93,16 +93,18 @@ contains
 
   end subroutine watch
 
-  !> A flange's lowest point is above the rail head and past the gauge face.
+  !> A flange's lowest point is past the gauge face and above the rail head, or rolls on
+  !> it, elastically sunk into it.
   pure logical function derailed(q, flange_tip, gauge_face)
     real(dp), intent(in) :: q(3)            !! axle centre y, z [m], roll [rad]
     real(dp), intent(in) :: flange_tip(2)   !! of the left wheel, wheelset frame [m]
     real(dp), intent(in) :: gauge_face      !! Y of the left rail's gauge face [m]
+    real(dp), parameter :: sunk = 1e-3_dp   ! at 2 MN on the flange tip [m]; the gauge corner is lower
     real(dp) :: rise(2), reach(2)
 
     rise = q(2) + [1, -1]*flange_tip(1)*sin(q(3)) + flange_tip(2)*cos(q(3))
     reach = [1, -1]*(q(1) - flange_tip(2)*sin(q(3))) + flange_tip(1)*cos(q(3))
-    derailed = any(rise > 0 .and. reach > gauge_face)
+    derailed = any(rise > -sunk .and. reach > gauge_face)
   end function derailed
 
 end module events

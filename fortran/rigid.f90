@@ -39,7 +39,7 @@ contains
   end subroutine lower
 
   !> Roll angle and height at which the rigid wheelset stands on both rails with
-  !> stations first..last of both wheels.
+  !> stations first..last of both wheels; the least roll, where there are several.
   subroutine rigid_contact(pair, first, last, y, roll, z, station, ok)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last
@@ -47,23 +47,41 @@ contains
     real(dp), intent(out) :: roll, z       !! [rad, m]
     real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
     logical, intent(out) :: ok
+    real(dp), parameter :: stride = 1e-3_dp   ! two contacts that compete are further apart [rad]
+    real(dp), parameter :: largest = 0.2_dp   ! [rad]
     type(scan_type) :: work
-    real(dp) :: x(2), f(2), z_left, z_right, x_new
+    real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new
     integer :: iter
 
     work = new_scan(pair)
-    roll = 0
     z = 0
-    x = [0.0_dp, 1e-3_dp]
-    f(1) = difference(x(1))
-    do iter = 1, 50
-      if (.not. ok) return
-      f(2) = difference(x(2))
-      if (.not. ok) return
-      if (abs(f(2)) < 1e-13_dp .or. abs(f(2) - f(1)) <= 0) exit
-      x_new = x(2) - f(2)*(x(2) - x(1))/(f(2) - f(1))
-      x = [x(2), max(x(2) - 0.02_dp, min(x_new, x(2) + 0.02_dp))]
+    ! The side that would touch first is lifted until the other one does.
+    x = 0
+    roll = 0
+    f = difference(0.0_dp)
+    do while (ok .and. f(1)*f(2) > 0)
+      x(1) = x(2)
       f(1) = f(2)
+      x(2) = x(1) + sign(stride, f(1))
+      ok = abs(x(2)) < largest
+      if (ok) f(2) = difference(x(2))
+    end do
+    if (.not. ok) return
+    ! Regula falsi; halved (Illinois) or bisected where it creeps.
+    do iter = 1, 100
+      if (abs(f(2)) < 1e-13_dp .or. abs(x(2) - x(1)) < 1e-16_dp) exit
+      x_new = x(2) - f(2)*(x(2) - x(1))/(f(2) - f(1))
+      if (iter > 20) x_new = (x(1) + x(2))/2
+      f_new = difference(x_new)
+      if (.not. ok) return
+      if (f_new*f(2) < 0) then
+        x(1) = x(2)
+        f(1) = f(2)
+      else
+        f(1) = f(1)/2
+      end if
+      x(2) = x_new
+      f(2) = f_new
     end do
     roll = x(2)
     z = (z_left + z_right)/2

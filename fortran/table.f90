@@ -204,11 +204,13 @@ contains
     real(dp), intent(in) :: from, to
     class(monitor_type), intent(inout), optional :: watcher
     ! Extent of the fine part of the axes, and points.
-    real(dp), parameter :: fine_u(2) = [10e-3_dp, 0.6e-3_dp], fine_roll = 0.02_dp, fine_p = 0.1e-3_dp
-    integer, parameter :: n_u(2) = [24, 56], n_roll = 13, n_p = 28
+    real(dp), parameter :: fine_u(2) = [10e-3_dp, 1e-3_dp], fine_roll = 0.02_dp, fine_p = 0.1e-3_dp
+    integer, parameter :: n_u(2) = [24, 104], n_roll = 13, n_p = 28
     ! Outside these the pose presses the end of a zone into the rail, where another zone
     ! would have touched long before.
     real(dp), parameter :: bounds(2) = [0.6_dp, 2.5_dp]
+    ! Beyond these the correction stays what it is: the wheelset lies on its side, or beside the rail.
+    real(dp), parameter :: reach_roll = 0.3_dp, reach_u = 32e-3_dp
     real(dp), parameter :: far = 20e-3_dp   ! the zone's distance at which another one may still touch [m]
     real(dp), allocatable :: ratio(:, :, :), k(:)
     type(scan_type) :: work
@@ -235,12 +237,14 @@ contains
           if (watcher%stop) return
         end if
         roll = axis_point(t%roll, j)
+        if (abs(roll) > reach_roll) cycle
         call axis_basis(z%roll, roll, br)
         do n = 1, size(zones)
           call set_moduli(pair, zones(n), e_star, roll, k)
         end do
         do i = 1, t%u%n
           u = axis_point(t%u, i)
+          if (abs(u) > reach_u) cycle
           call axis_basis(z%u, u, bu)
           work%fresh = .true.
           ratio(:, j, i) = 1
@@ -266,8 +270,31 @@ contains
         end do
       end do
     end associate
+    do i = 1, n_p
+      call hold(t%u, reach_u, 2, ratio(i, :, :))
+      call hold(t%roll, reach_roll, 1, ratio(i, :, :))
+    end do
     call fit_3d(ratio, t%c)
   end subroutine build_correction
+
+  !> Continue values by the last one within `reach` along one dimension of a plane.
+  subroutine hold(axis, reach, along, plane)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: reach
+    integer, intent(in) :: along
+    real(dp), intent(inout) :: plane(:, :)
+    integer :: i, first, last
+    logical :: within(axis%n)
+
+    within = [(abs(axis_point(axis, i)) <= reach, i=1, axis%n)]
+    first = findloc(within, .true., 1)
+    last = findloc(within, .true., 1, back=.true.)
+    do i = 1, axis%n
+      if (within(i)) cycle
+      if (along == 1) plane(i, :) = plane(max(first, min(i, last)), :)
+      if (along == 2) plane(:, i) = plane(:, max(first, min(i, last)))
+    end do
+  end subroutine hold
 
   !> Lateral shift of the wheelset at which a zone is expected to touch: 0 for
   !> the tread; for a flange zone where it is as low as the running tread.

@@ -807,8 +807,8 @@ def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of al
         writer.append(PdfReader(part.file), import_outline=False)
         chapter = writer.add_outline_item(title=part.title, page_number=start)
         if len(part.pages) > 1:
-            for k, title in enumerate(part.pages):
-                writer.add_outline_item(title=title, page_number=start + k, parent=chapter)
+            for k, name in enumerate(part.pages):
+                writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
     writer.add_metadata({"/Title": title})
     writer.compress_identical_objects()
     scratch = target.with_suffix(".part")

@@ -1,0 +1,52 @@
+"""The short form of `make validate`: every section, every line inside its bar, a CSV and a PDF that are complete."""
+import csv
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+
+from conftest import FORTRAN_TESTS, REPO
+
+SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "integration", "sensitivity"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("validation")
+    done = subprocess.run([sys.executable, REPO/"tests/validation", "--short", "--out", folder], cwd=REPO,
+                          env={**os.environ, "LDBENCH_TESTS": str(FORTRAN_TESTS)}, capture_output=True, text=True)
+    assert done.returncode in (0, 1) and not done.stderr, done.stderr
+    (folder/"status").write_text(str(done.returncode))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def lines(folder: Path) -> list[dict[str, str]]:
+    with (folder/"validation.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_every_line_is_inside_its_bar(section: str, lines: list[dict[str, str]]):
+    mine = [line for line in lines if line["section"] == section]
+    assert mine
+    outside = [line for line in mine if line["verdict"] != "inside" or not float(line["deviation"]) <= float(line["bar"])]
+    assert not outside
+
+
+def test_status_says_the_same(folder: Path, lines: list[dict[str, str]]):
+    assert (folder/"status").read_text() == str(int(any(line["verdict"] != "inside" for line in lines)))
+
+
+def test_pdf(folder: Path):
+    """All sections have their bookmarks; all checks stand in the overview."""
+    pdf = PdfReader(folder/"ldbench_validation.pdf")
+    chapters = [item.title for item in pdf.outline if not isinstance(item, list)]
+    assert len(chapters) == 1 + len(SECTIONS)
+    text = " ".join(page.extract_text() for page in pdf.pages)
+    assert "OUTSIDE" not in text
+    assert all(section in text for section in SECTIONS)
+    assert text.count("inside") >= sum(1 for _ in (folder/"validation.csv").open()) - 1

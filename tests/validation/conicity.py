@@ -1,0 +1,410 @@
+"""Equivalent conicity: the core's functions of contact geometry against exact circles and EN 15302's definition.
+
+The core linearises harmonically: tan(gamma_e) = 1/(pi a) int_0^2pi (delta_r(a sin t)/2) sin t dt (Mauer; Knothe and
+Stichel, Rail Vehicle Dynamics, 2017). EN 15302 (Annex B) takes the cone of the same wavelength as the kinematic
+motion y'' = -delta_r(y)/(2 b r_0), 2 b being the distance of the contacts. Both agree to the first order in the
+non-linearity of delta_r.
+
+Two families have closed forms at any amplitude. Cone on round heads: with the heads' centres at +-e, R = e/sin(2 g) and
+d the height of the axle over the cones' common line through these centres,
+
+    y = R sin(2 roll) - d sin(roll),    delta_r = 2 e sin(roll),    tan(gamma_e) -> e/(2 R - d).
+
+Arc on arc, radius R_w of the wheel and R_r of the rail: the centres of curvature are the joints of a four-bar linkage
+with cranks of length D = R_w - R_r; e_w and h place the wheel's centre of curvature in the wheelset:
+
+    delta_r = R_w (cos(angle_R + roll) - cos(angle_L - roll)),
+    tan(gamma_e) -> R_w sin(g) (e_w - D sin g)/(D (e_w cos g + h sin g)),
+
+which is Wickens' R_w g/(R_w - R_r) (b + R_r g)/(b - r_0 g) for small contact angles g (Fundamentals of Rail
+Vehicle Dynamics, 2003).
+"""
+from __future__ import annotations
+
+import functools
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from checks import Check, Section, Table, limit, page, relative
+from ldbench import Case, ContactTable
+from ldbench.style import BLUE, DASHED, GREEN, GREY, RED, ldbench_style
+from quasistatic import PAIRS, arcs, pieces
+
+MM = 1e3
+RADIUS = 0.457              # at the contact of the centred wheelset [m]
+FLANGE = np.radians(70)
+THROAT = 38.0               # where the tread begins, from the wheel back [mm]
+DeltaR = Callable[[np.ndarray], np.ndarray]     # lateral displacements [m] to radius differences [m]
+
+
+# Test profiles ----------------------------------------------------------------------------
+
+def sample(shape: list[arcs.Piece], spacing: float) -> np.ndarray:
+    """Points of a chain of pieces, about `spacing` apart [mm]."""
+    points = [shape[0].p]
+    for piece in shape:
+        n = max(1, round(piece.length/spacing))
+        points += [piece.at(piece.length*i/n) for i in range(1, n + 1)]
+    return np.array(points)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A wheel with a straight (R_w infinite) or hollow tread on a rail with a round head."""
+
+    taper: float            # angle of the contact of the centred wheelset [rad]
+    R_w: float              # [m]
+    R_r: float              # [m]
+
+    def geometry(self, y: np.ndarray, spacing: float = arcs.STEP) -> pd.DataFrame:
+        """What the core finds from points `spacing` mm apart; the table is small: only the rigid geometry is read."""
+        with tempfile.TemporaryDirectory() as folder:
+            paths = [Path(folder)/f"{name}.yz" for name in ("wheel", "rail")]
+            for path, shape in zip(paths, (self.wheel(), self.rail()), strict=True):
+                np.savetxt(path, sample(shape, spacing), fmt="%.17g")
+            return ContactTable(Case.from_namelist("&case /").replace(
+                wheel_profile=str(paths[0]), rail_profile=str(paths[1]), lateral=0.02, table_roll=0.02, n_lateral=20,
+                n_roll=5, n_depth=5)).geometry(y)
+
+    def rail(self) -> list[arcs.Piece]:
+        edge = np.arcsin(0.024/self.R_r)
+        return arcs.rail([arcs.arc(12, np.pi/2, edge + self.taper),
+                          arcs.arc(MM*self.R_r, edge + self.taper, -edge + self.taper),
+                          arcs.arc(12, -edge + self.taper, -np.pi/2)])
+
+    def wheel(self) -> list[arcs.Piece]:
+        """Tip, flange of 70 degrees, throat and tread; a hollow tread has the angle `taper` over the rail's crown."""
+        if np.isinf(self.R_w):
+            tread = self.taper, arcs.line(self.taper, 90)
+        else:
+            tread = self.steepest, arcs.arc(MM*self.R_w, self.steepest, np.radians(-3))
+        flange = arcs.arc(-10, 0, FLANGE), arcs.line(FLANGE, 6/np.sin(FLANGE)), arcs.arc(18, FLANGE, tread[0])
+        low = THROAT - arcs.chain((0, 0), *flange)[-1].end[0]
+        return arcs.chain((0, 0), arcs.arc(-low, -np.pi/2, 0), *flange, tread[1])
+
+    @property
+    def steepest(self) -> float:
+        """Angle of the tread where it meets the throat [rad]."""
+        if np.isinf(self.R_w):
+            return self.taper
+        return np.arcsin(np.sin(self.taper) + (self.contact - (arcs.WHEEL_BACK + THROAT)/MM)/self.R_w)
+
+    @functools.cached_property
+    def head(self) -> float:
+        """Lateral position of the centre of the left rail's head [m]."""
+        crown = next(piece for piece in self.rail() if piece.R == MM*self.R_r)
+        return (arcs.GAUGE_POINT + crown.c[0])/MM
+
+    @property
+    def contact(self) -> float:
+        """Lateral position of the left contact of the centred wheelset [m]."""
+        return self.head - self.R_r*np.sin(self.taper)
+
+    def lateral(self, roll: np.ndarray) -> np.ndarray:
+        """Displacement at a roll angle [m]."""
+        if np.isinf(self.R_w):
+            return self.head/np.sin(2*self.taper)*np.sin(2*roll) - self.d*np.sin(roll)
+        mean, half = self.angles(roll)
+        return self.h*np.sin(roll) + (self.R_w - self.R_r)*np.cos(mean)*np.sin(half)
+
+    def angles(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and half the difference of the contact angles of the linkage."""
+        half = np.arctan2(self.e_w*np.sin(roll), self.e_w*np.cos(roll) - self.head)
+        return np.arcsin((self.e_w*np.cos(roll) - self.head)/(self.R_w - self.R_r)/np.cos(half)), half
+
+    def delta_r(self, y: np.ndarray) -> np.ndarray:
+        """Closed form of the difference of the rolling radii [m], the roll by bisection."""
+        low, high = np.zeros_like(y), np.full_like(y, 4e-3)
+        for _ in range(46):
+            middle = (low + high)/2
+            beyond = self.lateral(middle) > np.abs(y)
+            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        if np.isinf(self.R_w):
+            return np.copysign(2*self.head*np.sin(low), y)
+        mean, half = self.angles(low)
+        return np.copysign(self.R_w*(np.cos(mean - half + low) - np.cos(mean + half - low)), y)
+
+    @property
+    def d(self) -> float:
+        return RADIUS + self.head*np.tan(self.taper) + self.R_r*np.cos(self.taper)
+
+    @property
+    def e_w(self) -> float:
+        return self.contact + self.R_w*np.sin(self.taper)
+
+    @property
+    def h(self) -> float:
+        return -RADIUS - self.R_w*np.cos(self.taper)
+
+    @property
+    def small(self) -> float:
+        """Equivalent conicity for small amplitudes."""
+        if np.isinf(self.R_w):
+            return self.head/(2*self.head/np.sin(2*self.taper) - self.d)
+        D, s, c = self.R_w - self.R_r, np.sin(self.taper), np.cos(self.taper)
+        return self.R_w*s*(self.e_w - D*s)/(D*(self.e_w*c + self.h*s))
+
+
+SHAPES = {f"cone 1:{n} on heads of {MM*R_r:.0f} mm": Shape(np.arctan(1/n), np.inf, R_r)
+          for n, R_r in ((40, 0.254), (40, 0.08), (20, 0.08), (10, 0.08))} | {
+         f"arc of {MM*R_w:.0f} mm on heads of {MM*R_r:.0f} mm": Shape(np.arctan(1/40), R_w, R_r)
+         for R_w, R_r in ((0.5, 0.3), (0.4, 0.3), (0.36, 0.3))}
+AMPLITUDES = np.arange(1, 10)*1e-3      # [m]
+HOLLOW_AMPLITUDES = np.array([0.5, 1, 1.5, 2, 2.5, 3])*1e-3     # the contact stays on the arcs [m]
+
+# A cone is linear: no error but rounding. On arcs the core sees a spline through points 0.25 mm apart; an error of 1 um
+# in a radius of curvature changes 1/(R_w - R_r) by 2e-5 for 60 mm; some um are allowed for.
+CONE_BAR, ARC_BAR, FINE_BAR = 1e-7, 1e-4, 1e-5
+# Points rounded to 1e-6 mm, 0.25 mm apart, turn the tangent by 4e-6 rad; on a head of 254 mm the contact moves by 1 um,
+# the radius by 25 nm on each wheel: 7e-4 of delta_r at 1 mm. On the throat the angle is 0.9, the radius 20 times less.
+DELTA_R_BAR, SHIPPED_BAR = 5e-7, 1e-3
+# On the flange's straight face delta_r grows by 27 mm per mm of displacement. Where it meets an arc of 10 mm the spline
+# through points 0.25 mm apart is beside them by h^2/(80 R) = 80 nm: 2 um at either of the two ends and of the rail.
+FACE, FACE_BAR = np.radians(60), 1e-5
+# Beyond the flange contact delta_r jumps by J = 20 mm. The core's rule sees the jump to half a cell of 0.1 mm and
+# half a step of 2 pi/200 of the phase, 0.115 mm together: 2/(pi a) J (c/a) 0.115 mm/(a cos t) = 5 % at 1.1 c.
+FLANGE_BAR = 6e-2
+
+
+# Definitions ------------------------------------------------------------------------------
+
+def harmonic(delta_r: DeltaR, amplitude: float) -> float:
+    """Harmonic linearisation, by the midpoint rule."""
+    t = (np.arange(2000) + 0.5)*np.pi/2/2000
+    return float(np.mean(delta_r(amplitude*np.sin(t))*np.sin(t))/amplitude)
+
+
+def by_wavelength(delta_r: DeltaR, amplitude: float) -> float:
+    """EN 15302: from the wavelength of the kinematic motion, as an integral over its first quarter.
+
+    With y = a sin t the integrand of the quarter of the wavelength, dy/sqrt(2 (G(a) - G(y))), is smooth.
+    """
+    n = 4000
+    edges = amplitude*np.sin(np.linspace(0, np.pi/2, n + 1))
+    middle = amplitude*np.sin((np.arange(n) + 0.5)*np.pi/2/n)
+    f0, fm, f1 = delta_r(edges[:-1]), delta_r(middle), delta_r(edges[1:])
+    G = np.concatenate([[0], np.cumsum(np.diff(edges)*(f0 + f1)/2)])
+    G_middle = G[:-1] + (middle - edges[:-1])*(f0 + fm)/2
+    quarter = np.pi/2*np.mean(np.sqrt(amplitude**2 - middle**2)/np.sqrt(2*(G[-1] - G_middle)))
+    return (np.pi/2/quarter)**2/2
+
+
+def by_motion(delta_r: DeltaR, amplitude: float) -> float:
+    """EN 15302: from the motion itself, y'' = -delta_r(y), integrated to its first passage of the centre."""
+    def centre(_: float, state: np.ndarray) -> float:
+        return state[0]
+
+    centre.terminal = True
+    motion = solve_ivp(lambda _, state: (state[1], -delta_r(state[:1])[0]), (0, 100), (amplitude, 0.0), "DOP853",
+                       events=centre, rtol=1e-10, atol=1e-14)
+    return (np.pi/2/motion.t_events[0][0])**2/2
+
+
+# Shipped profiles ---------------------------------------------------------------------------
+
+def touching(pair: str, y: float) -> float:
+    """Radius difference [m] of the rigid wheelset from the exact arcs of a shipped pair, y >= 0 in m.
+
+    Beyond the flange contact it may stand in up to three ways; the one with the least roll is what it comes to from
+    the centre.
+    """
+    wheel, rail = pieces(pair)
+
+    def radii(roll: float) -> tuple[float, float, float]:
+        found = []
+        for side in (1, -1):
+            height, _, point = arcs.touch(wheel, rail, side*MM*y, side*roll)
+            offset = point - np.array([side*MM*y, height])
+            found.append((height, offset[0]*np.sin(side*roll) - offset[1]*np.cos(roll)))
+        (left, r_left), (right, r_right) = found
+        return left - right, r_left, r_right
+
+    # The lower two solutions are below 2.5 mrad and approach each other.
+    steps = np.concatenate([np.arange(0, 2.5e-3, 1e-4), np.arange(2.5e-3, 20e-3, 5e-4)])
+    beyond = next(k for k, phi in enumerate(steps) if k > 0 and radii(phi)[0] <= 0)
+    roll = brentq(lambda phi: radii(phi)[0], *steps[beyond - 1:beyond + 1], xtol=1e-15)
+    _, r_left, r_right = radii(roll)
+    return (r_left - r_right)/MM
+
+
+def tabulated(pair: str, last: float, spacing: float) -> DeltaR:
+    """Of the exact arcs, interpolated between points, odd in y."""
+    grid = np.arange(0, last + spacing, spacing)
+    values = np.array([touching(pair, y) for y in grid])
+    return lambda y: np.copysign(np.interp(np.abs(y), grid, values), y)
+
+
+def section(short: bool) -> Section:
+    checks, rows, curves, found = [], [], {}, {}
+    shapes = dict(list(SHAPES.items())[1::3]) if short else SHAPES
+    for name, shape in shapes.items():
+        found[name] = shape.geometry(amplitudes_of(shape))
+        checks += shape_checks(name, shape, found[name], short)
+        rows += shape_rows(name, shape, found[name])
+    for pair in PAIRS:
+        table = ContactTable(Case.exercise(1, pair))
+        reference = tabulated(pair, 1.2*table.clearance, 2e-4 if short else 2e-5)
+        y = np.linspace(0, 1.2*table.clearance, 61 if short else 241)[1:]
+        geometry = table.geometry(y)
+        curves[pair] = geometry, reference, table.clearance
+        checks += shipped_checks(pair, table, geometry, reference, short)
+    with ldbench_style():
+        figures = [shipped_figure(curves), shape_figure(shapes, found)]
+    return Section("Contact geometry and equivalent conicity", TEXT, checks, figures, [
+        Table("Equivalent conicity of test profiles", (
+            "profiles", "amplitude [mm]", "core", "closed form, harmonic", "closed form, EN 15302 by wavelength",
+            "small amplitudes, Wickens"), rows),
+        Table("Equivalent conicity of the shipped profiles", (
+            "pair", "amplitude [mm]", "core", "exact arcs, harmonic", "exact arcs, EN 15302 by wavelength"),
+            [(pair, f"{MM*a:.2f}", f"{conicity_at(geometry, a):.6f}", f"{harmonic(reference, a):.6f}",
+              f"{by_wavelength(reference, a):.6f}")
+             for pair, (geometry, reference, clearance) in curves.items()
+             for a in (1e-3, 5e-3, 9e-3, 1.05*clearance, 1.1*clearance, 1.15*clearance)])])
+
+
+TEXT = """
+Rolling radii and equivalent conicity of the rigid wheelset. Test profiles have closed forms at any amplitude: cones
+of 1:40, 1:20 and 1:10 on round rail heads, and hollow wheels on round heads, where the wheelset is a four-bar
+linkage. For the shipped profiles the reference is the rigid contact of their exact arcs and lines, found without
+splines or tables.
+
+A 1:40 cone does not have a conicity of 0.025: the wheelset rolls as it shifts, which moves the contacts on the round
+heads, so tan(gamma_e) = e/(2R - d) = 0.0256 (actual and simplified profiles). Wickens' formula says the same.
+
+The core linearises harmonically; EN 15302 takes the wavelength of the kinematic motion (Annex B). Up to the flange
+contact both agree to six digits, for delta_r is almost linear. Beyond it the definitions differ by 20 to 45 %: of a
+jump of delta_r near the turning point the wavelength sees less than the first harmonic. The core's rule, 200 phases
+and cells of 0.1 mm, resolves a jump to 0.1 mm, so its value is good to 1 % from a few tenths of a millimetre beyond
+the contact on, and wrong by up to 20 % nearer to it.
+
+On the actual profiles the rigid wheelset has two ways to stand from about 10.2 mm on, and only the steeper one beyond
+10.42 mm: there it jumps from the flange's throat, 68 degrees, onto the flange tip's side with 6 mrad of roll. Right
+behind this jump the core's secant rule misses the solution at some displacements.
+"""
+
+
+def conicity_at(geometry: pd.DataFrame, amplitude: float) -> float:
+    return float(np.interp(amplitude, geometry.Y, geometry.conicity))
+
+
+def amplitudes_of(shape: Shape) -> np.ndarray:
+    return AMPLITUDES if np.isinf(shape.R_w) else HOLLOW_AMPLITUDES
+
+
+def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame, short: bool) -> list[Check]:
+    straight, amplitudes = np.isinf(shape.R_w), amplitudes_of(shape)
+    bar = CONE_BAR if straight else ARC_BAR
+    expected = shape.delta_r(amplitudes)
+    last = amplitudes[-1]
+    wavelength = by_wavelength(shape.delta_r, last)
+    checks = [
+        limit(f"delta_r from {MM*amplitudes[0]:g} to {MM*last:g} mm, largest relative deviation, {name}",
+              np.abs(geometry.delta_r/expected - 1).max(), "closed form", bar),
+        relative(f"conicity at {MM*last:g} mm, {name}", geometry.conicity.iloc[-1], harmonic(shape.delta_r, last),
+                 "harmonic linearisation of the closed form", bar),
+        # Second order in the non-linearity, below 1e-3 of delta_r here.
+        relative(f"conicity at {MM*last:g} mm, {name}", geometry.conicity.iloc[-1], wavelength,
+                 "EN 15302: wavelength of the closed form", max(bar, 1e-6)),
+        # Of the first order in (amplitude/(R_w - R_r))^2.
+        relative(f"conicity at {MM*amplitudes[0]:g} mm, {name}", geometry.conicity.iloc[0], shape.small,
+                 "small amplitudes, Wickens", max(bar, 1e-6))]
+    if not straight:
+        fine = shape.geometry(amplitudes, arcs.STEP/2)
+        checks.append(limit(f"delta_r with points half as far apart, largest relative deviation, {name}",
+                            np.abs(fine.delta_r/expected - 1).max(), "closed form", FINE_BAR))
+    if not short:
+        checks.append(relative(f"reference only: conicity at {MM*last:g} mm by the wavelength integral, {name}",
+                               wavelength, by_motion(shape.delta_r, last), "EN 15302: motion integrated (DOP853)",
+                               1e-6))
+    return checks
+
+
+def shape_rows(name: str, shape: Shape, geometry: pd.DataFrame) -> list[tuple[str, ...]]:
+    return [(name, f"{MM*a:g}", f"{found:.8f}", f"{harmonic(shape.delta_r, a):.8f}",
+             f"{by_wavelength(shape.delta_r, a):.8f}", f"{shape.small:.8f}")
+            for a, found in zip(amplitudes_of(shape)[[0, -1]], geometry.conicity.iloc[[0, -1]], strict=True)]
+
+
+def shipped_checks(pair: str, table: ContactTable, geometry: pd.DataFrame, reference: DeltaR,
+                   short: bool) -> list[Check]:
+    clearance = table.clearance
+    # At the clearance itself either contact is right.
+    geometry = geometry[np.abs(geometry.Y - clearance) > 1e-6]
+    error = 1e6*np.abs(geometry.delta_r - np.array([touching(pair, y) for y in geometry.Y]))
+    on_face = geometry.angle_L > FACE
+    missing = table.geometry(np.linspace(1, 1.05, 51 if short else 501)*clearance).delta_r.isna()
+    checks = [limit(f"displacements of {len(missing)} from the clearance to 1.05 times it without a contact, {pair}",
+                    missing.sum(), "the rigid wheelset stands on both rails", 0.0),
+              limit(f"delta_r up to 1.2 times the clearance, contact angle below 60°, largest deviation [um], {pair}",
+                    error[~on_face].max(), "rigid contact of the exact arcs", 1e6*DELTA_R_BAR)]
+    if on_face.any():
+        checks.append(limit(f"delta_r on the face of the flange, above 60°, largest deviation [um], {pair}",
+                            error[on_face].max(), "rigid contact of the exact arcs", 1e6*FACE_BAR))
+    for a in (3e-3, 6e-3, 9e-3):
+        found = conicity_at(geometry, a)
+        checks += [relative(f"conicity at {MM*a:.0f} mm, {pair}", found, harmonic(reference, a),
+                            "exact arcs, harmonic linearisation", SHIPPED_BAR),
+                   relative(f"conicity at {MM*a:.0f} mm, {pair}", found, by_wavelength(reference, a),
+                            "exact arcs, EN 15302 by wavelength", SHIPPED_BAR)]
+    if not short:
+        a = 1.1*clearance
+        checks.append(relative(f"conicity at 1.1 times the clearance, {pair}", conicity_at(geometry, a),
+                               harmonic(reference, a), "exact arcs, harmonic linearisation", FLANGE_BAR))
+    return checks
+
+
+def shipped_figure(curves: dict[str, tuple[pd.DataFrame, DeltaR, float]]) -> Figure:
+    figure = page("Contact geometry of the shipped profiles",
+                  "Lines: core. Dots: rigid contact of the exact arcs; harmonic linearisation and EN 15302 "
+                  "(wavelength) of it. Dotted: clearance.")
+    axes = figure.subplots(2, 3)
+    for row, (pair, (geometry, reference, clearance)) in zip(axes, curves.items(), strict=True):
+        y = geometry.Y.to_numpy()
+        dots = y[7::8]
+        whole, tread, conicity = row
+        for ax in (whole, tread):
+            ax.plot(MM*y, MM*geometry.delta_r, color=BLUE, label="core")
+            ax.plot(MM*dots, MM*reference(dots), ".", color=RED, markersize=4, label="exact arcs")
+            ax.set(xlabel="Y [mm]", ylabel="Δr [mm]", title=f"{PAIRS[pair]}: rolling radii")
+        on_tread = geometry.delta_r[y < clearance].max()
+        tread.set(xlim=(0, MM*clearance*1.02), ylim=(0, MM*1.1*on_tread), title="the same, treads only")
+        conicity.plot(MM*y, geometry.conicity, color=BLUE, label="core")
+        conicity.plot(MM*dots, [harmonic(reference, a) for a in dots], ".", color=RED, markersize=4, label="harmonic")
+        conicity.plot(MM*dots, [by_wavelength(reference, a) for a in dots], "+", color=GREY, markersize=5,
+                      label="EN 15302, wavelength")
+        conicity.set(xlabel="amplitude [mm]", ylabel="equivalent conicity", yscale="log", title="equivalent conicity")
+        conicity.set_ylim(0.015, 1)
+        conicity.set_yticks([0.02, 0.05, 0.1, 0.2, 0.5, 1], labels=["0.02", "0.05", "0.1", "0.2", "0.5", "1"])
+        for ax in row:
+            ax.axvline(MM*clearance, color=GREY, linestyle=":", linewidth=0.8)
+            ax.legend(loc="upper left")
+    return figure
+
+
+def shape_figure(shapes: dict[str, Shape], found: dict[str, pd.DataFrame]) -> Figure:
+    figure = page("Equivalent conicity of test profiles",
+                  "Ratio of the closed forms to the value for small amplitudes. Solid: harmonic linearisation; dashed: "
+                  "EN 15302, wavelength; dots: core.")
+    for ax, straight in zip(figure.subplots(1, 2), (True, False), strict=True):
+        for k, (name, shape) in enumerate((n, s) for n, s in shapes.items() if np.isinf(s.R_w) == straight):
+            amplitudes = amplitudes_of(shape)
+            dense = np.linspace(amplitudes[0], amplitudes[-1], 7)
+            colour = (BLUE, RED, GREY, GREEN)[k]
+            ax.plot(MM*dense, [1e6*(harmonic(shape.delta_r, a)/shape.small - 1) for a in dense], color=colour,
+                    label=f"{name}: {shape.small:.6f}")
+            ax.plot(MM*dense, [1e6*(by_wavelength(shape.delta_r, a)/shape.small - 1) for a in dense], color=colour,
+                    linestyle=DASHED)
+            ax.plot(MM*amplitudes, 1e6*(found[name].conicity/shape.small - 1), "o", color=colour, markersize=4)
+        ax.set(xlabel="amplitude [mm]", ylabel="deviation from the value for small amplitudes [1e-6]",
+               title="cones" if straight else "hollow treads")
+        ax.margins(x=0.03)
+        ax.legend(loc="upper left")
+    return figure

@@ -1,0 +1,286 @@
+"""Small oscillations of the wheelset at rest: bounce, roll and the lateral pendulum.
+
+The centred wheelset stands with two lines (the treads, at the angle g) on two circles (the rail heads, radius rho). In
+the wheelset's frame the penetration of the left head, its centre being p = (p_y, p_z) from the axle centre, is
+
+    delta = d0 - p_y sin(g + roll) + p_z cos(g + roll),
+
+exactly and at any displacement. With Hertz's force N(delta) the tangent stiffness of a wheel is
+
+    N' grad(delta) grad(delta)^T + N hess(delta):
+
+the contact springs and the geometric (gravity) stiffness. For N' to infinity the lateral mode becomes the
+pendulum of the rigid wheelset, omega^2 = W (4R - d)/(M (2R - d)^2 + I_x); the gap closes as N/N' does, with
+the approach.
+"""
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipkm1
+
+import ldbench
+from checks import Check, Section, Table, absolute, limit, page, relative
+from ldbench import Case, ContactTable
+from ldbench.style import BLACK, BLUE, DASHED, GREEN, GREY, RED, ldbench_style
+from quasistatic import PAIRS, SHAPES, arcs
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from probes import MASS, ROLL_INERTIA, ROLLING_RADIUS, TAPER, WEIGHT, Pendulum    # noqa: E402
+
+MODES = "lateral", "bounce", "roll"         # in the order of their frequencies
+M = np.diag([MASS, MASS, ROLL_INERTIA])
+YOUNG, POISSON = 2.1e11, 0.28
+E_STAR = YOUNG/(2*(1 - POISSON**2))
+SCALES = 1, 3, 10, 30, 100, 300             # of the elastic modulus
+SHORT_SCALES = 1, 30
+
+
+def hertz_constant(A: float, B: float, e_star: float) -> float:
+    """C of N = C delta^1.5 for the gap A x^2 + B y^2, A > B (Johnson, Contact Mechanics, section 4.2)."""
+    def integrals(k: float) -> tuple[float, float]:
+        K, E = ellipkm1(k*k), ellipe(1 - k*k)
+        return K, (K - E)/(1 - k*k)
+
+    def ratio(k: float) -> float:
+        K, D = integrals(k)
+        return (K - D)/(k*k*D) - A/B
+
+    K, D = integrals(brentq(ratio, 1e-3, 1 - 1e-9, xtol=1e-15))
+    return np.pi*e_star/1.5*np.sqrt(D/B/K**3)
+
+
+def closed_form(pendulum: Pendulum, scale: float) -> tuple[np.ndarray, float]:
+    """Tangent stiffness (y, z, roll) of the wheelset at rest, and the approach [m]."""
+    s, c = np.sin(TAPER), np.cos(TAPER)
+    radii = sorted((c/(2*ROLLING_RADIUS), 1/(2*pendulum.rho)), reverse=True)
+    C = hertz_constant(*radii, scale*E_STAR)
+    N = WEIGHT/(2*c)
+    approach = (N/C)**(2/3)
+    p_y, p_z = pendulum.centre[0], -ROLLING_RADIUS - pendulum.rho*c + approach/c
+    gradient = np.array([s, -c, -p_y*c - p_z*s])
+    hessian = np.array([[0, 0, c], [0, 0, s], [c, s, p_y*s - p_z*c]])
+    left = 1.5*N/approach*np.outer(gradient, gradient) + N*hessian
+    mirror = np.diag([-1, 1, -1])
+    return left + mirror @ left @ mirror, approach
+
+
+def frequencies(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """[Hz], ascending, and the modes in columns, of unit modal mass."""
+    squares, modes = eigh(K, M)
+    return np.sqrt(squares)/(2*np.pi), modes
+
+
+def differenced(table: ContactTable) -> np.ndarray:
+    """Tangent from forces at steps of 1 and 2 um (fourth order)."""
+    q = np.array([0.0, table.equilibrium, 0.0])
+    columns = []
+    for i, length in enumerate((1.0, 1.0, 1/0.75)):
+        h = np.zeros(3)
+        h[i] = 1e-6*length
+        slope = [(table.force(*(q - n*h)) - table.force(*(q + n*h)))/(2*n*h[i]) for n in (1, 2)]
+        columns.append((4*slope[0] - slope[1])/3)
+    K = np.array(columns)
+    return (K + K.T)/2
+
+
+def free_oscillation(table: ContactTable, mode: np.ndarray, frequency: float, periods: int) -> float:
+    """Frequency of a run that starts in a mode with an amplitude of AMPLITUDE at the contacts [Hz]."""
+    q = mode*AMPLITUDE/np.abs(mode*[1, 1, 0.75]).max()
+    interval = 2e-3/frequency
+    steps = int(np.ceil(interval/1e-4)) if frequency < 1 else 4
+    case = table.case.replace(vY=0.0, roll_rate=0.0, Y=q[0], Z=q[1], initial_roll=q[2], scheme="newmark", order=4,
+                              dt=interval/steps, interval=interval, t_end=(periods + 0.5)/frequency, stop_at="t_end",
+                              tolerance=1e-15)
+    c = ldbench.run(case, table=table).columns
+    t, x = c["time"].to_numpy(), c[["Y", "Z", "roll"]].to_numpy() @ M @ mode
+    up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+    crossing = t[up] - x[up]*(t[up + 1] - t[up])/(x[up + 1] - x[up])
+    return (len(crossing) - 1)/(crossing[-1] - crossing[0])
+
+
+def stiff_table(case: Case, scale: float) -> ContactTable:
+    """A small table about the position at rest; its depth goes with the approach."""
+    return ContactTable(case.replace(stiffness_scale=scale, depth=1e-3*scale**(-2/3), lateral=0.02, table_roll=0.01,
+                                     n_lateral=160, n_roll=33, n_depth=21, table_file=""))
+
+
+def exact_case(pair: str, folder: Path) -> Case:
+    """A case with the points of the profiles' arcs as they are, not rounded to 1e-6 mm."""
+    make_rail, make_wheel, clearance = SHAPES[pair]
+    rail = make_rail()
+    wheel = make_wheel(arcs.solve_throat(make_wheel, rail, clearance))
+    for name, pieces in ("wheel", wheel), ("rail", rail):
+        np.savetxt(folder/f"{name}.yz", arcs.sample(pieces), fmt="%.17g")
+    return Case.exercise(1, pair).replace(wheel_profile=str(folder/"wheel.yz"), rail_profile=str(folder/"rail.yz"))
+
+
+# Hardening: a Hertz spring at approach d has its frequency lowered by (A/d)^2/24 by an amplitude A: 1.7e-7 at 0.2 um.
+AMPLITUDE, FREE_BAR = 0.2e-6, 1e-6      # [m]
+# The lateral stiffness of 12 kN/m is what is left of 1e9 N/m, whose differences carry a rounding of 0.5 N/m.
+DIFFERENCE_BARS = 1e-4, 1e-6, 1e-6
+# Points rounded to 1e-6 mm leave a noise of 5e-6 1/m in the curvature over a patch of 14 mm, which changes the lateral
+# stiffness by 1e-4: three times its half for the lateral mode. Hertz's paraboloid against the circle: (7/254)^2/2.
+SHIPPED_BARS = 3e-4, 4e-4, 4e-4
+EXACT_BARS = 3e-5, 4e-4, 4e-4           # the table's second derivatives in roll: 1e-5
+SLOPE_BARS = 0.02, 2e-3                 # 5e-7 of interpolation in a gap of 2e-5, over five powers of e
+
+
+def section(short: bool) -> Section:
+    checks, rows, sweeps, shapes = [], [], {}, {}
+    for pair in PAIRS:
+        table, pendulum = ContactTable(Case.exercise(1, pair)), Pendulum.of(pair)
+        K = table.tangent(0.0, table.equilibrium, 0.0)
+        f, shapes[pair] = frequencies(K)
+        hertz, approach = closed_form(pendulum, 1.0)
+        by_difference, by_formula = frequencies(differenced(table))[0], frequencies(hertz)[0]
+        checks.append(relative(f"approach at rest [mm], {pair}", 1e3*(table.rigid_height - table.equilibrium),
+                               1e3*approach, "Hertz on the crown", 1e-3))
+        for i, name in enumerate(MODES):
+            periods = (2 if short else 4) if i == 0 else (10 if short else 50)
+            run = free_oscillation(table, shapes[pair][:, i], f[i], periods)
+            rows.append((pair, name, *(f"{x:.6f}" for x in (table.frequencies[i], f[i], by_difference[i], run,
+                                                           by_formula[i])),
+                         f"{pendulum.omega/(2*np.pi):.6f}" if i == 0 else ""))
+            checks += [
+                relative(f"{name} frequency of the core [Hz], {pair}", table.frequencies[i], f[i],
+                         "scipy.linalg.eigh of the tangent", 1e-9),
+                relative(f"{name} frequency of the tangent [Hz], {pair}", f[i], by_difference[i],
+                         "differences of the forces", DIFFERENCE_BARS[i]),
+                relative(f"{name} frequency of a run [Hz], {pair}", run, f[i], "tangent", FREE_BAR),
+                relative(f"{name} frequency [Hz], {pair}", f[i], by_formula[i],
+                         "closed form: Hertz springs on lines and circles", SHIPPED_BARS[i])]
+        with tempfile.TemporaryDirectory() as folder:
+            exact = exact_case(pair, Path(folder))
+            scales = SHORT_SCALES if short else SCALES
+            sweeps[pair] = np.array([stiff_table(exact, scale).frequencies for scale in scales])
+        checks += sweep_checks(pair, pendulum, sweeps[pair])
+    with ldbench_style():
+        figures = [mode_figure(shapes, rows), sweep_figure(sweeps)]
+    return Section("Small oscillations at rest", TEXT, checks, figures, [
+        Table("Frequencies [Hz]", ("pair", "mode", "core", "tangent, scipy", "differences of forces", "run",
+                                   "closed form, Hertz", "rigid pendulum"), rows), sweep_table(sweeps)])
+
+
+TEXT = """
+The three eigenfrequencies of the wheelset at rest, found in six ways: by the core; by scipy from the tangent
+stiffness; from differences of the forces; from the zero crossings of runs that start in a mode with 0.2 micrometres;
+from the closed form of two lines (the treads) on two circles (the rail heads) with Hertz's force; and, for the
+lateral mode, from the closed form of the rigid wheelset, which is a pendulum.
+
+The lateral mode (0.44 Hz, period 2.2 s) is a swing on the geometry: gravity stiffness of 12 kN/m against the
+contacts' 1e9 N/m; the wheelset shifts and rolls as its treads demand. Bounce (208 Hz) and roll (239 Hz) are
+oscillations on the two contact springs.
+
+The elastic wheelset is softer than the rigid one, by 0.09 % in the lateral frequency. The gap must close as the
+contacts are made stiffer, with the approach, which goes with scale^(-2/3). It does, and it agrees at every scale with
+the closed form. That takes profiles whose points are not rounded: with points written to 1e-6 mm the curvature under
+a patch of a few millimetres is uncertain by up to 1e-3 1/m, and the lateral frequency at 100 times the stiffness is
+wrong by up to 0.5 %. At the stiffness of steel the patch is 14 mm long and the same rounding matters by 2e-4 at most.
+"""
+
+
+def sweep_checks(pair: str, pendulum: Pendulum, found: np.ndarray) -> list[Check]:
+    scales = scales_of(found)
+    rigid = pendulum.omega/(2*np.pi)
+    formula = np.array([frequencies(closed_form(pendulum, s)[0])[0] for s in scales])
+    gap = 1 - found[:, 0]/rigid
+    checks = [limit(f"{name} frequency against the closed form, stiffness times {min(scales)} to {max(scales)}, "
+                    f"largest deviation, {pair}", np.abs(found[:, i]/formula[:, i] - 1).max(),
+                    "Hertz springs on lines and circles, points not rounded", EXACT_BARS[i])
+              for i, name in enumerate(MODES)]
+    return [*checks,
+            absolute(f"gap of the lateral frequency to the rigid pendulum: power of the stiffness, {pair}",
+                     slope(scales, gap), -2/3, "gap goes with the approach", SLOPE_BARS[0]),
+            absolute(f"bounce frequency: power of the stiffness, {pair}", slope(scales, found[:, 1]), 1/3,
+                     "Hertz: stiffness at a given load with scale^(2/3)", SLOPE_BARS[1])]
+
+
+def scales_of(found: np.ndarray) -> np.ndarray:
+    return np.array(SCALES if len(found) == len(SCALES) else SHORT_SCALES, float)
+
+
+def slope(x: np.ndarray, y: np.ndarray) -> float:
+    """Power of x in y."""
+    return float(np.polyfit(np.log(x), np.log(np.abs(y)), 1)[0])
+
+
+def sweep_table(sweeps: dict[str, np.ndarray]) -> Table:
+    rows = []
+    for pair, found in sweeps.items():
+        pendulum = Pendulum.of(pair)
+        rigid = pendulum.omega/(2*np.pi)
+        for scale, ours in zip(scales_of(found), found, strict=True):
+            K, approach = closed_form(pendulum, scale)
+            formula = frequencies(K)[0]
+            rows.append((pair, f"{scale:g}", f"{1e6*approach:.3f}", f"{1 - ours[0]/rigid:.3e}",
+                         f"{1 - formula[0]/rigid:.3e}",
+                         *(f"{a/b - 1:.1e}" for a, b in zip(ours, formula, strict=True))))
+    return Table("Towards the rigid wheelset", (
+        "pair", "stiffness times", "approach [um]", "gap of the lateral frequency", "the same, closed form",
+        "lateral to closed form", "bounce to closed form", "roll to closed form"), rows)
+
+
+def mode_figure(shapes: dict[str, np.ndarray], rows: list[tuple[str, ...]]) -> Figure:
+    figure = page("Modes of the wheelset at rest",
+                  "Grey: at rest; coloured: displaced, greatly exaggerated; dot: axle centre; cross: instantaneous "
+                  "centre of roll; that of the lateral mode is 30 m above. Wheels are drawn as bars of 0.457 m.")
+    axes = figure.subplots(len(shapes), 3)
+    for row, (pair, modes) in zip(axes, shapes.items(), strict=True):
+        pendulum = Pendulum.of(pair)
+        half = pendulum.centre[0]
+        for i, (ax, name) in enumerate(zip(row, MODES, strict=True)):
+            mode = modes[:, i]*np.sign(modes[np.abs(modes[:, i]*[1, 1, 0.75]).argmax(), i])
+            y, z, roll = mode*0.1/np.abs(mode*[1, 1, 0.75]).max()
+            for q, colour in (((0, 0, 0), "#BFBFBF"), ((y, z, roll), (BLUE, GREEN, RED)[i])):
+                c, s = np.cos(q[2]), np.sin(q[2])
+                for outline in ([(-half, 0), (half, 0)], *([(side*half, 0.08), (side*half, -ROLLING_RADIUS)]
+                                                          for side in (1, -1))):
+                    points = np.array(outline) @ np.array([[c, s], [-s, c]]) + [q[0], q[1] + ROLLING_RADIUS]
+                    ax.plot(*points.T, color=colour, linewidth=2.5, solid_capstyle="butt")
+                ax.plot(q[0], q[1] + ROLLING_RADIUS, "o", color=colour, markersize=4)
+            if abs(mode[2]) > abs(mode[0]) and i != 1:
+                ax.plot(0, ROLLING_RADIUS + mode[0]/mode[2], "x", color=BLACK, markersize=5)
+            ratio = f", roll/Y = {mode[2]/mode[0]:.5f} rad/m" if i == 0 else ""
+            frequency = next(row[3] for row in rows if row[:2] == (pair, name))
+            ax.set(title=f"{pair}: {name}, {float(frequency):.4g} Hz{ratio}", xlim=(1, -1), ylim=(-0.15, 0.75))
+            ax.set_aspect("equal")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("z [m]")
+    for ax in axes[-1]:
+        ax.set_xlabel("y [m]")
+    return figure
+
+
+def sweep_figure(sweeps: dict[str, np.ndarray]) -> Figure:
+    figure = page("Towards the rigid wheelset",
+                  "Modulus of elasticity scaled up. Left: by how much the elastic wheelset's lateral frequency is "
+                  "below the rigid pendulum's. Right: contact frequencies. Lines: closed form with Hertz springs.")
+    left, right = figure.subplots(1, 2)
+    dense = np.geomspace(1, SCALES[-1], 60)
+    for (pair, found), dashes, marker in zip(sweeps.items(), ("-", DASHED), "os", strict=True):
+        pendulum = Pendulum.of(pair)
+        rigid = pendulum.omega/(2*np.pi)
+        formula = np.array([frequencies(closed_form(pendulum, s)[0])[0] for s in dense])
+        scales = scales_of(found)
+        for ax, ours, theirs, colour, name in ((left, 1 - found[:, 0]/rigid, 1 - formula[:, 0]/rigid, BLUE, "lateral"),
+                                               (right, found[:, 1], formula[:, 1], GREEN, "bounce"),
+                                               (right, found[:, 2], formula[:, 2], RED, "roll")):
+            ax.plot(dense, theirs, color=colour, linestyle=dashes)
+            ax.plot(scales, ours, marker, color=colour, markersize=5,
+                    markerfacecolor="none" if marker == "s" else colour, label=f"{name}, {PAIRS[pair]}")
+    left.plot(dense, 5e-4*dense**(-2/3), color=GREY, linestyle=":", label="slope -2/3")
+    right.plot(dense, 150*dense**(1/3), color=GREY, linestyle=":", label="slope 1/3")
+    left.set_ylabel("1 - f/f rigid")
+    right.set_ylabel("frequency [Hz]")
+    for ax in (left, right):
+        ax.set(xscale="log", yscale="log", xlabel="stiffness scale")
+        ax.margins(x=0.05)
+        ax.legend()
+    return figure

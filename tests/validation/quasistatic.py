@@ -1,0 +1,497 @@
+"""Quasi-static exercise 5: the equilibria under a lateral force that grows without end, stable or not.
+
+Equilibria of the wheelset under the lateral force F at its centre of gravity are the points where
+force(q) + (F, -W, 0) = 0. They form a curve in (q, F), followed by pseudo-arclength continuation
+(Keller 1977; Seydel, Practical Bifurcation and Stability Analysis, 2010), which passes the limit point.
+
+The rigid wheelset overturns when the right wheel carries nothing more: then gravity, the lateral force and the
+force of the left rail meet in one point, the centre of gravity, and F = W b/h with b and h the lateral
+and vertical distance of the left contact from it. Without friction the force of the rail is normal to both
+surfaces, so b/h = tan(contact angle): the wheelset stands on that point of its flange whose normal passes
+through the centre of gravity.
+"""
+from __future__ import annotations
+
+import functools
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from scipy.optimize import brentq, fsolve
+
+import ldbench
+from checks import Check, Section, Table, limit, page, relative
+from ldbench import Case, ContactTable
+from ldbench.style import BLACK, BLUE, CONTACT_LINES, DASHED, GREEN, GREY, ORANGE, RED, ldbench_style
+
+sys.path.append(str(Path(__file__).resolve().parents[2]/"profiles"))
+import make_profiles as arcs    # noqa: E402  the exact pieces of the shipped profiles
+
+PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
+MM, KN, DEG = 1e3, 1e-3, 180/np.pi
+SCALE = np.array([1.0, 1.0, 1/0.75])    # q per length: roll times half the distance of the contacts [m]
+LENGTH = 1e-3                           # F/W counts as so much arc length [m]
+FACE = {"aw": 75.0, "sw": 70.0}         # largest flange angle [deg]
+LAST_Y = 55e-3                          # the table ends at 60 mm [m]
+# Rail, wheel and clearance [mm] of the shipped profiles.
+SHAPES = {"aw": (arcs.arprof, arcs.awprof, 10.18), "sw": (arcs.srprof, arcs.swprof, 16.94)}
+
+
+@dataclass
+class Curve:
+    """Equilibria in the order of arc length."""
+
+    table: ContactTable
+    x: np.ndarray           # (n, 4): y, z, 0.75 m roll, LENGTH F/W [m]
+    tangent: np.ndarray     # (n, 4) of the curve, unit length
+    last_stable: int        # row before the limit point
+    limit: np.ndarray       # x there
+
+    @property
+    def q(self) -> np.ndarray:
+        return self.x[:, :3]*SCALE
+
+    @property
+    def F(self) -> np.ndarray:
+        return self.x[:, 3]*self.table.weight/LENGTH
+
+    @property
+    def F_limit(self) -> float:
+        return self.limit[3]*self.table.weight/LENGTH
+
+    def potential(self) -> np.ndarray:
+        """Of contact and weight [J]."""
+        return self.table.potential(*self.q.T) + self.table.weight*self.q[:, 1]
+
+
+def residual(table: ContactTable, x: np.ndarray) -> np.ndarray:
+    """Unbalanced force over the weight."""
+    load = np.array([x[3]*table.weight/LENGTH, -table.weight, 0.0])
+    return (table.force(*(x[:3]*SCALE)) + load)*SCALE/table.weight
+
+
+def stiffness(table: ContactTable, x: np.ndarray) -> np.ndarray:
+    """Tangent over lengths [N/m]."""
+    return table.tangent(*(x[..., :3]*SCALE).T)*np.outer(SCALE, SCALE)
+
+
+def jacobian(table: ContactTable, x: np.ndarray) -> np.ndarray:
+    return np.column_stack([-stiffness(table, x)/table.weight, [1/LENGTH, 0, 0]])
+
+
+def direction(table: ContactTable, x: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Unit tangent of the curve, onwards."""
+    t = np.linalg.svd(jacobian(table, x))[2][-1]
+    return np.copysign(1.0, t @ before)*t
+
+
+def advance(table: ContactTable, x: np.ndarray, t: np.ndarray, step: float) -> tuple[np.ndarray, int]:
+    """The equilibrium at an arc length `step` from x, and the Newton iterations; 99 where they fail."""
+    y = x + step*t
+    for iteration in range(1, 11):
+        error = np.append(residual(table, y), t @ (y - x) - step)
+        move = np.linalg.solve(np.vstack([jacobian(table, y), t]), error)
+        y = y - move
+        if np.abs(move).max() < 1e-13:
+            return y, iteration
+        if np.linalg.norm(y - x) > 2*abs(step):
+            break
+    return y, 99
+
+
+def follow(table: ContactTable, largest: float) -> Curve:
+    """The equilibria from the centred wheelset at rest up to LAST_Y.
+
+    Steps are at most `largest` [m] up to the limit point, where contacts close and open, ten times that beyond.
+    """
+    x, t = np.array([0.0, table.equilibrium, 0.0, 0.0]), np.array([1.0, 0, 0, 0])
+    t = direction(table, x, t)
+    xs, ts, step = [x], [t], 1e-5
+    while x[0] < LAST_Y:
+        new, iterations = advance(table, x, t, step)
+        turn = direction(table, new, t) if iterations < 99 else -t
+        # The path turns sharply where a wheel takes or loses its load.
+        if turn @ t < 0.98:
+            step /= 2
+            if step < 1e-9:
+                raise ArithmeticError(f"no continuation beyond y = {x[0]} m, F = {x[3]*table.weight/LENGTH} N")
+            continue
+        x, t = new, turn
+        xs.append(x)
+        ts.append(t)
+        step = min(largest if t[3] > 0 else 10*largest, 1.5*step)
+    xs, ts = np.array(xs), np.array(ts)
+    k = int(np.argmax(ts[:, 3] < 0)) - 1
+    share = brentq(lambda s: direction(table, advance(table, xs[k], ts[k], s)[0], ts[k])[3],
+                   1e-3*(s := ts[k] @ (xs[k + 1] - xs[k])), s, xtol=1e-16)
+    return Curve(table, xs, ts, k, advance(table, xs[k], ts[k], share)[0])
+
+
+def work(curve: Curve, rows: slice) -> float:
+    """Integral of F dY by the trapezoidal rule with end corrections [J]."""
+    y, F = curve.x[rows, 0], curve.F[rows]
+    slope = curve.tangent[rows, 3]/curve.tangent[rows, 0]*curve.table.weight/LENGTH
+    h = np.diff(y)
+    return float(np.sum(h*(F[1:] + F[:-1])/2 - h**2*np.diff(slope)/12))
+
+
+@dataclass
+class Overturning:
+    """The rigid wheelset about to overturn about its left flange."""
+
+    F: float            # lateral force [N]
+    angle: float        # of the contact [rad]
+    b: float            # distances of the contact from the centre of gravity [m]
+    h: float
+    y: float            # lateral displacement [m]
+    roll: float
+
+
+@functools.cache
+def pieces(pair: str) -> tuple[list[arcs.Piece], list[arcs.Piece]]:
+    """Left wheel, from the axle centre, and left rail, track frame [mm]."""
+    make_rail, make_wheel, clearance = SHAPES[pair]
+    wheel = arcs.shift(make_wheel(arcs.solve_throat(make_wheel, make_rail(), clearance)), arcs.WHEEL_BACK, 0)
+    rail = arcs.shift(make_rail(), arcs.GAUGE_POINT, 0)
+    height, _, (_, z) = arcs.touch(wheel[-1:], rail, 0, 0)
+    return arcs.shift(wheel, 0, height - z - arcs.ROLLING_RADIUS), rail
+
+
+def overturning(pair: str, weight: float) -> Overturning:
+    """From the exact arcs: left flange and right tread touch, the normal of the left contact passes the centre."""
+    wheel, rail = pieces(pair)
+    flange, tread = wheel[1:-1], wheel[-1:]
+
+    def miss(state: np.ndarray) -> tuple[float, float]:
+        y, roll = state
+        left, angle, point = arcs.touch(flange, rail, y, roll)
+        right, _, _ = arcs.touch(tread, rail, -y, -roll)
+        return left - right, (point[0] - y)*np.cos(angle) - (left - point[1])*np.sin(angle)
+
+    y, roll = fsolve(miss, (SHAPES[pair][2] + 0.3, 4e-4), xtol=1e-13)
+    height, angle, point = arcs.touch(flange, rail, y, roll)
+    return Overturning(weight*np.tan(angle), angle, (point[0] - y)/MM, (height - point[1])/MM, y/MM, roll)
+
+
+@dataclass
+class Fall:
+    """How a run leaves the rails."""
+
+    F_unloaded: float       # when the right wheel carried for the last time [N]
+    F_over: float           # when Y passed that of the unstable equilibrium for good [N]
+    surplus: float          # energy then, above that of the stable equilibrium [J]
+    needed: float           # height of the barrier at that force [J]
+    F_derailed: float       # [N]
+
+
+def fall(case: Case, curve: Curve) -> Fall:
+    c = ldbench.run(case, table=curve.table).columns
+    F = c.F_ext.to_numpy()
+    y, stable, unstable = barrier(curve, np.minimum(F, curve.F_limit))
+    over = int(np.flatnonzero(c.Y.to_numpy() < y)[-1]) + 1
+    row = c.iloc[over]
+    energy = (row[["KE_lat", "KE_vert", "KE_roll", "PE_elastic_L", "PE_elastic_R"]].sum()
+              + curve.table.weight*(curve.table.equilibrium + row.Z) - row.F_ext*row.Y)
+    return Fall(last_load(c), F[over], energy - stable[over], unstable[over] - stable[over], F[-1])
+
+
+def last_load(columns: pd.DataFrame) -> float:
+    """Lateral force when the right wheel carried for the last time [N]."""
+    carried = np.flatnonzero((columns.N_RT + columns.N_RF).to_numpy() > 0)
+    return columns.F_ext.iloc[carried[-1]]
+
+
+def barrier(curve: Curve, F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lateral displacement of the unstable equilibrium under F, and the potential of the stable and the unstable one.
+
+    The potential is that of contact, weight and lateral force [J].
+    """
+    k, V = curve.last_stable + 1, curve.potential()
+    stable = np.interp(F, curve.F[:k], (V - curve.F*curve.x[:, 0])[:k])
+    order = slice(None, k - 1, -1)      # from the far end of the unstable branch up to the limit
+    y = np.interp(F, curve.F[order], curve.x[order, 0])
+    unstable = np.interp(F, curve.F[order], (V - curve.F*curve.x[:, 0])[order])
+    return y, stable, unstable
+
+
+def equilibrium(curve: Curve, F: float) -> np.ndarray:
+    """q of the stable equilibrium under F."""
+    k = curve.last_stable + 1
+    x = np.array([np.interp(F, curve.F[:k], column) for column in curve.x[:k].T])
+    for _ in range(10):
+        x[:3] += np.linalg.solve(stiffness(curve.table, x)/curve.table.weight, residual(curve.table, x))
+    return x[:3]*SCALE
+
+
+# A contact that closes or opens within a step h makes an error of C_H h^2.5 in the work: 2e-4 J of 50 J at h = 20 um.
+STEP, WORK_BAR = 20e-6, 1e-5
+# The left flange is pressed in by 0.15 mm, the right tread not at all: over 1.5 m this turns the contact by 1e-4 rad,
+# times d ln F/d angle = 1/(sin cos) = 2.2.
+CLOSED_FORM_BAR = 3e-4
+# The load grows by 0.25 kN in the 50 ms that the wheelset takes to turn by the first 10 urad beyond the limit.
+LAG_BAR = 1e-3
+
+
+def section(short: bool) -> Section:
+    checks, curves, falls, rigid = [], {}, {}, {}
+    for pair in PAIRS:
+        table = ContactTable(Case.exercise(5, pair))
+        curve = curves[pair] = follow(table, STEP)
+        rigid[pair] = overturning(pair, table.weight)
+        checks += equilibrium_checks(pair, curve, rigid[pair])
+        checks.append(quiet_check(pair, curve))
+        if not short:
+            falls[pair] = [fall(table.case.replace(vY=v), curve) for v in PERTURBATIONS]
+            checks += fall_checks(pair, curve, falls[pair])
+    with ldbench_style():
+        figures = [overturning_figure(curves, rigid), *(equilibria_figure(p, curves[p], rigid[p]) for p in PAIRS),
+                   *(contact_figure(p, curves[p]) for p in PAIRS)]
+        if falls:
+            figures.append(barrier_figure(curves, falls))
+    tables = [limit_table(curves, rigid), *([fall_table(curves, falls)] if falls else [])]
+    return Section("Quasi-static exercise 5: how the wheelset derails", text(curves, rigid), checks, figures, tables)
+
+
+PERTURBATIONS = 0.0, 1e-6, 2e-6     # lateral velocity at the start [m/s]; 0 is the shipped case
+
+
+def equilibrium_checks(pair: str, curve: Curve, rigid: Overturning) -> list[Check]:
+    k, table, V = curve.last_stable, curve.table, curve.potential()
+    eigenvalue = np.linalg.eigvalsh(stiffness(table, curve.x))[:, 0]
+    at_limit = np.linalg.eigvalsh(stiffness(table, curve.limit))[0]
+    below = eigenvalue[curve.F[:k + 1].searchsorted(0.9*curve.F_limit)]
+    before = slice(0, k + 1)
+    return [
+        limit(f"unbalanced force of all equilibria over W, {pair}",
+              max(np.abs(residual(table, x)).max() for x in curve.x), "Newton's tolerance 1e-13 m times 1e9 N/m", 1e-8),
+        relative(f"work of F up to the limit [J], {pair}", work(curve, before), V[k] - V[0],
+                 "change of the potential of contact and weight", WORK_BAR),
+        relative(f"work of F to the end of the unstable branch [J], {pair}", work(curve, slice(None)), V[-1] - V[0],
+                 "change of the potential of contact and weight", WORK_BAR),
+        relative(f"limit load [kN], {pair}", KN*curve.F_limit, KN*rigid.F,
+                 "rigid: W b/h where the normal of the exact flange arcs passes the centre of gravity",
+                 CLOSED_FORM_BAR),
+        # The flange's arc has one such point; the splines of the profiles turn by less than 1e-5 rad from the arcs.
+        relative(f"limit load over W, {pair}", curve.F_limit/table.weight,
+                 np.tan(rigid.angle - rigid.roll + curve.limit[2]*SCALE[2]),
+                 "tangent of the same flange point's angle, turned by the elastic roll", 3e-5),
+        limit(f"lowest eigenvalue below the limit, its negative part [N/m], {pair}", min(eigenvalue[before].min(), 0.0),
+              "stable up to the limit", 0.0),
+        limit(f"lowest eigenvalue beyond the limit, its positive part [N/m], {pair}",
+              max(eigenvalue[k + 1:].max(), 0.0), "unstable beyond the limit", 0.0),
+        # The limit is located to 1e-12 m; the eigenvalue falls by 1e8 N/m in some 1e-5 m.
+        limit(f"lowest eigenvalue at the limit over that at 90 % of the load, {pair}", at_limit/below,
+              "singular at the limit point", 1e-5)]
+
+
+def quiet_check(pair: str, curve: Curve) -> Check:
+    """The load ramp of exercise 5 from rest at 98 % of the limit load."""
+    F = 0.98*curve.F_limit
+    y, z, roll = equilibrium(curve, F)
+    case = curve.table.case.replace(Y=y, Z=z - curve.table.equilibrium, initial_roll=roll, lateral_force=F)
+    return relative(f"run from rest at 98 % of the limit: right wheel carries up to F [kN], {pair}",
+                    KN*last_load(ldbench.run(case, table=curve.table).columns), KN*curve.F_limit,
+                    "limit load; lag of the ramp", LAG_BAR)
+
+
+def fall_checks(pair: str, curve: Curve, falls: list[Fall]) -> list[Check]:
+    return [
+        limit(f"exercise 5, {len(falls)} runs: last load of the right wheel above the limit, over the limit, {pair}",
+              max(max(f.F_unloaded for f in falls)/curve.F_limit - 1, 0.0), "no equilibrium beyond the limit", LAG_BAR),
+        # Bars: the rows are 0.5 ms apart, in which Y and the barrier change by less than 1 %.
+        limit(f"exercise 5, {len(falls)} runs: energy that is missing for the barrier, over the barrier, {pair}",
+              max(max(1 - f.surplus/f.needed for f in falls), 0.0), "the saddle is the lowest way out", 1e-2)]
+
+
+def left_wheel(curve: Curve) -> np.ndarray:
+    """Force of the left rail along the curve, (n, 2)."""
+    return curve.table.forces_by_contact(*curve.q.T)[:, :2, :2].sum(axis=1)
+
+
+def flange_load(curve: Curve) -> float:
+    """F at which the left flange touches [N]."""
+    return curve.F[np.argmax(curve.table.forces_by_contact(*curve.q.T)[:, 1, 1] > 0)]
+
+
+def text(curves: dict[str, Curve], rigid: dict[str, Overturning]) -> str:
+    def both(form: str, value: Callable[[str], float]) -> str:
+        return f"{value('aw'):{form}} and {value('sw'):{form}}"
+
+    angle, b, h = (both(form, lambda p: scale*getattr(rigid[p], name)) for name, scale, form in
+                   (("angle", DEG, ".1f"), ("b", MM, ".0f"), ("h", MM, ".0f")))
+    nadal = both(".2f", lambda p: np.tan(np.radians(FACE[p])))
+    return f"""
+Exercise 5 without its impacts: the equilibria of the wheelset under a lateral force F at its centre of gravity,
+followed from rest through the limit point, where the load cannot grow any more, and on along the unstable branch. Two
+values: actual and simplified profiles.
+
+The wheelset runs on its treads alone up to F = {both(".2f", lambda p: KN*flange_load(curves[p]))} kN: without friction
+a 1:40 cone resists with no more than the gravity stiffness of 12 N/mm. Then the left flange takes the force. Its
+contact moves up the throat while the right wheel is relieved. The limit,
+{both(".1f", lambda p: KN*curves[p].F_limit)} kN, is reached when the right wheel carries nothing: weight, lateral force
+and the force of the left rail then meet in the centre of gravity, so F = W b/h with b and h the lateral and vertical
+distance of the left contact from it. Without friction the rail's force is normal to the surfaces, so
+b/h = tan(contact angle): the wheelset stands on that point of its flange whose normal passes through its centre of
+gravity, at {angle} degrees, b = {b} mm, h = {h} mm, which gives {both(".1f", lambda p: KN*rigid[p].F)} kN for rigid
+bodies. (W b/h with 750 and 457 mm, the contact being on the crown, would be 295 kN; but no lateral force of that
+size is carried there.)
+
+The wheelset overturns; it does not climb. Nadal's limit, (tan g - mu)/(1 + mu tan g) for the largest flange angle g,
+becomes tan g without friction: {nadal}. On the flange alone L/V is the tangent of the contact angle,
+{both(".2f", lambda p: curves[p].F_limit/curves[p].table.weight)} at the limit. The flange would climb if L/V exceeded
+tan g; the force at the height h above the contact overturns the wheelset first, because b/h is less than tan g. On the
+unstable branch the wheelset rolls about the left rail with the right wheel in the air; sooner or later the left tread
+carries again, the flange contact moves on towards the face, and F falls steadily.
+
+The shipped runs bounce on the left flange. They fall when the energy of the bouncing exceeds the barrier between the
+stable and the unstable equilibrium, which shrinks to nothing at the limit; so they fall at a smaller load, and at
+another one for every perturbation. The derailment that they report comes some tenths of a second later, when the
+wheelset has turned far enough for a flange to be above the rail. Started at rest from the equilibrium at 98 % of the
+limit, the same ramp unloads the right wheel at the limit itself."""
+
+
+def limit_table(curves: dict[str, Curve], rigid: dict[str, Overturning]) -> Table:
+    rows = []
+    for pair, curve in curves.items():
+        y, z, roll = curve.limit[:3]*SCALE
+        force = curve.table.forces_by_contact(y, z, roll)
+        L, V = force[:2, :2].sum(axis=0)
+        r = rigid[pair]
+        rows += [(f"{pair}, elastic", f"{KN*curve.F_limit:.3f}", f"{MM*y:.3f}", f"{1e3*roll:.4f}",
+                  f"{DEG*np.arctan2(-L, V):.3f}", f"{-L/V:.4f}", f"{np.tan(np.radians(FACE[pair])):.4f}",
+                  f"{KN*V:.3f}", f"{force[2:, 1].sum():.4f}", "", ""),
+                 (f"{pair}, rigid", f"{KN*r.F:.3f}", f"{MM*r.y:.3f}", f"{1e3*r.roll:.4f}", f"{DEG*r.angle:.3f}",
+                  f"{np.tan(r.angle):.4f}", f"{np.tan(np.radians(FACE[pair])):.4f}", f"{KN*curve.table.weight:.3f}",
+                  "0", f"{MM*r.b:.2f}", f"{MM*r.h:.2f}")]
+    return Table("Limit of equilibrium", ("pair", "F [kN]", "Y [mm]", "roll [mrad]", "contact angle [deg]", "L/V left",
+                                          "tan g", "V left [kN]", "V right [N]", "b [mm]", "h [mm]"), rows)
+
+
+def fall_table(curves: dict[str, Curve], falls: dict[str, list[Fall]]) -> Table:
+    return Table("Exercise 5 bouncing: when it falls", (
+        "pair", "vY at the start [m/s]", "limit load [kN]", "right wheel carries up to F [kN]",
+        "past the unstable equilibrium at F [kN]", "its energy then [J]", "barrier then [J]", "derailment at F [kN]"), [
+        (pair, f"{v:.0e}", f"{KN*curves[pair].F_limit:.2f}", f"{KN*f.F_unloaded:.2f}", f"{KN*f.F_over:.2f}",
+         f"{f.surplus:.2f}", f"{f.needed:.2f}", f"{KN*f.F_derailed:.2f}")
+        for pair, runs in falls.items() for v, f in zip(PERTURBATIONS, runs, strict=True)])
+
+
+def branches(curve: Curve) -> tuple[tuple[slice, str | tuple[float, tuple[float, ...]], str], ...]:
+    """Rows, dashes and label of the stable and the unstable branch."""
+    k = curve.last_stable + 1
+    return (slice(0, k), "-", "stable"), (slice(k - 1, None), DASHED, "unstable")
+
+
+def equilibria_figure(pair: str, curve: Curve, rigid: Overturning) -> Figure:
+    figure = page(f"Equilibria under a lateral force, {PAIRS[pair]}",
+                  "Above: from the contact of the flange to 0.2 mm beyond the limit point. Below: the whole curve. "
+                  "Z from the equilibrium at rest.")
+    axes = figure.subplots(2, 3)
+    y, z, roll = curve.q.T
+    near = (y > curve.table.clearance - 0.2e-3) & (y < curve.limit[0] + 0.2e-3)
+    quantities = ((MM*y, MM*curve.limit[0], "Y [mm]"),
+                  (MM*(z - z[0]), MM*(curve.limit[1] - z[0]), "Z [mm]"),
+                  (1e3*roll, 1e3*curve.limit[2]*SCALE[2], "roll [mrad]"))
+    for row, shown in enumerate((near, np.ones_like(near))):
+        for ax, (x, x_limit, label) in zip(axes[row], quantities, strict=True):
+            for rows, dashes, name in branches(curve):
+                on = shown[rows]
+                ax.plot(x[rows][on], KN*curve.F[rows][on], color=BLUE if name == "stable" else RED, linestyle=dashes,
+                        label=name)
+            ax.plot(x_limit, KN*curve.F_limit, "o", color=BLACK, markersize=4, label="limit point")
+            ax.axhline(KN*rigid.F, color=GREY, linestyle=":", linewidth=0.9, label="rigid, W b/h")
+            ax.set(xlabel=label, ylabel="F [kN]")
+            ax.margins(x=0.03)
+    axes[0, 0].legend(loc="upper left", bbox_to_anchor=(0.0, 0.9))
+    return figure
+
+
+def contact_figure(pair: str, curve: Curve) -> Figure:
+    figure = page(f"Contact forces of the equilibria, {PAIRS[pair]}",
+                  "L and V: lateral and vertical force of the left wheel on its rail. Vertical line: limit point. "
+                  "The eigenvalue is that of the tangent stiffness with roll times 0.75 m as coordinate.")
+    axes = figure.subplots(2, 2)
+    y = MM*curve.x[:, 0]
+    force = KN*curve.table.forces_by_contact(*curve.q.T)
+    for i, (contact, line) in enumerate(CONTACT_LINES.items()):
+        carries = np.hypot(force[:, i, 0], force[:, i, 1]) > 1e-6
+        if not carries.any():
+            continue
+        axes[0, 0].plot(curve.F*KN, force[:, i, 1], label=contact, **line.kwargs())
+        angle = np.where(carries, DEG*np.arctan2(-force[:, i, 0], force[:, i, 1])*(1 if i < 2 else -1), np.nan)
+        axes[0, 1].plot(y, angle, label=contact, **line.kwargs())
+    left = left_wheel(curve)
+    axes[1, 0].plot(y, -left[:, 0]/left[:, 1], color=BLACK, label="L/V of the left wheel")
+    axes[1, 0].axhline(np.tan(np.radians(FACE[pair])), color=RED, linestyle=DASHED,
+                       label=f"Nadal without friction: tan {FACE[pair]:.0f}°")
+    axes[1, 0].axhline(curve.F_limit/curve.table.weight, color=GREY, linestyle=":", label="F/W at the limit = b/h")
+    axes[1, 1].plot(y, 1e-3*np.linalg.eigvalsh(stiffness(curve.table, curve.x))[:, 0], color=GREEN)
+    axes[1, 1].set_yscale("symlog", linthresh=1)
+    axes[0, 0].set(xlabel="F [kN]", ylabel="vertical force [kN]", title="wheel loads along the curve")
+    axes[0, 1].set(xlabel="Y [mm]", ylabel="contact angle [°]", title="angle of the contact force to the vertical")
+    axes[1, 0].set(xlabel="Y [mm]", ylabel="L/V")
+    axes[1, 1].set(xlabel="Y [mm]", ylabel="lowest eigenvalue [N/mm]")
+    for ax in axes.ravel()[1:]:
+        ax.axvline(MM*curve.limit[0], color=GREY, linewidth=0.6)
+    axes[0, 0].axvline(KN*curve.F_limit, color=GREY, linewidth=0.6)
+    for ax in axes.ravel()[:3]:
+        ax.legend(loc="best")
+    return figure
+
+
+def overturning_figure(curves: dict[str, Curve], rigid: dict[str, Overturning]) -> Figure:
+    """The wheelset at the limit, with the three forces."""
+    figure = page("Overturning",
+                  "The limit of equilibrium, to scale: weight, lateral force and the normal force of the left rail "
+                  "meet in the centre of gravity; the right wheel carries nothing. Right: the left contact.")
+    axes = figure.subplots(2, 2, width_ratios=(1.7, 1))
+    for (whole, detail), (pair, r) in zip(axes, rigid.items(), strict=True):
+        y, z, roll = curves[pair].limit[:3]*SCALE
+        wheel, rail = (arcs.sample(part)/MM for part in pieces(pair))
+        for side in (1, -1):
+            shape = wheel*[side, 1]
+            turned = shape @ np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]]) + [y, z]
+            for ax in (whole, detail):
+                ax.plot(*(MM*turned).T, color=BLUE if side > 0 else RED, linewidth=1)
+                ax.fill(*(MM*rail*[side, 1]).T, color="#D9D9D9", linewidth=0)
+        contact = MM*np.array([y + r.b, z - r.h])
+        centre = MM*np.array([y, z])
+        for ax in (whole, detail):
+            ax.plot(*np.array([centre, contact]).T, color=GREY, linestyle=DASHED, linewidth=0.8)
+            ax.plot(*contact, "o", color=ORANGE, markersize=4)
+            ax.set_aspect("equal")
+        whole.plot(*centre, "o", color=BLACK, markersize=4)
+        scale = 1.0     # mm per kN
+        for tip, start, label, place in (
+                ((KN*r.F*scale, 0), centre, f"F = {KN*r.F:.0f} kN", (5, 4)),
+                ((0, -KN*curves[pair].table.weight*scale), centre, "W = 180 kN", (-62, 0)),
+                ((-np.sin(r.angle)*330*scale, np.cos(r.angle)*330*scale), contact,
+                 f"N at {DEG*r.angle:.1f}°", (-14, 8))):
+            end = start + np.array(tip)
+            whole.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.1})
+            whole.annotate(label, end, textcoords="offset points", xytext=place)
+        whole.set(title=f"{PAIRS[pair]}: b = {MM*r.b:.0f} mm, h = {MM*r.h:.0f} mm", xlabel="y [mm]", ylabel="z [mm]",
+                  xlim=(880, -880), ylim=(-60, 640))
+        detail.set(xlabel="y [mm]", xlim=(contact[0] + 55, contact[0] - 55), ylim=(-38, 30))
+    return figure
+
+
+def barrier_figure(curves: dict[str, Curve], falls: dict[str, list[Fall]]) -> Figure:
+    figure = page("The barrier between standing and falling",
+                  "Difference in potential (contact, weight, lateral force) between the unstable and the stable "
+                  "equilibrium; dots: runs of exercise 5 with their energy when they pass the unstable equilibrium.")
+    for ax, (pair, curve) in zip(figure.subplots(1, 2), curves.items(), strict=True):
+        F = np.linspace(0.93, 1, 400)*curve.F_limit
+        _, stable, unstable = barrier(curve, F)
+        ax.plot(KN*F, unstable - stable, color=BLUE, label="barrier")
+        ax.plot([KN*f.F_over for f in falls[pair]], [f.surplus for f in falls[pair]], "o", color=RED, markersize=4,
+                label="energy of the falling runs")
+        ax.axvline(KN*curve.F_limit, color=GREY, linewidth=0.8, linestyle=":", label="limit load")
+        ax.set(title=PAIRS[pair], xlabel="F [kN]", ylabel="energy above the stable equilibrium [J]")
+        ax.margins(x=0.03)
+        ax.legend(loc="upper right")
+    return figure

@@ -1,0 +1,445 @@
+"""How the ten answers move with what the benchmark call leaves open, and how fast neighbouring motions part."""
+from __future__ import annotations
+
+import importlib.util
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import asin, radians, sin
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import ldbench
+from checks import Check, Section, Table, absolute, limit, page, relative
+from ldbench import Case, ContactTable
+from ldbench.case import Value, data_folder
+from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, ldbench_style
+
+PAIRS = {"aw": 10.18e-3, "sw": 16.94e-3}    # published clearances [m]
+MODELS = "strip", "hertz", "halfspace"
+STEP = 1e-5                 # of exercises 1 to 4, order 4: its error is far below what is shown here [s]
+RAMP_STEP = 1e-4            # of exercise 5, order 2: 48 steps per vertical oscillation [s]
+RAMP_ROWS = 1e-2            # output interval of exercise 5 [s]
+TWIN = 1e-9                 # distance at which twins start [m, rad]
+TWIN_RAMP_END = 0.6         # of exercise 5 for the twins; they have parted soon after [s]
+
+TEXT = """The benchmark call does not fix everything that the answers depend on. Each variant here changes one thing of
+the shipped cases: the crown radius of the rail (actual 8, 10, 14 in; simplified 250, 300, 350 mm) and the throat radii
+of the flange (10 % either way), in both cases with the throat moved so that the published clearance is kept; smoothing
+of the profile points; Z = 0 where the unloaded instead of the loaded wheelset stands; the contact model; the step and
+the integrator; and, as a measure of chance, a start 1 nm aside. Exercises 1 to 4 are run with a step of 10 µs, exercise
+5 with 0.1 ms (base as well), so times of contacts and derailments are known to one of these steps.
+
+A change that is no larger than what 1 nm at the start does says nothing about the model: there the answer of a single
+run is a sample, and codes can be compared by the spread of several runs only.
+
+Divergence: the distance of two motions is the root of the sum of squares of their differences in Y, Z and roll times
+the radius of gyration, and of the rates of these over the vertical eigenfrequency. Rate and factor are of the geometric
+mean of four twins, started 1 nm aside (Y) and 1 nrad turned (roll), either way. Twins on either side must part alike
+while the motion is linear in the distance."""
+
+
+# Profiles with other radii ----------------------------------------------------------------
+
+def make_profiles() -> ModuleType:
+    """The generator of the shipped profiles."""
+    spec = importlib.util.spec_from_file_location("make_profiles", data_folder()/"profiles"/"make_profiles.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: float = 1.0) -> dict[str, Value]:
+    """Write rail and wheel with another crown radius [mm] and throat radii times a factor; the case's changes.
+
+    The chains of make_profiles.py; the throat is solved for the published clearance as there."""
+    mp = make_profiles()
+    if pair == "aw":
+        a1, a2, a3 = asin(16.5/(crown or 254)), radians(30), np.pi/2 - mp.CANT
+        R = crown or 254
+        head = [(14.2875, a3, a2), (31.75, a2, a1), (R, a1, -a1), (31.75, -a1, -a2), (14.2875, -a2, -a3)]
+        rail = mp.rail([mp.arc(R, g0 + mp.CANT, g1 + mp.CANT) for R, g0, g1 in head])
+
+        def wheel(y: float) -> list:
+            a, b = radians(75), radians(25)
+            return mp.wheel(y, 78, mp.arc(-10, 0, a), mp.line(a, 3.1/sin(a)), mp.arc(17.4625*throat, a, b),
+                            mp.arc(38.1*throat, b, mp.TAPER))
+    else:
+        R = crown or 300
+        a = asin(24/R)
+        rail = mp.rail([mp.arc(12, np.pi/2, a + mp.CANT), mp.arc(R, a + mp.CANT, -a + mp.CANT),
+                        mp.arc(12, -a + mp.CANT, -np.pi/2)])
+
+        def wheel(y: float) -> list:
+            a = radians(70)
+            return mp.wheel(y, 76, mp.arc(-10, 0, a), mp.line(a, 6/sin(a)), mp.arc(18*throat, a, mp.TAPER))
+    stem = f"{pair}_{R:g}_{throat:g}"
+    files = folder/f"{stem}_wheel.yz", folder/f"{stem}_rail.yz"
+    mp.write(files[0], wheel(mp.solve_throat(wheel, rail, 1e3*PAIRS[pair])), "wheel", [])
+    mp.write(files[1], rail, "rail", [])
+    return {"wheel_profile": str(files[0]), "rail_profile": str(files[1]), "table_file": ""}
+
+
+# Variants ---------------------------------------------------------------------------------
+
+@dataclass(frozen=True)
+class Variant:
+    """One thing changed."""
+
+    name: str
+    group: str
+    table: dict[str, Value]                             # what the contact table depends on
+    rest: Callable[[Case, ContactTable], dict[str, Value]] = lambda case, table: {}
+
+
+CROWNS = {"aw": (203.2, 355.6), "sw": (250.0, 350.0)}   # [mm]
+SHORT_VARIANTS = "base", "throat radii +10 %", "model hertz", "start +1 nm"
+
+
+def variants(pair: str, folder: Path, short: bool) -> list[Variant]:
+    """All variants of a pair, the base first; profiles go to `folder`."""
+    low, high = CROWNS[pair]
+    found = [       # name, group, changes that need a table of their own, other changes
+        ("base", "", dict, None),
+        ("rail crown smaller", "crown", lambda: write_profiles(folder, pair, crown=low), None),
+        ("rail crown larger", "crown", lambda: write_profiles(folder, pair, crown=high), None),
+        ("throat radii −10 %", "throat", lambda: write_profiles(folder, pair, throat=0.9), None),
+        ("throat radii +10 %", "throat", lambda: write_profiles(folder, pair, throat=1.1), None),
+        ("smoothing 0.02 mm", "smoothing", lambda: {"smoothing_mm": 0.02, "table_file": ""}, None),
+        ("unloaded start", "Z = 0", dict, lambda case, table: {"Z": table.rigid_height - table.equilibrium}),
+        *((f"model {m}", "model", lambda m=m: {"contact_model": m, "table_file": f"outputs/{pair}_{m}.table"}, None)
+          for m in MODELS[1:]),
+        ("step x 5", "numerics", dict, lambda case, table: {"dt": 5*case.dt}),
+        ("Newmark, order 2", "numerics", dict, lambda case, table: {"scheme": "newmark", "order": 2}),
+        *((f"start {sign}1 nm", "chance", dict, lambda case, table, Y=Y: {"Y": Y})
+          for sign, Y in (("+", TWIN), ("−", -TWIN)))]
+    return [Variant(name, group, change(), *([rest] if rest else [])) for name, group, change, rest in found
+            if not short or name in SHORT_VARIANTS]
+
+
+def base_case(exercise: int, pair: str) -> Case:
+    case = Case.exercise(exercise, pair)
+    return case.replace(dt=RAMP_STEP, interval=RAMP_ROWS) if exercise == 5 else case.replace(dt=STEP)
+
+
+# Answers ----------------------------------------------------------------------------------
+
+TIMES = "t_LF", "t_RF", "t_end"
+FORCES = "N_LF", "N_RF"
+LONG = {"t_LF": "first left flange contact", "t_RF": "first right flange contact", "t_end": "return or derailment",
+        "N_LF": "peak normal force, left flange", "N_RF": "peak normal force, right flange"}
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What a run answers; times in s, forces in N, nan for what did not happen."""
+
+    numbers: dict[str, float]
+    ending: str             # 'returns' or 'derails'
+    drift: float            # of the energy, largest, over the kinetic energy at the start
+
+    def change(self, base: Answers, name: str) -> float:
+        """In s or N; an end of another kind is none."""
+        if name == "t_end" and self.ending != base.ending:
+            return np.nan
+        return self.numbers[name] - base.numbers[name]
+
+
+def answers(case: Case, table: ContactTable) -> Answers:
+    """Run a case."""
+    run = ldbench.run(case, table=table)
+    first: dict[str, float] = {}
+    for event in run.events:
+        first.setdefault(event.kind, event.t)
+    passages = [e.t for e in run.events if e.kind == "centre passage"]
+    s = run.summary
+    end = first.get("derailment") or passages[-1]
+    return Answers({"t_LF": first.get("left flange contact", np.nan), "t_RF": first.get("right flange contact", np.nan),
+                    "t_end": end, **{name: s[f"peak_{name}"] or np.nan for name in FORCES}},
+                   "derails" if s["derailed"] else "returns",
+                   s["drift"]/s["kinetic_energy"] if s["kinetic_energy"] else np.nan)
+
+
+Study = dict[tuple[int, str], dict[str, Answers]]       # by exercise and pair, by variant
+
+
+def run_variants(pair: str, exercises: tuple[int, ...], found: list[Variant]) -> tuple[Study, dict[str, ContactTable]]:
+    """All exercises with all variants; and the tables by variant."""
+    study: Study = {(exercise, pair): {} for exercise in exercises}
+    tables: dict[str, ContactTable] = {}
+    for variant in found:
+        first = base_case(exercises[0], pair).replace(**variant.table)
+        table = tables[variant.name] = ContactTable(first) if variant.table or not tables else tables["base"]
+        for exercise in exercises:
+            case = base_case(exercise, pair).replace(**variant.table)
+            case = case.replace(**variant.rest(case, table))
+            study[exercise, pair][variant.name] = answers(case, table)
+    return study, tables
+
+
+# Divergence -------------------------------------------------------------------------------
+
+@dataclass
+class Divergence:
+    """Distances of twins from a motion."""
+
+    name: str
+    t: np.ndarray
+    growth: np.ndarray      # (row, twin) over the distance at the start
+    impacts: int            # flange contacts and landings of wheels
+    last: float             # largest distance at the end [m]
+    approach: float         # of the wheelset at rest [m]
+
+    @property
+    def mean(self) -> np.ndarray:
+        return np.exp(np.log(self.growth).mean(axis=1))
+
+    @property
+    def fit(self) -> tuple[float, float]:
+        """Exponential rate [1/s] and log of the growth at t = 0, by least squares."""
+        rate, start = np.polyfit(self.t, np.log(self.mean), 1)
+        return float(rate), float(start)
+
+    def row(self) -> list[str]:
+        G = self.mean[-1]
+        return [self.name, f"{self.t[-1]:.3f}", str(self.impacts), f"{G:.3g}",
+                f"{self.growth[-1].min():.3g} to {self.growth[-1].max():.3g}", f"{self.fit[0]:.1f}",
+                f"{G**(1/self.impacts):.2f}", f"{np.log(G)/self.t[-1]:.1f}"]
+
+
+TWINS = ("Y", TWIN), ("Y", -TWIN), ("initial_roll", TWIN), ("initial_roll", -TWIN)
+STATE = "Y", "Z", "roll", "vY", "vZ", "roll_rate"
+
+
+def divergence(exercise: int, pair: str, table: ContactTable) -> Divergence:
+    case = base_case(exercise, pair)
+    if exercise == 5:
+        case = Case.exercise(5, pair).replace(stop_at="t_end", t_end=TWIN_RAMP_END, interval=1e-3)
+    base = ldbench.run(case, table=table)
+    twins = [ldbench.run(case.replace(**{name: x}), table=table) for name, x in TWINS]
+    rows = min(len(run.columns) for run in (base, *twins))
+    states = [run.columns[list(STATE)].to_numpy()[:rows] for run in (base, *twins)]
+    gyration = np.sqrt(case.roll_inertia/case.mass)                     # [m]
+    omega = 2*np.pi*table.frequencies[1]                                # vertical, at rest [1/s]
+    scale = np.array([1, 1, gyration, 1/omega, 1/omega, gyration/omega])
+    distance = np.array([np.linalg.norm((x - states[0])*scale, axis=1) for x in states[1:]]).T
+    impacts = sum(base.summary[f"n_{side}_{what}"] for side in ("left", "right")
+                  for what in ("flange_contact", "wheel_landing"))
+    return Divergence(case.case_name, base.columns["time"].to_numpy()[:rows], distance/distance[0], impacts,
+                      float(distance[-1].max()), table.rigid_height - table.equilibrium)
+
+
+def divergence_table(found: list[Divergence]) -> Table:
+    head = ("case", "to [s]", "impacts", "growth, mean of twins", "growth, range", "fitted rate [1/s]",
+            "factor per impact", "ln growth / time [1/s]")
+    return Table("Divergence of motions that start 1 nm or 1 nrad apart", head, [d.row() for d in found])
+
+
+def divergence_figure(found: list[Divergence]) -> Figure:
+    figure = page("Divergence of neighbouring motions", "Distance of twins started 1 nm aside (blue) and 1 nrad turned "
+                  "(red) over the distance at the start; black: exponential fit of their geometric mean.")
+    columns = -(-len(found)//2)
+    axes = figure.subplots(2, columns, squeeze=False, sharey=True)
+    for ax in axes.flat[len(found):]:
+        ax.set_axis_off()
+    for ax, d in zip(axes.T.flat, found, strict=False):
+        for k, colour in enumerate((BLUE, BLUE, RED, RED)):
+            ax.semilogy(d.t, d.growth[:, k], color=colour, linewidth=0.7, linestyle="-" if k % 2 == 0 else "--")
+        rate, start = d.fit
+        ax.semilogy(d.t, np.exp(start + rate*d.t), color=BLACK, linewidth=1)
+        ax.set(title=f"{d.name}\n{rate:.0f}/s, {d.impacts} impacts,\nfactor {d.mean[-1]**(1/d.impacts):.2f} each",
+               xlabel="time [s]")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("distance over that at the start [1]")
+    return figure
+
+
+# Tables and figures -----------------------------------------------------------------------
+
+def change_cell(name: str, value: Answers, base: Answers) -> str:
+    """Times in ms, forces in kN, and both in %."""
+    if name == "t_end" and value.ending != base.ending:
+        return value.ending or "neither"
+    change, old = value.change(base, name), base.numbers[name]
+    if np.isnan(change):
+        return "" if np.isnan(old) and np.isnan(value.numbers[name]) else "only one"
+    scale = 1e3 if name in TIMES else 1e-3
+    return f"{scale*change:+.3f} ({100*change/old:+.2g} %)"
+
+
+def change_table(exercise: int, pair: str, of: dict[str, Answers]) -> Table:
+    base = of["base"]
+    names = [n for n in (*TIMES, *FORCES) if any(np.isfinite(a.numbers[n]) for a in of.values())]
+    head = ["variant", *(f"{LONG[n]} [{'ms' if n in TIMES else 'kN'}]" for n in names)]
+    rows = [["base", *("" if np.isnan(x := base.numbers[n]) else f"{1e3*x:.3f}" if n in TIMES else f"{1e-3*x:.2f}"
+                       for n in names)]]
+    rows += [[name, *(change_cell(n, a, base) for n in names)] for name, a in of.items() if name != "base"]
+    return Table(f"Exercise {exercise}, {pair}: change of the answers ({base.ending})", head, rows)
+
+
+def variant_table(tables: dict[str, dict[str, ContactTable]], found: list[Variant]) -> Table:
+    """What the variants with a table of their own are like at rest."""
+    head = ["variant", *(f"{pair}: {what}" for pair in tables
+                         for what in ("clearance [mm]", "approach [mm]", "vertical eigenfrequency [Hz]"))]
+    rows = [[v.name, *(cell for of in tables.values() for t in (of[v.name],) for cell in (
+        f"{1e3*t.clearance:.4f}", f"{1e3*(t.rigid_height - t.equilibrium):.4f}", f"{t.frequencies[1]:.2f}"))]
+        for v in found if v.table or v.name == "base"]
+    return Table("Variants at rest", head, rows)
+
+
+def digest(study: Study, found: list[Variant], name: str) -> Table:
+    """The largest change of one answer by each group of variants, all cases."""
+    groups = list(dict.fromkeys(v.group for v in found if v.group))
+    unit = "ms" if name in TIMES else "%"
+    rows = []
+    for (exercise, pair), of in study.items():
+        base, row = of["base"], [f"ex{exercise}_{pair}"]
+        for group in groups:
+            changes = [abs(of[v.name].change(base, name)) for v in found if v.group == group]
+            other = any(np.isnan(x) for x in changes)
+            scale = 1e3 if name in TIMES else 100/base.numbers[name]
+            row.append("other end" if other and name == "t_end" else
+                       "" if np.isnan(changes).all() else f"{scale*np.nanmax(changes):.3g}")
+        rows.append(row)
+    return Table(f"Largest change by group of variants: {LONG[name]} [{unit}]", ["case", *groups], rows)
+
+
+MARKS = {"t_LF": ("o", BLUE), "t_RF": ("s", GREEN), "t_end": ("^", ORANGE), "N_LF": ("o", BLUE), "N_RF": ("s", GREEN)}
+
+
+def change_figure(study: Study, pair: str, names: tuple[str, ...], words: str, least: float) -> Figure:
+    """Change of answers per variant, an axis per exercise; linear up to `least`, then logarithmic."""
+    unit = "ms" if names[0] in TIMES else "%"
+    figure = page(f"What the call leaves open: {words}, {'actual' if pair == 'aw' else 'simplified'} profiles",
+                  f"Change against the base [{unit}], linear between ±{least:g}, logarithmic beyond. Grey: what a "
+                  "start 1 nm aside does to the answer that it changes most.\n"
+                  "Cross at the right: the run ends otherwise.")
+    cases = {exercise: of for (exercise, p), of in study.items() if p == pair}
+    axes = figure.subplots(1, len(cases), sharey=True, squeeze=False)[0]
+    for ax, (exercise, of) in zip(axes, cases.items(), strict=True):
+        base = of["base"]
+        rows = [name for name in of if name != "base"]
+        scale = {n: 1e3 if n in TIMES else 100/base.numbers[n] for n in names}
+        chance = [abs(scale[n]*a.change(base, n)) for name, a in of.items() if name.startswith("start") for n in names]
+        if chance and np.isfinite(chance).any():
+            ax.axvspan(-np.nanmax(chance), np.nanmax(chance), color=GREY, alpha=0.2, linewidth=0)
+        for shift, n in zip(np.linspace(-0.22, 0.22, len(names)), names, strict=True):
+            marker, colour = MARKS[n]
+            x = [scale[n]*of[name].change(base, n) for name in rows]
+            ax.plot(x, np.arange(len(rows)) + shift, marker, color=colour, markersize=3.5, label=LONG[n])
+        for k, name in enumerate(rows):
+            if of[name].ending != base.ending:
+                ax.plot(0.97, k, "x", color=RED, transform=ax.get_yaxis_transform(), markersize=5)
+        ax.set_xscale("symlog", linthresh=least)
+        reach = max([abs(v) for line in ax.lines for v in np.atleast_1d(line.get_xdata())
+                     if line.get_marker() != "x" and np.isfinite(v)], default=least)
+        ax.set(xlim=(-3*max(reach, least), 3*max(reach, least)), xlabel=f"change [{unit}]",
+               title=f"exercise {exercise}: {base.ending}")
+        ax.axvline(0, color=BLACK, linewidth=0.5)
+        ax.tick_params(axis="x", rotation=60)
+        ax.set_yticks(np.arange(len(rows)), rows)
+    axes[0].invert_yaxis()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="upper right", ncols=len(names),
+                  bbox_to_anchor=(0.97, 0.975))
+    return figure
+
+
+# Checks -----------------------------------------------------------------------------------
+
+def profile_checks(pair: str, folder: Path) -> list[Check]:
+    """The radii of this module, unchanged, give the shipped profiles."""
+    files = write_profiles(folder, pair)
+    checks = []
+    for kind, shipped in (("wheel", f"{pair}prof"), ("rail", f"{pair[0]}rprof")):
+        ours, theirs = (np.loadtxt(f, comments="#") for f in (files[f"{kind}_profile"],
+                                                             data_folder()/"profiles"/f"{shipped}.yz"))
+        miss = np.abs(ours - theirs).max() if ours.shape == theirs.shape else np.nan
+        checks.append(limit(f"{pair} {kind} written with unchanged radii, largest difference [mm]", miss,
+                            f"profiles/{shipped}.yz, bar its last digit", 1.1e-6))
+    return checks
+
+
+def clearance_checks(pair: str, tables: dict[str, ContactTable], found: list[Variant]) -> list[Check]:
+    return [absolute(f"{pair} clearance, {v.name} [m]", tables[v.name].clearance, PAIRS[pair],
+                     "benchmark call; bar the spline through points 0.25 mm apart", 1e-6)
+            for v in found if v.group in ("crown", "throat")]
+
+
+def energy_checks(study: Study, found: list[Variant]) -> list[Check]:
+    """Largest drift of total energy over the kinetic energy at the start, exercises 1 to 4."""
+    names = {"strip": "base"} | {m: f"model {m}" for m in MODELS[1:]}
+    checks = []
+    for pair in dict.fromkeys(p for _, p in study):
+        for model, name in names.items():
+            drifts = [of[name].drift for (e, p), of in study.items() if p == pair and e < 5 and name in of]
+            if drifts:
+                checks.append(limit(f"{pair} {model}, exercises 1 to 4: energy drift over kinetic energy [1]",
+                                    max(drifts), "conservation of energy; the bar asked of a benchmark code", 1e-6))
+    return checks
+
+
+def first_contact_checks(study: Study) -> list[Check]:
+    """The models differ in the tread's force by 0.1 % (design), so the way to the flange takes the same time."""
+    return [relative(f"ex{exercise}_{pair} {name}: first left flange contact [s]", of[name].numbers["t_LF"],
+                     of["base"].numbers["t_LF"], "model strip; bar: tread forces equal within 0.1 %, and a step",
+                     1e-3 + STEP/of["base"].numbers["t_LF"])
+            for (exercise, pair), of in study.items() if exercise < 3 for name in (f"model {m}" for m in MODELS[1:])
+            if name in of]
+
+
+def release_checks(pair: str, tables: dict[str, ContactTable]) -> list[Check]:
+    """Let go where it just touches, a Hertz spring (force ~ depth^3/2) peaks at 5/2 times the weight."""
+    checks = []
+    for model, name in {"strip": "base", "hertz": "model hertz"}.items():
+        table = tables[name]
+        case = table.case.replace(Z=table.rigid_height - table.equilibrium, vY=0, roll_rate=0, dt=1e-6, t_end=5e-3,
+                                  stop_at="t_end")
+        rest = np.linalg.norm(table.forces_by_contact(0.0, table.equilibrium, 0.0)[0, :2])
+        peak = ldbench.run(case, table=table).summary["peak_N_LT"]
+        checks.append(relative(f"{pair} {model}: peak over static tread force, let go where it touches [1]", peak/rest,
+                               2.5, "Hertz: 2/5 C δ^5/2 = W δ; bar: table and strips on the tread 0.1 %", 1e-3))
+    return checks
+
+
+def divergence_checks(found: list[Divergence]) -> list[Check]:
+    """Twins on either side part alike while the motion is linear in the distance, up to distance over approach."""
+    checks = []
+    for d in found:
+        if 10*d.last > d.approach:      # no longer linear
+            continue
+        pairs = d.growth[-1].reshape(2, 2)
+        uneven = float(np.abs(pairs[:, 0]/pairs[:, 1] - 1).max())
+        checks.append(limit(f"{d.name} growth of twins on either side, ratio less 1 [1]", uneven,
+                            "linear divergence; bar 10 last distances/approach + round-off 1e-2",
+                            10*d.last/d.approach + 1e-2))
+    return checks
+
+
+def section(short: bool) -> Section:
+    out = Section("What the call leaves open", TEXT)
+    pairs, exercises = (("aw",), (2, 4)) if short else (tuple(PAIRS), (1, 2, 3, 4, 5))
+    study: Study = {}
+    parting: list[Divergence] = []
+    tables: dict[str, dict[str, ContactTable]] = {}
+    with tempfile.TemporaryDirectory() as scratch:
+        for pair in pairs:
+            found = variants(pair, Path(scratch), short)
+            of_pair, tables[pair] = run_variants(pair, exercises, found)
+            study |= of_pair
+            parting += [divergence(exercise, pair, tables[pair]["base"]) for exercise in exercises]
+            out.checks += profile_checks(pair, Path(scratch)) + clearance_checks(pair, tables[pair], found)
+            out.checks += release_checks(pair, tables[pair])
+    study = dict(sorted(study.items()))
+    parting.sort(key=lambda d: d.name)
+    out.checks += energy_checks(study, found) + first_contact_checks(study) + divergence_checks(parting)
+    out.tables = [digest(study, found, "t_end"), digest(study, found, "N_LF"), divergence_table(parting),
+                  variant_table(tables, found),
+                  *(change_table(exercise, pair, of) for (exercise, pair), of in study.items())]
+    with ldbench_style():
+        out.figures = [change_figure(study, pair, names, words, least) for pair in pairs
+                       for names, words, least in ((TIMES, "times", 0.01), (FORCES, "peak flange forces", 0.1))]
+        out.figures.append(divergence_figure(parting))
+    return out
