@@ -93,13 +93,12 @@ contains
 
   end subroutine watch
 
-  !> A flange's lowest point is past the gauge face and above the rail head, or rolls on
-  !> it, elastically sunk into it.
+  !> A flange's tip is past the gauge face and above the rail head, or rolls over it.
   pure logical function derailed(q, flange_tip, gauge_face)
     real(dp), intent(in) :: q(3)            !! axle centre y, z [m], roll [rad]
     real(dp), intent(in) :: flange_tip(2)   !! of the left wheel, wheelset frame [m]
     real(dp), intent(in) :: gauge_face      !! Y of the left rail's gauge face [m]
-    real(dp), parameter :: sunk = 1e-3_dp   ! at 2 MN on the flange tip [m]; the gauge corner is lower
+    real(dp), parameter :: sunk = 3e-3_dp   ! the crown's fall to its shoulders and elastic depth [m]
     real(dp) :: rise(2), reach(2)
 
     rise = q(2) + [1, -1]*flange_tip(1)*sin(q(3)) + flange_tip(2)*cos(q(3))

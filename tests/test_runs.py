@@ -82,14 +82,14 @@ def test_exercise_5_derails(pair: str, shipped: dict[str, Run]):
     assert ending(run) == "derailment"
     lever = c["y_LT"][0]/rest_height(run)
     assert 0.85*WEIGHT*lever < c["F_ext"][-1] < WEIGHT*lever
-    # A flange's lowest point is past the gauge face and above the rail head, or sunk into it by less than 1 mm.
+    # A flange's lowest point is past the gauge face and above the rail head, or rolls over it.
     wheel = left_wheel(pair)
     tip = wheel[wheel[:, 1].argmin()]
     y, z, roll = poses(run)[-1]
     past = []
     for side in 1, -1:
         (reach, height), = turned(tip[None], side*roll) + [side*y, z]
-        past.append(height > -1e-3 and reach > GAUGE/2)
+        past.append(height > -3e-3 and reach > GAUGE/2)
     assert any(past)
 
 
