@@ -251,7 +251,7 @@ contains
     integer, intent(inout) :: i
     real(dp), intent(out) :: r(2), d1(2)
     real(dp) :: d2(2)
-    real(dp), parameter :: longest_step = 3e-3_dp, tolerance = 1e-7_dp   ! [m]; Newton squares it
+    real(dp), parameter :: longest_step = 3e-3_dp, tolerance = 3e-6_dp   ! [m]; Newton squares it
     real(dp) :: f, slope, step
     integer :: iter
 
@@ -265,7 +265,7 @@ contains
       if (abs(step) < tolerance) exit
     end do
     ! The last, tiny step by Taylor's series instead of one more evaluation.
-    r = r + step*d1
+    r = r + step*(d1 + 0.5_dp*step*d2)
     d1 = d1 + step*d2
   end subroutine foot_point
 

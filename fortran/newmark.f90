@@ -185,8 +185,7 @@ contains
         excess_slope = (new%contact%gradient - middle%gradient - 0.5_dp*matmul(h, d) - 2*excess*md)/square
       end if
       residual = 2*m*(d - dt*old%v)/dt**2 + middle%gradient + excess*md - f
-      tangent = diagonal((2/dt**2 + excess)*m) + 0.5_dp*h &
-        + spread(md, 2, 3)*spread(excess_slope, 1, 3)
+      tangent = diagonal((2/dt**2 + excess)*m) + 0.5_dp*h + outer(md, excess_slope)
       move = solve(tangent, residual)
       d = d - move
       if (maxval(abs(move)) <= scheme%tolerance) status = step_ok
@@ -219,8 +218,20 @@ contains
     real(dp), intent(in) :: h(6)
     real(dp) :: a(3, 3)
 
-    a = reshape([h(1), h(2), h(3), h(2), h(4), h(5), h(3), h(5), h(6)], [3, 3])
+    a(:, 1) = h(1:3)
+    a(:, 2) = [h(2), h(4), h(5)]
+    a(:, 3) = [h(3), h(5), h(6)]
   end function symmetric
+
+  pure function outer(a, b) result(ab)
+    real(dp), intent(in) :: a(3), b(3)
+    real(dp) :: ab(3, 3)
+    integer :: j
+
+    do j = 1, 3
+      ab(:, j) = a*b(j)
+    end do
+  end function outer
 
   pure function diagonal(d) result(a)
     real(dp), intent(in) :: d(3)

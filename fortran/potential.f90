@@ -15,11 +15,11 @@
 !> correction c(u, phi, p) = U_halfspace/U_strip, in the coordinates of one of the
 !> branch's zones; it is smooth because the strips already carry the geometry.
 module potential
-  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_value, spline_3d
+  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_3d
   use kinds, only: dp
   implicit none
   private
-  public :: zone_table, correction_table, contact_table, wheel_potential
+  public :: zone_table, correction_table, contact_table, bound_heights, wheel_potential
   public :: inside, outside_lateral, outside_roll, outside_depth
 
   type :: zone_table
@@ -31,6 +31,8 @@ module potential
     type(axis_type) :: u, roll, q
     real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u)
     real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u)
+    real(dp), allocatable :: highest(:, :)   !! bound of h over (cell of roll, equal steps of u)
+    real(dp) :: steps = 0               !! of u per metre
   end type zone_table
 
   !> Ratio of half-space to strip energy of a branch, over (p, roll, u) of a zone.
@@ -52,6 +54,28 @@ module potential
   end enum
 
 contains
+
+  !> Bounds of h, by which a zone that does not touch is passed over: a spline is nowhere
+  !> larger than the coefficients of its cell.
+  pure subroutine bound_heights(t)
+    type(zone_table), intent(inout) :: t
+    integer, parameter :: n_steps = 256
+    type(basis_type) :: first, last
+    integer :: i, j
+
+    t%steps = n_steps/(t%u%high - t%u%low)
+    allocate (t%highest(t%roll%n - 1, n_steps))
+    do j = 1, n_steps
+      call axis_basis(t%u, t%u%low + (j - 1)/t%steps, first)
+      call axis_basis(t%u, t%u%low + j/t%steps, last)
+      ! One more to either side, for rounding.
+      first%i = max(first%i - 1, 1)
+      last%i = min(last%i + 1, t%u%n - 1)
+      do i = 1, t%roll%n - 1
+        t%highest(i, j) = maxval(t%h(i:i + 3, first%i:last%i + 3))
+      end do
+    end do
+  end subroutine bound_heights
 
   !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
   !> respect to the pose (y, z, roll), and the Hessian (yy, yz, y roll, zz, z roll,
@@ -116,8 +140,10 @@ contains
       status = outside_lateral
       return
     end if
+    if (w >= t%highest(br%i, min(int((u - t%u%low)*t%steps) + 1, size(t%highest, 2)))) return
     call axis_basis(t%u, u, bu)
-    p = spline_2d_value(t%h, br, bu) - w
+    call spline_2d(t%h, br, bu, h)           ! h, h_r, h_u, h_rr, h_ru, h_uu
+    p = h(1) - w
     if (p <= 0) return
     q = sqrt(p)
     if (.not. axis_holds(t%q, q)) then
@@ -125,7 +151,6 @@ contains
       return
     end if
     call axis_basis(t%q, q, bq)
-    call spline_2d(t%h, br, bu, h)           ! h, h_r, h_u, h_rr, h_ru, h_uu
     call spline_3d(t%s, bq, br, bu, v)       ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
 
     ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p):

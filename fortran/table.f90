@@ -17,7 +17,7 @@ module table
   use errors, only: error_type, fatal_error
   use geometry, only: new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
-  use potential, only: contact_table, correction_table, inside, outside_depth, outside_lateral, outside_roll, &
+  use potential, only: bound_heights, contact_table, correction_table, inside, outside_depth, outside_lateral, outside_roll, &
     wheel_potential, zone_table
   use progress, only: monitor_type
   use system, only: replace_file, scratch_name
@@ -33,8 +33,8 @@ module table
     real(dp) :: drop = 10e-3_dp         !! of the wheel below its running height [m]
     real(dp) :: roll = 0.5_dp           !! to either side [rad]
     real(dp) :: depth = 2.2e-3_dp       !! largest penetration [m]
-    integer :: n_lateral = 300          !! points in u of a flange zone; half as many for the tread
-    integer :: n_roll = 53, n_depth = 33
+    integer :: n_lateral = 240          !! points in u of a flange zone; half as many for the tread
+    integer :: n_roll = 53, n_depth = 25
   end type grid_type
 
   character(*), parameter :: magic = 'ldbench contact table 5'
@@ -145,6 +145,7 @@ contains
     end do
     call fit_2d(h, t%h)
     call fit_3d(s, t%s)
+    call bound_heights(t)
 
   contains
 
@@ -408,6 +409,11 @@ contains
       found = stat == 0
       if (found) found = mark == magic
       if (found) found = sum_stored == fingerprint(table)
+      if (found) then
+        do i = 1, n
+          call bound_heights(table%zones(i))
+        end do
+      end if
     end if
     close (unit)
   end subroutine load_table

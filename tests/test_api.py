@@ -69,7 +69,7 @@ def test_defaults_are_the_benchmark_values():
     case = ldbench.Case.from_namelist("&case /")
     assert (case.mass, case.roll_inertia, case.rolling_radius, case.back_to_back) == (1568, 656, 0.457, 1.35214)
     assert (case.gauge, case.youngs_modulus, case.poisson, case.vertical_load) == (1.4351, 210e9, 0.28, 164618)
-    assert (case.n_lateral, case.model, case.wheel_profile) == (300, "strip", "profiles/awprof.yz")
+    assert (case.n_lateral, case.model, case.wheel_profile) == (240, "strip", "profiles/awprof.yz")
 
 
 def test_names_in_any_case_of_letters_and_with_their_group():
