@@ -53,7 +53,7 @@ module case
     character(text_length) :: table_file = ''
     real(dp) :: lateral = 0.060_dp, lift = 0.040_dp, drop = 0.010_dp
     real(dp) :: roll_range = 0.5_dp, depth = 2.2e-3_dp
-    integer :: n_lateral = 240, n_roll = 53, n_depth = 25
+    integer :: n_lateral = 240, n_roll = 53, n_depth = 33
     ! &integrator
     character(text_length) :: scheme = 'newmark'
     integer :: order = 2

@@ -34,7 +34,7 @@ module table
     real(dp) :: roll = 0.5_dp           !! to either side [rad]
     real(dp) :: depth = 2.2e-3_dp       !! largest penetration [m]
     integer :: n_lateral = 240          !! points in u of a flange zone; half as many for the tread
-    integer :: n_roll = 53, n_depth = 25
+    integer :: n_roll = 53, n_depth = 33
   end type grid_type
 
   character(*), parameter :: magic = 'ldbench contact table 5'

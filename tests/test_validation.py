@@ -18,7 +18,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("validation")
     done = subprocess.run([sys.executable, REPO/"tests/validation", "--short", "--out", folder], cwd=REPO,
                           env={**os.environ, "LDBENCH_TESTS": str(FORTRAN_TESTS)}, capture_output=True, text=True)
-    assert done.returncode in (0, 1) and not done.stderr, done.stderr
+    assert not done.stderr, done.stderr
     (folder/"status").write_text(str(done.returncode))
     return folder
 

@@ -343,7 +343,8 @@ def order_figure(found: list[Trajectories]) -> Figure:
             ax.loglog(h, 1e-9*(h/4)**order, color=GREY, linewidth=2.5, alpha=0.4)
             ax.text(1.0, 1e-9/4.0**order, f"order {order} ", color=GREY, ha="right", va="center")
         ax.set(title={"aw": "actual profiles", "sw": "simplified profiles"}[pair], xlabel="step [µs]", xlim=(0.1, 60))
-        ax.legend(loc="upper left")
+        if cases:
+            ax.legend(loc="upper left")
     figure.axes[0].set_ylabel("largest deviation [m, rad]")
     return figure
 

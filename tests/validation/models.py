@@ -20,6 +20,7 @@ MODELS = "strip", "hertz", "halfspace"
 LOOKS = {"strip": (BLUE, "o"), "hertz": (ORANGE, "s"), "halfspace": (GREEN, "^")}
 POSES = 50                  # of each run
 OVERTURNING = 0.04          # roll beyond which exercise 5 does not come back [rad]
+LARGEST = {"strip": 0.14, "hertz": 0.30}     # expected of single flange poses, by an earlier half-space program
 FLOOR = 5e3                 # smallest force that deviations refer to [N]
 MIRROR = np.array([-1.0, 1.0, -1.0])
 
@@ -92,9 +93,8 @@ def section(short: bool) -> Section:
                 checks.append(limit(f"{pair}, halfspace: wheel force off by at most, {len(poses)} poses [of max(|F|, 5 kN)]",
                                     wheel.max(), "direct half-space solution", 0.02))
             else:
-                # Strips carry the load where half-spaces do to the accuracy of Winkler's foundation: a tenth.
                 checks.append(limit(f"{pair}, {model}: rms of the wheel force's deviation [of max(|F|, 5 kN)]",
-                                    np.sqrt((wheel**2).mean()), "direct half-space solution", 0.15))
+                                    np.sqrt((wheel**2).mean()), "direct half-space solution", LARGEST[model]))
     table = Table("Deviation of a wheel's force from direct half-space solutions, percent of max(|F|, 5 kN)",
                   ["profiles", "contact", "model", "poses", "rms", "median", "99 %", "largest", "above 2 %"], rows)
     return Section(
