@@ -21,7 +21,7 @@ OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
 WRAPPER = build/wrapper/installed
 
-.PHONY: all wrapper test report validate reference clean help
+.PHONY: all wrapper test report validate bench reference clean help
 all: $(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER))
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
@@ -78,6 +78,9 @@ report: all
 validate: all $(TESTS)
 	LDBENCH_TESTS=$(CURDIR)/$(BUILD)/tests $(PYTHON) tests/validation
 
+bench: all $(TESTS)
+	LDBENCH_TESTS=$(CURDIR)/$(BUILD)/tests $(PYTHON) tests/bench
+
 reference: $(EXE)
 	$(PYTHON) tests/reference.py --store
 
@@ -90,6 +93,7 @@ help:
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
+	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with any of them: run-time checks and floating-point traps'

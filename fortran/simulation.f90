@@ -150,13 +150,14 @@ contains
     type(motion_type) :: motion
     real(dp), allocatable :: grown(:, :)
     real(dp) :: first_energy, from, to
-    integer :: substeps, last_row, row, n, i, status
+    integer :: substeps, last_row, report_rows, row, n, i, status
     logical :: done
 
     call cpu_time(from)
     scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
     substeps = ceiling(c%interval/c%dt*(1 - 1e-9_dp))
     run%step = c%interval/substeps
+    report_rows = max(1, min(100, 10000/substeps))
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
     allocate (run%rows(n_columns, 1024))
 
@@ -178,8 +179,14 @@ contains
       do i = 1, substeps
         motion%t = (row - 1)*c%interval + (i - 1)*run%step
         call step(motion, run%step, 0)
-        if (allocated(error)) return
+        if (allocated(error)) exit
       end do
+      if (allocated(error)) then
+        ! A wheelset that has derailed may leave the table before the next row.
+        if (.not. run%log%derailed) return
+        deallocate (error)
+        exit
+      end if
       motion%t = row*c%interval
       n = row + 1
       if (n > size(run%rows, 2)) then
@@ -190,7 +197,7 @@ contains
       call write_row(n)
       done = run%log%derailed .or. (c%stop_at == 'return_to_centre' .and. run%log%returned)
       if (present(watcher)) then
-        if (mod(row, 100) == 0) call watcher%report('integration', row/real(last_row, dp))
+        if (mod(row, report_rows) == 0) call watcher%report('integration', row/real(last_row, dp))
         run%cancelled = watcher%stop
       end if
       if (done .or. run%cancelled) exit

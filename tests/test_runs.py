@@ -294,3 +294,13 @@ def test_hertz_tread_force(hertz_runs: tuple[str, Path], shipped: dict[str, Run]
     difference = np.abs(force[0]/force[1] - 1)
     print(f"{pair}: hertz against strip on the tread, largest {difference.max():.1e}")      # shown by pytest -rP
     assert difference.max() < 5e-3
+
+
+def test_derailed_between_rows(tmp_path: Path):
+    """A wheelset that derails and then leaves the table, all before the next row, has derailed."""
+    text = shipped_text("ex5_aw", tmp_path)
+    text = re.sub(r"lateral_force\s*=\s*\S+", "lateral_force = 4e5", re.sub(r"interval\s*=\s*\S+", "interval = 5.0", text))
+    done = run_case(text, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "s: derailment" in done.stdout
+    assert len(columns(tmp_path / "ex5_aw.txt")["time"]) == 1

@@ -10,8 +10,9 @@ Everything is in SI units and radians, in the track frame: X forward, Y to the l
 from ._core import Error, version
 from .case import Case
 from .columns import read_columns
+from .ensemble import ensemble
 from .run import Event, Run, run
 from .table import ContactTable
 
-__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "read_columns", "run"]
+__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "ensemble", "read_columns", "run"]
 __version__ = version()

@@ -10,6 +10,7 @@ from ._core import Error
 # Each command is a module here with add_arguments(parser) and main(args), which returns the exit status.
 COMMANDS = {
     "run": "run a case and write its column file",
+    "ensemble": "run a case over many values of its variables, in threads or on a Dask cluster",
     "table": "build or load a contact table, write geometry functions",
     "report": "run the ten cases, write columns, plots, abstract and summary",
     "plot": "plot column files",

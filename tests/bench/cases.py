@@ -1,0 +1,101 @@
+"""What the ten cases cost as a user runs them: wall time, table, files, memory."""
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import ldbench
+from checks import Table
+from ldbench import Case, ContactTable
+from measure import Section, measure, ratio
+from programs import LDBENCH, REPO, resources
+
+CASES = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4, 5) for pair in ("aw", "sw")]
+SHORT = ["ex2_aw"]
+MODELS = "strip", "hertz", "halfspace"
+
+TEXT = """Every shipped input by the executable, as a child process, its contact table there in a file: wall and
+processor time from start to exit with all files written, and peak resident memory. Table: built in this process for
+each model of normal contact. Writing: the column file of a run that is there, apart from its integration."""
+
+
+def child(case: str, folder: Path) -> tuple[float, float, float]:
+    """Run a shipped input with its files in `folder`."""
+    namelist = folder/f"{case}.nml"
+    text = (REPO/"inputs"/namelist.name).read_text()
+    namelist.write_text(text.replace("'outputs/", f"'{folder}/").replace("'profiles/", f"'{REPO}/profiles/"))
+    return resources([str(LDBENCH), str(namelist)], folder)
+
+
+def case_measures(out: Section, names: list[str], rounds: int) -> None:
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for pair in sorted({case[-2:] for case in names}):
+            table = Path(ContactTable(Case.exercise(1, pair)).case.table_path())
+            shutil.copy(table, folder)
+        found = np.array([[child(case, folder) for case in names] for _ in range(rounds)])
+    for case, samples in zip(names, found.transpose(1, 2, 0), strict=True):
+        measures = [measure(case, "executable", quantity, unit, values) for (quantity, unit), values in zip(
+            (("wall time", "s"), ("processor time", "s"), ("peak memory", "MB")), samples, strict=True)]
+        out.measures += measures
+        rows.append([case, *(m.text() for m in measures)])
+    totals = found.sum(axis=1)
+    total = measure("all cases", "executable", "wall time", "s", totals[:, 0],
+                    f"{len(names)} cases, one after the other", True)
+    out.measures.append(total)
+    rows.append(["together", total.text(), measure("", "", "", "s", totals[:, 1]).text(), ""])
+    out.tables.append(Table("The cases by the executable: median (quartiles)",
+                            ["case", "wall time [s]", "processor time [s]", "peak memory [MB]"], rows))
+
+
+def table_measures(out: Section, pairs: tuple[str, ...], models: tuple[str, ...], rounds: int) -> None:
+    rows = []
+    for pair in pairs:
+        strip = None
+        for model in models:
+            case = Case.exercise(1, pair).replace(model=model, table_file="")
+            seconds = np.array([ContactTable(case)._seconds for _ in range(rounds)])
+            strip = seconds if strip is None else strip
+            built = measure(pair, f"table, {model}", "processor time of building", "s", seconds, headline=True)
+            out.measures += [built, ratio(pair, f"table, {model}", "building over the strip table's", seconds, strip,
+                                          headline=False)]
+            rows.append([pair, model, built.text(), out.measures[-1].text()])
+    out.tables.append(Table("Building a contact table: median (quartiles)",
+                            ["profiles", "model", "processor time [s]", "over the strip model"], rows))
+
+
+def writing_measures(out: Section, case: Case, rounds: int) -> None:
+    """Column file and its recording, against the integration."""
+    run = ldbench.run(case)
+    write, integrate = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder)/"columns.txt"
+        for _ in range(rounds):
+            begin = time.process_time()
+            run.write(path)
+            write.append(time.process_time() - begin)
+            integrate.append(ldbench.run(case, table=run.table).summary["seconds"])
+        size = path.stat().st_size
+    rows = run.summary["rows"]
+    out.measures += [
+        measure(case.case_name, "column file", "processor time of writing", "s", write,
+                f"{rows} rows, {size/1e6:.1f} MB"),
+        ratio(case.case_name, "column file", "writing over integrating", write, integrate, f"{rows} rows")]
+    out.tables.append(Table(f"Writing the column file of {case.case_name}, {rows} rows, {size/1e6:.1f} MB",
+                            ["processor time [s]", "over the integration"],
+                            [[m.text() for m in out.measures[-2:]]]))
+
+
+def section(short: bool) -> Section:
+    out = Section("The cases as they are run", TEXT)
+    rounds = 3
+    case_measures(out, SHORT if short else CASES, rounds)
+    if not short:
+        table_measures(out, ("aw", "sw"), MODELS, rounds)
+    writing_measures(out, Case.exercise(2 if short else 1, "aw"), rounds)
+    return out

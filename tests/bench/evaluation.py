@@ -1,0 +1,137 @@
+"""Cost of one evaluation of the contact forces, against what it replaces and against the floor."""
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import ldbench
+from checks import Table
+from ldbench import Case, ContactTable, Run, _flat
+from measure import Measure, Section, measure, ratio
+from programs import fortran_test
+
+EXERCISES = 1, 2
+SHORT = (2,)
+CALLS = 20_000                  # from Python, per round
+LOOPED = 100_000                # in compiled loops, per round
+NAMES = "table", "direct", "half-space", "floor"
+
+TEXT = """One evaluation gives energy, force and tangent stiffness of all four contacts at a pose. Poses: the rows of
+the run. table: the core's look-up in a Fortran loop; direct: the same force and energy (no tangent) of the strips the
+table was made of; half-space: force and energy by Boussinesq's problem; floor: the loads and multiply-adds of the
+touching zones' splines (80 and 400 each) in a bare loop, with the values of the basis functions given. Force and
+tangent are not separable in the core: they share the splines; the row "tangent" is the same procedure that hands out
+the other result.
+
+Python's own: what a user would write with numpy alone, one Hertz spring per wheel along the contact angle, height and
+angle of the rigid wheelset by np.interp from the geometry functions. Only its cost counts here: it is a cruder law."""
+
+
+def numpy_law(table: ContactTable) -> Callable[[float, float, float], np.ndarray]:
+    """Force on the wheelset by one Hertz spring per wheel, from the geometry functions."""
+    g = table.geometry().dropna()
+    Y, Z, roll = (g[c].to_numpy() for c in ("Y", "Z", "roll"))
+    sides = [(g[f"angle_{s}"].to_numpy(), g[f"y_{s}"].to_numpy(), sign) for s, sign in (("L", 1), ("R", -1))]
+    approach = table.rigid_height - table.equilibrium
+    stiffness = table.weight/2/approach**1.5        # Hertz, from the approach at rest [N/m^1.5]
+
+    def force(y: float, z: float, phi: float) -> np.ndarray:
+        total = np.zeros(3)
+        down = np.interp(y, Y, Z) + table.rigid_height - z
+        tilt = np.interp(y, Y, roll) - phi
+        for angle, lateral, sign in sides:
+            gamma, arm = np.interp(y, Y, angle), np.interp(y, Y, lateral) - y
+            depth = (down + tilt*arm)*np.cos(gamma)
+            if depth > 0:
+                N = stiffness*depth**1.5
+                Fy, Fz = -sign*N*np.sin(gamma), N*np.cos(gamma)
+                total += Fy, Fz, arm*Fz + z*Fy
+        return total
+
+    return force
+
+
+def seconds_per_call(call: Callable[[float, float, float], object], poses: np.ndarray) -> float:
+    count = -(-CALLS//len(poses))
+    rows = poses.tolist()
+    begin = time.process_time()
+    for _ in range(count):
+        for row in rows:
+            call(*row)
+    return (time.process_time() - begin)/(count*len(rows))
+
+
+def write_poses(path: Path, poses: np.ndarray) -> None:
+    with path.open("wb") as file:
+        np.array([len(poses)], np.int64).tofile(file)
+        np.ascontiguousarray(poses.T).tofile(file)
+
+
+def poses_of(run: Run) -> np.ndarray:
+    """y, z above the rails, roll of the run's rows."""
+    poses = run.columns[["Y", "Z", "roll"]].to_numpy().copy()
+    poses[:, 1] += run.table.equilibrium
+    return poses
+
+
+def absolute(case: Case) -> Case:
+    """The case with paths that hold in any folder."""
+    return case.replace(**{name: str(Path(case.find(getattr(case, name))).resolve())
+                           for name in ("wheel_profile", "rail_profile", "table_file")})
+
+
+def fortran_times(case: Case, poses: np.ndarray, rounds: int) -> tuple[dict[str, np.ndarray], float]:
+    """Per kind of evaluation and round [s]; the mean number of touching zones."""
+    with tempfile.TemporaryDirectory() as folder:
+        namelist, file = Path(folder)/"case.nml", Path(folder)/"poses"
+        absolute(case).to_namelist(namelist)
+        write_poses(file, poses)
+        repeats, stride = max(1, LOOPED//len(poses)), max(1, len(poses)//10)
+        lines = fortran_test("bench_force", namelist, file, rounds, repeats, stride).splitlines()
+    times = np.array([line.split() for line in lines[:-1]], float).T
+    return dict(zip(NAMES, times, strict=True)), float(lines[-1].split()[0])
+
+
+def section(short: bool) -> Section:
+    out = Section("Cost of an evaluation", TEXT)
+    rounds = 3 if short else 7
+    rows = []
+    table = None
+    for exercise in SHORT if short else EXERCISES:
+        case = Case.exercise(exercise, "aw")
+        run = ldbench.run(case, table=table)
+        table, poses = run.table, poses_of(run)
+        if short:
+            poses = poses[::5].copy()
+        times, zones = fortran_times(case, poses, rounds)
+        handle, law = run.table._handle, numpy_law(run.table)
+        arrays = [np.ascontiguousarray(x) for x in poses.T]
+
+        def loop(procedure: Callable[..., object]) -> float:
+            count = max(1, LOOPED//len(poses))
+            begin = time.process_time()
+            for _ in range(count):
+                procedure(handle, 0, *arrays)
+            return (time.process_time() - begin)/(count*len(poses))
+
+        kinds = {"force, array from Python": lambda: loop(_flat.forces),
+                 "tangent, array from Python": lambda: loop(_flat.tangents),
+                 "force, one by one from Python": lambda: seconds_per_call(
+                     lambda y, z, phi: _flat.forces(handle, 0, y, z, phi), poses),
+                 "Python's own law": lambda: seconds_per_call(law, poses)}
+        samples = [[kind() for kind in kinds.values()] for _ in range(rounds)]
+        times |= dict(zip(kinds, np.array(samples).T, strict=True))
+        name = case.case_name
+        out.measures.append(measure(name, "touching zones, both wheels", "mean number", "1", zones))
+        for kind, seconds in times.items():
+            out.measures.append(measure(name, kind, "time of an evaluation", "s", seconds))
+            over = ratio(name, kind, "time over the look-up's", seconds, times["table"])
+            out.measures.append(over)
+            rows.append([name, kind, out.measures[-2].text(), over.text()])
+    out.tables.append(Table("Processor time of an evaluation, both wheels: median (quartiles)",
+                            ["case", "kind", "time [s]", "over the look-up"], rows))
+    return out

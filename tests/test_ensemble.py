@@ -1,0 +1,378 @@
+"""Ensembles: the members are runs, whatever the threads, the store or the cluster."""
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+xr = pytest.importorskip("xarray")
+pytest.importorskip("zarr")
+
+import ldbench  # noqa: E402
+from ldbench.__main__ import main  # noqa: E402
+from ldbench.ensemble import draws, parse_values  # noqa: E402
+
+module = sys.modules["ldbench.ensemble"]
+COARSE = {"n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
+MASSES = [1300.0, 1500.0, 1700.0]
+
+
+def short(**changes: object) -> ldbench.Case:
+    """To the left flange and off it, within 20 ms."""
+    return ldbench.Case.exercise(3).replace(**COARSE | {"dt": 1e-5, "t_end": 0.02} | changes)
+
+
+@pytest.fixture(scope="module")
+def table() -> ldbench.ContactTable:
+    return ldbench.ContactTable(short())
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
+    """Counts runs and tables built."""
+    counts = {"runs": 0, "tables": 0}
+
+    def counting(name: str, work):
+        def counted_work(*arguments):
+            counts[name] += 1
+            return work(*arguments)
+        return counted_work
+
+    monkeypatch.setattr(module, "run", counting("runs", module.run))
+    monkeypatch.setattr(module, "ContactTable", counting("tables", module.ContactTable))
+    return counts
+
+
+# ---- members -------------------------------------------------------------------------
+def test_a_member_is_a_run(table):
+    found = ldbench.ensemble(short(), {"mass": MASSES, "vY": [0.9, 1.1]}, columns=["Y", "N_LF"], tables=[table])
+    assert dict(found.error.sizes) == {"mass": 3, "vY": 2} and not (found.error != "").any()
+    one = found.sel(mass=1500, vY=1.1)
+    run = ldbench.run(short(mass=1500, vY=1.1), table=table)
+    for name, value in run.summary.items():
+        if name not in ("seconds", "table_seconds", "table_found"):
+            assert one[name].item() == value, name
+    for name in "time", "Y", "N_LF":
+        assert np.array_equal(one[name], run.columns[name])
+    listed = [(float(one.event_time.sel(kind=kind, occurrence=k)), kind)
+              for kind in one.kind.values.tolist() for k in one.occurrence.values
+              if np.isfinite(one.event_time.sel(kind=kind, occurrence=k))]
+    assert sorted(listed) == sorted((event.t, event.kind) for event in run.events)
+
+
+def test_units(table):
+    found = ldbench.ensemble(short(t_end=1e-3), {"mass": [1500]}, columns=["vY"], tables=[table])
+    units = {name: found[name].attrs.get("units") for name in found.variables}
+    assert {name: units[name] for name in (
+        "mass", "peak_N_LF", "t_peak_LF", "drift", "frequency_1", "steps", "event_time", "event_force", "vY")} == {
+        "mass": "kg", "peak_N_LF": "N", "t_peak_LF": "s", "drift": "J", "frequency_1": "Hz", "steps": "1",
+        "event_time": "s", "event_force": "N", "vY": "m/s"}
+
+
+def test_threads_make_no_difference(table, counted):
+    over = {"gauge": [1.4351, 1.4361], "mass": MASSES}
+    one, three = (ldbench.ensemble(short(), over, columns=["roll"], tables=[table], threads=n) for n in (1, 3))
+    assert one.identical(three)
+    assert all(one[name].values.tobytes() == three[name].values.tobytes() for name in one.data_vars)
+    assert counted == {"runs": 12, "tables": 2}
+
+
+def test_tables_are_built_once(counted):
+    over = {"mass": MASSES, "stiffness_scale": [1.0, 2.0], "vY": [0.5, 1.0]}
+    found = ldbench.ensemble(short(t_end=1e-3), over, threads=2)
+    assert counted == {"runs": 12, "tables": 2} and not (found.error != "").any()
+    assert (found.approach.sel(stiffness_scale=2) < found.approach.sel(stiffness_scale=1)).all()
+
+
+def test_a_table_file_holds_the_case_s_own_table(tmp_path, table):
+    """And no other member's."""
+    case = short(t_end=1e-3, table_file=tmp_path/"own.table")
+    ldbench.ensemble(case, {"gauge": [1.4361, 1.4351]})
+    assert [path.name for path in tmp_path.iterdir()] == ["own.table"]
+    assert ldbench.run(case).summary["table_found"]
+
+
+def test_failures_are_recorded(table):
+    found = ldbench.ensemble(short(), {"mass": [-1.0, 1500.0], "vertical_load": [164618.0, 9e9]}, tables=[table])
+    assert np.array_equal(found.error != "", [[True, True], [False, True]])
+    assert "&wheelset mass: expected" in found.error.values[0, 0]
+    assert np.array_equal(np.isnan(found.t), found.error != "") and found.end.values[0, 0] == ""
+    assert found.peak_N_LF.values[1, 0] > 1e6
+
+
+def test_a_table_that_cannot_be_built_fails_its_members(tmp_path, table):
+    found = ldbench.ensemble(short(), {"wheel_profile": ["profiles/awprof.yz", "none.yz"], "mass": MASSES},
+                             tables=[table])
+    assert (found.error.sel(wheel_profile="profiles/awprof.yz") == "").all()
+    assert all("none.yz" in error for error in found.error.sel(wheel_profile="none.yz").values)
+
+
+def test_rows_are_thinned_or_padded(table):
+    cases = [short(t_end=t) for t in (0.02, 1e-3)]
+    full = ldbench.ensemble(cases, columns=["Y"], tables=[table])
+    assert full.Y.shape == (2, 201) and np.isnan(full.Y[1, 11:]).all() and not np.isnan(full.Y[1, :11]).any()
+    thin = ldbench.ensemble(cases, columns=["Y"], rows=21, tables=[table])
+    assert np.array_equal(thin.Y[0], full.Y[0, ::10]) and np.array_equal(thin.Y[1, :11], full.Y[1, :11])
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    ({"over": {"mas": [1]}}, "expected a namelist variable"),
+    ({"over": {"mass": []}}, "at least one value"),
+    ({"over": {"mass": [1, 2, 3]}, "n": 4}, r"range \(low, high\) of mass"),
+    ({"over": {"mass": [1, 2]}, "n": 0}, "at least one range and one draw"),
+    ({"over": {"mass": [1, 2]}, "n": 4, "draw": "sobol"}, "draw = 'random' or 'even'"),
+    ({"over": {"vY": [1.0]}, "columns": ["vY"]}, "initial_vY"),
+    ({"over": {"mass": [1500]}, "columns": ["speed"]}, "columns among time, X"),
+    ({"over": {"mass": [1500]}, "rows": 1}, "rows of at least 2"),
+    ({"over": {"mass": [1500]}, "scheduler": "tcp://127.0.0.1:9"}, "expected a Dask scheduler"),
+])
+def test_refusals(arguments, words, monkeypatch):
+    if "scheduler" in arguments:
+        pytest.importorskip("distributed")
+        monkeypatch.setattr("ldbench.cluster.CONNECT", 0.2)
+    with pytest.raises(ldbench.Error, match=words):
+        ldbench.ensemble(short(), **arguments)
+
+
+# ---- draws ---------------------------------------------------------------------------
+@pytest.mark.parametrize("draw", ["random", "even"])
+def test_draws(draw):
+    over = {"mass": (1000, 2000), "vY": (-1, 1)}
+    points = np.array(draws(over, 400, 3, draw))
+    assert points.shape == (400, 2) and (points.min(0) >= [1000, -1]).all() and (points.max(0) < [2000, 1]).all()
+    assert draws(over, 100, 3, draw) == draws(over, 400, 3, draw)[:100] != draws(over, 100, 4, draw)
+    # Points in each of 20 x 20 cells: one of an even cover; Poisson for random ones, with exp(-1) of the cells empty.
+    cells = np.histogram2d(*points.T, bins=20, range=((1000, 2000), (-1, 1)))[0]
+    assert (cells == 0).mean() < (0.25 if draw == "even" else 0.45)
+
+
+def test_drawn_members(table):
+    found = ldbench.ensemble(short(t_end=1e-3), {"mass": (1400, 1600), "vY": (0.5, 1)}, 5, seed=7, tables=[table])
+    assert found.t.dims == found.mass.dims == ("member",) and found.sizes["member"] == 5
+    assert list(zip(found.mass.values, found.vY.values, strict=True)) == draws(
+        {"mass": (1400, 1600), "vY": (0.5, 1)}, 5, 7, "random")
+
+
+# ---- progress and Ctrl-C -------------------------------------------------------------
+def test_progress(table):
+    told = []
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], progress=lambda *report: told.append(report))
+    assert told == [("ensemble", 1/3), ("ensemble", 2/3), ("ensemble", 1.0)]
+
+
+INTERRUPTED = """
+import sys, threading, ldbench
+case = ldbench.Case.from_namelist(sys.argv[1])
+try:
+    ldbench.ensemble([case, case.replace(t_end=2e-2)] + 3*[case], store="sweep.zarr",
+                     progress=lambda *report: print("one", flush=True))
+except KeyboardInterrupt:
+    print("stopped", [t.name for t in threading.enumerate() if "ldbench" in t.name])
+"""
+
+
+def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
+    """The first member would take a quarter of an hour."""
+    endless = short(t_end=1e3, interval=1e-3, stop_at="t_end")
+    endless.to_namelist(tmp_path/"case.nml")
+    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, tmp_path/"case.nml"], cwd=tmp_path, text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    # A single core never comes to the second member.
+    if module.usable_cores() > 1:
+        assert process.stdout.readline() == "one\n"
+    else:
+        time.sleep(5)
+    process.send_signal(signal.SIGINT)
+    begin = time.monotonic()
+    try:
+        out, err = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert time.monotonic() - begin < 10
+    assert (out.splitlines()[-1], process.returncode, err) == ("stopped []", 0, "")
+    if module.usable_cores() > 1:
+        assert len(module.Store(tmp_path/"sweep.zarr").read()) == 1
+
+
+# ---- store ---------------------------------------------------------------------------
+def test_only_what_is_missing_is_run(tmp_path, table, counted):
+    store = tmp_path/"sweep.zarr"
+    first = ldbench.ensemble(short(), {"mass": MASSES}, columns=["Y"], store=store, tables=[table])
+    assert counted["runs"] == 3
+    again = ldbench.ensemble(short(), {"mass": MASSES}, columns=["Y"], store=store, tables=[table])
+    assert counted["runs"] == 3 and again.identical(first)
+    more = ldbench.ensemble(short(), {"mass": [*MASSES, 1900.0, -1.0]}, columns=["Y"], store=store, tables=[table])
+    assert counted["runs"] == 4 and more.isel(mass=slice(3)).drop_vars("error").identical(first.drop_vars("error"))
+    with xr.open_zarr(store) as stored:
+        assert stored.load().identical(more)
+    assert [path.suffix for path in (tmp_path/"sweep.zarr.parts").iterdir()] == [".npz"]
+
+
+def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
+    for name in "awprof.yz", "arprof.yz":
+        shutil.copy(ldbench.Case.exercise(3).find(f"profiles/{name}"), tmp_path)
+    wheel = tmp_path/"awprof.yz"
+    case = short(t_end=1e-3, wheel_profile=wheel, rail_profile=tmp_path/"arprof.yz")
+
+    def new_runs(case: ldbench.Case, **options: object) -> int:
+        before = counted["runs"]
+        ldbench.ensemble(case, {"mass": MASSES[:2]}, store=tmp_path/"sweep.zarr", tables=[table], **options)
+        return counted["runs"] - before
+
+    assert (new_runs(case), new_runs(case)) == (2, 0)
+    assert new_runs(case.replace(dt=2e-5)) == 2
+    assert new_runs(case.replace(vertical_load=164619.0)) == 2
+    assert new_runs(case, columns=["Y"]) == 2
+    original = wheel.read_text()
+    wheel.write_text(re.sub(r"(\d\d\.\d{5})\d\n", r"\g<1>0\n", original, count=1))
+    assert wheel.read_text() != original and new_runs(case) == 2
+    wheel.write_text(original)
+    assert new_runs(case) == 0
+    monkeypatch.setattr(module, "core_digest", lambda: "another build")
+    assert new_runs(case) == 2
+
+
+def test_a_damaged_part_counts_as_missing(tmp_path, table, counted):
+    def sweep() -> xr.Dataset:
+        return ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table])
+
+    first = sweep()
+    part, = (tmp_path/"sweep.zarr.parts").iterdir()
+    part.write_bytes(part.read_bytes()[:-100])
+    (tmp_path/"sweep.zarr.parts"/"0123.npz.99.new").write_bytes(b"PK")        # what a killed process leaves
+    assert sweep().identical(first) and counted["runs"] == 6
+
+
+def test_parts_come_while_it_runs(tmp_path, table, monkeypatch):
+    """Killed in mid-sweep, a process loses no more than what was not written yet."""
+    class Enough(Exception):
+        pass
+
+    def stop(stage: str, share: float) -> None:
+        if share == 1:
+            raise Enough
+
+    monkeypatch.setattr(module, "FLUSH", 0.0)
+    with pytest.raises(Enough):
+        ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table],
+                         progress=stop)
+    assert not (tmp_path/"sweep.zarr").exists()
+    assert len(module.Store(tmp_path/"sweep.zarr").read()) == 2
+
+
+def test_a_store_is_not_written_over_something_else(tmp_path):
+    (tmp_path/"notes.txt").write_text("mine\n")
+    with pytest.raises(ldbench.Error, match="expected a Zarr directory or nothing"):
+        ldbench.ensemble(short(), {"mass": MASSES}, store=tmp_path/"notes.txt")
+
+
+def test_failed_members_are_stored_too(tmp_path, table):
+    over = {"vertical_load": [9e9]}
+    first, again = (ldbench.ensemble(short(), over, store=tmp_path/"sweep.zarr", tables=[table]) for _ in range(2))
+    assert first.error.item() and again.identical(first)
+
+
+# ---- Dask ----------------------------------------------------------------------------
+class Cluster:
+    """A scheduler and workers of one thread as processes on the loopback."""
+
+    def __init__(self, folder: Path, workers: int) -> None:
+        self.folder = folder
+        self.processes: list[subprocess.Popen] = []
+        self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+        self.address = self._wait(0, r"Scheduler at:\s+(tcp://\S+)")
+        for k in range(workers):
+            self._start("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host",
+                        "127.0.0.1", "--local-directory", str(folder/f"worker{k}"))
+        for k in range(workers):
+            self._wait(1 + k, r"(Registered to)")
+
+    def _start(self, *arguments: str) -> None:
+        log = open(self.folder/f"{len(self.processes)}.log", "w")
+        environment = os.environ | {"PYTHONPATH": str(Path(ldbench.__file__).parents[1])}
+        self.processes.append(subprocess.Popen([sys.executable, "-m", "dask", *arguments], stdout=log, stderr=log,
+                                               cwd=self.folder, env=environment))
+        log.close()
+
+    def _wait(self, process: int, pattern: str) -> str:
+        for _ in range(600):
+            if found := re.search(pattern, log := (self.folder/f"{process}.log").read_text()):
+                return found[1]
+            assert self.processes[process].poll() is None, log
+            time.sleep(0.05)
+        raise AssertionError(log)
+
+    def stop(self) -> None:
+        for process in self.processes:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    pytest.importorskip("distributed")
+    cluster = Cluster(tmp_path, 2)
+    yield cluster
+    cluster.stop()
+
+
+def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
+    """The other one goes on; the results are those of this process's threads."""
+    over = {"gauge": [1.4351, 1.4361], "mass": np.linspace(1000, 2000, 16).tolist() + [-1.0]}
+    case = short()
+    done = []
+
+    def kill(stage: str, share: float) -> None:
+        done.append(share)
+        if len(done) == 4:
+            cluster.processes[1].kill()
+
+    found = ldbench.ensemble(case, over, columns=["Y"], scheduler=cluster.address, store=tmp_path/"sweep.zarr",
+                             progress=kill)
+    assert cluster.processes[1].poll() is not None and done[-1] == 1
+    assert counted == {"runs": 0, "tables": 0}
+    assert found.identical(ldbench.ensemble(case, over, columns=["Y"], tables=[table]))
+    with xr.open_zarr(tmp_path/"sweep.zarr") as stored:
+        assert stored.load().identical(found)
+    # Restarted without the cluster: nothing is left to do.
+    runs = counted["runs"]
+    assert ldbench.ensemble(case, over, columns=["Y"], store=tmp_path/"sweep.zarr").identical(found)
+    assert counted["runs"] == runs
+
+
+# ---- command -------------------------------------------------------------------------
+def test_values_of_the_command_line():
+    assert parse_values("mass=1,2.5") == ("mass", [1.0, 2.5])
+    assert parse_values("mass=1:4:7") == ("mass", [1, 1.5, 2, 2.5, 3, 3.5, 4])
+    assert parse_values("mass=1:4") == ("mass", [1, 4])
+    assert parse_values("scheme=energy,newmark") == ("scheme", ["energy", "newmark"])
+
+
+def test_command(tmp_path, capsys):
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=1400,-1", "vY=0:1:2",
+                 "--store", str(tmp_path/"sweep.zarr")]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("2 mass x 2 vY: 4 runs, 2 failed\nfirst failure: ")
+    assert "2 ended with t_end" in out and "peak_N_LT [kN]: " in out and "sweep.zarr" in out
+
+
+def test_without_xarray_one_line_says_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(ldbench.Error, match=r"needs xarray, which is not installed: pip install ldbench\[ensemble\]"):
+        ldbench.ensemble(short(), {"mass": MASSES})
+
+
+def test_the_package_needs_none_of_it():
+    code = "import sys, ldbench; print(sorted({'xarray', 'zarr', 'dask', 'distributed'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("[]\n", "")

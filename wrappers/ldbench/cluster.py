@@ -1,0 +1,123 @@
+"""An ensemble on the workers of a Dask cluster.
+
+Every contact table is built once, on some worker, and sent to the others as the bytes of a table file together
+with the profiles; so workers need no common file system. When a worker dies, the scheduler gives what it had to
+others.
+"""
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ._core import Error
+from .case import Case
+from .ensemble import Member, Record, Wanted, by_table, digest, needed, run_member
+from .table import ContactTable
+
+PIECE = 16                  # members of a task, at most
+TABLES_KEPT = 4             # by a worker process
+CONNECT = 30                # wait for the scheduler [s]
+
+
+@dataclass(frozen=True)
+class TableFile:
+    """A contact table on its way."""
+
+    case: Case
+    wheel: bytes            # profiles
+    rail: bytes
+    table: bytes = b""
+    error: str = ""         # why there is none
+
+    def place(self, folder: str) -> Case:
+        """The case with all its files in `folder`."""
+        files = {"wheel_profile": self.wheel, "rail_profile": self.rail, "table_file": self.table}
+        for name, data in files.items():
+            if data:
+                Path(folder, name).write_bytes(data)
+        return self.case.replace(**{name: f"{folder}/{name}" for name in files})
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A contact table of this process, and the folder that holds its profiles."""
+
+    table: ContactTable
+    folder: tempfile.TemporaryDirectory[str]
+
+    def localised(self, case: Case) -> Case:
+        return case.replace(**{name: f"{self.folder.name}/{name}" for name in ("wheel_profile", "rail_profile")})
+
+
+_loaded: dict[str, Loaded] = {}
+_loading = threading.Lock()
+
+
+def build_table(source: TableFile) -> TableFile:
+    """On a worker: the same with the table."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            ContactTable(source.place(folder))
+        except Error as error:
+            return TableFile(source.case, b"", b"", error=str(error))
+        return TableFile(source.case, source.wheel, source.rail, Path(folder, "table_file").read_bytes())
+
+
+def load_table(source: TableFile) -> Loaded:
+    key = digest(source.table)
+    with _loading:
+        if key not in _loaded:
+            folder = tempfile.TemporaryDirectory()
+            _loaded[key] = Loaded(ContactTable(source.place(folder.name)), folder)
+            for old in list(_loaded)[:-TABLES_KEPT]:
+                del _loaded[old]
+        return _loaded[key]
+
+
+def run_piece(cases: Sequence[Case], source: TableFile, wanted: Wanted) -> list[Record]:
+    """On a worker: some members of one table."""
+    if source.error:
+        return [{"error": source.error} for _ in cases]
+    loaded = load_table(source)
+    return [run_member(loaded.localised(case), loaded.table, wanted) for case in cases]
+
+
+def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) -> Generator[tuple[Member, Record]]:
+    """Members and their records as they come."""
+    distributed = needed("distributed")
+    try:
+        client = distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise Error(f"{scheduler}: expected a Dask scheduler, found none: {error}") from None
+    with client:
+        workers = max(1, len(client.nthreads()))
+        pieces = {}
+        for group in by_table(members).values():
+            try:
+                source = _source(group[0].case)
+            except Error as error:
+                yield from ((member, {"error": str(error)}) for member in group)
+                continue
+            table = client.submit(build_table, source, pure=False)
+            size = max(1, min(PIECE, len(group)//(4*workers)))
+            for piece in (group[k:k + size] for k in range(0, len(group), size)):
+                future = client.submit(run_piece, [member.case for member in piece], table, wanted, pure=False)
+                pieces[future] = piece
+        try:
+            for future, records in distributed.as_completed(list(pieces), client.loop, with_results=True):
+                yield from zip(pieces.pop(future), records, strict=True)
+        except distributed.KilledWorker as error:
+            raise Error(f"{scheduler}: workers died again and again at the same task: {error}") from None
+
+
+def _source(case: Case) -> TableFile:
+    def read(name: str) -> bytes:
+        try:
+            return Path(case.find(name)).read_bytes()
+        except OSError as error:
+            raise Error(f"{name}: cannot be opened for reading: {error.strerror}") from None
+
+    return TableFile(case, read(case.wheel_profile), read(case.rail_profile))
