@@ -1,15 +1,6 @@
-!> The contact table of a wheel/rail pair: one C2 potential, looked up.
-!>
-!> Per zone, in coordinates of the zone's pole (u along the rail's tangent at the
-!> zone's mean contact angle, w along its normal, roll phi):
-!>
-!>     p = h(u, phi) - w                    penetration; h: where the zone touches
-!>     U = S(u, phi, q) q^5,  q = sqrt(p+)
-!>
-!> For a Hertzian patch U goes with p^(5/2), for a patch cut by the end of its
-!> zone with p^3, so S is smooth in q.  h and S are tensor cubic B-splines.  Forces are
-!> the exact gradient of the interpolant and stiffnesses its exact Hessian, so
-!> energy is conserved whatever the resolution.
+!> The generator of the contact table of a wheel/rail pair: it tabulates h and S of
+!> `potential` for every zone, and the correction of the half-space model, on axes
+!> that are finest where wheelsets run; and keeps tables in files.
 module table
   use, intrinsic :: iso_fortran_env, only: int64
   use bspline, only: axis_basis, axis_point, axis_type, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, uniform_axis
