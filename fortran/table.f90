@@ -28,7 +28,7 @@ module table
     integer :: n_roll = 53, n_depth = 33
   end type grid_type
 
-  character(*), parameter :: magic = 'ldbench contact table 5'
+  character(*), parameter :: magic = 'ldbench contact table 6'
 
 contains
 
@@ -202,7 +202,7 @@ contains
     ! would have touched long before.
     real(dp), parameter :: bounds(2) = [0.6_dp, 2.5_dp]
     ! Beyond these the correction stays what it is: the wheelset lies on its side, or beside the rail.
-    real(dp), parameter :: reach_roll = 0.3_dp, reach_u = 32e-3_dp
+    real(dp), parameter :: reach_roll = 0.15_dp, reach_u = 32e-3_dp
     real(dp), parameter :: far = 20e-3_dp   ! the zone's distance at which another one may still touch [m]
     real(dp), allocatable :: ratio(:, :, :), k(:)
     type(scan_type) :: work
