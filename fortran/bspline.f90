@@ -9,7 +9,7 @@ module bspline
   implicit none
   private
   public :: axis_type, basis_type, graded_axis, uniform_axis, axis_point, axis_holds, axis_basis, &
-    fit_axis, fit_2d, fit_3d, spline_2d_value, spline_2d, spline_3d
+    fit_axis, fit_2d, fit_3d, spline_2d_value, spline_2d_gradient, spline_2d, spline_3d_gradient, spline_3d
 
   type :: axis_type
     integer :: n = 0              !! points
@@ -187,9 +187,28 @@ contains
     end do
   end function spline_2d_value
 
+  !> Value and gradient of sum c(i, j) X_i Y_j.
+  pure subroutine spline_2d_gradient(c, x, y, v)
+    real(dp), intent(in), contiguous :: c(:, :)
+    type(basis_type), intent(in) :: x, y
+    real(dp), intent(out) :: v(3)          !! f, fx, fy
+    real(dp) :: t(4), ty(4)
+    integer :: i, j
+
+    t = 0
+    ty = 0
+    do j = 1, 4
+      do i = 1, 4
+        t(i) = t(i) + y%b(j, 0)*c(x%i + i - 1, y%i + j - 1)
+        ty(i) = ty(i) + y%b(j, 1)*c(x%i + i - 1, y%i + j - 1)
+      end do
+    end do
+    v = [dot_product(t, x%b(:, 0)), dot_product(t, x%b(:, 1)), dot_product(ty, x%b(:, 0))]
+  end subroutine spline_2d_gradient
+
   !> Value, gradient (x, y) and Hessian (xx, xy, yy) of sum c(i, j) X_i Y_j.
   pure subroutine spline_2d(c, x, y, v)
-    real(dp), intent(in) :: c(:, :)
+    real(dp), intent(in), contiguous :: c(:, :)
     type(basis_type), intent(in) :: x, y
     real(dp), intent(out) :: v(6)          !! f, fx, fy, fxx, fxy, fyy
     real(dp) :: a(4, 0:2)
@@ -208,9 +227,37 @@ contains
     v(6) = dot_product(a(:, 0), y%b(:, 2))
   end subroutine spline_2d
 
+  !> Value and gradient of sum c(i, j, k) X_i Y_j Z_k.
+  pure subroutine spline_3d_gradient(c, x, y, z, v)
+    real(dp), intent(in), contiguous :: c(:, :, :)
+    type(basis_type), intent(in) :: x, y, z
+    real(dp), intent(out) :: v(4)          !! f, fx, fy, fz
+    real(dp) :: s, sy, t(4), ty(4), tz(4)
+    integer :: i, j, k, m
+
+    t = 0
+    ty = 0
+    tz = 0
+    j = y%i
+    do k = 1, 4
+      do i = 1, 4                          ! contiguous: in vector registers
+        m = x%i + i - 1
+        associate (c1 => c(m, j, z%i + k - 1), c2 => c(m, j + 1, z%i + k - 1), c3 => c(m, j + 2, z%i + k - 1), &
+          c4 => c(m, j + 3, z%i + k - 1))
+          s = y%b(1, 0)*c1 + y%b(2, 0)*c2 + y%b(3, 0)*c3 + y%b(4, 0)*c4
+          sy = y%b(1, 1)*c1 + y%b(2, 1)*c2 + y%b(3, 1)*c3 + y%b(4, 1)*c4
+        end associate
+        t(i) = t(i) + z%b(k, 0)*s
+        ty(i) = ty(i) + z%b(k, 0)*sy
+        tz(i) = tz(i) + z%b(k, 1)*s
+      end do
+    end do
+    v = [dot_product(t, x%b(:, 0)), dot_product(t, x%b(:, 1)), dot_product(ty, x%b(:, 0)), dot_product(tz, x%b(:, 0))]
+  end subroutine spline_3d_gradient
+
   !> Value, gradient and Hessian of sum c(i, j, k) X_i Y_j Z_k.
   pure subroutine spline_3d(c, x, y, z, v)
-    real(dp), intent(in) :: c(:, :, :)
+    real(dp), intent(in), contiguous :: c(:, :, :)
     type(basis_type), intent(in) :: x, y, z
     real(dp), intent(out) :: v(10)         !! f, fx, fy, fz, fxx, fxy, fxz, fyy, fyz, fzz
     real(dp) :: a(4, 6), w(4), p(4, 0:2)

@@ -61,6 +61,7 @@ module case
     real(dp) :: dt = 2e-6_dp
     real(dp) :: t_end = 1
     character(text_length) :: stop_at = 't_end'
+    real(dp) :: energy_tolerance = 0
     real(dp) :: tolerance = 1e-10_dp
     integer :: max_iterations = 12
     integer :: max_halvings = 10
@@ -148,10 +149,12 @@ contains
     call add_real('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', '')
     call add_text('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
       'derailment ends every run')
+    call add_real('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
+      'a step that changes the total energy by more is cut; 0: none is')
     call add_real('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', &
       'of the last Newton correction')
     call add_integer('integrator', 'max_iterations', c%max_iterations, 1, 1000, 'of Newton, per step')
-    call add_integer('integrator', 'max_halvings', c%max_halvings, 0, 30, 'of a step that fails')
+    call add_integer('integrator', 'max_halvings', c%max_halvings, 0, 30, 'of a step that is cut')
     call add_text('output', 'file', c%output_file, '', 'columns; default outputs/<name>.txt')
     call add_real('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'between rows')
     call add_text('output', 'geometry_file', c%geometry_file, '', 'geometry functions, if named')
@@ -476,6 +479,8 @@ contains
         trim(c%name)//"'")
     else if (c%order == 3) then
       call fatal_error(error, file//', &integrator order: expected 2 or 4, found 3')
+    else if (c%scheme == 'newmark' .and. c%order == 4 .and. c%gamma > 0.5_dp) then
+      call fatal_error(error, file//', &integrator gamma: expected 0.5 with order = 4, found '//str(c%gamma))
     else if (c%interval < c%dt) then
       call fatal_error(error, file//', &output interval: expected at least the step &integrator dt = '// &
         str(c%dt)//' s, found '//str(c%interval))

@@ -79,7 +79,7 @@ contains
     real(dp) :: force(3), rise
     integer :: c
 
-    call contacts(w, motion%q, state)
+    call contacts(w, motion%q, state, tangent=.false.)
     force = external_force(w, motion%t)
     rise = motion%q(2) - equilibrium
     row(1:11) = [motion%t, speed*motion%t, motion%q(1), rise, motion%q(3), pitch + pitch_rate*motion%t, &

@@ -1,12 +1,14 @@
 !> What happens in a run, and when: flange contacts, wheels that lift off and land,
-!> passages of the centre, derailment.  Times are those of the end of the step in
-!> which it happens; the passage of the centre is interpolated.
+!> passages of the centre, derailment.  Times lie within the steps: of a contact from its
+!> energy, which goes with the penetration as p^(5/2), and the rate at which it changes;
+!> of the others by linear interpolation.
 module events
   use kinds, only: dp
-  use wheelset, only: contact_state, left_flange, left_tread, right_flange, right_tread
+  use newmark, only: motion_type
+  use wheelset, only: external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
   private
-  public :: event_log, event_type, watch, event_kinds, derailed, &
+  public :: event_log, event_type, watch, event_kinds, overhang, &
     left_flange_contact, right_flange_contact, left_lift_off, left_landing, right_lift_off, &
     right_landing, centre_passage, derailment
 
@@ -39,34 +41,36 @@ module events
 contains
 
   !> Compare the two ends of a step.
-  subroutine watch(log, t, dt, y_old, y, old, new, lateral_force, off_the_rail)
+  subroutine watch(log, w, old, new, flange_tip, gauge_face)
     type(event_log), intent(inout) :: log
-    real(dp), intent(in) :: t, dt          !! end of the step, its length [s]
-    real(dp), intent(in) :: y_old, y       !! lateral position at its ends [m]
-    type(contact_state), intent(in) :: old, new
-    real(dp), intent(in) :: lateral_force  !! [N]
-    logical, intent(in) :: off_the_rail
-    logical :: before(4), now(4)
-    logical :: both_hit
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: old, new
+    real(dp), intent(in) :: flange_tip(2)   !! of the left wheel, wheelset frame [m]
+    real(dp), intent(in) :: gauge_face      !! Y of the left rail's gauge face [m]
+    real(dp) :: dt, before, after
+    logical :: were(4), are(4)
 
-    before = old%energy > 0
-    now = new%energy > 0
-    if (any(before .neqv. now)) then
-      if (now(left_flange) .and. .not. before(left_flange)) call note(left_flange_contact, t)
-      if (now(right_flange) .and. .not. before(right_flange)) call note(right_flange_contact, t)
+    dt = new%t - old%t
+    were = old%contact%energy > 0
+    are = new%contact%energy > 0
+    if (any(were .neqv. are)) then
+      if (are(left_flange) .and. .not. were(left_flange)) call note(left_flange_contact, touch(left_flange))
+      if (are(right_flange) .and. .not. were(right_flange)) call note(right_flange_contact, touch(right_flange))
       call wheel(left_tread, left_flange, left_lift_off, left_landing)
       call wheel(right_tread, right_flange, right_lift_off, right_landing)
     end if
-    log%away = log%away .or. abs(y_old) > aside
-    if (log%away .and. y_old*y <= 0) then
+    log%away = log%away .or. abs(old%q(1)) > aside
+    if (log%away .and. old%q(1)*new%q(1) <= 0) then
       log%away = .false.
-      both_hit = log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0
-      if (both_hit) log%returned = .true.
-      call note(centre_passage, t - dt*y/(y - y_old))
+      if (log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0) log%returned = .true.
+      call note(centre_passage, new%t - dt*new%q(1)/(new%q(1) - old%q(1)))
     end if
-    if (off_the_rail .and. .not. log%derailed) then
+    if (log%derailed) return
+    after = overhang(new%q, flange_tip, gauge_face)
+    if (after > 0) then
       log%derailed = .true.
-      call note(derailment, t)
+      before = min(overhang(old%q, flange_tip, gauge_face), 0.0_dp)
+      call note(derailment, new%t - dt*after/(after - before))
     end if
 
   contains
@@ -74,36 +78,64 @@ contains
     subroutine wheel(tread, flange, lift_off, landing)
       integer, intent(in) :: tread, flange, lift_off, landing
 
-      if (before(tread) .or. before(flange)) then
-        if (.not. (now(tread) .or. now(flange))) call note(lift_off, t)
+      if (were(tread) .or. were(flange)) then
+        if (.not. (are(tread) .or. are(flange))) call note(lift_off, max(leave(tread), leave(flange)))
       else
-        if (now(tread) .or. now(flange)) call note(landing, t)
+        if (are(tread) .or. are(flange)) call note(landing, min(touch(tread), touch(flange)))
       end if
     end subroutine wheel
+
+    !> When a contact that is closed now was closed.
+    real(dp) function touch(contact) result(t)
+      integer, intent(in) :: contact
+
+      t = new%t
+      if (are(contact)) t = t - min(dt, lapse(new, contact))
+    end function touch
+
+    !> When a contact that was closed was opened.
+    real(dp) function leave(contact) result(t)
+      integer, intent(in) :: contact
+
+      t = old%t
+      if (were(contact)) t = t + min(dt, lapse(old, contact))
+    end function leave
+
+    !> Time in which the penetration changes by its own size [s].
+    real(dp) function lapse(motion, contact)
+      type(motion_type), intent(in) :: motion
+      integer, intent(in) :: contact
+      real(dp) :: rate
+
+      rate = abs(dot_product(motion%contact%slope(:, contact), motion%v))
+      lapse = 2.5_dp*motion%contact%energy(contact)/max(rate, motion%contact%energy(contact)/dt)
+    end function lapse
 
     subroutine note(kind, time)
       integer, intent(in) :: kind
       real(dp), intent(in) :: time
+      real(dp) :: force(3)
 
       log%counts(kind) = log%counts(kind) + 1
       if (log%counts(kind) > kept) return
       log%n = log%n + 1
-      log%list(log%n) = event_type(kind, time, lateral_force)
+      force = external_force(w, time)
+      log%list(log%n) = event_type(kind, time, force(1))
     end subroutine note
 
   end subroutine watch
 
-  !> A flange's tip is past the gauge face and above the rail head, or rolls over it.
-  pure logical function derailed(q, flange_tip, gauge_face)
+  !> How far a flange's tip is past the gauge face and above the rail head, or rolling over it:
+  !> the smaller of both, of the wheel that has gone farther; positive: derailed [m].
+  pure real(dp) function overhang(q, flange_tip, gauge_face)
     real(dp), intent(in) :: q(3)            !! axle centre y, z [m], roll [rad]
-    real(dp), intent(in) :: flange_tip(2)   !! of the left wheel, wheelset frame [m]
-    real(dp), intent(in) :: gauge_face      !! Y of the left rail's gauge face [m]
+    real(dp), intent(in) :: flange_tip(2), gauge_face   !! as in `watch` [m]
     real(dp), parameter :: sunk = 3e-3_dp   ! the crown's fall to its shoulders and elastic depth [m]
     real(dp) :: rise(2), reach(2)
 
     rise = q(2) + [1, -1]*flange_tip(1)*sin(q(3)) + flange_tip(2)*cos(q(3))
     reach = [1, -1]*(q(1) - flange_tip(2)*sin(q(3))) + flange_tip(1)*cos(q(3))
-    derailed = any(rise > -sunk .and. reach > gauge_face)
-  end function derailed
+    overhang = maxval(min(rise + sunk, reach - gauge_face))
+  end function overhang
 
 end module events

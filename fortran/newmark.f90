@@ -9,8 +9,10 @@
 !>            replaced by the discrete gradient of U: O. Gonzalez, J. Nonlinear Sci. 6
 !>            (1996) 449-467.  Total energy is then kept exactly, at any step.
 !>
-!> Fourth order by M. Suzuki's symmetric composition of five second-order steps
-!> (Phys. Lett. A 146 (1990) 319-323); it keeps what the second-order step keeps.
+!> Fourth order by symmetric composition, which keeps what the second-order step keeps:
+!> of five steps (M. Suzuki, Phys. Lett. A 146 (1990) 319-323); of the explicit member,
+!> which consists of kicks (force) and drifts (motion), with the coefficients of S. Blanes
+!> and P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313-330, for second-order equations.
 !>
 !> The implicit equations are solved by Newton's method on the exact tangent.
 module newmark
@@ -19,7 +21,7 @@ module newmark
   use wheelset, only: contact_state, contacts, external_force, wheelset_type
   implicit none
   private
-  public :: scheme_type, motion_type, start_motion, advance, step_ok, step_diverged
+  public :: scheme_type, motion_type, start_motion, advance, energy_change, energy_rounding, step_ok, step_diverged
 
   type :: scheme_type
     character(16) :: name = 'newmark'  !! or 'energy'
@@ -35,8 +37,8 @@ module newmark
     real(dp) :: q(3) = 0               !! y, z [m], roll [rad]
     real(dp) :: v(3) = 0               !! their rates
     real(dp) :: a(3) = 0               !! accelerations; 'energy': mean over the last step
-    real(dp) :: jerk(3) = 0            !! their growth, from the last two steps; it predicts the next
-    real(dp) :: dt = 0                 !! the last step [s]
+    real(dp) :: jerk(3) = 0            !! their growth, from the last two steps; it predicts the next implicit one
+    real(dp) :: dt = 0                 !! the last implicit step [s]
     real(dp) :: work = 0               !! done by the lateral force so far [J]
     type(contact_state) :: contact     !! at q
   end type motion_type
@@ -64,13 +66,13 @@ contains
 
   !> One step dt from `old` to `new`.  `status`: step_ok, step_diverged, or why
   !> the pose left the table.
-  pure subroutine advance(w, scheme, old, dt, new, iterations, status)
+  pure subroutine advance(w, scheme, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(scheme_type), intent(in) :: scheme
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(out) :: new
-    integer, intent(out) :: iterations
+    integer, intent(out) :: evaluations    !! of the contacts
     integer, intent(out) :: status
     real(dp), parameter :: p = 1/(4 - 4**(1/3.0_dp))
     real(dp), parameter :: suzuki(5) = [p, p, 1 - 4*p, p, p]
@@ -78,40 +80,94 @@ contains
     integer :: i, n
 
     if (scheme%order == 2) then
-      call second_order_step(w, scheme, old, dt, new, iterations, status)
-      return
+      call second_order_step(w, scheme, old, dt, new, evaluations, status)
+    else if (scheme%name == 'newmark' .and. scheme%beta <= 0) then
+      call kick_and_drift(w, old, dt, new, evaluations, status)
+    else
+      evaluations = 0
+      new = old
+      do i = 1, size(suzuki)
+        from = new
+        call second_order_step(w, scheme, from, suzuki(i)*dt, new, n, status)
+        evaluations = evaluations + n
+        if (status /= step_ok) return
+      end do
+      new%t = old%t + dt
     end if
-    iterations = 0
-    new = old
-    do i = 1, size(suzuki)
-      from = new
-      call second_order_step(w, scheme, from, suzuki(i)*dt, new, n, status)
-      iterations = iterations + n
-      if (status /= step_ok) return
-    end do
-    new%t = old%t + dt
   end subroutine advance
 
-  pure subroutine second_order_step(w, scheme, old, dt, new, iterations, status)
+  !> Change of the total energy in a step, less the work of the lateral force [J].
+  !> Zero but for the error of the step.
+  pure real(dp) function energy_change(w, old, new) result(change)
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: old, new
+
+    ! Left and right are summed apart: the mirrored run rounds the same way.
+    change = 0.5_dp*sum(w%inertia()*(new%v - old%v)*(new%v + old%v)) + w%weight()*(new%q(2) - old%q(2)) &
+      + (sum(new%contact%energy(:2) - old%contact%energy(:2)) + sum(new%contact%energy(3:) - old%contact%energy(3:))) &
+      - (new%work - old%work)
+  end function energy_change
+
+  !> What rounding of the pose can make of the total energy [J].
+  pure real(dp) function energy_rounding(motion)
+    type(motion_type), intent(in) :: motion
+
+    energy_rounding = 4*epsilon(1.0_dp)*dot_product(sum(abs(motion%contact%slope), 2), abs(motion%q))
+  end function energy_rounding
+
+  !> The explicit step of fourth order: the scheme SRKN 6b of Blanes and Moan.
+  pure subroutine kick_and_drift(w, old, dt, new, evaluations, status)
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: old
+    real(dp), intent(in) :: dt
+    type(motion_type), intent(inout) :: new
+    integer, intent(out) :: evaluations, status
+    real(dp), parameter :: b(3) = [0.0829844064174052_dp, 0.396309801498368_dp, -0.0390563049223486_dp]
+    real(dp), parameter :: a(2) = [0.245298957184271_dp, 0.604872665711080_dp]
+    real(dp), parameter :: kick(7) = [b, 1 - 2*sum(b), b(3:1:-1)]
+    real(dp), parameter :: drift(6) = [a, 0.5_dp - sum(a), 0.5_dp - sum(a), a(2:1:-1)]
+    real(dp) :: move(3), force(3)
+    integer :: i
+
+    new = old
+    evaluations = 0
+    do i = 1, size(drift)
+      new%v = new%v + kick(i)*dt*new%a
+      move = drift(i)*dt*new%v
+      force = external_force(w, new%t + 0.5_dp*drift(i)*dt)
+      new%work = new%work + force(1)*move(1)
+      new%q = new%q + move
+      new%t = new%t + drift(i)*dt
+      call contacts(w, new%q, new%contact, tangent=.false.)
+      evaluations = evaluations + 1
+      status = new%contact%status
+      if (status /= inside) return
+      new%a = (external_force(w, new%t) - new%contact%gradient)/w%inertia()
+    end do
+    new%v = new%v + kick(size(kick))*dt*new%a
+    new%t = old%t + dt
+  end subroutine kick_and_drift
+
+  pure subroutine second_order_step(w, scheme, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(scheme_type), intent(in) :: scheme
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(inout) :: new
-    integer, intent(out) :: iterations, status
+    integer, intent(out) :: evaluations, status
     real(dp) :: force(3)
 
     new%t = old%t + dt
     if (scheme%name == 'energy') then
-      call advance_energy(w, scheme, old, dt, new, iterations, status)
+      call advance_energy(w, scheme, old, dt, new, evaluations, status)
     else if (scheme%beta > 0) then
-      call advance_newmark(w, scheme, old, dt, new, iterations, status)
+      call advance_newmark(w, scheme, old, dt, new, evaluations, status)
     else
       new%q = old%q + dt*old%v + 0.5_dp*dt**2*old%a
-      call contacts(w, new%q, new%contact)
+      call contacts(w, new%q, new%contact, tangent=.false.)
       new%a = (external_force(w, new%t) - new%contact%gradient)/w%inertia()
       new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
-      iterations = 0
+      evaluations = 1
       status = new%contact%status
     end if
     new%dt = dt
@@ -119,13 +175,13 @@ contains
     new%work = old%work + force(1)*(new%q(1) - old%q(1))
   end subroutine second_order_step
 
-  pure subroutine advance_newmark(w, scheme, old, dt, new, iterations, status)
+  pure subroutine advance_newmark(w, scheme, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(scheme_type), intent(in) :: scheme
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(inout) :: new
-    integer, intent(out) :: iterations, status
+    integer, intent(out) :: evaluations, status
     real(dp) :: m(3), f(3), predicted(3), residual(3), tangent(3, 3), move(3)
 
     m = w%inertia()
@@ -133,7 +189,7 @@ contains
     predicted = old%q + dt*old%v + dt**2*(0.5_dp - scheme%beta)*old%a
     new%q = predicted + dt**2*scheme%beta*(old%a + dt*old%jerk)
     status = step_diverged
-    do iterations = 1, scheme%max_iterations
+    do evaluations = 1, scheme%max_iterations
       call contacts(w, new%q, new%contact)
       if (new%contact%status /= inside) exit
       residual = m*(new%q - predicted)/(scheme%beta*dt**2) + new%contact%gradient - f
@@ -151,13 +207,13 @@ contains
     if (new%contact%status /= inside) status = new%contact%status
   end subroutine advance_newmark
 
-  pure subroutine advance_energy(w, scheme, old, dt, new, iterations, status)
+  pure subroutine advance_energy(w, scheme, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(scheme_type), intent(in) :: scheme
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(inout) :: new
-    integer, intent(out) :: iterations, status
+    integer, intent(out) :: evaluations, status
     type(contact_state) :: middle
     real(dp) :: m(3), f(3), d(3), md(3), square, excess, residual(3), tangent(3, 3), move(3), &
       excess_slope(3), h(3, 3)
@@ -166,7 +222,7 @@ contains
     f = external_force(w, old%t + dt/2)
     d = dt*old%v + 0.5_dp*dt**2*(old%a + 0.5_dp*(old%dt + dt)*old%jerk)
     status = step_diverged
-    do iterations = 1, scheme%max_iterations
+    do evaluations = 2, 2*scheme%max_iterations, 2
       new%q = old%q + d
       call contacts(w, old%q + 0.5_dp*d, middle)
       call contacts(w, new%q, new%contact)
@@ -179,7 +235,6 @@ contains
       excess = 0
       excess_slope = 0
       if (square > least_square) then
-        ! Left and right are summed apart: the mirrored run rounds the same way.
         excess = ((sum(new%contact%energy(:2) - old%contact%energy(:2)) &
           + sum(new%contact%energy(3:) - old%contact%energy(3:))) - dot_product(middle%gradient, d))/square
         excess_slope = (new%contact%gradient - middle%gradient - 0.5_dp*matmul(h, d) - 2*excess*md)/square

@@ -15,7 +15,8 @@
 !> correction c(u, phi, p) = U_halfspace/U_strip, in the coordinates of one of the
 !> branch's zones; it is smooth because the strips already carry the geometry.
 module potential
-  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_3d
+  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_gradient, spline_3d, &
+    spline_3d_gradient
   use kinds, only: dp
   implicit none
   private
@@ -78,21 +79,22 @@ contains
   end subroutine bound_heights
 
   !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
-  !> respect to the pose (y, z, roll), and the Hessian (yy, yz, y roll, zz, z roll,
-  !> roll roll) of their sum.
-  pure subroutine wheel_potential(t, pose, energy, gradient, hessian, status)
+  !> respect to the pose (y, z, roll), and, if asked for, the Hessian (yy, yz, y roll,
+  !> zz, z roll, roll roll) of their sum.
+  pure subroutine wheel_potential(t, pose, energy, gradient, status, hessian)
     type(contact_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
-    real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
+    real(dp), intent(out) :: energy(2), gradient(3, 2)
     integer, intent(out) :: status
+    real(dp), intent(out), optional :: hessian(6)
     type(basis_type) :: roll_basis
     real(dp) :: c, s, part, slope(3), bend(6), bends(6, 2)
     integer :: i, branch
 
     energy = 0
     gradient = 0
-    hessian = 0
     bends = 0
+    if (present(hessian)) hessian = 0
     status = inside
     c = cos(pose(3))
     s = sin(pose(3))
@@ -103,28 +105,29 @@ contains
       return
     end if
     do i = 1, size(t%zones)
-      call zone_potential(t%zones(i), pose, c, s, roll_basis, part, slope, bend, status)
+      call zone_potential(t%zones(i), pose, c, s, roll_basis, present(hessian), part, slope, bend, status)
       if (status /= inside) return
       if (part <= 0) cycle
       branch = merge(2, 1, t%zones(i)%flange)
       energy(branch) = energy(branch) + part
       gradient(:, branch) = gradient(:, branch) + slope
-      bends(:, branch) = bends(:, branch) + bend
+      if (present(hessian)) bends(:, branch) = bends(:, branch) + bend
     end do
     do branch = 1, 2
       if (energy(branch) > 0 .and. t%correction(branch)%zone > 0) call correct(t%correction(branch), &
-        t%zones(t%correction(branch)%zone), pose, c, s, roll_basis, energy(branch), gradient(:, branch), &
-        bends(:, branch))
+        t%zones(t%correction(branch)%zone), pose, c, s, roll_basis, present(hessian), energy(branch), &
+        gradient(:, branch), bends(:, branch))
     end do
-    hessian = bends(:, 1) + bends(:, 2)
+    if (present(hessian)) hessian = bends(:, 1) + bends(:, 2)
   end subroutine wheel_potential
 
   !> The same of one zone.  Where it does not touch, only the energy is set, to zero.
-  pure subroutine zone_potential(t, pose, c, s, br, energy, gradient, hessian, status)
+  pure subroutine zone_potential(t, pose, c, s, br, tangent, energy, gradient, hessian, status)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)
     real(dp), intent(in) :: c, s           !! cosine and sine of the roll angle
     type(basis_type), intent(in) :: br     !! of the roll axis
+    logical, intent(in) :: tangent         !! whether the Hessian is wanted
     real(dp), intent(out) :: energy
     real(dp), intent(inout) :: gradient(3), hessian(6)
     integer, intent(out) :: status
@@ -142,7 +145,11 @@ contains
     end if
     if (w >= t%highest(br%i, min(int((u - t%u%low)*t%steps) + 1, size(t%highest, 2)))) return
     call axis_basis(t%u, u, bu)
-    call spline_2d(t%h, br, bu, h)           ! h, h_r, h_u, h_rr, h_ru, h_uu
+    if (tangent) then
+      call spline_2d(t%h, br, bu, h)         ! h, h_r, h_u, h_rr, h_ru, h_uu
+    else
+      call spline_2d_gradient(t%h, br, bu, h(:3))
+    end if
     p = h(1) - w
     if (p <= 0) return
     q = sqrt(p)
@@ -151,20 +158,24 @@ contains
       return
     end if
     call axis_basis(t%q, q, bq)
-    call spline_3d(t%s, bq, br, bu, v)       ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
+    if (tangent) then
+      call spline_3d(t%s, bq, br, bu, v)     ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
+    else
+      call spline_3d_gradient(t%s, bq, br, bu, v(:4))
+    end if
 
     ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p):
     ! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu.
     energy = q**5*v(1)
     f(1) = energy
     f(2) = q**3*(2.5_dp*v(1) + 0.5_dp*q*v(2))
-    f(3) = q**5*v(3)
-    f(4) = q**5*v(4)
-    f(5) = q*(3.75_dp*v(1) + 2.25_dp*q*v(2) + 0.25_dp*p*v(5))
-    f(6) = q**3*(2.5_dp*v(3) + 0.5_dp*q*v(6))
-    f(7) = q**3*(2.5_dp*v(4) + 0.5_dp*q*v(7))
-    f(8:10) = q**5*v(8:10)
-    call to_pose(t, arm, h, f, gradient, hessian)
+    f(3:4) = q**5*v(3:4)
+    if (tangent) then
+      f(5) = q*(3.75_dp*v(1) + 2.25_dp*q*v(2) + 0.25_dp*p*v(5))
+      f(6:7) = q**3*(2.5_dp*v(3:4) + 0.5_dp*q*v(6:7))
+      f(8:10) = q**5*v(8:10)
+    end if
+    call to_pose(t, arm, h, f, tangent, gradient, hessian)
   end subroutine zone_potential
 
   !> u and w of the pole in a pose; arm: the pole from the axle centre, track frame.
@@ -180,31 +191,32 @@ contains
   end subroutine zone_coordinates
 
   !> Gradient and Hessian with respect to the pose of F(u, roll, p), p = h(u, roll) - w.
-  pure subroutine to_pose(t, arm, h, f, gradient, hessian)
+  pure subroutine to_pose(t, arm, h, f, tangent, gradient, hessian)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: arm(2)         !! the pole from the axle centre, track frame [m]
     real(dp), intent(in) :: h(6)           !! h, h_r, h_u, h_rr, h_ru, h_uu
     real(dp), intent(in) :: f(10)          !! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu
-    real(dp), intent(out) :: gradient(3), hessian(6)
+    logical, intent(in) :: tangent         !! whether the Hessian is wanted
+    real(dp), intent(inout) :: gradient(3), hessian(6)
     real(dp) :: ca, sa, eu, ew, er, euu, euw, eur, eww, ewr, err, ur, wr
 
-    ! With respect to u, w, roll.
+    ! With respect to u, w, roll; u and w of the pole as functions of the pose.
     eu = f(4) + f(2)*h(3)
     er = f(3) + f(2)*h(2)
     ew = -f(2)
+    ca = t%along(1)
+    sa = t%along(2)
+    ur = arm(1)*sa - arm(2)*ca
+    wr = arm(1)*ca + arm(2)*sa
+    gradient = [eu*ca - ew*sa, eu*sa + ew*ca, er + eu*ur + ew*wr]
+    if (.not. tangent) return
+
     euu = f(10) + 2*f(7)*h(3) + f(5)*h(3)**2 + f(2)*h(6)
     eur = f(9) + f(7)*h(2) + f(6)*h(3) + f(5)*h(2)*h(3) + f(2)*h(5)
     err = f(8) + 2*f(6)*h(2) + f(5)*h(2)**2 + f(2)*h(4)
     euw = -f(7) - f(5)*h(3)
     ewr = -f(6) - f(5)*h(2)
     eww = f(5)
-
-    ! u and w of the pole as functions of the pose.
-    ca = t%along(1)
-    sa = t%along(2)
-    ur = arm(1)*sa - arm(2)*ca
-    wr = arm(1)*ca + arm(2)*sa
-    gradient = [eu*ca - ew*sa, eu*sa + ew*ca, er + eu*ur + ew*wr]
     hessian(1) = euu*ca**2 - 2*euw*ca*sa + eww*sa**2
     hessian(2) = (euu - eww)*ca*sa + euw*(ca**2 - sa**2)
     hessian(3) = (eur + euu*ur + euw*wr)*ca - (ewr + euw*ur + eww*wr)*sa
@@ -215,11 +227,12 @@ contains
   end subroutine to_pose
 
   !> Multiply a branch's energy by its correction.
-  pure subroutine correct(t, zone, pose, c, s, br, energy, gradient, hessian)
+  pure subroutine correct(t, zone, pose, c, s, br, tangent, energy, gradient, hessian)
     type(correction_table), intent(in) :: t
     type(zone_table), intent(in) :: zone
     real(dp), intent(in) :: pose(3), c, s
     type(basis_type), intent(in) :: br     !! of the zone's roll axis
+    logical, intent(in) :: tangent         !! whether the Hessian is wanted
     real(dp), intent(inout) :: energy, gradient(3), hessian(6)
     type(basis_type) :: bu, bp, b
     real(dp) :: arm(2), u, w, h(6), f(10), slope(3), bend(6)
@@ -232,9 +245,9 @@ contains
     call axis_basis(t%roll, pose(3), b)
     call axis_basis(t%p, max(h(1) - w, t%p%low), bp)
     call spline_3d(t%c, bp, b, bu, f)
-    call to_pose(zone, arm, h, f, slope, bend)
+    call to_pose(zone, arm, h, f, tangent, slope, bend)
     ! (c U)'' = c U'' + c' U' + U' c' + c'' U
-    hessian = f(1)*hessian + energy*bend + [2*slope(1)*gradient(1), &
+    if (tangent) hessian = f(1)*hessian + energy*bend + [2*slope(1)*gradient(1), &
       slope(1)*gradient(2) + slope(2)*gradient(1), slope(1)*gradient(3) + slope(3)*gradient(1), &
       2*slope(2)*gradient(2), slope(2)*gradient(3) + slope(3)*gradient(2), 2*slope(3)*gradient(3)]
     gradient = f(1)*gradient + energy*slope

@@ -122,8 +122,8 @@ contains
     lines = lines//nl//'energy drift, largest [J]: '//scientific(run%drift)
     if (run%kinetic_energy > 0) lines = lines//', of initial kinetic energy '// &
       scientific(run%drift/run%kinetic_energy)
-    lines = lines//nl//'steps: '//str(run%steps)//' of '//str(run%step)//' s, Newton iterations per step '// &
-      fixed(run%iterations/real(max(run%steps, 1), dp), 2)//', steps halved '//str(run%halvings)//nl
+    lines = lines//nl//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, '//str(run%cuts)// &
+      ' cut; contact evaluations: '//str(run%evaluations)//nl
     lines = lines//'ended at t = '//fixed(run%rows(1, size(run%rows, 2)), 6)//' s: '//reason(c, run)//nl
   end function outcome
 

@@ -5,12 +5,13 @@ module simulation
   use columns, only: fill_row, n_columns
   use contact, only: find_zones, zone_type
   use errors, only: error_type, fatal_error
-  use events, only: derailed, event_log, watch
+  use events, only: event_log, watch
   use geometry, only: pair_type, place_profiles
   use hertz, only: contact_modulus
   use kinds, only: dp, version
   use modes, only: small_oscillations
-  use newmark, only: advance, motion_type, scheme_type, start_motion, step_diverged, step_ok
+  use newmark, only: advance, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_diverged, &
+    step_ok
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
   use rigid, only: clearance
@@ -41,11 +42,13 @@ module simulation
     real(dp), allocatable :: rows(:, :)    !! (n_columns, number of rows)
     type(event_log) :: log
     real(dp) :: step = 0                   !! in force, a whole fraction of the output interval [s]
-    real(dp) :: peak(4) = 0                !! largest normal force of each contact, over all steps [N]
+    real(dp) :: peak(4) = 0                !! largest normal force of each contact, also between steps [N]
     real(dp) :: peak_time(4) = 0           !! [s]
     real(dp) :: drift = 0                  !! largest |total energy - work - initial|, over all steps [J]
     real(dp) :: kinetic_energy = 0         !! of lateral, vertical and roll motion at the start [J]
-    integer :: steps = 0, iterations = 0, halvings = 0
+    integer :: steps = 0
+    integer :: cuts = 0                    !! steps that were cut
+    integer :: evaluations = 0             !! of the contacts, in steps
     logical :: cancelled = .false.         !! by the monitor
     real(dp) :: seconds = 0                !! processor time of the integration
   end type run_type
@@ -150,6 +153,7 @@ contains
     type(motion_type) :: motion
     real(dp), allocatable :: grown(:, :)
     real(dp) :: first_energy, from, to
+    real(dp) :: seen(4, 3), seen_at(3)     ! normal forces at the last three steps
     integer :: substeps, last_row, report_rows, row, n, i, status
     logical :: done
 
@@ -168,6 +172,8 @@ contains
       call report_failure()
       return
     end if
+    seen = spread(hypot(motion%contact%slope(1, :), motion%contact%slope(2, :)), 2, 3)
+    seen_at = [-2, -1, 0]*run%step
     run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
     first_energy = 0
     call write_row(1)
@@ -208,31 +214,40 @@ contains
 
   contains
 
-    !> One step, halved and tried again where Newton fails.
+    !> One step; where it fails or the total energy changes by more than the tolerance it is
+    !> cut into two, four, ... and they are tried instead.  What decides is the same for the
+    !> reversed step: the integration stays reversible.
     recursive subroutine step(motion, dt, halvings)
       type(motion_type), intent(inout) :: motion
       real(dp), intent(in) :: dt
       integer, intent(in) :: halvings
       type(motion_type) :: new
-      integer :: iterations
+      integer :: evaluations, more, i
       real(dp) :: kinetic, potential
 
-      call advance(setup%wheelset, scheme, motion, dt, new, iterations, status)
-      run%iterations = run%iterations + iterations
+      call advance(setup%wheelset, scheme, motion, dt, new, evaluations, status)
+      run%evaluations = run%evaluations + evaluations
+      more = 0
       if (status /= step_ok) then
+        more = 1
         if (halvings == c%max_halvings) then
           call report_failure()
           return
         end if
-        run%halvings = run%halvings + 1
-        call step(motion, dt/2, halvings + 1)
-        if (.not. allocated(error)) call step(motion, dt/2, halvings + 1)
+      else if (c%energy_tolerance > 0) then
+        more = min(halvings_for(energy_change(setup%wheelset, motion, new), &
+          max(c%energy_tolerance, energy_rounding(motion), energy_rounding(new))), c%max_halvings - halvings)
+      end if
+      if (more > 0) then
+        run%cuts = run%cuts + 1
+        do i = 1, 2**more
+          call step(motion, dt/2**more, halvings + more)
+          if (allocated(error)) return
+        end do
         return
       end if
       run%steps = run%steps + 1
-      call watch(run%log, new%t, dt, motion%q(1), new%q(1), motion%contact, new%contact, &
-        c%lateral_force + c%lateral_ramp*new%t, &
-        derailed(new%q, setup%pair%flange_tip, setup%pair%gauge_face))
+      call watch(run%log, setup%wheelset, motion, new, setup%pair%flange_tip, setup%pair%gauge_face)
       motion = new
       call note_peaks()
       kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
@@ -241,23 +256,48 @@ contains
       run%drift = max(run%drift, abs(kinetic + potential - motion%work - (first_energy - constant())))
     end subroutine step
 
+    !> Halvings of the step after which the energy's change, which goes with dt^(order + 1), is
+    !> within the tolerance.
+    integer function halvings_for(change, tolerance) result(halvings)
+      real(dp), intent(in) :: change, tolerance
+
+      halvings = 0
+      if (abs(change) > tolerance) halvings = max(1, (exponent(change/tolerance) + c%order)/(c%order + 1))
+    end function halvings_for
+
     !> Kinetic energy of the motions at constant speed [J].
     real(dp) function constant()
       constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
     end function constant
 
+    !> Between steps a normal force is on the parabola through three of them.
     subroutine note_peaks()
-      real(dp) :: square
+      real(dp) :: rise, fall, bend, slope
       integer :: k
 
+      seen = cshift(seen, 1, 2)
+      seen_at = [seen_at(2:3), motion%t]
       do k = 1, 4
-        if (motion%contact%energy(k) <= 0) cycle
-        square = motion%contact%slope(1, k)**2 + motion%contact%slope(2, k)**2
-        if (square <= run%peak(k)**2) cycle
-        run%peak(k) = sqrt(square)
-        run%peak_time(k) = motion%t
+        seen(k, 3) = hypot(motion%contact%slope(1, k), motion%contact%slope(2, k))
+        if (seen(k, 3) > run%peak(k)) call note_peak(k, seen(k, 3), seen_at(3))
+        if (seen(k, 2) <= seen(k, 1) .or. seen(k, 2) < seen(k, 3)) cycle
+        rise = (seen(k, 2) - seen(k, 1))/(seen_at(2) - seen_at(1))
+        fall = (seen(k, 3) - seen(k, 2))/(seen_at(3) - seen_at(2))
+        bend = (fall - rise)/(seen_at(3) - seen_at(1))
+        if (bend >= 0) cycle
+        slope = rise + bend*(seen_at(2) - seen_at(1))
+        if (seen(k, 2) - slope**2/(4*bend) > run%peak(k)) &
+          call note_peak(k, seen(k, 2) - slope**2/(4*bend), seen_at(2) - slope/(2*bend))
       end do
     end subroutine note_peaks
+
+    subroutine note_peak(k, force, t)
+      integer, intent(in) :: k
+      real(dp), intent(in) :: force, t
+
+      run%peak(k) = force
+      run%peak_time(k) = t
+    end subroutine note_peak
 
     subroutine write_row(n)
       integer, intent(in) :: n

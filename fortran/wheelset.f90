@@ -29,7 +29,7 @@ module wheelset
     real(dp) :: energy(4) = 0          !! elastic energy of each contact [J]
     real(dp) :: slope(3, 4) = 0        !! dU/dq of each: minus force and moment of the rail on the wheel
     real(dp) :: gradient(3) = 0        !! their sum [N, N, N m]
-    real(dp) :: hessian(6) = 0         !! of the sum: yy, yz, y roll, zz, z roll, roll roll
+    real(dp) :: hessian(6) = 0         !! of the sum: yy, yz, y roll, zz, z roll, roll roll; 0 if not wanted
     integer :: status = inside         !! whether the pose is on the table
   end type contact_state
 
@@ -59,25 +59,35 @@ contains
     f = [this%lateral_force + this%lateral_ramp*t, -this%weight(), 0.0_dp]
   end function external_force
 
-  !> Potential of all contacts.  The right wheel is the left one in the mirror.
-  pure subroutine contacts(this, q, state)
+  !> Potential of all contacts, with its Hessian unless `tangent` says no (which takes half the time).
+  !> The right wheel is the left one in the mirror.
+  pure subroutine contacts(this, q, state, tangent)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
     type(contact_state), intent(out) :: state
+    logical, intent(in), optional :: tangent
     real(dp), parameter :: mirror(3) = [-1, 1, -1]
     real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
     real(dp) :: left(6), right(6)
     integer :: i, status
+    logical :: wanted
 
-    call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), left, state%status)
-    call wheel_potential(this%table, mirror*q, state%energy(3:), state%slope(:, 3:), right, status)
+    wanted = .true.
+    if (present(tangent)) wanted = tangent
+    if (wanted) then
+      call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), state%status, left)
+      call wheel_potential(this%table, mirror*q, state%energy(3:), state%slope(:, 3:), status, right)
+      state%hessian = left + mirror_2*right
+    else
+      call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), state%status)
+      call wheel_potential(this%table, mirror*q, state%energy(3:), state%slope(:, 3:), status)
+    end if
     if (status /= inside) state%status = status
     do i = right_tread, right_flange
       state%slope(:, i) = mirror*state%slope(:, i)
     end do
     state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
       + (state%slope(:, right_tread) + state%slope(:, right_flange))
-    state%hessian = left + mirror_2*right
   end subroutine contacts
 
   !> Height z of the axle centre at which the centred wheelset is in equilibrium,

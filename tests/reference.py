@@ -98,7 +98,7 @@ def read_ending(text: str) -> str:
 
 
 def read_step(text: str) -> float:
-    return float(re.search(r"steps: \d+ of (\S+) s", text)[1])
+    return float(re.search(r"steps: \d+ of at most (\S+) s", text)[1])
 
 
 # ---- making a reference --------------------------------------------------------------

@@ -201,16 +201,17 @@ def test_events_and_summary_tell_the_run(flange_run):
     assert summary["drift"] >= columns["E_drift"].abs().max() - 2e-16*summary["peak_N_LF"]
     start = columns[["KE_lat", "KE_vert", "KE_roll"]].iloc[0]
     assert summary["kinetic_energy"] == pytest.approx(start.sum(), rel=1e-14)
-    assert summary["steps"] == 3000 and summary["step"] == 1e-5
+    assert summary["steps"] >= 3000 and summary["step"] == 1e-5
+    assert summary["evaluations"] >= 6*summary["steps"] and summary["steps"] >= 3000 + summary["cuts"]
     assert summary["load_per_wheel"] == pytest.approx(90e3, abs=1)
 
 
 def test_lateral_force_is_in_the_events():
-    """At the end of the step in which it happens."""
+    """At the time of the event."""
     run = ldbench.run(coarse(5, "sw", t_end=0.6))
     assert run.events
     for event in run.events:
-        assert 5e3*event.t == pytest.approx(event.force, abs=5e3*run.case.dt)
+        assert event.force == pytest.approx(5e3*event.t, rel=1e-12)
 
 
 def test_runs_from_any_folder(tmp_path, monkeypatch, flange_run):
@@ -308,7 +309,7 @@ def test_threads_share_a_table_file(tmp_path):
 def test_progress_is_told_while_the_run_goes_on():
     """The callback runs in this thread while the core works in another one, without the interpreter's lock."""
     told = []
-    ldbench.run(coarse(5, "aw", n_lateral=200, t_end=3.0), progress=lambda *report: told.append(report))
+    ldbench.run(coarse(5, "aw", n_lateral=200, t_end=10.0), progress=lambda *report: told.append(report))
     for stage in "table", "integration":
         shares = [share for name, share in told if name == stage]
         assert len(set(shares)) > 2 and shares == sorted(shares) and 0 <= shares[0] and shares[-1] <= 1

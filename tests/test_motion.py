@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import ldbench
 from conftest import PAIRS, Run, columns, run_case, shipped_text
 from probes import (MASS, MIRROR, ROLLING_RADIUS, TAPER, WEIGHT, Motion, Pendulum, contact_states, probe,
                     table_file, text, trajectory, write_case)
@@ -116,7 +117,7 @@ def test_order_in_contact(scheme: str, order: int, shipped: dict[str, Run], tmp_
 
     'energy' keeps the energy to round-off at any step instead.
     """
-    initial = {"Z": 1e-5, "roll": 5e-6}
+    initial = {"Z": 3e-5, "roll": 1.5e-5}
     steps = (2e-4, 1e-4, 5e-5)
     reference, = motions(shipped, tmp_path, "newmark", 4, (1e-6,), 8e-3, initial)
     found = motions(shipped, tmp_path, scheme, order, steps, 8e-3, initial)
@@ -171,6 +172,89 @@ def test_work_of_the_ramp(shipped: dict[str, Run], tmp_path: Path):
     case = write_case(tmp_path, "aw", table_file(shipped, "aw"), loading={"lateral_force": 2e3, "lateral_ramp": 5e4},
                       integrator={"scheme": "energy", "dt": 2e-5, "tolerance": 1e-13})
     assert largest_drift(trajectory(case, 10000, every=10)) < 1e-9
+
+
+# ---- steps that are cut ----------------------------------------------------------------
+@pytest.fixture(scope="module")
+def actual(shipped: dict[str, Run]) -> ldbench.ContactTable:
+    return ldbench.ContactTable(ldbench.Case.exercise(2, "aw").replace(table_file=table_file(shipped, "aw")))
+
+
+def cut_run(table: ldbench.ContactTable, **changes: object) -> ldbench.Run:
+    """Exercise 2 through both flange impacts and 25 landings."""
+    case = ldbench.Case.exercise(2, "aw").replace(**{"stop_at": "t_end", "t_end": 0.12} | changes)
+    return ldbench.run(case, table=table)
+
+
+def pose(run: ldbench.Run) -> np.ndarray:
+    return run.columns[["Y", "Z", "roll"]].to_numpy()[-1]
+
+
+def test_cut_steps_are_worth_their_price(actual: ldbench.ContactTable):
+    """Where contacts open and close uniform steps lose their order; cut ones reach the same error for a quarter.
+
+    And the error follows the energy's tolerance: four powers of ten, from 1e-4 to 1e-8 J, are at least three.
+    """
+    exact = pose(cut_run(actual, dt=1e-5, energy_tolerance=1e-9))
+    error = {tolerance: np.abs(pose(cut_run(actual, energy_tolerance=tolerance)) - exact).max()
+             for tolerance in (1e-4, 1e-8)}
+    assert error[1e-8] < error[1e-4]/1000
+    assert error[1e-8] < 3e-9
+    cut, uniform = cut_run(actual, energy_tolerance=1e-7), cut_run(actual, dt=1e-5, energy_tolerance=0)
+    assert cut.summary["cuts"] > 50 and uniform.summary["cuts"] == 0
+    assert np.abs(pose(cut) - exact).max() < np.abs(pose(uniform) - exact).max()
+    assert cut.summary["evaluations"] < uniform.summary["evaluations"]/4
+
+
+def test_tolerance_bounds_the_drift(actual: ldbench.ContactTable):
+    """No step changes the energy by more than the tolerance, as far as ten halvings reach."""
+    for tolerance in 1e-3, 1e-6:
+        summary = cut_run(actual, energy_tolerance=tolerance).summary
+        assert 0 < summary["drift"] < tolerance*summary["steps"]
+    assert cut_run(actual, energy_tolerance=0).summary["drift"] > 1e-3
+
+
+def test_below_rounding_nothing_is_cut(actual: ldbench.ContactTable):
+    """A tolerance that rounding of the pose exceeds is none: the wheelset on its treads makes whole steps."""
+    calm = {"vY": 0.01, "roll_rate": 0.0, "t_end": 0.02, "stop_at": "t_end", "energy_tolerance": 1e-16, "dt": 2e-5}
+    run = ldbench.run(ldbench.Case.exercise(2, "aw").replace(**calm), table=actual)
+    assert run.summary["drift"] < 1e-8
+    assert run.summary["steps"] <= 1100
+
+
+def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
+    """What cuts a step cuts the reversed one: after the left flange impact the wheelset returns to its start."""
+    forth = ldbench.run(ldbench.Case.exercise(2, "aw").replace(stop_at="t_end", t_end=0.03), table=actual)
+    end = forth.columns.iloc[-1]
+    assert end.vY < -0.2 and forth.summary["cuts"] > 100
+    back = ldbench.run(forth.case.replace(Y=end.Y, Z=end.Z, initial_roll=end.roll, vY=-end.vY, vZ=-end.vZ,
+                                          roll_rate=-end.roll_rate), table=actual)
+    assert back.summary["cuts"] == pytest.approx(forth.summary["cuts"], rel=0.02)
+    start, home = forth.columns.iloc[0], back.columns.iloc[-1]
+    assert home[["Y", "Z", "roll"]].to_numpy() == pytest.approx(start[["Y", "Z", "roll"]].to_numpy(), abs=1e-10)
+    assert -home[["vY", "vZ", "roll_rate"]].to_numpy() == pytest.approx(
+        start[["vY", "vZ", "roll_rate"]].to_numpy(), abs=1e-7)
+
+
+def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):
+    """The explicit step counts the work to its order: a bouncing wheelset's drift falls with dt^4 while it is pushed."""
+    pushed = ldbench.Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, Z=5e-5, lateral_ramp=2e6)
+    runs = [ldbench.run(pushed.replace(dt=dt), table=actual) for dt in (2e-4, 1e-4)]
+    assert runs[0].columns.W_ext.iloc[-1] > 50
+    assert orders([run.summary["drift"] for run in runs]) == pytest.approx([4], abs=0.2)
+
+
+# ---- events and peaks --------------------------------------------------------------------
+@pytest.mark.parametrize("tolerance, within, rel", [(0, 5e-6, 2e-4), (1e-9, 2e-8, 1e-6)], ids=["uniform", "cut"])
+def test_events_and_peaks_between_steps(tolerance: float, within: float, rel: float, actual: ldbench.ContactTable):
+    """Steps of 0.1 ms tell the events and peaks of steps of 1 us: to a twentieth of a step, cut to 0.02 us."""
+    fine = cut_run(actual, t_end=0.03, dt=1e-6, energy_tolerance=0)
+    run = cut_run(actual, t_end=0.03, energy_tolerance=tolerance)
+    assert [event.kind for event in run.events] == [event.kind for event in fine.events]
+    assert len(fine.events) == 5
+    assert [event.t for event in run.events] == pytest.approx([event.t for event in fine.events], abs=within)
+    for name in "peak_N_LF", "peak_N_LT":
+        assert run.summary[name] == pytest.approx(fine.summary[name], rel=rel)
 
 
 # ---- symmetries ----------------------------------------------------------------------

@@ -34,7 +34,7 @@ program halfspace_direct
   do
     read (*, *, iostat=stat) pose
     if (stat /= 0) exit
-    call wheel_potential(setup%wheelset%table, pose, energy, gradient, hessian, status)
+    call wheel_potential(setup%wheelset%table, pose, energy, gradient, status, hessian)
     if (status /= 0) error stop 'a pose is not on the table'
     do branch = 1, 2
       first = minval(setup%zones%first, setup%zones%flange .eqv. branch == 2)

@@ -21,7 +21,7 @@ program trajectory
   type(scheme_type) :: scheme
   type(motion_type) :: motion, new
   character(256) :: file, word
-  integer :: steps, every, i, leg, iterations, status
+  integer :: steps, every, i, leg, evaluations, status
   logical :: reverse, weightless
 
   call get_command_argument(1, file)
@@ -50,7 +50,7 @@ program trajectory
     call start_motion(setup%wheelset, motion, status)
     call write_state()
     do i = 1, steps
-      call advance(setup%wheelset, scheme, motion, c%dt, new, iterations, status)
+      call advance(setup%wheelset, scheme, motion, c%dt, new, evaluations, status)
       if (status /= step_ok) error stop 'a step failed: status '//str(status)//' at t = '//str(motion%t)
       motion = new
       if (mod(i, every) == 0 .or. i == steps) call write_state()

@@ -250,7 +250,7 @@ subroutine run_results(handle, n_columns, n_rows, n_events, rows, t, kind, force
   force = run%log%list(:n_events)%force
 end subroutine run_results
 
-!> step [s], steps, iterations, halvings, largest drift, initial kinetic energy [J], processor time [s],
+!> step [s], steps, evaluations, cuts, largest drift, initial kinetic energy [J], processor time [s],
 !> returned, derailed, cancelled; peak force [N] and its time [s] of four contacts; counts of eight kinds
 !> of events.
 subroutine run_numbers(handle, numbers)
@@ -262,7 +262,7 @@ subroutine run_numbers(handle, numbers)
   type(run_type), pointer :: run
 
   run => run_at(handle)
-  numbers(:7) = [run%step, dble(run%steps), dble(run%iterations), dble(run%halvings), run%drift, &
+  numbers(:7) = [run%step, dble(run%steps), dble(run%evaluations), dble(run%cuts), run%drift, &
                  run%kinetic_energy, run%seconds]
   numbers(8:10) = merge(1d0, 0d0, [run%log%returned, run%log%derailed, run%cancelled])
   numbers(11:14) = run%peak

@@ -133,9 +133,9 @@ contains
 
     select case (wheel)
     case (1)
-      call wheel_potential(w%table, q, state%energy(:2), state%slope(:, :2), state%hessian, state%status)
+      call wheel_potential(w%table, q, state%energy(:2), state%slope(:, :2), state%status, state%hessian)
     case (2)
-      call wheel_potential(w%table, mirror*q, state%energy(3:), state%slope(:, 3:), state%hessian, state%status)
+      call wheel_potential(w%table, mirror*q, state%energy(3:), state%slope(:, 3:), state%status, state%hessian)
       do i = 3, 4
         state%slope(:, i) = mirror*state%slope(:, i)
       end do

@@ -73,10 +73,10 @@ class Run:
         clearance, equilibrium (height of the axle), approach (elastic, at rest), load_per_wheel, frequency_1 to
         frequency_3 (eigenfrequencies at rest); per contact peak_N_LT ... and its time t_peak_LT ...; kinetic_energy
         (initial, of lateral, vertical and roll motion), drift (largest |energy error| over all steps), steps, step,
-        iterations, halvings, rows, t (at the end), end (why there), returned, derailed, n_left_flange_contact ...
+        evaluations, cuts, rows, t (at the end), end (why there), returned, derailed, n_left_flange_contact ...
         (events of each kind); processor time table_seconds, seconds (integration), table_found (in a file).
         """
-        (step, steps, iterations, halvings, drift, kinetic_energy, seconds, returned, derailed, _,
+        (step, steps, evaluations, cuts, drift, kinetic_energy, seconds, returned, derailed, _,
          *rest) = _flat.run_numbers(self._handle).tolist()
         peaks, peak_times, counts = rest[:4], rest[4:8], rest[8:]
         table = self.table
@@ -87,7 +87,7 @@ class Run:
             **{f"peak_N_{c}": peak for c, peak in zip(CONTACTS, peaks, strict=True)},
             **{f"t_peak_{c}": t for c, t in zip(CONTACTS, peak_times, strict=True)},
             "kinetic_energy": kinetic_energy, "drift": drift,
-            "steps": int(steps), "step": step, "iterations": int(iterations), "halvings": int(halvings),
+            "steps": int(steps), "step": step, "evaluations": int(evaluations), "cuts": int(cuts),
             "rows": len(self.columns), "t": float(self.columns["time"].iloc[-1]), "end": self._end(),
             "returned": bool(returned), "derailed": bool(derailed),
             **{"n_" + re.sub("[ -]", "_", kind): int(n) for kind, n in zip(_event_kinds(), counts, strict=True)},
