@@ -12,9 +12,8 @@ module handles
   use progress, only: monitor_type
   use rigid, only: conicity, geometry_row
   use simulation, only: prepare, run_type, set_wheelset, setup_type, simulate
-  use table, only: wheel_potential
   use text, only: line_type
-  use wheelset, only: contact_state, contacts, wheelset_type
+  use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
@@ -128,23 +127,12 @@ contains
     integer, intent(in) :: wheel
     real(dp), intent(in) :: q(3)
     type(contact_state), intent(out) :: state
-    real(dp), parameter :: mirror(3) = [-1, 1, -1], mirror_2(6) = [1, -1, 1, 1, -1, 1]
-    integer :: i
 
-    select case (wheel)
-    case (1)
-      call wheel_potential(w%table, q, state%energy(:2), state%slope(:, :2), state%hessian, state%status)
-    case (2)
-      call wheel_potential(w%table, mirror*q, state%energy(3:), state%slope(:, 3:), state%hessian, state%status)
-      do i = 3, 4
-        state%slope(:, i) = mirror*state%slope(:, i)
-      end do
-      state%hessian = mirror_2*state%hessian
-    case default
+    if (wheel == 0) then
       call contacts(w, q, state)
-      return
-    end select
-    state%gradient = (state%slope(:, 1) + state%slope(:, 2)) + (state%slope(:, 3) + state%slope(:, 4))
+    else
+      call wheel_contacts(w, wheel, q, state)
+    end if
   end subroutine find_state
 
   !> Geometry functions, the columns of the geometry file, at lateral displacements y; NaN where the
