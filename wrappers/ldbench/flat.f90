@@ -416,15 +416,18 @@ end subroutine tangents
 !> Geometry functions at lateral displacements y [m]; NaN where the rigid wheelset does not stand on both
 !> rails.
 subroutine geometry_functions(handle, n, y, rows)
-  use handles, only: find_geometry, prepared_at
+  use handles, only: prepared_at, prepared_type
+  use rigid, only: geometry_at
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: n
   real(8), intent(in) :: y(n)
   real(8), intent(out) :: rows(13, n)
   !f2py threadsafe
+  type(prepared_type), pointer :: p
 
-  call find_geometry(prepared_at(handle), y, rows)
+  p => prepared_at(handle)
+  call geometry_at(p%setup%pair, y, rows)
 end subroutine geometry_functions
 
 !> Find out before the work, not after it, that a file cannot be written.

@@ -2,7 +2,6 @@
 !> handles (addresses), cases as arrays over the list of namelist variables, and a monitor
 !> that shares a few numbers with another thread.
 module handles
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, list_variables, text_length, variable_type
@@ -10,7 +9,6 @@ module handles
   use kinds, only: dp
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
-  use rigid, only: conicity, geometry_row
   use simulation, only: prepare, run_type, set_wheelset, setup_type, simulate
   use text, only: line_type
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
@@ -18,7 +16,7 @@ module handles
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
   public :: new_run, run_at, free_run_at, simulate_watched
-  public :: export_case, import_case, split_lines, give, give_error, find_state, find_geometry
+  public :: export_case, import_case, split_lines, give, give_error, find_state
 
   !> A case, ready to be integrated.
   type :: prepared_type
@@ -134,39 +132,6 @@ contains
       call wheel_contacts(w, wheel, q, state)
     end if
   end subroutine find_state
-
-  !> Geometry functions, the columns of the geometry file, at lateral displacements y; NaN where the
-  !> rigid wheelset does not stand on both rails.
-  subroutine find_geometry(p, y, rows)
-    type(prepared_type), intent(in) :: p
-    real(dp), intent(in) :: y(:)               !! [m]
-    real(dp), intent(out) :: rows(:, :)        !! (column, y)
-    real(dp), parameter :: pitch = 1e-4_dp     !! of the radius differences that the conicity needs [m]
-    real(dp), allocatable :: x(:), delta_r(:)
-    real(dp) :: row(12), reach, step
-    integer :: i, m
-    logical :: ok(size(y)), stands
-
-    rows = ieee_value(1.0_dp, ieee_quiet_nan)
-    do i = 1, size(y)
-      call geometry_row(p%setup%pair, y(i), row, ok(i))
-      if (ok(i)) rows(:12, i) = row
-    end do
-    reach = maxval(abs(y), mask=ok)
-    if (.not. any(ok)) return
-    m = max(2, nint(reach/pitch))
-    step = max(reach/m, pitch/m)
-    allocate (x(-m:m), delta_r(-m:m))
-    do i = 0, m
-      call geometry_row(p%setup%pair, i*step, row, stands)
-      if (.not. stands) return
-      x([-i, i]) = [-i, i]*step
-      delta_r([-i, i]) = [-row(8), row(8)]
-    end do
-    do i = 1, size(y)
-      if (ok(i)) rows(13, i) = conicity(max(abs(y(i)), step), x, delta_r)
-    end do
-  end subroutine find_geometry
 
   !> The values of a case in the order of the list of variables: numbers, and texts one after
   !> the other.
