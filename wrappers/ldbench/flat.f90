@@ -67,8 +67,8 @@ end subroutine describe_results
 subroutine read_namelist(file, is_text, source, n, numbers, words, message, length)
   use case, only: case_type, check_case, read_case
   use errors, only: error_type
-  use handles, only: export_case, give_error, split_lines
-  use text, only: line_type, read_lines
+  use handles, only: export_case, give_error
+  use text, only: line_type, read_lines, split_lines
   implicit none
   character(*), intent(in) :: file, source
   integer, intent(in) :: is_text

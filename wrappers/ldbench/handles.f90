@@ -10,13 +10,12 @@ module handles
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
   use simulation, only: prepare, run_type, set_wheelset, setup_type, simulate
-  use text, only: line_type
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
   public :: new_run, run_at, free_run_at, simulate_watched
-  public :: export_case, import_case, split_lines, give, give_error, find_state
+  public :: export_case, import_case, give, give_error, find_state
 
   !> A case, ready to be integrated.
   type :: prepared_type
@@ -168,30 +167,6 @@ contains
       if (associated(list(k)%text)) list(k)%text = words(text_length*(k - 1) + 1:text_length*k)
     end do
   end subroutine import_case
-
-  !> Lines as `read_lines` gives those of a file.
-  subroutine split_lines(text, lines)
-    character(*), intent(in) :: text
-    type(line_type), allocatable, intent(out) :: lines(:)
-    integer :: i, n, from, to
-
-    n = count([(text(i:i) == new_line('a'), i=1, len(text))])
-    allocate (lines(n + 1))
-    from = 1
-    do i = 1, n + 1
-      to = index(text(from:)//new_line('a'), new_line('a')) + from - 2
-      lines(i)%text = text(from:to)
-      from = to + 2
-    end do
-    do i = 1, n + 1
-      associate (line => lines(i)%text)
-        do to = 1, len(line)
-          if (iachar(line(to:to)) == 9 .or. iachar(line(to:to)) == 13) line(to:to) = ' '
-        end do
-      end associate
-    end do
-    if (len(lines(n + 1)%text) == 0) lines = lines(:n)
-  end subroutine split_lines
 
   !> A text for Python: in a buffer, with its length.
   subroutine give(text, buffer, length)
