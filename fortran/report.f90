@@ -7,7 +7,7 @@ module report
   use errors, only: error_type, fatal_error
   use events, only: event_kinds
   use kinds, only: dp, version
-  use rigid, only: conicity, geometry_names, geometry_row, geometry_units
+  use rigid, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use simulation, only: run_type, setup_type
   use system, only: scratch_name
   use text, only: str
@@ -173,34 +173,22 @@ contains
   end subroutine write_columns
 
   !> Geometry functions over the lateral displacements at which the wheelset stands
-  !> on both rails, every 0.1 mm.
+  !> on both rails.
   subroutine write_geometry(c, setup, file, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     character(*), intent(in) :: file
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: pitch = 1e-4_dp
     real(dp), allocatable :: rows(:, :)
-    integer :: n, i, last
-    logical :: ok
+    integer :: n, last
 
-    ! Half the range; the other half is its mirror image.
-    n = int(1.2_dp*setup%clearance/pitch)
+    n = int(1.2_dp*setup%clearance/geometry_pitch)
     allocate (rows(size(geometry_names), -n:n))
-    last = -1
-    do i = 0, n
-      call geometry_row(setup%pair, i*pitch, rows(:12, i), ok)
-      if (.not. ok) exit
-      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*rows([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10], i)
-      last = i
-    end do
+    call geometry_table(setup%pair, n, rows, last)
     if (last < 2) then
       call fatal_error(error, file//': the rigid wheelset does not stand on both rails')
       return
     end if
-    do i = -last, last
-      rows(13, i) = conicity(max(abs(i), 1)*pitch, rows(1, -last:last), rows(8, -last:last))
-    end do
     call write_table_file(file, header(c, setup)// &
       'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'//nl, &
       geometry_names, geometry_units, rows(:, -last:last), error)

@@ -2,6 +2,7 @@
 !> lateral displacement, its flange clearance, and the geometry functions that
 !> railway engineers read.
 module rigid
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use contact, only: zone_type
   use curve, only: curve_frame
   use errors, only: error_type
@@ -9,13 +10,15 @@ module rigid
   use kinds, only: dp, pi
   implicit none
   private
-  public :: rigid_contact, clearance, conicity, geometry_row, geometry_names, geometry_units
+  public :: rigid_contact, clearance, geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
 
   !> Columns of the geometry file.
   character(*), parameter :: geometry_names(*) = [character(12) :: 'Y', 'roll', 'Z', 'angle_L', &
     'angle_R', 'radius_L', 'radius_R', 'delta_r', 'y_L', 'z_L', 'y_R', 'z_R', 'conicity']
   character(*), parameter :: geometry_units(*) = [character(12) :: 'm', 'rad', 'm', 'rad', &
     'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
+  !> Between its rows [m].
+  real(dp), parameter :: geometry_pitch = 1e-4_dp
 
 contains
 
@@ -159,6 +162,68 @@ contains
       conicity = conicity + ((1 - share)*delta_r(j) + share*delta_r(j + 1))/2*sin(tau)*2/(n*amplitude)
     end do
   end function conicity
+
+  !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
+  subroutine geometry_table(pair, n, rows, last)
+    type(pair_type), intent(in) :: pair
+    integer, intent(in) :: n                !! the most that `last` can be
+    real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
+    integer, intent(out) :: last
+    integer :: i
+
+    call mirrored_rows(pair, geometry_pitch, n, rows, last)
+    if (last < 1) return
+    do i = -last, last
+      rows(13, i) = conicity(max(abs(i), 1)*geometry_pitch, rows(1, -last:last), rows(8, -last:last))
+    end do
+  end subroutine geometry_table
+
+  !> Such rows at any y, with the conicity by rows of about the same pitch; NaN where the rigid wheelset
+  !> does not stand on both rails.
+  subroutine geometry_at(pair, y, rows)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: y(:)           !! [m]
+    real(dp), intent(out) :: rows(:, :)    !! (column, y)
+    real(dp), allocatable :: table(:, :)
+    real(dp) :: row(12), reach, step
+    integer :: i, n, last
+    logical :: ok(size(y))
+
+    rows = ieee_value(1.0_dp, ieee_quiet_nan)
+    do i = 1, size(y)
+      call geometry_row(pair, y(i), row, ok(i))
+      if (ok(i)) rows(:12, i) = row
+    end do
+    if (.not. any(ok)) return
+    reach = maxval(abs(y), mask=ok)
+    n = max(2, nint(reach/geometry_pitch))
+    step = max(reach, geometry_pitch)/n
+    allocate (table(12, -n:n))
+    call mirrored_rows(pair, step, n, table, last)
+    if (last < n) return
+    do i = 1, size(y)
+      if (ok(i)) rows(13, i) = conicity(max(abs(y(i)), step), table(1, :), table(8, :))
+    end do
+  end subroutine geometry_at
+
+  !> Rows without the conicity, every `pitch`: one half is the other one's mirror image.
+  subroutine mirrored_rows(pair, pitch, n, rows, last)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: pitch
+    integer, intent(in) :: n
+    real(dp), intent(out) :: rows(:, -n:)
+    integer, intent(out) :: last
+    integer :: i
+    logical :: ok
+
+    last = -1
+    do i = 0, n
+      call geometry_row(pair, i*pitch, rows(:12, i), ok)
+      if (.not. ok) exit
+      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*rows([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10], i)
+      last = i
+    end do
+  end subroutine mirrored_rows
 
   !> One row of the geometry file, without the conicity.
   subroutine geometry_row(pair, y, row, ok)

@@ -7,7 +7,7 @@ module text
   use kinds, only: dp
   implicit none
   private
-  public :: line_type, lower, to_real, str, read_lines, checksum
+  public :: line_type, lower, to_real, str, read_lines, split_lines, checksum
 
   type :: line_type
     character(:), allocatable :: text
@@ -114,7 +114,7 @@ contains
     type(line_type), allocatable :: grown(:)
     character(1024) :: buffer
     character(:), allocatable :: line
-    integer :: unit, stat, length, n, i
+    integer :: unit, stat, length, n
     logical :: folder
 
     unit = input_unit
@@ -145,21 +145,47 @@ contains
         call fatal_error(error, path//': line '//str(n + 1)//' cannot be read')
         exit
       end if
-      do i = 1, len(line)
-        if (iachar(line(i:i)) == 9 .or. iachar(line(i:i)) == 13) line(i:i) = ' '
-      end do
       if (n == size(lines)) then
         allocate (grown(2*n))
         grown(:n) = lines
         call move_alloc(grown, lines)
       end if
       n = n + 1
-      lines(n)%text = line
+      lines(n)%text = blanked(line)
       if (stat == iostat_end) exit
     end do
     if (path /= '-') close (unit)
     lines = lines(:n)
   end subroutine read_lines
+
+  !> The lines of a text as `read_lines` gives those of a file.
+  pure subroutine split_lines(text, lines)
+    character(*), intent(in) :: text
+    type(line_type), allocatable, intent(out) :: lines(:)
+    integer :: i, n, from, to
+
+    n = count([(text(i:i) == new_line('a'), i=1, len(text))])
+    allocate (lines(n + 1))
+    from = 1
+    do i = 1, n + 1
+      to = index(text(from:)//new_line('a'), new_line('a')) + from - 2
+      lines(i)%text = blanked(text(from:to))
+      from = to + 2
+    end do
+    if (len(lines(n + 1)%text) == 0) lines = lines(:n)
+  end subroutine split_lines
+
+  !> A line with blanks for its tabs and carriage returns.
+  pure function blanked(line)
+    character(*), intent(in) :: line
+    character(len(line)) :: blanked
+    integer :: i
+
+    blanked = line
+    do i = 1, len(line)
+      if (iachar(line(i:i)) == 9 .or. iachar(line(i:i)) == 13) blanked(i:i) = ' '
+    end do
+  end function blanked
 
   !> CRC-32 (ISO 3309) of some lines, line ends counted as one newline, as
   !> eight hexadecimal digits.

@@ -5,7 +5,7 @@ module wheelset
   use table, only: contact_table, inside, wheel_potential
   implicit none
   private
-  public :: wheelset_type, contact_state, contacts, external_force, settle, contact_name
+  public :: wheelset_type, contact_state, contacts, wheel_contacts, external_force, settle, contact_name
   public :: left_tread, left_flange, right_tread, right_flange
 
   type :: wheelset_type
@@ -59,36 +59,67 @@ contains
     f = [this%lateral_force + this%lateral_ramp*t, -this%weight(), 0.0_dp]
   end function external_force
 
-  !> Potential of all contacts, with its Hessian unless `tangent` says no (which takes half the time).
-  !> The right wheel is the left one in the mirror.
+  !> Potential of all contacts, with its Hessian unless `tangent` says no.
   pure subroutine contacts(this, q, state, tangent)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
     type(contact_state), intent(out) :: state
     logical, intent(in), optional :: tangent
-    real(dp), parameter :: mirror(3) = [-1, 1, -1]
-    real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
     real(dp) :: left(6), right(6)
-    integer :: i, status
-    logical :: wanted
+    integer :: status
 
-    wanted = .true.
-    if (present(tangent)) wanted = tangent
-    if (wanted) then
+    if (wanted(tangent)) then
       call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), state%status, left)
-      call wheel_potential(this%table, mirror*q, state%energy(3:), state%slope(:, 3:), status, right)
-      state%hessian = left + mirror_2*right
+      call right_potential(this%table, q, state%energy(3:), state%slope(:, 3:), status, right)
+      state%hessian = left + right
     else
       call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), state%status)
-      call wheel_potential(this%table, mirror*q, state%energy(3:), state%slope(:, 3:), status)
+      call right_potential(this%table, q, state%energy(3:), state%slope(:, 3:), status)
     end if
     if (status /= inside) state%status = status
-    do i = right_tread, right_flange
-      state%slope(:, i) = mirror*state%slope(:, i)
-    end do
     state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
       + (state%slope(:, right_tread) + state%slope(:, right_flange))
   end subroutine contacts
+
+  pure logical function wanted(option)
+    logical, intent(in), optional :: option
+
+    wanted = .true.
+    if (present(option)) wanted = option
+  end function wanted
+
+  !> The same of one wheel alone; the other one's contacts are zero.
+  pure subroutine wheel_contacts(this, wheel, q, state)
+    type(wheelset_type), intent(in) :: this
+    integer, intent(in) :: wheel         !! 1 left, 2 right
+    real(dp), intent(in) :: q(3)
+    type(contact_state), intent(out) :: state
+
+    if (wheel == 1) then
+      call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), state%status, state%hessian)
+    else
+      call right_potential(this%table, q, state%energy(3:), state%slope(:, 3:), state%status, state%hessian)
+    end if
+    state%gradient = sum(state%slope, 2)
+  end subroutine wheel_contacts
+
+  !> `wheel_potential` of the right wheel: the left one in the mirror.
+  pure subroutine right_potential(t, q, energy, slope, status, hessian)
+    type(contact_table), intent(in) :: t
+    real(dp), intent(in) :: q(3)
+    real(dp), intent(out) :: energy(2), slope(3, 2)
+    integer, intent(out) :: status
+    real(dp), intent(out), optional :: hessian(6)
+    real(dp), parameter :: mirror(3) = [-1, 1, -1]
+    real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
+    integer :: i
+
+    call wheel_potential(t, mirror*q, energy, slope, status, hessian)
+    do i = 1, 2
+      slope(:, i) = mirror*slope(:, i)
+    end do
+    if (present(hessian)) hessian = mirror_2*hessian
+  end subroutine right_potential
 
   !> Height z of the axle centre at which the centred wheelset is in equilibrium,
   !> searched downwards from `top`.

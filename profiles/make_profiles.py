@@ -83,10 +83,10 @@ def shift(pieces, dy, dz):
     return [Piece(q.R, q.g0, q.g1, q.p + (dy, dz), q.length) for q in pieces]
 
 
-def sample(pieces):
+def sample(pieces, spacing=STEP):
     points = [pieces[0].p]
     for q in pieces:
-        n = max(1, round(q.length / STEP))
+        n = max(1, round(q.length / spacing))
         points += [q.at(q.length * i / n) for i in range(1, n + 1)]
     return np.array(points)
 

@@ -2,69 +2,54 @@
 !> strips, by half-space solutions, and the floor under a look-up: its loads and multiply-adds alone.
 !>
 !> usage: bench_force input.nml poses rounds repeats stride
-!> Reads n and the n poses `y`, `z`, `roll` (8-byte reals, one array after the other) from the binary
-!> file.  Writes, per round, the processor time per pose [s] of table, direct, half-space, floor; table and
-!> floor loop over the poses `repeats` times, the half-space takes every `stride`-th pose.  The last
-!> line has the mean number of touching zones of both wheels and a sum that keeps the loops alive.
+!> Writes, per round, the processor time per pose [s] of table, direct, half-space, floor; table and
+!> floor loop `repeats` times over the poses of the binary file (`read_poses` has its format), the
+!> half-space takes every `stride`-th pose.  The last line has the mean number of touching zones of both
+!> wheels and a sum that keeps the loops alive.
 program bench_force
-  use, intrinsic :: iso_fortran_env, only: int64
-  use case, only: case_type, read_case
-  use contact, only: branch_energy, set_moduli, zone_energy, zone_force
-  use errors, only: error_type
-  use geometry, only: new_scan, scan_depth, scan_type
-  use hertz, only: contact_modulus
+  use case, only: case_type
+  use shared, only: branch_contact, direct_type, integer_argument, new_direct, read_poses, read_prepared, zone_contact
   use kinds, only: dp
-  use simulation, only: prepare, setup_type
-  use text, only: line_type, read_lines
+  use simulation, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
   real(dp), parameter :: mirror(3) = [-1, 1, -1]
   type(case_type) :: c
   type(setup_type) :: setup
-  type(error_type), allocatable :: error
-  type(line_type), allocatable :: lines(:)
-  type(scan_type) :: work
+  type(direct_type) :: direct
   type(contact_state) :: state
-  real(dp), allocatable :: read_poses(:, :), pose(:, :), k(:), coefficients(:, :, :), heights(:, :)
+  real(dp), allocatable :: pose(:, :), coefficients(:, :, :), heights(:, :)
   integer, allocatable :: touching(:)
-  real(dp) :: e_star, total, from, to, seconds(4)
-  integer(int64) :: n
-  integer :: unit, i, round, repeat
-  character(256) :: file
+  real(dp) :: total, from, to, seconds(4)
+  integer :: n, i, round, rounds, repeat, repeats, stride
 
-  call get_command_argument(1, file)
-  call read_lines(trim(file), lines, error)
-  if (.not. allocated(error)) call read_case(trim(file), lines, c, error)
-  if (.not. allocated(error)) call prepare(c, setup, error)
-  if (allocated(error)) error stop error%message
-  call get_command_argument(2, file)
-  open (newunit=unit, file=trim(file), access='stream', form='unformatted', status='old', action='read')
-  read (unit) n
-  allocate (read_poses(n, 3), touching(n))
-  read (unit) read_poses
-  pose = transpose(read_poses)
-  e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
-  allocate (k(size(setup%pair%s)))
-  work = new_scan(setup%pair)
+  call read_prepared(c, setup)
+  call read_poses(pose)
+  n = size(pose, 2)
+  rounds = integer_argument(3)
+  repeats = integer_argument(4)
+  stride = integer_argument(5)
+  allocate (touching(n))
+  direct = new_direct(c, setup)
   ! As large as those of a zone, so that they lie as far apart in memory.
   allocate (coefficients(c%n_depth + 3, c%n_roll + 3, c%n_lateral + 3), heights(c%n_roll + 3, c%n_lateral + 3), &
     source=1e-6_dp)
   total = 0
-  do round = 1, argument(3)
+  do round = 1, rounds
     call cpu_time(from)
-    do repeat = 1, argument(4)
-      do i = 1, int(n)
+    do repeat = 1, repeats
+      do i = 1, n
         call contacts(setup%wheelset, pose(:, i), state)
         if (state%status /= 0) error stop 'a pose is not on the table'
         total = total + state%gradient(2) + state%hessian(4)
       end do
     end do
     call cpu_time(to)
-    seconds(1) = (to - from)/(n*argument(4))
+    seconds(1) = (to - from)/(real(n, dp)*repeats)
 
     call cpu_time(from)
     touching = 0
-    do i = 1, int(n)
+    do i = 1, n
       call evaluate_strips(pose(:, i), touching(i))
       call evaluate_strips(mirror*pose(:, i), touching(i))
     end do
@@ -72,34 +57,26 @@ program bench_force
     seconds(2) = (to - from)/n
 
     call cpu_time(from)
-    do i = 1, int(n), argument(5)
+    do i = 1, n, stride
       call solve_halfspace(pose(:, i))
       call solve_halfspace(mirror*pose(:, i))
     end do
     call cpu_time(to)
-    seconds(3) = (to - from)/((n - 1)/argument(5) + 1)
+    seconds(3) = (to - from)/((n - 1)/stride + 1)
 
     call cpu_time(from)
-    do repeat = 1, argument(4)
-      do i = 1, int(n)
+    do repeat = 1, repeats
+      do i = 1, n
         call multiply_add(pose(:, i), touching(i))
       end do
     end do
     call cpu_time(to)
-    seconds(4) = (to - from)/(n*argument(4))
+    seconds(4) = (to - from)/(real(n, dp)*repeats)
     write (*, '(4es12.4)') seconds
   end do
   write (*, '(f0.4, es12.4)') sum(touching)/real(n, dp), total
 
 contains
-
-  integer function argument(position)
-    integer, intent(in) :: position
-    character(16) :: word
-
-    call get_command_argument(position, word)
-    read (word, *) argument
-  end function argument
 
   !> Force and energy of the left wheel by its strips; counts the zones that touch.
   subroutine evaluate_strips(q, touching)
@@ -109,13 +86,7 @@ contains
     integer :: z
 
     do z = 1, size(setup%zones)
-      associate (zone => setup%zones(z))
-        work%fresh = .true.
-        call set_moduli(setup%pair, zone, e_star, q(3), k)
-        call scan_depth(setup%pair, q(1:2), q(3), zone%first, zone%last, work)
-        force = zone_force(setup%pair, zone, q(3), work, k)
-        energy = zone_energy(setup%pair, zone, trim(c%model), e_star, q(3), work, k)
-      end associate
+      call zone_contact(direct, setup, z, q, energy, force)
       if (energy > 0) touching = touching + 1
       total = total + energy + force(2)
     end do
@@ -125,16 +96,10 @@ contains
   subroutine solve_halfspace(q)
     real(dp), intent(in) :: q(3)
     real(dp) :: energy, force(3)
-    integer :: branch, first, last
-    logical :: ok
+    integer :: branch
 
     do branch = 1, 2
-      first = minval(setup%zones%first, setup%zones%flange .eqv. branch == 2)
-      last = maxval(setup%zones%last, setup%zones%flange .eqv. branch == 2)
-      work%fresh = .true.
-      call scan_depth(setup%pair, q(1:2), q(3), first, last, work)
-      call branch_energy(setup%pair, first, last, e_star, q(1:2), q(3), work, energy, ok, force)
-      if (.not. ok) error stop 'the half-space solution failed'
+      call branch_contact(direct, setup, branch, q, energy, force)
       total = total + energy + force(2)
     end do
   end subroutine solve_halfspace

@@ -7,28 +7,23 @@
 !> `reverse`: then reverses all velocities and takes as many steps again.
 !> `weightless`: without gravity and vertical load; the equilibrium is still that with them.
 program trajectory
-  use case, only: case_type, read_case
-  use errors, only: error_type
+  use case, only: case_type
+  use shared, only: integer_argument, read_prepared
   use kinds, only: dp, gravity
   use newmark, only: advance, motion_type, scheme_type, start_motion, step_ok
-  use simulation, only: prepare, setup_type
-  use text, only: line_type, read_lines, str
+  use simulation, only: setup_type
+  use text, only: str
   implicit none
   type(case_type) :: c
   type(setup_type) :: setup
-  type(error_type), allocatable :: error
-  type(line_type), allocatable :: lines(:)
   type(scheme_type) :: scheme
   type(motion_type) :: motion, new
-  character(256) :: file, word
+  character(16) :: word
   integer :: steps, every, i, leg, evaluations, status
   logical :: reverse, weightless
 
-  call get_command_argument(1, file)
-  call get_command_argument(2, word)
-  read (word, *) steps
-  call get_command_argument(3, word)
-  read (word, *) every
+  steps = integer_argument(2)
+  every = integer_argument(3)
   reverse = .false.
   weightless = .false.
   do i = 4, command_argument_count()
@@ -36,10 +31,7 @@ program trajectory
     reverse = reverse .or. word == 'reverse'
     weightless = weightless .or. word == 'weightless'
   end do
-  call read_lines(trim(file), lines, error)
-  if (.not. allocated(error)) call read_case(trim(file), lines, c, error)
-  if (.not. allocated(error)) call prepare(c, setup, error)
-  if (allocated(error)) error stop error%message
+  call read_prepared(c, setup)
   if (weightless) setup%wheelset%vertical_load = -setup%wheelset%mass*gravity
 
   scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)

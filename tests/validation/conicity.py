@@ -47,15 +47,6 @@ DeltaR = Callable[[np.ndarray], np.ndarray]     # lateral displacements [m] to r
 
 # Test profiles ----------------------------------------------------------------------------
 
-def sample(shape: list[arcs.Piece], spacing: float) -> np.ndarray:
-    """Points of a chain of pieces, about `spacing` apart [mm]."""
-    points = [shape[0].p]
-    for piece in shape:
-        n = max(1, round(piece.length/spacing))
-        points += [piece.at(piece.length*i/n) for i in range(1, n + 1)]
-    return np.array(points)
-
-
 @dataclass(frozen=True)
 class Shape:
     """A wheel with a straight (R_w infinite) or hollow tread on a rail with a round head."""
@@ -69,7 +60,7 @@ class Shape:
         with tempfile.TemporaryDirectory() as folder:
             paths = [Path(folder)/f"{name}.yz" for name in ("wheel", "rail")]
             for path, shape in zip(paths, (self.wheel(), self.rail()), strict=True):
-                np.savetxt(path, sample(shape, spacing), fmt="%.17g")
+                np.savetxt(path, arcs.sample(shape, spacing), fmt="%.17g")
             return ContactTable(Case.from_namelist("&case /").replace(
                 wheel_profile=str(paths[0]), rail_profile=str(paths[1]), lateral=0.02, table_roll=0.02, n_lateral=20,
                 n_roll=5, n_depth=5)).geometry(y)

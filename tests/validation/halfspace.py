@@ -5,11 +5,8 @@ bodies of the form r^n (I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47-57; n = 1 i
 """
 from __future__ import annotations
 
-import os
-import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,9 +14,8 @@ from scipy.special import ellipe, ellipk, gamma
 
 from checks import Check, Section, Table, limit, page, relative
 from ldbench.style import BLUE, GREEN, RED, ldbench_style
+from programs import fortran_test
 
-REPO = Path(__file__).resolve().parents[2]
-PROGRAM = Path(os.environ.get("LDBENCH_TESTS", REPO/"build/release/tests"))/"halfspace_pressure"
 E_STAR = 1.0       # the solver is linear in it
 RATIOS = 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0       # semi-axis rolling to transverse
 SOURCE = "Hertz (Johnson 4.25-4.32)"
@@ -61,8 +57,7 @@ def press(n: int, width: float, length: float, depth: Callable[[np.ndarray, np.n
     x, s = (np.arange(n//2) + 0.5)*dx, (np.arange(ns) + 0.5)*ds - length
     g = depth(x[:, None], s[None])
     lines = [f"{n//2} {ns} {dx!r} {ds!r} {E_STAR!r}", *map(repr, g.T.ravel().tolist())]
-    done = subprocess.run([PROGRAM], input="\n".join(lines) + "\n", capture_output=True, text=True, check=True)
-    first, *numbers = done.stdout.splitlines()
+    first, *numbers = fortran_test("halfspace_pressure", stdin="\n".join(lines) + "\n").splitlines()
     if first.split()[0] != "1":
         raise RuntimeError("the half-space solver did not reach its tolerance")
     return Pressed(x, s, g, np.array(numbers, float).reshape(ns, n//2).T, dx*ds)

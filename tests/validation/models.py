@@ -1,8 +1,6 @@
 """The three normal models against direct half-space solutions, at poses of the ten runs."""
 from __future__ import annotations
 
-import os
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -12,9 +10,8 @@ from matplotlib.figure import Figure
 import ldbench
 from checks import Check, Section, Table, limit, page
 from ldbench.style import BLUE, GREEN, ORANGE, ldbench_style
+from programs import fortran_test
 
-REPO = Path(__file__).resolve().parents[2]
-PROGRAM = Path(os.environ.get("LDBENCH_TESTS", REPO/"build/release/tests"))/"halfspace_direct"
 PAIRS = "aw", "sw"
 MODELS = "strip", "hertz", "halfspace"
 LOOKS = {"strip": (BLUE, "o"), "hertz": (ORANGE, "s"), "halfspace": (GREEN, "^")}
@@ -54,8 +51,8 @@ def wheel_forces(pair: str, model: str, poses: np.ndarray) -> tuple[np.ndarray, 
         path = Path(folder)/"case.nml"
         case.to_namelist(path)
         lines = "".join(" ".join(map(repr, pose)) + "\n" for pose in poses.tolist())
-        done = subprocess.run([PROGRAM, path], input=lines, capture_output=True, text=True, check=True, cwd=REPO)
-    rows = np.array([line.split() for line in done.stdout.splitlines()], float).reshape(-1, 2, 2, 3)
+        found = fortran_test("halfspace_direct", path, stdin=lines).splitlines()
+    rows = np.array([line.split() for line in found], float).reshape(-1, 2, 2, 3)
     return rows[:, :, 0, :2], rows[:, :, 1, :2]
 
 

@@ -91,6 +91,14 @@ def find_executable(root: Path) -> Path:
     raise Error(f"{named or root/'ldbench'}: expected the executable, found none; `make` builds it")
 
 
+def find_namelists(inputs: Path) -> list[Path]:
+    """The exercises' namelist files of a folder."""
+    namelists = sorted(inputs.glob("ex*.nml"))
+    if not namelists:
+        raise Error(f"{inputs}: expected namelists ex*.nml, found none")
+    return namelists
+
+
 def digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 

@@ -26,7 +26,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from .batch import PROJECT, Job, find_executable, inside, run_stale, with_values
+from .batch import PROJECT, Job, find_executable, find_namelists, inside, run_stale, with_values
 from ._core import Error
 from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages, usable_cores
 from .record import CONTACT_NAMES, CONTACTS, Record, read_record
@@ -404,9 +404,7 @@ def study_page(case: str, records: Sequence[Record]) -> Figure:
 def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: float = SHORT_RAMP) -> list[Path]:
     """Run what is not up to date; write the PDF and the CSV file of the study."""
     executable = find_executable(root)
-    namelists = sorted(inputs.glob("ex*.nml"))
-    if not namelists:
-        raise Error(f"{inputs}: expected namelists ex*.nml, found none")
+    namelists = find_namelists(inputs)
     folder = outputs/"study"
     folder.mkdir(parents=True, exist_ok=True)
     jobs = {file.stem: study_jobs(file, folder, root, ramp_end) for file in namelists}

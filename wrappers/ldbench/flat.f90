@@ -67,8 +67,8 @@ end subroutine describe_results
 subroutine read_namelist(file, is_text, source, n, numbers, words, message, length)
   use case, only: case_type, check_case, read_case
   use errors, only: error_type
-  use handles, only: export_case, give_error, split_lines
-  use text, only: line_type, read_lines
+  use handles, only: export_case, give_error
+  use text, only: line_type, read_lines, split_lines
   implicit none
   character(*), intent(in) :: file, source
   integer, intent(in) :: is_text
@@ -338,7 +338,7 @@ subroutine potentials(handle, wheel, n, y, z, roll, energy, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state)
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.false.)
     energy(i) = (state%energy(1) + state%energy(2)) + (state%energy(3) + state%energy(4))
     status(i) = state%status
   end do
@@ -361,7 +361,7 @@ subroutine forces(handle, wheel, n, y, z, roll, force, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state)
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.false.)
     force(:, i) = -state%gradient
     status(i) = state%status
   end do
@@ -384,7 +384,7 @@ subroutine contact_forces(handle, n, y, z, roll, force, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false.)
     force(:, :, i) = -state%slope
     status(i) = state%status
   end do
@@ -407,7 +407,7 @@ subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state)
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.true.)
     hessian(:, i) = state%hessian
     status(i) = state%status
   end do
@@ -416,15 +416,18 @@ end subroutine tangents
 !> Geometry functions at lateral displacements y [m]; NaN where the rigid wheelset does not stand on both
 !> rails.
 subroutine geometry_functions(handle, n, y, rows)
-  use handles, only: find_geometry, prepared_at
+  use handles, only: prepared_at, prepared_type
+  use rigid, only: geometry_at
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: n
   real(8), intent(in) :: y(n)
   real(8), intent(out) :: rows(13, n)
   !f2py threadsafe
+  type(prepared_type), pointer :: p
 
-  call find_geometry(prepared_at(handle), y, rows)
+  p => prepared_at(handle)
+  call geometry_at(p%setup%pair, y, rows)
 end subroutine geometry_functions
 
 !> Find out before the work, not after it, that a file cannot be written.

@@ -2,7 +2,6 @@
 !> handles (addresses), cases as arrays over the list of namelist variables, and a monitor
 !> that shares a few numbers with another thread.
 module handles
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, list_variables, text_length, variable_type
@@ -10,16 +9,13 @@ module handles
   use kinds, only: dp
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
-  use rigid, only: conicity, geometry_row
   use simulation, only: prepare, run_type, set_wheelset, setup_type, simulate
-  use table, only: wheel_potential
-  use text, only: line_type
-  use wheelset, only: contact_state, contacts, wheelset_type
+  use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
   public :: new_run, run_at, free_run_at, simulate_watched
-  public :: export_case, import_case, split_lines, give, give_error, find_state, find_geometry
+  public :: export_case, import_case, give, give_error, find_state
 
   !> A case, ready to be integrated.
   type :: prepared_type
@@ -123,62 +119,19 @@ contains
   end subroutine simulate_watched
 
   !> The contacts of one wheel (1 left, 2 right) or of both (0) in a pose.
-  pure subroutine find_state(w, wheel, q, state)
+  pure subroutine find_state(w, wheel, q, state, tangent)
     type(wheelset_type), intent(in) :: w
     integer, intent(in) :: wheel
     real(dp), intent(in) :: q(3)
     type(contact_state), intent(out) :: state
-    real(dp), parameter :: mirror(3) = [-1, 1, -1], mirror_2(6) = [1, -1, 1, 1, -1, 1]
-    integer :: i
+    logical, intent(in) :: tangent             !! whether the Hessian is wanted
 
-    select case (wheel)
-    case (1)
-      call wheel_potential(w%table, q, state%energy(:2), state%slope(:, :2), state%status, state%hessian)
-    case (2)
-      call wheel_potential(w%table, mirror*q, state%energy(3:), state%slope(:, 3:), state%status, state%hessian)
-      do i = 3, 4
-        state%slope(:, i) = mirror*state%slope(:, i)
-      end do
-      state%hessian = mirror_2*state%hessian
-    case default
-      call contacts(w, q, state)
-      return
-    end select
-    state%gradient = (state%slope(:, 1) + state%slope(:, 2)) + (state%slope(:, 3) + state%slope(:, 4))
+    if (wheel == 0) then
+      call contacts(w, q, state, tangent)
+    else
+      call wheel_contacts(w, wheel, q, state)
+    end if
   end subroutine find_state
-
-  !> Geometry functions, the columns of the geometry file, at lateral displacements y; NaN where the
-  !> rigid wheelset does not stand on both rails.
-  subroutine find_geometry(p, y, rows)
-    type(prepared_type), intent(in) :: p
-    real(dp), intent(in) :: y(:)               !! [m]
-    real(dp), intent(out) :: rows(:, :)        !! (column, y)
-    real(dp), parameter :: pitch = 1e-4_dp     !! of the radius differences that the conicity needs [m]
-    real(dp), allocatable :: x(:), delta_r(:)
-    real(dp) :: row(12), reach, step
-    integer :: i, m
-    logical :: ok(size(y)), stands
-
-    rows = ieee_value(1.0_dp, ieee_quiet_nan)
-    do i = 1, size(y)
-      call geometry_row(p%setup%pair, y(i), row, ok(i))
-      if (ok(i)) rows(:12, i) = row
-    end do
-    reach = maxval(abs(y), mask=ok)
-    if (.not. any(ok)) return
-    m = max(2, nint(reach/pitch))
-    step = max(reach/m, pitch/m)
-    allocate (x(-m:m), delta_r(-m:m))
-    do i = 0, m
-      call geometry_row(p%setup%pair, i*step, row, stands)
-      if (.not. stands) return
-      x([-i, i]) = [-i, i]*step
-      delta_r([-i, i]) = [-row(8), row(8)]
-    end do
-    do i = 1, size(y)
-      if (ok(i)) rows(13, i) = conicity(max(abs(y(i)), step), x, delta_r)
-    end do
-  end subroutine find_geometry
 
   !> The values of a case in the order of the list of variables: numbers, and texts one after
   !> the other.
@@ -215,30 +168,6 @@ contains
       if (associated(list(k)%text)) list(k)%text = words(text_length*(k - 1) + 1:text_length*k)
     end do
   end subroutine import_case
-
-  !> Lines as `read_lines` gives those of a file.
-  subroutine split_lines(text, lines)
-    character(*), intent(in) :: text
-    type(line_type), allocatable, intent(out) :: lines(:)
-    integer :: i, n, from, to
-
-    n = count([(text(i:i) == new_line('a'), i=1, len(text))])
-    allocate (lines(n + 1))
-    from = 1
-    do i = 1, n + 1
-      to = index(text(from:)//new_line('a'), new_line('a')) + from - 2
-      lines(i)%text = text(from:to)
-      from = to + 2
-    end do
-    do i = 1, n + 1
-      associate (line => lines(i)%text)
-        do to = 1, len(line)
-          if (iachar(line(to:to)) == 9 .or. iachar(line(to:to)) == 13) line(to:to) = ' '
-        end do
-      end associate
-    end do
-    if (len(lines(n + 1)%text) == 0) lines = lines(:n)
-  end subroutine split_lines
 
   !> A text for Python: in a buffer, with its length.
   subroutine give(text, buffer, length)

@@ -18,9 +18,8 @@ import pandas as pd
 from tqdm import tqdm
 
 from . import abstract, plots, record, style
-from ._core import Error
-from .batch import (PROJECT, Job, case_job, find_executable, hashes, inside, is_up_to_date, run_stale, with_values,
-                    write_stamp)
+from .batch import (PROJECT, Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, run_stale,
+                    with_values, write_stamp)
 from .record import Record, read_record, summary_row
 
 UNITS = {"t": "s", "dt": "s", "F": "N", "N": "N", "Y": "m", "Z": "m", "roll": "rad", "E": "J"}
@@ -44,9 +43,7 @@ def main(args: argparse.Namespace) -> int:
 def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Path]:
     """Make what is not up to date; the files of the submission."""
     executable = find_executable(root)
-    namelists = sorted(inputs.glob("ex*.nml"))
-    if not namelists:
-        raise Error(f"{inputs}: expected namelists ex*.nml, found none")
+    namelists = find_namelists(inputs)
     outputs.mkdir(parents=True, exist_ok=True)
     cases = [case_job(file, outputs, root) for file in namelists]
     with tqdm(desc="report", disable=None) as bar:

@@ -11,18 +11,18 @@ LDBENCH = Path(os.environ.get("LDBENCH", REPO/"ldbench")).resolve()
 FORTRAN_TESTS = Path(os.environ.get("LDBENCH_TESTS", REPO/"build/release/tests")).resolve()
 
 
-def run_program(*command: object, cwd: Path = REPO) -> subprocess.CompletedProcess[str]:
+def run_program(*command: object, stdin: str = "") -> subprocess.CompletedProcess[str]:
     """Run to the end; a failure is an error with what the program said."""
     words = [str(word) for word in command]
-    done = subprocess.run(words, cwd=cwd, capture_output=True, text=True)
+    done = subprocess.run(words, input=stdin, cwd=REPO, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{' '.join(words)}: exit status {done.returncode}, {done.stderr.strip()}")
     return done
 
 
-def fortran_test(name: str, *arguments: object) -> str:
+def fortran_test(name: str, *arguments: object, stdin: str = "") -> str:
     """Output of a program of tests/fortran."""
-    return run_program(FORTRAN_TESTS/name, *arguments).stdout
+    return run_program(FORTRAN_TESTS/name, *arguments, stdin=stdin).stdout
 
 
 def resources(command: list[str], cwd: Path) -> tuple[float, float, float]:

@@ -1,0 +1,44 @@
+"""What the commands `make validate` and `make bench` share: their options, the round of the sections, the CSV file."""
+from __future__ import annotations
+
+import argparse
+import csv
+import importlib
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+
+def arguments(program: str, about: str, sections: Sequence[str], short: str) -> argparse.Namespace:
+    """`short` says what the short form leaves out. The folder is there afterwards."""
+    parser = argparse.ArgumentParser(prog=program, description=about.split("\n")[0])
+    parser.add_argument("--short", action="store_true", help=short)
+    parser.add_argument("--only", nargs="+", choices=sections, default=sections, help="these sections only")
+    parser.add_argument("--out", type=Path, default=Path("outputs"), help="folder of the two files (outputs)")
+    args = parser.parse_args()
+    args.out.mkdir(exist_ok=True)
+    return args
+
+
+def run_sections(args: argparse.Namespace, lines: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
+    """What the sections' modules return, by name; prints title, time and `lines` of each."""
+    sections = {}
+    for name in args.only:
+        begin = time.perf_counter()
+        section = sections[name] = importlib.import_module(name).section(args.short)
+        print(f"{name}: {section.title} ({time.perf_counter() - begin:.0f} s)")
+        for line in lines(section):
+            print(f"  {line}", flush=True)
+    return sections
+
+
+def write_csv(path: Path, head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """The file appears under its name when it is complete."""
+    part = path.with_suffix(".part")
+    with part.open("w", newline="") as file:
+        out = csv.writer(file)
+        out.writerow(head)
+        out.writerows(rows)
+    os.replace(part, path)
