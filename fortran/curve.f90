@@ -13,8 +13,7 @@ module curve
 
   type :: curve_type
     real(dp), allocatable :: s(:)        !! station of each knot [m]
-    real(dp), allocatable :: y(:, :)     !! cubic coefficients of y in (s - s_i), (4, n-1)
-    real(dp), allocatable :: z(:, :)     !! the same of z
+    real(dp), allocatable :: a(:, :, :)  !! cubic coefficients of y and z in (s - s_i), (2, 4, n-1)
   contains
     procedure :: first => first_station
     procedure :: last => last_station
@@ -43,7 +42,7 @@ contains
     integer :: n, i, iter
 
     n = size(y)
-    allocate (c%s(n), c%y(4, n - 1), c%z(4, n - 1))
+    allocate (c%s(n), c%a(2, 4, n - 1))
     c%s(1) = 0
     do i = 2, n
       c%s(i) = c%s(i - 1) + hypot(y(i) - y(i - 1), z(i) - z(i - 1))
@@ -69,8 +68,8 @@ contains
     if (allocated(error)) return
 
     do i = 1, n - 1
-      c%y(:, i) = cubic(f(i:i + 1, 1), f2(i:i + 1, 1), c%s(i + 1) - c%s(i))
-      c%z(:, i) = cubic(f(i:i + 1, 2), f2(i:i + 1, 2), c%s(i + 1) - c%s(i))
+      c%a(1, :, i) = cubic(f(i:i + 1, 1), f2(i:i + 1, 1), c%s(i + 1) - c%s(i))
+      c%a(2, :, i) = cubic(f(i:i + 1, 2), f2(i:i + 1, 2), c%s(i + 1) - c%s(i))
     end do
 
   contains
@@ -144,43 +143,25 @@ contains
     integer, intent(inout) :: i
     real(dp), intent(out) :: r(2), d1(2), d2(2)
     real(dp) :: t, edge
-    integer :: n
 
-    n = size(c%s)
-    i = max(1, min(i, n - 1))
-    do while (i < n - 1 .and. s >= c%s(i + 1))
+    i = max(1, min(i, size(c%a, 3)))
+    do while (s >= c%s(i + 1) .and. i < size(c%a, 3))
       i = i + 1
     end do
-    do while (i > 1 .and. s < c%s(i))
+    do while (s < c%s(i) .and. i > 1)
       i = i - 1
     end do
-    edge = max(c%s(1), min(s, c%s(n)))
+    edge = max(c%s(i), min(s, c%s(i + 1)))   ! s, but at the ends
     t = edge - c%s(i)
-    r = [poly(c%y(:, i)), poly(c%z(:, i))]
-    d1 = [slope(c%y(:, i)), slope(c%z(:, i))]
-    d2 = [bend(c%y(:, i)), bend(c%z(:, i))]
+    associate (a => c%a(:, :, i))
+      r = a(:, 1) + t*(a(:, 2) + t*(a(:, 3) + t*a(:, 4)))
+      d1 = a(:, 2) + t*(2*a(:, 3) + t*3*a(:, 4))
+      d2 = 2*a(:, 3) + 6*t*a(:, 4)
+    end associate
     if (abs(s - edge) > 0) then
       r = r + d1*(s - edge)
       d2 = 0
     end if
-
-  contains
-
-    pure real(dp) function poly(a)
-      real(dp), intent(in) :: a(4)
-      poly = a(1) + t*(a(2) + t*(a(3) + t*a(4)))
-    end function poly
-
-    pure real(dp) function slope(a)
-      real(dp), intent(in) :: a(4)
-      slope = a(2) + t*(2*a(3) + t*3*a(4))
-    end function slope
-
-    pure real(dp) function bend(a)
-      real(dp), intent(in) :: a(4)
-      bend = 2*a(3) + 6*t*a(4)
-    end function bend
-
   end subroutine curve_point
 
   !> Position, tangent angle to the y axis [rad] and signed curvature d(angle)/ds

@@ -68,16 +68,16 @@ contains
     pair%wheel = wheel%curve
     pair%rolling_radius = rolling_radius
 
-    top = maxval(pair%rail%z(1, :))
+    top = maxval(pair%rail%a(2, 1, :))
     call gauge_point(pair%rail, top - gauge_depth, r, ok)
     if (.not. ok) then
       call fatal_error(error, rail%file//': the rail has no gauge face '//str(gauge_depth)// &
         ' m below its top; &track gauge_depth must lie within the profile')
       return
     end if
-    pair%rail%y(1, :) = pair%rail%y(1, :) + gauge/2 - r(1)
-    pair%rail%z(1, :) = pair%rail%z(1, :) - top
-    pair%wheel%y(1, :) = pair%wheel%y(1, :) + back_to_back/2
+    pair%rail%a(1, 1, :) = pair%rail%a(1, 1, :) + gauge/2 - r(1)
+    pair%rail%a(2, 1, :) = pair%rail%a(2, 1, :) - top
+    pair%wheel%a(1, 1, :) = pair%wheel%a(1, 1, :) + back_to_back/2
     pair%gauge_face = gauge/2
     call set_stations(pair)
 
@@ -97,7 +97,7 @@ contains
       return
     end if
     pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius
-    pair%wheel%z(1, :) = pair%wheel%z(1, :) - (r(2) + rolling_radius)
+    pair%wheel%a(2, 1, :) = pair%wheel%a(2, 1, :) - (r(2) + rolling_radius)
     pair%r(2, :) = pair%r(2, :) - (r(2) + rolling_radius)
     low = minloc(pair%r(2, :))
     i = low(1)
@@ -113,10 +113,10 @@ contains
     real(dp) :: d1(2), d2(2), s
     integer :: i, iter
 
-    do i = 1, size(rail%z, 2)
-      if (rail%z(1, i) > z) exit
+    do i = 1, size(rail%a, 3)
+      if (rail%a(2, 1, i) > z) exit
     end do
-    ok = i > 1 .and. i <= size(rail%z, 2)
+    ok = i > 1 .and. i <= size(rail%a, 3)
     if (.not. ok) return
     i = i - 1
     s = rail%s(i)
@@ -239,7 +239,7 @@ contains
     integer, intent(out) :: i
     real(dp), intent(out) :: s
 
-    i = minloc((c%y(1, :) - p(1))**2 + (c%z(1, :) - p(2))**2, 1)
+    i = minloc((c%a(1, 1, :) - p(1))**2 + (c%a(2, 1, :) - p(2))**2, 1)
     s = c%s(i)
   end subroutine nearest_knot
 
