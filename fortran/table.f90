@@ -175,10 +175,10 @@ contains
 
       call scan_depth(pair, centre - q**2*across, roll, active%first, active%last, work)
       energy = zone_energy(pair, active, model, e_star, roll, work, k)
-      do while (active%first < active%last - 3 .and. work%depth(active%first + 2) < 0)
+      do while (active%first < active%last - 3 .and. maxval(work%depth(active%first:active%first + 2)) < 0)
         active%first = active%first + 1
       end do
-      do while (active%last > active%first + 3 .and. work%depth(active%last - 2) < 0)
+      do while (active%last > active%first + 3 .and. maxval(work%depth(active%last - 2:active%last)) < 0)
         active%last = active%last - 1
       end do
     end function energy_at
