@@ -19,7 +19,7 @@
 module contact
   use curve, only: curve_point
   use errors, only: error_type, fatal_error
-  use geometry, only: deepest, pair_type, point_depth, rail_curvature, rolled, scan_type
+  use geometry, only: deepest, pair_type, rail_curvature, rolled, scan_type, set_depth
   use halfspace, only: set_influence, solve_pressure
   use hertz, only: hertz_stiffness, strip_modulus
   use kinds, only: dp, degree
@@ -274,8 +274,8 @@ contains
       integer, intent(in) :: nx, ns
       real(dp), intent(in) :: tolerance
       real(dp) :: a(nx*ns, nx*ns), depth(nx, ns), p(nx, ns), normal(2, nx, ns), point(2, nx, ns), &
-        flat(nx*ns), gap(nx*ns), dx, ds, s, x, r(2), d1(2), d2(2), foot
-      integer :: j, k, interval, iterations
+        flat(nx*ns), gap(nx*ns), foot(nx), rate(nx), step(nx), dx, ds, s, x, r(2), d1(2), d2(2)
+      integer :: j, k, interval(nx), iterations
 
       dx = box(1)/nx
       ds = (box(3) - box(2))/ns
@@ -289,8 +289,9 @@ contains
         do i = 1, nx
           x = min((i - 0.5_dp)*dx, -r(2))
           point(:, i, j) = rolled([r(1), -sqrt(r(2)**2 - x**2)], roll)
-          call point_depth(pair, centre + point(:, i, j), foot, interval, depth(i, j), normal(:, i, j))
         end do
+        call set_depth(pair%rail, nx, spread(centre, 2, nx) + point(:, :, j), foot, interval, depth(:, j), &
+          normal(:, :, j), rate, step)
       end do
       call set_influence(nx, ns, dx, ds, e_star, a)
       flat = 0
@@ -326,8 +327,8 @@ contains
   pure subroutine cell(h, g, dg, k, energy, left, right)
     real(dp), intent(in) :: h, g(2), dg(2), k(2)
     real(dp), intent(out) :: energy, left, right
-    real(dp) :: c(0:3), from, to, t, depth, w, peak, top
-    integer :: i
+    real(dp) :: c(0:3), from, to, peak, top
+    real(dp), dimension(4) :: t, depth, w
 
     energy = 0
     left = 0
@@ -350,18 +351,16 @@ contains
     else if (g(2) < 0) then
       to = zero(0.0_dp, 1.0_dp)
     end if
-    do i = 1, 4
-      t = from + gauss_t(i)*(to - from)
-      depth = max(value(t), 0.0_dp)
-      w = gauss_w(i)*(to - from)*h*(k(1) + t*(k(2) - k(1)))*depth
-      energy = energy + w*depth/2
-      left = left + w*(1 - t)
-      right = right + w*t
-    end do
+    t = from + gauss_t*(to - from)
+    depth = max(value(t), 0.0_dp)
+    w = gauss_w*((to - from)*h)*(k(1) + t*(k(2) - k(1)))*depth
+    energy = sum(w*depth)/2
+    left = sum(w*(1 - t))
+    right = sum(w*t)
 
   contains
 
-    pure real(dp) function value(t)
+    elemental real(dp) function value(t)
       real(dp), intent(in) :: t
       value = c(0) + t*(c(1) + t*(c(2) + t*c(3)))
     end function value

@@ -76,7 +76,7 @@ contains
     real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
     real(dp), parameter :: fine_roll = 0.02_dp                            ! [rad]
     real(dp), allocatable :: h(:, :), s(:, :, :), k(:)
-    type(scan_type) :: work
+    type(scan_type) :: work, pressed       ! touching; pressed in
     real(dp) :: station, roll, centre(2), along(2), across(2), shift, corners(2)
     integer :: i, j, middle, way
     logical :: ok
@@ -160,28 +160,31 @@ contains
       integer :: m
 
       active = zone
+      pressed = work
+      call narrow(active, t%q%high**2)
       do m = t%q%n, 2, -1
         q = axis_point(t%q, m)
-        s(m) = energy_at(q, active)/q**5
+        call scan_depth(pair, centre - q**2*across, roll, active%first, active%last, pressed)
+        call narrow(active, 0.0_dp)
+        s(m) = zone_energy(pair, active, model, e_star, roll, pressed, k)/q**5
       end do
       ! S(0) is a limit; patches that small would see the rounding of the profile's
       ! points, so it is extrapolated.
       s(1) = 3*(s(2) - s(3)) + s(4)
     end subroutine fill_depths
 
-    real(dp) function energy_at(q, active) result(energy)
-      real(dp), intent(in) :: q
+    !> Drop the stations at both ends that stay outside the rail even `lower` [m] lower.
+    subroutine narrow(active, lower)
       type(zone_type), intent(inout) :: active
+      real(dp), intent(in) :: lower
 
-      call scan_depth(pair, centre - q**2*across, roll, active%first, active%last, work)
-      energy = zone_energy(pair, active, model, e_star, roll, work, k)
-      do while (active%first < active%last - 3 .and. maxval(work%depth(active%first:active%first + 2)) < 0)
+      do while (active%first < active%last - 3 .and. maxval(pressed%depth(active%first:active%first + 2)) < -lower)
         active%first = active%first + 1
       end do
-      do while (active%last > active%first + 3 .and. maxval(work%depth(active%last - 2:active%last)) < 0)
+      do while (active%last > active%first + 3 .and. maxval(pressed%depth(active%last - 2:active%last)) < -lower)
         active%last = active%last - 1
       end do
-    end function energy_at
+    end subroutine narrow
 
   end subroutine build_zone
 
