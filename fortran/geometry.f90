@@ -201,7 +201,7 @@ contains
     real(dp), intent(in) :: centre(2), roll
     integer, intent(in) :: first, last
     type(scan_type), intent(inout) :: work
-    real(dp) :: y(2), z(2)
+    real(dp) :: y(2), z(2), t(2)
     integer :: i
 
     y = [cos(roll), sin(roll)]
@@ -226,7 +226,8 @@ contains
     end if
     work%centre = centre
     do i = first, last
-      work%slope(i) = -dot_product(work%normal(:, i), pair%t(1, i)*y + pair%t(2, i)*z)
+      t = pair%t(1, i)*y + pair%t(2, i)*z
+      work%slope(i) = -(work%normal(1, i)*t(1) + work%normal(2, i)*t(2))
     end do
   end subroutine scan_depth
 

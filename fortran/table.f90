@@ -178,10 +178,10 @@ contains
       type(zone_type), intent(inout) :: active
       real(dp), intent(in) :: lower
 
-      do while (active%first < active%last - 3 .and. maxval(pressed%depth(active%first:active%first + 2)) < -lower)
+      do while (active%first < active%last - 3 .and. all(pressed%depth(active%first:active%first + 2) < -lower))
         active%first = active%first + 1
       end do
-      do while (active%last > active%first + 3 .and. maxval(pressed%depth(active%last - 2:active%last)) < -lower)
+      do while (active%last > active%first + 3 .and. all(pressed%depth(active%last - 2:active%last) < -lower))
         active%last = active%last - 1
       end do
     end subroutine narrow
