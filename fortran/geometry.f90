@@ -13,7 +13,7 @@ module geometry
   use text, only: str
   implicit none
   private
-  public :: pair_type, scan_type, place_profiles, new_scan, scan_depth, deepest, &
+  public :: pair_type, scan_type, place_profiles, new_scan, scan_depth, keep_feet, deepest, &
     touch, wheel_station, rolled, rail_curvature, set_depth
 
   !> A pair of placed profiles.
@@ -257,6 +257,20 @@ contains
     end if
     call scan_depth(pair, centre, roll, low, high, work)
   end subroutine scan_deepest
+
+  !> Let a scan go on from the feet of another.
+  pure subroutine keep_feet(from, first, last, work)
+    type(scan_type), intent(in) :: from
+    integer, intent(in) :: first, last
+    type(scan_type), intent(inout) :: work
+
+    work%centre = from%centre
+    work%fresh = from%fresh
+    work%normal(:, first:last) = from%normal(:, first:last)
+    work%foot(first:last) = from%foot(first:last)
+    work%interval(first:last) = from%interval(first:last)
+    work%rate(first:last) = from%rate(first:last)
+  end subroutine keep_feet
 
   !> Where the feet are expected after a move of the wheel.
   pure subroutine move_feet(work, move, first, last)
