@@ -9,12 +9,12 @@ module curve
   use kinds, only: dp
   implicit none
   private
-  public :: curve_type, fit_curve, curve_point, curve_frame
+  public :: curve_type, fit_curve, curve_point, curve_frame, find_interval
 
   type :: curve_type
-    real(dp), allocatable :: s(:)        !! station of each knot [m]
-    real(dp), allocatable :: y(:, :)     !! cubic coefficients of y in (s - s_i), (4, n-1)
-    real(dp), allocatable :: z(:, :)     !! the same of z
+    integer :: n = 0                     !! knots
+    real(dp), allocatable :: s(:)        !! station of each knot [m], (0:n+1); 0 is the first too, n+1 never reached
+    real(dp), allocatable :: a(:, :, :)  !! cubic coefficients of y and z in (s - s_i), (2, 4, 0:n); straight in 0 and n
   contains
     procedure :: first => first_station
     procedure :: last => last_station
@@ -39,12 +39,14 @@ contains
     real(dp), intent(in) :: smoothing
     type(curve_type), intent(out) :: c
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: f(size(y), 2), f2(size(y), 2), lambda, low, high
+    real(dp) :: f(size(y), 2), f2(size(y), 2), d2(2), lambda, low, high
     integer :: n, i, iter
 
     n = size(y)
-    allocate (c%s(n), c%y(4, n - 1), c%z(4, n - 1))
-    c%s(1) = 0
+    c%n = n
+    allocate (c%s(0:n + 1), c%a(2, 4, 0:n))
+    c%s(:1) = 0
+    c%s(n + 1) = huge(c%s)
     do i = 2, n
       c%s(i) = c%s(i - 1) + hypot(y(i) - y(i - 1), z(i) - z(i - 1))
     end do
@@ -69,9 +71,12 @@ contains
     if (allocated(error)) return
 
     do i = 1, n - 1
-      c%y(:, i) = cubic(f(i:i + 1, 1), f2(i:i + 1, 1), c%s(i + 1) - c%s(i))
-      c%z(:, i) = cubic(f(i:i + 1, 2), f2(i:i + 1, 2), c%s(i + 1) - c%s(i))
+      c%a(1, :, i) = cubic(f(i:i + 1, 1), f2(i:i + 1, 1), c%s(i + 1) - c%s(i))
+      c%a(2, :, i) = cubic(f(i:i + 1, 2), f2(i:i + 1, 2), c%s(i + 1) - c%s(i))
     end do
+    c%a(:, :, [0, n]) = 0
+    c%a(:, :2, 0) = c%a(:, :2, 1)
+    call cubic_point(c%a(:, :, n - 1), c%s(n) - c%s(n - 1), c%a(:, 1, n), c%a(:, 2, n), d2)
 
   contains
 
@@ -81,7 +86,7 @@ contains
       real(dp) :: ab(3, n - 2), rhs(n - 2, 2), r(n - 1), q(3, n - 2)
       integer :: j, info
 
-      r = 1/(c%s(2:) - c%s(:n - 1))
+      r = 1/(c%s(2:n) - c%s(1:n - 1))
       do j = 1, n - 2
         q(:, j) = [r(j), -r(j) - r(j + 1), r(j + 1)]
         rhs(j, 1) = dot_product(q(:, j), y(j:j + 2))
@@ -133,7 +138,7 @@ contains
 
   pure real(dp) function last_station(c)
     class(curve_type), intent(in) :: c
-    last_station = c%s(size(c%s))
+    last_station = c%s(c%n)
   end function last_station
 
   !> Position r and its first two derivatives at station s.  `i` is the knot
@@ -143,45 +148,34 @@ contains
     real(dp), intent(in) :: s
     integer, intent(inout) :: i
     real(dp), intent(out) :: r(2), d1(2), d2(2)
-    real(dp) :: t, edge
-    integer :: n
 
-    n = size(c%s)
-    i = max(1, min(i, n - 1))
-    do while (i < n - 1 .and. s >= c%s(i + 1))
+    i = max(0, min(i, c%n))
+    call find_interval(c%s, s, i)
+    call cubic_point(c%a(:, :, i), s - c%s(i), r, d1, d2)
+  end subroutine curve_point
+
+  !> The knot interval i, a guess on entry, of station x on a curve's s.
+  pure subroutine find_interval(s, x, i)
+    real(dp), intent(in) :: s(0:*), x
+    integer, intent(inout) :: i
+
+    do while (x >= s(i + 1))
       i = i + 1
     end do
-    do while (i > 1 .and. s < c%s(i))
+    do while (x < s(i))
+      if (i == 0) exit
       i = i - 1
     end do
-    edge = max(c%s(1), min(s, c%s(n)))
-    t = edge - c%s(i)
-    r = [poly(c%y(:, i)), poly(c%z(:, i))]
-    d1 = [slope(c%y(:, i)), slope(c%z(:, i))]
-    d2 = [bend(c%y(:, i)), bend(c%z(:, i))]
-    if (abs(s - edge) > 0) then
-      r = r + d1*(s - edge)
-      d2 = 0
-    end if
+  end subroutine find_interval
 
-  contains
+  pure subroutine cubic_point(a, t, r, d1, d2)
+    real(dp), intent(in) :: a(2, 4), t
+    real(dp), intent(out) :: r(2), d1(2), d2(2)
 
-    pure real(dp) function poly(a)
-      real(dp), intent(in) :: a(4)
-      poly = a(1) + t*(a(2) + t*(a(3) + t*a(4)))
-    end function poly
-
-    pure real(dp) function slope(a)
-      real(dp), intent(in) :: a(4)
-      slope = a(2) + t*(2*a(3) + t*3*a(4))
-    end function slope
-
-    pure real(dp) function bend(a)
-      real(dp), intent(in) :: a(4)
-      bend = 2*a(3) + 6*t*a(4)
-    end function bend
-
-  end subroutine curve_point
+    r = a(:, 1) + t*(a(:, 2) + t*(a(:, 3) + t*a(:, 4)))
+    d1 = a(:, 2) + t*(2*a(:, 3) + t*3*a(:, 4))
+    d2 = 2*a(:, 3) + 6*t*a(:, 4)
+  end subroutine cubic_point
 
   !> Position, tangent angle to the y axis [rad] and signed curvature d(angle)/ds
   !> [1/m] at station s.
@@ -192,7 +186,7 @@ contains
     real(dp) :: d1(2), d2(2)
     integer :: i
 
-    i = 1 + int((size(c%s) - 1)*(s - c%s(1))/(c%s(size(c%s)) - c%s(1)))
+    i = 1 + int((c%n - 1)*(s - c%first())/(c%last() - c%first()))
     call curve_point(c, s, i, r, d1, d2)
     angle = atan2(d1(2), d1(1))
     curvature = (d1(1)*d2(2) - d1(2)*d2(1))/(d1(1)**2 + d1(2)**2)**1.5_dp

@@ -6,15 +6,15 @@
 !> angle held at zero the cross-section through the axle is the whole contact
 !> geometry.
 module geometry
-  use curve, only: curve_point, curve_frame, curve_type
+  use curve, only: curve_point, curve_frame, curve_type, find_interval
   use errors, only: error_type, fatal_error
   use kinds, only: dp, degree
   use profile, only: profile_type
   use text, only: str
   implicit none
   private
-  public :: pair_type, scan_type, place_profiles, new_scan, scan_depth, deepest, &
-    touch, wheel_station, rolled, rail_curvature, point_depth
+  public :: pair_type, scan_type, place_profiles, new_scan, scan_depth, keep_feet, deepest, &
+    touch, wheel_station, rolled, rail_curvature, set_depth
 
   !> A pair of placed profiles.
   type :: pair_type
@@ -36,11 +36,14 @@ module geometry
 
   !> The wheel's stations in one pose.
   type :: scan_type
+    real(dp), allocatable :: point(:, :)   !! position, track frame, (2, n) [m]
     real(dp), allocatable :: depth(:)      !! g: depth inside the rail along its normal [m]
     real(dp), allocatable :: slope(:)      !! dg/ds
     real(dp), allocatable :: normal(:, :)  !! the rail's outward normal at the foot, (2, n)
     real(dp), allocatable :: foot(:)       !! station on the rail of the nearest point [m]
     integer, allocatable :: interval(:)    !! its knot interval
+    real(dp), allocatable :: rate(:)       !! of the foot, per move of the station along the rail
+    real(dp), allocatable :: step(:)       !! of the search for the foot [m]
     real(dp) :: centre(2) = 0              !! axle centre of the scan [m]
     logical :: fresh = .true.              !! no feet known yet
   end type scan_type
@@ -68,16 +71,16 @@ contains
     pair%wheel = wheel%curve
     pair%rolling_radius = rolling_radius
 
-    top = maxval(pair%rail%z(1, :))
+    top = maxval(pair%rail%a(2, 1, :))
     call gauge_point(pair%rail, top - gauge_depth, r, ok)
     if (.not. ok) then
       call fatal_error(error, rail%file//': the rail has no gauge face '//str(gauge_depth)// &
         ' m below its top; &track gauge_depth must lie within the profile')
       return
     end if
-    pair%rail%y(1, :) = pair%rail%y(1, :) + gauge/2 - r(1)
-    pair%rail%z(1, :) = pair%rail%z(1, :) - top
-    pair%wheel%y(1, :) = pair%wheel%y(1, :) + back_to_back/2
+    pair%rail%a(1, 1, :) = pair%rail%a(1, 1, :) + gauge/2 - r(1)
+    pair%rail%a(2, 1, :) = pair%rail%a(2, 1, :) - top
+    pair%wheel%a(1, 1, :) = pair%wheel%a(1, 1, :) + back_to_back/2
     pair%gauge_face = gauge/2
     call set_stations(pair)
 
@@ -97,7 +100,7 @@ contains
       return
     end if
     pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius
-    pair%wheel%z(1, :) = pair%wheel%z(1, :) - (r(2) + rolling_radius)
+    pair%wheel%a(2, 1, :) = pair%wheel%a(2, 1, :) - (r(2) + rolling_radius)
     pair%r(2, :) = pair%r(2, :) - (r(2) + rolling_radius)
     low = minloc(pair%r(2, :))
     i = low(1)
@@ -113,10 +116,10 @@ contains
     real(dp) :: d1(2), d2(2), s
     integer :: i, iter
 
-    do i = 1, size(rail%z, 2)
-      if (rail%z(1, i) > z) exit
+    do i = 1, rail%n
+      if (rail%a(2, 1, i) > z) exit
     end do
-    ok = i > 1 .and. i <= size(rail%z, 2)
+    ok = i > 1 .and. i <= rail%n
     if (.not. ok) return
     i = i - 1
     s = rail%s(i)
@@ -133,13 +136,13 @@ contains
     integer :: n, i, j, k, cuts
 
     n = 1
-    do i = 1, size(pair%wheel%s) - 1
+    do i = 1, pair%wheel%n - 1
       n = n + ceiling((pair%wheel%s(i + 1) - pair%wheel%s(i))/max_spacing)
     end do
     allocate (pair%s(n), pair%r(2, n), pair%t(2, n), pair%angle(n), pair%curvature(n))
     n = 1
     pair%s(1) = pair%wheel%s(1)
-    do i = 1, size(pair%wheel%s) - 1
+    do i = 1, pair%wheel%n - 1
       cuts = ceiling((pair%wheel%s(i + 1) - pair%wheel%s(i))/max_spacing)
       do j = 1, cuts
         n = n + 1
@@ -154,9 +157,9 @@ contains
       pair%angle(i) = atan2(d1(2), d1(1))
       pair%curvature(i) = mean_curvature(pair%wheel, pair%s(i))
     end do
-    allocate (pair%rail_angle(size(pair%rail%s)))
+    allocate (pair%rail_angle(pair%rail%n))
     k = 1
-    do i = 1, size(pair%rail%s)
+    do i = 1, pair%rail%n
       call curve_point(pair%rail, pair%rail%s(i), k, r, d1, d2)
       pair%rail_angle(i) = atan2(d1(2), d1(1))
       if (i > 1) pair%rail_angle(i) = min(pair%rail_angle(i), pair%rail_angle(i - 1))
@@ -169,12 +172,16 @@ contains
     integer :: n
 
     n = size(pair%s)
-    allocate (work%depth(n), work%slope(n), work%normal(2, n), work%foot(n), work%interval(n))
+    allocate (work%point(2, n), work%depth(n), work%slope(n), work%normal(2, n), work%foot(n), work%interval(n), &
+      work%rate(n), work%step(n))
+    work%point = 0
     work%depth = 0
     work%slope = 0
     work%normal = 0
     work%foot = 0
     work%interval = 1
+    work%rate = 1
+    work%step = 0
     work%fresh = .true.
   end function new_scan
 
@@ -194,44 +201,151 @@ contains
     real(dp), intent(in) :: centre(2), roll
     integer, intent(in) :: first, last
     type(scan_type), intent(inout) :: work
-    real(dp) :: p(2), t(2), c, s, move(2)
+    real(dp) :: y(2), z(2), t(2)
     integer :: i
 
-    c = cos(roll)
-    s = sin(roll)
-    move = merge(0.0_dp, centre - work%centre, work%fresh)
+    y = [cos(roll), sin(roll)]
+    z = [-y(2), y(1)]
+    do i = first, last
+      work%point(:, i) = centre + (pair%r(1, i)*y + pair%r(2, i)*z)
+    end do
+    if (work%fresh) then
+      call nearest_knot(pair%rail, work%point(:, first), work%interval(first), work%foot(first))
+      do i = first, last
+        if (i > first) work%foot(i) = work%foot(i - 1)
+        if (i > first) work%interval(i) = work%interval(i - 1)
+        call set_depth(pair%rail, 1, work%point(:, i), work%foot(i), work%interval(i), work%depth(i), &
+          work%normal(:, i), work%rate(i), work%step(i))
+      end do
+    else
+      call move_feet(work, centre - work%centre, first, last)
+      i = last - first + 1
+      call set_depth(pair%rail, i, work%point(:, first:last), work%foot(first:last), work%interval(first:last), &
+        work%depth(first:last), work%normal(:, first:last), work%rate(first:last), &
+        work%step(first:last))
+    end if
     work%centre = centre
     do i = first, last
-      p = centre + [pair%r(1, i)*c - pair%r(2, i)*s, pair%r(1, i)*s + pair%r(2, i)*c]
-      t = [pair%t(1, i)*c - pair%t(2, i)*s, pair%t(1, i)*s + pair%t(2, i)*c]
-      if (work%fresh .and. i == first) then
-        call nearest_knot(pair%rail, p, work%interval(i), work%foot(i))
-      else if (work%fresh) then
-        work%foot(i) = work%foot(i - 1)
-        work%interval(i) = work%interval(i - 1)
-      else
-        work%foot(i) = work%foot(i) + move(1)*work%normal(2, i) - move(2)*work%normal(1, i)
-      end if
-      call point_depth(pair, p, work%foot(i), work%interval(i), work%depth(i), work%normal(:, i))
-      work%slope(i) = -dot_product(work%normal(:, i), t)
+      t = pair%t(1, i)*y + pair%t(2, i)*z
+      work%slope(i) = -(work%normal(1, i)*t(1) + work%normal(2, i)*t(2))
     end do
   end subroutine scan_depth
 
-  !> Depth [m] of one point inside the rail along the rail's normal, and that normal.
-  !> `foot` and `interval` are those of a point nearby on entry, its own on return.
-  pure subroutine point_depth(pair, p, foot, interval, depth, normal)
+  !> The same of those stations alone that may be the deepest, low..high, with one
+  !> more to either side; the depth of the others becomes an upper bound.
+  pure subroutine scan_deepest(pair, centre, roll, first, last, work, low, high)
     type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: p(2)           !! track frame [m]
-    real(dp), intent(inout) :: foot
-    integer, intent(inout) :: interval
-    real(dp), intent(out) :: depth, normal(2)
-    real(dp) :: r(2), d1(2)
+    real(dp), intent(in) :: centre(2), roll
+    integer, intent(in) :: first, last
+    type(scan_type), intent(inout) :: work
+    integer, intent(out) :: low, high
+    real(dp) :: move(2), way, least
 
-    call foot_point(pair%rail, p, foot, interval, r, d1)
-    d1 = d1/sqrt(d1(1)**2 + d1(2)**2)
-    normal = [-d1(2), d1(1)]
-    depth = -dot_product(normal, p - r)
-  end subroutine point_depth
+    low = first
+    high = last
+    if (.not. work%fresh) then
+      ! No depth changes by more than the wheel moves.
+      move = centre - work%centre
+      way = norm2(move)
+      least = maxval(work%depth(first:last)) - 2*way
+      low = max(first, first + findloc(work%depth(first:last) >= least, .true., 1) - 2)
+      high = min(last, first + findloc(work%depth(first:last) >= least, .true., 1, back=.true.))
+      call move_feet(work, move, first, low - 1)
+      call move_feet(work, move, high + 1, last)
+      work%depth(first:low - 1) = work%depth(first:low - 1) + way
+      work%depth(high + 1:last) = work%depth(high + 1:last) + way
+    end if
+    call scan_depth(pair, centre, roll, low, high, work)
+  end subroutine scan_deepest
+
+  !> Let a scan go on from the feet of another.
+  pure subroutine keep_feet(from, first, last, work)
+    type(scan_type), intent(in) :: from
+    integer, intent(in) :: first, last
+    type(scan_type), intent(inout) :: work
+
+    work%centre = from%centre
+    work%fresh = from%fresh
+    work%normal(:, first:last) = from%normal(:, first:last)
+    work%foot(first:last) = from%foot(first:last)
+    work%interval(first:last) = from%interval(first:last)
+    work%rate(first:last) = from%rate(first:last)
+  end subroutine keep_feet
+
+  !> Where the feet are expected after a move of the wheel.
+  pure subroutine move_feet(work, move, first, last)
+    type(scan_type), intent(inout) :: work
+    real(dp), intent(in) :: move(2)
+    integer, intent(in) :: first, last
+    integer :: i
+
+    do i = first, last
+      work%foot(i) = work%foot(i) + (move(1)*work%normal(2, i) - move(2)*work%normal(1, i))*work%rate(i)
+    end do
+  end subroutine move_feet
+
+  !> Depth [m] of points inside the rail along the rail's normal, and that normal.  `foot`
+  !> and `interval` are those of points nearby on entry, their own on return; a move of the
+  !> point along the rail's tangent moves the foot by `rate` times that.
+  pure subroutine set_depth(rail, n, p, foot, interval, depth, normal, rate, step)
+    type(curve_type), intent(in) :: rail
+    integer, intent(in) :: n
+    real(dp), intent(in) :: p(2, n)        !! track frame [m]
+    real(dp), intent(inout) :: foot(n)
+    integer, intent(inout) :: interval(n)
+    real(dp), intent(out) :: depth(n), normal(2, n), rate(n), step(n)
+    real(dp), parameter :: tolerance = 3e-6_dp   ! [m]; Newton squares it
+    integer :: i, iter
+
+    do i = 1, n
+      call find_interval(rail%s, foot(i), interval(i))
+    end do
+    call step_foot(rail%n, rail%s, rail%a, n, p, interval, foot, depth, normal, rate, step)
+    do i = 1, n
+      do iter = 1, 200
+        if (abs(step(i)) < tolerance) exit
+        call find_interval(rail%s, foot(i), interval(i))
+        call step_foot(rail%n, rail%s, rail%a, 1, p(:, i), interval(i), foot(i), depth(i), normal(:, i), &
+          rate(i), step(i))
+      end do
+    end do
+  end subroutine set_depth
+
+  !> A step of Newton's method on (p - r(s)).r'(s) = 0; free of branches, so that it goes
+  !> for two points at a time.  Depth and normal follow the step, when it is tiny, by
+  !> Taylor's series.
+  pure subroutine step_foot(knots, s, a, n, p, interval, foot, depth, normal, rate, step)
+    integer, intent(in) :: knots, n
+    real(dp), intent(in) :: s(0:knots), a(2, 4, 0:knots), p(2, n)
+    integer, intent(in) :: interval(n)
+    real(dp), intent(inout) :: foot(n)
+    real(dp), intent(out) :: depth(n), normal(2, n), rate(n), step(n)
+    real(dp), parameter :: longest = 3e-3_dp   ! [m]
+    real(dp) :: t, y, z, y1, z1, y2, z2, unit
+    integer :: i, k
+
+    do i = 1, n
+      k = interval(i)
+      t = foot(i) - s(k)
+      y = p(1, i) - (a(1, 1, k) + t*(a(1, 2, k) + t*(a(1, 3, k) + t*a(1, 4, k))))
+      z = p(2, i) - (a(2, 1, k) + t*(a(2, 2, k) + t*(a(2, 3, k) + t*a(2, 4, k))))
+      y1 = a(1, 2, k) + t*(2*a(1, 3, k) + t*3*a(1, 4, k))
+      z1 = a(2, 2, k) + t*(2*a(2, 3, k) + t*3*a(2, 4, k))
+      y2 = 2*a(1, 3, k) + 6*t*a(1, 4, k)
+      z2 = 2*a(2, 3, k) + 6*t*a(2, 4, k)
+      rate(i) = 1/max(y1**2 + z1**2 - y*y2 - z*z2, 0.2_dp)
+      step(i) = max(-longest, min((y*y1 + z*z1)*rate(i), longest))
+      foot(i) = foot(i) + step(i)
+      y = y - step(i)*(y1 + 0.5_dp*step(i)*y2)
+      z = z - step(i)*(z1 + 0.5_dp*step(i)*z2)
+      y1 = y1 + step(i)*y2
+      z1 = z1 + step(i)*z2
+      unit = 1/sqrt(y1**2 + z1**2)
+      normal(1, i) = -z1*unit
+      normal(2, i) = y1*unit
+      depth(i) = (z1*y - y1*z)*unit
+    end do
+  end subroutine step_foot
 
   pure subroutine nearest_knot(c, p, i, s)
     type(curve_type), intent(in) :: c
@@ -239,35 +353,9 @@ contains
     integer, intent(out) :: i
     real(dp), intent(out) :: s
 
-    i = minloc((c%y(1, :) - p(1))**2 + (c%z(1, :) - p(2))**2, 1)
+    i = minloc((c%a(1, 1, 1:) - p(1))**2 + (c%a(2, 1, 1:) - p(2))**2, 1)
     s = c%s(i)
   end subroutine nearest_knot
-
-  !> Station of the rail's point nearest to p: Newton on (p - r(s)).r'(s) = 0.
-  pure subroutine foot_point(rail, p, s, i, r, d1)
-    type(curve_type), intent(in) :: rail
-    real(dp), intent(in) :: p(2)
-    real(dp), intent(inout) :: s
-    integer, intent(inout) :: i
-    real(dp), intent(out) :: r(2), d1(2)
-    real(dp) :: d2(2)
-    real(dp), parameter :: longest_step = 3e-3_dp, tolerance = 3e-6_dp   ! [m]; Newton squares it
-    real(dp) :: f, slope, step
-    integer :: iter
-
-    do iter = 1, 200
-      call curve_point(rail, s, i, r, d1, d2)
-      f = dot_product(p - r, d1)
-      slope = dot_product(d1, d1) - dot_product(p - r, d2)
-      if (slope < 0.2_dp) slope = 1
-      step = max(-longest_step, min(f/slope, longest_step))
-      s = s + step
-      if (abs(step) < tolerance) exit
-    end do
-    ! The last, tiny step by Taylor's series instead of one more evaluation.
-    r = r + step*(d1 + 0.5_dp*step*d2)
-    d1 = d1 + step*d2
-  end subroutine foot_point
 
   !> The deepest point among the stations first..last of a scan, on the cubic
   !> Hermite interpolant of the depth.
@@ -320,15 +408,15 @@ contains
     logical, intent(out) :: ok
     real(dp), parameter :: steepest = 0.15_dp   ! cos of normal to direction, 81 degrees
     real(dp) :: along(2), depth, climb
-    integer :: iter, node
+    integer :: iter, node, low, high
 
     along = [-sin(alpha), cos(alpha)]
     shift = 0
     ok = .false.
     do iter = 1, 60
-      call scan_depth(pair, centre + shift*along, roll, first, last, work)
+      call scan_deepest(pair, centre + shift*along, roll, first, last, work, low, high)
       work%fresh = .false.
-      call deepest(pair, work, first, last, depth, station, node)
+      call deepest(pair, work, low, high, depth, station, node)
       climb = dot_product(work%normal(:, node), along)
       if (abs(depth) < 2e-14_dp) exit
       shift = shift + depth/max(climb, steepest)
@@ -383,7 +471,7 @@ contains
     real(dp) :: r(2), a(2), b(2), d2(2)
     integer :: i
 
-    i = 1 + int((size(c%s) - 1)*(s - c%first())/(c%last() - c%first()))
+    i = 1 + int((c%n - 1)*(s - c%first())/(c%last() - c%first()))
     call curve_point(c, s - window/2, i, r, a, d2)
     call curve_point(c, s + window/2, i, r, b, d2)
     curvature = atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b))/window

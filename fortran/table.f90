@@ -6,7 +6,7 @@ module table
   use bspline, only: axis_basis, axis_point, axis_type, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, uniform_axis
   use contact, only: branch_energy, set_moduli, zone_energy, zone_type
   use errors, only: error_type, fatal_error
-  use geometry, only: new_scan, pair_type, rolled, scan_depth, scan_type, touch
+  use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
   use potential, only: bound_heights, contact_table, correction_table, inside, outside_depth, outside_lateral, outside_roll, &
     wheel_potential, zone_table
@@ -28,7 +28,25 @@ module table
     integer :: n_roll = 53, n_depth = 33
   end type grid_type
 
-  character(*), parameter :: magic = 'ldbench contact table 6'
+  ! Extent of the finely spaced part of the axes; on the throat a shift of 1 mm
+  ! moves the patch by 10 mm, on the tread by about 1 mm.
+  real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
+  real(dp), parameter :: fine_roll = 0.02_dp                            ! [rad]
+
+  ! The same of the half-space correction of tread and flange, and points.
+  real(dp), parameter :: fine_u(2) = [10e-3_dp, 1e-3_dp], fine_p = 0.1e-3_dp   ! [m]
+  integer, parameter :: n_u(2) = [24, 104], n_roll = 13, n_p = 28
+  ! Outside these the pose presses the end of a zone into the rail, where another zone
+  ! would have touched long before.
+  real(dp), parameter :: bounds(2) = [0.6_dp, 2.5_dp]
+  ! Beyond these the correction stays what it is: the wheelset lies on its side, or beside the rail.
+  real(dp), parameter :: reach_roll = 0.15_dp, reach_u = 32e-3_dp
+  real(dp), parameter :: far = 20e-3_dp   ! the zone's distance at which another one may still touch [m]
+
+  !> What a table depends on besides its key; it begins the file.
+  real(dp), parameter :: constants(*) = [fine_flange, fine_tread, fine_roll, fine_u, fine_p, real(n_u, dp), &
+    real(n_roll, dp), real(n_p, dp), bounds, reach_roll, reach_u, far]
+  character(*), parameter :: magic = 'ldbench contact table 7'
 
 contains
 
@@ -71,12 +89,8 @@ contains
     type(zone_table), intent(out) :: t
     real(dp), intent(in) :: from, to       !! its share of the whole work
     class(monitor_type), intent(inout), optional :: watcher
-    ! Extent of the finely spaced part of the axes; on the throat a shift of 1 mm
-    ! moves the patch by 10 mm, on the tread by about 1 mm.
-    real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
-    real(dp), parameter :: fine_roll = 0.02_dp                            ! [rad]
     real(dp), allocatable :: h(:, :), s(:, :, :), k(:)
-    type(scan_type) :: work
+    type(scan_type) :: work, pressed       ! touching; pressed in
     real(dp) :: station, roll, centre(2), along(2), across(2), shift, corners(2)
     integer :: i, j, middle, way
     logical :: ok
@@ -90,6 +104,7 @@ contains
     ! Reference pose: the zone just touches, where the wheelset is likely to be
     ! when it does.
     work = new_scan(pair)
+    pressed = new_scan(pair)
     allocate (k(size(pair%s)))
     centre = [reference_shift(pair, zone), pair%axle_height]
     t%origin = [dot_product(centre + t%pole, along), dot_product(centre + t%pole, across)]
@@ -108,10 +123,7 @@ contains
     allocate (h(t%roll%n, t%u%n), s(t%q%n, t%roll%n, t%u%n))
     middle = minloc([(abs(axis_point(t%u, i)), i=1, t%u%n)], 1)
     do j = 1, t%roll%n
-      if (present(watcher)) then
-        call watcher%report('table', from + (to - from)*(j - 1)/t%roll%n)
-        if (watcher%stop) return
-      end if
+      if (stopped(from + (to - from)*(j - 1)/t%roll%n, watcher)) return
       roll = axis_point(t%roll, j)
       call set_moduli(pair, zone, e_star, roll, k)
       do way = 1, -1, -2
@@ -160,28 +172,31 @@ contains
       integer :: m
 
       active = zone
+      call narrow(active, work%depth + t%q%high**2)
+      call keep_feet(work, active%first, active%last, pressed)
       do m = t%q%n, 2, -1
         q = axis_point(t%q, m)
-        s(m) = energy_at(q, active)/q**5
+        call scan_depth(pair, centre - q**2*across, roll, active%first, active%last, pressed)
+        call narrow(active, pressed%depth)
+        s(m) = zone_energy(pair, active, model, e_star, roll, pressed, k)/q**5
       end do
       ! S(0) is a limit; patches that small would see the rounding of the profile's
       ! points, so it is extrapolated.
       s(1) = 3*(s(2) - s(3)) + s(4)
     end subroutine fill_depths
 
-    real(dp) function energy_at(q, active) result(energy)
-      real(dp), intent(in) :: q
+    !> Drop stations at both ends that are outside the rail.
+    subroutine narrow(active, depth)
       type(zone_type), intent(inout) :: active
+      real(dp), intent(in) :: depth(:)
 
-      call scan_depth(pair, centre - q**2*across, roll, active%first, active%last, work)
-      energy = zone_energy(pair, active, model, e_star, roll, work, k)
-      do while (active%first < active%last - 3 .and. work%depth(active%first + 2) < 0)
+      do while (active%first < active%last - 3 .and. all(depth(active%first:active%first + 2) < 0))
         active%first = active%first + 1
       end do
-      do while (active%last > active%first + 3 .and. work%depth(active%last - 2) < 0)
+      do while (active%last > active%first + 3 .and. all(depth(active%last - 2:active%last) < 0))
         active%last = active%last - 1
       end do
-    end function energy_at
+    end subroutine narrow
 
   end subroutine build_zone
 
@@ -195,15 +210,6 @@ contains
     type(correction_table), intent(out) :: t
     real(dp), intent(in) :: from, to
     class(monitor_type), intent(inout), optional :: watcher
-    ! Extent of the fine part of the axes, and points.
-    real(dp), parameter :: fine_u(2) = [10e-3_dp, 1e-3_dp], fine_roll = 0.02_dp, fine_p = 0.1e-3_dp
-    integer, parameter :: n_u(2) = [24, 104], n_roll = 13, n_p = 28
-    ! Outside these the pose presses the end of a zone into the rail, where another zone
-    ! would have touched long before.
-    real(dp), parameter :: bounds(2) = [0.6_dp, 2.5_dp]
-    ! Beyond these the correction stays what it is: the wheelset lies on its side, or beside the rail.
-    real(dp), parameter :: reach_roll = 0.15_dp, reach_u = 32e-3_dp
-    real(dp), parameter :: far = 20e-3_dp   ! the zone's distance at which another one may still touch [m]
     real(dp), allocatable :: ratio(:, :, :), k(:)
     type(scan_type) :: work
     type(basis_type) :: bu, br
@@ -224,10 +230,7 @@ contains
       allocate (ratio(n_p, t%roll%n, t%u%n), k(size(pair%s)))
       work = new_scan(pair)
       do j = 1, t%roll%n
-        if (present(watcher)) then
-          call watcher%report('table', from + (to - from)*(j - 1)/t%roll%n)
-          if (watcher%stop) return
-        end if
+        if (stopped(from + (to - from)*(j - 1)/t%roll%n, watcher)) return
         roll = axis_point(t%roll, j)
         if (abs(roll) > reach_roll) cycle
         call axis_basis(z%roll, roll, br)
@@ -288,6 +291,17 @@ contains
     end do
   end subroutine hold
 
+  !> Tell the watcher the share of the work done; whether it wants no more.
+  logical function stopped(share, watcher)
+    real(dp), intent(in) :: share
+    class(monitor_type), intent(inout), optional :: watcher
+
+    stopped = .false.
+    if (.not. present(watcher)) return
+    call watcher%report('table', share)
+    stopped = watcher%stop
+  end function stopped
+
   !> Lateral shift of the wheelset at which a zone is expected to touch: 0 for
   !> the tread; for a flange zone where it is as low as the running tread.
   real(dp) function reference_shift(pair, zone) result(y)
@@ -331,7 +345,7 @@ contains
       call fatal_error(error, '&table file = '//file//': cannot be written')
       return
     end if
-    write (unit, iostat=stat) magic, len(table%key), table%key, size(table%zones)
+    write (unit, iostat=stat) magic, constants, len(table%key), table%key, size(table%zones)
     do i = 1, size(table%zones)
       associate (t => table%zones(i))
         if (stat == 0) write (unit, iostat=stat) t%flange, t%along, t%pole, t%origin, t%ceiling, &
@@ -362,6 +376,7 @@ contains
     logical, intent(out) :: found
     character(len(magic)) :: mark
     character(len(key)) :: stored
+    real(dp) :: made_with(size(constants))
     integer :: unit, stat, length, n, i
     integer(int64) :: sum_stored
 
@@ -369,8 +384,8 @@ contains
     open (newunit=unit, file=file, access='stream', form='unformatted', action='read', &
       status='old', iostat=stat)
     if (stat /= 0) return
-    read (unit, iostat=stat) mark, length
-    if (stat == 0) found = mark == magic .and. length == len(key)
+    read (unit, iostat=stat) mark, made_with, length
+    if (stat == 0) found = mark == magic .and. .not. any(abs(made_with - constants) > 0) .and. length == len(key)
     if (found) then
       read (unit, iostat=stat) stored, n
       found = stat == 0
