@@ -18,14 +18,13 @@ EXERCISES = 1, 2
 SHORT = (2,)
 CALLS = 20_000                  # from Python, per round
 LOOPED = 100_000                # in compiled loops, per round
-NAMES = "table", "direct", "half-space", "floor"
+NAMES = "table", "force alone", "direct", "half-space", "floor"
 
 TEXT = """One evaluation gives energy, force and tangent stiffness of all four contacts at a pose. Poses: the rows of
-the run. table: the core's look-up in a Fortran loop; direct: the same force and energy (no tangent) of the strips the
-table was made of; half-space: force and energy by Boussinesq's problem; floor: the loads and multiply-adds of the
-touching zones' splines (80 and 400 each) in a bare loop, with the values of the basis functions given. Force and
-tangent are not separable in the core: they share the splines; the row "tangent" is the same procedure that hands out
-the other result.
+the run. table: the core's look-up in a Fortran loop; force alone: without the tangent, as the explicit step needs it;
+direct: the same force and energy (no tangent) of the strips the table was made of; half-space: force and energy by
+Boussinesq's problem; floor: the loads and multiply-adds of the touching zones' splines with tangent (80 and 400 each)
+in a bare loop, with the values of the basis functions given.
 
 Python's own: what a user would write with numpy alone, one Hertz spring per wheel along the contact angle, height and
 angle of the rigid wheelset by np.interp from the geometry functions. Only its cost counts here: it is a cruder law."""

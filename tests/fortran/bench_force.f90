@@ -1,9 +1,10 @@
-!> Time of the wheelset's contact forces at the poses of a run: looked up, by direct evaluation of the
-!> strips, by half-space solutions, and the floor under a look-up: its loads and multiply-adds alone.
+!> Time of the wheelset's contact forces at the poses of a run: looked up, with and without the tangent,
+!> by direct evaluation of the strips, by half-space solutions, and the floor under a look-up with
+!> tangent: its loads and multiply-adds alone.
 !>
 !> usage: bench_force input.nml poses rounds repeats stride
-!> Writes, per round, the processor time per pose [s] of table, direct, half-space, floor; table and
-!> floor loop `repeats` times over the poses of the binary file (`read_poses` has its format), the
+!> Writes, per round, the processor time per pose [s] of force and tangent from the table, force from the
+!> table, direct, half-space, floor; table and floor loop `repeats` times over the poses of the binary file (`read_poses` has its format), the
 !> half-space takes every `stride`-th pose.  The last line has the mean number of touching zones of both
 !> wheels and a sum that keeps the loops alive.
 program bench_force
@@ -20,7 +21,7 @@ program bench_force
   type(contact_state) :: state
   real(dp), allocatable :: pose(:, :), coefficients(:, :, :), heights(:, :)
   integer, allocatable :: touching(:)
-  real(dp) :: total, from, to, seconds(4)
+  real(dp) :: total, from, to, seconds(5)
   integer :: n, i, round, rounds, repeat, repeats, stride
 
   call read_prepared(c, setup)
@@ -36,16 +37,8 @@ program bench_force
     source=1e-6_dp)
   total = 0
   do round = 1, rounds
-    call cpu_time(from)
-    do repeat = 1, repeats
-      do i = 1, n
-        call contacts(setup%wheelset, pose(:, i), state)
-        if (state%status /= 0) error stop 'a pose is not on the table'
-        total = total + state%gradient(2) + state%hessian(4)
-      end do
-    end do
-    call cpu_time(to)
-    seconds(1) = (to - from)/(real(n, dp)*repeats)
+    seconds(1) = looked_up(tangent=.true.)
+    seconds(2) = looked_up(tangent=.false.)
 
     call cpu_time(from)
     touching = 0
@@ -54,7 +47,7 @@ program bench_force
       call evaluate_strips(mirror*pose(:, i), touching(i))
     end do
     call cpu_time(to)
-    seconds(2) = (to - from)/n
+    seconds(3) = (to - from)/n
 
     call cpu_time(from)
     do i = 1, n, stride
@@ -62,7 +55,7 @@ program bench_force
       call solve_halfspace(mirror*pose(:, i))
     end do
     call cpu_time(to)
-    seconds(3) = (to - from)/((n - 1)/stride + 1)
+    seconds(4) = (to - from)/((n - 1)/stride + 1)
 
     call cpu_time(from)
     do repeat = 1, repeats
@@ -71,12 +64,28 @@ program bench_force
       end do
     end do
     call cpu_time(to)
-    seconds(4) = (to - from)/(real(n, dp)*repeats)
-    write (*, '(4es12.4)') seconds
+    seconds(5) = (to - from)/(real(n, dp)*repeats)
+    write (*, '(5es12.4)') seconds
   end do
   write (*, '(f0.4, es12.4)') sum(touching)/real(n, dp), total
 
 contains
+
+  !> Time of an evaluation from the table [s].
+  real(dp) function looked_up(tangent) result(seconds)
+    logical, intent(in) :: tangent
+
+    call cpu_time(from)
+    do repeat = 1, repeats
+      do i = 1, n
+        call contacts(setup%wheelset, pose(:, i), state, tangent)
+        if (state%status /= 0) error stop 'a pose is not on the table'
+        total = total + state%gradient(2) + state%hessian(4)
+      end do
+    end do
+    call cpu_time(to)
+    seconds = (to - from)/(real(n, dp)*repeats)
+  end function looked_up
 
   !> Force and energy of the left wheel by its strips; counts the zones that touch.
   subroutine evaluate_strips(q, touching)
