@@ -9,7 +9,7 @@ module bspline
   implicit none
   private
   public :: axis_type, basis_type, graded_axis, uniform_axis, axis_point, axis_holds, axis_basis, &
-    fit_axis, fit_2d, fit_3d, spline_2d_value, spline_2d_gradient, spline_2d, spline_3d_gradient, spline_3d
+    fit_axis, fit_2d, fit_3d, spline_2d_value, spline_2d, spline_3d
 
   type :: axis_type
     integer :: n = 0              !! points
@@ -17,6 +17,7 @@ module bspline
     real(dp) :: scale = 0         !! sinh scale; 0: uniform, x = xi
     real(dp) :: first = 0         !! xi of the first point
     real(dp) :: step = 0          !! of xi
+    real(dp) :: per_step = 0, per_scale = 0   !! 1/step, 1/scale: to multiply is faster than to divide
     real(dp) :: low = 0, high = 0 !! x of the first and the last point
   end type axis_type
 
@@ -56,6 +57,8 @@ contains
     axis%scale = scale
     axis%first = asinh((first - centre)/scale)
     axis%step = (asinh((last - centre)/scale) - axis%first)/(n - 1)
+    axis%per_step = 1/axis%step
+    axis%per_scale = 1/scale
     axis%low = first
     axis%high = last
   end function graded_axis
@@ -68,6 +71,7 @@ contains
     axis%n = n
     axis%first = first
     axis%step = (last - first)/(n - 1)
+    axis%per_step = 1/axis%step
     axis%low = first
     axis%high = last
   end function uniform_axis
@@ -87,32 +91,33 @@ contains
     axis_holds = x >= axis%low .and. x <= axis%high
   end function axis_holds
 
-  !> B-splines at x, which must lie on the axis.
-  pure subroutine axis_basis(axis, x, basis)
+  !> B-splines at x, which must lie on the axis; without their second derivatives if `bend` says so.
+  pure subroutine axis_basis(axis, x, basis, bend)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: x
     type(basis_type), intent(out) :: basis
-    real(dp) :: t, d1, d2, far, root, xi
+    logical, intent(in), optional :: bend
+    real(dp) :: t, d1, far, root, xi
 
     if (axis%scale > 0) then
       far = x - axis%centre
       root = sqrt(axis%scale**2 + far**2)
-      xi = sign(log((abs(far) + root)/axis%scale), far)      ! asinh, at a third of its price
-      d1 = 1/(root*axis%step)
-      d2 = -far*d1/root**2
+      xi = sign(log((abs(far) + root)*axis%per_scale), far)      ! asinh, at a third of its price
+      d1 = axis%per_step/root
     else
       xi = x
-      d1 = 1/axis%step
-      d2 = 0
+      d1 = axis%per_step
     end if
-    t = (xi - axis%first)/axis%step
+    t = (xi - axis%first)*axis%per_step
     basis%i = max(1, min(int(t) + 1, axis%n - 1))
     t = t - (basis%i - 1)
-    basis%b(:, 0) = [(1 - t)**3, 4 - 3*t**2*(2 - t), 4 - 3*(1 - t)**2*(1 + t), t**3]/6
-    basis%b(:, 1) = [-(1 - t)**2, t*(3*t - 4), (1 - t)*(1 + 3*t), t**2]/2
-    basis%b(:, 2) = [1 - t, 3*t - 2, 1 - 3*t, t]
-    basis%b(:, 2) = basis%b(:, 2)*d1**2 + basis%b(:, 1)*d2
-    basis%b(:, 1) = basis%b(:, 1)*d1
+    basis%b(:, 0) = [(1 - t)**3, 4 - 3*t**2*(2 - t), 4 - 3*(1 - t)**2*(1 + t), t**3]*(1/6.0_dp)
+    basis%b(:, 1) = [-(1 - t)**2, t*(3*t - 4), (1 - t)*(1 + 3*t), t**2]*(0.5_dp*d1)
+    if (present(bend)) then
+      if (.not. bend) return
+    end if
+    basis%b(:, 2) = [1 - t, 3*t - 2, 1 - 3*t, t]*d1**2
+    if (axis%scale > 0) basis%b(:, 2) = basis%b(:, 2) - basis%b(:, 1)*(far/root**2)
   end subroutine axis_basis
 
   !> Coefficients along one axis: values f(n, m) at the points of the axis give
@@ -206,14 +211,19 @@ contains
     v = [dot_product(t, x%b(:, 0)), dot_product(t, x%b(:, 1)), dot_product(ty, x%b(:, 0))]
   end subroutine spline_2d_gradient
 
-  !> Value, gradient (x, y) and Hessian (xx, xy, yy) of sum c(i, j) X_i Y_j.
-  pure subroutine spline_2d(c, x, y, v)
+  !> Value, gradient (x, y) and, where `bend`, Hessian (xx, xy, yy) of sum c(i, j) X_i Y_j.
+  pure subroutine spline_2d(c, x, y, bend, v)
     real(dp), intent(in), contiguous :: c(:, :)
     type(basis_type), intent(in) :: x, y
-    real(dp), intent(out) :: v(6)          !! f, fx, fy, fxx, fxy, fyy
+    logical, intent(in) :: bend
+    real(dp), intent(inout) :: v(6)        !! f, fx, fy, fxx, fxy, fyy; the last three where `bend`
     real(dp) :: a(4, 0:2)
     integer :: j
 
+    if (.not. bend) then
+      call spline_2d_gradient(c, x, y, v(:3))
+      return
+    end if
     do j = 1, 4
       a(j, 0) = dot_product(c(x%i:x%i + 3, y%i + j - 1), x%b(:, 0))
       a(j, 1) = dot_product(c(x%i:x%i + 3, y%i + j - 1), x%b(:, 1))
@@ -232,37 +242,35 @@ contains
     real(dp), intent(in), contiguous :: c(:, :, :)
     type(basis_type), intent(in) :: x, y, z
     real(dp), intent(out) :: v(4)          !! f, fx, fy, fz
-    real(dp) :: s, sy, t(4), ty(4), tz(4)
-    integer :: i, j, k, m
+    real(dp) :: b(4, 4, 4), s(4, 4), sy(4, 4), t(4), ty(4), tz(4)
+    integer :: j, k
 
-    t = 0
-    ty = 0
-    tz = 0
-    j = y%i
     do k = 1, 4
-      do i = 1, 4                          ! contiguous: in vector registers
-        m = x%i + i - 1
-        associate (c1 => c(m, j, z%i + k - 1), c2 => c(m, j + 1, z%i + k - 1), c3 => c(m, j + 2, z%i + k - 1), &
-          c4 => c(m, j + 3, z%i + k - 1))
-          s = y%b(1, 0)*c1 + y%b(2, 0)*c2 + y%b(3, 0)*c3 + y%b(4, 0)*c4
-          sy = y%b(1, 1)*c1 + y%b(2, 1)*c2 + y%b(3, 1)*c3 + y%b(4, 1)*c4
-        end associate
-        t(i) = t(i) + z%b(k, 0)*s
-        ty(i) = ty(i) + z%b(k, 0)*sy
-        tz(i) = tz(i) + z%b(k, 1)*s
+      do j = 1, 4
+        b(:, k, j) = c(x%i:x%i + 3, y%i + j - 1, z%i + k - 1)
       end do
     end do
+    s = y%b(1, 0)*b(:, :, 1) + y%b(2, 0)*b(:, :, 2) + y%b(3, 0)*b(:, :, 3) + y%b(4, 0)*b(:, :, 4)
+    sy = y%b(1, 1)*b(:, :, 1) + y%b(2, 1)*b(:, :, 2) + y%b(3, 1)*b(:, :, 3) + y%b(4, 1)*b(:, :, 4)
+    t = z%b(1, 0)*s(:, 1) + z%b(2, 0)*s(:, 2) + z%b(3, 0)*s(:, 3) + z%b(4, 0)*s(:, 4)
+    ty = z%b(1, 0)*sy(:, 1) + z%b(2, 0)*sy(:, 2) + z%b(3, 0)*sy(:, 3) + z%b(4, 0)*sy(:, 4)
+    tz = z%b(1, 1)*s(:, 1) + z%b(2, 1)*s(:, 2) + z%b(3, 1)*s(:, 3) + z%b(4, 1)*s(:, 4)
     v = [dot_product(t, x%b(:, 0)), dot_product(t, x%b(:, 1)), dot_product(ty, x%b(:, 0)), dot_product(tz, x%b(:, 0))]
   end subroutine spline_3d_gradient
 
-  !> Value, gradient and Hessian of sum c(i, j, k) X_i Y_j Z_k.
-  pure subroutine spline_3d(c, x, y, z, v)
+  !> Value, gradient and, where `bend`, Hessian of sum c(i, j, k) X_i Y_j Z_k.
+  pure subroutine spline_3d(c, x, y, z, bend, v)
     real(dp), intent(in), contiguous :: c(:, :, :)
     type(basis_type), intent(in) :: x, y, z
-    real(dp), intent(out) :: v(10)         !! f, fx, fy, fz, fxx, fxy, fxz, fyy, fyz, fzz
+    logical, intent(in) :: bend
+    real(dp), intent(inout) :: v(10)       !! f, fx, fy, fz, fxx, fxy, fxz, fyy, fyz, fzz; from the fifth where `bend`
     real(dp) :: a(4, 6), w(4), p(4, 0:2)
     integer :: j, k, d
 
+    if (.not. bend) then
+      call spline_3d_gradient(c, x, y, z, v(:4))
+      return
+    end if
     do k = 1, 4
       do j = 1, 4
         w = c(x%i:x%i + 3, y%i + j - 1, z%i + k - 1)

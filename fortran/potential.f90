@@ -15,8 +15,7 @@
 !> correction c(u, phi, p) = U_halfspace/U_strip, in the coordinates of one of the
 !> branch's zones; it is smooth because the strips already carry the geometry.
 module potential
-  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_gradient, spline_3d, &
-    spline_3d_gradient
+  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_3d
   use kinds, only: dp
   implicit none
   private
@@ -99,7 +98,7 @@ contains
     c = cos(pose(3))
     s = sin(pose(3))
     if (t%zones(1)%roll%low <= pose(3) .and. pose(3) <= t%zones(1)%roll%high) then
-      call axis_basis(t%zones(1)%roll, pose(3), roll_basis)
+      call axis_basis(t%zones(1)%roll, pose(3), roll_basis, present(hessian))
     else
       status = outside_roll
       return
@@ -144,12 +143,8 @@ contains
       return
     end if
     if (w >= t%highest(br%i, min(int((u - t%u%low)*t%steps) + 1, size(t%highest, 2)))) return
-    call axis_basis(t%u, u, bu)
-    if (tangent) then
-      call spline_2d(t%h, br, bu, h)         ! h, h_r, h_u, h_rr, h_ru, h_uu
-    else
-      call spline_2d_gradient(t%h, br, bu, h(:3))
-    end if
+    call axis_basis(t%u, u, bu, tangent)
+    call spline_2d(t%h, br, bu, tangent, h)      ! h, h_r, h_u, h_rr, h_ru, h_uu
     p = h(1) - w
     if (p <= 0) return
     q = sqrt(p)
@@ -157,12 +152,8 @@ contains
       status = outside_depth
       return
     end if
-    call axis_basis(t%q, q, bq)
-    if (tangent) then
-      call spline_3d(t%s, bq, br, bu, v)     ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
-    else
-      call spline_3d_gradient(t%s, bq, br, bu, v(:4))
-    end if
+    call axis_basis(t%q, q, bq, tangent)
+    call spline_3d(t%s, bq, br, bu, tangent, v)  ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
 
     ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p):
     ! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu.
@@ -239,12 +230,12 @@ contains
 
     arm = [zone%pole(1)*c - zone%pole(2)*s, zone%pole(1)*s + zone%pole(2)*c]
     call zone_coordinates(zone, pose, arm, u, w)
-    call axis_basis(zone%u, u, bu)
-    call spline_2d(zone%h, br, bu, h)
-    call axis_basis(t%u, u, bu)
-    call axis_basis(t%roll, pose(3), b)
-    call axis_basis(t%p, max(h(1) - w, t%p%low), bp)
-    call spline_3d(t%c, bp, b, bu, f)
+    call axis_basis(zone%u, u, bu, tangent)
+    call spline_2d(zone%h, br, bu, tangent, h)
+    call axis_basis(t%u, u, bu, tangent)
+    call axis_basis(t%roll, pose(3), b, tangent)
+    call axis_basis(t%p, max(h(1) - w, t%p%low), bp, tangent)
+    call spline_3d(t%c, bp, b, bu, tangent, f)
     call to_pose(zone, arm, h, f, tangent, slope, bend)
     ! (c U)'' = c U'' + c' U' + U' c' + c'' U
     if (tangent) hessian = f(1)*hessian + energy*bend + [2*slope(1)*gradient(1), &

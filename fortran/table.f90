@@ -46,7 +46,7 @@ module table
   !> What a table depends on besides its key; it begins the file.
   real(dp), parameter :: constants(*) = [fine_flange, fine_tread, fine_roll, fine_u, fine_p, real(n_u, dp), &
     real(n_roll, dp), real(n_p, dp), bounds, reach_roll, reach_u, far]
-  character(*), parameter :: magic = 'ldbench contact table 7'
+  character(*), parameter :: magic = 'ldbench contact table 8'
 
 contains
 

@@ -195,6 +195,10 @@ def test_spline_reproduces_cubics():
     plane = cubic(points[:, 0], points[:, 1], np.float64(AXES[2][0]))
     assert values[:, 10] == pytest.approx(plane, abs=1e-13*np.abs(plane).max())
     assert values[:, 16] == pytest.approx(values[:, 10], abs=1e-14*np.abs(plane).max())
+    # Without second derivatives the others are the same, summed in another order.
+    scale = np.abs(values).max(axis=0)
+    assert (np.abs(values[:, 17:21] - values[:, :4]) <= 1e-13*scale[:4]).all()
+    assert (np.abs(values[:, 21:] - values[:, 10:13]) <= 1e-13*scale[10:13]).all()
 
 
 def test_spline_convergence():

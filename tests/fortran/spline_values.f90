@@ -4,16 +4,17 @@
 !> Reads three axes, one per line, as `n first last centre scale` (scale 0: uniform), the
 !> n1*n2*n3 values (first index fastest), then points `x y z`.  Writes for each point
 !> f fx fy fz fxx fxy fxz fyy fyz fzz of the spline in space, f fx fy fxx fxy fyy of the
-!> spline through the plane of the first z, and that plane's value alone.
+!> spline through the plane of the first z, that plane's value alone, and f fx fy fz and f fx fy again as
+!> they come without second derivatives.
 program spline_values
   use bspline, only: axis_basis, axis_type, basis_type, fit_axis, graded_axis, spline_2d, &
     spline_2d_value, spline_3d, uniform_axis
   use kinds, only: dp
   implicit none
   type(axis_type) :: axis(3)
-  type(basis_type) :: b(3)
+  type(basis_type) :: b(3), b1(3)
   real(dp), allocatable :: f(:, :, :), space(:, :, :), plane(:, :, :)
-  real(dp) :: first, last, centre, scale, x(3), v(10), w(6)
+  real(dp) :: first, last, centre, scale, x(3), v(10), w(6), v1(10), w1(6)
   integer :: i, n, stat
 
   do i = 1, 3
@@ -32,10 +33,13 @@ program spline_values
     if (stat /= 0) exit
     do i = 1, 3
       call axis_basis(axis(i), x(i), b(i))
+      call axis_basis(axis(i), x(i), b1(i), bend=.false.)
     end do
-    call spline_3d(space, b(1), b(2), b(3), v)
-    call spline_2d(plane(:, :, 1), b(1), b(2), w)
-    write (*, '(17es24.16)') v, w, spline_2d_value(plane(:, :, 1), b(1), b(2))
+    call spline_3d(space, b(1), b(2), b(3), .true., v)
+    call spline_2d(plane(:, :, 1), b(1), b(2), .true., w)
+    call spline_3d(space, b1(1), b1(2), b1(3), .false., v1)
+    call spline_2d(plane(:, :, 1), b1(1), b1(2), .false., w1)
+    write (*, '(24es24.16)') v, w, spline_2d_value(plane(:, :, 1), b(1), b(2)), v1(:4), w1(:3)
   end do
 
 contains
