@@ -177,7 +177,7 @@ UNPHYSICAL = [
     ("material", "poisson", "0.5"), ("material", "poisson", "0.6"), ("material", "poisson", "-0.1"),
     ("integrator", "dt", "0.0"), ("integrator", "dt", "-1e-5"), ("integrator", "t_end", "0.0"),
     ("integrator", "t_end", "-1.0"), ("integrator", "max_iterations", "0"), ("integrator", "tolerance", "0.0"),
-    ("integrator", "order", "3"), ("integrator", "order", "1"), ("output", "interval", "0.0"),
+    ("integrator", "energy_tolerance", "-1e-9"), ("integrator", "order", "3"), ("integrator", "order", "1"), ("output", "interval", "0.0"),
     ("contact", "stiffness_scale", "0.0"), ("contact", "split_angle", "10.0"), ("profiles", "smoothing_mm", "-0.1"),
 ]
 
@@ -203,6 +203,7 @@ def test_unphysical_value(group, name, value, tmp_path):
      ["&output interval", "t_end = 0.001", "found 0.002"]),
     ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}},
      ["&output interval", "1e7 rows", "found 1.0E+8"]),
+    ({"integrator": {"order": 4, "gamma": 0.6}}, ["&integrator gamma: expected 0.5 with order = 4, found 0.6"]),
     ({"case": {"name": "a/b"}}, ["&case name", "expected a word that can name a file", "a/b"]),
     ({"case": {"name": "two words"}}, ["&case name", "expected a word that can name a file", "two words"]),
     ({"case": {"name": ""}}, ["&case name", "expected a word that can name a file"]),

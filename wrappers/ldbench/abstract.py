@@ -91,7 +91,10 @@ def facts(records: Sequence[Record]) -> dict[str, object]:
         "steps_ramp": sorted({f"{1e6*run.step:.3g}" for run in ramps}, key=float),
         "order_free": f"{number(free(records)[0], 'integrator', 'order'):.0f}",
         "order_ramp": f"{number(ramps[0], 'integrator', 'order'):.0f}" if ramps else "",
-        "tolerance": scientific(number(first, "integrator", "tolerance")),
+        "scheme": str(first.setting("integrator", "scheme")),
+        "explicit": all(is_explicit(run) for run in records),
+        "energy_free": scientific(number(free(records)[0], "integrator", "energy_tolerance")),
+        "energy_ramp": scientific(number(ramps[0], "integrator", "energy_tolerance")) if ramps else "",
         "calm": [f"{speed:g}" for speed in speeds(records, lifting=False)],
         "thrown": [f"{speed:g}" for speed in speeds(records, lifting=True)],
         "duration": durations(records),
@@ -101,6 +104,12 @@ def facts(records: Sequence[Record]) -> dict[str, object]:
         "poisson": f"{number(first, 'material', 'poisson'):.2f}",
         "ramps": [ramp_facts(run) for run in ramps],
     }
+
+
+def is_explicit(run: Record) -> bool:
+    """Whether the run has the integrator that the text describes."""
+    return (run.setting("integrator", "scheme") == "newmark" and number(run, "integrator", "beta") == 0
+            and number(run, "integrator", "order") == 4 and number(run, "integrator", "energy_tolerance") > 0)
 
 
 def number(record: Record, group: str, name: str) -> float:

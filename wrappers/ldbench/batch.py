@@ -45,8 +45,8 @@ class Job:
 
     @property
     def cost(self) -> float:
-        """About how many steps it may take."""
-        stages = 5 if self.value("integrator", "order", 2) == 4 else 1
+        """About how often it may evaluate the contacts."""
+        stages = 6 if self.value("integrator", "order", 2) == 4 else 1
         return stages*float(self.value("integrator", "t_end", 1.0))/float(self.value("integrator", "dt", 2e-6))
 
     def sources(self, executable: Path) -> dict[str, str]:

@@ -201,11 +201,13 @@ def caption(record: Record) -> str:
     scheme = record.setting("integrator", "scheme")
     if not scheme:
         return str(record.file)
-    names = {"energy": "average acceleration with discrete gradient", "newmark": "Newmark"}
-    order = record.setting("integrator", "order")
+    explicit = scheme == "newmark" and not record.setting("integrator", "beta")
+    names = {"energy": "average acceleration with discrete gradient", "newmark": "explicit" if explicit else "Newmark"}
+    order, tolerance = (record.setting("integrator", name) for name in ("order", "energy_tolerance"))
+    cut = f" at most, cut where it changes the energy by more than {tolerance:.0e} J" if tolerance else ""
     settings = (
         f"ldbench {record.version}: normal contact '{record.setting('contact', 'model')}'; "
-        f"{names.get(str(scheme), scheme)}, order {order:.0f}, step {1e6*record.step:.3g} µs; "
+        f"{names.get(str(scheme), scheme)}, order {order:.0f}, step {1e6*record.step:.3g} µs{cut}; "
         f"output every {1e3*float(record.setting('output', 'interval')):.3g} ms; "
         f"axle {MM*record.axle_height:.3f} mm above the rails at equilibrium; Y left, Z up")
     profiles = f"wheel {record.profiles.get('wheel', '')}; rail {record.profiles.get('rail', '')}"

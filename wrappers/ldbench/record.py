@@ -138,7 +138,7 @@ def parse_header(lines: list[str]) -> dict[str, object]:
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
         elif found := re.match(r"energy drift, largest \[J\]: +([^ ,]+)", line):
             facts["drift"] = float(found[1])
-        elif found := re.match(r"steps: (\d+) of (\S+) s", line):
+        elif found := re.match(r"steps: (\d+) of at most (\S+) s", line):
             facts["steps"], facts["step"] = int(found[1]), float(found[2])
         elif found := re.match(r"ended at t = \S+ s: (.*)", line):
             facts["ending"] = found[1]
