@@ -7,7 +7,7 @@
 !> force-weighted centre of the patches to within their curvature; the rolling
 !> radius is the wheel's there.
 module columns
-  use curve, only: curve_point
+  use curve, only: curve_point, near_interval
   use errors, only: error_type, fatal_error
   use geometry, only: pair_type, rolled, wheel_station
   use kinds, only: dp, gravity
@@ -106,7 +106,7 @@ contains
     type(contact_state), intent(in) :: state
     integer, intent(in) :: c
     real(dp), intent(out) :: row(7)
-    real(dp) :: force(3), roll, side, s, r(2), d1(2), d2(2), x(2), miss, slope
+    real(dp) :: force(3), own(2), roll, side, s, r(2), d1(2), d2(2), x(2), miss, slope
     integer :: i, iter
 
     row = 0
@@ -122,19 +122,19 @@ contains
     row(3) = side*force(1)
     row(4) = force(2)
 
-    ! The wheel's point about which the resultant has no moment.
+    ! The wheel's point about which the resultant has no moment, in the wheel's frame.
+    own = rolled(force(:2), -roll)
     s = wheel_station(pair, row(1) - roll)
-    i = 1
+    i = near_interval(pair%wheel, s)
     do iter = 1, 30
       call curve_point(pair%wheel, s, i, r, d1, d2)
-      x = rolled(r, roll)
-      d1 = rolled(d1, roll)
-      miss = x(1)*force(2) - x(2)*force(1) - force(3)
-      slope = d1(1)*force(2) - d1(2)*force(1)
+      miss = r(1)*own(2) - r(2)*own(1) - force(3)
+      slope = d1(1)*own(2) - d1(2)*own(1)
       if (slope <= 0.1_dp*row(2)) exit
       if (abs(miss) <= 1e-10_dp*row(2)) exit
       s = s - max(-5e-3_dp, min(miss/slope, 5e-3_dp))
     end do
+    x = rolled(r, roll)
     row(5) = q(1) + side*x(1)
     row(6) = q(2) + x(2)
     row(7) = -r(2)
@@ -203,7 +203,7 @@ contains
   pure subroutine put(x, cell)
     real(dp), intent(in) :: x
     character(width), intent(out) :: cell
-    integer :: i, exponent
+    integer :: i, decade
     integer, parameter :: most = 99
     real(dp), parameter :: power(-most:most + 8) = [(10.0_dp**i, i=-most, most + 8)]
     integer(int64) :: digits, ten_digits
@@ -218,14 +218,12 @@ contains
       write (cell, '(es16.8e3)') x
       return
     end if
-    exponent = floor(log10(abs(x)))
-    digits = nint(abs(x)*power(8 - exponent), int64)
+    ! From the power of two, which the power of ten may exceed by one.
+    decade = floor((exponent(x) - 1)*log10(2.0_dp))
+    digits = int(abs(x)*power(8 - decade) + 0.5_dp, int64)
     if (digits >= 1000000000_int64) then
-      exponent = exponent + 1
-      digits = nint(abs(x)*power(8 - exponent), int64)
-    else if (digits < 100000000_int64) then
-      exponent = exponent - 1
-      digits = nint(abs(x)*power(8 - exponent), int64)
+      decade = decade + 1
+      digits = int(abs(x)*power(8 - decade) + 0.5_dp, int64)
     end if
     if (x < 0) cell(2:2) = '-'
     do i = 12, 5, -1
@@ -234,9 +232,9 @@ contains
       digits = ten_digits
     end do
     cell(3:3) = achar(48 + int(digits))
-    if (exponent < 0) cell(14:14) = '-'
-    cell(15:15) = achar(48 + abs(exponent)/10)
-    cell(16:16) = achar(48 + mod(abs(exponent), 10))
+    if (decade < 0) cell(14:14) = '-'
+    cell(15:15) = achar(48 + abs(decade)/10)
+    cell(16:16) = achar(48 + mod(abs(decade), 10))
   end subroutine put
 
 end module columns

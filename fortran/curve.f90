@@ -9,7 +9,7 @@ module curve
   use kinds, only: dp
   implicit none
   private
-  public :: curve_type, fit_curve, curve_point, curve_frame, find_interval
+  public :: curve_type, fit_curve, curve_point, curve_frame, find_interval, near_interval
 
   type :: curve_type
     integer :: n = 0                     !! knots
@@ -168,6 +168,14 @@ contains
     end do
   end subroutine find_interval
 
+  !> The knot interval of station s if the knots were equally spaced: a guess.
+  pure integer function near_interval(c, s) result(i)
+    type(curve_type), intent(in) :: c
+    real(dp), intent(in) :: s
+
+    i = 1 + int((c%n - 1)*(s - c%first())/(c%last() - c%first()))
+  end function near_interval
+
   pure subroutine cubic_point(a, t, r, d1, d2)
     real(dp), intent(in) :: a(2, 4), t
     real(dp), intent(out) :: r(2), d1(2), d2(2)
@@ -186,7 +194,7 @@ contains
     real(dp) :: d1(2), d2(2)
     integer :: i
 
-    i = 1 + int((c%n - 1)*(s - c%first())/(c%last() - c%first()))
+    i = near_interval(c, s)
     call curve_point(c, s, i, r, d1, d2)
     angle = atan2(d1(2), d1(1))
     curvature = (d1(1)*d2(2) - d1(2)*d2(1))/(d1(1)**2 + d1(2)**2)**1.5_dp

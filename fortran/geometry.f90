@@ -6,7 +6,7 @@
 !> angle held at zero the cross-section through the axle is the whole contact
 !> geometry.
 module geometry
-  use curve, only: curve_point, curve_frame, curve_type, find_interval
+  use curve, only: curve_point, curve_frame, curve_type, find_interval, near_interval
   use errors, only: error_type, fatal_error
   use kinds, only: dp, degree
   use profile, only: profile_type
@@ -31,6 +31,7 @@ module geometry
     real(dp), allocatable :: t(:, :)       !! dr/ds, (2, n)
     real(dp), allocatable :: angle(:)      !! tangent angle [rad]
     real(dp), allocatable :: curvature(:)  !! convex positive, mean over `window` [1/m]
+    integer :: steepest = 0                !! of these stations
     real(dp), allocatable :: rail_angle(:) !! tangent angle at the rail's knots, made monotone [rad]
   end type pair_type
 
@@ -157,6 +158,7 @@ contains
       pair%angle(i) = atan2(d1(2), d1(1))
       pair%curvature(i) = mean_curvature(pair%wheel, pair%s(i))
     end do
+    pair%steepest = maxloc(pair%angle, 1)
     allocate (pair%rail_angle(pair%rail%n))
     k = 1
     do i = 1, pair%rail%n
@@ -430,14 +432,19 @@ contains
   pure real(dp) function wheel_station(pair, angle) result(s)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
-    integer :: i, top
+    integer :: low, high, mid
 
-    top = maxloc(pair%angle, 1)
-    i = size(pair%s)
-    do while (i > top + 1 .and. pair%angle(i) < angle)
-      i = i - 1
+    low = pair%steepest
+    high = size(pair%s)
+    do while (high - low > 1)
+      mid = (low + high)/2
+      if (pair%angle(mid) < angle) then
+        high = mid
+      else
+        low = mid
+      end if
     end do
-    s = pair%s(i)
+    s = pair%s(high)
   end function wheel_station
 
   !> Curvature (convex positive) [1/m] of the rail where its tangent angle is `angle`.
@@ -471,7 +478,7 @@ contains
     real(dp) :: r(2), a(2), b(2), d2(2)
     integer :: i
 
-    i = 1 + int((c%n - 1)*(s - c%first())/(c%last() - c%first()))
+    i = near_interval(c, s)
     call curve_point(c, s - window/2, i, r, a, d2)
     call curve_point(c, s + window/2, i, r, b, d2)
     curvature = atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b))/window
