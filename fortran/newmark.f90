@@ -109,10 +109,13 @@ contains
   end function energy_change
 
   !> What rounding of the pose can make of the total energy [J].
-  pure real(dp) function energy_rounding(motion)
+  pure real(dp) function energy_rounding(w, motion)
+    type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: motion
+    real(dp) :: forces(3)
 
-    energy_rounding = 4*epsilon(1.0_dp)*dot_product(sum(abs(motion%contact%slope), 2), abs(motion%q))
+    forces = sum(abs(motion%contact%slope), 2) + abs(external_force(w, motion%t))
+    energy_rounding = 4*epsilon(1.0_dp)*dot_product(forces, abs(motion%q))
   end function energy_rounding
 
   !> The explicit step of fourth order: the scheme SRKN 6b of Blanes and Moan.

@@ -174,6 +174,7 @@ contains
     end if
     seen = spread(hypot(motion%contact%slope(1, :), motion%contact%slope(2, :)), 2, 3)
     seen_at = [-2, -1, 0]*run%step
+    run%peak = seen(:, 3)
     run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
     first_energy = 0
     call write_row(1)
@@ -236,7 +237,8 @@ contains
         end if
       else if (c%energy_tolerance > 0) then
         more = min(halvings_for(energy_change(setup%wheelset, motion, new), &
-          max(c%energy_tolerance, energy_rounding(motion), energy_rounding(new))), c%max_halvings - halvings)
+          max(c%energy_tolerance, energy_rounding(setup%wheelset, motion), energy_rounding(setup%wheelset, new))), &
+          c%max_halvings - halvings)
       end if
       if (more > 0) then
         run%cuts = run%cuts + 1

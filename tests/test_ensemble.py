@@ -20,6 +20,7 @@ pytest.importorskip("zarr")
 import ldbench  # noqa: E402
 from ldbench.__main__ import main  # noqa: E402
 from ldbench.ensemble import draws, parse_values  # noqa: E402
+from local_cluster import Cluster  # noqa: E402
 
 module = sys.modules["ldbench.ensemble"]
 COARSE = {"n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
@@ -282,41 +283,6 @@ def test_failed_members_are_stored_too(tmp_path, table):
 
 
 # ---- Dask ----------------------------------------------------------------------------
-class Cluster:
-    """A scheduler and workers of one thread as processes on the loopback."""
-
-    def __init__(self, folder: Path, workers: int) -> None:
-        self.folder = folder
-        self.processes: list[subprocess.Popen] = []
-        self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
-        self.address = self._wait(0, r"Scheduler at:\s+(tcp://\S+)")
-        for k in range(workers):
-            self._start("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host",
-                        "127.0.0.1", "--local-directory", str(folder/f"worker{k}"))
-        for k in range(workers):
-            self._wait(1 + k, r"(Registered to)")
-
-    def _start(self, *arguments: str) -> None:
-        log = open(self.folder/f"{len(self.processes)}.log", "w")
-        environment = os.environ | {"PYTHONPATH": str(Path(ldbench.__file__).parents[1])}
-        self.processes.append(subprocess.Popen([sys.executable, "-m", "dask", *arguments], stdout=log, stderr=log,
-                                               cwd=self.folder, env=environment))
-        log.close()
-
-    def _wait(self, process: int, pattern: str) -> str:
-        for _ in range(600):
-            if found := re.search(pattern, log := (self.folder/f"{process}.log").read_text()):
-                return found[1]
-            assert self.processes[process].poll() is None, log
-            time.sleep(0.05)
-        raise AssertionError(log)
-
-    def stop(self) -> None:
-        for process in self.processes:
-            process.kill()
-            process.wait()
-
-
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[Cluster]:
     pytest.importorskip("distributed")

@@ -220,6 +220,9 @@ def test_below_rounding_nothing_is_cut(actual: ldbench.ContactTable):
     run = ldbench.run(ldbench.Case.exercise(2, "aw").replace(**calm), table=actual)
     assert run.summary["drift"] < 1e-8
     assert run.summary["steps"] <= 1100
+    falling = ldbench.run(run.case.replace(Z=0.02, vY=0.0, t_end=0.01), table=actual)      # no contact, only weight
+    assert falling.columns[["N_LT", "N_RT"]].to_numpy().max() == 0
+    assert falling.summary["steps"] <= 550
 
 
 def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
@@ -255,6 +258,13 @@ def test_events_and_peaks_between_steps(tolerance: float, within: float, rel: fl
     assert [event.t for event in run.events] == pytest.approx([event.t for event in fine.events], abs=within)
     for name in "peak_N_LF", "peak_N_LT":
         assert run.summary[name] == pytest.approx(fine.summary[name], rel=rel)
+
+
+def test_peak_at_the_start(actual: ldbench.ContactTable):
+    """A force that only falls is largest at t = 0: the wheels of exercise 2 let go 0.05 mm deeper than they stand."""
+    run = cut_run(actual, t_end=5e-4, interval=1e-4, Z=-5e-5, vY=0.0, roll_rate=0.0)
+    assert run.summary["peak_N_LT"] == pytest.approx(run.columns.N_LT.iloc[0], rel=1e-12)
+    assert run.summary["t_peak_LT"] == 0 and run.summary["peak_N_LT"] > 1.2e5
 
 
 # ---- symmetries ----------------------------------------------------------------------

@@ -11,7 +11,8 @@ import os
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).resolve().parents[1]/"validation"))     # whose pages, tables and command serve here
+TESTS = Path(__file__).resolve().parents[1]
+sys.path += [str(TESTS), str(TESTS/"validation")]       # whose cluster, pages, tables and command serve here
 
 from matplotlib.backends.backend_pdf import PdfPages  # noqa: E402
 
@@ -20,7 +21,7 @@ from command import arguments, run_sections, write_csv  # noqa: E402
 from ldbench.style import ldbench_style  # noqa: E402
 from measure import Section  # noqa: E402
 
-SECTIONS = "precision", "steps", "evaluation", "instructions", "cases"
+SECTIONS = "precision", "steps", "evaluation", "instructions", "cases", "ensemble"
 HEAD = "section", "case", "subject", "quantity", "unit", "median", "lower quartile", "upper quartile", "rounds", "note"
 
 

@@ -36,7 +36,7 @@ def median(lines: Lines, subject: str, quantity: str) -> float:
 
 
 def test_every_figure_is_finite(lines: Lines):
-    assert {line["section"] for line in lines} == {"precision", "steps", "evaluation", "cases"}
+    assert {line["section"] for line in lines} == {"precision", "steps", "evaluation", "cases", "ensemble"}
     for line in lines:
         low, middle, high = (float(line[name]) for name in ("lower quartile", "median", "upper quartile"))
         assert 0 <= low <= middle <= high < math.inf, line
@@ -51,7 +51,7 @@ def test_look_up_is_cheaper_than_direct_evaluation(lines: Lines):
 def test_evaluations_of_all_integrators_are_counted(lines: Lines):
     counts = {line["subject"].split(",")[0]: float(line["median"]) for line in lines
               if line["quantity"] == "force evaluations"}
-    assert {"energy 4", "LSODA", "CVODE Adams"} <= set(counts) and min(counts.values()) > 100
+    assert {"energy 4", "cut 4", "LSODA", "CVODE Adams"} <= set(counts) and min(counts.values()) > 100
 
 
 def test_pdf(folder: Path):

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
@@ -17,39 +18,49 @@ PAIRS = "aw", "sw"
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4, 5) for pair in PAIRS]
 SHORT = [(2, "aw"), (4, "aw")]
 
-TOLERANCES = 1e-12, 1e-13       # relative, of DOP853; the second is the reference, their difference its error
+TOLERANCES = 1e-12, 3e-14       # relative, of DOP853; the second is the reference, their difference its error
 MAX_STEP = 1e-4                 # of DOP853: a longer one may pass through a contact without seeing it [s]
-SAFETY = 10                     # of the bars: through impacts the estimated step error is itself uncertain
+LADDER = 4.0, 2.0, 1.0, 0.5     # settings of the core: steps over the shipped one
+SHIPPED = LADDER.index(1.0)
+LEAST = 2**2.5                  # by which errors go down from one to the next, at least
 MEANINGFUL = 1e-5               # a case is compared until its bar reaches this, 0.1 % of the clearance [m, rad]
-RAMP_END = 1.2                  # of exercise 5: the core's steps have parted by then [s]
-SAMPLES = 1e-5                  # where the peaks of DOP853's forces are looked for [s]
+RAMP_END = 0.9                  # of exercise 5: the core's settings have parted by then [s]
+SAMPLES = 1e-5, 1e-7            # in which the peaks of DOP853's forces are looked for [s]
+NEARBY = 1e-7                   # for differences of forces [m, rad]
 
 COORDINATES = ("Y", "m"), ("Z", "m"), ("roll", "rad")
 FLANGES = (("left", "LF"), ("right", "RF"))
 CONTACTS = "LT", "LF", "RT", "RF"
 
 TEXT = """M q'' = f(t) - dU/dq, q = (y, z, roll), is integrated once more from the shipped initial conditions, by
-SciPy's DOP853 (Dormand and Prince, order 8 with step control) with relative tolerances 1e-12 and 1e-13. It has nothing
-in common with the core's integrator but the force, ldbench.ContactTable.force. Bar of the deviation: ten times the
-core's step error, 4/3 |q(dt) - q(dt/2)| (second order, the least it can be), and what DOP853 changes between its
-tolerances. Event times: DOP853 locates contacts on its continuous solution, the core notes them at the end of a step,
-so its times are late by up to one step; to this comes the deviation allowed to the motion over the speed. Peaks: the
-core takes the largest of its steps, so it misses up to |N''| dt²/8.
+SciPy's DOP853 (Dormand and Prince, order 8 with step control) with relative tolerances 1e-12 and 3e-14 (SciPy's least
+is 2e-14). It has nothing in common with the core's integrator but the force, ldbench.ContactTable.force.
 
-The force law is smooth except where a contact touches (F grows as the 3/2 power of the penetration) and in the third
-derivatives at the table's knots, so the integrator of fourth order need not show order 4 over impacts.
+The core's step is explicit, of fourth order, and cut into 2, 4, ... where it changes the total energy by more than a
+tolerance. That change goes with the fifth power of the step, so a setting with half the step has a 32nd of the
+tolerance. A step that a contact touches in, where F begins as the 3/2 power of the penetration, makes an error of order
+2.5 only, and so much smaller as the tolerance where that cuts it. From one setting to the next errors e go down 2^2.5 =
+5.7 times at least. Step error of the shipped setting s between the coarser c and the finer f: the larger of |s - f|/(1
+- 1/5.7) and |c - s|/(5.7 - 1), so that it is not small by chance in one of them.
 
-Exercise 5 loses its memory once the wheelset rattles on the flange: after 1 s the core with two steps has parted by
-millimetres. It is compared until the bar reaches 10 µm. The deviation before its first flange contact, about 1 nm, does
-not shrink with the step: it is round-off of the discrete gradient while the wheelset still creeps. One ulp of the axle
-height, 6e-17 m, times 180 kN is 1e-11 J, which over a displacement of nanometres in a step counts as a force. The
-core's Newmark scheme, which has no such quotient, was found within 1e-12 m of DOP853 there (actual profiles, 5 µs).
+Bar of the deviation: step error and what DOP853 changes between its tolerances, an upper bound of its error with the
+second. Event times: the motion's bar over the speed of what happens, and what the rule of the core that finds times
+within a step misses on DOP853's motion: contacts touch where the penetration, from its size and rate at the end of the
+step, was zero; passages of the centre are interpolated linearly. Peaks: the motion's bar times the derivatives of the
+force, and what a parabola through three values of DOP853's force misses. In all of them with the longest step that the
+core may have taken there, which is found by halving the step until the core does not cut it.
 
-The tables after the first give the numbers of outputs/summary.csv and the last state error bars from three steps: the
-sum of all further halvings at the observed order; for times noted at the end of a step at least the step; the spread of
-the three for numbers that do not converge because the motion is chaotic; twice the spread for those that only show no
-order, such as peaks, whose nearest step is a matter of chance. Steps: the shipped one, its half and quarter; exercise
-5, which costs most, twice the shipped one, itself and its half."""
+In exercises 2 to 4 steps hardly matter: what is left of the deviation is mostly DOP853's, which shrinks with its
+tolerance, and both come near to what round-off grows to by the impacts.
+
+Exercise 5 loses its memory once the wheelset rattles on the flange. It is compared until the bar reaches 10 µm. Each
+finer setting agrees for longer, by about the time in which the distance grows as many times as the error has become
+smaller: another 0.1 s for a factor of ten.
+
+The tables after the first give the numbers of outputs/summary.csv, the state at the end, their step errors as above and
+the observed order, from the settings with twice and half the shipped step, at the output times that all have. 'none':
+what is left is round-off, or a matter of where steps happen to begin, as in peaks; the error is then no less than the
+spread of the three. 'chaotic': the number does not converge because the motion is chaotic; the error is the spread."""
 
 
 # DOP853 -----------------------------------------------------------------------------------
@@ -99,47 +110,103 @@ def integrate(case: Case, table: ContactTable, t_end: float, tolerance: float) -
                      passages[passages > 0], lambda t: rates(t, found.sol(t))[3:])
 
 
+def normal_force(table: ContactTable, contact: str, q: np.ndarray) -> np.ndarray:
+    """Of a contact at poses (..., 3), z from equilibrium [N]."""
+    y, z, roll = np.moveaxis(q[..., :3], -1, 0)
+    force = table.forces_by_contact(y, table.equilibrium + z, roll)[..., CONTACTS.index(contact), :]
+    return np.hypot(force[..., 0], force[..., 1])
+
+
 def peak(reference: Reference, table: ContactTable, contact: str, t_end: float) -> tuple[float, float]:
-    """Largest normal force [N] of a contact and its |second derivative| there, by a parabola through three samples."""
-    y, z, roll = reference.state(np.arange(0, t_end, SAMPLES)).T[:3]
-    force = table.forces_by_contact(y, table.equilibrium + z, roll)[:, CONTACTS.index(contact), :2]
-    N = np.hypot(*force.T)
-    k = int(np.clip(N.argmax(), 1, len(N) - 2))
-    slope, bend = (N[k + 1] - N[k - 1])/2, N[k + 1] - 2*N[k] + N[k - 1]
-    return (N[k] - slope**2/(2*bend), abs(bend)/SAMPLES**2) if bend < 0 else (N[k], 0.0)
+    """Time [s] and size [N] of the largest normal force of a contact."""
+    begin, end = 0.0, t_end
+    for spacing in SAMPLES:
+        t = np.arange(begin, end, spacing)
+        N = normal_force(table, contact, reference.state(t))
+        t_peak = t[N.argmax()]
+        begin, end = max(0.0, t_peak - spacing), min(t_end, t_peak + spacing)
+    return float(t_peak), float(N.max())
+
+
+# What the core's rules miss within a step --------------------------------------------------
+
+STATE = {"Y": "Y", "Z": "Z", "initial_roll": "roll", "vY": "vY", "vZ": "vZ", "roll_rate": "roll_rate"}
+
+
+def longest_step(run: Run, t: float) -> float:
+    """That may hold t: the longest half, quarter ... of an output interval that the core does not cut [s]."""
+    row = int(np.searchsorted(run.columns["time"], t, "right")) - 1
+    state, h = run.columns.iloc[row], run.case.interval
+    while True:
+        case = run.case.replace(
+            **{name: state[column] for name, column in STATE.items()}, stop_at="t_end", t_end=h, interval=h, dt=h,
+            lateral_force=run.case.lateral_force + run.case.lateral_ramp*state["time"])
+        if h <= run.case.dt*(1 + 1e-9) and not ldbench.run(case, table=run.table).summary["cuts"]:
+            return h
+        h /= 2
+        if t >= state["time"] + h:
+            middle = ldbench.run(case.replace(t_end=h, interval=h, dt=h), table=run.table).columns.iloc[-1].copy()
+            middle["time"] += state["time"]
+            state = middle
+
+
+def touch_error(reference: Reference, table: ContactTable, contact: str, t: float, h: float) -> float:
+    """Of the time that a contact touched at, found from p and p' up to h later, N ~ p^1.5 [s]."""
+    late = np.linspace(h/20, h, 20)
+    p = normal_force(table, contact, reference.state(t + late))**(2/3)
+    bend, rate = np.polyfit(late, p/late, 1)
+    return np.max(np.abs(bend*late**2/(rate + 2*bend*late)))
+
+
+def peak_error(reference: Reference, table: ContactTable, contact: str, t: float, h: float) -> float:
+    """Of a peak at t that is taken from a parabola through three values h apart [N]."""
+    middle = t + h*np.linspace(-0.5, 0.5, 21)
+    before, at, after = (normal_force(table, contact, reference.state(middle + k*h)) for k in (-1, 0, 1))
+    found = at - (after - before)**2/(8*(after - 2*at + before))
+    return np.max(np.abs(found - normal_force(table, contact, reference.state(t))))
 
 
 # Comparison -------------------------------------------------------------------------------
 
+def refined(case: Case, factor: float) -> Case:
+    """A case with steps `factor` as long, and an energy tolerance that goes with them."""
+    return case.replace(dt=factor*case.dt, interval=max(case.interval, factor*case.dt),
+                        energy_tolerance=factor**5*case.energy_tolerance)
+
+
+def step_error(coarser: np.ndarray, ours: np.ndarray, finer: np.ndarray) -> np.ndarray:
+    """Error of ours by its distance to the settings with twice and half the step."""
+    return np.maximum(np.abs(coarser - ours)/(LEAST - 1), np.abs(ours - finer)/(1 - 1/LEAST))
+
+
 @dataclass
 class Trajectories:
-    """A case by the core with three steps and by DOP853 with two tolerances, at the output times."""
+    """A case by the core with the settings of LADDER and by DOP853 with two tolerances, at common output times."""
 
     name: str
     dt: float                   # the shipped step [s]
-    steps: np.ndarray           # of the core's motions [s]
     t: np.ndarray
-    core: list[np.ndarray]      # (row, coordinate) per step
+    end: float                  # of the comparison [s]
+    core: list[np.ndarray]      # (row, coordinate) per setting
     dop: list[np.ndarray]       # per tolerance
 
-    @property
-    def shipped(self) -> int:
-        return int(np.abs(self.steps/self.dt - 1).argmin())
-
     def step_error(self) -> np.ndarray:
-        """Of the core at the shipped step, the largest so far, by order 2."""
-        k = self.shipped
-        return np.maximum.accumulate(4/3*np.abs(self.core[k] - self.core[k + 1]))
+        """Of the core with the shipped setting, the largest so far."""
+        k = SHIPPED
+        return np.maximum.accumulate(step_error(*self.core[k - 1:k + 2]))
 
     def tolerance_error(self) -> np.ndarray:
         """Of DOP853, the largest so far."""
         return np.maximum.accumulate(np.abs(self.dop[0] - self.dop[1]))
 
     def bar(self) -> np.ndarray:
-        return SAFETY*self.step_error() + self.tolerance_error()
+        return self.step_error() + self.tolerance_error()
+
+    def bar_at(self, t: float) -> np.ndarray:
+        return self.bar()[min(np.searchsorted(self.t, t), len(self.t) - 1)]
 
     def deviation(self, k: int) -> np.ndarray:
-        """Of the core with step k from DOP853."""
+        """Of the core with setting k from DOP853."""
         return np.abs(self.core[k] - self.dop[1])
 
     @property
@@ -148,68 +215,82 @@ class Trajectories:
         beyond = (self.bar() > MEANINGFUL).any(axis=1)
         return int(beyond.argmax()) if beyond.any() else len(self.t)
 
+    @property
+    def last(self) -> float:
+        """Time up to which it does [s]."""
+        return self.t[self.rows - 1] if self.rows < len(self.t) else self.end
 
-def trajectories(case: Case, runs: list[Run], references: list[Reference], t_end: float) -> Trajectories:
-    count = min(np.searchsorted(run.columns["time"], t_end*(1 + 1e-12), "right") for run in runs)
-    t = runs[0].columns["time"].to_numpy()[:count]
-    return Trajectories(case.case_name, case.dt, np.array([run.case.dt for run in runs]), t,
-                        [run.columns[[c for c, _ in COORDINATES]].to_numpy()[:count] for run in runs],
-                        [reference.state(t)[:, :3] for reference in references])
+
+def common_rows(runs: list[Run], end: float) -> list[pd.DataFrame]:
+    """Of the runs' columns, up to a time."""
+    coarsest = max(run.case.interval for run in runs)
+    count = int(end/coarsest + 1e-6) + 1
+    return [run.columns.iloc[::round(coarsest/run.case.interval)].iloc[:count] for run in runs]
+
+
+def trajectories(case: Case, rows: list[pd.DataFrame], references: list[Reference], end: float) -> Trajectories:
+    t = rows[0]["time"].to_numpy()
+    t = t[t <= end*(1 + 1e-12)]
+    core = [r[[c for c, _ in COORDINATES]].to_numpy()[:len(t)] for r in rows]
+    return Trajectories(case.case_name, case.dt, t, end, core, [r.state(t)[:, :3] for r in references])
 
 
 def motion_checks(found: Trajectories) -> list[Check]:
-    n, deviation, bar = found.rows, found.deviation(found.shipped), found.bar()
-    source = f"DOP853, bar {SAFETY} step errors + its tolerance"
+    n, deviation, bar = found.rows, found.deviation(SHIPPED), found.bar()
     until = f" to {found.t[n - 1]:.3f} s" if n < len(found.t) else ""
-    return [limit(f"{found.name} largest deviation of {c}{until} [{unit}]", deviation[:n, i].max(), source,
-                  bar[n - 1, i]) for i, (c, unit) in enumerate(COORDINATES)]
+    return [limit(f"{found.name} largest deviation of {c}{until} [{unit}]", deviation[:n, i].max(),
+                  "DOP853, bar step error + its tolerance", bar[n - 1, i]) for i, (c, unit) in enumerate(COORDINATES)]
 
 
 def event_checks(found: Trajectories, run: Run, references: list[Reference]) -> list[Check]:
     """First flange contacts and passages of the centre while the comparison means something."""
-    last, (coarse, fine) = found.t[found.rows - 1], references
-    bar_y = dict(zip(found.t, found.bar()[:, 0], strict=True))
+    coarse, fine = references
 
     def motion_bar(t: float) -> float:
         """Bar of the lateral motion over its speed [s]."""
-        row = found.t[min(np.searchsorted(found.t, t), len(found.t) - 1)]
-        return bar_y[row]/abs(fine.state(t)[3])
+        return found.bar_at(t)[0]/abs(fine.state(t)[3])
 
     checks = []
     for side, contact in FLANGES:
         ours = [e.t for e in run.events if e.kind == f"{side} flange contact"]
-        if contact in fine.touches and fine.touches[contact] < last and ours:
+        if contact in fine.touches and fine.touches[contact] < found.last and ours:
             t = fine.touches[contact]
             checks.append(absolute(f"{found.name} first {side} flange contact [s]", ours[0], t,
-                                   "DOP853's event location, bar one step + motion's bar/speed",
-                                   found.dt + motion_bar(t) + abs(t - coarse.touches[contact])))
+                                   "DOP853's event location, bar rule within the step + motion's bar/speed",
+                                   touch_error(fine, run.table, contact, t, longest_step(run, t)) + motion_bar(t)
+                                   + abs(t - coarse.touches[contact])))
     ours = [e.t for e in run.events if e.kind == "centre passage"]
     for k, (a, b, c) in enumerate(zip(ours, fine.passages, coarse.passages), 1):
-        if b < last:
+        if b < found.last:
             v, curve = fine.state(b)[3], fine.acceleration(b)[0]
             checks.append(absolute(f"{found.name} centre passage {k} [s]", a, b,
                                    "DOP853's event location, bar interpolation in the step + motion's bar/speed",
-                                   abs(curve/v)*found.dt**2/8 + motion_bar(b) + abs(b - c)))
+                                   abs(curve/v)*longest_step(run, b)**2/8 + motion_bar(b) + abs(b - c)))
     return checks
 
 
-def peak_checks(found: Trajectories, runs: list[Run], references: list[Reference]) -> list[Check]:
+def peak_checks(found: Trajectories, run: Run, reference: Reference) -> list[Check]:
     """Largest normal forces of the flanges."""
     checks = []
-    k = found.shipped
     for side, contact in FLANGES:
-        ours, finer = (run.summary[f"peak_N_{contact}"] for run in runs[k:k + 2])
+        ours = run.summary[f"peak_N_{contact}"]
         if ours > 0:
-            (coarse, _), (fine, curve) = (peak(r, runs[k].table, contact, found.t[-1]) for r in references)
-            bar = SAFETY*4/3*abs(ours - finer) + abs(fine - coarse) + curve*found.dt**2/8
+            t, fine = peak(reference, run.table, contact, found.end)
+            h = longest_step(run, t)
+            h = max(h, *(longest_step(run, t + k*h) for k in (-1, 1)))
+            q = reference.state(t)[:3]
+            N = [normal_force(run.table, contact, q + d*np.eye(3)) for d in (-NEARBY, NEARBY)]
+            bar = (np.abs(N[1] - N[0])/(2*NEARBY) @ found.bar_at(t)
+                   + peak_error(reference, run.table, contact, t, h))
             checks.append(Check(f"{found.name} peak normal force, {side} flange [N], relative", ours, fine,
-                                f"DOP853, bar {SAFETY} step errors + |N''| dt²/8", abs(ours/fine - 1), bar/fine))
+                                "DOP853, bar motion's bar x stiffness + parabola through three steps",
+                                abs(ours/fine - 1), bar/fine))
     return checks
 
 
 def deviation_row(found: Trajectories) -> list[str]:
     """Largest and last deviation of each coordinate, at the shipped step."""
-    n, deviation = found.rows, found.deviation(found.shipped)
+    n, deviation = found.rows, found.deviation(SHIPPED)
     cells = [f"{x:.1e}" for i in range(3) for x in (deviation[:n, i].max(), deviation[n - 1, i])]
     return [found.name, f"{1e6*found.dt:g}", f"{found.t[n - 1]:.4f}", *cells,
             f"{found.step_error()[n - 1].max():.1e}", f"{found.tolerance_error()[n - 1].max():.1e}"]
@@ -223,11 +304,10 @@ NUMBERS = {                     # name: unit, factor from SI; the names of ldben
     **{f"{c}_{end}": ("mm", 1e3) for c in ("Y", "Z") for end in ("min", "max", "last")},
     **{f"roll_{end}": ("mrad", 1e3) for end in ("min", "max", "last")},
     **{f"N_max_{c}": ("kN", 1e-3) for c in CONTACTS}, **{f"t_N_max_{c}": ("ms", 1e3) for c in CONTACTS}}
-AT_STEPS = "t_first_LF", "t_first_RF", "t_derailment", *(f"t_N_max_{c}" for c in CONTACTS)
 
 
-def numbers(run: Run, last: float) -> dict[str, float]:
-    """The run's numbers in the summary table [SI], and the state at the row of time `last`."""
+def numbers(run: Run, rows: pd.DataFrame) -> dict[str, float]:
+    """The run's numbers in the summary table [SI]; extremes and last state are those of `rows`."""
     first: dict[str, float] = {}
     for event in run.events:
         first.setdefault(event.kind, event.t)
@@ -239,35 +319,28 @@ def numbers(run: Run, last: float) -> dict[str, float]:
              "t_derailment": first.get("derailment")}
     if run.case.lateral_ramp and "derailment" in first:
         found["F_derailment"] = run.case.lateral_force + run.case.lateral_ramp*first["derailment"]
-    row = int(np.searchsorted(run.columns["time"], last*(1 - 1e-12)))
     for c, _ in COORDINATES:
-        x = run.columns[c].to_numpy()
-        found |= {f"{c}_min": x.min(), f"{c}_max": x.max(), f"{c}_last": x[row]}
+        x = rows[c].to_numpy()
+        found |= {f"{c}_min": x.min(), f"{c}_max": x.max(), f"{c}_last": x[-1]}
     for c in CONTACTS:
         if run.summary[f"peak_N_{c}"] > 0:
             found |= {f"N_max_{c}": run.summary[f"peak_N_{c}"], f"t_N_max_{c}": run.summary[f"t_peak_{c}"]}
     return {name: float(x) for name, x in found.items() if x is not None}
 
 
-def error_bar(x: np.ndarray, k: int, resolution: float, rattles: bool) -> tuple[float, str]:
-    """Error of x[k], of three steps h, h/2, h/4, and the observed order or why there is none.
+def error_bar(x: np.ndarray, rattles: bool) -> tuple[float, str]:
+    """Error of the second of three settings, and the observed order or why there is none.
 
-    After thousands of impacts (`rattles`) three steps are three samples, whatever order they seem to have.
+    After thousands of impacts (`rattles`) three settings are three samples, whatever order they seem to have.
     """
     first, second = abs(x[0] - x[1]), abs(x[1] - x[2])
-    spread = float(np.ptp(x))
-    if spread <= 1e-9*abs(x[k]):
-        return max(spread, resolution), "at the step" if resolution else "round-off"
-    if resolution and spread <= 2*resolution:
-        return resolution, "at the step"
-    if rattles and spread > 1e-6*abs(x[k]):
+    spread, size = float(np.ptp(x)), float(np.abs(x).max())
+    if rattles and spread > 1e-6*size:
         return spread, "chaotic"
-    if 2*second < first < 64*second:        # order 1 to 6; what is beyond is chance
-        order = np.log2(first/second)
-        return max(first/(1 - 2**-order)*2.0**(-order*k), resolution), f"{order:.1f}"
-    if spread > 1e-4*abs(x[k]):
-        return spread, "chaotic"
-    return max(2*spread, resolution), "none"
+    if first < 2*second:
+        return max(spread, float(step_error(*x))), "none"
+    order = np.log2(first/second) if second > 0 else np.inf
+    return float(step_error(*x)), f"{order:.1f}" if order < 6 else "none"       # what is beyond is chance
 
 
 def rounded(x: float, bar: float) -> str:
@@ -276,17 +349,16 @@ def rounded(x: float, bar: float) -> str:
     return f"{x:.{decimals}f}"
 
 
-def summary_cells(results: list[dict[str, float]], steps: np.ndarray, shipped: int,
-                  rattles: bool) -> dict[str, list[str]]:
+def summary_cells(runs: list[Run], rows: list[pd.DataFrame], rattles: bool) -> dict[str, list[str]]:
     """Value, error bar and observed order of every number that the shipped run has."""
     cells = {}
-    for name, value in results[shipped].items():
+    results = [numbers(run, of_run) for run, of_run in zip(runs, rows, strict=True)][SHIPPED - 1:SHIPPED + 2]
+    for name, value in numbers(runs[SHIPPED], runs[SHIPPED].columns).items():
         unit, scale = NUMBERS[name]
         if any(name not in r for r in results):
-            cells[name] = [f"{scale*value:.6g}", "", "chaotic"]     # it does not happen with every step
+            cells[name] = [f"{scale*value:.6g}", "", "chaotic"]     # it does not happen with every setting
             continue
-        resolution = steps[shipped] if name in AT_STEPS else 0.0
-        bar, order = error_bar(np.array([r[name] for r in results]), shipped, resolution, rattles)
+        bar, order = error_bar(np.array([r[name] for r in results]), rattles)
         cells[name] = [rounded(scale*value, scale*bar), f"{scale*bar:.1e}", order]
     return cells
 
@@ -303,9 +375,10 @@ def summary_table(exercise: int, cells: dict[str, dict[str, list[str]]]) -> Tabl
 # Figures ----------------------------------------------------------------------------------
 
 def deviation_figure(found: list[Trajectories]) -> Figure:
-    figure = page("Deviation of the core from DOP853 over time", "Shipped steps, at the output times. step error: 4/3 "
-                  "|q(dt) - q(dt/2)|, largest coordinate so far; DOP853's tolerance: what it changes between 1e-12 and "
-                  "1e-13.\nExercise 5 is compared up to the dotted line.")
+    figure = page("Deviation of the core from DOP853 over time",
+                  "Shipped steps, at output times. step error: from twice and half the step, largest coordinate so "
+                  "far; DOP853's tolerance: what it changes between 1e-12 and 3e-14.\nExercise 5 is compared up to "
+                  "the dotted line.")
     columns = max(1, -(-len(found)//2))
     axes = figure.subplots(2, columns, squeeze=False, sharey=True)
     for ax in axes.flat[len(found):]:
@@ -313,7 +386,7 @@ def deviation_figure(found: list[Trajectories]) -> Figure:
     for k, case in enumerate(found):
         ax = axes[k % 2, k//2] if len(found) > 2 else axes.flat[k]
         for i, (colour, (name, _)) in enumerate(zip((BLUE, RED, GREEN), COORDINATES, strict=True)):
-            ax.semilogy(case.t, case.deviation(case.shipped)[:, i].clip(1e-17), color=colour, linewidth=0.6, label=name)
+            ax.semilogy(case.t, case.deviation(SHIPPED)[:, i].clip(1e-17), color=colour, linewidth=0.6, label=name)
         ax.semilogy(case.t, case.step_error().max(axis=1).clip(1e-17), color=BLACK, linewidth=1, label="step error")
         ax.semilogy(case.t, case.tolerance_error().max(axis=1).clip(1e-17), color=GREY, linestyle="--", linewidth=1,
                     label="DOP853's tolerance")
@@ -328,21 +401,23 @@ def deviation_figure(found: list[Trajectories]) -> Figure:
 
 def order_figure(found: list[Trajectories]) -> Figure:
     figure = page("Deviation of the core from DOP853 over the step", "Largest of Y, Z [m] and roll [rad] over the part "
-                  "of the run that is compared; filled: the shipped step. Dotted, level: DOP853's own error, 1e-12 "
-                  "against 1e-13. Grey: second and fourth order.")
+                  "of the run that is compared; filled: the shipped setting; the energy tolerance goes with the fifth "
+                  "power of the step.\nDotted, level: DOP853's own error, 1e-12 against 3e-14. Grey: order 2.5 and 4.")
     with_pair = [[case for case in found if case.name.endswith(pair)] for pair in PAIRS]
     for ax, pair, cases in zip(figure.subplots(1, 2, sharey=True), PAIRS, with_pair, strict=True):
         for line, case in zip(SERIES, cases, strict=False):
-            error = [case.deviation(k)[:case.rows].max() for k in range(len(case.steps))]
-            ax.loglog(1e6*case.steps, error, marker="o", markerfacecolor="none", **line.kwargs(), label=case.name)
-            ax.loglog(1e6*case.dt, error[case.shipped], "o", color=line.color)
+            error = [case.deviation(k)[:case.rows].max() for k in range(len(LADDER))]
+            ax.loglog(LADDER, error, marker="o", markerfacecolor="none", **line.kwargs(), label=case.name)
+            ax.loglog(1.0, error[SHIPPED], "o", color=line.color)
             own = case.tolerance_error()[case.rows - 1].max()
-            ax.loglog(1e6*case.steps[[0, -1]], [own, own], ":", color=line.color, linewidth=0.8)
-        h = np.array([1.0, 4.0])
-        for order in (2, 4):
-            ax.loglog(h, 1e-9*(h/4)**order, color=GREY, linewidth=2.5, alpha=0.4)
-            ax.text(1.0, 1e-9/4.0**order, f"order {order} ", color=GREY, ha="right", va="center")
-        ax.set(title={"aw": "actual profiles", "sw": "simplified profiles"}[pair], xlabel="step [µs]", xlim=(0.1, 60))
+            ax.loglog([LADDER[0], LADDER[-1]], [own, own], ":", color=line.color, linewidth=0.8)
+        h = np.array([LADDER[-1], LADDER[0]])
+        for order in (2.5, 4):
+            ax.loglog(h, 1e-12*(h/h[0])**order, color=GREY, linewidth=2.5, alpha=0.4)
+            ax.text(h[1], 1e-12*(h[1]/h[0])**order, f" order {order:g}", color=GREY, va="center")
+        ax.set(title={"aw": "actual profiles", "sw": "simplified profiles"}[pair], xlabel="step over the shipped one",
+               xlim=(0.4, 7), xticks=LADDER, xticklabels=[f"{x:g}" for x in LADDER])
+        ax.minorticks_off()
         if cases:
             ax.legend(loc="upper left")
     figure.axes[0].set_ylabel("largest deviation [m, rad]")
@@ -350,11 +425,6 @@ def order_figure(found: list[Trajectories]) -> Figure:
 
 
 # Section ----------------------------------------------------------------------------------
-
-def ladder(exercise: int) -> tuple[float, ...]:
-    """Steps over the shipped one; exercise 5, which costs most, from twice the shipped step on."""
-    return (2.0, 1.0, 0.5) if exercise == 5 else (1.0, 0.5, 0.25)
-
 
 def section(short: bool) -> Section:
     out = Section("Independent integration", TEXT)
@@ -365,18 +435,17 @@ def section(short: bool) -> Section:
         case = Case.exercise(exercise, pair)
         tables.setdefault(pair, ContactTable(case))
         table = tables[pair].for_case(case)
-        runs = [ldbench.run(case.replace(dt=factor*case.dt), table=table) for factor in ladder(exercise)]
-        last = min(run.summary["t"] for run in runs)
-        t_end = min(last, RAMP_END) if exercise == 5 else last
-        references = [integrate(case, table, t_end, tolerance) for tolerance in TOLERANCES]
-        motion = trajectories(case, runs, references, t_end)
-        out.checks += motion_checks(motion) + event_checks(motion, runs[motion.shipped], references)
-        if motion.rows == len(motion.t):        # the run's peaks lie in the time compared
-            out.checks += peak_checks(motion, runs, references)
+        runs = [ldbench.run(refined(case, factor), table=table) for factor in LADDER]
+        shipped = runs[SHIPPED]
+        end = min(shipped.summary["t"], RAMP_END) if exercise == 5 else shipped.summary["t"]
+        references = [integrate(case, table, end, tolerance) for tolerance in TOLERANCES]
+        rows = common_rows(runs, min(run.summary["t"] for run in runs))
+        motion = trajectories(case, rows, references, end)
+        out.checks += motion_checks(motion) + event_checks(motion, shipped, references)
+        if exercise < 5:        # the run's peaks lie in the time compared
+            out.checks += peak_checks(motion, shipped, references[-1])
         found.append(motion)
-        results = [numbers(run, last) for run in runs]
-        cells.setdefault(exercise, {})[pair] = summary_cells(results, motion.steps, motion.shipped,
-                                                              exercise == 5)
+        cells.setdefault(exercise, {})[pair] = summary_cells(runs, rows, exercise == 5)
     with ldbench_style():
         out.figures += [deviation_figure(found), order_figure(found)]
     head = ["case", "dt [µs]", "compared to [s]", *(f"{c}, {word} [{unit}]" for c, unit in COORDINATES

@@ -31,7 +31,7 @@ def poses_of_run(exercise: int, pair: str, n: int, rng: np.random.Generator) -> 
 
     The right wheel's poses are mirrored.
     """
-    case = ldbench.Case.exercise(exercise, pair).replace(interval=1e-4, dt=2e-5 if exercise == 5 else 1e-5, order=2)
+    case = ldbench.Case.exercise(exercise, pair).replace(dt=1e-4, interval=1e-4)
     run = ldbench.run(case)
     c = run.columns
     q = c[["Y", "Z", "roll"]].to_numpy() + [0, run.summary["equilibrium"], 0]

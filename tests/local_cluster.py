@@ -1,0 +1,47 @@
+"""A Dask cluster on this machine."""
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import ldbench
+
+
+class Cluster:
+    """A scheduler and workers of one thread as processes on the loopback."""
+
+    def __init__(self, folder: Path, workers: int) -> None:
+        self.folder = folder
+        self.processes: list[subprocess.Popen] = []
+        self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+        self.address = self._wait(0, r"Scheduler at:\s+(tcp://\S+)")
+        for k in range(workers):
+            self._start("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host",
+                        "127.0.0.1", "--local-directory", str(folder/f"worker{k}"))
+        for k in range(workers):
+            self._wait(1 + k, r"(Registered to)")
+
+    def _start(self, *arguments: str) -> None:
+        log = open(self.folder/f"{len(self.processes)}.log", "w")
+        environment = os.environ | {"PYTHONPATH": str(Path(ldbench.__file__).parents[1])}
+        self.processes.append(subprocess.Popen([sys.executable, "-m", "dask", *arguments], stdout=log, stderr=log,
+                                               cwd=self.folder, env=environment))
+        log.close()
+
+    def _wait(self, process: int, pattern: str) -> str:
+        for _ in range(600):
+            if found := re.search(pattern, log := (self.folder/f"{process}.log").read_text()):
+                return found[1]
+            if self.processes[process].poll() is not None:
+                break
+            time.sleep(0.05)
+        raise RuntimeError(log)
+
+    def stop(self) -> None:
+        for process in self.processes:
+            process.kill()
+            process.wait()
