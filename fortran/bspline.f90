@@ -105,6 +105,8 @@ contains
       xi = sign(log((abs(far) + root)*axis%per_scale), far)      ! asinh, at a third of its price
       d1 = axis%per_step/root
     else
+      far = 0
+      root = 1
       xi = x
       d1 = axis%per_step
     end if
@@ -116,8 +118,7 @@ contains
     if (present(bend)) then
       if (.not. bend) return
     end if
-    basis%b(:, 2) = [1 - t, 3*t - 2, 1 - 3*t, t]*d1**2
-    if (axis%scale > 0) basis%b(:, 2) = basis%b(:, 2) - basis%b(:, 1)*(far/root**2)
+    basis%b(:, 2) = [1 - t, 3*t - 2, 1 - 3*t, t]*d1**2 - basis%b(:, 1)*(far/root**2)
   end subroutine axis_basis
 
   !> Coefficients along one axis: values f(n, m) at the points of the axis give
