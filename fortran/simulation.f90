@@ -86,6 +86,7 @@ contains
     e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
     key = table_key(c, setup)
     call cpu_time(from)
+    allocate (setup%wheelset%table)
     if (c%table_file /= '') call load_table(trim(c%table_file), key, setup%wheelset%table, setup%table_found)
     if (.not. setup%table_found) then
       call build_table(setup%pair, setup%zones, trim(c%model), e_star, grid, key, setup%wheelset%table, watcher)

@@ -15,7 +15,7 @@ module wheelset
     real(dp) :: vertical_load = 0      !! downwards, without inertia, at the centre of gravity [N]
     real(dp) :: lateral_force = 0      !! at the centre of gravity, track frame, at t = 0 [N]
     real(dp) :: lateral_ramp = 0       !! its growth [N/s]
-    type(contact_table) :: table
+    type(contact_table), pointer :: table => null()   !! wheelsets may share it; whoever made it frees it
   contains
     procedure :: inertia
     procedure :: weight

@@ -22,6 +22,7 @@ module handles
   type :: prepared_type
     type(case_type) :: c
     type(setup_type) :: setup
+    logical :: owns_table = .false.
   end type prepared_type
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
@@ -66,13 +67,14 @@ contains
     p%c%rail_profile = rail_path
     p%c%table_file = table_path
     call prepare(p%c, p%setup, error, watcher)
+    p%owns_table = associated(p%setup%wheelset%table)
     p%c = c
     p%setup%wheel%file = trim(c%wheel_profile)
     p%setup%rail%file = trim(c%rail_profile)
   end subroutine prepare_watched
 
   !> A case with the contact table of another, `from`, which must have the same geometry and
-  !> material.
+  !> material, and must stay as long as this one.
   subroutine adapt(p, from, c, wheel_path, rail_path, error)
     type(prepared_type), intent(inout) :: p
     type(prepared_type), intent(in) :: from
@@ -211,6 +213,7 @@ contains
     type(prepared_type), pointer :: p
 
     p => prepared_at(handle)
+    if (p%owns_table) deallocate (p%setup%wheelset%table)
     deallocate (p)
   end subroutine free_prepared_at
 

@@ -86,6 +86,7 @@ class ContactTable:
         check(*error, case.label)
         new = object.__new__(ContactTable)
         new._own(case, handle)
+        new._lender = self          # of the core's table
         return new
 
     @property
