@@ -385,7 +385,9 @@ contains
       status='old', iostat=stat)
     if (stat /= 0) return
     read (unit, iostat=stat) mark, made_with, length
-    if (stat == 0) found = mark == magic .and. .not. any(abs(made_with - constants) > 0) .and. length == len(key)
+    ! Bits, for a damaged file may hold what is not a number.
+    if (stat == 0) found = mark == magic .and. length == len(key) .and. &
+      all(transfer(made_with, [0_int64]) == transfer(constants, [0_int64]))
     if (found) then
       read (unit, iostat=stat) stored, n
       found = stat == 0
