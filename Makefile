@@ -14,7 +14,7 @@ endif
 PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
-MODULES = kinds errors text system progress terminal case curve profile hertz geometry halfspace \
+MODULES = kinds errors system text progress terminal case curve profile hertz geometry halfspace \
           contact bspline potential table rigid wheelset modes newmark events columns \
           simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)

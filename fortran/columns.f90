@@ -15,7 +15,7 @@ module columns
   use system, only: replace_file, scratch_name
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
-  use wheelset, only: contact_name, contact_state, contacts, external_force, left_flange, right_tread, &
+  use wheelset, only: contact_name, contact_state, external_force, left_flange, right_tread, &
     wheelset_type
   implicit none
   private
@@ -75,24 +75,22 @@ contains
     real(dp), intent(in) :: equilibrium    !! [m]
     real(dp), intent(in) :: first_energy   !! [J]
     real(dp), intent(out) :: row(n_columns)
-    type(contact_state) :: state
     real(dp) :: force(3), rise
     integer :: c
 
-    call contacts(w, motion%q, state, tangent=.false.)
     force = external_force(w, motion%t)
     rise = motion%q(2) - equilibrium
     row(1:11) = [motion%t, speed*motion%t, motion%q(1), rise, motion%q(3), pitch + pitch_rate*motion%t, &
       speed, motion%v, pitch_rate]
-    row(12:14) = (force - state%gradient)/w%inertia()
+    row(12:14) = (force - motion%contact%gradient)/w%inertia()
     do c = 1, 4
-      call contact_columns(pair, motion%q, state, c, row(8 + 7*c:14 + 7*c))
+      call contact_columns(pair, motion%q, motion%contact, c, row(8 + 7*c:14 + 7*c))
     end do
     row(43) = force(1)
     row(44) = w%pitch_inertia*pitch_rate*motion%v(3)
     row(45:49) = 0.5_dp*[w%mass*speed**2, w%inertia()*motion%v**2, w%pitch_inertia*pitch_rate**2]
     row(50:51) = rise*[w%mass*gravity, w%vertical_load]
-    row(52:53) = [sum(state%energy(:2)), sum(state%energy(3:))]
+    row(52:53) = [sum(motion%contact%energy(:2)), sum(motion%contact%energy(3:))]
     row(54) = motion%work
     ! Left and right are added first: the mirrored run has the same sum, bit by bit.
     row(55) = sum(row(45:51)) + (row(52) + row(53))

@@ -58,7 +58,7 @@ contains
     type(motion_type), intent(inout) :: motion
     integer, intent(out) :: status
 
-    call contacts(w, motion%q, motion%contact)
+    call contacts(w, motion%q, motion%contact, tangent=.false.)
     status = motion%contact%status
     motion%a = (external_force(w, motion%t) - motion%contact%gradient)/w%inertia()
     motion%work = 0

@@ -1,10 +1,9 @@
 !> The little that is needed of the operating system.
 module system
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
-  use text, only: str
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr, c_size_t
   implicit none
   private
-  public :: on_terminal, replace_file, scratch_name, same_file
+  public :: on_terminal, read_file, replace_file, scratch_name, same_file
 
   interface
     integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
@@ -23,9 +22,62 @@ module system
       character(kind=c_char), intent(in) :: path(*)
       character(kind=c_char), intent(out) :: resolved(*)
     end function c_realpath
+    type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen')
+      import :: c_char, c_ptr
+      character(kind=c_char), intent(in) :: path(*), mode(*)
+    end function c_fopen
+    type(c_ptr) function c_fdopen(descriptor, mode) bind(c, name='fdopen')
+      import :: c_char, c_int, c_ptr
+      integer(c_int), value :: descriptor
+      character(kind=c_char), intent(in) :: mode(*)
+    end function c_fdopen
+    integer(c_size_t) function c_fread(buffer, size, n, file) bind(c, name='fread')
+      import :: c_char, c_ptr, c_size_t
+      character(kind=c_char), intent(inout) :: buffer(*)
+      integer(c_size_t), value :: size, n
+      type(c_ptr), value :: file
+    end function c_fread
+    integer(c_int) function c_ferror(file) bind(c, name='ferror')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: file
+    end function c_ferror
+    integer(c_int) function c_fclose(file) bind(c, name='fclose')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: file
+    end function c_fclose
   end interface
 
 contains
+
+  !> All of a file, or of standard input when `path` is '-'; at once, and, unlike Fortran's own
+  !> reading, in several threads.  `opened` and `ok` tell what failed.
+  subroutine read_file(path, bytes, opened, ok)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: bytes
+    logical, intent(out) :: opened, ok
+    type(c_ptr) :: file
+    integer(c_size_t) :: got
+    integer :: n, ignored
+
+    if (path == '-') then
+      file = c_fdopen(0_c_int, 'r'//c_null_char)
+    else
+      file = c_fopen(path//c_null_char, 'r'//c_null_char)
+    end if
+    opened = c_associated(file)
+    ok = opened
+    allocate (character(2**16) :: bytes)
+    n = 0
+    do while (ok)
+      if (n == len(bytes)) bytes = bytes//repeat(' ', n)
+      got = c_fread(bytes(n + 1:), 1_c_size_t, int(len(bytes) - n, c_size_t), file)
+      n = n + int(got)
+      ok = c_ferror(file) == 0
+      if (got == 0) exit
+    end do
+    bytes = bytes(:n)
+    if (opened .and. path /= '-') ignored = c_fclose(file)
+  end subroutine read_file
 
   !> Whether two paths lead to the same file, which need not be there yet.
   logical function same_file(a, b)
@@ -61,8 +113,10 @@ contains
   function scratch_name(file) result(name)
     character(*), intent(in) :: file
     character(:), allocatable :: name
+    character(12) :: process
 
-    name = file//'.part'//str(int(c_getpid()))
+    write (process, '(i0)') c_getpid()
+    name = file//'.part'//trim(process)
   end function scratch_name
 
   !> Rename a finished file over the old one, in one step; where that fails the

@@ -5,6 +5,7 @@ module text
   use, intrinsic :: iso_fortran_env, only: int32, int64
   use errors, only: error_type, fatal_error
   use kinds, only: dp
+  use system, only: read_file
   implicit none
   private
   public :: line_type, lower, to_real, str, read_lines, split_lines, checksum
@@ -104,75 +105,57 @@ contains
     word = trim(buffer)
   end function str_integer
 
-  !> All lines of a file, or of standard input when `path` is '-'.  Carriage
-  !> returns and tabs become blanks.
+  !> All lines of a file, or of standard input when `path` is '-'; see `split_lines`.
   subroutine read_lines(path, lines, error)
-    use, intrinsic :: iso_fortran_env, only: input_unit, iostat_end, iostat_eor
     character(*), intent(in) :: path
     type(line_type), allocatable, intent(out) :: lines(:)
     type(error_type), allocatable, intent(out) :: error
-    type(line_type), allocatable :: grown(:)
-    character(1024) :: buffer
-    character(:), allocatable :: line
-    integer :: unit, stat, length, n
-    logical :: folder
+    character(:), allocatable :: bytes, name
+    logical :: folder, opened, ok
 
-    unit = input_unit
-    if (path /= '-') then
-      inquire (file=path//'/.', exist=folder)
-      if (folder) then
-        call fatal_error(error, path//': expected a file, found a folder')
-        return
-      end if
-      open (newunit=unit, file=path, status='old', action='read', iostat=stat)
-      if (stat /= 0) then
-        call fatal_error(error, path//': cannot be opened for reading')
-        return
-      end if
+    name = path
+    if (path == '-') name = 'standard input'
+    inquire (file=path//'/.', exist=folder)
+    if (folder) then
+      call fatal_error(error, name//': expected a file, found a folder')
+      return
     end if
-    allocate (lines(256))
-    n = 0
-    do
-      line = ''
-      do
-        read (unit, '(a)', advance='no', iostat=stat, size=length) buffer
-        if (stat > 0) exit
-        line = line//buffer(:length)
-        if (stat /= 0) exit
-      end do
-      if (stat == iostat_end .and. len(line) == 0) exit
-      if (stat > 0) then
-        call fatal_error(error, path//': line '//str(n + 1)//' cannot be read')
-        exit
-      end if
-      if (n == size(lines)) then
-        allocate (grown(2*n))
-        grown(:n) = lines
-        call move_alloc(grown, lines)
-      end if
-      n = n + 1
-      lines(n)%text = blanked(line)
-      if (stat == iostat_end) exit
-    end do
-    if (path /= '-') close (unit)
-    lines = lines(:n)
+    call read_file(path, bytes, opened, ok)
+    if (.not. opened) then
+      call fatal_error(error, name//': cannot be opened for reading')
+    else if (.not. ok) then
+      call fatal_error(error, name//': cannot be read')
+    else
+      call split_lines(bytes, lines)
+    end if
   end subroutine read_lines
 
-  !> The lines of a text as `read_lines` gives those of a file.
+  !> The lines of a text, ended by newline, with a carriage return before it or not.  Other
+  !> carriage returns and tabs become blanks.
   pure subroutine split_lines(text, lines)
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
+    character, parameter :: newline = achar(10), return = achar(13)
     integer :: i, n, from, to
 
-    n = count([(text(i:i) == new_line('a'), i=1, len(text))])
-    allocate (lines(n + 1))
+    n = 0
+    do i = 1, len(text)
+      if (text(i:i) == newline) n = n + 1
+    end do
+    if (len(text) > 0) then
+      if (text(len(text):) /= newline) n = n + 1
+    end if
+    allocate (lines(n))
     from = 1
-    do i = 1, n + 1
-      to = index(text(from:)//new_line('a'), new_line('a')) + from - 2
+    do i = 1, n
+      to = from + index(text(from:), newline) - 2
+      if (to < from - 1) to = len(text)
       lines(i)%text = blanked(text(from:to))
+      if (to >= from) then
+        if (text(to:to) == return) lines(i)%text = blanked(text(from:to - 1))
+      end if
       from = to + 2
     end do
-    if (len(lines(n + 1)%text) == 0) lines = lines(:n)
   end subroutine split_lines
 
   !> A line with blanks for its tabs and carriage returns.
@@ -213,11 +196,7 @@ contains
 
       next = ieor(crc, int(byte, int64))
       do bit = 1, 8
-        if (btest(next, 0)) then
-          next = ieor(shiftr(next, 1), int(z'EDB88320', int64))
-        else
-          next = shiftr(next, 1)
-        end if
+        next = ieor(shiftr(next, 1), iand(-iand(next, 1_int64), int(z'EDB88320', int64)))
       end do
     end function next
 

@@ -18,9 +18,6 @@ Shared = tuple[np.ndarray, np.ndarray]
 
 STAGES = "", "table", "integration"
 
-# Held while the core reads files: gfortran does not open a file that another thread has open.
-reading = threading.Lock()
-
 
 class Error(RuntimeError):
     """What the core refuses; the text is that of the executable after `ldbench: error: `."""

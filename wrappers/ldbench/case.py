@@ -13,7 +13,7 @@ import f90nml
 import numpy as np
 
 from . import _flat
-from ._core import Error, check, path_bytes, reading, text
+from ._core import Error, check, path_bytes, text
 
 Value = float | int | str
 
@@ -104,9 +104,8 @@ class Case:
 
     @classmethod
     def _read(cls, label: str, source: str | None) -> Case:
-        with reading:
-            numbers, words, *error = _flat.read_namelist(
-                path_bytes(label), int(source is not None), (source or "").encode(), len(variables()))
+        numbers, words, *error = _flat.read_namelist(
+            path_bytes(label), int(source is not None), (source or "").encode(), len(variables()))
         check(*error)
         folder = Path(label).resolve().parent if source is None else None
         return cls(tuple(_unpack(numbers, bytes(words))), label, folder)

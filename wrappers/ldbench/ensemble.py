@@ -273,11 +273,12 @@ def record(done: Run, wanted: Wanted) -> Record:
     found = {name: value if isinstance(value, (bool, str)) else float(value)
              for name, value in done.summary.items() if name not in NOT_KEPT}
     found |= dict(zip(EVENTS, _event_tables(done.events), strict=True))
-    n = len(done.columns)
-    rows = np.arange(n)
-    if wanted.rows and n > wanted.rows:
-        rows = np.linspace(0, n - 1, wanted.rows).round().astype(int)
-    found |= {name: done.columns[name].to_numpy()[rows] for name in wanted.columns}
+    if wanted.columns:
+        n = len(done.columns)
+        rows = np.arange(n)
+        if wanted.rows and n > wanted.rows:
+            rows = np.linspace(0, n - 1, wanted.rows).round().astype(int)
+        found |= {name: done.columns[name].to_numpy()[rows] for name in wanted.columns}
     return found | {"error": ""}
 
 

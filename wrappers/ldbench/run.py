@@ -15,6 +15,8 @@ import os
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from . import _flat
 from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, text, watched
 from .case import Case, Value, find_variable, variables
@@ -45,21 +47,21 @@ class Run:
         self._handle = own(self, _flat.free_run, handle)
 
     @functools.cached_property
-    def _results(self) -> tuple[pd.DataFrame, list[Event]]:
+    def _results(self) -> tuple[np.ndarray, list[Event]]:
+        """Rows of the columns, shape (columns, rows), and events."""
+        kinds, width = _event_kinds(), len(descriptions()[0].split())
+        rows, t, kind, force = _flat.run_results(self._handle, width, *_flat.run_size(self._handle))
+        return rows, [Event(float(a), kinds[b - 1], float(c)) for a, b, c in zip(t, kind, force, strict=True)]
+
+    @functools.cached_property
+    def columns(self) -> pd.DataFrame:
+        """The columns of the column file, one row per output interval, SI units in `attrs["units"]`."""
         import pandas as pd
 
         names, units = (line.split() for line in descriptions()[:2])
-        kinds = _event_kinds()
-        rows, t, kind, force = _flat.run_results(self._handle, len(names), *_flat.run_size(self._handle))
-        frame = pd.DataFrame(rows.T, columns=names, copy=False)
+        frame = pd.DataFrame(self._results[0].T, columns=names, copy=False)
         frame.attrs["units"] = dict(zip(names, units, strict=True))
-        events = [Event(float(a), kinds[b - 1], float(c)) for a, b, c in zip(t, kind, force, strict=True)]
-        return frame, events
-
-    @property
-    def columns(self) -> pd.DataFrame:
-        """The columns of the column file, one row per output interval, SI units in `attrs["units"]`."""
-        return self._results[0]
+        return frame
 
     @property
     def events(self) -> list[Event]:
@@ -79,6 +81,7 @@ class Run:
         (step, steps, evaluations, cuts, drift, kinetic_energy, seconds, returned, derailed, _,
          *rest) = _flat.run_numbers(self._handle).tolist()
         peaks, peak_times, counts = rest[:4], rest[4:8], rest[8:]
+        time = self._results[0][0]
         table = self.table
         return {
             "clearance": table.clearance, "equilibrium": table.equilibrium,
@@ -88,7 +91,7 @@ class Run:
             **{f"t_peak_{c}": t for c, t in zip(CONTACTS, peak_times, strict=True)},
             "kinetic_energy": kinetic_energy, "drift": drift,
             "steps": int(steps), "step": step, "evaluations": int(evaluations), "cuts": int(cuts),
-            "rows": len(self.columns), "t": float(self.columns["time"].iloc[-1]), "end": self._end(),
+            "rows": time.size, "t": float(time[-1]), "end": self._end(),
             "returned": bool(returned), "derailed": bool(derailed),
             **{"n_" + re.sub("[ -]", "_", kind): int(n) for kind, n in zip(_event_kinds(), counts, strict=True)},
             "table_seconds": table._seconds, "seconds": seconds, "table_found": bool(table._found),
@@ -110,7 +113,7 @@ class Run:
         return path
 
     def __repr__(self) -> str:
-        return f"Run({self.case.case_name!r}, {len(self.columns)} rows to t = {self.summary['t']:g} s: {self._end()})"
+        return f"Run({self.case.case_name!r}, {self.summary['rows']} rows to t = {self.summary['t']:g} s: {self._end()})"
 
 
 def run(case: Case, progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal, NoReturn
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _flat
-from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, reading, watched
+from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, watched
 from .case import TEXT_LENGTH, Case, variables
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
@@ -31,6 +32,9 @@ CONTACTS = "LT", "LF", "RT", "RF"
 FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
 FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "friction", "shear_modulus",
               "wheel_profile", "rail_profile", "file")
+
+# Held while the core may use a table file: gfortran does not open a file that another thread has open.
+_table_file = threading.Lock()
 
 # By the status of a pose.
 OUTSIDE = "", "lateral = {case.lateral} m", "roll = {case.table_roll} rad", "depth = {case.depth} m"
@@ -58,7 +62,7 @@ class ContactTable:
         paths = *_profile_paths(case), path_bytes(case.table_path())
 
         def work(shared: Shared) -> int:
-            with reading:
+            with _table_file:
                 handle, *error = _flat.prepare_case(*case.arrays(), *paths, *shared)
             check(*error, case.label)
             return handle
@@ -80,9 +84,7 @@ class ContactTable:
             if ours != theirs and variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES:
                 raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
-        paths = _profile_paths(case)
-        with reading:
-            handle, *error = _flat.adapt_case(self._handle, *case.arrays(), *paths)
+        handle, *error = _flat.adapt_case(self._handle, *case.arrays(), *_profile_paths(case))
         check(*error, case.label)
         new = object.__new__(ContactTable)
         new._own(case, handle)
