@@ -68,6 +68,7 @@ module case
     ! &output
     character(text_length) :: output_file = ''
     real(dp) :: interval = 1e-4_dp
+    real(dp) :: flight_interval = 0
     character(text_length) :: geometry_file = ''
   end type case_type
 
@@ -157,6 +158,8 @@ contains
     call add_integer('integrator', 'max_halvings', c%max_halvings, 0, 30, 'of a step that is cut')
     call add_text('output', 'file', c%output_file, '', 'columns; default outputs/<name>.txt')
     call add_real('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'between rows')
+    call add_real('output', 'flight_interval', c%flight_interval, 0.0_dp, 1e3_dp, 's', &
+      'at most between rows while nothing touches; 0: interval')
     call add_text('output', 'geometry_file', c%geometry_file, '', 'geometry functions, if named')
     list = list(:n)
 

@@ -19,9 +19,10 @@ module columns
     wheelset_type
   implicit none
   private
-  public :: n_columns, column_names, column_units, column_index, fill_row, write_table_file
+  public :: n_columns, elastic_columns, column_names, column_units, column_index, fill_row, write_table_file
 
   integer, parameter :: n_columns = 56
+  integer, parameter :: elastic_columns(2) = [52, 53]   !! PE_elastic_L, PE_elastic_R
   integer, parameter :: width = 16
 
 contains
@@ -90,7 +91,7 @@ contains
     row(44) = w%pitch_inertia*pitch_rate*motion%v(3)
     row(45:49) = 0.5_dp*[w%mass*speed**2, w%inertia()*motion%v**2, w%pitch_inertia*pitch_rate**2]
     row(50:51) = rise*[w%mass*gravity, w%vertical_load]
-    row(52:53) = [sum(motion%contact%energy(:2)), sum(motion%contact%energy(3:))]
+    row(elastic_columns) = [sum(motion%contact%energy(:2)), sum(motion%contact%energy(3:))]
     row(54) = motion%work
     ! Left and right are added first: the mirrored run has the same sum, bit by bit.
     row(55) = sum(row(45:51)) + (row(52) + row(53))

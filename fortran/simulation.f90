@@ -2,7 +2,7 @@
 !> table, settle the wheelset, integrate, note what happens.
 module simulation
   use case, only: case_type
-  use columns, only: fill_row, n_columns
+  use columns, only: elastic_columns, fill_row, n_columns
   use contact, only: find_zones, zone_type
   use errors, only: error_type, fatal_error
   use events, only: event_log, watch
@@ -196,13 +196,17 @@ contains
         exit
       end if
       motion%t = row*c%interval
-      n = row + 1
+      n = n + 1
       if (n > size(run%rows, 2)) then
         allocate (grown(n_columns, 2*n))
         grown(:, :n - 1) = run%rows(:, :n - 1)
         call move_alloc(grown, run%rows)
       end if
       call write_row(n)
+      if (spare(n - 1)) then
+        run%rows(:, n - 1) = run%rows(:, n)
+        n = n - 1
+      end if
       done = run%log%derailed .or. (c%stop_at == 'return_to_centre' .and. run%log%returned)
       if (present(watcher)) then
         if (mod(row, report_rows) == 0) call watcher%report('integration', row/real(last_row, dp))
@@ -308,6 +312,16 @@ contains
       call fill_row(setup%wheelset, setup%pair, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, &
         first_energy, run%rows(:, n))
     end subroutine write_row
+
+    !> Whether a row may be left out: in free flight, with neighbours near enough.
+    logical function spare(n)
+      integer, intent(in) :: n
+
+      spare = .false.
+      if (n == 1 .or. c%flight_interval <= c%interval) return
+      spare = all(run%rows(elastic_columns, n - 1:n + 1) <= 0) &
+        .and. run%rows(1, n + 1) - run%rows(1, n - 1) <= c%flight_interval*(1 + 1e-9_dp)
+    end function spare
 
     subroutine report_failure()
       character(:), allocatable :: reason, place

@@ -1,5 +1,6 @@
 """What the tests share: where things are, how to run a case and read its columns."""
 import os
+import signal
 import subprocess
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -18,6 +19,9 @@ CASES = [f"ex{exercise}_{pair}" for exercise in range(1, 6) for pair in PAIRS]
 
 Columns = dict[str, np.ndarray]
 T = TypeVar("T")
+
+# A shell makes what it starts in the background ignore Ctrl-C, and so would the programs that tests interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 # The Python extension is the release build: another build of the executable rounds differently.

@@ -1,8 +1,8 @@
 """An ensemble on the workers of a Dask cluster.
 
-Every contact table is built once, on some worker, and sent to the others as the bytes of a table file together
-with the profiles; so workers need no common file system. When a worker dies, the scheduler gives what it had to
-others.
+Every contact table that the case's table file does not hold is built once, on some worker, and sent to the others
+as the bytes of a table file together with the profiles; so workers need no common file system. When a worker dies,
+the scheduler gives what it had to others.
 """
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _loading = threading.Lock()
 
 
 def build_table(source: TableFile) -> TableFile:
-    """On a worker: the same with the table."""
+    """On a worker: the same with the table that it needs."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             ContactTable(source.place(folder))
@@ -85,6 +85,18 @@ def run_piece(cases: Sequence[Case], source: TableFile, wanted: Wanted) -> list[
     return [run_member(loaded.localised(case), loaded.table, wanted) for case in cases]
 
 
+def pieces_of(members: Sequence[Member], workers: int) -> Generator[Sequence[Member]]:
+    """Members cut into ever smaller pieces, so that the workers end together.
+
+    C. D. Polychronopoulos and D. J. Kuck, IEEE Trans. Comput. C-36 (1987) 1425-1439.
+    """
+    done = 0
+    while done < len(members):
+        size = max(1, min(PIECE, (len(members) - done)//(2*workers)))
+        yield members[done:done + size]
+        done += size
+
+
 def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) -> Generator[tuple[Member, Record]]:
     """Members and their records as they come."""
     distributed = needed("distributed")
@@ -97,13 +109,12 @@ def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) ->
         pieces = {}
         for group in by_table(members).values():
             try:
-                source = _source(group[0].case)
+                source = _source(group[0])
             except Error as error:
                 yield from ((member, {"error": str(error)}) for member in group)
                 continue
             table = client.submit(build_table, source, pure=False)
-            size = max(1, min(PIECE, len(group)//(4*workers)))
-            for piece in (group[k:k + size] for k in range(0, len(group), size)):
+            for piece in pieces_of(group, workers):
                 future = client.submit(run_piece, [member.case for member in piece], table, wanted, pure=False)
                 pieces[future] = piece
         try:
@@ -113,11 +124,14 @@ def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) ->
             raise Error(f"{scheduler}: workers died again and again at the same task: {error}") from None
 
 
-def _source(case: Case) -> TableFile:
-    def read(name: str) -> bytes:
+def _source(member: Member) -> TableFile:
+    def read(path: str) -> bytes:
         try:
-            return Path(case.find(name)).read_bytes()
+            return Path(path).read_bytes()
         except OSError as error:
-            raise Error(f"{name}: cannot be opened for reading: {error.strerror}") from None
+            raise Error(f"{path}: cannot be opened for reading: {error.strerror}") from None
 
-    return TableFile(case, read(case.wheel_profile), read(case.rail_profile))
+    case = member.case
+    kept = case.table_path() if member.in_file else ""
+    return TableFile(case, *(read(case.find(name)) for name in (case.wheel_profile, case.rail_profile)),
+                     read(kept) if kept and Path(kept).is_file() else b"")

@@ -236,7 +236,7 @@ def _members(cases: Sequence[Case | str], wanted: Wanted, base: Case | None = No
             members.append(Member(number, None, error=case))
             continue
         table = table_key(case)
-        key = json.dumps([case.to_namelist(), profiles(case), core_digest(), wanted.columns, wanted.rows])
+        key = json.dumps([case.values, table, core_digest(), wanted.columns, wanted.rows])
         members.append(Member(number, case, digest(key.encode()), table,
                               files.setdefault(case.table_file, table) == table))
     return members
