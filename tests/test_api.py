@@ -316,6 +316,15 @@ def test_threads_share_a_table_file(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["aw.table"]
 
 
+def test_threads_read_the_same_files():
+    case = coarse(1, "aw", table_file="")
+    table = ldbench.ContactTable(case)
+    with ThreadPoolExecutor(8) as pool:
+        adapted = list(pool.map(table.for_case, 200*[case]))
+        read = list(pool.map(lambda _: ldbench.Case.exercise(1), range(200)))
+    assert {other.equilibrium for other in adapted} == {table.equilibrium} and set(read) == {ldbench.Case.exercise(1)}
+
+
 def test_progress_is_told_while_the_run_goes_on():
     """The callback runs in this thread while the core works in another one, without the interpreter's lock."""
     told = []

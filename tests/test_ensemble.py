@@ -19,6 +19,7 @@ pytest.importorskip("zarr")
 
 import ldbench  # noqa: E402
 from ldbench.__main__ import main  # noqa: E402
+from ldbench.cluster import pieces_of, table_source  # noqa: E402
 from ldbench.ensemble import draws, parse_values  # noqa: E402
 from local_cluster import Cluster  # noqa: E402
 
@@ -313,6 +314,36 @@ def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
     runs = counted["runs"]
     assert ldbench.ensemble(case, over, columns=["Y"], store=tmp_path/"sweep.zarr").identical(found)
     assert counted["runs"] == runs
+
+
+def test_workers_get_the_table_of_the_file(tmp_path):
+    """Or build it, where the file holds another one, a damaged one or none."""
+    case = short(table_file=tmp_path/"kept.table")
+    member, = module._members([case], module.Wanted(), case)
+
+    def place(folder: str) -> tuple[bool, bytes]:
+        (tmp_path/folder).mkdir()
+        table = ldbench.ContactTable(table_source(member).place(tmp_path/folder))
+        return table._found, (tmp_path/folder/"table_file").read_bytes()
+
+    none = place("none")
+    ldbench.ContactTable(case.replace(gauge=1.436))
+    other = place("other")
+    ldbench.ContactTable(case)
+    kept = place("kept")
+    whole = (tmp_path/"kept.table").read_bytes()
+    (tmp_path/"kept.table").write_bytes(whole[:-1000])
+    assert [none, other, kept, place("damaged")] == [(False, whole), (False, whole), (True, whole), (False, whole)]
+
+
+def test_pieces_of_a_sweep():
+    """All members in order; never larger, at most 16, single ones at the end."""
+    for n, workers in (1, 1), (7, 3), (100, 2), (1000, 2), (1000, 300):
+        pieces = list(pieces_of(list(range(n)), workers))
+        sizes = [len(piece) for piece in pieces]
+        assert sum(pieces, []) == list(range(n))
+        assert sizes == sorted(sizes, reverse=True) and sizes[0] <= 16 and sizes[-1] == 1
+        assert sizes[0] <= max(1, n/(2*workers))
 
 
 # ---- command -------------------------------------------------------------------------

@@ -5,6 +5,8 @@ import random
 import re
 import shutil
 import subprocess
+import threading
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -421,6 +423,38 @@ def test_files_of_a_run_are_different(tmp_path):
     text = short_case(tmp_path, output={"file": "same", "geometry_file": "./same"})
     assert "&output geometry_file: expected a file of its own, found ./same, which is &output file" \
         in refusal(text, tmp_path)
+
+
+def test_an_input_comes_from_anywhere(tmp_path):
+    """A file, standard input, a pipe: the same columns; nothing at all: one line."""
+    text = short_case(tmp_path) + "! " + 3*2**16*"long " + "\n"
+    (tmp_path / "input.nml").write_text(text)
+    read, write = os.pipe()
+    writer = threading.Thread(target=lambda: [os.write(write, text.encode()), os.close(write)])
+    writer.start()
+    sources = {"file": ([tmp_path / "input.nml"], {}), "stdin": ([], {"input": text}),
+               "pipe": ([f"/dev/fd/{read}"], {"pass_fds": [read]})}
+    found = set()
+    for name, (arguments, options) in sources.items():
+        done = subprocess.run([LDBENCH, *arguments], cwd=REPO, capture_output=True, text=True, **options)
+        assert done.returncode == 0, f"{name}: {done.stderr}"
+        found.add(rows(tmp_path / "columns.txt"))
+        (tmp_path / "columns.txt").unlink()
+    writer.join()
+    os.close(read)
+    assert len(found) == 1
+    closed = subprocess.run(["sh", "-c", f"{LDBENCH} <&-"], capture_output=True, text=True)
+    assert (closed.returncode, closed.stdout, closed.stderr) == (
+        1, "", "ldbench: error: standard input: cannot be opened for reading\n")
+
+
+def test_a_checksum_is_the_crc_32_of_the_file(tmp_path):
+    """Of its bytes, with one newline at the end of every line."""
+    wheel = (REPO / "profiles/awprof.yz").read_bytes()
+    (tmp_path / "wheel.yz").write_bytes(wheel.replace(b"\n", b"\r\n").removesuffix(b"\r\n"))
+    done = run_case(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel.yz"}), tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert f"{tmp_path / 'wheel.yz'}, CRC-32 {zlib.crc32(wheel):08X}" in (tmp_path / "columns.txt").read_text()
 
 
 def test_profile_is_a_folder(tmp_path):

@@ -109,7 +109,7 @@ def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) ->
         pieces = {}
         for group in by_table(members).values():
             try:
-                source = _source(group[0])
+                source = table_source(group[0])
             except Error as error:
                 yield from ((member, {"error": str(error)}) for member in group)
                 continue
@@ -124,7 +124,8 @@ def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) ->
             raise Error(f"{scheduler}: workers died again and again at the same task: {error}") from None
 
 
-def _source(member: Member) -> TableFile:
+def table_source(member: Member) -> TableFile:
+    """What a worker needs to make the member's table: with it, if the case's table file may hold it."""
     def read(path: str) -> bytes:
         try:
             return Path(path).read_bytes()
