@@ -45,7 +45,7 @@ module geometry
     integer, allocatable :: interval(:)    !! its knot interval
     real(dp), allocatable :: rate(:)       !! of the foot, per move of the station along the rail
     real(dp), allocatable :: step(:)       !! of the search for the foot [m]
-    real(dp) :: centre(2) = 0              !! axle centre of the scan [m]
+    real(dp) :: centre(2) = 0, roll = 0    !! pose of the scan [m, rad]
     logical :: fresh = .true.              !! no feet known yet
   end type scan_type
 
@@ -227,6 +227,7 @@ contains
         work%step(first:last))
     end if
     work%centre = centre
+    work%roll = roll
     do i = first, last
       t = pair%t(1, i)*y + pair%t(2, i)*z
       work%slope(i) = -(work%normal(1, i)*t(1) + work%normal(2, i)*t(2))
@@ -245,7 +246,7 @@ contains
 
     low = first
     high = last
-    if (.not. work%fresh) then
+    if (.not. work%fresh .and. abs(roll - work%roll) <= 0) then
       ! No depth changes by more than the wheel moves.
       move = centre - work%centre
       way = norm2(move)
@@ -267,6 +268,7 @@ contains
     type(scan_type), intent(inout) :: work
 
     work%centre = from%centre
+    work%roll = from%roll
     work%fresh = from%fresh
     work%normal(:, first:last) = from%normal(:, first:last)
     work%foot(first:last) = from%foot(first:last)

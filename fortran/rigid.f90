@@ -22,8 +22,8 @@ module rigid
 
 contains
 
-  !> Height at which the left wheel's stations first..last touch, lowered
-  !> vertically at lateral position y and roll.
+  !> Height at which the left wheel's stations first..last touch, lowered vertically at lateral
+  !> position y and roll.  The scan is fresh, or that of these stations touching at another roll.
   subroutine lower(pair, first, last, y, roll, work, z, station, ok)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last
@@ -32,11 +32,15 @@ contains
     real(dp), intent(out) :: z, station
     logical, intent(out) :: ok
     real(dp), parameter :: above = 0.03_dp   ! start with the whole flange in the air [m]
+    real(dp), parameter :: lever = 3         ! a turn moves the flange's face, along which it is steep, by less [m]
     real(dp) :: side
 
-    work%fresh = .true.
-    ! Roll lifts the wheel by its lever arm.
-    side = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
+    if (work%fresh) then
+      ! Roll lifts the wheel by its lever arm.
+      side = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
+    else
+      side = work%centre(2) + lever*abs(roll - work%roll)
+    end if
     call touch(pair, work, first, last, [y, side], roll, 0.0_dp, z, station, ok)
     z = z + side
   end subroutine lower
@@ -52,11 +56,12 @@ contains
     logical, intent(out) :: ok
     real(dp), parameter :: stride = 1e-3_dp   ! two contacts that compete are further apart [rad]
     real(dp), parameter :: largest = 0.2_dp   ! [rad]
-    type(scan_type) :: work
+    type(scan_type) :: left, right
     real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new
     integer :: iter
 
-    work = new_scan(pair)
+    left = new_scan(pair)
+    right = left
     z = 0
     ! The side that would touch first is lifted until the other one does.
     x = 0
@@ -96,8 +101,8 @@ contains
       real(dp), intent(in) :: roll
       logical :: ok_left, ok_right
 
-      call lower(pair, first, last, y, roll, work, z_left, station(1), ok_left)
-      call lower(pair, first, last, -y, -roll, work, z_right, station(2), ok_right)
+      call lower(pair, first, last, y, roll, left, z_left, station(1), ok_left)
+      call lower(pair, first, last, -y, -roll, right, z_right, station(2), ok_right)
       ok = ok_left .and. ok_right
       difference = z_left - z_right
     end function difference
@@ -129,6 +134,7 @@ contains
       if (f > -1e-3_dp .and. f_high > 0) y = low - f*(high - low)/(f_high - f)
       call rigid_contact(pair, tread, size(pair%s), y, roll, z, station, ok)
       if (.not. ok) return
+      work%fresh = .true.
       call lower(pair, flange, tread, y, roll, work, z_flange, station(1), touches)
       if (.not. touches .or. z_flange < z) then
         low = y
