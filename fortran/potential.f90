@@ -19,7 +19,7 @@ module potential
   use kinds, only: dp
   implicit none
   private
-  public :: zone_table, correction_table, contact_table, bound_heights, wheel_potential
+  public :: zone_table, correction_table, contact_table, roll_type, bound_heights, find_roll, wheel_potential
   public :: inside, outside_lateral, outside_roll, outside_depth
 
   type :: zone_table
@@ -47,6 +47,12 @@ module potential
     type(zone_table), allocatable :: zones(:)
     type(correction_table) :: correction(2)   !! of tread and flange
   end type contact_table
+
+  !> A roll angle as the zones of a wheel see it.
+  type :: roll_type
+    real(dp) :: cosine, sine
+    type(basis_type) :: basis
+  end type roll_type
 
   !> Whether a pose is on the table.
   enum, bind(c)
@@ -77,17 +83,53 @@ contains
     end do
   end subroutine bound_heights
 
+  !> A roll angle [rad] and its opposite.  One is found and mirrored, always the positive one:
+  !> the mirrored wheelset sees the same numbers.
+  pure subroutine find_roll(t, angle, tangent, roll, opposite, status)
+    type(contact_table), intent(in) :: t
+    real(dp), intent(in) :: angle
+    logical, intent(in) :: tangent         !! whether a Hessian is wanted
+    type(roll_type), intent(out) :: roll, opposite
+    integer, intent(out) :: status
+
+    status = inside
+    if (.not. axis_holds(t%zones(1)%roll, abs(angle))) then
+      status = outside_roll
+    else if (angle < 0) then
+      call find_up_and_down(t%zones(1)%roll, -angle, tangent, opposite, roll)
+    else
+      call find_up_and_down(t%zones(1)%roll, angle, tangent, roll, opposite)
+    end if
+  end subroutine find_roll
+
+  pure subroutine find_up_and_down(axis, angle, tangent, up, down)
+    type(axis_type), intent(in) :: axis    !! symmetric
+    real(dp), intent(in) :: angle
+    logical, intent(in) :: tangent
+    type(roll_type), intent(inout) :: up, down
+
+    up%cosine = cos(angle)
+    up%sine = sin(angle)
+    call axis_basis(axis, angle, up%basis, tangent)
+    down%cosine = up%cosine
+    down%sine = -up%sine
+    down%basis%i = axis%n - up%basis%i
+    down%basis%b(:, 0) = up%basis%b(4:1:-1, 0)
+    down%basis%b(:, 1) = -up%basis%b(4:1:-1, 1)
+    if (tangent) down%basis%b(:, 2) = up%basis%b(4:1:-1, 2)
+  end subroutine find_up_and_down
+
   !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
   !> respect to the pose (y, z, roll), and, if asked for, the Hessian (yy, yz, y roll,
   !> zz, z roll, roll roll) of their sum.
-  pure subroutine wheel_potential(t, pose, energy, gradient, status, hessian)
+  pure subroutine wheel_potential(t, pose, roll, energy, gradient, status, hessian)
     type(contact_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
+    type(roll_type), intent(in) :: roll    !! of the pose
     real(dp), intent(out) :: energy(2), gradient(3, 2)
     integer, intent(out) :: status
     real(dp), intent(out), optional :: hessian(6)
-    type(basis_type) :: roll_basis
-    real(dp) :: c, s, part, slope(3), bend(6), bends(6, 2)
+    real(dp) :: part, slope(3), bend(6), bends(6, 2)
     integer :: i, branch
 
     energy = 0
@@ -95,16 +137,8 @@ contains
     bends = 0
     if (present(hessian)) hessian = 0
     status = inside
-    c = cos(pose(3))
-    s = sin(pose(3))
-    if (t%zones(1)%roll%low <= pose(3) .and. pose(3) <= t%zones(1)%roll%high) then
-      call axis_basis(t%zones(1)%roll, pose(3), roll_basis, present(hessian))
-    else
-      status = outside_roll
-      return
-    end if
     do i = 1, size(t%zones)
-      call zone_potential(t%zones(i), pose, c, s, roll_basis, present(hessian), part, slope, bend, status)
+      call zone_potential(t%zones(i), pose, roll, present(hessian), part, slope, bend, status)
       if (status /= inside) return
       if (part <= 0) cycle
       branch = merge(2, 1, t%zones(i)%flange)
@@ -114,18 +148,17 @@ contains
     end do
     do branch = 1, 2
       if (energy(branch) > 0 .and. t%correction(branch)%zone > 0) call correct(t%correction(branch), &
-        t%zones(t%correction(branch)%zone), pose, c, s, roll_basis, present(hessian), energy(branch), &
+        t%zones(t%correction(branch)%zone), pose, roll, present(hessian), energy(branch), &
         gradient(:, branch), bends(:, branch))
     end do
     if (present(hessian)) hessian = bends(:, 1) + bends(:, 2)
   end subroutine wheel_potential
 
   !> The same of one zone.  Where it does not touch, only the energy is set, to zero.
-  pure subroutine zone_potential(t, pose, c, s, br, tangent, energy, gradient, hessian, status)
+  pure subroutine zone_potential(t, pose, roll, tangent, energy, gradient, hessian, status)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)
-    real(dp), intent(in) :: c, s           !! cosine and sine of the roll angle
-    type(basis_type), intent(in) :: br     !! of the roll axis
+    type(roll_type), intent(in) :: roll
     logical, intent(in) :: tangent         !! whether the Hessian is wanted
     real(dp), intent(out) :: energy
     real(dp), intent(inout) :: gradient(3), hessian(6)
@@ -135,16 +168,16 @@ contains
 
     energy = 0
     status = inside
-    arm = [t%pole(1)*c - t%pole(2)*s, t%pole(1)*s + t%pole(2)*c]
+    arm = pole_arm(t, roll)
     if (pose(2) + arm(2) > t%ceiling) return
     call zone_coordinates(t, pose, arm, u, w)
     if (.not. axis_holds(t%u, u)) then
       status = outside_lateral
       return
     end if
-    if (w >= t%highest(br%i, min(int((u - t%u%low)*t%steps) + 1, size(t%highest, 2)))) return
+    if (w >= t%highest(roll%basis%i, min(int((u - t%u%low)*t%steps) + 1, size(t%highest, 2)))) return
     call axis_basis(t%u, u, bu, tangent)
-    call spline_2d(t%h, br, bu, tangent, h)      ! h, h_r, h_u, h_rr, h_ru, h_uu
+    call spline_2d(t%h, roll%basis, bu, tangent, h)      ! h, h_r, h_u, h_rr, h_ru, h_uu
     p = h(1) - w
     if (p <= 0) return
     q = sqrt(p)
@@ -153,7 +186,7 @@ contains
       return
     end if
     call axis_basis(t%q, q, bq, tangent)
-    call spline_3d(t%s, bq, br, bu, tangent, v)  ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
+    call spline_3d(t%s, bq, roll%basis, bu, tangent, v)  ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
 
     ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p):
     ! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu.
@@ -168,6 +201,15 @@ contains
     end if
     call to_pose(t, arm, h, f, tangent, gradient, hessian)
   end subroutine zone_potential
+
+  !> The pole from the axle centre, track frame [m].
+  pure function pole_arm(t, roll) result(arm)
+    type(zone_table), intent(in) :: t
+    type(roll_type), intent(in) :: roll
+    real(dp) :: arm(2)
+
+    arm = [t%pole(1)*roll%cosine - t%pole(2)*roll%sine, t%pole(1)*roll%sine + t%pole(2)*roll%cosine]
+  end function pole_arm
 
   !> u and w of the pole in a pose; arm: the pole from the axle centre, track frame.
   pure subroutine zone_coordinates(t, pose, arm, u, w)
@@ -218,20 +260,20 @@ contains
   end subroutine to_pose
 
   !> Multiply a branch's energy by its correction.
-  pure subroutine correct(t, zone, pose, c, s, br, tangent, energy, gradient, hessian)
+  pure subroutine correct(t, zone, pose, roll, tangent, energy, gradient, hessian)
     type(correction_table), intent(in) :: t
     type(zone_table), intent(in) :: zone
-    real(dp), intent(in) :: pose(3), c, s
-    type(basis_type), intent(in) :: br     !! of the zone's roll axis
+    real(dp), intent(in) :: pose(3)
+    type(roll_type), intent(in) :: roll
     logical, intent(in) :: tangent         !! whether the Hessian is wanted
     real(dp), intent(inout) :: energy, gradient(3), hessian(6)
     type(basis_type) :: bu, bp, b
     real(dp) :: arm(2), u, w, h(6), f(10), slope(3), bend(6)
 
-    arm = [zone%pole(1)*c - zone%pole(2)*s, zone%pole(1)*s + zone%pole(2)*c]
+    arm = pole_arm(zone, roll)
     call zone_coordinates(zone, pose, arm, u, w)
     call axis_basis(zone%u, u, bu, tangent)
-    call spline_2d(zone%h, br, bu, tangent, h)
+    call spline_2d(zone%h, roll%basis, bu, tangent, h)
     call axis_basis(t%u, u, bu, tangent)
     call axis_basis(t%roll, pose(3), b, tangent)
     call axis_basis(t%p, max(h(1) - w, t%p%low), bp, tangent)

@@ -9,12 +9,12 @@ module table
   use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
   use potential, only: bound_heights, contact_table, correction_table, inside, outside_depth, outside_lateral, outside_roll, &
-    wheel_potential, zone_table
+    zone_table
   use progress, only: monitor_type
   use system, only: replace_file, scratch_name
   implicit none
   private
-  public :: grid_type, zone_table, contact_table, build_table, wheel_potential, save_table, load_table
+  public :: grid_type, zone_table, contact_table, build_table, save_table, load_table
   public :: inside, outside_lateral, outside_roll, outside_depth
 
   !> Extent and resolution of the table.

@@ -2,7 +2,7 @@
 !> four contacts as a function of the pose q = (y, z, roll).
 module wheelset
   use kinds, only: dp, gravity
-  use table, only: contact_table, inside, wheel_potential
+  use potential, only: contact_table, find_roll, inside, roll_type, wheel_potential
   implicit none
   private
   public :: wheelset_type, contact_state, contacts, wheel_contacts, external_force, settle, contact_name
@@ -65,16 +65,19 @@ contains
     real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
     type(contact_state), intent(out) :: state
     logical, intent(in), optional :: tangent
+    type(roll_type) :: roll, opposite
     real(dp) :: left(6), right(6)
     integer :: status
 
+    call find_roll(this%table, q(3), wanted(tangent), roll, opposite, state%status)
+    if (state%status /= inside) return
     if (wanted(tangent)) then
-      call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), state%status, left)
-      call right_potential(this%table, q, state%energy(3:), state%slope(:, 3:), status, right)
+      call wheel_potential(this%table, q, roll, state%energy(:2), state%slope(:, :2), state%status, left)
+      call right_potential(this%table, q, opposite, state%energy(3:), state%slope(:, 3:), status, right)
       state%hessian = left + right
     else
-      call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), state%status)
-      call right_potential(this%table, q, state%energy(3:), state%slope(:, 3:), status)
+      call wheel_potential(this%table, q, roll, state%energy(:2), state%slope(:, :2), state%status)
+      call right_potential(this%table, q, opposite, state%energy(3:), state%slope(:, 3:), status)
     end if
     if (status /= inside) state%status = status
     state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
@@ -94,19 +97,23 @@ contains
     integer, intent(in) :: wheel         !! 1 left, 2 right
     real(dp), intent(in) :: q(3)
     type(contact_state), intent(out) :: state
+    type(roll_type) :: roll, opposite
 
+    call find_roll(this%table, q(3), .true., roll, opposite, state%status)
+    if (state%status /= inside) return
     if (wheel == 1) then
-      call wheel_potential(this%table, q, state%energy(:2), state%slope(:, :2), state%status, state%hessian)
+      call wheel_potential(this%table, q, roll, state%energy(:2), state%slope(:, :2), state%status, state%hessian)
     else
-      call right_potential(this%table, q, state%energy(3:), state%slope(:, 3:), state%status, state%hessian)
+      call right_potential(this%table, q, opposite, state%energy(3:), state%slope(:, 3:), state%status, state%hessian)
     end if
     state%gradient = sum(state%slope, 2)
   end subroutine wheel_contacts
 
   !> `wheel_potential` of the right wheel: the left one in the mirror.
-  pure subroutine right_potential(t, q, energy, slope, status, hessian)
+  pure subroutine right_potential(t, q, roll, energy, slope, status, hessian)
     type(contact_table), intent(in) :: t
     real(dp), intent(in) :: q(3)
+    type(roll_type), intent(in) :: roll    !! of -q(3)
     real(dp), intent(out) :: energy(2), slope(3, 2)
     integer, intent(out) :: status
     real(dp), intent(out), optional :: hessian(6)
@@ -114,7 +121,7 @@ contains
     real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
     integer :: i
 
-    call wheel_potential(t, mirror*q, energy, slope, status, hessian)
+    call wheel_potential(t, mirror*q, roll, energy, slope, status, hessian)
     do i = 1, 2
       slope(:, i) = mirror*slope(:, i)
     end do

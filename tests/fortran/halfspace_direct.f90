@@ -8,25 +8,26 @@ program halfspace_direct
   use case, only: case_type
   use shared, only: branch_contact, direct_type, new_direct, read_prepared
   use kinds, only: dp
-  use potential, only: wheel_potential
   use simulation, only: setup_type
+  use wheelset, only: contact_state, wheel_contacts
   implicit none
   type(case_type) :: c
   type(setup_type) :: setup
   type(direct_type) :: direct
-  real(dp) :: pose(3), energy(2), gradient(3, 2), hessian(6), forces(3, 2), exact
-  integer :: stat, status, branch
+  type(contact_state) :: state
+  real(dp) :: pose(3), forces(3, 2), exact
+  integer :: stat, branch
 
   call read_prepared(c, setup)
   direct = new_direct(c, setup)
   do
     read (*, *, iostat=stat) pose
     if (stat /= 0) exit
-    call wheel_potential(setup%wheelset%table, pose, energy, gradient, status, hessian)
-    if (status /= 0) error stop 'a pose is not on the table'
+    call wheel_contacts(setup%wheelset, 1, pose, state)
+    if (state%status /= 0) error stop 'a pose is not on the table'
     do branch = 1, 2
       call branch_contact(direct, setup, branch, pose, exact, forces(:, branch))
     end do
-    write (*, '(12es24.16)') (-gradient(:, branch), forces(:, branch), branch=1, 2)
+    write (*, '(12es24.16)') (-state%slope(:, branch), forces(:, branch), branch=1, 2)
   end do
 end program halfspace_direct
