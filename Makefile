@@ -21,6 +21,10 @@ OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
 WRAPPER = build/wrapper/installed
 
+# For what Python runs.
+export LDBENCH = $(CURDIR)/$(EXE)
+export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
+
 .PHONY: all wrapper test report validate bench reference clean help
 all: $(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER))
 
@@ -74,19 +78,19 @@ build/wrapper/build.ninja: meson.build .venv/stamp
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
 
 test: $(EXE) $(TESTS) $(WRAPPER)
-	LDBENCH=$(CURDIR)/$(EXE) LDBENCH_TESTS=$(CURDIR)/$(BUILD)/tests $(PYTHON) -m pytest tests
+	$(PYTHON) -m pytest tests
 
 report: all
 	$(PYTHON) -m ldbench report
 
 validate: all $(TESTS)
-	LDBENCH_TESTS=$(CURDIR)/$(BUILD)/tests $(PYTHON) tests/validation
+	$(PYTHON) tests/validation
 
 bench: all $(TESTS)
-	LDBENCH_TESTS=$(CURDIR)/$(BUILD)/tests $(PYTHON) tests/bench
+	$(PYTHON) tests/bench
 
 reference: $(EXE)
-	$(PYTHON) tests/reference.py --store
+	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
 
 clean:
 	rm -rf build ldbench ldbench-debug wrappers/ldbench/_flat*.so
@@ -100,4 +104,4 @@ help:
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
-	@echo 'DEBUG=1         with any of them: run-time checks and floating-point traps'
+	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'

@@ -3,13 +3,14 @@
 !> that are finest where wheelsets run; and keeps tables in files.
 module table
   use, intrinsic :: iso_fortran_env, only: int64
-  use bspline, only: axis_basis, axis_point, axis_type, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, uniform_axis
+  use bspline, only: axis_basis, axis_point, axis_type, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, &
+    uniform_axis
   use contact, only: branch_energy, set_moduli, zone_energy, zone_type
   use errors, only: error_type, fatal_error
   use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
-  use potential, only: bound_heights, contact_table, correction_table, inside, outside_depth, outside_lateral, outside_roll, &
-    zone_table
+  use potential, only: bound_heights, contact_table, correction_table, inside, outside_depth, outside_lateral, &
+    outside_roll, zone_table
   use progress, only: monitor_type
   use system, only: replace_file, scratch_name
   implicit none

@@ -100,7 +100,8 @@ def test_summary(tmp_path):
     assert done.returncode == 0 and done.stderr == ""
     for words in ("first: a short one\n", "rigid-axle clearance [mm]: 2 x 10.180\n", "90.000 kN per wheel\n",
                   " s  left flange contact\n", "in all: 1 left flange contact, 0 right flange contact, ",
-                  "peak normal forces [kN]: LT ", "energy drift, largest [J]: ", "steps: 2000 of at most 1.0E-5 s, 0 cut; contact evaluations: ",
+                  "peak normal forces [kN]: LT ", "energy drift, largest [J]: ",
+                  "steps: 2000 of at most 1.0E-5 s, 0 cut; contact evaluations: ",
                   "ended at t = 0.020000 s: t_end\n", "processor time [s]: table ", " (built), integration ",
                   f"columns: {tmp_path / 'columns.txt'}, 201 rows\n"):
         assert words in done.stdout

@@ -188,6 +188,40 @@ def test_command_refuses_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(("words", "message"), [
+    (["compare", "a.txt", "b.csv", "-o", "b.pdf"], "b.csv: expected a file of its own to write"),
+    (["compare", "a.txt", "b.csv", "-o", "new.csv"], "new.csv: expected a file of its own to write"),
+    (["compare", "a.txt", "b.csv", "-o", "../{}/a.txt"], "a.txt: expected a file of its own to write"),
+    (["compare", "a.txt", "c.csv", "-o", "new.pdf"], "c.csv: expected a column time, found none"),
+    (["plot", "a.txt", "-o", "a.txt"], "a.txt: expected a file of its own to write"),
+    (["plot", "missing.txt", "-o", "new.pdf"], "missing.txt: No such file or directory"),
+])
+def test_command_leaves_what_it_reads(words: list[str], message: str, tmp_path: Path,
+                                      monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    monkeypatch.chdir(tmp_path)
+    ours(invented(), tmp_path/"a.txt")
+    ours(invented(delay=0.003), tmp_path/"b.csv")
+    (tmp_path/"c.csv").write_text("t,y\n0,1\n1,2\n")
+    before = {file: file.read_bytes() for file in tmp_path.iterdir()}
+    assert main([word.format(tmp_path.name) for word in words]) == 1
+    assert re.fullmatch(rf"ldbench: error: \S*{re.escape(message)}.*\n", capsys.readouterr().err)
+    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
+
+
+def test_command_makes_the_folder(tmp_path: Path):
+    for name in "a", "b":
+        ours(invented(), tmp_path/f"{name}.txt")
+    assert main(["compare", str(tmp_path/"a.txt"), str(tmp_path/"b.txt"), "-o", str(tmp_path/"new/ab.pdf")]) == 0
+    assert sorted(file.name for file in (tmp_path/"new").iterdir()) == ["ab.csv", "ab.pdf"]
+
+
+@pytest.mark.parametrize("command", [["plot", "a.txt"], ["compare", "--study"], ["report"]])
+def test_no_processes_at_all_are_refused(command: list[str], capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit):
+        main([*command, "--jobs", "0"])
+    assert "argument --jobs: invalid side_by_side value: '0'" in capsys.readouterr().err
+
+
 # The study ---------------------------------------------------------------------------------
 
 def small_project(root: Path) -> Path:

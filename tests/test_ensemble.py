@@ -135,6 +135,8 @@ def test_rows_are_thinned_or_padded(table):
     ({"over": {"vY": [1.0]}, "columns": ["vY"]}, "initial_vY"),
     ({"over": {"mass": [1500]}, "columns": ["speed"]}, "columns among time, X"),
     ({"over": {"mass": [1500]}, "rows": 1}, "rows of at least 2"),
+    ({"over": {"mass": [1500]}, "threads": 0}, "at least one thread, found 0"),
+    ({"over": {"mass": [1500]}, "threads": -1}, "at least one thread, found -1"),
     ({"over": {"mass": [1500]}, "scheduler": "tcp://127.0.0.1:9"}, "expected a Dask scheduler"),
 ])
 def test_refusals(arguments, words, monkeypatch):

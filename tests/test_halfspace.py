@@ -18,7 +18,8 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run_halfspace(table: Path, folder: Path) -> tuple[str, Path]:
     """Exercise 2 with this model: the terminal's text and the columns."""
-    words = shipped_text("ex2_aw", folder).replace(f"{folder}/aw_strip.table", str(table)).replace("'strip' ", "'halfspace' ")
+    words = shipped_text("ex2_aw", folder).replace("'strip' ", "'halfspace' ")
+    words = words.replace(f"{folder}/aw_strip.table", str(table))
     done = run_case(words, folder)
     assert done.returncode == 0, done.stderr
     return done.stdout, folder/"ex2_aw.txt"

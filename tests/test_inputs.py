@@ -179,7 +179,8 @@ UNPHYSICAL = [
     ("material", "poisson", "0.5"), ("material", "poisson", "0.6"), ("material", "poisson", "-0.1"),
     ("integrator", "dt", "0.0"), ("integrator", "dt", "-1e-5"), ("integrator", "t_end", "0.0"),
     ("integrator", "t_end", "-1.0"), ("integrator", "max_iterations", "0"), ("integrator", "tolerance", "0.0"),
-    ("integrator", "energy_tolerance", "-1e-9"), ("integrator", "order", "3"), ("integrator", "order", "1"), ("output", "interval", "0.0"),
+    ("integrator", "energy_tolerance", "-1e-9"), ("integrator", "order", "3"), ("integrator", "order", "1"),
+    ("output", "interval", "0.0"), ("output", "flight_interval", "-1e-3"),
     ("contact", "stiffness_scale", "0.0"), ("contact", "split_angle", "10.0"), ("profiles", "smoothing_mm", "-0.1"),
 ]
 

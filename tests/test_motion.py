@@ -240,8 +240,9 @@ def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
 
 
 def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):
-    """The explicit step counts the work to its order: a bouncing wheelset's drift falls with dt^4 while it is pushed."""
-    pushed = ldbench.Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, Z=5e-5, lateral_ramp=2e6)
+    """The explicit step counts the work to its order: pushed and bouncing, a wheelset's drift falls with dt^4."""
+    pushed = ldbench.Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, Z=5e-5,
+                                                    lateral_ramp=2e6)
     runs = [ldbench.run(pushed.replace(dt=dt), table=actual) for dt in (2e-4, 1e-4)]
     assert runs[0].columns.W_ext.iloc[-1] > 50
     assert orders([run.summary["drift"] for run in runs]) == pytest.approx([4], abs=0.2)

@@ -153,7 +153,7 @@ text = sys.stdin.read()
 name, product = (re.search(key + r" *= *'(.*?)'", text)[1] for key in (r"\\bname", r"&output\\s+file"))
 log = lambda what: open({str(folder/'log')!r}, "a").write(name + " " + what + "\\n")
 if name == "bad":
-    sys.exit("ldbench: error: standard input: &wheelset mass = -1: expected from 1 to 1E+6")
+    sys.exit("ldbench: error: standard input, line 2, &wheelset mass: expected from 1 to 1E+6, found -1")
 found = re.search(r"&table\\s+file *= *'(.*?)'", text)
 if found and not Path(found[1]).exists():
     log("builds " + found[1])
@@ -220,7 +220,7 @@ def test_each_table_is_built_once(tmp_path: Path):
 def test_failed_run_is_named_with_its_reason(tmp_path: Path):
     executable = recorder(tmp_path)
     good, bad = job(tmp_path, "good"), job(tmp_path, "bad")
-    with pytest.raises(Error, match=r"^bad: &wheelset mass = -1: expected from 1 to 1E\+6$"):
+    with pytest.raises(Error, match=r"^bad: line 2, &wheelset mass: expected from 1 to 1E\+6, found -1$"):
         run_stale([good, bad], executable, workers=2)
     assert not bad.product.exists() and not stamp_of(bad.product).exists()
     assert run_stale([good], executable, 1) == []

@@ -16,7 +16,7 @@ from measure import Section, measure
 from programs import FORTRAN_TESTS, LDBENCH, run_program
 
 LOOPS = 5                       # of tests/fortran/force_loop
-RUNS = ((1, "aw", 0.02, 0.06), (1, "sw", 0.02, 0.06), (5, "aw", 0.5, 1.0), (5, "sw", 0.5, 1.0))     # end times [s]
+RUNS = ((1, "aw", 0.02, 0.06), (1, "sw", 0.02, 0.06), (5, "aw", 0.1, 0.25), (5, "sw", 0.1, 0.25))     # end times [s]
 
 TEXT = """Instructions executed, by valgrind's callgrind. Per step: difference of two runs of the executable that end
 at two times, over the steps between, so that start, table and end drop out; rows, events and energies are included. A

@@ -83,8 +83,8 @@ FAILED = np.full(3, np.nan)
 
 def by_ldbench(p: Problem, scheme: str, order: int, beta: float, dt: float, energy_tolerance: float = 0.0) -> Solution:
     """By the core; its time includes events and energies that the others do not have."""
-    case = p.case.replace(scheme=scheme, order=order, beta=beta, dt=dt, energy_tolerance=energy_tolerance, t_end=p.t_end,
-                          stop_at="t_end", interval=p.t_end/ROWS)
+    case = p.case.replace(scheme=scheme, order=order, beta=beta, dt=dt, energy_tolerance=energy_tolerance,
+                          t_end=p.t_end, stop_at="t_end", interval=p.t_end/ROWS)
     try:
         run = ldbench.run(case, table=p.table)
     except ldbench.Error:

@@ -62,7 +62,9 @@ def section(short: bool) -> Section:
     rows = []
     for exercise, pair in SHORT if short else CASES:
         case = Case.exercise(exercise, pair)
-        table = tables.setdefault(pair, ContactTable(case)).for_case(case)
+        if pair not in tables:
+            tables[pair] = ContactTable(case)
+        table = tables[pair].for_case(case)
         t_end = float(ldbench.run(case, table=table).columns["time"].iloc[-2])
         for member in MEMBERS:
             count = min(levels, 6) if member == "cut 4" else levels     # below 1e-9 J energies are rounded

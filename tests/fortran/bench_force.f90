@@ -4,9 +4,9 @@
 !>
 !> usage: bench_force input.nml poses rounds repeats stride
 !> Writes, per round, the processor time per pose [s] of force and tangent from the table, force from the
-!> table, direct, half-space, floor; table and floor loop `repeats` times over the poses of the binary file (`read_poses` has its format), the
-!> half-space takes every `stride`-th pose.  The last line has the mean number of touching zones of both
-!> wheels and a sum that keeps the loops alive.
+!> table, direct, half-space, floor; table and floor loop `repeats` times over the poses of the binary file
+!> (`read_poses` has its format), the half-space takes every `stride`-th pose.  The last line has the mean
+!> number of touching zones of both wheels and a sum that keeps the loops alive.
 program bench_force
   use case, only: case_type
   use shared, only: branch_contact, direct_type, integer_argument, new_direct, read_poses, read_prepared, zone_contact

@@ -29,7 +29,8 @@ def main() -> int:
     args = arguments("make validate", __doc__, SECTIONS, "fewer cases and poses, for the test suite")
     sections = run_sections(args, lines)
     write_csv(args.out/"validation.csv", HEAD, (
-        [name, c.quantity, repr(c.value), repr(c.reference), c.source, f"{c.deviation:.3e}", f"{c.bar:.1e}", c.verdict]
+        [name, c.quantity, repr(float(c.value)), repr(float(c.reference)), c.source, f"{c.deviation:.3e}",
+         f"{c.bar:.1e}", c.verdict]
         for name, section in sections.items() for c in section.checks))
     write_pdf(args.out/"ldbench_validation.pdf", sections)
     checks = [c for section in sections.values() for c in section.checks]

@@ -117,7 +117,8 @@ def punch(n: int) -> Pressed:
 def two_patches(n: int, distance: float = 8.0) -> tuple[float, float]:
     """Force of each of two Hertz circles of radius about 1 that act on each other, and the far-field answer.
 
-    Far away a load N displaces the surface by N/(pi E* d) (Boussinesq); the next term is of the order (a/d)^2/10 of that.
+    Far away a load N displaces the surface by N/(pi E* d) (Boussinesq); the next term is of the order (a/d)^2/10 of
+    that.
     """
     circle = Hertz(1.0)
     found = press(n, 1.1, distance/2 + 1.1, ns=int(n*(distance/2 + 1.1)/1.1), depth=lambda x, s: (
@@ -158,8 +159,9 @@ def section(short: bool) -> Section:
     for power, name in (1, "cone"), (4, "r^4"):
         body = Power(power)
         found = body.press(stated)
-        checks.append(relative(f"{name}: force [E* a^2/1000]", 1e3*found.force, 1e3*body.force, "Sneddon (1965)", 5e-3))
-        checks.append(relative(f"{name}: energy [E* a^3/10^6]", 1e6*found.energy, 1e6*body.energy, "Sneddon (1965)", 5e-3))
+        source = "Sneddon (1965)"
+        checks.append(relative(f"{name}: force [E* a^2/1000]", 1e3*found.force, 1e3*body.force, source, 5e-3))
+        checks.append(relative(f"{name}: energy [E* a^3/10^6]", 1e6*found.energy, 1e6*body.energy, source, 5e-3))
     # The rim of a circle on squares is uncertain by a part of an element, 2/stated; so is N = 2 E* a delta.
     checks.append(relative("flat punch: force [E* a^2/1000]", 1e3*punch(stated).force, 2.0, "Johnson 3.36", 2/stated))
     ours, far = two_patches(20)
@@ -175,8 +177,8 @@ def section(short: bool) -> Section:
                   ["semi-axes, rolling : transverse", *QUANTITIES], rows)
     return Section(
         "Half-space solver against closed forms",
-        "Frictionless contact of elastic half-spaces on rectangular elements (Boussinesq-Love influence coefficients, no "
-        "tension and no interpenetration to 1e-9 of the depth) against Hertz's ellipses over axis ratios 0.05 to 20, "
+        "Frictionless contact of elastic half-spaces on rectangular elements (Boussinesq-Love influence coefficients, "
+        "no tension and no interpenetration to 1e-9 of the depth) against Hertz's ellipses over axis ratios 0.05 to 20, "
         "bodies of the form r^n, a flat punch and two patches that act on each other. Semi-axes are those of the "
         "pressure's second moments.", checks, [convergence(grids, sizes)], [table])
 

@@ -433,7 +433,8 @@ def section(short: bool) -> Section:
     cells: dict[int, dict[str, dict[str, list[str]]]] = {}
     for exercise, pair in SHORT if short else CASES:
         case = Case.exercise(exercise, pair)
-        tables.setdefault(pair, ContactTable(case))
+        if pair not in tables:
+            tables[pair] = ContactTable(case)
         table = tables[pair].for_case(case)
         runs = [ldbench.run(refined(case, factor), table=table) for factor in LADDER]
         shipped = runs[SHIPPED]

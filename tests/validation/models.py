@@ -17,7 +17,7 @@ MODELS = "strip", "hertz", "halfspace"
 LOOKS = {"strip": (BLUE, "o"), "hertz": (ORANGE, "s"), "halfspace": (GREEN, "^")}
 POSES = 50                  # of each run
 OVERTURNING = 0.04          # roll beyond which exercise 5 does not come back [rad]
-LARGEST = {"strip": 0.14, "hertz": 0.30}     # expected of single flange poses, by an earlier half-space program
+RMS = {("aw", "strip"): 0.04, ("sw", "strip"): 0.05, ("aw", "hertz"): 0.18, ("sw", "hertz"): 0.02}  # 1.5 times measured
 FLOOR = 5e3                 # smallest force that deviations refer to [N]
 MIRROR = np.array([-1.0, 1.0, -1.0])
 
@@ -87,22 +87,24 @@ def section(short: bool) -> Section:
             rows += [[pair, kind, model, *statistics(e)] for kind, e in kinds.items() if len(e)]
             points.append((pair, model, np.linalg.norm(exact.sum(1), axis=-1), wheel))
             if model == "halfspace":
-                checks.append(limit(f"{pair}, halfspace: wheel force off by at most, {len(poses)} poses [of max(|F|, 5 kN)]",
-                                    wheel.max(), "direct half-space solution", 0.02))
+                checks.append(limit(
+                    f"{pair}, halfspace: wheel force off by at most, {len(poses)} poses [of max(|F|, 5 kN)]",
+                    wheel.max(), "direct half-space solution", 0.02))
             else:
                 checks.append(limit(f"{pair}, {model}: rms of the wheel force's deviation [of max(|F|, 5 kN)]",
-                                    np.sqrt((wheel**2).mean()), "direct half-space solution", LARGEST[model]))
+                                    np.sqrt((wheel**2).mean()), "direct half-space solution", RMS[pair, model]))
     table = Table("Deviation of a wheel's force from direct half-space solutions, percent of max(|F|, 5 kN)",
                   ["profiles", "contact", "model", "poses", "rms", "median", "99 %", "largest", "above 2 %"], rows)
     return Section(
         "Normal models against direct half-space solutions",
-        f"At {POSES} poses of each of the ten runs on the rails, half of them with flange contact, a wheel's force from the tables of "
-        "the three models against half-spaces pressed together on 24 x 48 elements, with the interpenetration of the real "
-        "profiles. Patches of one branch, tread or flange, act on each other; tread and flange are solved apart, as "
-        "contact codes do for patches more than about 8 mm apart (90 kN on the tread would lower the rail's surface 20 mm "
-        "away by 12 um). A patch that crosses the border between the branches is cut there in the table and in the direct "
-        "solution. Overturning, roll beyond 0.04 rad in the last tenths of a second of exercise 5, is listed apart: there "
-        "the tread crosses from the rail's crown to its shoulder within less than the spacing of the roll axis.", checks, [scatter(points)], [table])
+        f"At {POSES} poses of each of the ten runs on the rails, half of them with flange contact, a wheel's force "
+        "from the tables of the three models against half-spaces pressed together on 24 x 48 elements, with the "
+        "interpenetration of the real profiles. Patches of one branch, tread or flange, act on each other; tread and "
+        "flange are solved apart, as contact codes do for patches more than about 8 mm apart (90 kN on the tread would "
+        "lower the rail's surface 20 mm away by 12 um). A patch that crosses the border between the branches is cut "
+        "there in the table and in the direct solution. Overturning, roll beyond 0.04 rad in the last tenths of a "
+        "second of exercise 5, is listed apart: there the tread crosses from the rail's crown to its shoulder within "
+        "less than the spacing of the roll axis.", checks, [scatter(points)], [table])
 
 
 def scatter(points: list[tuple[str, str, np.ndarray, np.ndarray]]) -> Figure:

@@ -46,6 +46,9 @@ def main(arguments: list[str] | None = None) -> int:
     except Error as error:
         print(f"ldbench: error: {error}", file=sys.stderr)
         return 1
+    except OSError as error:
+        print(f"ldbench: error: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("ldbench: stopped", file=sys.stderr)
         return 130

@@ -2,10 +2,12 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import os
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -53,6 +55,31 @@ def own(owner: object, free: Callable[[int], object], handle: int) -> int:
 
 def path_bytes(path: str | os.PathLike[str]) -> bytes:
     return os.fsencode(path)
+
+
+def digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def usable_cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def side_by_side(word: str) -> int:
+    """A number of threads or processes from the command line."""
+    number = int(word)
+    if number < 1:
+        raise ValueError
+    return number
+
+
+def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:
+    """Refuse to write two files into one, or over one that is read."""
+    taken = {file.resolve() for file in read}
+    for file in written:
+        if file.resolve() in taken:
+            raise Error(f"{file}: expected a file of its own to write, found one that is read or written besides")
+        taken.add(file.resolve())
 
 
 def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) -> Result:

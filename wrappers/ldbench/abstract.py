@@ -49,10 +49,10 @@ SCALES = {"F_derailment": 1e-3, "Y_max": 1e3, "Z_max": 1e3, "N_max_LT": 1e-3, "N
 
 def make_abstract(records: Sequence[Record], target: Path) -> None:
     """Typeset the abstract of the ten runs; the file appears when it is complete."""
-    import typst
-
     if not TEMPLATE.is_file():
         raise Error(f"{TEMPLATE}: expected the text of the abstract, found none; it is in the repository only")
+    import typst
+
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)

@@ -5,7 +5,6 @@ product depends on and of the product itself.
 """
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import shutil
@@ -17,7 +16,7 @@ from pathlib import Path
 
 import f90nml
 
-from ._core import Error
+from ._core import Error, digest
 
 PROJECT = Path(__file__).resolve().parents[2]
 
@@ -82,6 +81,11 @@ def inside(path: Path, root: Path) -> str:
         return str(path.resolve())
 
 
+def project_root() -> Path:
+    """Where `inputs` are: the repository that the package is in, or the current folder."""
+    return PROJECT if (PROJECT/"inputs").is_dir() else Path.cwd()
+
+
 def find_executable(root: Path) -> Path:
     """$LDBENCH, ROOT/ldbench or one on the search path."""
     named = os.environ.get("LDBENCH")
@@ -97,10 +101,6 @@ def find_namelists(inputs: Path) -> list[Path]:
     if not namelists:
         raise Error(f"{inputs}: expected namelists ex*.nml, found none")
     return namelists
-
-
-def digest(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
 
 
 def hashes(files: Sequence[Path], root: Path) -> dict[str, str]:
@@ -138,7 +138,7 @@ def run_job(job: Job, executable: Path) -> None:
         job.litter.unlink(missing_ok=True)
     if done.returncode:
         words = done.stderr.strip().splitlines()[-1:] or [f"exit status {done.returncode}"]
-        raise Error(f"{job.name}: {words[0].removeprefix('ldbench: error: standard input: ')}")
+        raise Error(f"{job.name}: " + words[0].removeprefix("ldbench: error: standard input").lstrip(":, "))
     write_stamp(job.product, sources)
 
 

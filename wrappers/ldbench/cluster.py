@@ -1,8 +1,8 @@
 """An ensemble on the workers of a Dask cluster.
 
-Every contact table that the case's table file does not hold is built once, on some worker, and sent to the others
-as the bytes of a table file together with the profiles; so workers need no common file system. When a worker dies,
-the scheduler gives what it had to others.
+Every contact table reaches the workers as the bytes of a table file, together with the profiles: of the case's table
+file, or of one that a worker made. So workers need no common file system. When a worker dies, the scheduler gives what
+it had to others.
 """
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ._core import Error
+from ._core import Error, digest
 from .case import Case
-from .ensemble import Member, Record, Wanted, by_table, digest, needed, run_member
+from .ensemble import Member, Record, Wanted, by_table, needed, run_member
 from .table import ContactTable
 
 PIECE = 16                  # members of a task, at most
@@ -100,6 +100,8 @@ def pieces_of(members: Sequence[Member], workers: int) -> Generator[Sequence[Mem
 def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) -> Generator[tuple[Member, Record]]:
     """Members and their records as they come."""
     distributed = needed("distributed")
+    # A table is larger than what Dask finds unusual to send.
+    needed("dask").config.set({"distributed.admin.large-graph-warning-threshold": "1GB"})
     try:
         client = distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:

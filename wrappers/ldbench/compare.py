@@ -16,6 +16,7 @@ examples:
 from __future__ import annotations
 
 import argparse
+import itertools
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -26,10 +27,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from .batch import PROJECT, Job, find_executable, find_namelists, inside, run_stale, with_values
-from ._core import Error
-from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages, usable_cores
-from .record import CONTACT_NAMES, CONTACTS, Record, read_record
+from ._core import Error, check_written, side_by_side, usable_cores
+from .batch import Job, find_executable, find_namelists, inside, project_root, run_stale, with_values
+from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages
+from .record import CONTACT_NAMES, CONTACTS, Record, read_record, write_frame
 from .style import SERIES, ldbench_style
 
 # How quantities are shown: unit and factor from SI, by the beginning of the column's name.
@@ -189,7 +190,7 @@ def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figu
 
 def draw_overlay(ax, found: Comparison, column: str) -> None:
     unit, scale = shown(column)
-    for k, (record, line) in enumerate(zip(found.records, endless(SERIES), strict=False)):
+    for k, (record, line) in enumerate(zip(found.records, itertools.cycle(SERIES), strict=False)):
         t, x = thin(found.time, scale*found.values[k][column])
         ax.plot(t, x, label=record.name, **line.kwargs())
     label_y(ax, f"{column} [{unit}]")
@@ -197,7 +198,7 @@ def draw_overlay(ax, found: Comparison, column: str) -> None:
 
 def draw_difference(ax, found: Comparison, column: str) -> None:
     unit, scale = shown(column)
-    for k, line in zip(range(1, len(found.records)), endless(SERIES[1:]), strict=False):
+    for k, line in zip(range(1, len(found.records)), itertools.cycle(SERIES[1:]), strict=False):
         t, x = thin(found.time, scale*found.difference(k, column))
         ax.plot(t, x, label=found.records[k].name, **line.kwargs())
     label_y(ax, f"Δ{column} [{unit}]")
@@ -205,11 +206,6 @@ def draw_difference(ax, found: Comparison, column: str) -> None:
         ax.text(0.5, 0.5, "never in contact together", transform=ax.transAxes, ha="center", va="center",
                 color="#606060")
         ax.set_yticks([])
-
-
-def endless(lines: Sequence) -> Iterator:
-    while True:
-        yield from lines
 
 
 def footnote(found: Comparison) -> str:
@@ -278,7 +274,7 @@ def comparison_figures(found: Comparison) -> Iterator[tuple[str, Figure]]:
 
 
 def write_tables(found: Comparison, target: Path) -> None:
-    pd.concat([difference_table(found), event_table(found.records)]).to_csv(target, index=False)
+    write_frame(pd.concat([difference_table(found), event_table(found.records)]), target)
 
 
 # The study --------------------------------------------------------------------------------
@@ -372,8 +368,9 @@ def study_table(rows: pd.DataFrame) -> Figure:
         "Contact law or time step?", "all exercises; reference: strips with cut steps", header, table,
         [1.3] + [1]*12,
         "law: one Hertz spring per zone instead of strips, same steps; step: average acceleration with whole steps of "
-        "0.1 ms instead of the shipped integrator, same law; exercise 5 cut short.\nfirst contact: from the start to the end of the "
-        "first contact of the left flange; over the whole run every impact multiplies what the ones before it left.")
+        "0.1 ms instead of the shipped integrator, same law; exercise 5 cut short.\nfirst contact: from the start to "
+        "the end of the first contact of the left flange; over the whole run every impact multiplies what the ones "
+        "before it left.")
 
 
 def study_figure(rows: pd.DataFrame) -> Figure:
@@ -428,7 +425,7 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
         summary = Part("Summary", first, save_pages(first, figures))
         target = outputs/"ldbench_study.pdf"
         bind([summary, *pages], target, "ldbench: contact law or time step?")
-    table.to_csv(target.with_suffix(".csv"), index=False)
+    write_frame(table, target.with_suffix(".csv"))
     return [target, target.with_suffix(".csv")]
 
 
@@ -443,12 +440,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--columns", type=Path, metavar="TOML", help="how the other files name our columns")
     parser.add_argument("--study", action="store_true", help="contact law against time step, all exercises")
     parser.add_argument("--outputs", type=Path, metavar="DIR", help="where the study goes (outputs)")
-    parser.add_argument("--jobs", type=int, default=usable_cores(), help="runs side by side (%(default)s)")
+    parser.add_argument("--jobs", type=side_by_side, default=usable_cores(), help="runs side by side (%(default)s)")
 
 
 def main(args: argparse.Namespace) -> int:
     if args.study:
-        root = PROJECT if (PROJECT/"inputs").is_dir() else Path.cwd()
+        root = project_root()
         made = make_study(root, root/"inputs", args.outputs or root/"outputs", args.jobs)
     else:
         records = [read_record(file, args.columns if k else None) for k, file in enumerate(args.files)]
@@ -465,8 +462,9 @@ def distinct(records: Sequence[Record]) -> list[Record]:
 
 def make_comparison(records: Sequence[Record], target: Path, align: str = "time") -> list[Path]:
     """Write the PDF of a comparison and its tables."""
-    found = compare(records, align)
     tables = target.with_suffix(".csv")
+    check_written([target, tables], [record.file for record in records])
+    found = compare(records, align)
     with ldbench_style(), tempfile.TemporaryDirectory() as scratch:
         part = Path(scratch)/"pages.pdf"
         pages = save_pages(part, comparison_figures(found))

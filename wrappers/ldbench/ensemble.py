@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-import hashlib
 import itertools
 import json
 import os
@@ -35,7 +34,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from . import _flat
-from ._core import Error, Progress, descriptions
+from ._core import Error, Progress, descriptions, digest, side_by_side, usable_cores
 from .case import Case, Value, find_variable, variables
 from .run import Event, Run, _event_kinds, parse_setting, run
 from .table import FREE_GROUPS, FREE_NAMES, ContactTable
@@ -104,6 +103,8 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     function is called as `progress("ensemble", share)`. Ctrl-C stops the runs.
     """
     _xarray()
+    if threads is not None and threads < 1:
+        raise Error(f"ensemble: expected at least one thread, found {threads}")
     over = dict(over or {})
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
     _check_wanted(wanted, over)
@@ -240,10 +241,6 @@ def _members(cases: Sequence[Case | str], wanted: Wanted, base: Case | None = No
         members.append(Member(number, case, digest(key.encode()), table,
                               files.setdefault(case.table_file, table) == table))
     return members
-
-
-def digest(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
 
 
 @functools.cache
@@ -400,10 +397,6 @@ def run_in_threads(members: Sequence[Member], tables: Iterable[ContactTable], th
         for thread in pool:
             if thread.ident:
                 thread.join()
-
-
-def usable_cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _told(results: Generator[tuple[Member, Record]], done: int, total: int, progress: Progress | bool | None,
@@ -594,7 +587,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--store", metavar="DIR", help="Zarr directory for the results; what is done is not run again")
     parser.add_argument("--columns", metavar="NAME", nargs="+", default=[], help="keep these columns of every run")
     parser.add_argument("--rows", type=int, help="keep at most so many rows of them (all)")
-    parser.add_argument("--threads", type=int, help="runs side by side (all cores)")
+    parser.add_argument("--threads", type=side_by_side, help="runs side by side (all cores)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="run on the workers of this Dask scheduler")
     parser.add_argument("--demo", action="store_true",
                         help="peak flange force and derailment force over mass, gauge and flange angle, some minutes: "

@@ -12,6 +12,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from . import plots
+from ._core import side_by_side
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("ldbench_plots.pdf"), help="PDF (%(default)s)")
     parser.add_argument("--geometry", nargs="+", type=Path, default=[], metavar="FILE",
                         help="geometry files (&output geometry_file)")
-    parser.add_argument("--jobs", type=int, help="processes (all cores)")
+    parser.add_argument("--jobs", type=side_by_side, help="processes (all cores)")
 
 
 def main(args: argparse.Namespace) -> int:

@@ -22,6 +22,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter, Nul
 from matplotlib.transforms import ScaledTranslation
 from pypdf import PdfReader, PdfWriter
 
+from ._core import check_written, usable_cores
 from .columns import read_columns
 from .record import CONTACT_NAMES, CONTACTS, PAIRS, Record, header_lines, parse_header, read_record, summary_row
 from .style import (BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED,
@@ -780,7 +781,7 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
                done: Callable[[], None] = lambda: None) -> int:
     """Write the PDF of plots of column files; the number of its pages.  `done` is called after
     each file."""
-    target.parent.mkdir(parents=True, exist_ok=True)
+    check_written([target], [*files, *geometry])
     with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor(jobs or usable_cores()) as pool:
         # The longest first; the order of the document is that of the files.
         work = [(case_part, f) for f in files] + [(geometry_part, f) for f in geometry]
@@ -813,11 +814,8 @@ def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of al
                 writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
     writer.add_metadata({"/Title": title})
     writer.compress_identical_objects()
+    target.parent.mkdir(parents=True, exist_ok=True)
     scratch = target.with_suffix(".part")
     writer.write(scratch)
     os.replace(scratch, target)
     return len(writer.pages)
-
-
-def usable_cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

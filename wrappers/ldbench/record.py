@@ -4,6 +4,7 @@ A file without our header, another code's submission, has the columns only.
 """
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from ._core import Error
 from .columns import read_columns
 
 CONTACTS = "LT", "LF", "RT", "RF"
@@ -52,9 +54,11 @@ class Record:
 
     @cached_property
     def time(self) -> np.ndarray:
-        return self.columns["time"].to_numpy()
+        return self.values("time")
 
     def values(self, column: str) -> np.ndarray:
+        if column not in self.columns:
+            raise Error(f"{self.file}: expected a column {column}, found none")
         return self.columns[column].to_numpy()
 
     @property
@@ -197,3 +201,10 @@ def summary_row(record: Record) -> dict[str, float | int | str | None]:
         row[f"{side}_lift_offs"] = record.counts.get(f"{side} wheel lift-off")
     row |= {"E_reference": reference, "E_drift_max": record.drift, "E_drift_relative": record.drift/reference}
     return row
+
+
+def write_frame(frame: pd.DataFrame, target: Path) -> None:
+    """A table as CSV; the file appears when it is complete."""
+    scratch = target.with_name(target.name + ".part")
+    frame.to_csv(scratch, index=False)
+    os.replace(scratch, target)

@@ -17,10 +17,11 @@ from pathlib import Path
 import pandas as pd
 from tqdm import tqdm
 
-from . import abstract, plots, record, style
-from .batch import (PROJECT, Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, run_stale,
-                    with_values, write_stamp)
-from .record import Record, read_record, summary_row
+from . import abstract, columns, plots, record, style
+from ._core import side_by_side, usable_cores
+from .batch import (Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, project_root,
+                    run_stale, with_values, write_stamp)
+from .record import Record, read_record, summary_row, write_frame
 
 UNITS = {"t": "s", "dt": "s", "F": "N", "N": "N", "Y": "m", "Z": "m", "roll": "rad", "E": "J"}
 
@@ -28,12 +29,12 @@ UNITS = {"t": "s", "dt": "s", "F": "N", "N": "N", "Y": "m", "Z": "m", "roll": "r
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--outputs", type=Path, metavar="DIR", help="where everything goes (outputs)")
     parser.add_argument("--inputs", type=Path, metavar="DIR", help="namelists ex*.nml (inputs)")
-    parser.add_argument("--jobs", type=int, default=plots.usable_cores(), help="runs side by side (%(default)s)")
+    parser.add_argument("--jobs", type=side_by_side, default=usable_cores(), help="runs side by side (%(default)s)")
     parser.add_argument("--force", action="store_true", help="make everything again")
 
 
 def main(args: argparse.Namespace) -> int:
-    root = PROJECT if (PROJECT/"inputs").is_dir() else Path.cwd()
+    root = project_root()
     made = make_report(root, args.inputs or root/"inputs", args.outputs or root/"outputs", args.jobs, args.force)
     for file in made:
         print(f"{inside(file, Path.cwd())}  {file.stat().st_size/1e6:.2f} MB")
@@ -78,12 +79,12 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
                 bar.update(parts)
             bar.write(product.name)
 
-        code = [Path(module.__file__) for module in (plots, record, style)]
+        code = [Path(module.__file__) for module in (columns, plots, record, style)]
         make(products[0], [*files, *geometry, *code], len(files) + len(geometry),
              lambda: plots.make_plots(files, products[0], geometry, jobs, bar.update))
-        make(products[1], [*files, *code, Path(abstract.__file__), abstract.TEMPLATE], 1,
+        make(products[2], [*files, *code, Path(__file__)], 0, lambda: write_summary(records(), products[2]))
+        make(products[1], [*files, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))], 1,
              lambda: abstract.make_abstract(records(), products[1]))
-        make(products[2], [*files, *code], 0, lambda: write_summary(records(), products[2]))
     return files + products
 
 
@@ -106,7 +107,7 @@ def write_summary(records: Sequence[Record], target: Path) -> None:
     """One row per run; units in brackets behind the names."""
     table = pd.DataFrame([summary_row(run) for run in records])
     table.columns = [with_unit(name) for name in table.columns]
-    table.to_csv(target, index=False)
+    write_frame(table, target)
 
 
 def with_unit(name: str) -> str:

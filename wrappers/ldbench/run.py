@@ -55,7 +55,7 @@ class Run:
 
     @functools.cached_property
     def columns(self) -> pd.DataFrame:
-        """The columns of the column file, one row per output interval, SI units in `attrs["units"]`."""
+        """The columns of the column file, a row per output interval, or fewer in flight; units in `attrs["units"]`."""
         import pandas as pd
 
         names, units = (line.split() for line in descriptions()[:2])
@@ -113,7 +113,8 @@ class Run:
         return path
 
     def __repr__(self) -> str:
-        return f"Run({self.case.case_name!r}, {self.summary['rows']} rows to t = {self.summary['t']:g} s: {self._end()})"
+        summary = self.summary
+        return f"Run({self.case.case_name!r}, {summary['rows']} rows to t = {summary['t']:g} s: {summary['end']})"
 
 
 def run(case: Case, progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:

@@ -61,13 +61,13 @@ class ContactTable:
         """
         paths = *_profile_paths(case), path_bytes(case.table_path())
 
-        def work(shared: Shared) -> int:
+        def work(shared: Shared) -> None:
             with _table_file:
                 handle, *error = _flat.prepare_case(*case.arrays(), *paths, *shared)
             check(*error, case.label)
-            return handle
+            self._own(case, handle)
 
-        self._own(case, watched(work, progress))
+        watched(work, progress)
 
     def _own(self, case: Case, handle: int) -> None:
         self.case = case
@@ -88,7 +88,7 @@ class ContactTable:
         check(*error, case.label)
         new = object.__new__(ContactTable)
         new._own(case, handle)
-        new._lender = self          # of the core's table
+        new._lender = getattr(self, "_lender", self)    # of the core's table
         return new
 
     @property
