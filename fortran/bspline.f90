@@ -91,7 +91,7 @@ contains
     axis_holds = x >= axis%low .and. x <= axis%high
   end function axis_holds
 
-  !> B-splines at x, which must lie on the axis; without their second derivatives if `bend` says so.
+  !> B-splines at x, which must lie on the axis; without their second derivatives if `bend` is false.
   pure subroutine axis_basis(axis, x, basis, bend)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: x

@@ -8,7 +8,7 @@ module case
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use system, only: same_file
-  use text, only: line_type, lower, str, to_real
+  use text, only: clip, line_type, lower, str, to_real
   implicit none
   private
   public :: case_type, variable_type, list_variables, read_case, check_case, output_path, value_text, range_text, &
@@ -265,7 +265,7 @@ contains
       if (allocated(error)) return
       if (kind == nothing) exit
       if (group == '') then
-        if (kind /= plain .or. word(1:1) /= '&') then
+        if (kind /= plain .or. index(word, '&') /= 1) then
           call fail('', 'expected a group such as &wheelset', shown())
           return
         end if
@@ -403,14 +403,6 @@ contains
       call fatal_error(error, place//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
     end subroutine fail
 
-    function clip(text) result(short)
-      character(*), intent(in) :: text
-      character(:), allocatable :: short
-
-      short = text
-      if (len(text) > 80) short = text(:77)//'...'
-    end function clip
-
     function group_names() result(names)
       character(:), allocatable :: names
       integer :: j
@@ -441,7 +433,7 @@ contains
     else if (associated(variable%i)) then
       admissible = variable%i >= variable%least .and. variable%i <= variable%largest
     else
-      admissible = verify(variable%text, control()) == 0
+      admissible = verify(variable%text, printable()) == 0
       if (admissible .and. len(variable%words) > 0) &
         admissible = index(' '//variable%words//' ', ' '//trim(variable%text)//' ') > 0 &
         .and. len_trim(variable%text) > 0 .and. index(trim(variable%text), ' ') == 0
@@ -450,14 +442,14 @@ contains
   contains
 
     !> Printable ASCII.
-    pure function control() result(set)
+    pure function printable() result(set)
       character(95) :: set
       integer :: k
 
       do k = 1, 95
         set(k:k) = achar(k + 31)
       end do
-    end function control
+    end function printable
 
   end function admissible
 
@@ -487,6 +479,9 @@ contains
     else if (c%interval < c%dt) then
       call fatal_error(error, file//', &output interval: expected at least the step &integrator dt = '// &
         str(c%dt)//' s, found '//str(c%interval))
+    else if (c%interval/c%dt > 1e9_dp) then
+      call fatal_error(error, file//', &integrator dt: expected at most 1e9 steps between rows, found '// &
+        str(c%interval/c%dt))
     else if (c%interval > c%t_end) then
       call fatal_error(error, file//', &output interval: expected at most &integrator t_end = '// &
         str(c%t_end)//' s, found '//str(c%interval))

@@ -12,14 +12,14 @@ module columns
   use geometry, only: pair_type, rolled, wheel_station
   use kinds, only: dp, gravity
   use newmark, only: motion_type
-  use system, only: replace_file, scratch_name
+  use system, only: finish_file, scratch_name
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
-  use wheelset, only: contact_name, contact_state, external_force, left_flange, right_tread, &
+  use wheelset, only: contact_name, contact_state, external_force, right_tread, &
     wheelset_type
   implicit none
   private
-  public :: n_columns, elastic_columns, column_names, column_units, column_index, fill_row, write_table_file
+  public :: n_columns, elastic_columns, column_names, column_units, fill_row, write_table_file
 
   integer, parameter :: n_columns = 56
   integer, parameter :: elastic_columns(2) = [52, 53]   !! PE_elastic_L, PE_elastic_R
@@ -56,13 +56,6 @@ contains
     units(43:56) = 'J'
     units(43:44) = [character(width) :: 'N', 'N.m']
   end function column_units
-
-  !> Index of a named column, 0 if there is none.
-  pure integer function column_index(name) result(i)
-    character(*), intent(in) :: name
-
-    i = findloc(column_names() == name, .true., 1)
-  end function column_index
 
   !> One row.  `equilibrium` is the static axle height, `first_energy` the total
   !> energy at the start (0 while that is being found).
@@ -178,12 +171,7 @@ contains
       end do
       if (stat == 0) write (unit, '(a)', iostat=stat) line
     end do
-    if (stat == 0) then
-      close (unit, iostat=stat)
-    else
-      close (unit, status='delete')
-    end if
-    if (stat == 0) call replace_file(scratch, file, stat)
+    call finish_file(unit, scratch, file, stat)
     if (stat /= 0) call fatal_error(error, file//': cannot be written completely')
 
   contains

@@ -265,7 +265,7 @@ contains
   !> interpenetration is that of the real profiles and of the wheel's circles: at x
   !> the wheel's point is r - sqrt(r^2 - x^2) higher, and its depth is measured
   !> along the rail's normal there.
-  subroutine branch_energy(pair, first, last, e_star, centre, roll, work, energy, ok, force, peak)
+  subroutine branch_energy(pair, first, last, e_star, centre, roll, work, energy, ok, force)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last
     real(dp), intent(in) :: e_star
@@ -274,7 +274,6 @@ contains
     real(dp), intent(out) :: energy
     logical, intent(out) :: ok
     real(dp), intent(out), optional :: force(3)
-    real(dp), intent(out), optional :: peak    !! largest pressure [Pa]
     ! Elements over x > 0 and s, and the tolerance in the depth: for finding the pressed area,
     ! for the energy, which errs by the square of that, and for the force.
     integer, parameter :: for_area(2) = [5, 20], for_energy(2) = [8, 32], for_force(2) = [12, 48]
@@ -285,7 +284,6 @@ contains
     energy = 0
     ok = .true.
     if (present(force)) force = 0
-    if (present(peak)) peak = 0
     ! Where the undeformed bodies overlap.
     box = [0.0_dp, pair%s(last), pair%s(first)]
     do i = first, last
@@ -298,7 +296,7 @@ contains
     ! The pressed area is smaller; a coarse grid finds it.
     call press(for_area(1), for_area(2), rough)
     if (.not. ok .or. box(3) <= box(2)) return
-    if (present(force) .or. present(peak)) then
+    if (present(force)) then
       call press(for_force(1), for_force(2), tight)
     else
       call press(for_energy(1), for_energy(2), middling)
@@ -334,7 +332,6 @@ contains
       call solve_pressure(a, reshape(depth, [nx*ns]), tolerance, flat, gap, ok, iterations)
       p = reshape(flat, [nx, ns])
       energy = sum(p*(depth + reshape(gap, [nx, ns])))*dx*ds
-      if (present(peak)) peak = maxval(p)
       if (present(force)) force = 2*dx*ds*[sum(p*normal(1, :, :)), sum(p*normal(2, :, :)), &
         sum(p*(point(1, :, :)*normal(2, :, :) - point(2, :, :)*normal(1, :, :)))]
       call fit_box(p > 0, dx, ds)

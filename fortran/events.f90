@@ -8,9 +8,7 @@ module events
   use wheelset, only: external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
   private
-  public :: event_log, event_type, watch, event_kinds, overhang, &
-    left_flange_contact, right_flange_contact, left_lift_off, left_landing, right_lift_off, &
-    right_landing, centre_passage, derailment
+  public :: event_log, watch, event_kinds
 
   enum, bind(c)
     enumerator :: left_flange_contact = 1, right_flange_contact, left_lift_off, left_landing, &

@@ -20,7 +20,6 @@ module geometry
   type :: pair_type
     type(curve_type) :: rail           !! left rail in the track frame [m]
     type(curve_type) :: wheel          !! left wheel in the wheelset frame, origin at the axle centre [m]
-    real(dp) :: rolling_radius = 0     !! at the contact point of the centred wheelset [m]
     real(dp) :: axle_height = 0        !! of the centred, rigid, touching wheelset [m]
     real(dp) :: centred_station = 0    !! of the wheel's contact point then [m]
     real(dp) :: gauge_face = 0         !! Y of the rail's gauge point [m]
@@ -70,7 +69,6 @@ contains
 
     pair%rail = rail%curve
     pair%wheel = wheel%curve
-    pair%rolling_radius = rolling_radius
 
     top = maxval(pair%rail%a(2, 1, :))
     call gauge_point(pair%rail, top - gauge_depth, r, ok)

@@ -17,7 +17,7 @@
 !> The implicit equations are solved by Newton's method on the exact tangent.
 module newmark
   use kinds, only: dp
-  use table, only: inside
+  use potential, only: inside
   use wheelset, only: contact_state, contacts, external_force, wheelset_type
   implicit none
   private
@@ -43,12 +43,11 @@ module newmark
     type(contact_state) :: contact     !! at q
   end type motion_type
 
-  ! Displacements in a step below about 3e-8 m: U changes in steps of about 1e-11 J (its
-  ! force times the rounding of q), which would count as a force of more than 1e-4 N; the
-  ! midpoint's gradient alone misses less energy than that.
+  ! In steps below about 3e-8 m the change of U is mostly rounding (1e-11 J), and divided by
+  ! the step it would act as a force; there the midpoint's gradient is used alone.
   real(dp), parameter :: least_square = 1e-12_dp   ! d.M d [kg m2]
 
-  integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `table`
+  integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `potential`
 
 contains
 
@@ -97,12 +96,12 @@ contains
   end subroutine advance
 
   !> Change of the total energy in a step, less the work of the lateral force [J].
-  !> Zero but for the error of the step.
+  !> Zero but for the error of the step.  Left and right are summed apart: the mirrored run
+  !> rounds the same way.
   pure real(dp) function energy_change(w, old, new) result(change)
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old, new
 
-    ! Left and right are summed apart: the mirrored run rounds the same way.
     change = 0.5_dp*sum(w%inertia()*(new%v - old%v)*(new%v + old%v)) + w%weight()*(new%q(2) - old%q(2)) &
       + (sum(new%contact%energy(:2) - old%contact%energy(:2)) + sum(new%contact%energy(3:) - old%contact%energy(3:))) &
       - (new%work - old%work)
@@ -114,7 +113,8 @@ contains
     type(motion_type), intent(in) :: motion
     real(dp) :: forces(3)
 
-    forces = sum(abs(motion%contact%slope), 2) + abs(external_force(w, motion%t))
+    forces = (sum(abs(motion%contact%slope(:, :2)), 2) + sum(abs(motion%contact%slope(:, 3:)), 2)) &
+      + abs(external_force(w, motion%t))
     energy_rounding = 4*epsilon(1.0_dp)*dot_product(forces, abs(motion%q))
   end function energy_rounding
 
@@ -202,6 +202,7 @@ contains
       if (maxval(abs(move)) <= scheme%tolerance) status = step_ok
       if (status == step_ok) exit
     end do
+    evaluations = min(evaluations, scheme%max_iterations)
     if (status == step_ok) call carry(new%contact, -move)
     ! From the balance of forces: (q - predicted)/(beta dt^2) would magnify round-off.
     new%a = (f - new%contact%gradient)/m
@@ -249,6 +250,7 @@ contains
       if (maxval(abs(move)) <= scheme%tolerance) status = step_ok
       if (status == step_ok) exit
     end do
+    evaluations = min(evaluations, 2*scheme%max_iterations)
     if (status == step_ok) then
       new%q = old%q + d
       new%v = 2*d/dt - old%v

@@ -99,6 +99,8 @@ contains
       call find_up_and_down(t%zones(1)%roll, -angle, tangent, opposite, roll)
     else
       call find_up_and_down(t%zones(1)%roll, angle, tangent, roll, opposite)
+      ! Upright, both wheels see the same numbers wherever rounding puts zero.
+      if (angle <= 0) opposite = roll
     end if
   end subroutine find_roll
 
@@ -278,6 +280,7 @@ contains
     call axis_basis(t%roll, pose(3), b, tangent)
     call axis_basis(t%p, max(h(1) - w, t%p%low), bp, tangent)
     call spline_3d(t%c, bp, b, bu, tangent, f)
+    if (h(1) - w < t%p%low) f([2, 5, 6, 7]) = 0
     call to_pose(zone, arm, h, f, tangent, slope, bend)
     ! (c U)'' = c U'' + c' U' + U' c' + c'' U
     if (tangent) hessian = f(1)*hessian + energy*bend + [2*slope(1)*gradient(1), &

@@ -4,7 +4,7 @@ module profile
   use curve, only: curve_type, fit_curve
   use errors, only: error_type, fatal_error
   use kinds, only: degree, dp
-  use text, only: checksum, line_type, lower, read_lines, str, to_real
+  use text, only: checksum, clip, line_type, lower, read_lines, str, to_real
   implicit none
   private
   public :: profile_type, read_profile
@@ -97,15 +97,6 @@ contains
     end do
     points = points(:, :n)
   end subroutine parse
-
-  !> A line for a message, at most 80 characters of it.
-  pure function clip(line) result(short)
-    character(*), intent(in) :: line
-    character(:), allocatable :: short
-
-    short = trim(line)
-    if (len(short) > 80) short = short(:77)//'...'
-  end function clip
 
   !> A heading: it begins with a letter and is not a misspelt number.
   pure logical function is_words(line)

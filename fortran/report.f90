@@ -1,7 +1,6 @@
 !> What a run says about itself: the header of its files and the summary for the
 !> terminal.
 module report
-  use bspline, only: axis_type
   use case, only: case_type, list_variables, output_path, value_text, variable_type
   use columns, only: column_names, column_units, write_table_file
   use errors, only: error_type, fatal_error

@@ -5,12 +5,11 @@ module rigid
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use contact, only: zone_type
   use curve, only: curve_frame
-  use errors, only: error_type
   use geometry, only: new_scan, pair_type, rolled, scan_type, touch
   use kinds, only: dp, pi
   implicit none
   private
-  public :: rigid_contact, clearance, geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
+  public :: clearance, geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
 
   !> Columns of the geometry file.
   character(*), parameter :: geometry_names(*) = [character(12) :: 'Y', 'roll', 'Z', 'angle_L', &
@@ -32,17 +31,19 @@ contains
     real(dp), intent(out) :: z, station
     logical, intent(out) :: ok
     real(dp), parameter :: above = 0.03_dp   ! start with the whole flange in the air [m]
-    real(dp), parameter :: lever = 3         ! a turn moves the flange's face, along which it is steep, by less [m]
-    real(dp) :: side
+    ! A turn changes the height at which the wheel touches by less than this times its angle, on
+    ! flange faces of up to 78 degrees [m].
+    real(dp), parameter :: lever = 3
+    real(dp) :: start
 
     if (work%fresh) then
       ! Roll lifts the wheel by its lever arm.
-      side = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
+      start = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
     else
-      side = work%centre(2) + lever*abs(roll - work%roll)
+      start = work%centre(2) + lever*abs(roll - work%roll)
     end if
-    call touch(pair, work, first, last, [y, side], roll, 0.0_dp, z, station, ok)
-    z = z + side
+    call touch(pair, work, first, last, [y, start], roll, 0.0_dp, z, station, ok)
+    z = z + start
   end subroutine lower
 
   !> Roll angle and height at which the rigid wheelset stands on both rails with

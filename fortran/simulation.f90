@@ -1,6 +1,7 @@
 !> A run from case to columns: read the profiles, place them, build or find the
 !> table, settle the wheelset, integrate, note what happens.
 module simulation
+  use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type
   use columns, only: elastic_columns, fill_row, n_columns
   use contact, only: find_zones, zone_type
@@ -12,11 +13,11 @@ module simulation
   use modes, only: small_oscillations
   use newmark, only: advance, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_diverged, &
     step_ok
+  use potential, only: outside_depth, outside_lateral, outside_roll
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
   use rigid, only: clearance
-  use table, only: build_table, grid_type, load_table, outside_depth, outside_lateral, outside_roll, &
-    save_table
+  use table, only: build_table, grid_type, load_table, save_table
   use text, only: str
   use wheelset, only: settle, wheelset_type
   implicit none
@@ -46,9 +47,9 @@ module simulation
     real(dp) :: peak_time(4) = 0           !! [s]
     real(dp) :: drift = 0                  !! largest |total energy - work - initial|, over all steps [J]
     real(dp) :: kinetic_energy = 0         !! of lateral, vertical and roll motion at the start [J]
-    integer :: steps = 0
-    integer :: cuts = 0                    !! steps that were cut
-    integer :: evaluations = 0             !! of the contacts, in steps
+    integer(int64) :: steps = 0
+    integer(int64) :: cuts = 0             !! steps that were cut
+    integer(int64) :: evaluations = 0      !! of the contacts, in steps
     logical :: cancelled = .false.         !! by the monitor
     real(dp) :: seconds = 0                !! processor time of the integration
   end type run_type
@@ -87,7 +88,8 @@ contains
     key = table_key(c, setup)
     call cpu_time(from)
     allocate (setup%wheelset%table)
-    if (c%table_file /= '') call load_table(trim(c%table_file), key, setup%wheelset%table, setup%table_found)
+    if (c%table_file /= '') call load_table(trim(c%table_file), key, setup%wheelset%table, setup%table_found, error)
+    if (allocated(error)) return
     if (.not. setup%table_found) then
       call build_table(setup%pair, setup%zones, trim(c%model), e_star, grid, key, setup%wheelset%table, watcher)
       if (present(watcher)) then
@@ -186,7 +188,7 @@ contains
     do row = 1, last_row
       do i = 1, substeps
         motion%t = (row - 1)*c%interval + (i - 1)*run%step
-        call step(motion, run%step, 0)
+        call step(run%step, 0)
         if (allocated(error)) exit
       end do
       if (allocated(error)) then
@@ -223,8 +225,7 @@ contains
     !> One step; where it fails or the total energy changes by more than the tolerance it is
     !> cut into two, four, ... and they are tried instead.  What decides is the same for the
     !> reversed step: the integration stays reversible.
-    recursive subroutine step(motion, dt, halvings)
-      type(motion_type), intent(inout) :: motion
+    recursive subroutine step(dt, halvings)
       real(dp), intent(in) :: dt
       integer, intent(in) :: halvings
       type(motion_type) :: new
@@ -248,7 +249,7 @@ contains
       if (more > 0) then
         run%cuts = run%cuts + 1
         do i = 1, 2**more
-          call step(motion, dt/2**more, halvings + more)
+          call step(dt/2**more, halvings + more)
           if (allocated(error)) return
         end do
         return

@@ -1,9 +1,10 @@
 !> The little that is needed of the operating system.
 module system
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr, c_size_t
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
-  public :: on_terminal, read_file, replace_file, scratch_name, same_file
+  public :: on_terminal, read_file, finish_file, scratch_name, same_file
 
   interface
     integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
@@ -57,6 +58,7 @@ contains
     logical, intent(out) :: opened, ok
     type(c_ptr) :: file
     integer(c_size_t) :: got
+    integer, parameter :: longest = 2**28  ! no file of ours is longer [bytes]
     integer :: n, ignored
 
     if (path == '-') then
@@ -72,7 +74,7 @@ contains
       if (n == len(bytes)) bytes = bytes//repeat(' ', n)
       got = c_fread(bytes(n + 1:), 1_c_size_t, int(len(bytes) - n, c_size_t), file)
       n = n + int(got)
-      ok = c_ferror(file) == 0
+      ok = c_ferror(file) == 0 .and. n < longest
       if (got == 0) exit
     end do
     bytes = bytes(:n)
@@ -119,17 +121,24 @@ contains
     name = file//'.part'//trim(process)
   end function scratch_name
 
-  !> Rename a finished file over the old one, in one step; where that fails the
-  !> finished file is removed.
-  subroutine replace_file(from, to, stat)
-    character(*), intent(in) :: from, to
-    integer, intent(out) :: stat
-    integer :: unit, ignored
+  !> Close a file that was written under the name `scratch` and rename it over the old one, in one
+  !> step; where it could not be written to its end, or renamed, it is removed.
+  subroutine finish_file(unit, scratch, file, stat)
+    integer, intent(in) :: unit
+    character(*), intent(in) :: scratch, file
+    integer, intent(inout) :: stat         !! of the writing so far; not 0 if it failed
+    integer(int64) :: written, stored
+    integer :: again, ignored
 
-    stat = int(c_rename(from//c_null_char, to//c_null_char))
+    ! Neither writing nor closing tells that the disk is full: libgfortran buffers.
+    inquire (unit=unit, size=written)
+    close (unit, iostat=ignored)
+    inquire (file=scratch, size=stored)
+    if (stored /= written) stat = -1
+    if (stat == 0) stat = int(c_rename(scratch//c_null_char, file//c_null_char))
     if (stat == 0) return
-    open (newunit=unit, file=from, iostat=ignored)
-    if (ignored == 0) close (unit, status='delete', iostat=ignored)
-  end subroutine replace_file
+    open (newunit=again, file=scratch, iostat=ignored)
+    if (ignored == 0) close (again, status='delete', iostat=ignored)
+  end subroutine finish_file
 
 end module system

@@ -5,18 +5,16 @@ module table
   use, intrinsic :: iso_fortran_env, only: int64
   use bspline, only: axis_basis, axis_point, axis_type, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, &
     uniform_axis
-  use contact, only: branch_energy, set_moduli, zone_energy, zone_type
+  use contact, only: branch_energy, max_zones, set_moduli, zone_energy, zone_type
   use errors, only: error_type, fatal_error
   use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
-  use potential, only: bound_heights, contact_table, correction_table, inside, outside_depth, outside_lateral, &
-    outside_roll, zone_table
+  use potential, only: bound_heights, contact_table, correction_table, zone_table
   use progress, only: monitor_type
-  use system, only: replace_file, scratch_name
+  use system, only: finish_file, scratch_name
   implicit none
   private
-  public :: grid_type, zone_table, contact_table, build_table, save_table, load_table
-  public :: inside, outside_lateral, outside_roll, outside_depth
+  public :: grid_type, build_table, save_table, load_table
 
   !> Extent and resolution of the table.
   type :: grid_type
@@ -47,7 +45,7 @@ module table
   !> What a table depends on besides its key; it begins the file.
   real(dp), parameter :: constants(*) = [fine_flange, fine_tread, fine_roll, fine_u, fine_p, real(n_u, dp), &
     real(n_roll, dp), real(n_p, dp), bounds, reach_roll, reach_u, far]
-  character(*), parameter :: magic = 'ldbench contact table 8'
+  character(*), parameter :: kind = 'ldbench contact table', magic = kind//' 9'
 
 contains
 
@@ -61,23 +59,25 @@ contains
     character(*), intent(in) :: key
     type(contact_table), intent(out) :: table
     class(monitor_type), intent(inout), optional :: watcher
+    character(:), allocatable :: law
+    real(dp) :: share                      ! of the zones in the work
     integer :: i
 
+    law = model
+    share = 1
+    if (model == 'halfspace') then
+      law = 'strip'
+      share = 0.3_dp
+    end if
     table%key = key
     allocate (table%zones(size(zones)))
+    do i = 1, size(zones)
+      call build_zone(pair, zones(i), law, e_star, grid, table%zones(i), &
+        share*(i - 1)/size(zones), share*i/size(zones), watcher)
+    end do
     if (model == 'halfspace') then
-      ! The half-space solutions take most of the time.
-      do i = 1, size(zones)
-        call build_zone(pair, zones(i), 'strip', e_star, grid, table%zones(i), &
-          0.3_dp*(i - 1)/size(zones), 0.3_dp*i/size(zones), watcher)
-      end do
-      call build_correction(pair, zones, .false., e_star, table, table%correction(1), 0.3_dp, 0.4_dp, watcher)
+      call build_correction(pair, zones, .false., e_star, table, table%correction(1), share, 0.4_dp, watcher)
       call build_correction(pair, zones, .true., e_star, table, table%correction(2), 0.4_dp, 1.0_dp, watcher)
-    else
-      do i = 1, size(zones)
-        call build_zone(pair, zones(i), model, e_star, grid, table%zones(i), &
-          (i - 1.0_dp)/size(zones), real(i, dp)/size(zones), watcher)
-      end do
     end if
   end subroutine build_table
 
@@ -122,6 +122,9 @@ contains
     t%q = uniform_axis(0.0_dp, sqrt(grid%depth), grid%n_depth)
 
     allocate (h(t%roll%n, t%u%n), s(t%q%n, t%roll%n, t%u%n))
+    ! Where no pose is found that touches, none does.
+    h = -1
+    s = 0
     middle = minloc([(abs(axis_point(t%u, i)), i=1, t%u%n)], 1)
     do j = 1, t%roll%n
       if (stopped(from + (to - from)*(j - 1)/t%roll%n, watcher)) return
@@ -360,39 +363,43 @@ contains
       end associate
     end do
     if (stat == 0) write (unit, iostat=stat) fingerprint(table), magic
-    if (stat == 0) then
-      close (unit, iostat=stat)
-      if (stat == 0) call replace_file(scratch, file, stat)
-    else
-      close (unit, status='delete')
-    end if
+    call finish_file(unit, scratch, file, stat)
     if (stat /= 0) call fatal_error(error, '&table file = '//file//': cannot be written')
   end subroutine save_table
 
-  !> Read a table that was made for `key`; `found` is false when the file is
-  !> absent, foreign, damaged or made for something else.
-  subroutine load_table(file, key, table, found)
+  !> Read a table that was made for `key`; `found` is false when the file is absent, damaged or
+  !> made for something else.  An error when it is no table: it would be lost.
+  subroutine load_table(file, key, table, found, error)
     character(*), intent(in) :: file, key
     type(contact_table), intent(out) :: table
     logical, intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
     character(len(magic)) :: mark
     character(len(key)) :: stored
     real(dp) :: made_with(size(constants))
     integer :: unit, stat, length, n, i
-    integer(int64) :: sum_stored
+    integer(int64) :: sum_stored, bytes
 
     found = .false.
     open (newunit=unit, file=file, access='stream', form='unformatted', action='read', &
       status='old', iostat=stat)
     if (stat /= 0) return
-    read (unit, iostat=stat) mark, made_with, length
+    inquire (unit=unit, size=bytes)
+    n = int(min(bytes, len(kind, int64)))
+    read (unit, iostat=stat) mark(:n)
+    if (stat /= 0 .or. mark(:n) /= kind(:n)) then
+      call fatal_error(error, '&table file = '//file//': expected a contact table or no file, found another one')
+      close (unit)
+      return
+    end if
+    read (unit, pos=1, iostat=stat) mark, made_with, length
     ! Bits, for a damaged file may hold what is not a number.
     if (stat == 0) found = mark == magic .and. length == len(key) .and. &
       all(transfer(made_with, [0_int64]) == transfer(constants, [0_int64]))
     if (found) then
       read (unit, iostat=stat) stored, n
       found = stat == 0
-      if (found) found = stored == key
+      if (found) found = stored == key .and. n >= 1 .and. n <= max_zones
     end if
     if (found) then
       table%key = key
@@ -462,9 +469,10 @@ contains
 
     pure function axis_numbers(axis) result(numbers)
       type(axis_type), intent(in) :: axis
-      real(dp) :: numbers(7)
+      real(dp) :: numbers(9)
 
-      numbers = [real(axis%n, dp), axis%centre, axis%scale, axis%first, axis%step, axis%low, axis%high]
+      numbers = [real(axis%n, dp), axis%centre, axis%scale, axis%first, axis%step, axis%per_step, axis%per_scale, &
+        axis%low, axis%high]
     end function axis_numbers
 
     subroutine stir(numbers)

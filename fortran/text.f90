@@ -2,13 +2,13 @@
 !> file, checksums.
 module text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use, intrinsic :: iso_fortran_env, only: int32, int64
+  use, intrinsic :: iso_fortran_env, only: int64
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use system, only: read_file
   implicit none
   private
-  public :: line_type, lower, to_real, str, read_lines, split_lines, checksum
+  public :: line_type, lower, to_real, str, clip, read_lines, split_lines, checksum
 
   type :: line_type
     character(:), allocatable :: text
@@ -16,7 +16,7 @@ module text
 
   !> The shortest plain text of a number.
   interface str
-    module procedure str_real, str_integer
+    module procedure str_real, str_integer, str_long
   end interface str
 
 contains
@@ -99,11 +99,27 @@ contains
   pure function str_integer(i) result(word)
     integer, intent(in) :: i
     character(:), allocatable :: word
+
+    word = str_long(int(i, int64))
+  end function str_integer
+
+  pure function str_long(i) result(word)
+    integer(int64), intent(in) :: i
+    character(:), allocatable :: word
     character(24) :: buffer
 
     write (buffer, '(i0)') i
     word = trim(buffer)
-  end function str_integer
+  end function str_long
+
+  !> A text for a message, at most 80 characters of it.
+  pure function clip(text) result(short)
+    character(*), intent(in) :: text
+    character(:), allocatable :: short
+
+    short = trim(text)
+    if (len(short) > 80) short = short(:77)//'...'
+  end function clip
 
   !> All lines of a file, or of standard input when `path` is '-'; see `split_lines`.
   subroutine read_lines(path, lines, error)
@@ -136,7 +152,7 @@ contains
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
     character, parameter :: newline = achar(10), return = achar(13)
-    integer :: i, n, from, to
+    integer :: i, n, from, to, last
 
     n = 0
     do i = 1, len(text)
@@ -150,10 +166,11 @@ contains
     do i = 1, n
       to = from + index(text(from:), newline) - 2
       if (to < from - 1) to = len(text)
-      lines(i)%text = blanked(text(from:to))
+      last = to
       if (to >= from) then
-        if (text(to:to) == return) lines(i)%text = blanked(text(from:to - 1))
+        if (text(to:to) == return) last = to - 1
       end if
+      lines(i)%text = blanked(text(from:last))
       from = to + 2
     end do
   end subroutine split_lines

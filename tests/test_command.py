@@ -109,6 +109,30 @@ def test_summary(tmp_path):
     assert said in header(tmp_path / "columns.txt")
 
 
+def test_a_full_disk_is_told_and_leaves_the_earlier_result(tmp_path):
+    """In a small file system of the test's own, where the system lets it have one."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    (tmp_path / "case.nml").write_text(short_case(folder, integrator={"t_end": 0.01}))
+    script = f"""mount -t tmpfs -o size=$1k tmpfs {folder} || exit 77
+        echo earlier > {folder}/columns.txt
+        {LDBENCH} {tmp_path}/case.nml; echo "status $?"; ls {folder}; head -c 7 {folder}/columns.txt"""
+
+    def run(kilobytes: int) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, "sh",
+                               str(kilobytes)], capture_output=True, text=True, cwd=REPO)
+
+    done = run(1000)
+    if done.returncode or "status" not in done.stdout:
+        pytest.skip("no file system of one's own")
+    assert done.stdout.endswith("status 0\ncolumns.txt\n       ") and done.stderr == ""
+    for kilobytes in 8, 88, 100:
+        done = run(kilobytes)
+        assert done.stdout.endswith("status 1\ncolumns.txt\nearlier"), kilobytes
+        assert done.stderr == (f"ldbench: error: {tmp_path}/case.nml: {folder}/columns.txt: "
+                               "cannot be written completely\n")
+
+
 # ---- progress ------------------------------------------------------------------------
 LONG = {"integrator": {"t_end": 1e5, "dt": 1e-3, "scheme": "energy"}, "initial": {"vY": 0.0, "roll_rate": 0.0},
         "output": {"interval": 0.1}}

@@ -156,7 +156,8 @@ def limits() -> list[tuple[Variable, str]]:
 def test_limit_itself_is_admissible(variable, value, tmp_path):
     """The first complaint is then about the missing profile."""
     # Step, output interval and end must fit each other.
-    times = {"dt": 1e-9, "t_end": float(value), "interval": min(float(value), 1e3)}
+    interval = min(float(value), 1e3)
+    times = {"dt": max(1e-9, 1e-6*interval), "t_end": float(value), "interval": interval}
     if variable.name in times:
         times[variable.name] = float(value)
         interval = times.pop("interval")
@@ -204,6 +205,8 @@ def test_unphysical_value(group, name, value, tmp_path):
     ({"integrator": {"dt": 1e-3}, "output": {"interval": 1e-4}}, ["&output interval", "dt = 0.001", "found 1.0E-4"]),
     ({"integrator": {"t_end": 1e-3}, "output": {"interval": 2e-3}},
      ["&output interval", "t_end = 0.001", "found 0.002"]),
+    ({"integrator": {"t_end": 1e3, "dt": 1e-9}, "output": {"interval": 1e1}},
+     ["&integrator dt", "1e9 steps between rows", "found 1.0E+10"]),
     ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}},
      ["&output interval", "1e7 rows", "found 1.0E+8"]),
     ({"integrator": {"order": 4, "gamma": 0.6}}, ["&integrator gamma: expected 0.5 with order = 4, found 0.6"]),
@@ -503,15 +506,15 @@ def test_table_is_found_again(table, tmp_path):
 
 @pytest.mark.parametrize("damage", {
     "empty": lambda b: b"",
-    "text": lambda b: b"not a contact table\n" * 1000,
     "first bytes": lambda b: b[:10],
     "without the last byte": lambda b: b[:-1],
     "half": lambda b: b[:len(b) // 2],
-    "other version": lambda b: b.replace(b"contact table ", b"contact fable ", 1),
+    "other version": lambda b: b.replace(b"contact table 9", b"contact table 1", 1),
     "zeros after the key": lambda b: b[:400] + bytes(len(b) - 400),
     "a bit of an axis": lambda b: (lambda k: b[:k] + bytes([b[k] ^ 0x40]) + b[k + 1:])(b.index(b"points") + 100),
     "a bit of a coefficient": lambda b: b[:-5000] + bytes([b[-5000] ^ 0x40]) + b[-4999:],
-    "ones": lambda b: b"\xff" * len(b),
+    "a bit of what a look-up multiplies by": lambda b: (lambda k: b[:k] + bytes([b[k] ^ 0x40]) + b[k + 1:])(
+        b.index(b"points") + 117),
 }.items(), ids=lambda item: item[0])
 def test_damaged_table_is_built_again(damage, table, tmp_path):
     """... and the results are those without a table file; the next run finds it whole."""
@@ -519,6 +522,14 @@ def test_damaged_table_is_built_again(damage, table, tmp_path):
     without = run_with_table(tmp_path)
     assert run_with_table(tmp_path, table={"file": table}) == without
     assert run_with_table(tmp_path, table={"file": table}) == TableRun(True, without.rows)
+
+
+@pytest.mark.parametrize("text", [b"an earlier result\n", b"ldbench\n" * 1000, b"\xff"])
+def test_another_file_is_not_taken_for_a_table(text, tmp_path):
+    (tmp_path / "ex.txt").write_bytes(text)
+    message = refusal(short_case(tmp_path, table={"file": tmp_path / "ex.txt"}), tmp_path)
+    assert f"&table file = {tmp_path / 'ex.txt'}: expected a contact table or no file, found another one" in message
+    assert (tmp_path / "ex.txt").read_bytes() == text
 
 
 @pytest.mark.parametrize("changes", [

@@ -40,6 +40,7 @@ program trajectory
   do leg = 1, merge(2, 1, reverse)
     if (leg == 2) motion = motion_type(t=motion%t, q=motion%q, v=-motion%v)
     call start_motion(setup%wheelset, motion, status)
+    if (status /= step_ok) error stop 'the start is not on the table: status '//str(status)
     call write_state()
     do i = 1, steps
       call advance(setup%wheelset, scheme, motion, c%dt, new, evaluations, status)
