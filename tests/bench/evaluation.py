@@ -10,8 +10,9 @@ import numpy as np
 
 import ldbench
 from checks import Table
-from ldbench import Case, ContactTable, Run, _flat
+from ldbench import Case, Run, _flat
 from measure import Measure, Section, measure, ratio
+from problem import numpy_law
 from programs import fortran_test
 
 EXERCISES = 1, 2
@@ -28,30 +29,6 @@ in a bare loop, with the values of the basis functions given.
 
 Python's own: what a user would write with numpy alone, one Hertz spring per wheel along the contact angle, height and
 angle of the rigid wheelset by np.interp from the geometry functions. Only its cost counts here: it is a cruder law."""
-
-
-def numpy_law(table: ContactTable) -> Callable[[float, float, float], np.ndarray]:
-    """Force on the wheelset by one Hertz spring per wheel, from the geometry functions."""
-    g = table.geometry().dropna()
-    Y, Z, roll = (g[c].to_numpy() for c in ("Y", "Z", "roll"))
-    sides = [(g[f"angle_{s}"].to_numpy(), g[f"y_{s}"].to_numpy(), sign) for s, sign in (("L", 1), ("R", -1))]
-    approach = table.rigid_height - table.equilibrium
-    stiffness = table.weight/2/approach**1.5        # Hertz, from the approach at rest [N/m^1.5]
-
-    def force(y: float, z: float, phi: float) -> np.ndarray:
-        total = np.zeros(3)
-        down = np.interp(y, Y, Z) + table.rigid_height - z
-        tilt = np.interp(y, Y, roll) - phi
-        for angle, lateral, sign in sides:
-            gamma, arm = np.interp(y, Y, angle), np.interp(y, Y, lateral) - y
-            depth = (down + tilt*arm)*np.cos(gamma)
-            if depth > 0:
-                N = stiffness*depth**1.5
-                Fy, Fz = -sign*N*np.sin(gamma), N*np.cos(gamma)
-                total += Fy, Fz, arm*Fz + z*Fy
-        return total
-
-    return force
 
 
 def seconds_per_call(call: Callable[[float, float, float], object], poses: np.ndarray) -> float:

@@ -13,11 +13,12 @@ from checks import Table, page
 from ldbench import Case, ContactTable, _flat
 from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style
 from measure import Measure, Section, measure, ratio
-from problem import ROWS, Problem, Reference, Solution, by_cvode, by_ldbench, by_scipy, problem, reference
+from problem import (ROWS, Problem, Reference, Solution, by_cvode, by_ldbench, by_scipy, problem, python_alone,
+                     reference)
 
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4) for pair in ("aw", "sw")]
 SHORT = [(2, "aw")]
-SHORT_METHODS = "energy 4", "explicit 2", "explicit 4", "cut 4", "LSODA", "CVODE Adams"
+SHORT_METHODS = "energy 4", "explicit 2", "explicit 4", "cut 4", "LSODA", "CVODE Adams", "Python alone"
 HEADLINE = 1, 2, 3              # exercises compared at TARGET
 
 TARGET = 1e-7                   # error of Y at the end at which times are compared [m]
@@ -51,7 +52,8 @@ The others call the force through Python, which costs several times the force it
 twice: with the time as measured, and with evaluations (force and Jacobian) times the time of an evaluation in a
 compiled loop over the same trajectory. The second is what a compiled program could reach at best: the integrator's
 own arithmetic is left out. Times at equal error are interpolated between settings, logarithmically, where the error
-falls below the target for good. The target is 1e-7 m; where the two references are further apart than a tenth of it,
+falls below the target for good. Python alone: what a user would write with numpy, one Hertz spring per wheel along
+the contact angle, integrated by LSODA; its errors are from its own strictest solution. The target is 1e-7 m; where the two references are further apart than a tenth of it,
 the next power of ten (exercise 3 with simplified profiles is chaotic)."""
 
 
@@ -62,6 +64,7 @@ class Method:
     settings: tuple[float, ...]
     solve: Callable[[Problem, float], Solution]
     line: dict[str, object]
+    own: Callable[[Problem], Problem] | None = None     # another force law, which is its own reference
 
 
 def _ours(name: str, scheme: str, order: int, beta: float, color: str) -> Method:
@@ -90,7 +93,9 @@ METHODS = (
     _ours("explicit 2", "newmark", 2, 0.0, BLACK), _ours("explicit 4", "newmark", 4, 0.0, BLACK),
     Method("cut 4", "ldbench", ENERGIES, _cut, {"color": BLACK, "linestyle": "-", "marker": "*"}),
     _scipy("DOP853", RED), _scipy("LSODA", ORANGE), _scipy("Radau", PURPLE),
-    _cvode("BDF", GREEN), _cvode("Adams", GREY))
+    _cvode("BDF", GREEN), _cvode("Adams", GREY),
+    Method("Python alone", "Python", TOLERANCES[:6], lambda p, tolerance: by_scipy(p, "LSODA", tolerance),
+           {"color": ORANGE, "linestyle": "-", "marker": "x"}, python_alone))
 
 
 # Measuring --------------------------------------------------------------------------------
@@ -146,11 +151,19 @@ def compare(p: Problem, methods: tuple[Method, ...], rounds: int, short: bool) -
     for k in range(rounds):
         found.call.append(compiled_call(p))
         for method in methods:
+            posed = method.own(p) if method.own else p
             if k == 0:
-                found.curves[method.name] = refine(p, method, found.reference)
+                exact = own_reference(posed) if method.own else found.reference
+                found.curves[method.name] = refine(posed, method, exact)
             for point in found.curves[method.name]:
-                point.seconds.append(repeated(p, method, point))
+                point.seconds.append(repeated(posed, method, point))
     return found
+
+
+def own_reference(p: Problem) -> Reference:
+    """Of another force law: LSODA's solution."""
+    coarse, fine = (by_scipy(p, "LSODA", tolerance).pose for tolerance in (1e-11, 1e-12))
+    return Reference(fine, float(abs(coarse[0] - fine[0])), "LSODA, 1e-12", np.nan)
 
 
 def repeated(p: Problem, method: Method, point: Point) -> float:
@@ -223,6 +236,10 @@ def headline(found: Comparison, methods: tuple[Method, ...]) -> list[Measure]:
             other, tolerance, seconds = best(found, family, cost, methods)
             out.append(ratio(found.name, other, f"time of the best of {family} over ours at {found.target:g} m, {way}",
                              seconds, ours, f"tolerance {tolerance:.1g} against {name}"))
+    other, tolerance, seconds = best(found, "Python", found.measured, methods)
+    if np.isfinite(seconds).all():          # its law has kinks
+        out.append(ratio(found.name, other, f"time over ours at {found.target:g} m, of a law of its own", seconds, ours,
+                         f"tolerance {tolerance:.1g} against {name}"))
     return out
 
 
@@ -239,7 +256,7 @@ def point_measures(found: Comparison, methods: tuple[Method, ...]) -> list[Measu
             out.append(measure(found.name, subject, "processor time", "s", found.measured(method, point)))
             out.append(measure(found.name, subject, "force evaluations", "1", point.evaluations))
             out.append(measure(found.name, subject, "Jacobians", "1", point.calls - point.evaluations))
-            if method.family != "ldbench":
+            if method.family in FAMILIES:
                 out.append(measure(found.name, subject, "evaluations x compiled evaluation", "s",
                                    found.compiled(method, point)))
     return out
@@ -247,14 +264,16 @@ def point_measures(found: Comparison, methods: tuple[Method, ...]) -> list[Measu
 
 def headline_table(found: list[Comparison], methods: tuple[Method, ...]) -> Table:
     head = ["case", "end [s]", "at [m]", "our fastest", "setting", "time [ms]",
-            *(f"best of {family} / ours, {way}" for family in FAMILIES for way in ("measured", "compiled"))]
+            *(f"best of {family} / ours, {way}" for family in FAMILIES for way in ("measured", "compiled")),
+            "Python alone / ours"]
     rows = []
     for case in found:
         ours, *ratios = headline(case, methods)
         setting = best(case, "ldbench", case.measured, methods)[1]
         rows.append([case.name, f"{case.problem.t_end:.4f}", f"{case.target:g}", ours.subject,
                      setting_text(ours.subject, setting), f"{1e3*ours.median:.3g}",
-                     *(f"{r.text()} {r.subject}" for r in ratios)])
+                     *(f"{r.text()} {r.subject}" for r in ratios),
+                     *["–"]*(2*len(FAMILIES) + 1 - len(ratios))])
     return Table("Processor time at equal error of Y: the others over ours, median (quartiles)", head, rows)
 
 
@@ -268,7 +287,7 @@ def member_table(found: list[Comparison], methods: tuple[Method, ...]) -> Table:
             points = case.curves[method.name]
             costs = [at_target(points, [way(method, x) for x in points], case.target)[0]
                      for way in (case.measured, case.compiled)]
-            words = [f"{1e3*np.median(x):.3g}" for x in costs[:1 if method.family == "ldbench" else 2]]
+            words = [f"{1e3*np.median(x):.3g}" for x in costs[:2 if method.family in FAMILIES else 1]]
             cells.append(" / ".join(words) if np.isfinite(costs[0]).all() else "–")
         rows.append([case.name, *cells])
     return Table("Processor time at that error [ms]; others: measured / evaluations x compiled evaluation", head, rows)
@@ -294,7 +313,7 @@ def precision_figure(found: list[Comparison], methods: tuple[Method, ...], way: 
         ax = axes[k % 2, k//2]
         for method in methods:
             points = case.curves[method.name]
-            if not points:
+            if not points or way == "compiled" and method.own:
                 continue
             cost = case.measured if way == "measured" else case.compiled
             times = np.array([cost(method, x) for x in points])

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sksundae
@@ -64,6 +64,43 @@ def problem(case: Case, table: ContactTable) -> Problem:
     start = np.array([case.Y, case.Z, case.initial_roll, case.vY, case.vZ, case.roll_rate])
     trajectory = tuple(np.ascontiguousarray(columns[c] + h) for c, h in (("Y", 0), ("Z", height), ("roll", 0)))
     return Problem(case, table, float(columns["time"].iloc[-1]), trajectory, start, rates, jacobian)
+
+
+def numpy_law(table: ContactTable) -> Callable[[float, float, float], np.ndarray]:
+    """Force on the wheelset by one Hertz spring per wheel, from the geometry functions."""
+    g = table.geometry().dropna()
+    Y, Z, roll = (g[c].to_numpy() for c in ("Y", "Z", "roll"))
+    sides = [(g[f"angle_{s}"].to_numpy(), g[f"y_{s}"].to_numpy(), sign) for s, sign in (("L", 1), ("R", -1))]
+    approach = table.rigid_height - table.equilibrium
+    stiffness = table.weight/2/approach**1.5        # Hertz, from the approach at rest [N/m^1.5]
+
+    def force(y: float, z: float, phi: float) -> np.ndarray:
+        total = np.zeros(3)
+        down = np.interp(y, Y, Z) + table.rigid_height - z
+        tilt = np.interp(y, Y, roll) - phi
+        for angle, lateral, sign in sides:
+            gamma, arm = np.interp(y, Y, angle), np.interp(y, Y, lateral) - y
+            depth = (down + tilt*arm)*np.cos(gamma)
+            if depth > 0:
+                N = stiffness*depth**1.5
+                Fy, Fz = -sign*N*np.sin(gamma), N*np.cos(gamma)
+                total += Fy, Fz, arm*Fz + z*Fy
+        return total
+
+    return force
+
+
+def python_alone(p: Problem) -> Problem:
+    """The same wheelset on that law, in Python from end to end."""
+    law, height = numpy_law(p.table), p.table.equilibrium
+    mass = np.array([p.case.mass, p.case.mass, p.case.roll_inertia])
+    lateral, ramp, weight = p.case.lateral_force, p.case.lateral_ramp, p.table.weight
+
+    def rates(t: float, x: np.ndarray) -> np.ndarray:
+        force = law(x[0], x[1] + height, x[2]) + (lateral + ramp*t, -weight, 0.0)
+        return np.concatenate([x[3:], force/mass])
+
+    return replace(p, rates=rates)
 
 
 # One solution -----------------------------------------------------------------------------
