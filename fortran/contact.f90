@@ -149,7 +149,8 @@ contains
   !> Relative curvatures at a wheel's station for a given roll angle.
   pure subroutine relative_curvatures(pair, angle, radius, wheel_curvature, roll, A, B)
     type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: angle, radius, wheel_curvature, roll
+    real(dp), intent(in) :: angle, radius, wheel_curvature   !! of the wheel there [rad, m, 1/m]
+    real(dp), intent(in) :: roll      !! [rad]
     real(dp), intent(out) :: A, B     !! rolling and transverse [1/m]
 
     A = max(cos(angle + roll), least_cosine)/(2*radius)
@@ -160,8 +161,8 @@ contains
   pure subroutine set_moduli(pair, zone, e_star, roll, k)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone
-    real(dp), intent(in) :: e_star, roll
-    real(dp), intent(inout) :: k(:)
+    real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
+    real(dp), intent(inout) :: k(:)        !! (stations of the wheel)
     real(dp) :: A, B
     integer :: i
 
@@ -176,7 +177,7 @@ contains
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone
     character(*), intent(in) :: model      !! 'strip' or 'hertz'
-    real(dp), intent(in) :: e_star, roll
+    real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
     type(scan_type), intent(in) :: work
     real(dp), intent(in), contiguous :: k(:)   !! of set_moduli, for 'strip'
     real(dp) :: part, left, right, depth, station, A, B
@@ -238,9 +239,9 @@ contains
   pure function zone_force(pair, zone, roll, work, k) result(force)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone
-    real(dp), intent(in) :: roll
+    real(dp), intent(in) :: roll           !! [rad]
     type(scan_type), intent(in) :: work
-    real(dp), intent(in) :: k(:)
+    real(dp), intent(in) :: k(:)           !! of set_moduli
     real(dp) :: force(3), part, share(0:1), n(2), x(2)
     integer :: i, j
 
@@ -268,7 +269,7 @@ contains
   subroutine branch_energy(pair, first, last, e_star, centre, roll, work, energy, ok, force)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last
-    real(dp), intent(in) :: e_star
+    real(dp), intent(in) :: e_star             !! [Pa]
     real(dp), intent(in) :: centre(2), roll    !! of the axle [m, rad]
     type(scan_type), intent(in) :: work        !! in this pose
     real(dp), intent(out) :: energy

@@ -288,7 +288,8 @@ contains
 
   !> Depth [m] of points inside the rail along the rail's normal, and that normal.  `foot`
   !> and `interval` are those of points nearby on entry, their own on return; a move of the
-  !> point along the rail's tangent moves the foot by `rate` times that.
+  !> point along the rail's tangent moves the foot by `rate` times that.  `step` is the last of the
+  !> search for the foot [m].
   pure subroutine set_depth(rail, n, p, foot, interval, depth, normal, rate, step)
     type(curve_type), intent(in) :: rail
     integer, intent(in) :: n

@@ -209,10 +209,10 @@ contains
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
     logical, intent(in) :: flange
-    real(dp), intent(in) :: e_star
-    type(contact_table), intent(in) :: table
+    real(dp), intent(in) :: e_star         !! [Pa]
+    type(contact_table), intent(in) :: table   !! of strips
     type(correction_table), intent(out) :: t
-    real(dp), intent(in) :: from, to
+    real(dp), intent(in) :: from, to       !! its share of the whole work
     class(monitor_type), intent(inout), optional :: watcher
     real(dp), allocatable :: ratio(:, :, :), k(:)
     type(scan_type) :: work

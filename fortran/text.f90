@@ -187,7 +187,7 @@ contains
     end do
   end function blanked
 
-  !> CRC-32 (ISO 3309) of some lines, line ends counted as one newline, as
+  !> CRC-32 (ISO 3309) of some lines, tabs counted as blanks and line ends as one newline, as
   !> eight hexadecimal digits.
   pure function checksum(lines) result(hex)
     type(line_type), intent(in) :: lines(:)

@@ -206,10 +206,12 @@ def caption(record: Record) -> str:
     names = {"energy": "average acceleration with discrete gradient", "newmark": "explicit" if explicit else "Newmark"}
     order, tolerance = (record.setting("integrator", name) for name in ("order", "energy_tolerance"))
     cut = f" at most, cut where it changes the energy by more than {tolerance:.0e} J" if tolerance else ""
+    in_flight = record.setting("output", "flight_interval")
+    thinned = f", in flight {1e3*in_flight:.3g} ms" if in_flight else ""
     settings = (
         f"ldbench {record.version}: normal contact '{record.setting('contact', 'model')}'; "
         f"{names.get(str(scheme), scheme)}, order {order:.0f}, step {1e6*record.step:.3g} µs{cut}; "
-        f"output every {1e3*float(record.setting('output', 'interval')):.3g} ms; "
+        f"output every {1e3*float(record.setting('output', 'interval')):.3g} ms{thinned}; "
         f"axle {MM*record.axle_height:.3f} mm above the rails at equilibrium; Y left, Z up")
     profiles = f"wheel {record.profiles.get('wheel', '')}; rail {record.profiles.get('rail', '')}"
     if record.reconstruction:
