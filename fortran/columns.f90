@@ -190,10 +190,11 @@ contains
   pure subroutine put(x, cell)
     real(dp), intent(in) :: x
     character(width), intent(out) :: cell
-    integer :: i, decade
+    integer :: i, k, decade
     integer, parameter :: most = 99
     real(dp), parameter :: power(-most:most + 8) = [(10.0_dp**i, i=-most, most + 8)]
-    integer(int64) :: digits, ten_digits
+    character(2), parameter :: pairs(0:99) = [((achar(48 + i)//achar(48 + k), k=0, 9), i=0, 9)]
+    integer(int64) :: digits, rest
 
     if (ieee_is_nan(x)) then
       cell = '             NaN'
@@ -213,15 +214,14 @@ contains
       digits = int(abs(x)*power(8 - decade) + 0.5_dp, int64)
     end if
     if (x < 0) cell(2:2) = '-'
-    do i = 12, 5, -1
-      ten_digits = digits/10
-      cell(i:i) = achar(48 + int(digits - 10*ten_digits))
-      digits = ten_digits
+    do i = 11, 5, -2
+      rest = digits/100
+      cell(i:i + 1) = pairs(digits - 100*rest)
+      digits = rest
     end do
     cell(3:3) = achar(48 + int(digits))
     if (decade < 0) cell(14:14) = '-'
-    cell(15:15) = achar(48 + abs(decade)/10)
-    cell(16:16) = achar(48 + mod(abs(decade), 10))
+    cell(15:16) = pairs(abs(decade))
   end subroutine put
 
 end module columns

@@ -18,6 +18,7 @@ from problem import (ROWS, Problem, Reference, Solution, by_cvode, by_ldbench, b
 
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4) for pair in ("aw", "sw")]
 SHORT = [(2, "aw")]
+THIN = {"linewidth": 1, "markersize": 2.5}
 SHORT_METHODS = "energy 4", "explicit 2", "explicit 4", "cut 4", "LSODA", "CVODE Adams", "Python alone"
 HEADLINE = 1, 2, 3              # exercises compared at TARGET
 
@@ -91,7 +92,8 @@ METHODS = (
     _ours("energy 2", "energy", 2, 0.25, BLUE), _ours("energy 4", "energy", 4, 0.25, BLUE),
     _ours("newmark 2", "newmark", 2, 0.25, SKY), _ours("newmark 4", "newmark", 4, 0.25, SKY),
     _ours("explicit 2", "newmark", 2, 0.0, BLACK), _ours("explicit 4", "newmark", 4, 0.0, BLACK),
-    Method("cut 4", "ldbench", ENERGIES, _cut, {"color": BLACK, "linestyle": "-", "marker": "*"}),
+    Method("cut 4", "ldbench", ENERGIES, _cut, {"color": BLACK, "linestyle": "-", "marker": "*", "linewidth": 1.8,
+                                             "markersize": 5}),
     _scipy("DOP853", RED), _scipy("LSODA", ORANGE), _scipy("Radau", PURPLE),
     _cvode("BDF", GREEN), _cvode("Adams", GREY),
     Method("Python alone", "Python", TOLERANCES[:6], lambda p, tolerance: by_scipy(p, "LSODA", tolerance),
@@ -319,7 +321,7 @@ def precision_figure(found: list[Comparison], methods: tuple[Method, ...], way: 
             times = np.array([cost(method, x) for x in points])
             low, middle, high = np.quantile(times, (0.25, 0.5, 0.75), axis=1)
             ax.errorbar(middle, [max(x.error, 1e-13) for x in points], xerr=(middle - low, high - middle),
-                        **method.line, linewidth=1, markersize=2.5, elinewidth=0.6)
+                        **THIN | method.line, elinewidth=0.6)
         ax.axhline(case.target, color=BLACK, linestyle=":", linewidth=0.7)
         ax.axhspan(1e-13, max(case.reference.error, 1.01e-13), color=GREY, alpha=0.15, linewidth=0)
         ax.set(title=case.name, xscale="log", yscale="log", ylim=(1e-12, 1e-2))
@@ -328,7 +330,7 @@ def precision_figure(found: list[Comparison], methods: tuple[Method, ...], way: 
         ax.set_xlabel("processor time [s]")
     for ax in axes[:, 0]:
         ax.set_ylabel("error of Y at the end [m]")
-    handles = [Line2D([], [], **m.line, linewidth=1, markersize=3) for m in methods]
+    handles = [Line2D([], [], **THIN | m.line) for m in methods]
     figure.legend(handles, [m.name for m in methods], loc="center right", bbox_to_anchor=(0.97, 0.915), ncols=11,
                   fontsize=6.5)
     return figure
