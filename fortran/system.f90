@@ -134,7 +134,7 @@ contains
     inquire (unit=unit, size=written)
     close (unit, iostat=ignored)
     inquire (file=scratch, size=stored)
-    if (stored /= written) stat = -1
+    if (stored < written) stat = -1
     if (stat == 0) stat = int(c_rename(scratch//c_null_char, file//c_null_char))
     if (stat == 0) return
     open (newunit=again, file=scratch, iostat=ignored)

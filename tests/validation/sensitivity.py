@@ -1,13 +1,11 @@
 """How the ten answers move with what the benchmark call leaves open, and how fast neighbouring motions part."""
 from __future__ import annotations
 
-import importlib.util
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import asin, radians, sin
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,6 +16,7 @@ from ldbench import Case, ContactTable
 from ldbench.case import Value, data_folder
 from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, ldbench_style
 from integration import refined
+from quasistatic import arcs as mp
 
 PAIRS = {"aw": 10.18e-3, "sw": 16.94e-3}    # published clearances [m]
 MODELS = "strip", "hertz", "halfspace"
@@ -47,19 +46,10 @@ as well: they have steps, in exercises 1 to 4 a half, in 5 an eighth of the ship
 
 # Profiles with other radii ----------------------------------------------------------------
 
-def make_profiles() -> ModuleType:
-    """The generator of the shipped profiles."""
-    spec = importlib.util.spec_from_file_location("make_profiles", data_folder()/"profiles"/"make_profiles.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: float = 1.0) -> dict[str, Value]:
     """Write rail and wheel with another crown radius [mm] and throat radii times a factor; the case's changes.
 
     The chains of make_profiles.py; the throat is solved for the published clearance as there."""
-    mp = make_profiles()
     if pair == "aw":
         a1, a2, a3 = asin(16.5/(crown or 254)), radians(30), np.pi/2 - mp.CANT
         R = crown or 254
