@@ -100,13 +100,13 @@ def pieces_of(members: Sequence[Member], workers: int) -> Generator[Sequence[Mem
 def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) -> Generator[tuple[Member, Record]]:
     """Members and their records as they come."""
     distributed = needed("distributed")
-    # A table is larger than what Dask finds unusual to send.
-    needed("dask").config.set({"distributed.admin.large-graph-warning-threshold": "1GB"})
     try:
         client = distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise Error(f"{scheduler}: expected a Dask scheduler, found none: {error}") from None
-    with client:
+    # A table is larger than what Dask finds unusual to send.
+    large = {"distributed.admin.large-graph-warning-threshold": "1GB"}
+    with client, needed("dask").config.set(large):
         workers = max(1, len(client.nthreads()))
         pieces = {}
         for group in by_table(members).values():
