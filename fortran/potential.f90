@@ -122,38 +122,38 @@ contains
   end subroutine find_up_and_down
 
   !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
-  !> respect to the pose (y, z, roll), and, if asked for, the Hessian (yy, yz, y roll,
-  !> zz, z roll, roll roll) of their sum.
-  pure subroutine wheel_potential(t, pose, roll, energy, gradient, status, hessian)
+  !> respect to the pose (y, z, roll), and, if wanted, the Hessian (yy, yz, y roll,
+  !> zz, z roll, roll roll) of their sum, else 0.
+  pure subroutine wheel_potential(t, pose, roll, tangent, energy, gradient, hessian, status)
     type(contact_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
     type(roll_type), intent(in) :: roll    !! of the pose
-    real(dp), intent(out) :: energy(2), gradient(3, 2)
+    logical, intent(in) :: tangent         !! whether the Hessian is wanted
+    real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
     integer, intent(out) :: status
-    real(dp), intent(out), optional :: hessian(6)
     real(dp) :: part, slope(3), bend(6), bends(6, 2)
     integer :: i, branch
 
     energy = 0
     gradient = 0
     bends = 0
-    if (present(hessian)) hessian = 0
+    hessian = 0
     status = inside
     do i = 1, size(t%zones)
-      call zone_potential(t%zones(i), pose, roll, present(hessian), part, slope, bend, status)
+      call zone_potential(t%zones(i), pose, roll, tangent, part, slope, bend, status)
       if (status /= inside) return
       if (part <= 0) cycle
       branch = merge(2, 1, t%zones(i)%flange)
       energy(branch) = energy(branch) + part
       gradient(:, branch) = gradient(:, branch) + slope
-      if (present(hessian)) bends(:, branch) = bends(:, branch) + bend
+      if (tangent) bends(:, branch) = bends(:, branch) + bend
     end do
     do branch = 1, 2
       if (energy(branch) > 0 .and. t%correction(branch)%zone > 0) call correct(t%correction(branch), &
-        t%zones(t%correction(branch)%zone), pose, roll, present(hessian), energy(branch), &
+        t%zones(t%correction(branch)%zone), pose, roll, tangent, energy(branch), &
         gradient(:, branch), bends(:, branch))
     end do
-    if (present(hessian)) hessian = bends(:, 1) + bends(:, 2)
+    if (tangent) hessian = bends(:, 1) + bends(:, 2)
   end subroutine wheel_potential
 
   !> The same of one zone.  Where it does not touch, only the energy is set, to zero.

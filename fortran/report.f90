@@ -9,7 +9,7 @@ module report
   use rigid, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use simulation, only: run_type, setup_type
   use system, only: scratch_name
-  use text, only: str
+  use text, only: str, with_zero
   use wheelset, only: contact_name
   implicit none
   private
@@ -200,9 +200,7 @@ contains
     character(40) :: buffer
 
     write (buffer, '(f0.'//str(digits)//')') x
-    word = trim(buffer)
-    if (word(1:1) == '.') word = '0'//word
-    if (index(word, '-.') == 1) word = '-0'//word(2:)
+    word = with_zero(trim(buffer))
   end function fixed
 
   function scientific(x) result(word)

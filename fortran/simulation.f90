@@ -230,7 +230,7 @@ contains
       integer, intent(in) :: halvings
       type(motion_type) :: new
       integer :: evaluations, more, i
-      real(dp) :: kinetic, potential
+      real(dp) :: change, kinetic, potential
 
       call advance(setup%wheelset, scheme, motion, dt, new, evaluations, status)
       run%evaluations = run%evaluations + evaluations
@@ -242,9 +242,9 @@ contains
           return
         end if
       else if (c%energy_tolerance > 0) then
-        more = min(halvings_for(energy_change(setup%wheelset, motion, new), &
-          max(c%energy_tolerance, energy_rounding(setup%wheelset, motion), energy_rounding(setup%wheelset, new))), &
-          c%max_halvings - halvings)
+        change = energy_change(setup%wheelset, motion, new)
+        if (abs(change) > c%energy_tolerance) more = min(halvings_for(change, max(c%energy_tolerance, &
+          energy_rounding(setup%wheelset, motion), energy_rounding(setup%wheelset, new))), c%max_halvings - halvings)
       end if
       if (more > 0) then
         run%cuts = run%cuts + 1

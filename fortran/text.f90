@@ -8,7 +8,7 @@ module text
   use system, only: read_file
   implicit none
   private
-  public :: line_type, lower, to_real, str, clip, read_lines, split_lines, checksum
+  public :: line_type, lower, to_real, str, with_zero, clip, read_lines, split_lines, checksum
 
   type :: line_type
     character(:), allocatable :: text
@@ -91,10 +91,18 @@ contains
       call to_real(trim(buffer), back, ok)
       if (.not. ok .or. abs(back - x) <= 0) exit
     end do
-    word = trim(buffer)
-    if (word(1:1) == '.') word = '0'//word
-    if (index(word, '-.') == 1) word = '-0'//word(2:)
+    word = with_zero(trim(buffer))
   end function str_real
+
+  !> A number with a zero before the point that it begins with.
+  pure function with_zero(number) result(word)
+    character(*), intent(in) :: number
+    character(:), allocatable :: word
+
+    word = number
+    if (index(word, '.') == 1) word = '0'//word
+    if (index(word, '-.') == 1) word = '-0'//word(2:)
+  end function with_zero
 
   pure function str_integer(i) result(word)
     integer, intent(in) :: i

@@ -71,14 +71,9 @@ contains
 
     call find_roll(this%table, q(3), wanted(tangent), roll, opposite, state%status)
     if (state%status /= inside) return
-    if (wanted(tangent)) then
-      call wheel_potential(this%table, q, roll, state%energy(:2), state%slope(:, :2), state%status, left)
-      call right_potential(this%table, q, opposite, state%energy(3:), state%slope(:, 3:), status, right)
-      state%hessian = left + right
-    else
-      call wheel_potential(this%table, q, roll, state%energy(:2), state%slope(:, :2), state%status)
-      call right_potential(this%table, q, opposite, state%energy(3:), state%slope(:, 3:), status)
-    end if
+    call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), left, state%status)
+    call right_potential(this%table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), right, status)
+    state%hessian = left + right
     if (status /= inside) state%status = status
     state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
       + (state%slope(:, right_tread) + state%slope(:, right_flange))
@@ -92,40 +87,43 @@ contains
   end function wanted
 
   !> The same of one wheel alone; the other one's contacts are zero.
-  pure subroutine wheel_contacts(this, wheel, q, state)
+  pure subroutine wheel_contacts(this, wheel, q, state, tangent)
     type(wheelset_type), intent(in) :: this
     integer, intent(in) :: wheel         !! 1 left, 2 right
     real(dp), intent(in) :: q(3)
     type(contact_state), intent(out) :: state
+    logical, intent(in), optional :: tangent
     type(roll_type) :: roll, opposite
 
-    call find_roll(this%table, q(3), .true., roll, opposite, state%status)
+    call find_roll(this%table, q(3), wanted(tangent), roll, opposite, state%status)
     if (state%status /= inside) return
     if (wheel == 1) then
-      call wheel_potential(this%table, q, roll, state%energy(:2), state%slope(:, :2), state%status, state%hessian)
+      call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), state%hessian, &
+        state%status)
     else
-      call right_potential(this%table, q, opposite, state%energy(3:), state%slope(:, 3:), state%status, state%hessian)
+      call right_potential(this%table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), &
+        state%hessian, state%status)
     end if
     state%gradient = sum(state%slope, 2)
   end subroutine wheel_contacts
 
   !> `wheel_potential` of the right wheel: the left one in the mirror.
-  pure subroutine right_potential(t, q, roll, energy, slope, status, hessian)
+  pure subroutine right_potential(t, q, roll, tangent, energy, slope, hessian, status)
     type(contact_table), intent(in) :: t
     real(dp), intent(in) :: q(3)
     type(roll_type), intent(in) :: roll    !! of -q(3)
-    real(dp), intent(out) :: energy(2), slope(3, 2)
+    logical, intent(in) :: tangent
+    real(dp), intent(out) :: energy(2), slope(3, 2), hessian(6)
     integer, intent(out) :: status
-    real(dp), intent(out), optional :: hessian(6)
     real(dp), parameter :: mirror(3) = [-1, 1, -1]
     real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
     integer :: i
 
-    call wheel_potential(t, mirror*q, roll, energy, slope, status, hessian)
+    call wheel_potential(t, mirror*q, roll, tangent, energy, slope, hessian, status)
     do i = 1, 2
       slope(:, i) = mirror*slope(:, i)
     end do
-    if (present(hessian)) hessian = mirror_2*hessian
+    hessian = mirror_2*hessian
   end subroutine right_potential
 
   !> Height z of the axle centre at which the centred wheelset is in equilibrium,

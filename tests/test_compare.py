@@ -12,6 +12,7 @@ import pytest
 from ldbench import Error
 from ldbench import compare as cmp
 from ldbench.__main__ import main
+from ldbench._core import complete
 from ldbench.plots import first_episode
 from ldbench.record import Event, Record
 from ldbench.style import ldbench_style
@@ -220,6 +221,15 @@ def test_no_processes_at_all_are_refused(command: list[str], capsys: pytest.Capt
     with pytest.raises(SystemExit):
         main([*command, "--jobs", "0"])
     assert "argument --jobs: invalid side_by_side value: '0'" in capsys.readouterr().err
+
+
+def test_a_file_that_fails_leaves_the_earlier_one(tmp_path: Path):
+    target = tmp_path/"table.csv"
+    target.write_text("earlier")
+    with pytest.raises(OSError), complete(target) as scratch:
+        scratch.write_text("half")
+        raise OSError
+    assert [file.name for file in tmp_path.iterdir()] == ["table.csv"] and target.read_text() == "earlier"
 
 
 # The study ---------------------------------------------------------------------------------

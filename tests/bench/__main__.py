@@ -7,7 +7,6 @@ because a machine is slow.
 """
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from matplotlib.backends.backend_pdf import PdfPages  # noqa: E402
 
 import pages  # noqa: E402
 from command import arguments, run_sections, write_csv  # noqa: E402
+from ldbench._core import complete  # noqa: E402
 from ldbench.style import ldbench_style  # noqa: E402
 from measure import Section  # noqa: E402
 
@@ -26,12 +26,11 @@ HEAD = "section", "case", "subject", "quantity", "unit", "median", "lower quarti
 
 
 def write_pdf(path: Path, sections: dict[str, Section]) -> None:
-    part = path.with_suffix(".part")
-    with ldbench_style(), PdfPages(part, metadata={"Title": "ldbench: benchmark of speed"}) as pdf:
+    title = {"Title": "ldbench: benchmark of speed"}
+    with ldbench_style(), complete(path) as scratch, PdfPages(scratch, metadata=title) as pdf:
         for section in sections.values():
             for figure in (*pages.text_pages(section), *section.figures):
                 pdf.savefig(figure)
-    os.replace(part, path)
 
 
 def main() -> int:

@@ -54,8 +54,9 @@ twice: with the time as measured, and with evaluations (force and Jacobian) time
 compiled loop over the same trajectory. The second is what a compiled program could reach at best: the integrator's
 own arithmetic is left out. Times at equal error are interpolated between settings, logarithmically, where the error
 falls below the target for good. Python alone: what a user would write with numpy, one Hertz spring per wheel along
-the contact angle, integrated by LSODA; its errors are from its own strictest solution. The target is 1e-7 m; where the two references are further apart than a tenth of it,
-the next power of ten (exercise 3 with simplified profiles is chaotic)."""
+the contact angle, integrated by LSODA; its errors are from its own strictest solution. The target is 1e-7 m; where the
+two references are further apart than a tenth of it, the next power of ten (exercise 3 with simplified profiles is
+chaotic)."""
 
 
 @dataclass(frozen=True)

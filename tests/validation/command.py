@@ -4,11 +4,12 @@ from __future__ import annotations
 import argparse
 import csv
 import importlib
-import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
+
+from ldbench._core import complete
 
 
 def arguments(program: str, about: str, sections: Sequence[str], short: str) -> argparse.Namespace:
@@ -35,10 +36,7 @@ def run_sections(args: argparse.Namespace, lines: Callable[[Any], Iterable[str]]
 
 
 def write_csv(path: Path, head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """The file appears under its name when it is complete."""
-    part = path.with_suffix(".part")
-    with part.open("w", newline="") as file:
+    with complete(path) as scratch, scratch.open("w", newline="") as file:
         out = csv.writer(file)
         out.writerow(head)
         out.writerows(rows)
-    os.replace(part, path)

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import functools
 import io
-import os
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from pypdf import PdfReader, PdfWriter
 
 import ldbench
 from checks import Check, Section, Table, number
+from ldbench._core import complete
 from ldbench.style import GREY, PAGE, RED, ldbench_style
 
 WIDTH, HEIGHT = (72*x for x in PAGE)    # [pt]
@@ -45,9 +45,8 @@ def write_pdf(path: Path, sections: dict[str, Section]) -> None:
             writer.add_outline_item(title=figure.texts[0].get_text(), page_number=k, parent=chapter)
             k += 1
     writer.add_metadata({"/Title": f"ldbench {ldbench.__version__}: validation"})
-    part = path.with_suffix(".part")
-    writer.write(part)
-    os.replace(part, path)
+    with complete(path) as scratch:
+        writer.write(scratch)
 
 
 def save(pdf: PdfPages, figure: Figure, name: str) -> None:

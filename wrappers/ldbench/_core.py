@@ -6,7 +6,8 @@ import hashlib
 import os
 import threading
 import weakref
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
@@ -71,6 +72,18 @@ def side_by_side(word: str) -> int:
     if number < 1:
         raise ValueError
     return number
+
+
+@contextmanager
+def complete(target: Path) -> Iterator[Path]:
+    """A file to write beside `target`, which takes its name when all went well; its folder is made."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    scratch = target.with_name(f"{target.name}.part{os.getpid()}")
+    try:
+        yield scratch
+        os.replace(scratch, target)
+    finally:
+        scratch.unlink(missing_ok=True)
 
 
 def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -11,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from . import plots
-from ._core import Error
+from ._core import Error, complete
 from .record import PAIRS, Record, summary_row
 from .style import ldbench_style
 
@@ -48,12 +47,11 @@ SCALES = {"F_derailment": 1e-3, "Y_max": 1e3, "Z_max": 1e3, "N_max_LT": 1e-3, "N
 
 
 def make_abstract(records: Sequence[Record], target: Path) -> None:
-    """Typeset the abstract of the ten runs; the file appears when it is complete."""
+    """Typeset the abstract of the ten runs."""
     if not TEMPLATE.is_file():
         raise Error(f"{TEMPLATE}: expected the text of the abstract, found none; it is in the repository only")
     import typst
 
-    target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         shutil.copytree(TEMPLATE.parent, folder, dirs_exist_ok=True)
@@ -66,9 +64,8 @@ def make_abstract(records: Sequence[Record], target: Path) -> None:
                     figure.savefig(folder/f"{name}.pdf", metadata={"CreationDate": None})
         (folder/"data.json").write_text(json.dumps(data))
         typst.compile(folder/TEMPLATE.name, output=folder/"abstract.pdf", root=folder)
-        part = target.with_suffix(".part")
-        shutil.copy(folder/"abstract.pdf", part)
-        os.replace(part, target)
+        with complete(target) as scratch:
+            shutil.copy(folder/"abstract.pdf", scratch)
 
 
 def facts(records: Sequence[Record]) -> dict[str, object]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from ._core import Error, Progress
+from ._core import Error, Progress, complete
 from .case import Case, data_folder
 from .ensemble import ensemble
 from .style import BLACK, BLUE, DASHED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED, SKY, ldbench_style
@@ -51,7 +51,8 @@ def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", schedule
                        mass=("member", np.tile(RAMP_MASSES, len(ANGLES)), {"units": "kg"}))
     with ldbench_style():
         figure = plot(impact, ramp)
-        figure.savefig(output)
+        with complete(output) as scratch:
+            figure.savefig(scratch, format="pdf")
     over = (ramp.event_force.sel(kind="derailment", occurrence=1) - ramp.limit_load)/ramp.limit_load
     failed = int((impact.error != "").sum() + (ramp.error != "").sum())
     return (f"{impact.error.size} runs of exercise 3, {ramp.error.size} of exercise 5, {failed} failed\n"

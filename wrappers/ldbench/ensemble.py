@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from . import _flat
-from ._core import Error, Progress, descriptions, digest, side_by_side, usable_cores
+from ._core import Error, Progress, complete, descriptions, digest, side_by_side, usable_cores
 from .case import Case, Value, find_variable, variables
 from .run import Event, Run, _event_kinds, parse_setting, run
 from .table import FREE_GROUPS, FREE_NAMES, ContactTable
@@ -513,7 +513,7 @@ class Store:
 
     def finish(self, dataset: xr.Dataset, records: dict[str, Record]) -> None:
         """Write the complete Dataset, and one part in place of all."""
-        scratch = self._scratch(self.path)
+        scratch = self.path.with_name(f"{self.path.name}.{os.getpid()}.new")
         shutil.rmtree(scratch, ignore_errors=True)
         dataset.to_zarr(scratch, zarr_format=2)
         if self.path.exists():
@@ -530,15 +530,9 @@ class Store:
         part = self.parts/f"{digest(' '.join(sorted(records)).encode())[:16]}.npz"
         keys = {"key": (("member",), np.array(list(records)), {})}
         members = to_dataset(list(records.values()), {"member": len(records)}, keys)
-        scratch = self._scratch(part)
-        with open(scratch, "wb") as file:
+        with complete(part) as scratch, open(scratch, "wb") as file:
             np.savez_compressed(file, **{name: variable.values for name, variable in members.variables.items()})
-        os.replace(scratch, part)
         return part
-
-    def _scratch(self, path: Path) -> Path:
-        """A name of this process beside `path`."""
-        return path.with_name(f"{path.name}.{os.getpid()}.new")
 
 
 def read_part(path: Path) -> dict[str, Record]:

@@ -132,7 +132,7 @@ contains
     if (wheel == 0) then
       call contacts(w, q, state, tangent)
     else
-      call wheel_contacts(w, wheel, q, state)
+      call wheel_contacts(w, wheel, q, state, tangent)
     end if
   end subroutine find_state
 

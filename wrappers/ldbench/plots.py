@@ -6,7 +6,6 @@ smallest and largest value, and its last second beside it.  Every page is drawn 
 """
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -22,7 +21,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter, Nul
 from matplotlib.transforms import ScaledTranslation
 from pypdf import PdfReader, PdfWriter
 
-from ._core import check_written, usable_cores
+from ._core import check_written, complete, usable_cores
 from .columns import read_columns
 from .record import CONTACT_NAMES, CONTACTS, PAIRS, Record, header_lines, parse_header, read_record, summary_row
 from .style import (BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED,
@@ -805,7 +804,7 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:
-    """Put parts together with bookmarks; the file appears when it is complete."""
+    """Put parts together with bookmarks."""
     writer = PdfWriter()
     for part in parts:
         start = len(writer.pages)
@@ -816,8 +815,6 @@ def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of al
                 writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
     writer.add_metadata({"/Title": title})
     writer.compress_identical_objects()
-    target.parent.mkdir(parents=True, exist_ok=True)
-    scratch = target.with_suffix(".part")
-    writer.write(scratch)
-    os.replace(scratch, target)
+    with complete(target) as scratch:
+        writer.write(scratch)
     return len(writer.pages)

@@ -4,7 +4,6 @@ A file without our header, another code's submission, has the columns only.
 """
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ._core import Error
+from ._core import Error, complete
 from .columns import read_columns
 
 CONTACTS = "LT", "LF", "RT", "RF"
@@ -204,7 +203,6 @@ def summary_row(record: Record) -> dict[str, float | int | str | None]:
 
 
 def write_frame(frame: pd.DataFrame, target: Path) -> None:
-    """A table as CSV; the file appears when it is complete."""
-    scratch = target.with_name(target.name + ".part")
-    frame.to_csv(scratch, index=False)
-    os.replace(scratch, target)
+    """A table as CSV."""
+    with complete(target) as scratch:
+        frame.to_csv(scratch, index=False)
