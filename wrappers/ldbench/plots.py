@@ -626,7 +626,7 @@ def summary_page(rows: Sequence[dict[str, object]], note: str = "") -> Figure:
 
 
 SUMMARY_NOTE = (
-    "Event times are those of the step in which it happens; peaks are taken over all steps. –: did not happen.  aw: "
+    "Event times and peaks of forces lie within the steps; Y, Z and Φ are those of the rows. –: did not happen.  aw: "
     "actual wheel and rail profiles, sw: simplified.\n"
     "In all plots: Y left, Z up, Φ lifts the left wheel; Z and Φ from static equilibrium at Y = 0; left blue, right "
     "red; tread dark and solid, flange light and dashed; grey: the stretch of time enlarged beside it.")
