@@ -127,7 +127,10 @@ def test_order_in_contact(scheme: str, order: int, shipped: dict[str, Run], tmp_
     if scheme == "energy":
         assert max(drift) < 1e-9      # of 7 J
     else:
-        assert orders(drift) == pytest.approx([order, order], abs=0.2)     # its largest value is met by no step
+        # At the instants that all have; the largest of each lies between steps.
+        common = [np.linalg.norm((m.energy - m.energy[0])[::round(steps[0]/dt)])
+                  for m, dt in zip(found, steps, strict=True)]
+        assert orders(common) == pytest.approx([order, order], abs=0.1)
 
 
 @pytest.fixture(scope="module")
