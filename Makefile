@@ -53,7 +53,7 @@ SHARED = $(BUILD)/tests/shared.o
 TESTS  = $(patsubst tests/fortran/%.f90,$(BUILD)/tests/%,$(filter-out %/shared.f90,$(wildcard tests/fortran/*.f90)))
 
 $(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(OBJECTS)
-	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -I $(BUILD)/tests -o $@ $< $(SHARED) $(OBJECTS) $(LIBS)
+	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -o $@ $< $(SHARED) $(OBJECTS) $(LIBS)
 
 $(SHARED): tests/fortran/shared.f90 $(OBJECTS) | $(BUILD)/tests
 	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -c -o $@ $<

@@ -1,8 +1,10 @@
 """What the tests share: where things are, how to run a case and read its columns."""
 import os
+import select
 import signal
 import subprocess
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +18,8 @@ LDBENCH = Path(os.environ.get("LDBENCH", REPO / "ldbench")).resolve()
 FORTRAN_TESTS = Path(os.environ.get("LDBENCH_TESTS", REPO / "build/release/tests")).resolve()
 PAIRS = "aw", "sw"
 CASES = [f"ex{exercise}_{pair}" for exercise in range(1, 6) for pair in PAIRS]
+
+HANG = 1800     # a program that takes so long hangs [s]; no verdict on how fast it is
 
 Columns = dict[str, np.ndarray]
 T = TypeVar("T")
@@ -33,7 +37,7 @@ def run_case(text: str, tmp_path: Path, cwd: Path = REPO) -> subprocess.Complete
     file = tmp_path / "case.nml"
     file.write_text(text)
     return subprocess.run([LDBENCH, file], cwd=cwd, capture_output=True, encoding="utf-8",
-                          errors="surrogateescape", timeout=300)
+                          errors="surrogateescape", timeout=HANG)
 
 
 def namelist(**groups: dict[str, object]) -> str:
@@ -80,6 +84,36 @@ def refusal(text: str, folder: Path) -> str:
     after = contents(folder)
     assert after == before, f"files made or touched: {sorted(set(after.items()) ^ set(before.items()))}"
     return line
+
+
+def wait_for(file: Path, process: subprocess.Popen) -> None:
+    """Until a process has made a file."""
+    give_up = time.monotonic() + HANG
+    while not file.exists():
+        assert process.poll() is None, f"ended with {process.returncode} without {file}"
+        assert time.monotonic() < give_up, f"hangs without {file}"
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def terminal() -> Iterator[tuple[int, int]]:
+    """Descriptors of a terminal's two ends, ours and the program's; skips where the system has none."""
+    pty = pytest.importorskip("pty", reason="this system has no terminals")
+    try:
+        ours, theirs = pty.openpty()
+    except OSError as error:
+        pytest.skip(f"this system gives no terminal: {error}")
+    with open(ours, "rb", buffering=0), open(theirs, "rb", buffering=0):
+        yield ours, theirs
+
+
+def read_until(fd: int, end: bytes) -> bytes:
+    """What comes from a terminal until `end` does."""
+    text = b""
+    while end not in text:
+        assert select.select([fd], [], [], HANG)[0], f"hangs after {text!r}"
+        text += os.read(fd, 1000)
+    return text
 
 
 def contents(folder: Path) -> dict[Path, tuple[bytes, int]]:

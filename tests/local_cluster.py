@@ -11,6 +11,9 @@ from pathlib import Path
 import ldbench
 
 
+HANG = 1800     # without a sign of life [s]
+
+
 class Cluster:
     """A scheduler and workers of one thread as processes on the loopback."""
 
@@ -33,7 +36,8 @@ class Cluster:
         log.close()
 
     def _wait(self, process: int, pattern: str) -> str:
-        for _ in range(600):
+        give_up = time.monotonic() + HANG
+        while time.monotonic() < give_up:
             if found := re.search(pattern, log := (self.folder/f"{process}.log").read_text()):
                 return found[1]
             if self.processes[process].poll() is not None:

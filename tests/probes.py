@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from conftest import FORTRAN_TESTS, REPO, Run, namelist
+from conftest import FORTRAN_TESTS, HANG, REPO, Run, namelist
 
 # The benchmark's wheelset.
 MASS, ROLL_INERTIA, PITCH_INERTIA = 1568.0, 656.0, 168.0     # [kg, kg m2]
@@ -25,7 +25,7 @@ def text(rows: np.ndarray) -> str:
 def probe(program: str, *arguments: object, stdin: str = "") -> np.ndarray:
     """The numbers that a test program writes, one row per line."""
     done = subprocess.run([FORTRAN_TESTS / program, *map(str, arguments)], input=stdin, cwd=REPO,
-                          capture_output=True, text=True, timeout=300)
+                          capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 0, f"{program}: {done.stderr}"
     return np.loadtxt(StringIO(done.stdout), ndmin=2)
 
@@ -63,7 +63,7 @@ class States:
 
 def contact_states(case: Path, poses: np.ndarray) -> States:
     done = subprocess.run([FORTRAN_TESTS / "contact_state", case], input=text(poses), cwd=REPO,
-                          capture_output=True, text=True, timeout=300)
+                          capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 0, done.stderr
     first, _, rest = done.stdout.partition("\n")
     rows = np.loadtxt(StringIO(rest), ndmin=2)

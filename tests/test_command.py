@@ -1,15 +1,15 @@
 """The command line and the files as another program reads them."""
 import os
-import pty
 import re
+import signal
 import subprocess
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conftest import LDBENCH, REPO, columns, contents, header, run_case, short_case
+from conftest import (FORTRAN_TESTS, HANG, LDBENCH, REPO, columns, contents, header, read_until, run_case, short_case,
+                      wait_for)
 
 CONTACT_COLUMNS = [f"{quantity}_{contact}" for contact in ("LT", "LF", "RT", "RF")
                    for quantity in ("angle", "N", "Fy", "Fz", "y", "z", "radius")]
@@ -20,7 +20,7 @@ COLUMN_NAMES = [
 
 
 def ldbench(*arguments: str | Path, cwd: Path = REPO, **options) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([LDBENCH, *arguments], cwd=cwd, capture_output=True, text=True, timeout=60, **options)
+    return subprocess.run([LDBENCH, *arguments], cwd=cwd, capture_output=True, text=True, timeout=HANG, **options)
 
 
 # ---- options -------------------------------------------------------------------------
@@ -53,6 +53,11 @@ def test_wrong_arguments(arguments, words, tmp_path):
     assert re.fullmatch(rf"ldbench: error: .*{words}.*see ldbench --help\n", done.stderr)
 
 
+# Hours of integration, on whatever machine: a wheelset that rests on its rails.
+ENDLESS = {"integrator": {"t_end": 1e5, "dt": 1e-5, "scheme": "energy"}, "initial": {"vY": 0.0, "roll_rate": 0.0},
+           "output": {"interval": 0.1}}
+
+
 # ---- one input, one file -------------------------------------------------------------
 def test_file_name_and_standard_input_give_the_same_bytes(tmp_path):
     text = short_case(tmp_path, output={"geometry_file": tmp_path / "geometry.txt"})
@@ -79,14 +84,15 @@ def test_running_twice_gives_the_same_bytes(tmp_path):
 
 def test_earlier_result_is_replaced_when_the_new_one_is_complete(tmp_path):
     """A run that is stopped half-way leaves the earlier file alone."""
-    (tmp_path / "case.nml").write_text(short_case(tmp_path, integrator={"t_end": 1e3}, output={"interval": 0.1}))
+    table = tmp_path / "pair.table"
+    (tmp_path / "case.nml").write_text(short_case(tmp_path, **ENDLESS, table={"file": table}))
     (tmp_path / "columns.txt").write_text("earlier\n")
     before = contents(tmp_path)
     run = subprocess.Popen([LDBENCH, tmp_path / "case.nml"], stdout=subprocess.DEVNULL)
-    time.sleep(0.5)
-    assert run.poll() is None
+    wait_for(table, run)      # after it comes the integration
     run.terminate()
-    run.wait()
+    assert run.wait(HANG) == -signal.SIGTERM
+    table.unlink()
     assert contents(tmp_path) == before
     (tmp_path / "case.nml").write_text(short_case(tmp_path))
     assert ldbench(tmp_path / "case.nml").returncode == 0
@@ -136,49 +142,85 @@ def test_a_full_disk_is_told_and_leaves_the_earlier_result(tmp_path):
 
 
 # ---- progress ------------------------------------------------------------------------
-LONG = {"integrator": {"t_end": 1e5, "dt": 1e-3, "scheme": "energy"}, "initial": {"vY": 0.0, "roll_rate": 0.0},
-        "output": {"interval": 0.1}}
-
-
-def read_until(fd: int, end: bytes, seconds: float) -> bytes:
-    """What comes from a terminal until `end` does, or the program closes it."""
-    text, give_up = b"", time.monotonic() + seconds
-    while end not in text and time.monotonic() < give_up:
-        try:
-            more = os.read(fd, 1000)
-        except OSError:   # the other side is closed
-            break
-        text += more
-    return text
-
-
-def test_progress_line_on_a_terminal_only(tmp_path):
-    """It appears after a second of work; into a pipe nothing goes."""
-    (tmp_path / "case.nml").write_text(short_case(tmp_path, **LONG))
-    ours, theirs = pty.openpty()
+def test_progress_line_on_a_terminal_only(tmp_path, terminal):
+    """Into a pipe nothing goes."""
+    (tmp_path / "case.nml").write_text(short_case(tmp_path, **ENDLESS))
+    ours, theirs = terminal
     command = [LDBENCH, tmp_path / "case.nml"]
     shown = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs)
     hidden = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    os.close(theirs)
-    started = time.monotonic()
-    text = read_until(ours, b"%", 30)
-    took = time.monotonic() - started
-    time.sleep(0.5)
-    for run in shown, hidden:
-        assert run.poll() is None
-        run.terminate()
-    assert re.match(rb"\rldbench: (table|integration) +\d+ %", text) and took > 0.9
-    assert hidden.communicate() == (b"", b"") and shown.communicate()[0] == b""
-    os.close(ours)
+    try:
+        text = read_until(ours, b"%")
+    finally:
+        for run in shown, hidden:
+            run.terminate()
+    assert re.match(rb"\rldbench: (table|integration) +\d+ %", text)
+    assert hidden.communicate(timeout=HANG) == (b"", b"") and shown.communicate(timeout=HANG)[0] == b""
+    assert [run.returncode for run in (shown, hidden)] == 2*[-signal.SIGTERM]
 
 
-def test_short_run_shows_nothing_on_a_terminal(tmp_path):
+def test_a_finished_run_leaves_no_progress_line(tmp_path, terminal):
+    """Whether it took long enough for one or not."""
     (tmp_path / "case.nml").write_text(short_case(tmp_path))
-    ours, theirs = pty.openpty()
-    done = subprocess.run([LDBENCH, tmp_path / "case.nml"], stdout=subprocess.PIPE, stderr=theirs, timeout=60)
-    os.close(theirs)
-    assert done.returncode == 0 and read_until(ours, b"%", 5) == b""
-    os.close(ours)
+    ours, theirs = terminal
+    done = subprocess.run([LDBENCH, tmp_path / "case.nml"], stdout=subprocess.PIPE, stderr=theirs, timeout=HANG)
+    os.write(theirs, b"end")
+    *lines, last = read_until(ours, b"end").split(b"\r")
+    assert done.returncode == 0 and last == b"end"
+    assert not lines or not lines[-1].strip() and all(len(line) <= len(lines[-1]) for line in lines)
+
+
+def progress_line(*reports: tuple[float, str, float], visible: bool = True) -> str:
+    """What goes to standard error with these reports: seconds on a clock of the test's, stage, share."""
+    given = "".join(f"{seconds} {stage} {share}\n" for seconds, stage, share in reports)
+    done = subprocess.run([FORTRAN_TESTS / "progress_line", "shown" if visible else "hidden"],
+                          input=given.encode(), capture_output=True, timeout=HANG, check=True)
+    return done.stderr.decode()
+
+
+def test_the_progress_line_comes_after_a_second():
+    assert progress_line((0, "table", 0.0), (0.5, "table", 0.6), (0.999, "integration", 0.9)) == ""
+    found = progress_line((0.999, "table", 0.5), (1.0, "table", 0.6), (3.5, "integration", 0.07))
+    *lines, cleared, end = found.split("\r")
+    assert [line.split() for line in lines] == [[], ["ldbench:", "table", "60", "%"],
+                                                ["ldbench:", "integration", "7", "%"]]
+    assert end == cleared.strip() == "" and len(cleared) > max(map(len, lines))
+    assert progress_line((0.5, "table", 0.5), (5.0, "table", 0.6), visible=False) == ""
+
+
+def reports(case: Path, stop_at: int = 0) -> list[tuple[str, float]]:
+    """What a run tells its watcher, who stops it at a report: stage and share; then how it ended."""
+    done = subprocess.run([FORTRAN_TESTS / "progress_reports", case, str(stop_at)], cwd=REPO, capture_output=True,
+                          text=True, timeout=HANG, check=True)
+    return [(stage, float(share)) for stage, share in map(str.split, done.stdout.splitlines())]
+
+
+def test_progress_is_told_by_work_done(tmp_path):
+    """At every roll angle of a zone's table and after so many rows, on any machine."""
+    (tmp_path / "case.nml").write_text(short_case(tmp_path, integrator={"t_end": 0.05}))
+    *told, end = reports(tmp_path / "case.nml")
+    assert end == ("rows", 501)
+    table, integration = ([share for stage, share in told if stage == name] for name in ("table", "integration"))
+    zones = len(table)//9
+    assert zones >= 3 and table == pytest.approx(np.arange(9*zones)/(9*zones))
+    assert integration == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
+    assert [stage for stage, _ in told] == len(table)*["table"] + 5*["integration"]
+
+
+@pytest.mark.parametrize("stage", ["table", "integration"])
+def test_a_run_stops_where_its_watcher_wants_it(stage, tmp_path):
+    """With the roll angle or the row that it is at; told after every 100 rows."""
+    file, case = tmp_path / "pair.table", tmp_path / "case.nml"
+    case.write_text(short_case(tmp_path, integrator={"t_end": 10}, table={"file": file}))
+    *whole, end = reports(case, stop_at=200)
+    n = [name for name, _ in whole].index("integration")     # reports of the table
+    assert len(whole) == 200 and end == ("rows", 1 + 100*(200 - n)) and file.exists()
+    file.unlink()
+    *told, end = reports(case, stop_at=n//2 if stage == "table" else n + 2)
+    if stage == "integration":
+        assert end == ("rows", 201) and told == whole[:n + 2]
+    else:      # zones that were not begun say so
+        assert end[0] == "none" and n//2 <= len(told) <= n//2 + n//9 and not file.exists()
 
 
 # ---- column files --------------------------------------------------------------------

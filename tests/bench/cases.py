@@ -20,7 +20,8 @@ MODELS = "strip", "hertz", "halfspace"
 
 TEXT = """Every shipped input by the executable, as a child process, its contact table there in a file: wall and
 processor time from start to exit with all files written, and peak resident memory. Table: built in this process for
-each model of normal contact. Writing: the column file of a run that is there, apart from its integration."""
+each model of normal contact. Python: the same from a namelist to a file, modules loaded. Writing: the column file of a
+run that is there, apart from its integration."""
 
 
 def child(case: str, folder: Path) -> tuple[float, float, float]:
@@ -91,11 +92,27 @@ def writing_measures(out: Section, case: Case, rounds: int) -> None:
                             [[m.text() for m in out.measures[-2:]]]))
 
 
+def python_measures(out: Section, case: Case, rounds: int) -> None:
+    """The same run from Python, its column file written, against the executable."""
+    ours, theirs = [], []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copy(ContactTable(case).case.table_path(), folder)
+        for _ in range(rounds):
+            theirs.append(child(case.case_name, folder)[0])
+            begin = time.perf_counter()
+            ldbench.run(Case.from_namelist(folder/f"{case.case_name}.nml")).write()
+            ours.append(time.perf_counter() - begin)
+    out.measures += [measure(case.case_name, "Python", "wall time", "s", ours),
+                     ratio(case.case_name, "Python", "wall time over the executable's", ours, theirs)]
+
+
 def section(short: bool) -> Section:
     out = Section("The cases as they are run", TEXT)
     rounds = 3
     case_measures(out, SHORT if short else CASES, rounds)
     if not short:
         table_measures(out, ("aw", "sw"), MODELS, rounds)
+    python_measures(out, Case.exercise(2 if short else 5, "aw"), rounds)
     writing_measures(out, Case.exercise(2 if short else 1, "aw"), rounds)
     return out

@@ -157,7 +157,7 @@ def compare(p: Problem, methods: tuple[Method, ...], rounds: int, short: bool) -
             posed = method.own(p) if method.own else p
             if k == 0:
                 exact = own_reference(posed) if method.own else found.reference
-                found.curves[method.name] = refine(posed, method, exact)
+                found.curves[method.name] = refine(posed, method, exact, np.inf if short else TOO_LONG)
             for point in found.curves[method.name]:
                 point.seconds.append(repeated(posed, method, point))
     return found
@@ -177,8 +177,8 @@ def repeated(p: Problem, method: Method, point: Point) -> float:
     return float(np.mean([method.solve(p, point.setting).seconds for _ in range(count)]))
 
 
-def refine(p: Problem, method: Method, exact: Reference) -> list[Point]:
-    """One setting after the other until the error is small enough."""
+def refine(p: Problem, method: Method, exact: Reference, too_long: float) -> list[Point]:
+    """One setting after the other until the error is small enough or a solution takes `too_long` [s]."""
     points = []
     for setting in method.settings:
         solutions = [method.solve(p, setting*factor) for factor in NEARBY]
@@ -188,7 +188,7 @@ def refine(p: Problem, method: Method, exact: Reference) -> list[Point]:
             continue
         points.append(Point(setting, float(error), first.evaluations + first.jacobians, first.evaluations,
                             first.seconds))
-        if error < ENOUGH or first.seconds > TOO_LONG:
+        if error < ENOUGH or first.seconds > too_long:
             break
     return points
 

@@ -24,8 +24,8 @@ import threading
 import time
 import zipfile
 import zlib
-from collections.abc import Generator, Iterable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -121,11 +121,12 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     else:
         results = run_in_threads(missing, tables, threads or usable_cores(), wanted)
     try:
-        with closing(_told(results, len(records), len(members), progress)) as told:
-            for member, record in told:
+        with closing(results), _counted(len(records), len(members), progress) as tell:
+            for member, record in results:
                 records[member.number] = record
                 if kept:
                     kept.add(member.key, record)
+                tell()              # what is told is kept, whatever comes then
     finally:
         if kept:
             kept.flush()
@@ -399,19 +400,21 @@ def run_in_threads(members: Sequence[Member], tables: Iterable[ContactTable], th
                 thread.join()
 
 
-def _told(results: Generator[tuple[Member, Record]], done: int, total: int, progress: Progress | bool | None,
-          ) -> Generator[tuple[Member, Record]]:
-    """The results, with their number on a bar or told to a function."""
+@contextmanager
+def _counted(done: int, total: int, progress: Progress | bool | None) -> Iterator[Callable[[], None]]:
+    """To call for every member that is done: their number goes on a bar or to a function."""
     from tqdm import tqdm
 
-    with closing(results), tqdm(desc="ensemble", total=total, initial=done, unit="run", delay=1, leave=False,
-                                disable=None if progress is True else True) as bar:
-        for result in results:
-            done += 1
+    numbers = itertools.count(done + 1)
+    with tqdm(desc="ensemble", total=total, initial=done, unit="run", delay=1, leave=False,
+              disable=None if progress is True else True) as bar:
+        def tell() -> None:
+            number = next(numbers)
             bar.update()
             if callable(progress):
-                progress("ensemble", done/total)
-            yield result
+                progress("ensemble", number/total)
+
+        yield tell
 
 
 # Dataset ----------------------------------------------------------------------------------
@@ -501,7 +504,7 @@ class Store:
 
     def add(self, key: str, done: Record) -> None:
         self.waiting[key] = done
-        if time.monotonic() > self.flushed + FLUSH:
+        if time.monotonic() >= self.flushed + FLUSH:
             self.flush()
 
     def flush(self) -> None:
