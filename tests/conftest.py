@@ -3,6 +3,7 @@ import os
 import select
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -180,6 +181,56 @@ def for_all_cases(work: Callable[[str], T]) -> dict[str, T]:
     with ThreadPoolExecutor(len(PAIRS)) as pool:
         found = {case: result for results in pool.map(of_pair, PAIRS) for case, result in results.items()}
     return {case: found[case] for case in CASES}
+
+
+# ---- beside the tests ----------------------------------------------------------------
+@dataclass
+class LongProgram:
+    """A program of many seconds that a test module waits for: begun with the session, on another core if there is one."""
+    folder: Path     # of what it writes, given to it
+    process: subprocess.Popen
+
+    @classmethod
+    def begin(cls, folder: Path, command: list[object]) -> "LongProgram":
+        environment = os.environ | {"LDBENCH": str(LDBENCH), "LDBENCH_TESTS": str(FORTRAN_TESTS)}
+        with (folder / "stdout").open("w") as out, (folder / "stderr").open("w") as err:
+            return cls(folder, subprocess.Popen(command, cwd=REPO, env=environment, stdout=out, stderr=err))
+
+    def finish(self) -> tuple[int, str, str]:
+        """Exit status and what it said."""
+        return self.process.wait(HANG), (self.folder / "stdout").read_text(), (self.folder / "stderr").read_text()
+
+
+def halfspace_command(folder: Path) -> list[object]:
+    """Exercise 2 with half-spaces; its table is aw.table."""
+    (folder / "case.nml").write_text(shipped_text("ex2_aw", folder).replace("'strip' ", "'halfspace' ").replace(
+        "aw_strip.table", "aw.table"))
+    return [LDBENCH, folder / "case.nml"]
+
+
+# By the modules that wait for them, which are the last ones.
+LONG_PROGRAMS: dict[str, Callable[[Path], list[object]]] = {
+    "test_validation": lambda folder: [sys.executable, REPO / "tests/validation", "--short", "--out", folder],
+    "test_bench": lambda folder: [sys.executable, REPO / "tests/bench", "--short", "--out", folder],
+    "test_halfspace": halfspace_command,
+}
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: item.path.stem in LONG_PROGRAMS)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def long_programs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory,
+                  ) -> Iterator[dict[str, LongProgram]]:
+    """Those that the chosen tests need."""
+    begun = {name: LongProgram.begin(folder := tmp_path_factory.mktemp(name), LONG_PROGRAMS[name](folder))
+             for name in sorted({item.path.stem for item in request.session.items} & LONG_PROGRAMS.keys())}
+    yield begun
+    for program in begun.values():
+        program.process.kill()
+        program.process.wait()
 
 
 @pytest.fixture(scope="session")

@@ -4,35 +4,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conftest import Run, columns, rows, run_case, shipped_text
+from conftest import LongProgram, Run, columns, rows, run_case
 from probes import MIRROR, contact_states, poses, probe, text, write_case
 
 H = 1e-7        # step of finite differences [m, rad]
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the first test to run keeps the table."""
-    return tmp_path_factory.mktemp("halfspace")/"aw.table"
-
-
-def run_halfspace(table: Path, folder: Path) -> tuple[str, Path]:
-    """Exercise 2 with this model: the terminal's text and the columns."""
-    words = shipped_text("ex2_aw", folder).replace("'strip' ", "'halfspace' ")
-    words = words.replace(f"{folder}/aw_strip.table", str(table))
-    done = run_case(words, folder)
-    assert done.returncode == 0, done.stderr
-    return done.stdout, folder/"ex2_aw.txt"
+def first_run(long_programs: dict[str, LongProgram]) -> LongProgram:
+    """Exercise 2 with this model: case.nml, ex2_aw.txt, aw.table."""
+    program = long_programs["test_halfspace"]
+    status, _, errors = program.finish()
+    assert status == 0, errors
+    return program
 
 
 @pytest.fixture(scope="module")
-def first_run(table: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
-    return run_halfspace(table, tmp_path_factory.mktemp("run"))
-
-
-@pytest.fixture(scope="module")
-def case(table: Path, first_run: tuple[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_case(tmp_path_factory.mktemp("case"), "aw", table, contact={"model": "halfspace"})
+def case(first_run: LongProgram, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_case(tmp_path_factory.mktemp("case"), "aw", first_run.folder/"aw.table",
+                      contact={"model": "halfspace"})
 
 
 @pytest.fixture(scope="module")
@@ -47,16 +37,17 @@ def touching(shipped: dict[str, Run]) -> np.ndarray:
     return np.concatenate(found)
 
 
-def test_table_is_found_again(table: Path, first_run: tuple[str, Path], tmp_path: Path):
+def test_table_is_found_again(first_run: LongProgram, tmp_path: Path):
     """... and gives the same rows, bit by bit."""
-    assert "(built)" in first_run[0]
-    again = run_halfspace(table, tmp_path)
-    assert "(found)" in again[0]
-    assert rows(again[1]) == rows(first_run[1])
+    assert "(built)" in first_run.finish()[1]
+    first, again = first_run.folder/"ex2_aw.txt", tmp_path/"again.txt"
+    done = run_case((first_run.folder/"case.nml").read_text().replace(str(first), str(again)), tmp_path)
+    assert done.returncode == 0 and "(found)" in done.stdout, done.stderr
+    assert rows(again) == rows(first)
 
 
-def test_energy_bar(first_run: tuple[str, Path]):
-    c = columns(first_run[1])
+def test_energy_bar(first_run: LongProgram):
+    c = columns(first_run.folder/"ex2_aw.txt")
     assert c["E_drift"].size > 1000
     assert np.abs(c["E_drift"]).max() < 1e-6*(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0]
 

@@ -1,27 +1,23 @@
 """The short form of `make validate`: every section, every line inside its bar, a CSV and a PDF that are complete."""
 import csv
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from conftest import FORTRAN_TESTS, REPO
+from conftest import LongProgram
 
 SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "integration", "sensitivity"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("validation")
-    done = subprocess.run([sys.executable, REPO/"tests/validation", "--short", "--out", folder], cwd=REPO,
-                          env={**os.environ, "LDBENCH_TESTS": str(FORTRAN_TESTS)}, capture_output=True, text=True)
-    assert not done.stderr, done.stderr
-    (folder/"status").write_text(str(done.returncode))
-    return folder
+def folder(long_programs: dict[str, LongProgram]) -> Path:
+    program = long_programs["test_validation"]
+    status, _, errors = program.finish()
+    assert not errors, errors
+    (program.folder/"status").write_text(str(status))
+    return program.folder
 
 
 @pytest.fixture(scope="module")

@@ -1,27 +1,22 @@
 """The short form of `make bench`: files that are complete, figures that are finite, whatever they are."""
 import csv
 import math
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from pypdf import PdfReader
 
-from conftest import FORTRAN_TESTS, LDBENCH, REPO
+from conftest import LongProgram
 
 Lines = list[dict[str, str]]
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("bench")
-    done = subprocess.run([sys.executable, REPO/"tests/bench", "--short", "--out", folder], cwd=REPO, text=True,
-                          env={**os.environ, "LDBENCH": str(LDBENCH), "LDBENCH_TESTS": str(FORTRAN_TESTS)},
-                          capture_output=True)
-    assert done.returncode == 0 and not done.stderr, done.stderr
-    return folder
+def folder(long_programs: dict[str, LongProgram]) -> Path:
+    program = long_programs["test_bench"]
+    status, _, errors = program.finish()
+    assert status == 0 and not errors, errors
+    return program.folder
 
 
 @pytest.fixture(scope="module")
