@@ -186,7 +186,7 @@ def for_all_cases(work: Callable[[str], T]) -> dict[str, T]:
 # ---- beside the tests ----------------------------------------------------------------
 @dataclass
 class LongProgram:
-    """A program of many seconds that a test module waits for: begun with the session, on another core if there is one."""
+    """A program of many seconds that a test module waits for; it goes on beside the tests before that one."""
     folder: Path     # of what it writes, given to it
     process: subprocess.Popen
 

@@ -129,6 +129,8 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
             done.wait()
         raise
     finally:
+        if done.is_set():
+            worker.join()       # it only has to end
         if bar:
             bar.close()
     if "error" in outcome:
