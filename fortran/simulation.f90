@@ -153,8 +153,8 @@ contains
     type(setup_type), intent(inout) :: setup
     real(dp), parameter :: farthest = 0.06_dp   ! where the path may end [m]
 
-    setup%equilibrium = setup%pair%axle_height
     call follow_path(setup%pair, setup%zones, setup%wheelset%inertia(), farthest, setup%path, setup%path_end)
+    setup%equilibrium = setup%path%q(2, 1)
     call small_motion(setup%path, setup%wheelset, setup%frequency(1), setup%shapes(:, 1))
     if (c%formulation /= 'bilateral') setup%path = path_type()
   end subroutine set_rigid
