@@ -73,7 +73,7 @@ contains
     type(motion_type) :: new
     type(gap_type) :: c(size(all%c))
     type(bracket_type) :: range
-    real(dp) :: h, rate(size(all%c)), least, x, f
+    real(dp) :: h, rate(size(all%c)), base(size(all%c)), least, x, f
     integer :: k, event, trials, iter, halved
     logical :: opens
 
@@ -83,6 +83,7 @@ contains
       call search(pair, motion%q, all)
     do k = 1, size(all%c)
       rate(k) = dot_product(all%c(k)%slope, motion%v)
+      base(k) = min(all%c(k)%gap, 0.0_dp)      ! what an event left of it
     end do
     h = dt
     do halved = 0, rule%halvings
@@ -99,11 +100,11 @@ contains
       if (k == 0) exit
       event = k
       opens = closed(k)
-      if (.not. opens .and. c(k)%gap > -pierced) then
+      if (.not. opens .and. c(k)%gap - base(k) > -pierced) then
         ! It dips below zero within the step and comes back.
         x = lowest(k, h)
         call step(x, new, c)
-        if (c(k)%gap > -pierced) then
+        if (c(k)%gap - base(k) > -pierced) then
           call step(h, new, c)
           event = 0
           exit
@@ -117,7 +118,7 @@ contains
         ! Over time: a gap that opens at the start has no zero there.
         least = rate(k)
         if (all%c(k)%gap > touching) least = max(least, all%c(k)%gap/h)
-        f = c(k)%gap/h
+        f = (c(k)%gap - base(k))/h
       end if
       if (least <= 0) then
         ! At once.
@@ -130,9 +131,9 @@ contains
         x = range%guess()
         call step(x, new, c)
         f = force_of(k, new, c)
-        if (.not. opens) f = c(k)%gap/x
+        if (.not. opens) f = (c(k)%gap - base(k))/x
         if (abs(range%b - range%a) <= 4*epsilon(x)*range%b) exit
-        if (.not. opens .and. abs(c(k)%gap) < 1e-16_dp) exit
+        if (.not. opens .and. abs(c(k)%gap - base(k)) < 1e-16_dp) exit
         if (opens .and. abs(f) < 1e-9_dp*w%weight()) exit
         call range%narrow(x, f)
       end do
@@ -195,10 +196,10 @@ contains
         if (closed(i)) then
           force = force_of(i, new, c)
           if (force < -1e-8_dp*w%weight()) when = h*min(1.0_dp, 1/(1 - force/max(force_of(i, motion, all%c), 1.0_dp)))
-        else if (c(i)%gap < -pierced) then
-          when = h*max(all%c(i)%gap, 0.0_dp)/(max(all%c(i)%gap, 0.0_dp) - c(i)%gap)
+        else if (c(i)%gap - base(i) < -pierced) then
+          when = h*(all%c(i)%gap - base(i))/(all%c(i)%gap - c(i)%gap)
         else if (rate(i) < 0 .and. dot_product(c(i)%slope, new%v) > 0) then
-          if (dip(i, lowest(i, h), h, c(i), new) < -pierced) when = lowest(i, h)
+          if (dip(i, lowest(i, h), h, c(i), new) - base(i) < -pierced) when = lowest(i, h)
         end if
         if (when < earliest) then
           earliest = when
@@ -347,7 +348,7 @@ contains
         motion%v = motion%v + x(i)*c(on(i))%slope/inertia
         associate (k => c(on(i))%contact)
           motion%impulse(k) = motion%impulse(k) + x(i)
-          if (x(i) > 0) motion%contact%struck(k) = .true.
+          if (x(i) > 0 .and. any(u <= -resting)) motion%contact%struck(k) = .true.
         end associate
       end do
       motion%loss = motion%loss - 0.5_dp*sum(inertia*(motion%v - v)*(motion%v + v))
