@@ -9,7 +9,7 @@ module events
   use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
   private
-  public :: event_log, watch, note_impact, event_kinds, elastic_kinds
+  public :: event_log, watch, note_impact, event_kinds, elastic_kinds, kept_impacts
 
   enum, bind(c)
     enumerator :: left_flange_contact = 1, right_flange_contact, left_lift_off, left_landing, &
@@ -128,6 +128,7 @@ contains
       integer :: k
 
       share = 0
+      if (any(new%contact%struck)) return
       do k = 1, 4
         if (.not. new%contact%pulls(k) .or. old%contact%pulls(k) .or. .not. old%contact%rigid(k)) cycle
         before = norm2(old%contact%slope(:2, k))

@@ -4,7 +4,7 @@ module report
   use case, only: case_type, list_variables, output_path, value_text, variable_type
   use columns, only: column_names, column_units, n_rigid_columns, write_table_file
   use errors, only: error_type, fatal_error
-  use events, only: elastic_kinds, event_kinds
+  use events, only: elastic_kinds, event_kinds, kept_impacts
   use kinds, only: dp, version
   use rigid, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use simulation, only: run_type, setup_type
@@ -111,18 +111,22 @@ contains
     line = line//nl
   end function profile_line
 
-  !> Lines about the outcome.
-  function outcome(c, run) result(lines)
+  !> Lines about the outcome, with so many impacts.
+  function outcome(c, run, impacts) result(lines)
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
+    integer, intent(in) :: impacts
     character(:), allocatable :: lines
-    integer :: k, kinds
+    integer :: k, kinds, struck
 
+    struck = 0
     lines = ''
     if (run%changes /= '') lines = 'initial conditions follow the constraints: '//run%changes//nl
     lines = lines//'events:'//nl
     do k = 1, run%log%n
       associate (event => run%log%list(k))
+        if (event_kinds(event%kind) == 'impact') struck = struck + 1
+        if (event_kinds(event%kind) == 'impact' .and. struck > impacts) cycle
         lines = lines//'  t = '//fixed(event%t, 6)//' s  '//trim(event_kinds(event%kind))
         if (abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0) &
           lines = lines//', lateral force '//fixed(1e-3_dp*event%force, 3)//' kN'
@@ -200,7 +204,7 @@ contains
       'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
       'equilibrium: axle '//fixed(setup%equilibrium, 6)//' m above the rails, approach '// &
       fixed(1e3_dp*(setup%pair%axle_height - setup%equilibrium), 4)//' mm, '// &
-      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//nl//frequencies(setup)//outcome(c, run)// &
+      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//nl//frequencies(setup)//outcome(c, run, 5)// &
       'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
       'columns: '//output_path(c)//', '//str(size(run%rows, 2))//' rows'//nl
@@ -219,7 +223,7 @@ contains
     n = size(run%rows, 1)
     names = column_names()
     units = column_units()
-    call write_table_file(file, header(c, setup)//outcome(c, run), names(:n), units(:n), run%rows, error)
+    call write_table_file(file, header(c, setup)//outcome(c, run, kept_impacts), names(:n), units(:n), run%rows, error)
   end subroutine write_columns
 
   !> Geometry functions over the lateral displacements at which the wheelset stands

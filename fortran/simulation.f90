@@ -1,6 +1,7 @@
 !> A run from case to columns: read the profiles, place them, build or find the
 !> table, settle the wheelset, integrate, note what happens.
 module simulation
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use bilateral, only: follow_path, path_type, small_motion
   use case, only: case_type
@@ -155,6 +156,7 @@ contains
 
     call follow_path(setup%pair, setup%zones, setup%wheelset%inertia(), farthest, setup%path, setup%path_end)
     setup%equilibrium = setup%path%q(2, 1)
+    setup%frequency = ieee_value(1.0_dp, ieee_quiet_nan)
     call small_motion(setup%path, setup%wheelset, setup%frequency(1), setup%shapes(:, 1))
     if (c%formulation /= 'bilateral') setup%path = path_type()
   end subroutine set_rigid

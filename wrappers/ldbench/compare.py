@@ -40,7 +40,7 @@ SHOWN = {
     **dict.fromkeys(("vY", "vZ"), ("m/s", 1.0)),
     **dict.fromkeys(("aY", "aZ"), ("m/s²", 1.0)),
     **dict.fromkeys(("KE", "PE", "W", "E"), ("J", 1.0)),
-    "roll": ("mrad", 1e3), "angle": ("°", DEG), "M": ("N·m", 1.0)}
+    "P": ("N·s", 1.0), "roll": ("mrad", 1e3), "angle": ("°", DEG), "M": ("N·m", 1.0)}
 SHOWN_WHOLE = {"roll_rate": ("mrad/s", 1e3), "roll_acc": ("rad/s²", 1.0)}
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
 FULL_CURVE = 4000          # longer curves are drawn by the extremes of stretches
