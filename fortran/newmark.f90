@@ -45,6 +45,7 @@ module newmark
     ! Of rigid contacts so far:
     real(dp) :: impulse(4) = 0         !! of impacts, by contact [N s]
     real(dp) :: loss = 0               !! energy lost in impacts [J]
+    real(dp) :: rest(3) = 0            !! what rounding has left of q in flight, where 1e4 steps add up to 1e-9 J
   end type motion_type
 
   ! In steps below about 3e-8 m the change of U is mostly rounding (1e-11 J), and divided by

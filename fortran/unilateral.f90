@@ -158,15 +158,18 @@ contains
       real(dp), intent(in) :: h
       type(motion_type), intent(out) :: new
       type(gap_type), intent(out) :: c(:)
-      integer :: i
+      integer :: i, on(count(closed))
 
       new = motion
       c = all%c
       if (count(closed) == 0) then
         call fly(w, h, new)
       else
-        call slide(pair, w, h, pack([(i, i=1, size(c))], closed), c, new)
-        evaluations = evaluations + 4
+        ! Two halves: their error in energy is a sixteenth, below that of an impact.
+        on = pack([(i, i=1, size(c))], closed)
+        call slide(pair, w, h/2, on, c, new)
+        call slide(pair, w, h/2, on, c, new)
+        evaluations = evaluations + 8
       end if
       do i = 1, size(c)
         if (.not. closed(i)) call find_gap(pair, new%q, c(i))
@@ -255,12 +258,15 @@ contains
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: h
     type(motion_type), intent(inout) :: motion
-    real(dp) :: a(3), growth(3), v_y
+    real(dp) :: a(3), growth(3), v_y, move(3), q(3)
 
     a = external_force(w, motion%t)/w%inertia()
     growth = [w%lateral_ramp/w%mass, 0.0_dp, 0.0_dp]
     v_y = motion%v(1)
-    motion%q = motion%q + h*(motion%v + h*(a/2 + h*growth/6))
+    move = h*(motion%v + h*(a/2 + h*growth/6)) + motion%rest
+    q = motion%q + move
+    motion%rest = (motion%q - q) + move
+    motion%q = q
     motion%v = motion%v + h*(a + h*growth/2)
     motion%t = motion%t + h
     motion%work = motion%work + 0.5_dp*w%mass*(motion%v(1) - v_y)*(motion%v(1) + v_y)
@@ -308,6 +314,7 @@ contains
       work = work + weight(stage)*f(1)*v(1)
     end do
     motion%q = motion%q + h*dq
+    motion%rest = 0
     motion%v = motion%v + h*dv
     motion%t = motion%t + h
     motion%work = motion%work + h*work
