@@ -7,21 +7,26 @@ from __future__ import annotations
 
 import json
 import re
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from tqdm import tqdm
 
-from .batch import find_namelists
+from . import _flat
+from ._core import complete
+from .batch import find_namelists, hashes, is_up_to_date, write_stamp
 from .case import Case
-from .plots import KN, MM, label_x, label_y, new_page
-from .record import CONTACTS, PAIRS
+from .plots import KN, MM, Part, bind, label_x, label_y, new_page, save_pages
+from .record import PAIRS, write_frame
 from .run import Run, run
-from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, DASH_DOT, DASHED, DOTTED, Line
+from .style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
 from .table import ContactTable
 
 FORMULATIONS: dict[str, dict[str, object]] = {
@@ -188,21 +193,11 @@ def table(found: Sequence[Outcome]) -> pd.DataFrame:
 
 
 def spread(values: Mapping[str, float]) -> float:
-    """Largest difference from the elastic value over that; inf where a formulation has no such result at all."""
+    """Largest difference from the elastic value over that, of the formulations that have the result; nan without
+    two of them or if it is zero."""
     elastic = values["elastic"]
-    others = [x for name, x in values.items() if name != "elastic"]
-    if not np.isfinite(elastic) or not np.isfinite(others).all():
-        return np.inf
-    if elastic == 0:
-        return 0.0 if not any(others) else np.inf
-    return float(max(abs(x - elastic) for x in others)/abs(elastic))
-
-
-def verdict(share: float) -> str:
-    """In a cell of the table."""
-    if np.isnan(share):
-        return "–"
-    return "not in all" if np.isinf(share) else f"{100*share:.3g} %"
+    others = [x for name, x in values.items() if name != "elastic" and np.isfinite(x)]
+    return float(max(abs(x - elastic) for x in others)/abs(elastic)) if elastic and others else np.nan
 
 
 # Compared one by one, or as a matter of what a formulation can say at all.
@@ -216,20 +211,21 @@ def verdict_page(found: Sequence[Outcome]) -> Figure:
         "Which results depend on the formulation?",
         "largest difference of a constraint formulation from elastic contact, over the elastic value",
         "constraint formulations: bilateral, both wheels held on the rails; unilateral, rigid contacts with restitution 1, 0.5 "
-        "and 0. not in all: the result exists in some formulations only.\ngreen: below 3 %, any code may be compared; orange: "
-        "up to 30 %; red: the formulation decides. impulse: of forces and impacts, until the wheelset moves back.")
+        "and 0. *: of the formulations that have the result.\ngreen: below 3 %, any code may be compared; orange: up to 30 %; red: "
+        "the formulation decides. impulse: of forces and impacts, until the wheelset moves back. lift-offs: fewest to most.")
     ax = figure.add_axes((0.055, 0.1, 0.93, 0.81))
     ax.set_axis_off()
     rows = [[RESULTS[key][0], *(cell(found, case, key) for case in cases)] for key in JUDGED]
     rows.append(["ending", *("differs" if len({o.ending for o in found if o.case == case}) > 1 else "the same"
                              for case in cases)])
-    height, width = 1/(len(rows) + 14), 0.72/len(cases)
+    height, width = 1/(len(rows) + 12.5), 0.72/len(cases)
     for i, row in enumerate([["", *cases], *rows]):
         y = 1 - (i + 0.5)*height
         for j, word in enumerate(row):
             x = 0.005 if j == 0 else 0.28 + (j - 0.06)*width
             if i and j and (shade := colour(word)):
-                ax.add_patch(plt_rectangle((0.28 + (j - 1)*width, y - height/2), width, height, shade))
+                ax.add_patch(Rectangle((0.28 + (j - 1)*width, y - height/2), width, height, facecolor=shade,
+                                       edgecolor="white", linewidth=1.5, zorder=0))
             ax.text(x, y, word, ha="left" if j == 0 else "right", va="center", fontsize=7.5,
                     weight="bold" if i == 0 or j == 0 else "normal")
     y = 1 - (len(rows) + 2.2)*height
@@ -246,15 +242,16 @@ def verdict_page(found: Sequence[Outcome]) -> Figure:
     return figure
 
 
-def plt_rectangle(corner: tuple[float, float], width: float, height: float, colour: str):
-    from matplotlib.patches import Rectangle
-
-    return Rectangle(corner, width, height, facecolor=colour, edgecolor="white", linewidth=1.5, zorder=0)
-
-
 def cell(found: Sequence[Outcome], case: str, key: str) -> str:
     values = {o.formulation: o.results[key] for o in found if o.case == case}
-    return "–" if not np.isfinite(list(values.values())).any() or not any(values.values()) else verdict(spread(values))
+    known = [x for x in values.values() if np.isfinite(x)]
+    if not any(known):
+        return "–"
+    if key == "lift_offs":
+        return f"{min(known):.0f} to {max(known):.0f}"
+    share = spread(values)
+    mark = "" if len(known) == len(values) else " *"
+    return f"{100*share:.3g} %{mark}" if np.isfinite(share) else f"{len(known)} of {len(values)}"
 
 
 def colour(word: str) -> str:
@@ -299,9 +296,9 @@ def short(x: float) -> str:
 
 # Pages ------------------------------------------------------------------------------------
 
-ROWS = (("Y", "lateral Y [mm]", MM), ("Z", "vertical Z [mm]", MM), ("pushed", "impulse of the left flange\nso far [kN·s]", 1e-3),
+ROWS = (("Y", "lateral Y [mm]", MM), ("Z", "vertical Z [mm]", MM), ("pushed", "left flange: impulse [kN·s]", 1e-3),
         ("kinetic", "kinetic energy [J]", 1.0))
-RAMP_LIMITS = {"Y": (-1, 25), "Z": (-2, 25)}      # what follows is the fall
+RAMP_LIMITS = {"Y": (-1, 25), "Z": (-2, 25), "kinetic": (-5, 300)}      # what follows is the fall
 
 
 def exercise_page(found: Sequence[Outcome], exercise: int) -> Figure:
@@ -329,13 +326,14 @@ def exercise_page(found: Sequence[Outcome], exercise: int) -> Figure:
 
 def climb_page(inputs: Path) -> Figure:
     """What it takes to lift the wheelset over the flange with both wheels on the rails."""
+    files = {file.stem[-2:]: file for file in find_namelists(inputs)}
     figure = new_page("Over the flange with both wheels on the rails", "", (
         "work of weight and load along the path of the rigid wheelset; dashed: kinetic energy at the start of exercises 1 to 4"))
-    axes = figure.subplots(1, 2, sharey=True, gridspec_kw={
-        "left": 0.07, "right": 0.985, "top": 0.87, "bottom": 0.1, "wspace": 0.06})
-    for ax, pair in zip(axes, PAIRS, strict=True):
-        case = Case.from_namelist(inputs/f"ex4_{pair}.nml")
-        c = run(case.replace(formulation="bilateral", vY=2.5, interval=2e-5, dt=2e-5)).columns
+    axes = figure.subplots(1, len(files), sharey=True, squeeze=False, gridspec_kw={
+        "left": 0.07, "right": 0.985, "top": 0.87, "bottom": 0.1, "wspace": 0.06})[0]
+    for ax, (pair, file) in zip(axes, files.items(), strict=True):
+        case = Case.from_namelist(file)
+        c = climb(case)
         ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
         for exercise, v in enumerate((0.1, 0.5, 1.0, 2.0), 1):
             energy = 0.5*case.mass*v**2
@@ -347,6 +345,30 @@ def climb_page(inputs: Path) -> Figure:
     return figure
 
 
+def climb(case: Case) -> pd.DataFrame:
+    """Columns of a wheelset that is fast enough to go over the left flange with both wheels on the rails."""
+    return run(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5, dt=2e-5,
+                            t_end=0.1, stop_at="derailment")).columns
+
+
+def words(found: Sequence[Outcome]) -> dict[str, object]:
+    """What the abstract says: per case how each formulation ends, and when; where a rail begins to pull."""
+    rows = [[case, *(ending_in_short(o) for o in found if o.case == case)] for case in dict.fromkeys(o.case for o in found)]
+    shares = {key: [spread({o.formulation: o.results[key] for o in found if o.case == case})
+                    for case in dict.fromkeys(o.case for o in found)] for key in ("t_LF", "impulse", "t_return", "F_derailment")}
+    pulls = [f"{KN*o.results['F_pulls']:.0f} kN ({o.case})" for o in found if np.isfinite(o.results["F_pulls"])]
+    return {"names": list(FORMULATIONS), "rows": rows, "pulls": pulls,
+            **{key: f"{100*np.nanmax(x):.2g}" if np.isfinite(x).any() else "" for key, x in shares.items()}}
+
+
+def ending_in_short(o: Outcome) -> str:
+    t, F = o.results["t_return"], o.results["F_derailment"]
+    if np.isfinite(t):
+        return f"{t:.3f} s"
+    how = o.ending.partition(": ")[2] or o.ending
+    return f"{how}, {KN*F:.1f} kN" if np.isfinite(F) else how
+
+
 def figures(found: Sequence[Outcome], inputs: Path) -> list[tuple[str, Figure]]:
     """The table, an exercise to a page, the values."""
     return [("which results depend on the formulation", verdict_page(found)),
@@ -355,9 +377,42 @@ def figures(found: Sequence[Outcome], inputs: Path) -> list[tuple[str, Figure]]:
             *((f"values, {PAIRS[pair]}", values_page(found, pair)) for pair in dict.fromkeys(o.pair for o in found))]
 
 
-def save(found: Sequence[Outcome], path: Path) -> None:
-    path.write_text(json.dumps([asdict(o) for o in found]))
+# Files ------------------------------------------------------------------------------------
+
+def sources(inputs: Path, root: Path) -> dict[str, str]:
+    """Hashes of what the outcomes depend on."""
+    files = find_namelists(inputs)
+    cases = [Case.from_namelist(file) for file in files]
+    profiles = {Path(case.find(name)) for case in cases for name in (case.wheel_profile, case.rail_profile)}
+    return hashes([*files, *sorted(profiles), Path(__file__), Path(_flat.__file__)], root)
 
 
-def load(path: Path) -> list[Outcome]:
-    return [Outcome(**o) for o in json.loads(path.read_text())]
+def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Outcome]:
+    """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`."""
+    kept = outputs/"formulations.json"
+    depends = sources(inputs, root)
+    if not force and is_up_to_date(kept, depends):
+        return [Outcome(**o) for o in json.loads(kept.read_text())]
+    outputs.mkdir(parents=True, exist_ok=True)
+    with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
+        found = outcomes(inputs, jobs, bar.update)
+    with complete(kept) as scratch:
+        scratch.write_text(json.dumps([asdict(o) for o in found]))
+    write_stamp(kept, depends)
+    return found
+
+
+def make_comparison(root: Path, inputs: Path, outputs: Path, jobs: int) -> list[Path]:
+    """Write the PDF and the CSV file of the comparison of formulations."""
+    found = kept_outcomes(root, inputs, outputs, jobs)
+    target = outputs/"ldbench_formulations.pdf"
+    with tempfile.TemporaryDirectory() as scratch:
+        bind([make_part(found, inputs, Path(scratch)/"pages.pdf")], target, "ldbench: elastic contact or constraint equations")
+    write_frame(table(found), target.with_suffix(".csv"))
+    return [target, target.with_suffix(".csv")]
+
+
+def make_part(found: Sequence[Outcome], inputs: Path, target: Path) -> Part:
+    """The pages, bound into a document."""
+    with ldbench_style():
+        return Part("Elastic contact or constraint equations", target, save_pages(target, figures(found, inputs)))

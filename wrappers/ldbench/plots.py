@@ -733,22 +733,6 @@ def derailment_figure(records: Sequence[Record]) -> Figure | None:
     return figure
 
 
-def contact_figure(records: Sequence[Record]) -> Figure | None:
-    """Left wheel on its rail at the peak of the first flange contact of exercise 3."""
-    chosen = [run for runs in by_pair(records).values() for run in runs if run.exercise == 3]
-    placed = [(run, section(run)) for run in chosen]
-    if not placed or any(where is None for _, where in placed):
-        return None
-    figure = small_figure(height=2.3)
-    axes = figure.subplots(1, len(placed), squeeze=False, gridspec_kw={
-        "left": 0.05, "right": 0.99, "top": 0.9, "bottom": 0.19, "wspace": 0.12})
-    for ax, (run, where) in zip(axes[0], placed, strict=True):
-        k = instants(run)[0][1]
-        draw_detail(ax, run, where, k, right=False)
-        ax.set_title(f"{PAIRS[run.name[-2:]]}, t = {1e3*run.time[k]:.1f} ms", loc="left", fontsize=8)
-    return figure
-
-
 # The document -----------------------------------------------------------------------------
 
 @dataclass(frozen=True)
@@ -792,9 +776,9 @@ def geometry_part(source: Path, target: Path) -> Part:
 
 
 def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
-               done: Callable[[], None] = lambda: None) -> int:
+               done: Callable[[], None] = lambda: None, further: Callable[[Path], Part] | None = None) -> int:
     """Write the PDF of plots of column files; the number of its pages.  `done` is called after
-    each file."""
+    each file; `further` makes a last part in a file."""
     check_written([target], [*files, *geometry])
     with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor(jobs or usable_cores()) as pool:
         # The longest first; the order of the document is that of the files.
@@ -813,6 +797,8 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
             first = Path(scratch)/"summary.pdf"
             figure = summary_page([part.summary for part in runs], SUMMARY_NOTE)
             parts = [Part("Summary", first, save_pages(first, [("summary", figure)])), *shapes, *runs]
+        if further:
+            parts.append(further(Path(scratch)/"further.pdf"))
         return bind(parts, target)
 
 
