@@ -89,8 +89,9 @@ validate: all $(TESTS)
 bench: all $(TESTS)
 	$(PYTHON) tests/bench
 
-reference: $(EXE)
+reference: $(EXE) $(WRAPPER)
 	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
+	$(PYTHON) tests/rigid_reference.py --store
 
 clean:
 	rm -rf build ldbench ldbench-debug wrappers/ldbench/_flat*.so

@@ -45,8 +45,8 @@ module bilateral
     integer :: at = 1                      !! the pose before |s|
   end type point_type
 
-  real(dp), parameter :: accuracy = 2e-11_dp     ! of the interpolated path [m]
-  real(dp), parameter :: longest = 2e-4_dp       ! between two poses [m]
+  real(dp), parameter :: accuracy = 1e-12_dp     ! of the interpolated path [m]
+  real(dp), parameter :: longest = 1e-4_dp       ! between two poses [m]
   real(dp), parameter :: mirror(3) = [-1, 1, -1]
 
 contains
