@@ -53,15 +53,16 @@ contains
     type(gap_type) :: pair_of(2)
     real(dp) :: given(3), given_rate(3), t(3), station(2), first
     real(dp), parameter :: air = 1e-9_dp          ! [m]
-    integer :: status
+    integer :: k, status
     logical :: ok
 
     given = [c%y, equilibrium + c%z, c%roll]
     given_rate = [c%vy, c%vz, c%roll_rate]
+    ! Mirrored where the first of these that is not zero is negative.
     associate (order => [c%vy, c%y, c%roll, c%roll_rate, c%lateral_force, c%lateral_ramp])
       first = 0
-      status = findloc(abs(order) > 0, .true., 1)
-      if (status > 0) first = order(status)
+      k = findloc(abs(order) > 0, .true., 1)
+      if (k > 0) first = order(k)
     end associate
     r%bilateral = c%formulation == 'bilateral'
     r%mirrored = first < 0
@@ -78,7 +79,6 @@ contains
     if (r%bilateral) then
       call start_at(path, given(1), r%point, ok)
       if (ok) then
-        call path_state(path, pair, r%w, r%point, 0.0_dp, r%own%q, t, r%own%contact)
         r%point%v = 1
         call path_state(path, pair, r%w, r%point, 0.0_dp, r%own%q, t, r%own%contact)
         ok = abs(t(1)) > 1e-6_dp*norm2(t)

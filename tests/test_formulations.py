@@ -213,8 +213,8 @@ def test_free_flight_is_the_parabola():
 def flying(pair: str, restitution: float) -> Run:
     """A wheelset in the air that hits the left rail with its flange."""
     return run(Case.exercise(3, pair).replace(
-        formulation="unilateral", restitution=restitution, Y={"aw": 5e-3, "sw": 14e-3}[pair], Z=4e-3, vZ=0.3, vY=1.0, roll_rate=0.0, t_end=0.015,
-        interval=1e-4, stop_at="t_end"))
+        formulation="unilateral", restitution=restitution, Y={"aw": 5e-3, "sw": 14e-3}[pair], Z=4e-3, vZ=0.3, vY=1.0,
+        roll_rate=0.0, t_end=0.015, interval=1e-4, stop_at="t_end"))
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.4, 0.0])

@@ -36,8 +36,9 @@ FORMULATIONS: dict[str, dict[str, object]] = {
     "unilateral, e = 0.5": {"formulation": "unilateral", "restitution": 0.5},
     "unilateral, e = 0": {"formulation": "unilateral", "restitution": 0.0},
 }
-LINES = dict(zip(FORMULATIONS, (Line(BLUE, width=1.4), Line(RED, DASHED, 1.2), Line(GREEN, DASH_DOT), Line(ORANGE, DOTTED, 1.3),
-                                Line(PURPLE, width=0.8)), strict=True))
+LINES = dict(zip(FORMULATIONS, (
+    Line(BLUE, width=1.4), Line(RED, DASHED, 1.2), Line(GREEN, DASH_DOT), Line(ORANGE, DOTTED, 1.3), Line(PURPLE, width=0.8)),
+    strict=True))
 LONG_INTERVAL = 5e-3        # between rows of exercise 5 [s]
 TURNED = 0.02               # roll that lifts the other wheel [rad]
 
@@ -133,7 +134,7 @@ def outcome(done: Run, name: str) -> Outcome:
         "t_RF": first.get("right flange contact", np.nan),
         "t_return": t[-1] if returned else np.nan,
         "lift_offs": summary["n_left_wheel_lift_off"] + summary["n_right_wheel_lift_off"],
-        "lost": float(c.E_lost.iloc[-1]) if rigid else 0.0,
+        "lost": round(float(c.E_lost.iloc[-1]), 6) + 0.0 if rigid else 0.0,
         "t_derailment": first.get("derailment", np.nan),
         "F_derailment": force.get("derailment", np.nan) if ramp else np.nan,
         "F_pulls": force.get("rail pulls", np.nan) if ramp else np.nan,
@@ -210,9 +211,10 @@ def verdict_page(found: Sequence[Outcome]) -> Figure:
     figure = new_page(
         "Which results depend on the formulation?",
         "largest difference of a constraint formulation from elastic contact, over the elastic value",
-        "constraint formulations: bilateral, both wheels held on the rails; unilateral, rigid contacts with restitution 1, 0.5 "
-        "and 0. *: of the formulations that have the result.\ngreen: below 3 %, any code may be compared; orange: up to 30 %; red: "
-        "the formulation decides. impulse: of forces and impacts, until the wheelset moves back. lift-offs: fewest to most.")
+        "constraint formulations: bilateral, both wheels held on the rails; unilateral, rigid contacts with restitution 1, "
+        "0.5 and 0. *: of the formulations that have the result.\ngreen: below 3 %, any code may be compared; orange: up to "
+        "30 %; red: the formulation decides. impulse: of forces and impacts, until the wheelset moves back. lift-offs: "
+        "fewest to most.")
     ax = figure.add_axes((0.055, 0.1, 0.93, 0.81))
     ax.set_axis_off()
     rows = [[RESULTS[key][0], *(cell(found, case, key) for case in cases)] for key in JUDGED]
@@ -234,7 +236,8 @@ def verdict_page(found: Sequence[Outcome]) -> Figure:
         groups: dict[str, list[str]] = {}
         for name, ending in own.items():
             groups.setdefault(ending, []).append(name.replace("unilateral, ", ""))
-        words = "; ".join(f"{ending} ({', '.join(names) if len(groups) > 1 else 'all'})" for ending, names in groups.items())
+        words = "; ".join(f"{ending} ({', '.join(names) if len(groups) > 1 else 'all'})"
+                          for ending, names in groups.items())
         ax.text(0.005, y, case, fontsize=7.5, weight="bold", va="center")
         ax.text(0.075, y, words, fontsize=7.5, va="center")
         y -= 0.95*height
@@ -277,7 +280,8 @@ def values_page(found: Sequence[Outcome], pair: str) -> Figure:
             values = [factor*o.results[key] for o in own]
             if np.isfinite(values).any() and any(x for x in values if np.isfinite(x)):
                 lines.append(([f"{words} [{unit}]" if unit else words, *(short(x) for x in values)], False))
-        lines.append((["ending", *(o.ending.replace(" rail: ", " rail:\n").replace("derails over", "over") for o in own)], False))
+        endings = (o.ending.replace(" rail: ", " rail:\n").replace("derails over", "over") for o in own)
+        lines.append((["ending", *endings], False))
     height = 1/(len(lines) + 1)
     for i, (row, bold) in enumerate(lines):
         y = 1 - (i + 0.5)*height
@@ -313,7 +317,8 @@ def exercise_page(found: Sequence[Outcome], exercise: int) -> Figure:
     for column, pair in zip(axes.T, pairs, strict=True):
         for ax, (key, label, scale) in zip(column, ROWS, strict=True):
             for o in (o for o in own if o.pair == pair):
-                ax.plot(o.curves["t"], scale*np.array(o.curves[key]), label=o.formulation, **LINES[o.formulation].kwargs())
+                ax.plot(o.curves["t"], scale*np.array(o.curves[key]), label=o.formulation,
+                        **LINES[o.formulation].kwargs())
             if exercise == 5 and key in RAMP_LIMITS:
                 ax.set_ylim(*RAMP_LIMITS[key])
             if ax in axes[:, 0]:
@@ -328,7 +333,8 @@ def climb_page(inputs: Path) -> Figure:
     """What it takes to lift the wheelset over the flange with both wheels on the rails."""
     files = {file.stem[-2:]: file for file in find_namelists(inputs)}
     figure = new_page("Over the flange with both wheels on the rails", "", (
-        "work of weight and load along the path of the rigid wheelset; dashed: kinetic energy at the start of exercises 1 to 4"))
+        "work of weight and load along the path of the rigid wheelset; dashed: kinetic energy at the start of exercises "
+        "1 to 4"))
     axes = figure.subplots(1, len(files), sharey=True, squeeze=False, gridspec_kw={
         "left": 0.07, "right": 0.985, "top": 0.87, "bottom": 0.1, "wspace": 0.06})[0]
     for ax, (pair, file) in zip(axes, files.items(), strict=True):
@@ -347,15 +353,16 @@ def climb_page(inputs: Path) -> Figure:
 
 def climb(case: Case) -> pd.DataFrame:
     """Columns of a wheelset that is fast enough to go over the left flange with both wheels on the rails."""
-    return run(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5, dt=2e-5,
-                            t_end=0.1, stop_at="derailment")).columns
+    return run(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5,
+                            dt=2e-5, t_end=0.1, stop_at="derailment")).columns
 
 
 def words(found: Sequence[Outcome]) -> dict[str, object]:
     """What the abstract says: per case how each formulation ends, and when; where a rail begins to pull."""
-    rows = [[case, *(ending_in_short(o) for o in found if o.case == case)] for case in dict.fromkeys(o.case for o in found)]
-    shares = {key: [spread({o.formulation: o.results[key] for o in found if o.case == case})
-                    for case in dict.fromkeys(o.case for o in found)] for key in ("t_LF", "impulse", "t_return", "F_derailment")}
+    cases = list(dict.fromkeys(o.case for o in found))
+    rows = [[case, *(ending_in_short(o) for o in found if o.case == case)] for case in cases]
+    shares = {key: [spread({o.formulation: o.results[key] for o in found if o.case == case}) for case in cases]
+              for key in ("t_LF", "impulse", "t_return", "F_derailment")}
     pulls = [f"{KN*o.results['F_pulls']:.0f} kN ({o.case})" for o in found if np.isfinite(o.results["F_pulls"])]
     return {"names": list(FORMULATIONS), "rows": rows, "pulls": pulls,
             **{key: f"{100*np.nanmax(x):.2g}" if np.isfinite(x).any() else "" for key, x in shares.items()}}
@@ -407,7 +414,8 @@ def make_comparison(root: Path, inputs: Path, outputs: Path, jobs: int) -> list[
     found = kept_outcomes(root, inputs, outputs, jobs)
     target = outputs/"ldbench_formulations.pdf"
     with tempfile.TemporaryDirectory() as scratch:
-        bind([make_part(found, inputs, Path(scratch)/"pages.pdf")], target, "ldbench: elastic contact or constraint equations")
+        part = make_part(found, inputs, Path(scratch)/"pages.pdf")
+        bind([part], target, "ldbench: elastic contact or constraint equations")
     write_frame(table(found), target.with_suffix(".csv"))
     return [target, target.with_suffix(".csv")]
 

@@ -53,8 +53,9 @@ class Run:
         """Rows of the columns, shape (columns, rows), and events."""
         kinds = _event_kinds()
         rows, t, kind, force, impulses, loss = _flat.run_results(self._handle, *_flat.run_size(self._handle))
-        return rows, [Event(float(a), kinds[b - 1], float(c), {k: float(x) for k, x in zip(CONTACTS, d, strict=True) if x},
-                            float(e)) for a, b, c, d, e in zip(t, kind, force, impulses.T, loss, strict=True)]
+        struck = [{c: float(x) for c, x in zip(CONTACTS, blow, strict=True) if x} for blow in impulses.T]
+        return rows, [Event(float(a), kinds[b - 1], float(c), d, float(e))
+                      for a, b, c, d, e in zip(t, kind, force, struck, loss, strict=True)]
 
     @functools.cached_property
     def columns(self) -> pd.DataFrame:

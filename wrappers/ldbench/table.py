@@ -113,7 +113,8 @@ class ContactTable:
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative. Rigid contacts leave one, then nan."""
+        """The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative; nan but for one with rigid
+        contacts."""
         return tuple(self._frequencies)
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
@@ -219,7 +220,9 @@ def main(args: argparse.Namespace) -> int:
     case = Case.from_namelist(args.namelist)
     table = ContactTable(case, progress=True)
     elastic = case.formulation == "elastic"
-    stiffness = f", vertical stiffness {1e-6*table.tangent(0.0, table.equilibrium, 0.0)[1, 1]:.1f} kN/mm" if elastic else ""
+    stiffness = ""
+    if elastic:
+        stiffness = f", vertical stiffness {1e-6*table.tangent(0.0, table.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
     print(f"{case.case_name}: {case.title}",
           f"profiles: {case.wheel_profile}, {case.rail_profile}",
           f"rigid-axle clearance [mm]: 2 x {1e3 * table.clearance:.3f}",
