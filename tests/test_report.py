@@ -59,7 +59,7 @@ def test_plots_have_pages_and_bookmarks(project: Path):
     assert [part.title for part in chapters] == [
         "Summary", "Contact geometry, actual profiles", "Contact geometry, simplified profiles",
         "Exercise 3, actual profiles", "Exercise 3, simplified profiles", "Elastic contact or constraint equations"]
-    assert [document.get_destination_page_number(part) for part in chapters] == [0, 1, 2, 3, 3 + per_run]
+    assert [document.get_destination_page_number(part) for part in chapters] == [0, 1, 2, 3, 3 + per_run, 3 + 2*per_run]
     run = read_record(project/"outputs/ex3_aw.txt")
     assert f"{run.first_contact('LF'):.6f}" in document.pages[0].extract_text()
     for chapter, pair in zip((4, 6), ("actual", "simplified"), strict=True):
