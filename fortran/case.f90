@@ -131,7 +131,7 @@ contains
       'at the centre of gravity, track frame, at t = 0')
     call add_real('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', 'its growth')
     call add_text('contact', 'formulation', c%formulation, 'elastic bilateral unilateral', &
-      'elastic forces; rigid: both wheels held on the rails; rigid: contacts that only push, with impacts')
+      'rigid: held on the rails, or only pushed')
     call add_real('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
       'of impacts, with formulation = ''unilateral''')
     call add_text('contact', 'model', c%model, 'strip hertz halfspace', 'elastic normal force')
