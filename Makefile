@@ -15,8 +15,8 @@ PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
 MODULES = kinds errors system text progress terminal case curve profile hertz geometry halfspace \
-          contact bspline potential table rigid wheelset modes newmark events columns \
-          simulation report
+          contact bspline potential table rigid wheelset modes newmark bracket \
+          gaps bilateral unilateral rigid_motion events columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
 WRAPPER = build/wrapper/installed
@@ -89,8 +89,9 @@ validate: all $(TESTS)
 bench: all $(TESTS)
 	$(PYTHON) tests/bench
 
-reference: $(EXE)
+reference: $(EXE) $(WRAPPER)
 	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
+	$(PYTHON) tests/rigid_reference.py --store
 
 clean:
 	rm -rf build ldbench ldbench-debug wrappers/ldbench/_flat*.so

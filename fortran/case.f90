@@ -46,6 +46,8 @@ module case
     real(dp) :: lateral_force = 0
     real(dp) :: lateral_ramp = 0
     ! &contact
+    character(text_length) :: formulation = 'elastic'
+    real(dp) :: restitution = 1
     character(text_length) :: model = 'strip'
     real(dp) :: split_angle = 0.1745_dp
     real(dp) :: stiffness_scale = 1
@@ -128,7 +130,11 @@ contains
     call add_real('loading', 'lateral_force', c%lateral_force, -1e7_dp, 1e7_dp, 'N', &
       'at the centre of gravity, track frame, at t = 0')
     call add_real('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', 'its growth')
-    call add_text('contact', 'model', c%model, 'strip hertz halfspace', 'normal force')
+    call add_text('contact', 'formulation', c%formulation, 'elastic bilateral unilateral', &
+      'rigid: held on the rails, or only pushed')
+    call add_real('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
+      'of impacts, with formulation = ''unilateral''')
+    call add_text('contact', 'model', c%model, 'strip hertz halfspace', 'elastic normal force')
     call add_real('contact', 'split_angle', c%split_angle, 0.03_dp, 1.2_dp, 'rad', &
       'tangent angle that parts tread and flange')
     call add_real('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', &
@@ -476,6 +482,12 @@ contains
       call fatal_error(error, file//', &integrator order: expected 2 or 4, found 3')
     else if (c%scheme == 'newmark' .and. c%order == 4 .and. c%gamma > 0.5_dp) then
       call fatal_error(error, file//', &integrator gamma: expected 0.5 with order = 4, found '//str(c%gamma))
+    else if (c%formulation /= 'unilateral' .and. c%restitution < 1) then
+      call fatal_error(error, file//', &contact restitution: expected 1, for only formulation = ''unilateral'''// &
+        ' has impacts, found '//str(c%restitution)//' with '''//trim(c%formulation)//'''')
+    else if (c%formulation /= 'elastic' .and. abs(c%stiffness_scale - 1) > 0) then
+      call fatal_error(error, file//', &contact stiffness_scale: expected 1, for contacts are rigid with'// &
+        ' formulation = '''//trim(c%formulation)//''', found '//str(c%stiffness_scale))
     else if (c%interval < c%dt) then
       call fatal_error(error, file//', &output interval: expected at least the step &integrator dt = '// &
         str(c%dt)//' s, found '//str(c%interval))

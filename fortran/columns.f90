@@ -6,6 +6,9 @@
 !> resultant's line of action cuts the undeformed wheel profile, which is the
 !> force-weighted centre of the patches to within their curvature; the rolling
 !> radius is the wheel's there.
+!>
+!> Rigid contacts have five more columns, which tell impacts from contact that lasts: the impulses P of
+!> impacts so far, by contact, and the energy lost in them.  N of a rail that pulls is negative.
 module columns
   use curve, only: curve_point, near_interval
   use errors, only: error_type, fatal_error
@@ -15,20 +18,21 @@ module columns
   use system, only: finish_file, scratch_name
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
-  use wheelset, only: contact_name, contact_state, external_force, right_tread, &
+  use wheelset, only: closed, contact_name, contact_state, external_force, right_tread, &
     wheelset_type
   implicit none
   private
-  public :: n_columns, elastic_columns, column_names, column_units, fill_row, write_table_file
+  public :: n_columns, n_rigid_columns, elastic_columns, column_names, column_units, fill_row, write_table_file
 
-  integer, parameter :: n_columns = 56
+  integer, parameter :: n_columns = 56          !! of elastic contacts
+  integer, parameter :: n_rigid_columns = 61    !! of rigid ones: the same and five more
   integer, parameter :: elastic_columns(2) = [52, 53]   !! PE_elastic_L, PE_elastic_R
   integer, parameter :: width = 16
 
 contains
 
   pure function column_names() result(names)
-    character(width) :: names(n_columns)
+    character(width) :: names(n_rigid_columns)
     character(6), parameter :: per_contact(7) = ['angle ', 'N     ', 'Fy    ', 'Fz    ', 'y     ', 'z     ', &
       'radius']
     integer :: c, i
@@ -42,10 +46,11 @@ contains
     end do
     names(43:56) = [character(width) :: 'F_ext', 'M_gyro', 'KE_long', 'KE_lat', 'KE_vert', 'KE_roll', &
       'KE_pitch', 'PE_grav', 'PE_load', 'PE_elastic_L', 'PE_elastic_R', 'W_ext', 'E_total', 'E_drift']
+    names(57:61) = [character(width) :: ('P_'//contact_name(c), c=1, 4), 'E_lost']
   end function column_names
 
   pure function column_units() result(units)
-    character(width) :: units(n_columns)
+    character(width) :: units(n_rigid_columns)
     integer :: i
 
     units(1:14) = [character(width) :: 's', 'm', 'm', 'm', 'rad', 'rad', 'm/s', 'm/s', 'm/s', 'rad/s', &
@@ -55,6 +60,7 @@ contains
     end do
     units(43:56) = 'J'
     units(43:44) = [character(width) :: 'N', 'N.m']
+    units(57:61) = [character(width) :: 'N.s', 'N.s', 'N.s', 'N.s', 'J']
   end function column_units
 
   !> One row.  `equilibrium` is the static axle height, `first_energy` the total
@@ -68,7 +74,7 @@ contains
     real(dp), intent(in) :: pitch_rate     !! constant [rad/s]
     real(dp), intent(in) :: equilibrium    !! [m]
     real(dp), intent(in) :: first_energy   !! [J]
-    real(dp), intent(out) :: row(n_columns)
+    real(dp), intent(out) :: row(:)        !! (n_columns or n_rigid_columns)
     real(dp) :: force(3), rise
     integer :: c
 
@@ -89,6 +95,9 @@ contains
     ! Left and right are added first: the mirrored run has the same sum, bit by bit.
     row(55) = sum(row(45:51)) + (row(52) + row(53))
     row(56) = row(55) - row(54) - first_energy
+    if (size(row) == n_columns) return
+    row(56) = row(56) + motion%loss
+    row(57:61) = [motion%impulse, motion%loss]
   end subroutine fill_row
 
   !> angle, N, Fy, Fz, y, z, radius of one contact.
@@ -99,20 +108,24 @@ contains
     integer, intent(in) :: c
     real(dp), intent(out) :: row(7)
     real(dp) :: force(3), own(2), roll, side, s, r(2), d1(2), d2(2), x(2), miss, slope
+    real(dp) :: push
+    logical :: shut(4)
     integer :: i, iter
 
     row = 0
-    if (state%energy(c) <= 0) then
+    shut = closed(state)
+    if (.not. shut(c)) then
       row([1, 5, 6, 7]) = ieee_value(1.0_dp, ieee_quiet_nan)
       return
     end if
     side = merge(-1.0_dp, 1.0_dp, c >= right_tread)
-    force = -state%slope(:, c)*[side, 1.0_dp, side]       ! as on the left wheel
+    push = merge(-1, 1, state%pulls(c))
+    force = -push*state%slope(:, c)*[side, 1.0_dp, side]       ! as on the left wheel
     roll = side*q(3)
     row(1) = atan2(-force(1), force(2))
     row(2) = hypot(force(1), force(2))
-    row(3) = side*force(1)
-    row(4) = force(2)
+    row(3) = push*side*force(1)
+    row(4) = push*force(2)
 
     ! The wheel's point about which the resultant has no moment, in the wheel's frame.
     own = rolled(force(:2), -roll)
@@ -130,6 +143,7 @@ contains
     row(5) = q(1) + side*x(1)
     row(6) = q(2) + x(2)
     row(7) = -r(2)
+    row(2) = push*row(2)
   end subroutine contact_columns
 
   !> Write rows under a header: the line of names, the header's lines and the units

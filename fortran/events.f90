@@ -1,35 +1,41 @@
 !> What happens in a run, and when: flange contacts, wheels that lift off and land,
-!> passages of the centre, derailment.  Times lie within the steps: of a contact from its
-!> energy, which goes with the penetration as p^(5/2), and the rate at which it changes;
-!> of the others by linear interpolation.
+!> passages of the centre, derailment; with rigid contacts impacts, and rails that pull.
+!> Times lie within the steps: of an elastic contact from its energy, which goes with the
+!> penetration as p^(5/2), and the rate at which it changes; of the others by linear
+!> interpolation.  Steps of rigid contacts end where contacts open and close.
 module events
   use kinds, only: dp
   use newmark, only: motion_type
-  use wheelset, only: external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
+  use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
   private
-  public :: event_log, watch, event_kinds
+  public :: event_log, watch, note_impact, event_kinds, elastic_kinds, kept_impacts
 
   enum, bind(c)
     enumerator :: left_flange_contact = 1, right_flange_contact, left_lift_off, left_landing, &
-      right_lift_off, right_landing, centre_passage, derailment
+      right_lift_off, right_landing, centre_passage, derailment, impact, rail_pulls
   end enum
-  character(20), parameter :: event_kinds(8) = [character(20) :: 'left flange contact', &
+  character(20), parameter :: event_kinds(10) = [character(20) :: 'left flange contact', &
     'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
-    'right wheel landing', 'centre passage', 'derailment']
+    'right wheel landing', 'centre passage', 'derailment', 'impact', &
+    'rail pulls']
+  integer, parameter :: elastic_kinds = 8   !! of these: the first
 
-  integer, parameter :: kept = 5   !! events of a kind that are recorded; later ones are counted
+  integer, parameter :: kept = 5            !! events of a kind that are recorded; later ones are counted
+  integer, parameter :: kept_impacts = 100  !! the same of impacts
   real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
 
   type :: event_type
     integer :: kind = 0
     real(dp) :: t = 0              !! [s]
     real(dp) :: force = 0          !! lateral force then [N]
+    real(dp) :: impulse(4) = 0     !! of an impact, by contact [N s]
+    real(dp) :: loss = 0           !! energy that is lost in it [J]
   end type event_type
 
   type :: event_log
     integer :: n = 0
-    type(event_type) :: list(kept*size(event_kinds))
+    type(event_type) :: list(kept*size(event_kinds) + kept_impacts)
     integer :: counts(size(event_kinds)) = 0
     logical :: away = .false.         !! from the centre since the last passage
     logical :: returned = .false.     !! to the centre after both flanges had been hit
@@ -46,14 +52,15 @@ contains
     real(dp), intent(in) :: flange_tip(2)   !! of the left wheel, wheelset frame [m]
     real(dp), intent(in) :: gauge_face      !! Y of the left rail's gauge face [m]
     real(dp) :: dt, before, after
-    logical :: were(4), are(4)
+    logical :: were(4), are(4), hit(4)
 
     dt = new%t - old%t
-    were = old%contact%energy > 0
-    are = new%contact%energy > 0
-    if (any(were .neqv. are)) then
-      if (are(left_flange) .and. .not. were(left_flange)) call note(left_flange_contact, touch(left_flange))
-      if (are(right_flange) .and. .not. were(right_flange)) call note(right_flange_contact, touch(right_flange))
+    were = closed(old%contact)
+    are = closed(new%contact)
+    hit = are .or. new%contact%struck
+    if (any(were .neqv. are) .or. any(new%contact%struck)) then
+      if (hit(left_flange) .and. .not. were(left_flange)) call note(left_flange_contact, touch(left_flange))
+      if (hit(right_flange) .and. .not. were(right_flange)) call note(right_flange_contact, touch(right_flange))
       call wheel(left_tread, left_flange, left_lift_off, left_landing)
       call wheel(right_tread, right_flange, right_lift_off, right_landing)
     end if
@@ -63,6 +70,7 @@ contains
       if (log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0) log%returned = .true.
       call note(centre_passage, new%t - dt*new%q(1)/(new%q(1) - old%q(1)))
     end if
+    if (any(new%contact%pulls .and. .not. old%contact%pulls)) call note(rail_pulls, new%t - dt*share_of_pull())
     if (log%derailed) return
     after = overhang(new%q, flange_tip, gauge_face)
     if (after > 0) then
@@ -76,10 +84,11 @@ contains
     subroutine wheel(tread, flange, lift_off, landing)
       integer, intent(in) :: tread, flange, lift_off, landing
 
-      if (were(tread) .or. were(flange)) then
+      if (.not. (were(tread) .or. were(flange))) then
+        if (hit(tread) .or. hit(flange)) call note(landing, min(touch(tread), touch(flange)))
+      end if
+      if (were(tread) .or. were(flange) .or. hit(tread) .or. hit(flange)) then
         if (.not. (are(tread) .or. are(flange))) call note(lift_off, max(leave(tread), leave(flange)))
-      else
-        if (are(tread) .or. are(flange)) call note(landing, min(touch(tread), touch(flange)))
       end if
     end subroutine wheel
 
@@ -88,7 +97,7 @@ contains
       integer, intent(in) :: contact
 
       t = new%t
-      if (are(contact)) t = t - min(dt, lapse(new, contact))
+      if (are(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
     end function touch
 
     !> When a contact that was closed was opened.
@@ -96,7 +105,11 @@ contains
       integer, intent(in) :: contact
 
       t = old%t
-      if (were(contact)) t = t + min(dt, lapse(old, contact))
+      if (old%contact%rigid(contact) .or. new%contact%struck(contact)) then
+        t = new%t
+      else if (were(contact)) then
+        t = t + min(dt, lapse(old, contact))
+      end if
     end function leave
 
     !> Time in which the penetration changes by its own size [s].
@@ -109,19 +122,58 @@ contains
       lapse = 2.5_dp*motion%contact%energy(contact)/max(rate, motion%contact%energy(contact)/dt)
     end function lapse
 
+    !> The part of the step after a force has changed its sign.
+    real(dp) function share_of_pull() result(share)
+      real(dp) :: before, after
+      integer :: k
+
+      share = 0
+      if (any(new%contact%struck)) return
+      do k = 1, 4
+        if (.not. new%contact%pulls(k) .or. old%contact%pulls(k) .or. .not. old%contact%rigid(k)) cycle
+        before = norm2(old%contact%slope(:2, k))
+        after = norm2(new%contact%slope(:2, k))
+        share = max(share, after/(before + after))
+      end do
+    end function share_of_pull
+
     subroutine note(kind, time)
       integer, intent(in) :: kind
       real(dp), intent(in) :: time
-      real(dp) :: force(3)
 
-      log%counts(kind) = log%counts(kind) + 1
-      if (log%counts(kind) > kept) return
-      log%n = log%n + 1
-      force = external_force(w, time)
-      log%list(log%n) = event_type(kind, time, force(1))
+      call record(log, w, kind, time)
     end subroutine note
 
   end subroutine watch
+
+  subroutine record(log, w, kind, time)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    integer, intent(in) :: kind
+    real(dp), intent(in) :: time
+    real(dp) :: force(3)
+
+    log%counts(kind) = log%counts(kind) + 1
+    if (log%counts(kind) > merge(kept_impacts, kept, kind == impact)) return
+    log%n = log%n + 1
+    force = external_force(w, time)
+    log%list(log%n) = event_type(kind, time, force(1))
+  end subroutine record
+
+  !> An impact of rigid contacts at the end of a step, by what it added to the impulses and the loss.
+  subroutine note_impact(log, w, old, new)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: old, new
+    integer :: n
+
+    if (.not. any(new%contact%struck)) return
+    n = log%n
+    call record(log, w, impact, new%t)
+    if (log%n == n) return
+    log%list(log%n)%impulse = new%impulse - old%impulse
+    log%list(log%n)%loss = new%loss - old%loss
+  end subroutine note_impact
 
   !> How far a flange's tip is past the gauge face and above the rail head, or rolling over it:
   !> the smaller of both, of the wheel that has gone farther; positive: derailed [m].

@@ -21,7 +21,8 @@ module newmark
   use wheelset, only: contact_state, contacts, external_force, wheelset_type
   implicit none
   private
-  public :: scheme_type, motion_type, start_motion, advance, energy_change, energy_rounding, step_ok, step_diverged
+  public :: scheme_type, motion_type, start_motion, advance, energy_change, energy_rounding, step_ok, step_diverged, &
+    kick, drift
 
   type :: scheme_type
     character(16) :: name = 'newmark'  !! or 'energy'
@@ -41,11 +42,21 @@ module newmark
     real(dp) :: dt = 0                 !! the last implicit step [s]
     real(dp) :: work = 0               !! done by the lateral force so far [J]
     type(contact_state) :: contact     !! at q
+    ! Of rigid contacts so far:
+    real(dp) :: impulse(4) = 0         !! of impacts, by contact [N s]
+    real(dp) :: loss = 0               !! energy lost in impacts [J]
+    real(dp) :: rest(3) = 0            !! what rounding has left of q in flight, where 1e4 steps add up to 1e-9 J
   end type motion_type
 
   ! In steps below about 3e-8 m the change of U is mostly rounding (1e-11 J), and divided by
   ! the step it would act as a force; there the midpoint's gradient is used alone.
   real(dp), parameter :: least_square = 1e-12_dp   ! d.M d [kg m2]
+
+  ! The scheme SRKN 6b of Blanes and Moan: shares of a step.
+  real(dp), parameter :: b(3) = [0.0829844064174052_dp, 0.396309801498368_dp, -0.0390563049223486_dp]
+  real(dp), parameter :: a(2) = [0.245298957184271_dp, 0.604872665711080_dp]
+  real(dp), parameter :: kick(7) = [b, 1 - 2*sum(b), b(3:1:-1)]
+  real(dp), parameter :: drift(6) = [a, 0.5_dp - sum(a), 0.5_dp - sum(a), a(2:1:-1)]
 
   integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `potential`
 
@@ -118,17 +129,13 @@ contains
     energy_rounding = 4*epsilon(1.0_dp)*dot_product(forces, abs(motion%q))
   end function energy_rounding
 
-  !> The explicit step of fourth order: the scheme SRKN 6b of Blanes and Moan.
+  !> The explicit step of fourth order.
   pure subroutine kick_and_drift(w, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(inout) :: new
     integer, intent(out) :: evaluations, status
-    real(dp), parameter :: b(3) = [0.0829844064174052_dp, 0.396309801498368_dp, -0.0390563049223486_dp]
-    real(dp), parameter :: a(2) = [0.245298957184271_dp, 0.604872665711080_dp]
-    real(dp), parameter :: kick(7) = [b, 1 - 2*sum(b), b(3:1:-1)]
-    real(dp), parameter :: drift(6) = [a, 0.5_dp - sum(a), 0.5_dp - sum(a), a(2:1:-1)]
     real(dp) :: move(3), force(3)
     integer :: i
 

@@ -2,9 +2,9 @@
 !> terminal.
 module report
   use case, only: case_type, list_variables, output_path, value_text, variable_type
-  use columns, only: column_names, column_units, write_table_file
+  use columns, only: column_names, column_units, n_rigid_columns, write_table_file
   use errors, only: error_type, fatal_error
-  use events, only: event_kinds
+  use events, only: elastic_kinds, event_kinds, kept_impacts
   use kinds, only: dp, version
   use rigid, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use simulation, only: run_type, setup_type
@@ -52,7 +52,7 @@ contains
     lines = lines//profile_line('wheel', setup%wheel%file, setup%wheel%checksum, setup%wheel%reconstruction)
     lines = lines//profile_line('rail', setup%rail%file, setup%rail%checksum, setup%rail%reconstruction)
     lines = lines//'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
-      'axle height at equilibrium [m]: '//str(setup%equilibrium)//nl//frequencies(setup)
+      'axle height at equilibrium [m]: '//str(setup%equilibrium)//nl//frequencies(setup)//formulation(c)
     copy = c
     call list_variables(copy, list)
     group = ''
@@ -65,6 +65,26 @@ contains
     end do
   end function header
 
+  !> What a rigid formulation means for the case.
+  function formulation(c) result(lines)
+    type(case_type), intent(in) :: c
+    character(:), allocatable :: lines
+
+    select case (c%formulation)
+    case ('bilateral')
+      lines = 'formulation bilateral: rigid contacts, both wheels are held on their rails; a negative N is a rail that '// &
+        'pulls; P: impulses where contact jumps along the wheel'//nl
+    case ('unilateral')
+      lines = 'formulation unilateral: rigid contacts that only push, restitution '//str(c%restitution)// &
+        '; N: of contact that lasts, P: impulses of impacts so far'//nl
+    case default
+      lines = ''
+      return
+    end select
+    lines = lines//'not used with it: &material, &table, &contact model, &integrator scheme, order, beta, gamma, '// &
+      'tolerance, max_iterations'//nl
+  end function formulation
+
   !> Eigenfrequencies at equilibrium, named by what moves most (in kinetic energy).
   function frequencies(setup) result(line)
     type(setup_type), intent(in) :: setup
@@ -73,10 +93,10 @@ contains
     integer :: k
 
     line = 'eigenfrequencies at equilibrium [Hz]:'
-    do k = 1, 3
+    do k = 1, setup%modes
       line = line//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' '// &
         fixed(setup%frequency(k), 4)
-      if (k < 3) line = line//','
+      if (k < setup%modes) line = line//','
     end do
     line = line//nl
   end function frequencies
@@ -91,26 +111,34 @@ contains
     line = line//nl
   end function profile_line
 
-  !> Lines about the outcome.
-  function outcome(c, run) result(lines)
+  !> Lines about the outcome, with so many impacts.
+  function outcome(c, run, impacts) result(lines)
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
+    integer, intent(in) :: impacts
     character(:), allocatable :: lines
-    integer :: k
+    integer :: k, kinds, struck
 
-    lines = 'events:'//nl
+    struck = 0
+    lines = ''
+    if (run%changes /= '') lines = 'initial conditions follow the constraints: '//run%changes//nl
+    lines = lines//'events:'//nl
     do k = 1, run%log%n
       associate (event => run%log%list(k))
+        if (event_kinds(event%kind) == 'impact') struck = struck + 1
+        if (event_kinds(event%kind) == 'impact' .and. struck > impacts) cycle
         lines = lines//'  t = '//fixed(event%t, 6)//' s  '//trim(event_kinds(event%kind))
         if (abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0) &
           lines = lines//', lateral force '//fixed(1e-3_dp*event%force, 3)//' kN'
+        if (any(abs(event%impulse) > 0)) lines = lines//impact(event%impulse, event%loss)
         lines = lines//nl
       end associate
     end do
     lines = lines//'  in all:'
-    do k = 1, size(event_kinds)
+    kinds = merge(elastic_kinds, size(event_kinds), c%formulation == 'elastic')
+    do k = 1, kinds
       lines = lines//' '//str(run%log%counts(k))//' '//trim(event_kinds(k))
-      if (k < size(event_kinds)) lines = lines//','
+      if (k < kinds) lines = lines//','
     end do
     lines = lines//nl//'peak normal forces [kN]:'
     do k = 1, 4
@@ -118,6 +146,15 @@ contains
       if (run%peak(k) > 0) lines = lines//' at '//fixed(run%peak_time(k), 6)//' s'
       if (k < 4) lines = lines//','
     end do
+    if (c%formulation /= 'elastic') then
+      lines = lines//nl//'largest impulses [N s]:'
+      do k = 1, 4
+        lines = lines//' '//contact_name(k)//' '//fixed(run%blow(k), 3)
+        if (run%blow(k) > 0) lines = lines//' at '//fixed(run%blow_time(k), 6)//' s'
+        if (k < 4) lines = lines//','
+      end do
+      lines = lines//nl//'energy lost in impacts [J]: '//fixed(run%rows(size(run%rows, 1), size(run%rows, 2)), 6)
+    end if
     lines = lines//nl//'energy drift, largest [J]: '//scientific(run%drift)
     if (run%kinetic_energy > 0) lines = lines//', of initial kinetic energy '// &
       scientific(run%drift/run%kinetic_energy)
@@ -125,6 +162,19 @@ contains
       ' cut; contact evaluations: '//str(run%evaluations)//nl
     lines = lines//'ended at t = '//fixed(run%rows(1, size(run%rows, 2)), 6)//' s: '//reason(c, run)//nl
   end function outcome
+
+  !> Impulses and loss of an impact.
+  function impact(impulse, loss) result(words)
+    real(dp), intent(in) :: impulse(4), loss
+    character(:), allocatable :: words
+    integer :: k
+
+    words = ', impulses [N s]'
+    do k = 1, 4
+      if (abs(impulse(k)) > 0) words = words//' '//contact_name(k)//' '//fixed(impulse(k), 3)
+    end do
+    words = words//', energy lost [J] '//fixed(loss, 6)
+  end function impact
 
   function reason(c, run) result(words)
     type(case_type), intent(in) :: c
@@ -150,11 +200,11 @@ contains
     type(run_type), intent(in) :: run
     character(:), allocatable :: lines
 
-    lines = trim(c%name)//': '//trim(c%title)//nl// &
+    lines = trim(c%name)//': '//trim(c%title)//nl//formulation(c)// &
       'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
       'equilibrium: axle '//fixed(setup%equilibrium, 6)//' m above the rails, approach '// &
       fixed(1e3_dp*(setup%pair%axle_height - setup%equilibrium), 4)//' mm, '// &
-      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//nl//frequencies(setup)//outcome(c, run)// &
+      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//nl//frequencies(setup)//outcome(c, run, 5)// &
       'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
       'columns: '//output_path(c)//', '//str(size(run%rows, 2))//' rows'//nl
@@ -167,8 +217,13 @@ contains
     character(*), intent(in) :: file
     type(error_type), allocatable, intent(out) :: error
 
-    call write_table_file(file, header(c, setup)//outcome(c, run), column_names(), column_units(), &
-      run%rows, error)
+    character(16) :: names(n_rigid_columns), units(n_rigid_columns)
+    integer :: n
+
+    n = size(run%rows, 1)
+    names = column_names()
+    units = column_units()
+    call write_table_file(file, header(c, setup)//outcome(c, run, kept_impacts), names(:n), units(:n), run%rows, error)
   end subroutine write_columns
 
   !> Geometry functions over the lateral displacements at which the wheelset stands

@@ -9,7 +9,7 @@ module rigid
   use kinds, only: dp, pi
   implicit none
   private
-  public :: clearance, geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
+  public :: clearance, rigid_contact, geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
 
   !> Columns of the geometry file.
   character(*), parameter :: geometry_names(*) = [character(12) :: 'Y', 'roll', 'Z', 'angle_L', &

@@ -1,12 +1,14 @@
 !> A run from case to columns: read the profiles, place them, build or find the
 !> table, settle the wheelset, integrate, note what happens.
 module simulation
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
+  use bilateral, only: follow_path, path_type, small_motion
   use case, only: case_type
-  use columns, only: elastic_columns, fill_row, n_columns
+  use columns, only: elastic_columns, fill_row, n_columns, n_rigid_columns
   use contact, only: find_zones, zone_type
   use errors, only: error_type, fatal_error
-  use events, only: event_log, watch
+  use events, only: event_log, note_impact, watch
   use geometry, only: pair_type, place_profiles
   use hertz, only: contact_modulus
   use kinds, only: dp, version
@@ -17,6 +19,7 @@ module simulation
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
   use rigid, only: clearance
+  use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
   use table, only: build_table, grid_type, load_table, save_table
   use text, only: str
   use wheelset, only: settle, wheelset_type
@@ -30,8 +33,11 @@ module simulation
     type(pair_type) :: pair
     type(zone_type), allocatable :: zones(:)
     type(wheelset_type) :: wheelset
+    type(path_type) :: path            !! of formulation 'bilateral'
+    character(:), allocatable :: path_end   !! where and why it ends
     real(dp) :: clearance = 0          !! rigid-axle flange clearance, one side [m]
     real(dp) :: equilibrium = 0        !! static axle height above top of rail [m]
+    integer :: modes = 3               !! that the formulation leaves: 1 with rigid contacts
     real(dp) :: frequency(3) = 0       !! eigenfrequencies there, ascending [Hz]
     real(dp) :: shapes(3, 3) = 0       !! their modes y, z, roll in columns
     logical :: table_found = .false.   !! read from a file, or built
@@ -40,12 +46,15 @@ module simulation
 
   !> The outcome of a run.
   type :: run_type
-    real(dp), allocatable :: rows(:, :)    !! (n_columns, number of rows)
+    real(dp), allocatable :: rows(:, :)    !! (n_columns or n_rigid_columns, number of rows)
+    character(:), allocatable :: changes   !! of the initial conditions, which follow rigid constraints
     type(event_log) :: log
     real(dp) :: step = 0                   !! in force, a whole fraction of the output interval [s]
     real(dp) :: peak(4) = 0                !! largest normal force of each contact, also between steps [N]
     real(dp) :: peak_time(4) = 0           !! [s]
-    real(dp) :: drift = 0                  !! largest |total energy - work - initial|, over all steps [J]
+    real(dp) :: blow(4) = 0                !! largest impulse of each contact in an impact [N s]
+    real(dp) :: blow_time(4) = 0           !! [s]
+    real(dp) :: drift = 0                  !! largest |total energy - work + losses - initial|, over all steps [J]
     real(dp) :: kinetic_energy = 0         !! of lateral, vertical and roll motion at the start [J]
     integer(int64) :: steps = 0
     integer(int64) :: cuts = 0             !! steps that were cut
@@ -83,6 +92,11 @@ contains
       return
     end if
 
+    if (c%formulation /= 'elastic') then
+      setup%modes = 1
+      call set_wheelset(c, setup, error)
+      return
+    end if
     grid = grid_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, c%n_lateral, c%n_roll, c%n_depth)
     e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
     key = table_key(c, setup)
@@ -107,7 +121,7 @@ contains
     call set_wheelset(c, setup, error)
   end subroutine prepare
 
-  !> Inertia and loads of the case on a table that is there: equilibrium and
+  !> Inertia and loads of the case on a table that is there, or on rigid contacts: equilibrium and
   !> eigenfrequencies.
   subroutine set_wheelset(c, setup, error)
     type(case_type), intent(in) :: c
@@ -121,6 +135,10 @@ contains
     setup%wheelset%vertical_load = c%vertical_load
     setup%wheelset%lateral_force = c%lateral_force
     setup%wheelset%lateral_ramp = c%lateral_ramp
+    if (c%formulation /= 'elastic') then
+      call set_rigid(c, setup)
+      return
+    end if
     call settle(setup%wheelset, setup%pair%axle_height, setup%equilibrium, ok)
     if (.not. ok) then
       call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
@@ -129,6 +147,19 @@ contains
     end if
     call small_oscillations(setup%wheelset, [0.0_dp, setup%equilibrium, 0.0_dp], setup%frequency, setup%shapes)
   end subroutine set_wheelset
+
+  !> Rigid contacts: the path on both rails, at whose centre the wheelset is in equilibrium, and oscillates along it.
+  subroutine set_rigid(c, setup)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(inout) :: setup
+    real(dp), parameter :: farthest = 0.06_dp   ! where the path may end [m]
+
+    call follow_path(setup%pair, setup%zones, setup%wheelset%inertia(), farthest, setup%path, setup%path_end)
+    setup%equilibrium = setup%path%q(2, 1)
+    setup%frequency = ieee_value(1.0_dp, ieee_quiet_nan)
+    call small_motion(setup%path, setup%wheelset, setup%frequency(1), setup%shapes(:, 1))
+    if (c%formulation /= 'bilateral') setup%path = path_type()
+  end subroutine set_rigid
 
   !> Everything that a table depends on, in words.
   function table_key(c, setup) result(key)
@@ -154,10 +185,11 @@ contains
     class(monitor_type), intent(inout), optional :: watcher
     type(scheme_type) :: scheme
     type(motion_type) :: motion
+    type(rigid_type) :: rigid
     real(dp), allocatable :: grown(:, :)
     real(dp) :: first_energy, from, to
     real(dp) :: seen(4, 3), seen_at(3)     ! normal forces at the last three steps
-    integer :: substeps, last_row, report_rows, row, n, i, status
+    integer :: substeps, last_row, report_rows, row, n, i, status, width
     logical :: done
 
     call cpu_time(from)
@@ -166,15 +198,20 @@ contains
     run%step = c%interval/substeps
     report_rows = max(1, min(100, 10000/substeps))
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
-    allocate (run%rows(n_columns, 1024))
+    width = merge(n_columns, n_rigid_columns, c%formulation == 'elastic')
+    allocate (run%rows(width, 1024))
 
-    motion%q = [c%y, setup%equilibrium + c%z, c%roll]
-    motion%v = [c%vy, c%vz, c%roll_rate]
-    call start_motion(setup%wheelset, motion, status)
-    if (status /= step_ok) then
-      call report_failure()
-      return
+    run%changes = ''
+    if (c%formulation == 'elastic') then
+      motion%q = [c%y, setup%equilibrium + c%z, c%roll]
+      motion%v = [c%vy, c%vz, c%roll_rate]
+      call start_motion(setup%wheelset, motion, status)
+      if (status /= step_ok) call report_failure()
+    else
+      call start_rigid(c, setup%wheelset, setup%pair, setup%zones, setup%path, setup%equilibrium, rigid, motion, &
+        run%changes, error)
     end if
+    if (allocated(error)) return
     seen = spread(hypot(motion%contact%slope(1, :), motion%contact%slope(2, :)), 2, 3)
     seen_at = [-2, -1, 0]*run%step
     run%peak = seen(:, 3)
@@ -188,7 +225,11 @@ contains
     do row = 1, last_row
       do i = 1, substeps
         motion%t = (row - 1)*c%interval + (i - 1)*run%step
-        call step(run%step, 0)
+        if (c%formulation == 'elastic') then
+          call step(run%step, 0)
+        else
+          call rigid_step(run%step)
+        end if
         if (allocated(error)) exit
       end do
       if (allocated(error)) then
@@ -200,7 +241,7 @@ contains
       motion%t = row*c%interval
       n = n + 1
       if (n > size(run%rows, 2)) then
-        allocate (grown(n_columns, 2*n))
+        allocate (grown(width, 2*n))
         grown(:, :n - 1) = run%rows(:, :n - 1)
         call move_alloc(grown, run%rows)
       end if
@@ -230,7 +271,7 @@ contains
       integer, intent(in) :: halvings
       type(motion_type) :: new
       integer :: evaluations, more, i
-      real(dp) :: change, kinetic, potential
+      real(dp) :: change
 
       call advance(setup%wheelset, scheme, motion, dt, new, evaluations, status)
       run%evaluations = run%evaluations + evaluations
@@ -258,11 +299,50 @@ contains
       call watch(run%log, setup%wheelset, motion, new, setup%pair%flange_tip, setup%pair%gauge_face)
       motion = new
       call note_peaks()
+      call note_drift()
+    end subroutine step
+
+    !> A step of rigid contacts, in pieces from event to event; energy decides as above about each.
+    subroutine rigid_step(dt)
+      real(dp), intent(in) :: dt
+      type(motion_type) :: old
+      real(dp) :: h, left
+      integer :: evaluations, k
+      real(dp) :: force
+
+      left = dt
+      do while (left > 1e-12_dp*dt)
+        old = motion
+        h = left
+        call advance_rigid(setup%pair, setup%path, rigid, motion, h, evaluations, status)
+        run%evaluations = run%evaluations + evaluations
+        run%steps = run%steps + 1
+        left = left - h
+        call watch(run%log, setup%wheelset, old, motion, setup%pair%flange_tip, setup%pair%gauge_face)
+        call note_impact(run%log, setup%wheelset, old, motion)
+        do k = 1, 4
+          force = norm2(motion%contact%slope(:2, k))
+          if (force > run%peak(k)) call note_peak(k, force, motion%t)
+          if (motion%impulse(k) - old%impulse(k) <= run%blow(k)) cycle
+          run%blow(k) = motion%impulse(k) - old%impulse(k)
+          run%blow_time(k) = motion%t
+        end do
+        call note_drift()
+        if (status /= rigid_ok) then
+          call report_rigid_failure()
+          return
+        end if
+      end do
+    end subroutine rigid_step
+
+    subroutine note_drift()
+      real(dp) :: kinetic, potential
+
       kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
       potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
         + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium)
-      run%drift = max(run%drift, abs(kinetic + potential - motion%work - (first_energy - constant())))
-    end subroutine step
+      run%drift = max(run%drift, abs(kinetic + potential - motion%work + motion%loss - (first_energy - constant())))
+    end subroutine note_drift
 
     !> Halvings of the step after which the energy's change, which goes with dt^(order + 1), is
     !> within the tolerance.
@@ -320,15 +400,40 @@ contains
 
       spare = .false.
       if (n == 1 .or. c%flight_interval <= c%interval) return
-      spare = all(run%rows(elastic_columns, n - 1:n + 1) <= 0) &
+      if (width == n_rigid_columns) then
+        spare = all(run%rows([16, 23, 30, 37], n - 1:n + 1) <= 0 .and. run%rows([16, 23, 30, 37], n - 1:n + 1) >= 0)
+      else
+        spare = all(run%rows(elastic_columns, n - 1:n + 1) <= 0)
+      end if
+      spare = spare &
         .and. run%rows(1, n + 1) - run%rows(1, n - 1) <= c%flight_interval*(1 + 1e-9_dp)
     end function spare
 
-    subroutine report_failure()
-      character(:), allocatable :: reason, place
+    subroutine report_rigid_failure()
+      character(:), allocatable :: reason
+
+      select case (status)
+      case (rigid_end)
+        reason = 'formulation = ''bilateral'': expected a path on which both wheels stay on their rails, found its end at '// &
+          setup%path_end//', reached'
+      case (rigid_stuck)
+        reason = 'formulation = ''unilateral'': expected at most three contacts to close at once, found more or none that can,'
+      case default
+        reason = 'formulation = ''unilateral'': expected time between impacts, found none'
+      end select
+      call fatal_error(error, reason//place())
+    end subroutine report_rigid_failure
+
+    function place()
+      character(:), allocatable :: place
 
       place = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
         str(motion%q(2) - setup%equilibrium)//' m, roll = '//str(motion%q(3))//' rad'
+    end function place
+
+    subroutine report_failure()
+      character(:), allocatable :: reason
+
       select case (status)
       case (outside_lateral)
         reason = '&table lateral = '//str(c%lateral)//' m: expected the wheels within it, found them outside'
@@ -342,7 +447,7 @@ contains
       case default
         reason = 'the step failed'
       end select
-      call fatal_error(error, reason//place)
+      call fatal_error(error, reason//place())
     end subroutine report_failure
 
   end subroutine simulate

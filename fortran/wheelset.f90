@@ -5,7 +5,7 @@ module wheelset
   use potential, only: contact_table, find_roll, inside, roll_type, wheel_potential
   implicit none
   private
-  public :: wheelset_type, contact_state, contacts, wheel_contacts, external_force, settle, contact_name
+  public :: wheelset_type, contact_state, closed, contacts, wheel_contacts, external_force, settle, contact_name
   public :: left_tread, left_flange, right_tread, right_flange
 
   type :: wheelset_type
@@ -24,13 +24,17 @@ module wheelset
   integer, parameter :: left_tread = 1, left_flange = 2, right_tread = 3, right_flange = 4
   character(2), parameter :: contact_name(4) = ['LT', 'LF', 'RT', 'RF']
 
-  !> The elastic contacts in one pose.
+  !> The contacts in one pose.
   type :: contact_state
     real(dp) :: energy(4) = 0          !! elastic energy of each contact [J]
     real(dp) :: slope(3, 4) = 0        !! dU/dq of each: minus force and moment of the rail on the wheel
     real(dp) :: gradient(3) = 0        !! their sum [N, N, N m]
     real(dp) :: hessian(6) = 0         !! of the sum: yy, yz, y roll, zz, z roll, roll roll; 0 if not wanted
     integer :: status = inside         !! whether the pose is on the table
+    ! Of rigid contacts, which have no energy:
+    logical :: rigid(4) = .false.      !! closed
+    logical :: struck(4) = .false.     !! with an impulse just then
+    logical :: pulls(4) = .false.      !! the force is negative: the rail holds the wheel down
   end type contact_state
 
 contains
@@ -58,6 +62,14 @@ contains
 
     f = [this%lateral_force + this%lateral_ramp*t, -this%weight(), 0.0_dp]
   end function external_force
+
+  !> Which contacts carry a force.
+  pure function closed(state)
+    type(contact_state), intent(in) :: state
+    logical :: closed(4)
+
+    closed = state%energy > 0 .or. state%rigid
+  end function closed
 
   !> Potential of all contacts, with its Hessian unless `tangent` says no.
   pure subroutine contacts(this, q, state, tangent)

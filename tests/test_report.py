@@ -49,18 +49,19 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_products_are_there_and_nothing_else(project: Path):
     names = {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp"}
     assert names == {"ex3_aw.txt", "ex3_sw.txt", "geometry_aw.txt", "geometry_sw.txt", "aw_strip.table",
-                     "sw_strip.table", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv"}
+                     "sw_strip.table", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "formulations.json"}
 
 
 def test_plots_have_pages_and_bookmarks(project: Path):
     document = PdfReader(project/"outputs/ldbench_plots.pdf")
     per_run = len(plots.PAGES) + 2
-    assert len(document.pages) == 1 + 2 + 2*per_run
+    formulations = 5         # the table, exercise 3, over the flange, values of two pairs
+    assert len(document.pages) == 1 + 2 + 2*per_run + formulations
     chapters = [part for part in document.outline if not isinstance(part, list)]
     assert [part.title for part in chapters] == [
         "Summary", "Contact geometry, actual profiles", "Contact geometry, simplified profiles",
-        "Exercise 3, actual profiles", "Exercise 3, simplified profiles"]
-    assert [document.get_destination_page_number(part) for part in chapters] == [0, 1, 2, 3, 3 + per_run]
+        "Exercise 3, actual profiles", "Exercise 3, simplified profiles", "Elastic contact or constraint equations"]
+    assert [document.get_destination_page_number(part) for part in chapters] == [0, 1, 2, 3, 3 + per_run, 3 + 2*per_run]
     run = read_record(project/"outputs/ex3_aw.txt")
     assert f"{run.first_contact('LF'):.6f}" in document.pages[0].extract_text()
     for chapter, pair in zip((4, 6), ("actual", "simplified"), strict=True):
@@ -117,12 +118,12 @@ def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, 
     project = Path(shutil.copytree(project, tmp_path/"project"))       # the other tests' stays as it is
     # Pages and typesetting are not the point here.
     monkeypatch.setattr(plots, "make_plots", lambda files, target, *rest: target.write_text("plots"))
-    monkeypatch.setattr(abstract, "make_abstract", lambda records, target: target.write_text("abstract"))
+    monkeypatch.setattr(abstract, "make_abstract", lambda records, target, outcomes: target.write_text("abstract"))
     assert remake(project, monkeypatch) == set()
     inputs = project/"inputs/ex3_sw.nml"
     inputs.write_text(inputs.read_text().replace("vY = 1.0", "vY = 0.9"))
     assert remake(project, monkeypatch) == {
-        "ex3_sw.txt", "geometry_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv"}
+        "ex3_sw.txt", "geometry_sw.txt", "formulations.json", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv"}
     assert remake(project, monkeypatch) == set()
     columns = project/"outputs/ex3_aw.txt"
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import plots
+from . import formulations, plots
 from ._core import Error, complete
 from .record import PAIRS, Record, summary_row
 from .style import ldbench_style
@@ -17,7 +17,6 @@ from .style import ldbench_style
 TEMPLATE = Path(__file__).resolve().parent.parent/"abstract"/"abstract.typ"
 
 FIGURES = {
-    "contact": plots.contact_figure,
     "motion": plots.motion_figure,
     "impact": plots.impact_figure,
     "derailment": plots.derailment_figure,
@@ -46,8 +45,8 @@ SCALES = {"F_derailment": 1e-3, "Y_max": 1e3, "Z_max": 1e3, "N_max_LT": 1e-3, "N
           "N_max_RF": 1e-3}
 
 
-def make_abstract(records: Sequence[Record], target: Path) -> None:
-    """Typeset the abstract of the ten runs."""
+def make_abstract(records: Sequence[Record], target: Path, outcomes: Sequence[formulations.Outcome] = ()) -> None:
+    """Typeset the abstract of the ten runs; outcomes: those of the formulations, if the abstract shall tell."""
     if not TEMPLATE.is_file():
         raise Error(f"{TEMPLATE}: expected the text of the abstract, found none; it is in the repository only")
     import typst
@@ -56,6 +55,7 @@ def make_abstract(records: Sequence[Record], target: Path) -> None:
         folder = Path(scratch)
         shutil.copytree(TEMPLATE.parent, folder, dirs_exist_ok=True)
         data = facts(records)
+        data["formulations"] = formulations.words(outcomes) if outcomes else None
         with ldbench_style():
             for name, draw in FIGURES.items():
                 figure = draw(records)

@@ -5,12 +5,16 @@ difference from the reference, on the reference's instants in the time that all 
 differences, events and peaks go to a CSV file. Angle, position and radius of a contact are compared while
 it is closed in both files.
 
+--formulations runs all exercises with elastic contact, with both wheels held on their rails (bilateral) and with rigid
+contacts that only push (unilateral, restitution 1, 0.5 and 0), and tabulates which results depend on that.
+
 --study runs all exercises with another contact law and with a coarse step: how much of the spread
 between codes is contact law, how much is time step?
 
 examples:
   python -m ldbench compare outputs/ex2_aw.txt other_code.csv --columns other_code.toml
   python -m ldbench compare a.txt b.txt c.txt --align first-flange -o three.pdf
+  python -m ldbench compare --formulations
   python -m ldbench compare --study
 """
 from __future__ import annotations
@@ -27,6 +31,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
+from . import formulations
 from ._core import Error, check_written, side_by_side, usable_cores
 from .batch import Job, find_executable, find_namelists, inside, project_root, run_stale, with_values
 from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages
@@ -40,7 +45,7 @@ SHOWN = {
     **dict.fromkeys(("vY", "vZ"), ("m/s", 1.0)),
     **dict.fromkeys(("aY", "aZ"), ("m/s²", 1.0)),
     **dict.fromkeys(("KE", "PE", "W", "E"), ("J", 1.0)),
-    "roll": ("mrad", 1e3), "angle": ("°", DEG), "M": ("N·m", 1.0)}
+    "P": ("N·s", 1.0), "roll": ("mrad", 1e3), "angle": ("°", DEG), "M": ("N·m", 1.0)}
 SHOWN_WHOLE = {"roll_rate": ("mrad/s", 1e3), "roll_acc": ("rad/s²", 1.0)}
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
 FULL_CURVE = 4000          # longer curves are drawn by the extremes of stretches
@@ -439,12 +444,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="lay equal times, or the first flange contacts, on each other (%(default)s)")
     parser.add_argument("--columns", type=Path, metavar="TOML", help="how the other files name our columns")
     parser.add_argument("--study", action="store_true", help="contact law against time step, all exercises")
-    parser.add_argument("--outputs", type=Path, metavar="DIR", help="where the study goes (outputs)")
+    parser.add_argument("--formulations", action="store_true",
+                        help="elastic contact against constraint equations, all exercises")
+    parser.add_argument("--outputs", type=Path, metavar="DIR", help="where the study and the formulations go (outputs)")
     parser.add_argument("--jobs", type=side_by_side, default=usable_cores(), help="runs side by side (%(default)s)")
 
 
 def main(args: argparse.Namespace) -> int:
-    if args.study:
+    if args.formulations:
+        root = project_root()
+        made = formulations.make_comparison(root, root/"inputs", args.outputs or root/"outputs", args.jobs)
+    elif args.study:
         root = project_root()
         made = make_study(root, root/"inputs", args.outputs or root/"outputs", args.jobs)
     else:

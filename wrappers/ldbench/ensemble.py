@@ -276,7 +276,9 @@ def record(done: Run, wanted: Wanted) -> Record:
         rows = np.arange(n)
         if wanted.rows and n > wanted.rows:
             rows = np.linspace(0, n - 1, wanted.rows).round().astype(int)
-        found |= {name: done.columns[name].to_numpy()[rows] for name in wanted.columns}
+        # Elastic contacts have no impulses.
+        found |= {name: done.columns[name].to_numpy()[rows] if name in done.columns else np.full(len(rows), np.nan)
+                  for name in wanted.columns}
     return found | {"error": ""}
 
 
@@ -287,8 +289,9 @@ def _event_tables(events: Iterable[Event]) -> tuple[np.ndarray, np.ndarray]:
     counts = dict.fromkeys(kinds, 0)
     for event in events:
         place = kinds.index(event.kind), counts[event.kind]
-        times[place], forces[place] = event.t, event.force
         counts[event.kind] += 1
+        if place[1] < OCCURRENCES:
+            times[place], forces[place] = event.t, event.force
     return times, forces
 
 

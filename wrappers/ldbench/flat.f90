@@ -173,7 +173,7 @@ subroutine free_prepared(handle)
 end subroutine free_prepared
 
 !> clearance, equilibrium height, rigid height [m], weight [N], processor time for the table [s],
-!> whether it was found in a file; three eigenfrequencies [Hz].
+!> whether it was found in a file; three eigenfrequencies [Hz], as many as the formulation leaves, then NaN.
 subroutine prepared_numbers(handle, numbers)
   use handles, only: prepared_at, prepared_type
   implicit none
@@ -216,49 +216,56 @@ subroutine free_run(handle)
   call free_run_at(handle)
 end subroutine free_run
 
-!> Numbers of rows and of recorded events.
-subroutine run_size(handle, n_rows, n_events)
+!> Numbers of columns, rows and recorded events.
+subroutine run_size(handle, n_columns, n_rows, n_events)
   use handles, only: run_at
   use simulation, only: run_type
   implicit none
   integer(8), intent(in) :: handle
-  integer, intent(out) :: n_rows, n_events
+  integer, intent(out) :: n_columns, n_rows, n_events
   type(run_type), pointer :: run
 
   run => run_at(handle)
+  n_columns = size(run%rows, 1)
   n_rows = size(run%rows, 2)
   n_events = run%log%n
 end subroutine run_size
 
-!> The columns, (column, row), and the events: time [s], kind counted from 1, lateral force [N].
-subroutine run_results(handle, n_columns, n_rows, n_events, rows, t, kind, force)
+!> The columns, (column, row), and the events: time [s], kind counted from 1, lateral force [N], impulses of the
+!> contacts [N s] and energy lost [J].
+subroutine run_results(handle, n_columns, n_rows, n_events, rows, t, kind, force, impulse, loss)
   use handles, only: run_at
   use simulation, only: run_type
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: n_columns, n_rows, n_events
   real(8), intent(out) :: rows(n_columns, n_rows)
-  real(8), intent(out) :: t(n_events), force(n_events)
+  real(8), intent(out) :: t(n_events), force(n_events), impulse(4, n_events), loss(n_events)
   integer, intent(out) :: kind(n_events)
   !f2py threadsafe
   type(run_type), pointer :: run
+  integer :: k
 
   run => run_at(handle)
   rows = run%rows
   t = run%log%list(:n_events)%t
   kind = run%log%list(:n_events)%kind
   force = run%log%list(:n_events)%force
+  loss = run%log%list(:n_events)%loss
+  do k = 1, n_events
+    impulse(:, k) = run%log%list(k)%impulse
+  end do
 end subroutine run_results
 
 !> step [s], steps, evaluations, cuts, largest drift, initial kinetic energy [J], processor time [s],
-!> returned, derailed, cancelled; peak force [N] and its time [s] of four contacts; counts of eight kinds
-!> of events.
+!> returned, derailed, cancelled; peak force [N] and its time [s] of four contacts; counts of ten kinds
+!> of events; largest impulse [N s] and its time [s] of four contacts.
 subroutine run_numbers(handle, numbers)
   use handles, only: run_at
   use simulation, only: run_type
   implicit none
   integer(8), intent(in) :: handle
-  real(8), intent(out) :: numbers(26)
+  real(8), intent(out) :: numbers(36)
   type(run_type), pointer :: run
 
   run => run_at(handle)
@@ -267,7 +274,9 @@ subroutine run_numbers(handle, numbers)
   numbers(8:10) = merge(1d0, 0d0, [run%log%returned, run%log%derailed, run%cancelled])
   numbers(11:14) = run%peak
   numbers(15:18) = run%peak_time
-  numbers(19:26) = run%log%counts
+  numbers(19:28) = run%log%counts
+  numbers(29:32) = run%blow
+  numbers(33:36) = run%blow_time
 end subroutine run_numbers
 
 !> The text for the terminal.

@@ -98,6 +98,11 @@ def by_part(quantity: str, label: str, unit: str, scale: float) -> tuple[Panel, 
             Panel(f"{label}, flanges", unit, scale, contact_curves(quantity, "LF", "RF")))
 
 
+IMPULSES = Page("impulses of impacts, and energy lost", (
+    *by_side("P", "impulses so far", "kN·s", 1e-3), single("E_lost", "energy lost so far", "J")),
+    "rigid contacts: forces that last are on the pages of forces, impacts on this one")
+
+
 def constant_energies(record: Record) -> str:
     forward, pitch = (record.values(column)[0] for column in ("KE_long", "KE_pitch"))
     return (f"constant and not drawn: kinetic energy of forward motion {forward:.3f} J and of pitch {pitch:.3f} J; "
@@ -147,7 +152,7 @@ def first_episode(record: Record, contact: str) -> tuple[float, float] | None:
     """Times [s] at which a contact first closes and opens again, to the spacing of the rows."""
     if f"N_{contact}" not in record.columns:
         return None
-    closed = record.values(f"N_{contact}") > 0
+    closed = record.values(f"N_{contact}") != 0
     if not closed.any():
         return None
     first = int(np.argmax(closed))
@@ -163,6 +168,9 @@ def windows(record: Record) -> list[Window]:
     found = [Window("until the last second: smallest to largest value, and mean", t[0], t[-1] - 1, band=True) if long
              else Window("whole run", t[0], t[-1])]
     episode = first_episode(record, "LF")
+    impact = record.first_contact("LF")
+    if impact is not None and record.formulation == "unilateral":
+        episode = impact, impact + 0.01
     if episode:
         start, end = episode
         length = max(end - start, 4*(t[1] - t[0]))
@@ -207,9 +215,14 @@ def caption(record: Record) -> str:
     cut = f" at most, cut where it changes the energy by more than {tolerance:.0e} J" if tolerance else ""
     in_flight = record.setting("output", "flight_interval")
     thinned = f", in flight {1e3*in_flight:.3g} ms" if in_flight else ""
+    law = f"normal contact '{record.setting('contact', 'model')}'; {names.get(str(scheme), scheme)}, order {order:.0f}"
+    if record.formulation == "bilateral":
+        law = "rigid contacts, both wheels held on the rails; explicit along the path, order 4"
+    if record.formulation == "unilateral":
+        law = (f"rigid contacts that only push, restitution {record.setting('contact', 'restitution'):g}; from event to "
+               "event, order 4")
     settings = (
-        f"ldbench {record.version}: normal contact '{record.setting('contact', 'model')}'; "
-        f"{names.get(str(scheme), scheme)}, order {order:.0f}, step {1e6*record.step:.3g} µs{cut}; "
+        f"ldbench {record.version}: {law}, step {1e6*record.step:.3g} µs{cut}; "
         f"output every {1e3*float(record.setting('output', 'interval')):.3g} ms{thinned}; "
         f"axle {MM*record.axle_height:.3f} mm above the rails at equilibrium; Y left, Z up")
     profiles = f"wheel {record.profiles.get('wheel', '')}; rail {record.profiles.get('rail', '')}"
@@ -720,22 +733,6 @@ def derailment_figure(records: Sequence[Record]) -> Figure | None:
     return figure
 
 
-def contact_figure(records: Sequence[Record]) -> Figure | None:
-    """Left wheel on its rail at the peak of the first flange contact of exercise 3."""
-    chosen = [run for runs in by_pair(records).values() for run in runs if run.exercise == 3]
-    placed = [(run, section(run)) for run in chosen]
-    if not placed or any(where is None for _, where in placed):
-        return None
-    figure = small_figure(height=2.3)
-    axes = figure.subplots(1, len(placed), squeeze=False, gridspec_kw={
-        "left": 0.05, "right": 0.99, "top": 0.9, "bottom": 0.19, "wspace": 0.12})
-    for ax, (run, where) in zip(axes[0], placed, strict=True):
-        k = instants(run)[0][1]
-        draw_detail(ax, run, where, k, right=False)
-        ax.set_title(f"{PAIRS[run.name[-2:]]}, t = {1e3*run.time[k]:.1f} ms", loc="left", fontsize=8)
-    return figure
-
-
 # The document -----------------------------------------------------------------------------
 
 @dataclass(frozen=True)
@@ -748,7 +745,7 @@ class Part:
 
 
 def case_figures(record: Record) -> Iterable[tuple[str, Figure]]:
-    for page in PAGES:
+    for page in (*PAGES, IMPULSES) if "E_lost" in record.columns else PAGES:
         yield page.title, time_page(record, page)
     yield "phase portrait", phase_page(record)
     picture = section_page(record)
@@ -779,9 +776,9 @@ def geometry_part(source: Path, target: Path) -> Part:
 
 
 def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
-               done: Callable[[], None] = lambda: None) -> int:
+               done: Callable[[], None] = lambda: None, further: Callable[[Path], Part] | None = None) -> int:
     """Write the PDF of plots of column files; the number of its pages.  `done` is called after
-    each file."""
+    each file; `further` makes a last part in a file."""
     check_written([target], [*files, *geometry])
     with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor(jobs or usable_cores()) as pool:
         # The longest first; the order of the document is that of the files.
@@ -800,6 +797,8 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
             first = Path(scratch)/"summary.pdf"
             figure = summary_page([part.summary for part in runs], SUMMARY_NOTE)
             parts = [Part("Summary", first, save_pages(first, [("summary", figure)])), *shapes, *runs]
+        if further:
+            parts.append(further(Path(scratch)/"further.pdf"))
         return bind(parts, target)
 
 

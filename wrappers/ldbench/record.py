@@ -28,6 +28,8 @@ class Event:
     time: float                  # [s]
     kind: str                    # 'left flange contact', 'derailment', ...
     force: float = np.nan        # lateral force then [N], nan in a run without one
+    impulses: Mapping[str, float] = field(default_factory=dict)     # of an impact, by contact [N s]
+    loss: float = 0.0            # energy lost in it [J]
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class Record:
     events: tuple[Event, ...] = ()        # the first few of each kind
     counts: Mapping[str, int] = field(default_factory=dict)     # of all events, by kind
     peaks: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # per contact: N [N], time [s]
+    blows: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of impacts: impulse [N s], time [s]
     drift: float = np.nan                 # largest |energy drift| over all steps [J]
     steps: int = 0
     step: float = np.nan                  # [s]
@@ -64,6 +67,11 @@ class Record:
     def exercise(self) -> int | None:
         found = re.match(r"ex(\d)_", self.name)
         return int(found[1]) if found else None
+
+    @property
+    def formulation(self) -> str:
+        """How contact is treated: 'elastic', 'bilateral' or 'unilateral'; '' in another code's file."""
+        return str(self.setting("contact", "formulation") or ("elastic" if self.settings else ""))
 
     @property
     def heading(self) -> str:
@@ -119,8 +127,10 @@ def parse_header(lines: list[str]) -> dict[str, object]:
     for line in lines:
         if line.startswith("&"):
             group = line[1:].strip()
-        elif found := re.match(r"  t = (\S+) s  ([^,]+)(?:, lateral force (\S+) kN)?", line):
-            events.append(Event(float(found[1]), found[2], 1e3*float(found[3] or "nan")))
+        elif found := re.match(r"  t = (\S+) s  ([^,]+)(?:, lateral force (\S+) kN)?"
+                               r"(?:, impulses \[N s\]([^,]*), energy lost \[J\] (\S+))?", line):
+            impulses = {c: float(x) for c, x in re.findall(r"(\w\w) (\S+)", found[4] or "")}
+            events.append(Event(float(found[1]), found[2], 1e3*float(found[3] or "nan"), impulses, float(found[5] or 0)))
         elif found := re.match(r"  (\w+) = (.*?)(?:  ! .*)?$", line):
             settings.setdefault(group, {})[found[1]] = setting_value(found[2])
         elif line.startswith("  in all: "):
@@ -138,6 +148,9 @@ def parse_header(lines: list[str]) -> dict[str, object]:
             facts["axle_height"] = float(found[1])
         elif line.startswith("peak normal forces"):
             facts["peaks"] = {contact: (1e3*float(N), float(t)) for contact, N, t in
+                              re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
+        elif line.startswith("largest impulses"):
+            facts["blows"] = {contact: (float(P), float(t)) for contact, P, t in
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
         elif found := re.match(r"energy drift, largest \[J\]: +([^ ,]+)", line):
             facts["drift"] = float(found[1])
@@ -177,7 +190,7 @@ def summary_row(record: Record) -> dict[str, float | int | str | None]:
         "case": record.name,
         "exercise": record.exercise,
         "profiles": PAIRS.get(record.name.partition("_")[2], ""),
-        "model": record.setting("contact", "model"),
+        "model": record.setting("contact", "model") if record.formulation == "elastic" else record.formulation,
         "dt": record.step,
         "steps": record.steps,
         "ending": record.ending,

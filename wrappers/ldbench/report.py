@@ -17,7 +17,7 @@ from pathlib import Path
 import pandas as pd
 from tqdm import tqdm
 
-from . import abstract, columns, plots, record, style
+from . import abstract, columns, formulations, plots, record, style
 from ._core import side_by_side, usable_cores
 from .batch import (Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, project_root,
                     run_stale, with_values, write_stamp)
@@ -79,12 +79,15 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
                 bar.update(parts)
             bar.write(product.name)
 
-        code = [Path(module.__file__) for module in (columns, plots, record, style)]
-        make(products[0], [*files, *geometry, *code], len(files) + len(geometry),
-             lambda: plots.make_plots(files, products[0], geometry, jobs, bar.update))
+        found = formulations.kept_outcomes(root, inputs, outputs, jobs, force)
+        kept = outputs/"formulations.json"
+        code = [Path(module.__file__) for module in (columns, formulations, plots, record, style)]
+        make(products[0], [*files, *geometry, kept, *code], len(files) + len(geometry),
+             lambda: plots.make_plots(files, products[0], geometry, jobs, bar.update,
+                                      lambda target: formulations.make_part(found, inputs, target)))
         make(products[2], [*files, *code, Path(__file__)], 0, lambda: write_summary(records(), products[2]))
-        make(products[1], [*files, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))], 1,
-             lambda: abstract.make_abstract(records(), products[1]))
+        make(products[1], [*files, kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))], 1,
+             lambda: abstract.make_abstract(records(), products[1], found))
     return files + products
 
 

@@ -32,6 +32,8 @@ class Event(NamedTuple):
     t: float            # [s]
     kind: str           # 'left flange contact', 'derailment', ...
     force: float        # lateral force at the centre of gravity then [N]
+    impulses: dict[str, float] = {}     # of an impact, by contact [N s]
+    loss: float = 0.0   # energy lost in it [J]
 
 
 def _event_kinds() -> list[str]:
@@ -49,23 +51,25 @@ class Run:
     @functools.cached_property
     def _results(self) -> tuple[np.ndarray, list[Event]]:
         """Rows of the columns, shape (columns, rows), and events."""
-        kinds, width = _event_kinds(), len(descriptions()[0].split())
-        rows, t, kind, force = _flat.run_results(self._handle, width, *_flat.run_size(self._handle))
-        return rows, [Event(float(a), kinds[b - 1], float(c)) for a, b, c in zip(t, kind, force, strict=True)]
+        kinds = _event_kinds()
+        rows, t, kind, force, impulses, loss = _flat.run_results(self._handle, *_flat.run_size(self._handle))
+        struck = [{c: float(x) for c, x in zip(CONTACTS, blow, strict=True) if x} for blow in impulses.T]
+        return rows, [Event(float(a), kinds[b - 1], float(c), d, float(e))
+                      for a, b, c, d, e in zip(t, kind, force, struck, loss, strict=True)]
 
     @functools.cached_property
     def columns(self) -> pd.DataFrame:
         """The columns of the column file, a row per output interval, or fewer in flight; units in `attrs["units"]`."""
         import pandas as pd
 
-        names, units = (line.split() for line in descriptions()[:2])
+        names, units = (line.split()[:len(self._results[0])] for line in descriptions()[:2])
         frame = pd.DataFrame(self._results[0].T, columns=names, copy=False)
         frame.attrs["units"] = dict(zip(names, units, strict=True))
         return frame
 
     @property
     def events(self) -> list[Event]:
-        """What happened, in order of time; the first five of each kind. All are counted in `summary`."""
+        """What happened, in order of time; the first five of each kind, a hundred impacts. All are counted in `summary`."""
         return self._results[1]
 
     @functools.cached_property
@@ -73,14 +77,15 @@ class Run:
         """The outcome in numbers, SI units.
 
         clearance, equilibrium (height of the axle), approach (elastic, at rest), load_per_wheel, frequency_1 to
-        frequency_3 (eigenfrequencies at rest); per contact peak_N_LT ... and its time t_peak_LT ...; kinetic_energy
+        frequency_3 (eigenfrequencies at rest, nan where rigid contacts leave fewer); per contact peak_N_LT ... and its
+        time t_peak_LT ..., largest impulse peak_P_LT ... (rigid contacts) and t_peak_P_LT ...; kinetic_energy
         (initial, of lateral, vertical and roll motion), drift (largest |energy error| over all steps), steps, step,
         evaluations, cuts, rows, t (at the end), end (why there), returned, derailed, n_left_flange_contact ...
         (events of each kind); processor time table_seconds, seconds (integration), table_found (in a file).
         """
         (step, steps, evaluations, cuts, drift, kinetic_energy, seconds, returned, derailed, _,
          *rest) = _flat.run_numbers(self._handle).tolist()
-        peaks, peak_times, counts = rest[:4], rest[4:8], rest[8:]
+        peaks, peak_times, counts, blows, blow_times = rest[:4], rest[4:8], rest[8:-8], rest[-8:-4], rest[-4:]
         time = self._results[0][0]
         table = self.table
         return {
@@ -89,6 +94,8 @@ class Run:
             **{f"frequency_{k}": frequency for k, frequency in enumerate(table.frequencies, 1)},
             **{f"peak_N_{c}": peak for c, peak in zip(CONTACTS, peaks, strict=True)},
             **{f"t_peak_{c}": t for c, t in zip(CONTACTS, peak_times, strict=True)},
+            **{f"peak_P_{c}": blow for c, blow in zip(CONTACTS, blows, strict=True)},
+            **{f"t_peak_P_{c}": t for c, t in zip(CONTACTS, blow_times, strict=True)},
             "kinetic_energy": kinetic_energy, "drift": drift,
             "steps": int(steps), "step": step, "evaluations": int(evaluations), "cuts": int(cuts),
             "rows": time.size, "t": float(time[-1]), "end": self._end(),

@@ -31,7 +31,7 @@ CONTACTS = "LT", "LF", "RT", "RF"
 # What a case may change and keep its contact table. Profiles are compared by their contents.
 FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
 FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "friction", "shear_modulus",
-              "wheel_profile", "rail_profile", "file")
+              "wheel_profile", "rail_profile", "file", "restitution")
 
 # Held while the core may use a table file: gfortran does not open a file that another thread has open.
 _table_file = threading.Lock()
@@ -113,7 +113,8 @@ class ContactTable:
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative."""
+        """The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative; nan but for one with rigid
+        contacts."""
         return tuple(self._frequencies)
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
@@ -143,6 +144,9 @@ class ContactTable:
     def _evaluate(self, procedure: Callable[..., tuple[np.ndarray, np.ndarray]], shape: tuple[int, ...],
                   pose: tuple[ArrayLike, ...], outside: Outside, *wheel: int) -> np.ndarray:
         """Call a procedure of the core for all poses at once; it gives values of `shape` for each."""
+        if self.case.formulation != "elastic":
+            raise Error(f"{self.case.label}, &contact formulation: expected 'elastic', which has a contact table, "
+                        f"found {self.case.formulation!r}")
         if outside not in ("raise", "nan"):
             raise ValueError(f"expected outside='raise' or 'nan', found {outside!r}")
         arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in pose))
@@ -215,13 +219,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     case = Case.from_namelist(args.namelist)
     table = ContactTable(case, progress=True)
-    stiffness = table.tangent(0.0, table.equilibrium, 0.0)[1, 1]
+    elastic = case.formulation == "elastic"
+    stiffness = ""
+    if elastic:
+        stiffness = f", vertical stiffness {1e-6*table.tangent(0.0, table.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
     print(f"{case.case_name}: {case.title}",
           f"profiles: {case.wheel_profile}, {case.rail_profile}",
           f"rigid-axle clearance [mm]: 2 x {1e3 * table.clearance:.3f}",
           f"equilibrium: axle {table.equilibrium:.6f} m above the rails, "
-          f"approach {1e3 * (table.rigid_height - table.equilibrium):.4f} mm, {table.weight / 2e3:.3f} kN per wheel, "
-          f"vertical stiffness {1e-6 * stiffness:.1f} kN/mm",
+          f"approach {1e3 * (table.rigid_height - table.equilibrium):.4f} mm, {table.weight / 2e3:.3f} kN per wheel{stiffness}",
+          f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else
           f"contact table: model {case.model}, {'found' if table._found else f'built in {table._seconds:.2f} s'}"
           + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
     if args.geometry:

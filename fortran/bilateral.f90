@@ -1,0 +1,525 @@
+!> Both wheels stay on their rails, as in codes with a table of contact geometry: g_left(q) = g_right(q) = 0.
+!>
+!> What is left of q = (y, z, roll) is a path.  Its coordinate is the arc length in the kinetic metric,
+!> ds^2 = m dy^2 + m dz^2 + I droll^2, in which the motion is that of a point of unit mass:
+!>
+!>     s'' = -dV/ds,   V = W z - F y.
+!>
+!> The path is followed from the centred wheelset by continuation: a step along the tangent, then back to both
+!> rails across it.  It need not be a function of y.  Where a wheel comes to touch at another point as well, the
+!> path has a corner: contact goes over to that point, and the velocity turns and keeps its size, which is the
+!> limit of ever finer rounding.  What turns it is an impulse of the contacts.
+!>
+!> Between its poses the path is the Hermite cubic, so V is known with its derivative and energy is kept as the
+!> step keeps it: explicit, fourth order (see `newmark`).  The normal forces are the multipliers of the two
+!> constraints; a negative one is a rail that pulls.
+module bilateral
+  use bracket, only: bracket_type
+  use contact, only: zone_type
+  use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, search, &
+    set_state, tightest
+  use geometry, only: pair_type
+  use kinds, only: dp, pi
+  use newmark, only: drift, kick
+  use text, only: str
+  use wheelset, only: contact_state, external_force, wheelset_type
+  implicit none
+  private
+  public :: path_type, point_type, follow_path, path_state, start_at, advance_along, turn_corner, small_motion, tangent
+
+  !> The path on one side of the centre; the other is its mirror image.
+  type :: path_type
+    integer :: n = 0                       !! poses; a corner is two of them
+    real(dp), allocatable :: s(:)          !! [m kg^1/2]
+    real(dp), allocatable :: q(:, :)       !! (3, n) y, z [m], roll [rad]
+    real(dp), allocatable :: t(:, :)       !! dq/ds, (3, n)
+    integer, allocatable :: stretch(:)     !! between corners, of each pose
+    integer, allocatable :: last(:)        !! pose of each stretch, (0:)
+    type(gap_type), allocatable :: c(:, :) !! the contacts, left and right, at each pose, (2, n)
+  end type path_type
+
+  !> Where on the path, and how fast.
+  type :: point_type
+    real(dp) :: s = 0, v = 0               !! [m kg^1/2, and per s]
+    integer :: stretch = 1                 !! |s| is on this stretch
+    integer :: at = 1                      !! the pose before |s|
+  end type point_type
+
+  real(dp), parameter :: accuracy = 1e-12_dp     ! of the interpolated path [m]
+  real(dp), parameter :: longest = 1e-4_dp       ! between two poses [m]
+  real(dp), parameter :: mirror(3) = [-1, 1, -1]
+
+contains
+
+  !> Follow the path to the left, until the flange's tip is past `beyond` and above the rail, or to an end of which
+  !> `note` says where and why.
+  subroutine follow_path(pair, zones, inertia, beyond, path, note)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zones(:)
+    real(dp), intent(in) :: inertia(3)
+    real(dp), intent(in) :: beyond              !! lateral displacement at which the path may end [m]
+    type(path_type), intent(out) :: path
+    character(:), allocatable, intent(out) :: note
+    type(contacts_type) :: all
+    type(gap_type) :: c(2), new(2), middle(2), last(2)
+    real(dp) :: q(3), t(3), q_new(3), t_new(3), q_mid(3), q_end(3), h, scale, error, length, gap
+    type(bracket_type) :: range
+    integer :: k(2), side, other, iter, i
+    logical :: ok, corner
+
+    scale = sqrt(inertia(1))
+    note = ''
+    all = new_contacts(pair, zones)
+    q = [0.0_dp, pair%axle_height, 0.0_dp]
+    call search(pair, q, all)
+    k = [tightest(all, 1), tightest(all, 2)]
+    c = all%c(k)
+    call close_gaps(pair, inertia, c, q, ok)
+    t = tangent(inertia, c, [1.0_dp, 0.0_dp, 0.0_dp])
+    path%n = 0
+    call keep(0.0_dp, 1)
+    h = 1e-5_dp*scale
+    do while (ok .and. q(1) < beyond .and. abs(q(3)) < 1.0_dp)
+      do
+        call step(h, new, q_new, ok)
+        if (ok) call step(h/2, middle, q_mid, ok)
+        if (ok) then
+          t_new = tangent(inertia, new, t)
+          length = arc(q, q_mid, q_new)
+          error = max(miss(middle, q_mid), miss_at(0.25_dp), miss_at(0.75_dp))
+          if (error < accuracy) exit
+        end if
+        h = h/2
+        if (h < 1e-9_dp*scale) exit
+      end do
+      if (h < 1e-9_dp*scale) then
+        ok = .false.
+        exit
+      end if
+      ! Another point of a wheel that has come into the rail: the step ends where it touches.
+      call search(pair, q_new, all)
+      corner = .false.
+      do side = 1, 2
+        other = tightest(all, side)
+        if (other == k(side) .or. all%c(other)%gap > 0) cycle
+        gap = gap_at(q)
+        if (gap < 1e-13_dp) cycle
+        range = bracket_type(0.0_dp, gap, h, all%c(other)%gap)
+        do iter = 1, 100
+          h = range%guess()
+          call step(h, new, q_end, ok)
+          if (.not. ok) exit
+          gap = gap_at(q_end)
+          if (abs(gap) < 1e-15_dp .or. abs(range%b - range%a) < 1e-15_dp*scale) exit
+          call range%narrow(h, gap)
+        end do
+        if (.not. ok) exit
+        corner = .true.
+        k(side) = other
+        q_new = q_end
+        exit
+      end do
+      if (.not. ok) exit
+      if (corner) then
+        call step(h/2, middle, q_mid, ok)
+        t_new = tangent(inertia, new, t)
+        length = arc(q, q_mid, q_new)
+      end if
+      q = q_new
+      t = t_new
+      last = c
+      c = new
+      call keep(path%s(path%n) + length, path%stretch(path%n))
+      if (corner) then
+        last = c
+        c(side) = all%c(k(side))
+        call find_gap(pair, q, c(side))
+        ! On, to where the point that touched so far opens.
+        t = tangent(inertia, c, t)
+        if (dot_product(t, last(side)%slope) < 0) t = -t
+        call keep(path%s(path%n), path%stretch(path%n) + 1)
+        h = 1e-5_dp*scale
+      else
+        h = min(1.5_dp*h, longest*scale, h*max(0.5_dp, 0.8_dp*sqrt(sqrt(accuracy/max(error, 1e-16_dp)))))
+      end if
+      if (path%n > 100000) ok = .false.
+    end do
+    if (.not. ok .or. q(1) < beyond) note = 'Y = '//str(q(1))//' m, Z = '//str(q(2) - pair%axle_height)// &
+      ' m, roll = '//str(q(3))//' rad, where no step of '//str(h/scale)//' m keeps both wheels on their rails'
+    allocate (path%last(0:path%stretch(path%n)))
+    do i = 0, ubound(path%last, 1)
+      path%last(i) = count(path%stretch(:path%n) <= i)
+    end do
+
+  contains
+
+    !> From q along t by h, then back to both rails across it.
+    subroutine step(h, c_end, q_end, ok)
+      real(dp), intent(in) :: h
+      type(gap_type), intent(out) :: c_end(2)
+      real(dp), intent(out) :: q_end(3)
+      logical, intent(out) :: ok
+
+      c_end = c
+      q_end = q + h*t
+      call close_gaps(pair, inertia, c_end, q_end, ok)
+      if (ok) ok = size_of(q_end - q - h*t) < 0.3_dp*abs(h) .and. .not. any(c_end%edge)
+    end subroutine step
+
+    !> How far the cubic passes beside a pose of the path [m].
+    real(dp) function miss(c, x)
+      type(gap_type), intent(in) :: c(2)
+      real(dp), intent(in) :: x(3)
+      real(dp) :: ahead(3), d(3), u
+      integer :: i
+
+      ahead = tangent(inertia, c, t)
+      u = length*sum(inertia*t*(x - q))/sum(inertia*t*(q_new - q))
+      do i = 1, 4
+        d = x - hermite(q, t, q_new, t_new, length, u)
+        u = u + sum(inertia*ahead*d)
+      end do
+      miss = size_of(d - ahead*sum(inertia*ahead*d))/scale
+    end function miss
+
+    real(dp) function miss_at(share)
+      real(dp), intent(in) :: share
+      type(gap_type) :: c_at(2)
+      real(dp) :: x(3)
+      logical :: found
+
+      call step(share*h, c_at, x, found)
+      miss_at = huge(share)
+      if (found) miss_at = miss(c_at, x)
+    end function miss_at
+
+    real(dp) function gap_at(x) result(gap)
+      real(dp), intent(in) :: x(3)
+      type(gap_type) :: g
+
+      g = all%c(other)
+      call find_gap(pair, x, g)
+      gap = g%gap
+    end function gap_at
+
+    real(dp) function size_of(x)
+      real(dp), intent(in) :: x(3)
+      size_of = sqrt(sum(inertia*x**2))
+    end function size_of
+
+    !> Arc length through three poses, the middle one half way: chords, extrapolated.
+    real(dp) function arc(a, b, c)
+      real(dp), intent(in) :: a(3), b(3), c(3)
+      real(dp) :: chords
+
+      chords = size_of(b - a) + size_of(c - b)
+      arc = chords + (chords - size_of(c - a))/3
+    end function arc
+
+    subroutine keep(s, stretch)
+      real(dp), intent(in) :: s
+      integer, intent(in) :: stretch
+      type(path_type) :: old
+      integer :: room
+
+      room = 0
+      if (allocated(path%s)) room = size(path%s)
+      if (path%n == room) then
+        old = path
+        room = max(1024, 2*room)
+        if (allocated(path%s)) deallocate (path%s, path%q, path%t, path%stretch, path%c)
+        allocate (path%s(room), path%q(3, room), path%t(3, room), path%stretch(room), path%c(2, room))
+        if (path%n > 0) then
+          path%s(:path%n) = old%s
+          path%q(:, :path%n) = old%q
+          path%t(:, :path%n) = old%t
+          path%stretch(:path%n) = old%stretch
+          path%c(:, :path%n) = old%c
+        end if
+      end if
+      path%n = path%n + 1
+      path%s(path%n) = s
+      path%q(:, path%n) = q
+      path%t(:, path%n) = t
+      path%stretch(path%n) = stretch
+      path%c(:, path%n) = c
+    end subroutine keep
+
+  end subroutine follow_path
+
+  !> The Hermite cubic through a and b with the tangents da and db, `length` apart, at x from a.
+  pure function hermite(a, da, b, db, length, x) result(q)
+    real(dp), intent(in) :: a(3), da(3), b(3), db(3), length, x
+    real(dp) :: q(3), u
+
+    u = x/length
+    q = a + u*(length*da + u*((3*(b - a) - length*(2*da + db)) + u*(length*(da + db) - 2*(b - a))))
+  end function hermite
+
+  !> Unit tangent dq/ds of the path at two contacts, on the side of `ahead`.
+  pure function tangent(inertia, c, ahead) result(t)
+    real(dp), intent(in) :: inertia(3)
+    type(gap_type), intent(in) :: c(2)
+    real(dp), intent(in) :: ahead(3)
+    real(dp) :: t(3)
+
+    t = [c(1)%slope(2)*c(2)%slope(3) - c(1)%slope(3)*c(2)%slope(2), &
+         c(1)%slope(3)*c(2)%slope(1) - c(1)%slope(1)*c(2)%slope(3), &
+         c(1)%slope(1)*c(2)%slope(2) - c(1)%slope(2)*c(2)%slope(1)]
+    t = t/sqrt(sum(inertia*t**2))
+    if (sum(inertia*t*ahead) < 0) t = -t
+  end function tangent
+
+  !> The pose before |s| on the point's stretch.
+  pure subroutine locate(path, p)
+    type(path_type), intent(in) :: path
+    type(point_type), intent(inout) :: p
+    integer :: first, last
+
+    first = path%last(p%stretch - 1) + 1
+    last = path%last(p%stretch) - 1
+    p%at = max(first, min(p%at, last))
+    do while (p%at < last .and. abs(p%s) >= path%s(p%at + 1))
+      p%at = p%at + 1
+    end do
+    do while (p%at > first .and. abs(p%s) < path%s(p%at))
+      p%at = p%at - 1
+    end do
+  end subroutine locate
+
+  !> Pose of a point and dq/ds there, by the cubic of its stretch.
+  pure subroutine path_pose(path, p, q, t)
+    type(path_type), intent(in) :: path
+    type(point_type), intent(inout) :: p
+    real(dp), intent(out) :: q(3), t(3)
+    real(dp) :: h, u, d(3), e(3)
+
+    call locate(path, p)
+    associate (i => p%at)
+      h = path%s(i + 1) - path%s(i)
+      u = (abs(p%s) - path%s(i))/h
+      d = 3*(path%q(:, i + 1) - path%q(:, i)) - h*(2*path%t(:, i) + path%t(:, i + 1))
+      e = h*(path%t(:, i) + path%t(:, i + 1)) - 2*(path%q(:, i + 1) - path%q(:, i))
+      q = path%q(:, i) + u*(h*path%t(:, i) + u*(d + u*e))
+      t = path%t(:, i) + u*(2*d + u*3*e)/h
+    end associate
+    if (p%s < 0) then
+      q = mirror*q
+      t = -mirror*t
+    end if
+  end subroutine path_pose
+
+  !> The point nearest to the centre with the lateral displacement y; ok: the path goes so far.
+  pure subroutine start_at(path, y, p, ok)
+    type(path_type), intent(in) :: path
+    real(dp), intent(in) :: y
+    type(point_type), intent(out) :: p
+    logical, intent(out) :: ok
+    real(dp) :: low, high, q(3), t(3)
+    integer :: i, iter
+
+    i = findloc(path%q(1, 2:path%n) >= abs(y), .true., 1)
+    ok = i > 0
+    if (.not. ok) return
+    p%stretch = path%stretch(i)
+    p%at = i
+    low = path%s(i)
+    high = path%s(i + 1)
+    do iter = 1, 60
+      p%s = (low + high)/2
+      call path_pose(path, p, q, t)
+      if (q(1) < abs(y)) then
+        low = p%s
+      else
+        high = p%s
+      end if
+    end do
+    if (abs(y) <= 0) p%s = 0
+    p%s = sign(p%s, y)
+  end subroutine start_at
+
+  !> One step dt, or less: up to a corner of the path (-1, 1: towards, away from the centre) or, `corner` = 2, its
+  !> end.  `work` grows by that of the lateral force.
+  pure subroutine advance_along(path, w, p, time, dt, work, corner)
+    type(path_type), intent(in) :: path
+    type(wheelset_type), intent(in) :: w
+    type(point_type), intent(inout) :: p
+    real(dp), intent(inout) :: time, dt, work
+    integer, intent(out) :: corner
+    type(point_type) :: new, turning
+    real(dp) :: done, turn
+
+    call step(dt, new, done)
+    corner = leaves(new)
+    if (corner == 0 .and. p%v*new%v < 0) then
+      ! It may have been beyond a corner and back.
+      turn = root(dt, 0.0_dp)
+      call step(turn, turning, done)
+      corner = leaves(turning)
+      if (corner /= 0) dt = turn
+      if (corner == 0) call step(dt, new, done)
+    end if
+    if (corner /= 0) then
+      dt = root(dt, bound(corner))
+      call step(dt, new, done)
+      new%s = sign(bound(corner), new%s)
+      if (corner == 1 .and. p%stretch == size(path%last) - 1) corner = 2
+    end if
+    p = new
+    time = time + dt
+    work = work + done
+
+  contains
+
+    pure subroutine step(h, new, done)
+      real(dp), intent(in) :: h
+      type(point_type), intent(out) :: new
+      real(dp), intent(out) :: done
+      real(dp) :: q(3), t(3), y, f(3), now
+      integer :: i
+
+      new = p
+      now = time
+      done = 0
+      call path_pose(path, new, q, t)
+      y = q(1)
+      do i = 1, size(drift)
+        f = external_force(w, now)
+        new%v = new%v + kick(i)*h*sum(f*t)
+        new%s = new%s + drift(i)*h*new%v
+        call path_pose(path, new, q, t)
+        f = external_force(w, now + 0.5_dp*drift(i)*h)
+        done = done + f(1)*(q(1) - y)
+        y = q(1)
+        now = now + drift(i)*h
+      end do
+      f = external_force(w, time + h)
+      new%v = new%v + kick(size(kick))*h*sum(f*t)
+    end subroutine step
+
+    pure integer function leaves(new)
+      type(point_type), intent(in) :: new
+
+      leaves = 0
+      if (abs(new%s) > bound(1)) leaves = 1
+      if (p%stretch > 1 .and. (abs(new%s) < bound(-1) .or. new%s*p%s < 0)) leaves = -1
+    end function leaves
+
+    !> |s| at the stretch's end.
+    pure real(dp) function bound(end)
+      integer, intent(in) :: end
+
+      if (end < 0) then
+        bound = path%s(path%last(p%stretch - 1) + 1)
+      else
+        bound = path%s(path%last(p%stretch))
+      end if
+    end function bound
+
+    !> The step up to h at which |s| passes `level`, or, level 0, the velocity turns.
+    pure real(dp) function root(h, level)
+      real(dp), intent(in) :: h, level
+      type(bracket_type) :: range
+      real(dp) :: f
+      integer :: iter
+
+      root = h
+      range = bracket_type(0.0_dp, value(0.0_dp, level), h, value(h, level))
+      if (range%fa*range%fb >= 0) then
+        if (range%fa*range%fb > 0) root = 0
+        return
+      end if
+      do iter = 1, 100
+        root = range%guess()
+        f = value(root, level)
+        if (abs(f) <= 4*epsilon(level)*level .or. abs(range%b - range%a) <= epsilon(h)*h) exit
+        call range%narrow(root, f)
+      end do
+    end function root
+
+    pure real(dp) function value(h, level)
+      real(dp), intent(in) :: h, level
+      type(point_type) :: x
+      real(dp) :: done
+
+      call step(h, x, done)
+      value = x%v
+      if (level > 0) value = sign(1.0_dp, p%s)*x%s - level
+    end function value
+
+  end subroutine advance_along
+
+  !> Over a corner: the contacts' impulses [N s], (contact), that turn the velocity.
+  pure subroutine turn_corner(path, inertia, corner, p, impulse)
+    type(path_type), intent(in) :: path
+    real(dp), intent(in) :: inertia(3)
+    integer, intent(in) :: corner             !! of advance_along
+    type(point_type), intent(inout) :: p
+    real(dp), intent(out) :: impulse(4)
+    type(gap_type) :: c(3), before(2), after(2)
+    real(dp) :: change(3), a(3, 3)
+    integer :: i, side
+    logical :: ok
+
+    impulse = 0
+    i = path%last(merge(p%stretch, p%stretch - 1, corner > 0))
+    before = path%c(:, merge(i, i + 1, corner > 0))
+    after = path%c(:, merge(i + 1, i, corner > 0))
+    p%stretch = p%stretch + corner
+    change = inertia*abs(p%v)*(path%t(:, i + 1) - path%t(:, i))
+    side = merge(1, 2, before(1)%first /= after(1)%first)
+    c = [before(side), after(side), before(3 - side)]
+    do i = 1, 3
+      a(:, i) = c(i)%slope
+    end do
+    call eliminate(a, change, ok)
+    if (p%s < 0) c%contact = mod(c%contact + 1, 4) + 1
+    do i = 1, 3
+      impulse(c(i)%contact) = impulse(c(i)%contact) + change(i)
+    end do
+  end subroutine turn_corner
+
+  !> Pose, velocity and contacts of a point, with the normal forces that keep both wheels on their rails.
+  pure subroutine path_state(path, pair, w, p, time, q, v, state)
+    type(path_type), intent(in) :: path
+    type(pair_type), intent(in) :: pair
+    type(wheelset_type), intent(in) :: w
+    type(point_type), intent(inout) :: p
+    real(dp), intent(in) :: time
+    real(dp), intent(out) :: q(3), v(3)
+    type(contact_state), intent(out) :: state
+    type(gap_type) :: c(2)
+    real(dp) :: t(3), force(2)
+    integer :: k
+    logical :: ok
+
+    call path_pose(path, p, q, t)
+    c = path%c(:, p%at)
+    if (p%s < 0) then
+      c%wheel = 3 - c%wheel
+      c%contact = mod(c%contact + 1, 4) + 1
+    end if
+    do k = 1, 2
+      call find_gap(pair, q, c(k))
+    end do
+    v = p%v*tangent(w%inertia(), c, t)
+    call closing_forces(w%inertia(), external_force(w, time), v, c, force, ok)
+    call set_state(c, force, state)
+  end subroutine path_state
+
+  !> Frequency of small oscillations about the centre [Hz]: V'' = W z'', minus its growth rate/2 pi if unstable.
+  pure subroutine small_motion(path, w, frequency, shape)
+    type(path_type), intent(in) :: path
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(out) :: frequency, shape(3)
+    real(dp) :: force(2), bend
+    logical :: ok
+
+    ! At unit speed and without load the path's curvature is the acceleration.
+    shape = path%t(:, 1)
+    call closing_forces(w%inertia(), [0.0_dp, 0.0_dp, 0.0_dp], shape, path%c(:, 1), force, ok)
+    bend = w%weight()*sum(force*path%c(:, 1)%slope(2))/w%mass
+    frequency = sign(sqrt(abs(bend)), bend)/(2*pi)
+  end subroutine small_motion
+
+end module bilateral

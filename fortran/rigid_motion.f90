@@ -1,0 +1,216 @@
+!> The motion of a wheelset with rigid contacts, bilateral or unilateral: how it starts, and its steps.
+module rigid_motion
+  use bilateral, only: advance_along, path_state, path_type, point_type, start_at, tangent, turn_corner
+  use case, only: case_type
+  use contact, only: zone_type
+  use errors, only: error_type, fatal_error
+  use gaps, only: close_gaps, contacts_type, gap_type, new_contacts, search, tightest
+  use geometry, only: pair_type
+  use kinds, only: dp
+  use newmark, only: motion_type
+  use rigid, only: rigid_contact
+  use text, only: str
+  use unilateral, only: advance_contacts, contacts_ok, rule_type, start_contacts
+  use wheelset, only: wheelset_type
+  implicit none
+  private
+  public :: rigid_type, start_rigid, advance_rigid, rigid_ok, rigid_end, rigid_stuck, rigid_crowded
+
+  !> What is known of the motion beside pose and velocity.
+  type :: rigid_type
+    logical :: bilateral = .false.
+    type(wheelset_type) :: w
+    type(rule_type) :: rule
+    type(point_type) :: point              !! bilateral
+    type(contacts_type) :: all             !! unilateral
+    logical, allocatable :: closed(:)      !! which of them
+    type(motion_type) :: own               !! or its mirror image, see below
+    logical :: mirrored = .false.
+    real(dp) :: step = 0                   !! the next one to try [s]
+    integer :: idle = 0                    !! events in a row without time between them
+  end type rigid_type
+
+  ! The mirrored case is integrated as the case itself and then mirrored: contacts have an order, left and right do not.
+  real(dp), parameter :: mirror(3) = [-1, 1, -1]
+  integer, parameter :: most_idle = 100
+  integer, parameter :: rigid_ok = 0, rigid_end = 1, rigid_stuck = 2, rigid_crowded = 3
+
+contains
+
+  !> The first pose and velocity.  On the rails they follow the constraints: lateral position and velocity are the
+  !> case's, the rest follows.  With unilateral contacts a wheelset in the air starts as the case says.
+  subroutine start_rigid(c, w, pair, zones, path, equilibrium, r, motion, changes, error)
+    type(case_type), intent(in) :: c
+    type(wheelset_type), intent(in) :: w
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zones(:)
+    type(path_type), intent(in) :: path
+    real(dp), intent(in) :: equilibrium           !! axle height [m]
+    type(rigid_type), intent(out) :: r
+    type(motion_type), intent(out) :: motion
+    character(:), allocatable, intent(out) :: changes   !! what is not as the case says, in words
+    type(error_type), allocatable, intent(out) :: error
+    type(gap_type) :: pair_of(2)
+    real(dp) :: given(3), given_rate(3), t(3), station(2), first
+    real(dp), parameter :: air = 1e-9_dp          ! [m]
+    integer :: k, status
+    logical :: ok
+
+    given = [c%y, equilibrium + c%z, c%roll]
+    given_rate = [c%vy, c%vz, c%roll_rate]
+    ! Mirrored where the first of these that is not zero is negative.
+    associate (order => [c%vy, c%y, c%roll, c%roll_rate, c%lateral_force, c%lateral_ramp])
+      first = 0
+      k = findloc(abs(order) > 0, .true., 1)
+      if (k > 0) first = order(k)
+    end associate
+    r%bilateral = c%formulation == 'bilateral'
+    r%mirrored = first < 0
+    r%rule = rule_type(c%restitution, c%energy_tolerance, c%max_halvings)
+    r%w = w
+    if (r%mirrored) then
+      r%w%lateral_force = -w%lateral_force
+      r%w%lateral_ramp = -w%lateral_ramp
+      given = mirror*given
+      given_rate = mirror*given_rate
+    end if
+    r%own%q = given
+    r%own%v = given_rate
+    if (r%bilateral) then
+      call start_at(path, given(1), r%point, ok)
+      if (ok) then
+        r%point%v = 1
+        call path_state(path, pair, r%w, r%point, 0.0_dp, r%own%q, t, r%own%contact)
+        ok = abs(t(1)) > 1e-6_dp*norm2(t)
+        if (ok) r%point%v = given_rate(1)/t(1)
+        call path_state(path, pair, r%w, r%point, 0.0_dp, r%own%q, r%own%v, r%own%contact)
+      end if
+    else
+      r%all = new_contacts(pair, zones)
+      allocate (r%closed(size(r%all%c)))
+      call search(pair, given, r%all)
+      ok = .true.
+      if (any(r%all%c%gap < air)) then
+        call rigid_contact(pair, 1, size(pair%s), given(1), r%own%q(3), r%own%q(2), station, ok)
+        if (ok) then
+          call search(pair, r%own%q, r%all)
+          pair_of = r%all%c([tightest(r%all, 1), tightest(r%all, 2)])
+          call close_gaps(pair, w%inertia(), pair_of, r%own%q, ok)
+          t = tangent(w%inertia(), pair_of, [1.0_dp, 0.0_dp, 0.0_dp])
+          r%own%v = t*given_rate(1)/t(1)
+        end if
+      end if
+      if (ok) call start_contacts(pair, r%w, r%rule, r%all, r%closed, r%own, status)
+      if (ok) ok = status == contacts_ok
+    end if
+    if (.not. ok) then
+      call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails with formulation = '''// &
+        trim(c%formulation)//''', found none there')
+      return
+    end if
+    motion = shown(r)
+    if (r%mirrored) given = mirror*given
+    if (r%mirrored) given_rate = mirror*given_rate
+    changes = ''
+    call compare('Z', given(2) - equilibrium, motion%q(2) - equilibrium, 1e-12_dp, 'm')
+    call compare('roll', given(3), motion%q(3), 1e-12_dp, 'rad')
+    call compare('vZ', given_rate(2), motion%v(2), 1e-12_dp, 'm/s')
+    call compare('roll_rate', given_rate(3), motion%v(3), 1e-12_dp, 'rad/s')
+
+  contains
+
+    subroutine compare(name, was, is, least, unit)
+      character(*), intent(in) :: name, unit
+      real(dp), intent(in) :: was, is, least
+
+      if (abs(is - was) <= least) return
+      if (changes /= '') changes = changes//', '
+      changes = changes//name//' = '//str(is)//' '//unit//' instead of '//str(was)
+    end subroutine compare
+
+  end subroutine start_rigid
+
+  !> A step of at most dt, or up to what happens before; `motion` is before and after it.
+  subroutine advance_rigid(pair, path, r, motion, dt, evaluations, status)
+    type(pair_type), intent(in) :: pair
+    type(path_type), intent(in) :: path
+    type(rigid_type), intent(inout) :: r
+    type(motion_type), intent(out) :: motion
+    real(dp), intent(inout) :: dt              !! on return what was taken [s]
+    integer, intent(out) :: evaluations, status
+
+    if (r%bilateral) then
+      call along_path(path, pair, r, dt, evaluations, status)
+    else
+      call advance_contacts(pair, r%w, r%rule, r%all, r%closed, r%own, dt, evaluations, status)
+      if (status /= contacts_ok) status = rigid_stuck
+    end if
+    r%idle = merge(r%idle + 1, 0, dt <= 0)
+    if (r%idle > most_idle) status = rigid_crowded
+    motion = shown(r)
+  end subroutine advance_rigid
+
+  subroutine along_path(path, pair, r, dt, evaluations, status)
+    type(path_type), intent(in) :: path
+    type(pair_type), intent(in) :: pair
+    type(rigid_type), intent(inout) :: r
+    real(dp), intent(inout) :: dt
+    integer, intent(out) :: evaluations, status
+    type(point_type) :: p
+    real(dp) :: h, time, work, q(3), impulse(4)
+    integer :: corner, halved
+
+    status = rigid_ok
+    evaluations = 0
+    q = r%own%q
+    h = dt
+    do halved = 0, r%rule%halvings
+      dt = h
+      p = r%point
+      time = r%own%t
+      work = r%own%work
+      call advance_along(path, r%w, p, time, dt, work, corner)
+      evaluations = evaluations + 6
+      call path_state(path, pair, r%w, p, time, r%own%q, r%own%v, r%own%contact)
+      if (r%rule%tolerance <= 0 .or. halved == r%rule%halvings) exit
+      if (abs(0.5_dp*(p%v - r%point%v)*(p%v + r%point%v) + r%w%weight()*(r%own%q(2) - q(2)) &
+        - (work - r%own%work)) <= r%rule%tolerance) exit
+      h = h/2
+    end do
+    if (corner == 2) status = rigid_end
+    r%own%contact%struck = .false.
+    if (abs(corner) == 1) then
+      call turn_corner(path, r%w%inertia(), corner, p, impulse)
+      call path_state(path, pair, r%w, p, time, r%own%q, r%own%v, r%own%contact)
+      r%own%impulse = r%own%impulse + impulse
+      r%own%contact%struck = abs(impulse) > 0
+    end if
+    r%point = p
+    r%own%t = time
+    r%own%work = work
+  end subroutine along_path
+
+  !> The motion of the case, or its mirror image.
+  pure function shown(r) result(motion)
+    type(rigid_type), intent(in) :: r
+    type(motion_type) :: motion
+    integer, parameter :: other(4) = [3, 4, 1, 2]
+    integer :: k
+
+    motion = r%own
+    if (.not. r%mirrored) return
+    motion%q = mirror*r%own%q
+    motion%v = mirror*r%own%v
+    motion%impulse = r%own%impulse(other)
+    associate (c => motion%contact, own => r%own%contact)
+      do k = 1, 4
+        c%slope(:, k) = mirror*own%slope(:, other(k))
+      end do
+      c%gradient = mirror*own%gradient
+      c%rigid = own%rigid(other)
+      c%struck = own%struck(other)
+      c%pulls = own%pulls(other)
+    end associate
+  end function shown
+
+end module rigid_motion
