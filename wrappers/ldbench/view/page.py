@@ -18,11 +18,12 @@ import numpy as np
 
 from .. import style
 from .._core import Error, complete, version
+from ..case import Case
 from ..record import CONTACT_NAMES, CONTACTS, Record
 from ..run import Run, output_path
 from .labels import GROUPS, label
 from .pack import CELLS, pack
-from .shapes import Settings, Shape, shape
+from .shapes import Settings, Shape, checksum, shape
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = "decode.js", "series.js", "scene.js", "chart.js", "page.js"
@@ -64,12 +65,11 @@ def make_page(records: Sequence[Record], title: str = "", settings: Settings | N
     the benchmark's actual profiles. shown: how many runs are shown at first; the others are one click away.
     summary: lines of a table, each with its name and cells.
     """
-    lender = next((record for record in records if record.settings), None)
-    assumed = settings or (lender and lender.settings) or default_settings()
+    assumed = assumed_settings(records, settings)
     shapes: list[Shape] = []
     runs, bodies = [], []
     for record in records:
-        entry, body = run_entry(record, assumed, lender, shapes, cells)
+        entry, body = run_entry(record, assumed, shapes, cells)
         entry["shown"] = shown is None or len(runs) < shown
         runs.append(entry)
         bodies.append(base64.b64encode(body).decode())
@@ -82,13 +82,18 @@ def make_page(records: Sequence[Record], title: str = "", settings: Settings | N
     return Page(fill(title, facts, bodies))
 
 
-def default_settings() -> Settings:
-    from ..case import Case
+def assumed_settings(records: Sequence[Record], settings: Settings | None) -> tuple[Settings, float]:
+    """What places wheel and rail of runs without our header, and the height of the axle [m], nan if that is not known:
+    the settings given, those of the first run with a header, or the benchmark's."""
+    if settings:
+        return settings, np.nan
+    for record in records:
+        if record.settings:
+            return record.settings, record.axle_height
+    return case_settings(Case.exercise(1, "aw")), np.nan
 
-    return case_settings(Case.exercise(1, "aw"))
 
-
-def case_settings(case: object) -> Settings:
+def case_settings(case: Case) -> Settings:
     """Of a Case, as a header has them; profiles by the paths where they were found."""
     groups = {group: dict(values) for group, values in case.namelist().items()}
     for which in ("wheel_profile", "rail_profile"):
@@ -103,25 +108,27 @@ def run_record(run: Run) -> Record:
     case, summary = run.case, run.summary
     columns = run.columns
     loaded = bool(case.lateral_force or case.lateral_ramp)
+    files = {"wheel": Path(case.find(case.wheel_profile)), "rail": Path(case.find(case.rail_profile))}
     return Record(
         file=Path(output_path(case)), columns=columns, name=str(case.case_name), title=str(case.title),
-        version=version(), settings=case_settings(case), clearance=summary["clearance"],
+        version=version(), settings=case_settings(case),
+        profiles={which: f"{file.name}, CRC-32 {checksum(file)}" for which, file in files.items()},
+        reconstruction=any(b"reconstruction" in file.read_bytes().lower() for file in files.values()),
+        clearance=summary["clearance"],
         axle_height=summary["equilibrium"], drift=summary["drift"], steps=summary["steps"], step=summary["step"],
         events=tuple(Event(e.t, e.kind, e.force if loaded else np.nan) for e in run.events),
         peaks={c: (summary[f"peak_N_{c}"], summary[f"t_peak_{c}"]) for c in CONTACTS}, ending=summary["end"])
 
 
-def run_entry(record: Record, assumed: Settings, lender: Record | None, shapes: list[Shape],
-              cells: int) -> tuple[dict[str, object], bytes]:
+def run_entry(record: Record, assumed: tuple[Settings, float], shapes: list[Shape], cells: int) -> tuple[dict[str, object], bytes]:
     """What the page is told of a run, and its columns; its outlines are added to `shapes` unless they are there."""
     time, columns = checked(record)
     own = bool(record.settings)
-    axle = record.axle_height if own or lender is None else lender.axle_height
-    outline, remark = shape(record, record.settings if own else assumed, axle)
+    outline, remark = shape(record, *((record.settings, record.axle_height) if own else assumed))
     notes = [remark] if remark else []
     if not own and outline:
-        borrowed = lender.name if lender and assumed is lender.settings else "the case given or the benchmark"
-        notes.append(f"the file does not name profiles: outlines are those of {borrowed}")
+        names = " and ".join(Path(str(assumed[0]["profiles"][f"{which}_profile"])).name for which in ("wheel", "rail"))
+        notes.append(f"the file does not name its profiles: drawn are {names}")
     if record.reconstruction:
         notes.append("profiles are reconstructions, not the organisers' files")
     units = record.columns.attrs.get("units", {})

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -46,16 +46,19 @@ def shape(record: Record, settings: Settings, axle: float = np.nan) -> tuple[Sha
 
 
 def with_settings(record: Record, settings: Settings) -> Record:
-    from dataclasses import replace
-
     return replace(record, settings=settings)
 
 
 def fits(file: Path, described: str) -> bool:
     """Whether a profile has the checksum that the header gives: 'awprof.yz, CRC-32 9FA7E873'."""
-    checksum = described.rpartition("CRC-32 ")[2]
+    stated = described.rpartition("CRC-32 ")[2]
+    return not stated or checksum(file) == stated
+
+
+def checksum(file: Path) -> str:
+    """Of a profile's lines, as the core computes it: tabs are blanks, line ends are one newline."""
     lines = file.read_bytes().replace(b"\t", b" ").splitlines()
-    return not checksum or f"{zlib.crc32(b''.join(line + bytes([10]) for line in lines)):08X}" == checksum
+    return f"{zlib.crc32(b''.join(line + bytes([10]) for line in lines)):08X}"
 
 
 def upper_side(points: np.ndarray, reach: float) -> np.ndarray:
