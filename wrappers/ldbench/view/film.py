@@ -145,7 +145,7 @@ class Picture:
         for s in (1, -1):
             foot = [[outline.rail[-1, 0], -0.2], [outline.rail[0, 0], -0.2]]
             ax.fill(*(np.vstack([outline.rail, foot])*[s, 1]).T, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.8)
-        for actor in reversed(self.actors):
+        for actor in reversed([actor for actor in self.actors if actor.shape]):
             self.movers.append(actor.draw(ax, side, filled=actor is self.actors[0], arrow=arrow/self.largest))
 
     def draw_chart(self, ax: Axes, columns: Sequence[str], start: float, end: float) -> Line2D:

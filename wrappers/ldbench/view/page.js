@@ -58,9 +58,7 @@ class Page {
     get("title").textContent = this.facts.title;
     document.title = this.facts.title;
     this.fillControls();
-    const link = this.address();
-    const named = this.facts.runs.findIndex(run => run.name === link.get("run"));
-    if (named >= 0 && !this.shown[named]) this.shown = this.shown.map((_, k) => k === named);
+    this.shown = this.named();
     this.drawSummary();
     await this.showRuns();
     this.followAddress();
@@ -145,10 +143,10 @@ class Page {
     const {summary} = this.facts;
     get("summary").hidden = !summary.length;
     if (!summary.length) return;
-    const cell = ({text, run, t}) => make("td", {}, t === null ? text
-      : make("a", {href: `#t=${+t.toPrecision(9)}&run=${encodeURIComponent(run)}`}, text));
+    const cell = ({text, run, t, with: others}) => make("td", {}, t === null ? text
+      : make("a", {href: this.link(t, [run, ...others])}, text));
     const head = make("tr", {}, make("th", {}, "runs"), ...this.facts.runs.slice(0, summary[0].cells.length).map(run =>
-      make("th", {}, make("a", {href: `#t=0&run=${encodeURIComponent(run.name)}`}, run.name))));
+      make("th", {}, make("a", {href: this.link(0, [run.name])}, run.name))));
     const body = summary.map(row => make("tr", {}, make("th", {scope: "row"}, row.words), ...row.cells.map(cell)));
     get("summary").replaceChildren(make("details", {open: true}, make("summary", {}, "Summary; a number opens its moment"),
       make("table", {}, make("thead", {}, head), make("tbody", {}, ...body))));
@@ -449,12 +447,24 @@ class Page {
 
   address() { return new URLSearchParams(location.hash.slice(1)); }
 
+  link(t, names = [], view = "whole") {
+    const [run, ...others] = names.map(encodeURIComponent);
+    return `#t=${+t.toPrecision(9)}` + (run === undefined ? "" : `&run=${run}`)
+      + others.map(name => `&with=${name}`).join("") + (view === "whole" ? "" : `&view=${view}`);
+  }
+
+  // Which runs the address names; those shown at first if it names none.
+  named() {
+    const link = this.address(), names = [link.get("run"), ...link.getAll("with")];
+    const found = this.facts.runs.map(run => names.includes(run.name));
+    return found.includes(true) ? found : this.facts.runs.map(run => run.shown);
+  }
+
   async followAddress() {
-    const link = this.address(), t = Number.parseFloat(link.get("t"));
-    const named = this.facts.runs.findIndex(run => run.name === link.get("run"));
-    if (named >= 0 && this.runs[0]?.number !== named) {
+    const link = this.address(), t = Number.parseFloat(link.get("t")), wanted = this.named();
+    if (wanted.some((shown, k) => shown !== this.shown[k])) {
       this.pause();
-      this.shown = this.shown.map((_, k) => k === named);
+      this.shown = wanted;
       await this.showRuns();
     }
     if (link.get("view") in VIEWS) this.look(link.get("view"));
@@ -468,11 +478,10 @@ class Page {
   write() {
     clearTimeout(this.writing);
     this.writing = setTimeout(() => {
-      const parts = [`t=${+this.t.toPrecision(9)}`];
-      if (this.facts.runs.some(run => !run.shown)) parts.push(`run=${encodeURIComponent(this.runs[0].name)}`);
-      if (this.scene.view !== "whole") parts.push(`view=${this.scene.view}`);
+      const asAtFirst = this.facts.runs.every((run, k) => run.shown === this.shown[k]);
+      const names = asAtFirst && this.shown.every(Boolean) ? [] : this.runs.map(run => run.name);
       try {
-        history.replaceState(null, "", "#" + parts.join("&"));
+        history.replaceState(null, "", this.link(this.t, names, this.scene.view));
       } catch {
         // a frame without an address of its own, as in a notebook
       }
@@ -743,7 +752,9 @@ function unflattened(shape) {
           half: Math.min(...wheel.map(([u]) => u))};
 }
 
-new Page(JSON.parse(get("facts").textContent)).open().catch(error => {
+const page = new Page(JSON.parse(get("facts").textContent));
+globalThis.ldbench = Object.assign(page, {difference});         // for the console
+page.open().catch(error => {
   get("subtitle").textContent = `This page could not be shown: ${error.message}`;
   throw error;
 });

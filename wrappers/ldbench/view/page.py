@@ -55,21 +55,22 @@ class Cell:
     text: str
     run: str = ""
     time: float | None = None
+    beside: tuple[str, ...] = ()    # runs to show with it
 
 
 def make_page(records: Sequence[Record], title: str = "", settings: Settings | None = None, shown: int | None = None,
-              summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: int = CELLS) -> Page:
+              summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: Mapping[str, int] | None = None) -> Page:
     """The page of some runs.
 
     settings: what places wheel and rail of runs without our header; by default those of the first run with one, else
     the benchmark's actual profiles. shown: how many runs are shown at first; the others are one click away.
-    summary: lines of a table, each with its name and cells.
+    summary: lines of a table, each with its name and cells. cells: of some runs, how many numbers are kept whole.
     """
     assumed = assumed_settings(records, settings)
     shapes: list[Shape] = []
     runs, bodies = [], []
     for record in records:
-        entry, body = run_entry(record, assumed, shapes, cells)
+        entry, body = run_entry(record, assumed, shapes, (cells or {}).get(record.name, CELLS))
         entry["shown"] = shown is None or len(runs) < shown
         runs.append(entry)
         bodies.append(base64.b64encode(body).decode())
@@ -205,7 +206,7 @@ def shape_entry(outline: Shape) -> dict[str, object]:
 
 
 def cell_entry(cell: Cell) -> dict[str, object]:
-    return {"text": cell.text, "run": cell.run, "t": cell.time}
+    return {"text": cell.text, "run": cell.run, "t": cell.time, "with": cell.beside}
 
 
 def number(x: float) -> float | None:
