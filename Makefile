@@ -88,6 +88,7 @@ validate: all $(TESTS)
 
 bench: all $(TESTS)
 	$(PYTHON) tests/bench
+	$(PYTHON) tests/view_speed.py
 
 reference: $(EXE)
 	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store

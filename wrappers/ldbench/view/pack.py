@@ -72,7 +72,7 @@ def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[s
             band, data = pack_track(x) if track else pack_band(x, edges)
             index["bands"].append({"name": name, **band})
             parts.append(data)
-    return Packed(index, zlib.compress(b"".join(parts), 9))
+    return Packed(index, zlib.compress(b"".join(parts), 6))
 
 
 def keep_rows(time: np.ndarray, columns: dict[str, np.ndarray], moments: Sequence[float], peaks: Sequence[str],

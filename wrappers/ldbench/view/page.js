@@ -63,6 +63,7 @@ class Page {
     await this.showRuns();
     this.followAddress();
     this.say();
+    performance.mark("ready");
     document.documentElement.dataset.ready = "yes";
   }
 
