@@ -145,7 +145,7 @@ class Page {
     get("summary").hidden = !summary.length;
     if (!summary.length) return;
     const cell = ({text, run, t, with: others}) => make("td", {}, t === null ? text
-      : make("a", {href: this.link(t, [run, ...others])}, text));
+      : make("a", {href: this.link(t, [run, ...others]), onclick: () => get("runs").scrollIntoView()}, text));
     const head = make("tr", {}, make("th", {}, "runs"), ...this.facts.runs.slice(0, summary[0].cells.length).map(run =>
       make("th", {}, make("a", {href: this.link(0, [run.name])}, run.name))));
     const body = summary.map(row => make("tr", {}, make("th", {scope: "row"}, row.words), ...row.cells.map(cell)));
@@ -238,7 +238,7 @@ class Page {
     const legend = make("ul", {class: "legend"}, ...lines.map(({run, column, colour, dash}) => {
       const value = make("b");
       chart.values.push({run, column, value});
-      const words = several ? `${column.words}, ${run.name}` : column.words;
+      const words = (chart.mode === "difference" ? "Δ " : "") + column.words + (several ? `, ${run.name}` : "");
       return make("li", {}, this.swatch(colour, dash), words, value);
     }));
     const button = (text, label, pressed, act) => {
@@ -296,7 +296,7 @@ class Page {
     for (const {run, column, value} of chart.values) {
       let x = run.shownAt(column.name, this.t);
       if (chart.mode === "difference") x = run.at(column.name, this.t) - this.runs[0].at(column.name, this.t);
-      value.textContent = `${shortWords(column.scale * x)} ${column.unit}`;
+      value.textContent = `${shortWords(column.scale * x, 6)} ${column.unit}`;
     }
   }
 
@@ -719,9 +719,9 @@ function pointers(element, {press = () => {}, drag, zoom}) {
 
 function timeWords(t) { return t.toFixed(6); }
 
-function shortWords(x) {
+function shortWords(x, digits = 7) {
   if (Number.isNaN(x)) return "–";
-  const text = x !== 0 && (Math.abs(x) < 1e-4 || Math.abs(x) >= 1e7) ? x.toExponential(4) : String(+x.toPrecision(7));
+  const text = x !== 0 && (Math.abs(x) < 1e-4 || Math.abs(x) >= 1e7) ? x.toExponential(4) : String(+x.toPrecision(digits));
   return text.replaceAll("-", "−");
 }
 

@@ -2,7 +2,7 @@
 // Lengths in m; the first run is filled, further ones are outlines in their own colours.
 
 const VIEWS = {
-  whole: {words: "wheelset", y: 0, z: 0.44, width: 1.85, height: 1.3},
+  whole: {words: "wheelset", y: 0, z: 0.42, width: 1.85, height: 1.4},
   left: {words: "left contact", y: 0.752, z: 0.006, width: 0.19, height: 0.115},
   right: {words: "right contact", y: -0.752, z: 0.006, width: 0.19, height: 0.115},
 };
@@ -105,8 +105,6 @@ class Scene {
     g.lineTo(centre, this.h);
     g.stroke();
     g.setLineDash([]);
-    this.words("← left, Y", 12, 18);
-    this.words("right →", this.w - 12, 18, "right");
   }
 
   drawRails(shape, outline = "") {
@@ -179,7 +177,9 @@ class Scene {
         g.lineTo(x, y + 4);
       }
       g.stroke();
-      this.words(`${found.gap < 0 ? "overlap" : "gap"} ${Math.abs(1e3 * found.gap).toFixed(2)} mm`, (x1 + x2) / 2, y + 18, "center");
+      const text = `${found.gap < 0 ? "overlap" : "gap"} ${Math.abs(1e3 * found.gap).toFixed(2)} mm`;
+      const half = g.measureText(text).width / 2 + 4;
+      this.words(text, Math.min(Math.max((x1 + x2) / 2, half), this.w - half), y + 18, "center");
     }
   }
 
@@ -259,9 +259,11 @@ class Scene {
     g.fillText(text, x, y);
   }
 
-  // How long a length and a force are, at the bottom.
+  // Which side is which, and how long a length and a force are.
   drawScales(largest) {
     const {context: g} = this, y = this.h - 12;
+    this.words("← left, Y", 12, 18);
+    this.words("right →", this.w - 12, 18, "right");
     g.strokeStyle = this.colour.of("muted");
     g.lineWidth = 2;
     const length = roundBelow(90 / this.scale), bar = length * this.scale;
