@@ -194,8 +194,8 @@ def test_page_of_one_run(browser: Browser, one: Path, shipped: dict[str, Run]):
     is_quiet(browser, one)
     assert browser.text("#title") == "Exercise 1, actual profiles"
     times = shipped["ex1_aw"].columns["time"]
-    values_are_the_files(browser, shipped["ex1_aw"].file, times[np.linspace(0, len(times) - 1, 10).astype(int)].tolist(),
-                         "ex1_aw")
+    ten = times[np.linspace(0, len(times) - 1, 10).astype(int)].tolist()
+    values_are_the_files(browser, shipped["ex1_aw"].file, ten, "ex1_aw")
     assert browser.log() == []
 
 
@@ -215,7 +215,8 @@ def test_page_of_exercise_5(browser: Browser, shipped: dict[str, Run], folder: P
     for event in read_record(run.file).events:
         k = np.searchsorted(times, event.time)
         assert np.isin(times[k - 10:k + 10], kept).all(), event
-    values_are_the_files(browser, run.file, [*peaks, *kept[np.linspace(0, len(kept) - 1, 7).astype(int)]], "ex5_aw")
+    ten = [*peaks, *kept[np.linspace(0, len(kept) - 1, 7).astype(int)]]
+    values_are_the_files(browser, run.file, ten, "ex5_aw")
     # Between: all rows of what the scene needs, a band of the rest.
     bands = browser.run("""const run = ldbench.runs[0];
       return {Y: [...run.tracks.Y], N: [...run.tracks.N_LF], low: [...run.bands.aY.low], high: [...run.bands.aY.high]}""")
@@ -439,6 +440,27 @@ def test_missing_columns_give_what_there_is(names: list[str], browser: Browser, 
     browser.press(" ")
     browser.wait(lambda: browser.run("return ldbench.t") > 0.15)
     browser.press(" ", "2", "l")
+    assert browser.log() == []
+
+
+def test_a_long_run_at_uneven_times(browser: Browser, tmp_path: Path):
+    """Times are not told by their number: the page has them all."""
+    file = foreign(tmp_path, ["Y", "force"], rows=5000)
+    record = read_record(file)
+    t = np.round(np.cumsum(1e-4*(1 + np.arange(5000) % 3)), 9)
+    record = replace(record, columns=record.columns.assign(time=t, force=np.sin(900*t)))
+    page = make_page([record], cells={record.name: 1500}).write(tmp_path/"page.html")
+    assert not facts(page)["runs"][0]["index"]["even"]
+    browser.open(page, "#t=0.1")
+    is_quiet(browser, page)
+    times, kept, track = browser.run(
+        "const run = ldbench.runs[0]; return [[...run.rowTimes], [...run.t], [...run.tracks.Y]]")
+    np.testing.assert_array_equal(times, t)
+    assert 400 < len(kept) <= 750 and np.isin(kept, t).all()
+    y = record.values("Y")
+    assert np.abs(np.array(track) - y).max() <= 0.501*np.ptp(y)/FINE_LEVELS
+    for _ in range(6):
+        browser.press("+")
     assert browser.log() == []
 
 

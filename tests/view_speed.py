@@ -19,7 +19,8 @@ from tqdm import tqdm
 
 from browser import Browser, find_browser, started
 
-CATEGORIES = "blink.user_timing,devtools.timeline,disabled-by-default-devtools.timeline,disabled-by-default-devtools.timeline.frame"
+CATEGORIES = ("blink.user_timing,devtools.timeline,disabled-by-default-devtools.timeline,"
+              "disabled-by-default-devtools.timeline.frame")
 SECONDS = 5
 PAGES = {"ex1_aw": ["ex1_aw"], "ex3_aw and ex3_sw": ["ex3_aw", "ex3_sw"], "ex5_aw": ["ex5_aw"]}
 

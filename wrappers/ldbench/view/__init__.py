@@ -89,7 +89,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                              "does, else the benchmark's)")
     parser.add_argument("--title", default="", help="of the page (default: the cases')")
     parser.add_argument("--film", type=Path, metavar="FILE", help="write a film instead, .mp4 or .gif")
-    parser.add_argument("--from", dest="start", type=float, metavar="S", help="start of the film [s] (start of the run)")
+    parser.add_argument("--from", dest="start", type=float, metavar="S",
+                        help="start of the film [s] (start of the run)")
     parser.add_argument("--to", dest="end", type=float, metavar="S", help="end of the film [s] (end of the run)")
     parser.add_argument("--speed", type=speed, metavar="X",
                         help="of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")

@@ -117,7 +117,9 @@ class Chart {
       pen = true;
     }
     g.stroke();
-    if (dots) for (let i = 0; i < t.length; i++) if (!Number.isNaN(x[i])) g.fillRect(this.x(t[i]) - 1.5, v(x[i]) - 1.5, 3, 3);
+    if (!dots) return;
+    for (let i = 0; i < t.length; i++)
+      if (!Number.isNaN(x[i])) g.fillRect(this.x(t[i]) - 1.5, v(x[i]) - 1.5, 3, 3);
   }
 
   drawBand(g, {from, to, low, high}, v, pale) {

@@ -4,40 +4,6 @@ const SPEEDS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 
 const EXAGGERATIONS = [1, 2, 5, 10, 20, 50];
 const REFRESH = 80;             // of numbers while it plays [ms]
 
-const get = id => document.getElementById(id);
-
-// An element with attributes, properties for `on...` and text or elements inside.
-function make(tag, attributes = {}, ...inside) {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on") || typeof value === "boolean") element[name] = value;
-    else element.setAttribute(name, value);
-  }
-  element.append(...inside);
-  return element;
-}
-
-// Colours as the style sheet has them now.
-class Colours {
-  constructor() {
-    this.contacts = new Set(["LT", "LF", "RT", "RF"]);
-    this.dashes = [[], [7, 3], [8, 3, 2, 3], [2, 2], [], [7, 3], [8, 3, 2, 3], [2, 2]];
-    this.known = new Map();
-  }
-
-  of(name) {
-    if (!this.known.has(name))
-      this.known.set(name, getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim());
-    return this.known.get(name);
-  }
-
-  series(k) { return this.of("series" + k % 8); }
-
-  run(run) { return this.series(run.number); }
-
-  dash(run) { return this.dashes[run.number % 8]; }
-}
-
 class Page {
   constructor(facts) {
     this.facts = facts;
@@ -51,6 +17,7 @@ class Page {
     this.window = [0, 1];
     this.playing = false;
     this.charts = [];
+    this.values = new Values();
     this.scene = new Scene(get("scene"), this.colour);
   }
 
@@ -101,8 +68,8 @@ class Page {
     this.drawRunList();
     this.drawEventList();
     this.drawAbout();
-    this.drawTable();
-    this.charts.forEach(chart => this.drawHead(chart));
+    this.values.draw(this.runs, this.columns(), this.facts.groups);
+    this.charts.forEach(chart => chart.drawHead());
     this.resize();
     this.go(Math.min(Math.max(this.t, this.start), this.end));
   }
@@ -117,7 +84,8 @@ class Page {
         if (!this.shown.includes(true)) this.shown[k] = true;
         this.showRuns().then(() => this.write());
       };
-      const text = make("span", {title: run.file}, run.name + (run.model && this.differ("model") ? `, ${run.model}` : ""));
+      const model = run.model && this.differ("model") ? `, ${run.model}` : "";
+      const text = make("span", {title: run.file}, run.name + model);
       return make("label", {}, box, this.swatch(this.colour.series(k), this.colour.dashes[k % 8]), text);
     }));
   }
@@ -149,67 +117,32 @@ class Page {
     const head = make("tr", {}, make("th", {}, "runs"), ...this.facts.runs.slice(0, summary[0].cells.length).map(run =>
       make("th", {}, make("a", {href: this.link(0, [run.name])}, run.name))));
     const body = summary.map(row => make("tr", {}, make("th", {scope: "row"}, row.words), ...row.cells.map(cell)));
-    get("summary").replaceChildren(make("details", {open: true}, make("summary", {}, "Summary; a number opens its moment"),
+    get("summary").replaceChildren(make("details", {open: true},
+      make("summary", {}, "Summary; a number opens its moment"),
       make("table", {}, make("thead", {}, head), make("tbody", {}, ...body))));
   }
 
   // Table of values ---------------------------------------------------------------------------
 
-  drawTable() {
-    const several = this.runs.length > 1, two = this.runs.length === 2;
-    const head = make("tr", {}, make("th", {}, "quantity"),
-      ...this.runs.map(run => make("th", {}, several ? run.name : "value")),
-      ...(two ? [make("th", {}, "difference")] : []), make("th", {}, ""));
-    this.rowTimes = this.runs.map(() => make("td"));
-    const body = [make("tr", {}, make("th", {scope: "row"}, "time of the row"), ...this.rowTimes,
-                       ...(two ? [make("td")] : []), make("td", {class: "unit"}, "s"))];
-    this.cells = [];
-    for (const group of this.facts.groups) {
-      const columns = this.columns().filter(column => column.group === group);
-      if (!columns.length) continue;
-      body.push(make("tr", {class: "group"}, make("th", {colspan: 9}, group)));
-      for (const column of columns) {
-        const values = this.runs.map(run => make("td", {"data-run": run.name, "data-column": column.name}));
-        const apart = two ? make("td") : null, unit = make("td", {class: "unit"});
-        this.cells.push({column, values, apart, unit});
-        body.push(make("tr", {}, make("th", {scope: "row", title: column.name}, column.words), ...values,
-                       ...(apart ? [apart] : []), unit));
-      }
-    }
-    get("values").replaceChildren(make("thead", {}, head), make("tbody", {}, ...body));
-  }
-
   // Of all runs that are shown, each once.
   columns() {
     const found = new Map();
-    for (const run of this.runs) for (const column of run.columns) if (!found.has(column.name)) found.set(column.name, column);
+    for (const column of this.runs.flatMap(run => run.columns))
+      if (!found.has(column.name)) found.set(column.name, column);
     return [...found.values()];
   }
 
-  fillTable() {
-    const si = get("digits").checked, rows = this.runs.map(run => run.row(this.t));
-    this.runs.forEach((run, k) => { this.rowTimes[k].textContent = timeWords(run.t[rows[k]]); });
-    for (const {column, values, apart, unit} of this.cells) {
-      this.runs.forEach((run, k) => {
-        const x = run.value(column.name, rows[k]);
-        values[k].textContent = si ? asInFile(x) : shortWords(column.scale * x);
-      });
-      unit.textContent = si ? column.si : column.unit;
-      if (apart) {
-        const [a, b] = this.runs;
-        const d = a.has(column.name) && b.has(column.name)
-          ? interpolate(b.t, b.exact[column.name], a.t[rows[0]]) - a.value(column.name, rows[0]) : NaN;
-        apart.textContent = si ? asInFile(d) : shortWords(column.scale * d);
-      }
-    }
-    for (const chart of this.charts) this.fillLegend(chart);
+  fillNumbers() {
+    this.values.fill(this.t);
+    for (const chart of this.charts) chart.fillLegend();
     this.fillPose();
   }
 
   fillPose() {
     get("pose").textContent = this.runs.map(run => {
       const {y, z, roll} = run.pose(this.t), what = this.runs.length > 1 ? `${run.name}: ` : "";
-      const have = [["Y", y, "Y", "mm"], ["Z", z, "Z", "mm"], ["roll", roll, "Φ", "mrad"]].filter(([name]) => run.has(name))
+      const have = [["Y", y, "Y", "mm"], ["Z", z, "Z", "mm"], ["roll", roll, "Φ", "mrad"]]
+        .filter(([name]) => run.has(name))
         .map(([, x, words, unit]) => `${words} ${(1e3 * x).toFixed(3)} ${unit}`);
       return what + (have.join(", ") || "no displacements in the file");
     }).join("; ").replaceAll("-", "−");
@@ -217,87 +150,11 @@ class Page {
 
   // Charts ------------------------------------------------------------------------------------
 
-  addChart(names, mode = "values") {
-    const chart = new Chart(this, names, mode);
-    chart.canvas = make("canvas", {tabindex: "0", role: "img"});
-    chart.cursor = make("div", {class: "cursor"});
-    chart.head = make("div", {class: "head"});
-    chart.picker = make("div", {class: "picker", hidden: true});
-    chart.card = make("section", {class: "card"}, chart.head, chart.picker,
-                      make("div", {class: "chart"}, chart.canvas, chart.cursor));
+  addChart(names, mode) {
+    const chart = new Panel(this, names, mode);
     get("charts").append(chart.card);
     this.charts.push(chart);
-    this.listenToChart(chart);
     return chart;
-  }
-
-  drawHead(chart) {
-    const lines = chart.lines(), unit = lines[0]?.column.unit ?? "";
-    const several = this.runs.length > 1;
-    chart.values = [];
-    const legend = make("ul", {class: "legend"}, ...lines.map(({run, column, colour, dash}) => {
-      const value = make("b");
-      chart.values.push({run, column, value});
-      const words = (chart.mode === "difference" ? "Δ " : "") + column.words + (several ? `, ${run.name}` : "");
-      return make("li", {}, this.swatch(colour, dash), words, value);
-    }));
-    const button = (text, label, pressed, act) => {
-      const made = make("button", {type: "button", title: label, "aria-label": label, onclick: act}, text);
-      if (pressed !== null) made.setAttribute("aria-pressed", pressed);
-      return made;
-    };
-    const buttons = make("div", {class: "choice", role: "group", "aria-label": "chart"});
-    if (several) buttons.append(button("Δ", "differences from the first run", chart.mode === "difference", () => {
-      chart.mode = chart.mode === "difference" ? "values" : "difference";
-      this.redrawChart(chart);
-    }));
-    buttons.append(
-      button("columns", "choose columns", !chart.picker.hidden, () => {
-        chart.picker.hidden = !chart.picker.hidden;
-        this.redrawChart(chart);
-      }),
-      button("×", "remove this chart", null, () => {
-        chart.card.remove();
-        this.charts = this.charts.filter(other => other !== chart);
-      }));
-    chart.head.replaceChildren(legend, buttons);
-    this.drawPicker(chart, unit);
-    const what = lines.map(({column}) => column.words).join(", ");
-    chart.card.setAttribute("aria-label", `chart: ${what}`);
-    chart.canvas.setAttribute("aria-label", `${chart.mode === "difference" ? "differences of " : ""}${what} [${unit}] over time [s]`);
-  }
-
-  // Columns of one unit share a chart; one of another unit starts it afresh.
-  drawPicker(chart, unit) {
-    if (chart.picker.hidden) return;
-    chart.picker.replaceChildren(...this.facts.groups.map(group => {
-      const columns = this.columns().filter(column => column.group === group);
-      return columns.length ? make("fieldset", {}, make("legend", {}, group), ...columns.map(column => {
-        const box = make("input", {type: "checkbox", checked: chart.names.includes(column.name)});
-        box.onchange = () => {
-          if (!box.checked) chart.names = chart.names.filter(name => name !== column.name);
-          else chart.names = column.unit === unit ? [...chart.names, column.name] : [column.name];
-          this.redrawChart(chart);
-        };
-        return make("label", {}, box, column.unit ? `${column.words} [${column.unit}]` : column.words);
-      })) : "";
-    }));
-  }
-
-  redrawChart(chart) {
-    this.drawHead(chart);
-    chart.resize();
-    chart.draw();
-    this.fillLegend(chart);
-    this.placeCursors();
-  }
-
-  fillLegend(chart) {
-    for (const {run, column, value} of chart.values) {
-      let x = run.shownAt(column.name, this.t);
-      if (chart.mode === "difference") x = run.at(column.name, this.t) - this.runs[0].at(column.name, this.t);
-      value.textContent = `${shortWords(column.scale * x, 6)} ${column.unit}`;
-    }
   }
 
   drawCharts() { this.charts.forEach(chart => chart.draw()); }
@@ -340,7 +197,7 @@ class Page {
     const now = performance.now();
     if (settled || now - (this.filled ?? 0) > REFRESH) {
       this.filled = now;
-      this.fillTable();
+      this.fillNumbers();
     }
     if (settled) {
       this.write();
@@ -427,7 +284,7 @@ class Page {
     g.fillRect(x(this.window[0]), 4, Math.max(x(this.window[1]) - x(this.window[0]), 2), h - 8);
     const run = this.runs[0], name = run.has("Y") ? "Y" : run.columns[0]?.name;
     if (name) {
-      const {points, band} = thinned(lineThrough(...run.series(name), 0, run.series(name)[0].length), w / 4);
+      const [t, y] = run.series(name), {points, band} = thinned({t, x: y}, w / 4);
       const found = points ? {from: points.t, low: points.x, high: points.x} : band;
       const low = Math.min(...found.low.filter(Number.isFinite)), high = Math.max(...found.high.filter(Number.isFinite));
       g.strokeStyle = this.colour.of("muted");
@@ -540,10 +397,11 @@ class Page {
       "scene-in": () => this.zoomScene(1.4), "scene-out": () => this.zoomScene(1 / 1.4),
       "scene-reset": () => this.look(this.scene.view),
       "add-chart": () => {
-        const names = this.columns().map(column => column.name).filter(name => !this.charts.some(c => c.names.includes(name)));
-        const chart = this.addChart([names[0] ?? this.columns()[0].name]);
+        const names = this.columns().map(column => column.name);
+        const unseen = names.find(name => !this.charts.some(chart => chart.names.includes(name)));
+        const chart = this.addChart([unseen ?? names[0]]);
         chart.picker.hidden = false;
-        this.redrawChart(chart);
+        chart.redraw();
       },
       "theme": () => this.nextTheme(),
       "help": () => {
@@ -552,7 +410,7 @@ class Page {
       },
     };
     for (const [id, act] of Object.entries(onClick)) get(id).onclick = act;
-    get("digits").onchange = () => this.fillTable();
+    get("digits").onchange = () => this.fillNumbers();
     get("scrub").oninput = () => {
       this.pause();
       this.goToRow(Number(get("scrub").value));
@@ -593,9 +451,9 @@ class Page {
     this.colour.known.clear();
     if (!this.runs.length) return;
     this.drawRunList();
-    this.charts.forEach(chart => this.drawHead(chart));
+    this.charts.forEach(chart => chart.drawHead());
     this.resize();
-    this.fillTable();
+    this.fillNumbers();
   }
 
   resize() {
@@ -632,109 +490,6 @@ class Page {
     });
   }
 
-  // Drag scrubs, the wheel and two fingers zoom in time; with shift a drag moves the window.
-  listenToChart(chart) {
-    pointers(chart.canvas, {
-      press: (x, event) => event.shiftKey || this.scrub(chart, x),
-      drag: (dx, dy, x, event) => {
-        if (!event.shiftKey) return this.scrub(chart, x);
-        const [start, end] = this.window;
-        this.setWindow(start - dx * (end - start) / chart.inner, end - start);
-      },
-      zoom: (factor, x) => this.zoomTime(1 / factor, Math.min(Math.max(chart.time(x), this.start), this.end)),
-    });
-  }
-
-  scrub(chart, x) {
-    const [start, end] = this.window;
-    this.pause();
-    this.goToRow(Math.min(Math.max(chart.time(x), start), end));
-  }
-}
-
-const KEYS = {
-  " ": page => page.playing ? page.pause() : page.play(),
-  "ArrowLeft": (page, event) => page.stepRow(event.shiftKey ? -10 : -1),
-  "ArrowRight": (page, event) => page.stepRow(event.shiftKey ? 10 : 1),
-  "e": page => page.stepEvent(1),
-  "E": page => page.stepEvent(-1),
-  "Home": page => { page.pause(); page.go(page.start); },
-  "End": page => { page.pause(); page.go(page.end); },
-  "[": page => page.changeSpeed(-1),
-  "]": page => page.changeSpeed(1),
-  "+": page => page.zoomTime(0.5),
-  "-": page => page.zoomTime(2),
-  "0": page => page.wholeRun(),
-  "1": page => page.look("whole"),
-  "2": page => page.look("left"),
-  "3": page => page.look("right"),
-  "l": () => get("logarithmic").click(),
-  "?": () => get("help").click(),
-};
-const SCENE_KEYS = {
-  "ArrowLeft": page => { page.scene.pan(40, 0); page.redrawScene(); },
-  "ArrowRight": page => { page.scene.pan(-40, 0); page.redrawScene(); },
-  "ArrowUp": page => { page.scene.pan(0, 40); page.redrawScene(); },
-  "ArrowDown": page => { page.scene.pan(0, -40); page.redrawScene(); },
-  "+": page => page.zoomScene(1.25),
-  "-": page => page.zoomScene(0.8),
-  "0": page => page.look(page.scene.view),
-};
-
-// Mouse, pen and fingers on an element: one drags, two zoom about their middle.
-function pointers(element, {press = () => {}, drag, zoom}) {
-  const down = new Map();
-  const place = event => {
-    const box = element.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  };
-  const spread = () => {
-    const [a, b] = [...down.values()];
-    return [Math.hypot(a[0] - b[0], a[1] - b[1]), (a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
-  };
-  element.addEventListener("pointerdown", event => {
-    element.setPointerCapture(event.pointerId);
-    down.set(event.pointerId, place(event));
-    if (down.size === 1) press(place(event)[0], event);
-  });
-  element.addEventListener("pointermove", event => {
-    if (!down.has(event.pointerId)) return;
-    const [x0, y0] = down.get(event.pointerId), [x, y] = place(event);
-    const before = down.size === 2 ? spread() : null;
-    down.set(event.pointerId, [x, y]);
-    if (before) {
-      const [length, middleX, middleY] = spread();
-      if (before[0] > 0) zoom(length / before[0], middleX, middleY);
-    } else if (down.size === 1) drag(x - x0, y - y0, x, event);
-  });
-  for (const end of ["pointerup", "pointercancel"])
-    element.addEventListener(end, event => down.delete(event.pointerId));
-  element.addEventListener("wheel", event => {
-    event.preventDefault();
-    zoom(Math.exp(-Math.min(Math.max(event.deltaY, -120), 120) / 400), ...place(event));
-  }, {passive: false});
-}
-
-// Words -----------------------------------------------------------------------------------------
-
-function timeWords(t) { return t.toFixed(6); }
-
-function shortWords(x, digits = 7) {
-  if (Number.isNaN(x)) return "–";
-  const text = x !== 0 && (Math.abs(x) < 1e-4 || Math.abs(x) >= 1e7) ? x.toExponential(4) : String(+x.toPrecision(digits));
-  return text.replaceAll("-", "−");
-}
-
-// As a column file has it: 1.23456789E-03.
-function asInFile(x) {
-  if (Number.isNaN(x)) return "NaN";
-  const [digits, exponent] = x.toExponential(8).split("e");
-  return `${digits}E${exponent[0]}${exponent.slice(1).padStart(2, "0")}`;
-}
-
-function eventWords({what, force, peak}) {
-  if (peak) return `${what}, ${kilonewtons(peak)}`;
-  return force ? `${what}, lateral force ${kilonewtons(force)}` : what;
 }
 
 function defaultCharts(runs) {

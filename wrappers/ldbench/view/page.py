@@ -26,7 +26,8 @@ from .pack import CELLS, pack
 from .shapes import Settings, Shape, checksum, shape
 
 FOLDER = Path(__file__).resolve().parent
-SCRIPTS = "decode.js", "series.js", "scene.js", "chart.js", "page.js"
+SCRIPTS = ("decode.js", "series.js", "scene.js", "chart.js", "parts.js", "keys.js", "panel.js", "values.js",
+           "page.js")
 EVERY_ROW = "Y", "Z", "roll", "N_LT", "N_LF", "N_RT", "N_RF"
 PEAKS = "N_LT", "N_LF", "N_RT", "N_RF"
 
@@ -121,7 +122,8 @@ def run_record(run: Run) -> Record:
         peaks={c: (summary[f"peak_N_{c}"], summary[f"t_peak_{c}"]) for c in CONTACTS}, ending=summary["end"])
 
 
-def run_entry(record: Record, assumed: tuple[Settings, float], shapes: list[Shape], cells: int) -> tuple[dict[str, object], bytes]:
+def run_entry(record: Record, assumed: tuple[Settings, float], shapes: list[Shape],
+              cells: int) -> tuple[dict[str, object], bytes]:
     """What the page is told of a run, and its columns; its outlines are added to `shapes` unless they are there."""
     time, columns = checked(record)
     own = bool(record.settings)

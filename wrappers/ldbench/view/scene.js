@@ -217,7 +217,8 @@ class Scene {
       g.lineWidth = 1;
       g.stroke();
       const inside = x > 0 && x < this.w && y > 0 && y < this.h;
-      if (inside && (first || !several)) this.forceWords(c, contact.N, x + (length + 12) * nx, y + (length + 12) * ny, nx);
+      const beyond = length + 12;
+      if (inside && (first || !several)) this.forceWords(c, contact.N, x + beyond * nx, y + beyond * ny, nx);
     }
   }
 

@@ -37,10 +37,13 @@ def shape(record: Record, settings: Settings, axle: float = np.nan) -> tuple[Sha
     if missing:
         return None, f"no outlines: {' and '.join(missing)} not found"
     changed = [file.name for which, file in files.items() if not fits(file, record.profiles.get(which, ""))]
-    rail = place_rail(read_profile(files["rail"]), float(settings["track"]["gauge"]),
-                      float(settings["track"]["gauge_depth"]))
-    wheel = read_profile(files["wheel"]) + [float(settings["wheelset"]["back_to_back"])/2, 0.0]
-    wheel, rigid = place_wheel(wheel, rail, float(settings["wheelset"]["rolling_radius"]))
+    try:
+        rail = place_rail(read_profile(files["rail"]), float(settings["track"]["gauge"]),
+                          float(settings["track"]["gauge_depth"]))
+        wheel = read_profile(files["wheel"]) + [float(settings["wheelset"]["back_to_back"])/2, 0.0]
+        wheel, rigid = place_wheel(wheel, rail, float(settings["wheelset"]["rolling_radius"]))
+    except (ValueError, IndexError):            # not points of profiles
+        return None, f"no outlines: {files['wheel'].name} and {files['rail'].name} cannot be placed"
     remark = f"{' and '.join(changed)} changed since the run" if changed else ""
     return Shape(wheel, rail, *facing(wheel, rail), rigid if np.isnan(axle) else axle), remark
 
