@@ -88,6 +88,7 @@ validate: all $(TESTS)
 
 bench: all $(TESTS)
 	$(PYTHON) tests/bench
+	$(PYTHON) tests/view_speed.py
 
 reference: $(EXE) $(WRAPPER)
 	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
@@ -100,9 +101,9 @@ help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
 	@echo 'make wrapper    the Python extension (after ./bootstrap)'
 	@echo 'make test       the tests (after ./bootstrap)'
-	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary'
+	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
-	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv'
+	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'

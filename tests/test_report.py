@@ -42,14 +42,16 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setenv("LDBENCH", str(LDBENCH))
         made = make_report(root, root/"inputs", root/"outputs", jobs=2)
     assert [file.name for file in made] == [
-        "ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv"]
+        "ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv",
+        "ldbench_results.html"]
     return root
 
 
 def test_products_are_there_and_nothing_else(project: Path):
     names = {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp"}
     assert names == {"ex3_aw.txt", "ex3_sw.txt", "geometry_aw.txt", "geometry_sw.txt", "aw_strip.table",
-                     "sw_strip.table", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "formulations.json"}
+                     "sw_strip.table", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "formulations.json",
+                     "ldbench_results.html"}
 
 
 def test_plots_have_pages_and_bookmarks(project: Path):
@@ -123,7 +125,8 @@ def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, 
     inputs = project/"inputs/ex3_sw.nml"
     inputs.write_text(inputs.read_text().replace("vY = 1.0", "vY = 0.9"))
     assert remake(project, monkeypatch) == {
-        "ex3_sw.txt", "geometry_sw.txt", "formulations.json", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv"}
+        "ex3_sw.txt", "geometry_sw.txt", "formulations.json", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv",
+        "ldbench_results.html"}
     assert remake(project, monkeypatch) == set()
     columns = project/"outputs/ex3_aw.txt"
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))

@@ -13,6 +13,7 @@ from .columns import read_columns
 from .ensemble import ensemble
 from .run import Event, Run, run
 from .table import ContactTable
+from .view import view
 
-__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "ensemble", "read_columns", "run"]
+__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "ensemble", "read_columns", "run", "view"]
 __version__ = version()

@@ -15,6 +15,7 @@ COMMANDS = {
     "report": "run the ten cases, write columns, plots, abstract and summary",
     "plot": "plot column files",
     "compare": "overlay column files, differences as PDF and CSV",
+    "view": "column files as an interactive page, or as a film",
 }
 
 EXAMPLES = """\

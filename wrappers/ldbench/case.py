@@ -14,6 +14,7 @@ import numpy as np
 
 from . import _flat
 from ._core import Error, check, path_bytes, text
+from .notebook import html_table
 
 Value = float | int | str
 
@@ -194,6 +195,13 @@ class Case:
 
     def __hash__(self) -> int:
         return hash(self.values)
+
+    def _repr_html_(self) -> str:
+        """The same with units and meanings, for a notebook."""
+        rows = [(f"&{v.group} {v.name}", f"{value!r}", v.unit, v.meaning) for v, value, default in
+                zip(variables(), self.values, defaults(), strict=True) if value != default]
+        return html_table(f"{self.case_name}: {self.title}", rows or [("all", "the benchmark's values", "", "")],
+                     ("variable", "value", "unit", "meaning"))
 
     def __repr__(self) -> str:
         """The case by what differs from the defaults."""

@@ -15,9 +15,8 @@ import pandas as pd
 
 from ._core import Error, complete
 from .columns import read_columns
+from .table import CONTACT_NAMES, CONTACTS
 
-CONTACTS = "LT", "LF", "RT", "RF"
-CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
 
 Setting = float | str

@@ -1,4 +1,4 @@
-"""Make the submission: ten column files, the PDF of plots, the abstract and summary.csv.
+"""Make the submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results.
 
 What is up to date is left alone: a case is run again when its namelist, its profiles
 or the executable have changed.
@@ -22,6 +22,7 @@ from ._core import side_by_side, usable_cores
 from .batch import (Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, project_root,
                     run_stale, with_values, write_stamp)
 from .record import Record, read_record, summary_row, write_frame
+from .view import page, results
 
 UNITS = {"t": "s", "dt": "s", "F": "N", "N": "N", "Y": "m", "Z": "m", "roll": "rad", "E": "J"}
 
@@ -49,7 +50,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
     cases = [case_job(file, outputs, root) for file in namelists]
     with tqdm(desc="report", disable=None) as bar:
         shapes = geometry_jobs(cases, outputs)
-        bar.total = len(shapes) + 2*len(cases) + len(shapes) + 1
+        bar.total = len(shapes) + 2*len(cases) + len(shapes) + 2
 
         def tell(job: Job, ran: bool) -> None:
             bar.update()
@@ -64,7 +65,8 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         run_stale(cases, executable, jobs, force, tell)
         files = [job.product for job in cases]
         geometry = [job.product for job in shapes]
-        products = [outputs/"ldbench_plots.pdf", outputs/"ldbench_abstract.pdf", outputs/"summary.csv"]
+        products = [outputs/"ldbench_plots.pdf", outputs/"ldbench_abstract.pdf", outputs/"summary.csv",
+                    outputs/"ldbench_results.html"]
 
         @cache
         def records() -> list[Record]:
@@ -88,6 +90,10 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         make(products[2], [*files, *code, Path(__file__)], 0, lambda: write_summary(records(), products[2]))
         make(products[1], [*files, kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))], 1,
              lambda: abstract.make_abstract(records(), products[1], found))
+        variants = results.find_variants(files)
+        parts_of_page = sorted(file for file in page.FOLDER.iterdir() if file.is_file())
+        make(products[3], [*files, *variants, *code, *parts_of_page], 1,
+             lambda: results.results_page(records(), variants).write(products[3]))
     return files + products
 
 

@@ -20,10 +20,13 @@ import numpy as np
 from . import _flat
 from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, text, watched
 from .case import Case, Value, find_variable, variables
-from .table import CONTACTS, ContactTable
+from .notebook import html_table
+from .table import CONTACT_NAMES, CONTACTS, ContactTable
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
+
+    from .view.page import Page
 
 
 class Event(NamedTuple):
@@ -118,6 +121,25 @@ class Run:
         path = os.fspath(path or output_path(self.case))
         check(*_flat.write_run(self.table._handle, self._handle, path_bytes(path)), self.case.label)
         return path
+
+    def view(self) -> Page:
+        """The run as an interactive page, which a notebook shows; `.write(path)` writes it."""
+        from .view import view
+
+        return view(self)
+
+    def _repr_html_(self) -> str:
+        """The outcome in a table, for a notebook."""
+        summary = self.summary
+        peaks = [(f"largest normal force, {words}", f"{1e-3*summary[f'peak_N_{c}']:.3f} kN",
+                  f"at {summary[f't_peak_{c}']:.6f} s") for c, words in CONTACT_NAMES.items() if summary[f"peak_N_{c}"]]
+        events = [(event.kind, f"{event.t:.6f} s", "") for event in self.events[:12]]
+        more = [("...", f"{len(self.events) - 12} more in .events", "")] if len(self.events) > 12 else []
+        return html_table(f"{self.case.case_name}: {self.case.title}", [
+            ("ended", f"{summary['t']:.6f} s", summary["end"]),
+            ("rows", str(summary["rows"]), f"of {summary['steps']} steps of at most {summary['step']:g} s"),
+            ("energy drift, largest", f"{summary['drift']:.1e} J", f"of {summary['kinetic_energy']:.6g} J"),
+            *peaks, *events, *more])
 
     def __repr__(self) -> str:
         summary = self.summary

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from . import _flat
 from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, watched
 from .case import TEXT_LENGTH, Case, variables
+from .notebook import html_table
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -26,7 +27,8 @@ Wheel = Literal["both", "left", "right"]
 Outside = Literal["raise", "nan"]
 
 WHEELS = "both", "left", "right"
-CONTACTS = "LT", "LF", "RT", "RF"
+CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
+CONTACTS = tuple(CONTACT_NAMES)
 
 # What a case may change and keep its contact table. Profiles are compared by their contents.
 FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
@@ -193,6 +195,18 @@ class ContactTable:
     def write_geometry(self, path: str | os.PathLike[str]) -> None:
         """Write the geometry functions as the executable does for `&output geometry_file`."""
         check(*_flat.write_geometry_file(self._handle, path_bytes(path)), self.case.label)
+
+    def _repr_html_(self) -> str:
+        """What the table says of the rigid and the resting wheelset, for a notebook."""
+        case = self.case
+        return html_table(f"contact table, {case.model}", [
+            ("profiles", f"{case.wheel_profile}, {case.rail_profile}"),
+            ("rigid-axle clearance", f"2 × {1e3*self.clearance:.3f} mm"),
+            ("axle at rest", f"{self.equilibrium:.6f} m above the rails"),
+            ("elastic approach at rest", f"{1e3*(self.rigid_height - self.equilibrium):.4f} mm"),
+            ("load per wheel", f"{self.weight/2e3:.3f} kN"),
+            ("eigenfrequencies at rest", ", ".join(f"{f:.4f}" for f in self.frequencies) + " Hz"),
+            ("file", case.table_path() or "not kept in a file")])
 
 
 def _number(wheel: Wheel) -> int:
