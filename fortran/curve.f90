@@ -11,8 +11,11 @@
 !> flattened as by a penalty on the curvature itself.  For cubic B-splines on
 !> equally spaced knots the integral is the sum of the squared third differences of
 !> the coefficients (P. H. C. Eilers, B. D. Marx, "Flexible smoothing with B-splines
-!> and penalties", Statistical Science 11 (1996) 89-121); lambda follows from the
-!> distance that is asked for (C. H. Reinsch, Numer. Math. 10 (1967) 177-183).
+!> and penalties", Statistical Science 11 (1996) 89-121).  lambda follows from the
+!> distance that is asked for (C. H. Reinsch, Numer. Math. 10 (1967) 177-183); a
+!> distance just below the points' noise would let the curve follow the noise, and
+!> is raised to it, by at most a quarter.  The noise is that of generalised
+!> cross-validation (P. Craven, G. Wahba, Numer. Math. 31 (1979) 377-403).
 !> Station s_i is the foot of point p_i on the curve, its arc length (J. Hoschek,
 !> "Intrinsic parametrization for approximation", CAGD 5 (1988) 27-31).
 module curve
@@ -25,11 +28,15 @@ module curve
   type :: curve_type
     integer :: n = 0                     !! knots
     real(dp), allocatable :: s(:)        !! station of each knot [m], (0:n+1); 0 is the first too, n+1 never reached
+    real(dp) :: noise = 0                !! rms of the points about the curve, estimated when it is smoothed [m]
     real(dp), allocatable :: a(:, :, :)  !! cubic coefficients of y and z in (s - s_i), (2, 4, 0:n); straight in 0 and n
   contains
     procedure :: first => first_station
     procedure :: last => last_station
   end type curve_type
+
+  !> The curve keeps this share more than the distance that is asked for, where the points' noise is that much.
+  real(dp), parameter :: leeway = 0.25_dp
 
   interface
     subroutine dpbsv(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
@@ -132,7 +139,7 @@ contains
       h = s(n)/m
       if (allocated(c%s)) deallocate (c%s, c%a, beta)
       allocate (c%s(0:m + 2), c%a(2, 4, 0:m + 1), beta(m + 3, 2))
-      call penalised(s/h, p, distance, beta, error)
+      call penalised(s/h, p, distance, beta, c%noise, error)
       if (allocated(error)) return
       c%n = m + 1
       c%s(1:m + 1) = [((i - 1)*h, i=1, m + 1)]
@@ -147,17 +154,20 @@ contains
   end subroutine smooth
 
   !> Coefficients of cubic B-splines on the knots 0, 1, ... with the least third
-  !> differences at an rms distance from points p at stations x.
-  subroutine penalised(x, p, distance, beta, error)
+  !> differences at an rms distance from points p at stations x; `noise` is that of the points.
+  subroutine penalised(x, p, distance, beta, noise, error)
     real(dp), intent(in) :: x(:)           !! [intervals]
     real(dp), intent(in) :: p(:, :)        !! (point, coordinate)
     real(dp), intent(in) :: distance
     real(dp), intent(out) :: beta(:, :)    !! (coefficient, coordinate)
+    real(dp), intent(out) :: noise         !! rms, as p
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: differences(4) = [-1, 3, -3, 1]
+    real(dp), parameter :: range = 45      ! of ln lambda; beyond, rounding decides
+    integer, parameter :: trials = 30
     real(dp) :: fit(4, size(beta, 1)), bend(4, size(beta, 1)), ab(4, size(beta, 1)), &
-      rhs(size(beta, 1), 2), w(4, size(x)), low, high, lambda
-    integer :: k, first(size(x)), i, j, l, iter, info
+      rhs(size(beta, 1), 2), w(4, size(x)), low, high, score, best, rms, free, asked
+    integer :: k, first(size(x)), i, j, l
 
     k = size(beta, 1)
     fit = 0
@@ -180,37 +190,55 @@ contains
         end do
       end do
     end do
-    ! The distance grows monotonically with lambda: bisect its logarithm.
+
+    ! The noise, by generalised cross-validation.
     low = log(1e-9_dp*sum(fit(4, :))/sum(bend(4, :)))
-    high = low + 60
-    do iter = 1, 60
-      lambda = exp(0.5_dp*(low + high))
-      ab = fit + lambda*bend
-      beta = rhs
-      call dpbsv('U', k, 3, 2, ab, 4, beta, k, info)
-      if (info /= 0) then
-        call fatal_error(error, 'smoothing spline: singular system, too few points?')
-        return
-      end if
-      if (residual() > distance) then
-        high = log(lambda)
+    best = huge(best)
+    noise = 0
+    do i = 0, trials
+      call solve(low + i*range/trials)
+      if (allocated(error)) return
+      free = 1 - trace(ab, fit)/size(x)
+      if (free < 1e-3_dp) cycle
+      score = (rms/free)**2
+      if (score >= best) cycle
+      best = score
+      noise = rms/sqrt(free)
+    end do
+    asked = max(distance, min(noise, (1 + leeway)*distance))
+    ! The distance grows monotonically with lambda.
+    high = low + range
+    do i = 1, 60
+      call solve((low + high)/2)
+      if (allocated(error)) return
+      if (rms > asked) then
+        high = (low + high)/2
       else
-        low = log(lambda)
+        low = (low + high)/2
       end if
       if (high - low < 1e-9_dp) exit
     end do
 
   contains
 
-    real(dp) function residual()
-      integer :: q
+    !> The coefficients for a logarithm of lambda, their rms distance, the factor of the system.
+    subroutine solve(log_lambda)
+      real(dp), intent(in) :: log_lambda
+      integer :: q, info
 
-      residual = 0
+      ab = fit + exp(log_lambda)*bend
+      beta = rhs
+      call dpbsv('U', k, 3, 2, ab, 4, beta, k, info)
+      if (info /= 0) then
+        call fatal_error(error, 'smoothing spline: singular system, too few points?')
+        return
+      end if
+      rms = 0
       do q = 1, size(x)
-        residual = residual + sum((matmul(w(:, q), beta(first(q):first(q) + 3, :)) - p(q, :))**2)
+        rms = rms + sum((matmul(w(:, q), beta(first(q):first(q) + 3, :)) - p(q, :))**2)
       end do
-      residual = sqrt(residual/size(x))
-    end function residual
+      rms = sqrt(rms/size(x))
+    end subroutine solve
 
     !> The four B-splines of an interval at t in it, 0 to 1.
     pure function weights(t) result(b)
@@ -221,6 +249,29 @@ contains
     end function weights
 
   end subroutine penalised
+
+  !> Trace of (U^T U)^-1 F for band matrices, U upper triangular and F symmetric: only the band of
+  !> the inverse is needed (K. Takahashi et al., 1973; M. F. Hutchinson, F. R. de Hoog, "Smoothing noisy
+  !> data with spline functions", Numer. Math. 47 (1985) 99-106).
+  pure real(dp) function trace(u, f)
+    real(dp), intent(in) :: u(:, :), f(:, :)   !! upper bands as LAPACK stores them, diagonal last
+    real(dp) :: z(size(u, 1), size(u, 2)), x
+    integer :: i, j, k, d
+
+    d = size(u, 1)
+    trace = 0
+    do i = size(u, 2), 1, -1
+      do j = min(i + d - 1, size(u, 2)), i, -1
+        x = 0
+        if (j == i) x = 1/u(d, i)
+        do k = i + 1, min(i + d - 1, size(u, 2))
+          x = x - u(d + i - k, k)*z(d - abs(k - j), max(k, j))
+        end do
+        z(d + i - j, j) = x/u(d, i)
+        trace = trace + merge(1, 2, i == j)*z(d + i - j, j)*f(d + i - j, j)
+      end do
+    end do
+  end function trace
 
   !> The arc lengths at the feet of points on a curve, from their stations nearby.
   subroutine find_feet(c, p, s)

@@ -14,6 +14,7 @@ module simulation
   use newmark, only: advance, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_diverged, &
     step_ok
   use potential, only: outside_depth, outside_lateral, outside_roll
+  use parts, only: is_rail, is_wheel
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
   use rigid, only: clearance
@@ -67,9 +68,11 @@ contains
     real(dp) :: e_star, from, to
     logical :: ok
 
-    call read_profile(trim(c%wheel_profile), c%smoothing_mm, setup%wheel, error)
+    call read_profile(trim(c%wheel_profile), is_wheel, c%smoothing_mm, trim(c%wheel_flip), trim(c%wheel_unit), &
+      setup%wheel, error)
     if (allocated(error)) return
-    call read_profile(trim(c%rail_profile), c%smoothing_mm, setup%rail, error)
+    call read_profile(trim(c%rail_profile), is_rail, c%smoothing_mm, trim(c%rail_flip), trim(c%rail_unit), &
+      setup%rail, error)
     if (allocated(error)) return
     call place_profiles(setup%wheel, setup%rail, c%gauge, c%gauge_depth, c%back_to_back, &
       c%rolling_radius, setup%pair, error)
@@ -137,7 +140,8 @@ contains
     character(:), allocatable :: key
 
     key = 'ldbench '//version//' model '//trim(c%model)//' profiles '//setup%wheel%checksum//' '// &
-      setup%rail%checksum//' smoothing '//str(c%smoothing_mm)//' gauge '//str(c%gauge)//' '// &
+      setup%rail%checksum//' '//trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '// &
+      trim(c%rail_unit)//' smoothing '//str(c%smoothing_mm)//' gauge '//str(c%gauge)//' '// &
       str(c%gauge_depth)//' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)// &
       ' E '//str(c%youngs_modulus)//' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)// &
       ' split '//str(c%split_angle)//' extent '//str(c%lateral)//' '//str(c%lift)//' '//str(c%drop)//' '// &
