@@ -80,6 +80,7 @@ contains
         end if
       end if
       row = uncommented(lines(i)%text, '#!%')
+      if (raw%format == 'MiniProf' .and. index(adjustl(row), '"') == 1) cycle
       if (len_trim(row) == 0) cycle
       call take_numbers(row, column, x, ok)
       if (.not. ok) then
@@ -160,7 +161,8 @@ contains
           call fail('expected the end of the section that is open', key)
           return
         end if
-        section = merge('spline', '      ', section == 'point')
+        section = ''
+        if (key == 'point.end') section = 'spline'
         if (key == 'spline.end') exit
       else if (section == 'point') then
         call take_numbers(row, [1, 2], x, ok)

@@ -79,8 +79,7 @@ contains
     call cut_faces(raw%points, p%kind, first, last)
     if (last - first + 1 >= least_points) then
       if (last - first + 1 < size(raw%at)) call say('faces beyond the running surface left out')
-      if (p%kind == is_wheel) call put_back(error)
-      if (allocated(error)) return
+      if (p%kind == is_wheel) call put_back()
       raw%points = raw%points(:, first:last)
       raw%at = raw%at(first:last)
     end if
@@ -158,8 +157,7 @@ contains
 
     !> Let a wheel's y begin at its back: as in the file, or with the tape circle, 70 mm from it, at 0, or
     !> where its back is.
-    subroutine put_back(error)
-      type(error_type), allocatable, intent(out) :: error
+    subroutine put_back()
       real(dp), parameter :: tape_circle = 70, near = 3   ! [mm]
       real(dp) :: back
 

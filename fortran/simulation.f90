@@ -23,7 +23,7 @@ module simulation
   use wheelset, only: settle, wheelset_type
   implicit none
   private
-  public :: setup_type, run_type, prepare, set_wheelset, simulate
+  public :: setup_type, run_type, prepare_geometry, prepare, set_wheelset, simulate
 
   !> What is the same for every run with one table.
   type :: setup_type
@@ -57,15 +57,11 @@ module simulation
 
 contains
 
-  !> Everything up to the start of the integration.
-  subroutine prepare(c, setup, error, watcher)
+  !> Profiles, put in their places: their zones, the clearance.
+  subroutine prepare_geometry(c, setup, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(out) :: setup
     type(error_type), allocatable, intent(out) :: error
-    class(monitor_type), intent(inout), optional :: watcher
-    character(:), allocatable :: key
-    type(grid_type) :: grid
-    real(dp) :: e_star, from, to
     logical :: ok
 
     call read_profile(trim(c%wheel_profile), is_wheel, c%smoothing_mm, trim(c%wheel_flip), trim(c%wheel_unit), &
@@ -80,12 +76,22 @@ contains
     call find_zones(setup%pair, c%split_angle, setup%zones, error)
     if (allocated(error)) return
     call clearance(setup%pair, setup%zones, setup%clearance, ok)
-    if (.not. ok) then
-      call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
-        str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
-      return
-    end if
+    if (.not. ok) call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
+      str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
+  end subroutine prepare_geometry
 
+  !> Everything up to the start of the integration.
+  subroutine prepare(c, setup, error, watcher)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(out) :: setup
+    type(error_type), allocatable, intent(out) :: error
+    class(monitor_type), intent(inout), optional :: watcher
+    character(:), allocatable :: key
+    type(grid_type) :: grid
+    real(dp) :: e_star, from, to
+
+    call prepare_geometry(c, setup, error)
+    if (allocated(error)) return
     grid = grid_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, c%n_lateral, c%n_roll, c%n_depth)
     e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
     key = table_key(c, setup)
