@@ -15,10 +15,9 @@ module measures
   !> 10 mm beyond the tape circle's level; qR, the lateral way along the flange face from there to 2 mm
   !> from the tip; steepest angle of the flange face; slope of the tread, mean over 20 mm about the tape
   !> circle; hollow, the most that the tread rises before a lower part farther out.
-  !> Of a rail: radii of the crown (3 degrees about the inclination of the head), of the shoulder (3 to 12 degrees
+  !> Of a rail: radii of the crown (3 degrees about the inclination of the head), of the shoulder (5 to 12 degrees
   !> from it) and of the corner (35 to 70) on the gauge side, mean over their arcs; lateral position of
-  !> the gauge point and of the top in the file; inclination of the head, half the sum of the tangent
-  !> angles of both corners at equal depth.
+  !> the gauge point and of the top in the file; inclination at which the head is symmetric.
   character(*), parameter :: measure_names(6, 2) = reshape([character(16) :: &
     'Sh', 'Sd', 'qR', 'flange_angle', 'tread_slope', 'hollow', &
     'crown_radius', 'shoulder_radius', 'corner_radius', 'gauge_point_y', 'top_y', 'inclination'], [6, 2])
@@ -96,9 +95,8 @@ contains
   pure subroutine survey_rail(r, gauge_depth)
     type(survey_type), intent(inout) :: r
     real(dp), intent(in) :: gauge_depth
-    integer, parameter :: depths = 10      ! at which both corners are compared
-    real(dp) :: top, lean, angle(2), y(2), depth
-    integer :: n, highest, first, last, i
+    real(dp) :: top, lean, angle
+    integer :: n, highest, first, last
 
     n = size(r%s)
     highest = maxloc(r%r(2, :), 1)
@@ -110,20 +108,14 @@ contains
     r%part(:first) = 6
     r%part(last:) = 8
 
-    ! Corners of equal depth, 3 to 10 mm: both lean by the inclination.
-    lean = 0
-    do i = 1, depths
-      depth = 3e-3_dp + 7e-3_dp*(i - 1)/(depths - 1)
-      call at_height(r, 1, highest, top - depth, y(1), angle(1))
-      call at_height(r, n, highest, top - depth, y(2), angle(2))
-      lean = lean + sum(angle)/2/depths
-    end do
-    r%measure(1) = arc_radius(r, lean + 1.5_dp*degree, lean - 1.5_dp*degree)
-    r%measure(2) = arc_radius(r, lean + 12*degree, lean + 3*degree)
-    r%measure(3) = arc_radius(r, lean + 70*degree, lean + 35*degree)
-    call at_height(r, 1, highest, top - gauge_depth, r%measure(4), angle(1))
-    r%measure(5) = r%r(1, highest)
+    lean = inclination(r, highest)
     r%measure(6) = lean
+    if (.not. abs(lean) < 1) lean = 0
+    r%measure(1) = arc_radius(r, lean + 1.5_dp*degree, lean - 1.5_dp*degree)
+    r%measure(2) = arc_radius(r, lean + 12*degree, lean + 5*degree)
+    r%measure(3) = arc_radius(r, lean + 70*degree, lean + 35*degree)
+    call at_height(r, 1, highest, top - gauge_depth, r%measure(4), angle)
+    r%measure(5) = r%r(1, highest)
   end subroutine survey_rail
 
   !> y where z first rises to a level between stations first and last; NaN where it does not.
@@ -168,6 +160,52 @@ contains
     mean = sum(y)/size(y)
     slope = sum((y - mean)*z)/sum((y - mean)**2)
   end function slope
+
+  !> The inclination at which a rail's head is symmetric [rad]: turned upright, the midpoints of its chords
+  !> at several depths lie above each other; NaN where no inclination does that.
+  pure real(dp) function inclination(r, highest) result(lean)
+    type(survey_type), intent(in) :: r
+    integer, intent(in) :: highest
+    real(dp), parameter :: largest = 0.12_dp
+    real(dp) :: low, high
+    integer :: k
+
+    low = -largest
+    high = largest
+    lean = ieee_value(lean, ieee_quiet_nan)
+    if (.not. (tilt(low) > 0 .and. tilt(high) < 0)) return
+    do k = 1, 40
+      lean = (low + high)/2
+      if (tilt(lean) > 0) then
+        low = lean
+      else
+        high = lean
+      end if
+    end do
+
+  contains
+
+    !> Of the line of midpoints from the vertical, with the head turned back by an angle.
+    pure real(dp) function tilt(angle)
+      real(dp), intent(in) :: angle
+      integer, parameter :: depths = 11
+      type(survey_type) :: turned
+      real(dp) :: y(2), depth(depths), middle(depths), tangent
+      integer :: i
+
+      turned = r
+      turned%r(1, :) = r%r(1, :)*cos(angle) + r%r(2, :)*sin(angle)
+      turned%r(2, :) = r%r(2, :)*cos(angle) - r%r(1, :)*sin(angle)
+      do i = 1, depths
+        depth(i) = maxval(turned%r(2, :)) - (4e-3_dp + 10e-3_dp*(i - 1)/(depths - 1))
+        call at_height(turned, 1, highest, depth(i), y(1), tangent)
+        call at_height(turned, size(r%s), highest, depth(i), y(2), tangent)
+        middle(i) = sum(y)/2
+      end do
+      tilt = slope(depth, middle)
+    end function tilt
+
+  end function inclination
 
   !> Mean radius of a rail's arc between two tangent angles, on the gauge side; NaN where it has none.
   pure real(dp) function arc_radius(c, steeper, flatter) result(radius)
