@@ -12,6 +12,7 @@ module mending
     integer :: repeated = 0            !! points dropped, for they stand where their neighbour does
     integer :: outliers = 0            !! points dropped, for they are off the curve
     real(dp) :: farthest = 0           !! by this at most [mm]
+    integer :: group = 1               !! points that were put together to one, for they lie nearer than their noise
     integer :: moved = 0               !! points that doubled back, put between their neighbours
     real(dp) :: move = 0               !! by this at most [mm]
   end type mended_type
@@ -21,6 +22,8 @@ module mending
   real(dp), parameter :: doubling = 0.3_dp           !! a point that must move farther is no measuring error [mm]
   real(dp), parameter :: off = 0.15_dp               !! a point that is less off the curve stays [mm]
   real(dp), parameter :: least_share = 0.9_dp        !! of the points that must be good
+  integer, parameter :: many = 200                   !! so many points remain at least when points are put together
+  real(dp), parameter :: turning = 0.03_dp           !! share of points that turn back: their noise exceeds their spacing
 
 contains
 
@@ -42,6 +45,10 @@ contains
         str(mended%outliers)//' of '//str(given)//' off it, this one the first')
       return
     end if
+    do while (n > many .and. backward(points, n) > turning)
+      call put_together(points, at, n)
+      mended%group = 2*mended%group
+    end do
     call straighten(points, at, n, mended)
     points = points(:, :n)
     at = at(:n)
@@ -56,6 +63,7 @@ contains
     if (mended%repeated > 0) words = words//', '//str(mended%repeated)//' repeated dropped'
     if (mended%outliers > 0) words = words//', '//str(mended%outliers)//' off the curve by up to '// &
       str(round(mended%farthest))//' mm dropped'
+    if (mended%group > 1) words = words//', each '//str(mended%group)//' put together to one'
     if (mended%moved > 0) words = words//', '//str(mended%moved)//' that doubled back moved by up to '// &
       str(round(mended%move))//' mm'
     if (words /= '') words = 'points mended: '//words(3:)
@@ -158,15 +166,37 @@ contains
     middle = sorted((size(x) + 1)/2)
   end function middle
 
+  !> Share of the points at which the way turns back.
+  pure real(dp) function backward(points, n)
+    real(dp), intent(in) :: points(:, :)
+    integer, intent(in) :: n
+    integer :: i
+
+    backward = count([(turn(points(:, i - 1), points(:, i), points(:, i + 1)) > largest_turn, i=2, n - 1)])/real(n, dp)
+  end function backward
+
+  !> One point for every two, between them.
+  pure subroutine put_together(points, at, n)
+    real(dp), intent(inout) :: points(:, :)
+    integer, intent(inout) :: at(:), n
+    integer :: i
+
+    n = n/2
+    do i = 1, n
+      points(:, i) = (points(:, 2*i - 1) + points(:, 2*i))/2
+      at(i) = at(2*i - 1)
+    end do
+  end subroutine put_together
+
   !> Where the points turn back over a short way, or make a small loop, exchange two neighbours or put
   !> one point in the place of two, until they do so no more.
   subroutine straighten(points, at, n, mended)
     real(dp), intent(inout) :: points(:, :)
     integer, intent(inout) :: at(:), n
     type(mended_type), intent(inout) :: mended
-    integer, parameter :: sweeps = 60
+    integer, parameter :: sweeps = 60, loop = 4   ! of so many segments at most
     real(dp) :: first(2), second(2), way(n)     ! that a point has been moved [mm]
-    integer :: i, k, sweep, before
+    integer :: i, k, m, sweep, before
     logical :: back
 
     way = 0
@@ -179,7 +209,9 @@ contains
         back = .false.
         if (k > 1 .and. i < n) then
           back = turn(points(:, k - 1), points(:, k), points(:, i)) > largest_turn
-          if (.not. back) back = crosses(points(:, k - 1:k), points(:, i:i + 1))
+          do m = i, min(i + loop, n - 1)
+            if (.not. back) back = crosses(points(:, k - 1:k), points(:, m:m + 1))
+          end do
         end if
         if (back .and. apart(k, i) < doubling) then
           first = points(:, k)

@@ -154,7 +154,7 @@ contains
     real(dp), intent(in) :: points(:, :)   !! turned and in order [mm]
     integer, intent(in) :: kind            !! is_wheel or is_rail
     integer, intent(out) :: first, last
-    real(dp), parameter :: undercut = 0.5_dp   ! of a rail's side [mm]
+    real(dp), parameter :: undercut = 0.5_dp, upright = 0.02_dp   ! of a rail's side, and of one that is vertical [mm]
     real(dp) :: angle(size(points, 2)), s(size(points, 2)), extreme
     integer :: n, i, tip, tape, side, edge
 
@@ -179,10 +179,8 @@ contains
         extreme = points(1, tip)
         edge = tip
         do i = tip, merge(1, n, side < 0), side
-          if (side*(points(1, i) - extreme) > 0) then
-            extreme = points(1, i)
-            edge = i
-          end if
+          if (side*(points(1, i) - extreme) > 0) extreme = points(1, i)
+          if (side*(points(1, i) - extreme) > -upright) edge = i
           if (side*(points(1, i) - extreme) < -undercut .or. points(2, i) < points(2, tip) - deepest_side) then
             if (side < 0) first = edge
             if (side > 0) last = edge

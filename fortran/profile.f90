@@ -69,9 +69,9 @@ contains
       call say(str(size(raw%at))//' points of the '//str(raw%announced)//' announced')
     call to_millimetres(error)
     if (allocated(error)) return
-    call mend_points(file, raw%points, raw%at, mended, error)
-    if (allocated(error)) return
     call enough(error)
+    if (.not. allocated(error)) call mend_points(file, raw%points, raw%at, mended, error)
+    if (.not. allocated(error)) call enough(error)
     if (allocated(error)) return
     call choose_sides(over)
     call turn_over(raw%points, over)
@@ -87,7 +87,9 @@ contains
     if (allocated(error)) return
     p%points = raw%points
     p%mended = mended_text(mended)
-    call fit_curve(1e-3_dp*p%points(1, :), 1e-3_dp*p%points(2, :), 1e-3_dp*smoothing, p%curve, error)
+    ! The mean of several points is nearer to the curve than they are.
+    call fit_curve(1e-3_dp*p%points(1, :), 1e-3_dp*p%points(2, :), 1e-3_dp*smoothing/sqrt(real(mended%group, dp)), &
+      p%curve, error)
     if (allocated(error)) call fatal_error(error, file//': '//error%message)
 
   contains
