@@ -11,7 +11,7 @@ from pypdf import PdfReader
 
 from conftest import FORTRAN_TESTS, REPO
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "integration", "sensitivity"
+SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "integration", "sensitivity", "measured"
 
 
 @pytest.fixture(scope="module")

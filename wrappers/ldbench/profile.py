@@ -69,7 +69,7 @@ class Profile:
 
     def lines(self) -> list[str]:
         """What there is to say, line by line."""
-        found = [f"{self.kind} {self.path}: {len(self.points)} points, CRC-32 {self.checksum}"]
+        found = [f"{self.kind} {Path(self.path).name}: {len(self.points)} points, CRC-32 {self.checksum}"]
         found += [note for note in (self.taken, self.mended) if note]
         noise = f"about {MM*self.noise:.3f} mm" if self.noise >= 5e-7 else "below 0.001 mm"
         found.append(f"noise of the points {noise}, smoothing_mm = {self.smoothing:g}")
@@ -175,7 +175,7 @@ def page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
         angle.set_ylabel("tangent angle [°]")
         curvature.set_ylabel("curvature [1/m]")
         curvature.set_xlabel("y [mm]")
-        curvature.legend(loc="lower right", ncols=2)
+        curvature.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
     if found:
         positions, conicity = (figure.add_subplot(grid[3, column]) for column in range(2))
         y = MM*found.geometry["Y"]
@@ -191,7 +191,8 @@ def page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
         conicity.set_xlabel("amplitude [mm]")
         for ax in positions, conicity:
             ax.axvline(MM*found.clearance, color=GREY, linewidth=0.6, linestyle=":")
-            ax.legend(loc="upper left")
+        positions.legend(loc="center left", markerscale=3)
+        conicity.legend(loc="upper right")
     write_lines(figure, profiles, found)
     return figure
 
@@ -225,8 +226,8 @@ def write_lines(figure: Figure, profiles: list[Profile], found: Pair | None) -> 
     blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
     wrapped = []
     for block in blocks:
-        wrapped += [line for entry in block for line in textwrap.wrap(entry, 48, subsequent_indent="  ")] + [""]
-    figure.text(0.752, 0.905, "\n".join(wrapped), fontsize=7, va="top", linespacing=1.45)
+        wrapped += [line for entry in block for line in textwrap.wrap(entry, 52, subsequent_indent="  ")] + [""]
+    figure.text(0.752, 0.905, "\n".join(wrapped), fontsize=6.5, va="top", linespacing=1.45)
 
 
 def save(figure: Figure, target: Path) -> None:
