@@ -51,14 +51,15 @@ module curve
 contains
 
   !> Fit a curve to points.  `smoothing` is the root-mean-square distance
-  !> [same unit as the points] that the curve may keep from them; 0 interpolates.
+  !> [same unit as the points] that the curve may keep from them; 0 interpolates, below 0 it
+  !> is the points' noise.
   subroutine fit_curve(y, z, smoothing, c, error)
     real(dp), intent(in) :: y(:), z(:)     !! [m], in the order of the walk along the curve
     real(dp), intent(in) :: smoothing
     type(curve_type), intent(out) :: c
     type(error_type), allocatable, intent(out) :: error
 
-    if (smoothing > 0) then
+    if (abs(smoothing) > 0) then
       call smooth(y, z, smoothing, c, error)
     else
       call interpolate(y, z, c, error)
@@ -129,13 +130,13 @@ contains
     do i = 2, n
       s(i) = s(i - 1) + hypot(y(i) - y(i - 1), z(i) - z(i - 1))
     end do
+    m = min(max(8, nint(s(n)/max(finest, min(s(n)/(n - 1), coarsest)))), n)
     do round = 1, rounds
       if (round > 1) then
         call find_feet(c, p, s)
         call sort_along(s, p)
         s = s - s(1)
       end if
-      m = max(8, nint(s(n)/max(finest, min(s(n)/(n - 1), coarsest))))
       h = s(n)/m
       if (allocated(c%s)) deallocate (c%s, c%a, beta)
       allocate (c%s(0:m + 2), c%a(2, 4, 0:m + 1), beta(m + 3, 2))
@@ -163,11 +164,12 @@ contains
     real(dp), intent(out) :: noise         !! rms, as p
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: differences(4) = [-1, 3, -3, 1]
-    real(dp), parameter :: range = 45      ! of ln lambda; beyond, rounding decides
+    real(dp), parameter :: range = 40      ! of ln lambda; beyond, rounding decides
     integer, parameter :: trials = 30
     real(dp) :: fit(4, size(beta, 1)), bend(4, size(beta, 1)), ab(4, size(beta, 1)), &
       rhs(size(beta, 1), 2), w(4, size(x)), low, high, score, best, rms, free, asked
     integer :: k, first(size(x)), i, j, l
+    logical :: solved
 
     k = size(beta, 1)
     fit = 0
@@ -192,12 +194,12 @@ contains
     end do
 
     ! The noise, by generalised cross-validation.
-    low = log(1e-9_dp*sum(fit(4, :))/sum(bend(4, :)))
+    low = log(1e-7_dp*sum(fit(4, :))/sum(bend(4, :)))
     best = huge(best)
     noise = 0
     do i = 0, trials
       call solve(low + i*range/trials)
-      if (allocated(error)) return
+      if (.not. solved) cycle
       free = 1 - trace(ab, fit)/size(x)
       if (free < 1e-3_dp) cycle
       score = (rms/free)**2
@@ -206,18 +208,21 @@ contains
       noise = rms/sqrt(free)
     end do
     asked = max(distance, min(noise, (1 + leeway)*distance))
+    if (distance < 0) asked = noise
     ! The distance grows monotonically with lambda.
     high = low + range
     do i = 1, 60
       call solve((low + high)/2)
-      if (allocated(error)) return
-      if (rms > asked) then
+      ! Where rounding spoils the system, lambda is far too large.
+      if (.not. solved .or. rms > asked) then
         high = (low + high)/2
       else
         low = (low + high)/2
       end if
       if (high - low < 1e-9_dp) exit
     end do
+    call solve(low)
+    if (.not. solved) call fatal_error(error, 'smoothing spline: singular system, too few points?')
 
   contains
 
@@ -229,10 +234,8 @@ contains
       ab = fit + exp(log_lambda)*bend
       beta = rhs
       call dpbsv('U', k, 3, 2, ab, 4, beta, k, info)
-      if (info /= 0) then
-        call fatal_error(error, 'smoothing spline: singular system, too few points?')
-        return
-      end if
+      solved = info == 0
+      if (.not. solved) return
       rms = 0
       do q = 1, size(x)
         rms = rms + sum((matmul(w(:, q), beta(first(q):first(q) + 3, :)) - p(q, :))**2)

@@ -104,7 +104,6 @@ contains
     integer, intent(in) :: kind
     real(dp), intent(in) :: smoothing, gauge_depth   !! [mm, m]
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: least = 1e-12_dp          ! [m]: the noise is estimated, the curve is not used
     type(curve_type) :: curve
 
     call read_profile(path, kind, smoothing, flip, unit, found%p, error)
@@ -114,7 +113,7 @@ contains
       call fit_curve(points(1, :), points(2, :), 0.0_dp, curve, error)
       if (allocated(error)) return
       call survey(curve, found%p%kind, gauge_depth, found%rough)
-      call fit_curve(points(1, :), points(2, :), least, curve, error)
+      call fit_curve(points(1, :), points(2, :), -1.0_dp, curve, error)
     end associate
     if (.not. allocated(error)) found%noise = curve%noise
   end subroutine inspect
