@@ -159,9 +159,13 @@ def test_smoothing():
         assert length[inside] == pytest.approx(fine[inside], abs=1e-3*length[-1])
         at = feet(points, fine, line)
         found = np.column_stack([np.interp(at, fine, line[:, 0]), np.interp(at, fine, line[:, 1])])
-        assert rms(found - points) == pytest.approx(asked, rel=0.03)     # the stations are those of the round before
+        # What is asked for counts the way along the curve from the stations of the round before, too.
+        assert rms(found - points) == pytest.approx(asked, rel=0.06)
         best = least_variation(points, at, round((at[-1] - at[0])/0.25e-3), rms(found - points))
-        assert found[8:-8] == pytest.approx(best[8:-8], abs=0.1*noise)      # the ends of the stations differ
+        # Along the curve the stations of the last round but one differ.
+        way = np.gradient(best, axis=0)
+        across = ((found - best)*way[:, ::-1]*[-1, 1]).sum(axis=1)/np.hypot(*way.T)
+        assert np.abs(across[8:-8]).max() < 0.1*noise
 
 
 def test_smoothing_follows_the_noise_not_a_smaller_distance():
