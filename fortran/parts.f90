@@ -1,7 +1,7 @@
 !> Which way a profile lies in its file, wheel or rail, told by its shape, and what of it can be
 !> running surface.
 module parts
-  use kinds, only: degree, dp
+  use kinds, only: degree, dp, pi
   implicit none
   private
   public :: recognise, turn_over, in_order, cut_faces, is_wheel, is_rail
@@ -12,7 +12,7 @@ module parts
   real(dp), parameter :: face = 60*degree        !! a profile that ends steeper does so with a face
   real(dp), parameter :: chord = 3               !! over which directions are taken here: above any noise [mm]
   real(dp), parameter :: least_flange = 12       !! a lower one is none [mm]
-  real(dp), parameter :: deepest_side = 60       !! of a rail, below its top [mm]
+  real(dp), parameter :: head_depth = 10, deepest_side = 60   !! of a rail, below its top: no side is above, none below [mm]
 
 contains
 
@@ -170,7 +170,8 @@ contains
       end do
       call directions(points, chord/2, s, angle)
       do last = tape, n
-        if (angle(last) > face) exit
+        ! A way back has another direction than a face.
+        if (angle(last) > face .and. angle(last) < pi - face) exit
       end do
       last = min(last, n)
     else
@@ -181,7 +182,8 @@ contains
         do i = tip, merge(1, n, side < 0), side
           if (side*(points(1, i) - extreme) > 0) extreme = points(1, i)
           if (side*(points(1, i) - extreme) > -upright) edge = i
-          if (side*(points(1, i) - extreme) < -undercut .or. points(2, i) < points(2, tip) - deepest_side) then
+          if (side*(points(1, i) - extreme) < -undercut .and. points(2, i) < points(2, tip) - head_depth &
+            .or. points(2, i) < points(2, tip) - deepest_side) then
             if (side < 0) first = edge
             if (side > 0) last = edge
             exit
