@@ -118,7 +118,8 @@ contains
     call add_text('profiles', 'rail_profile', c%rail_profile, '', 'file of y, z, MiniProf or SIMPACK')
     call add_real('profiles', 'smoothing_mm', c%smoothing_mm, 0.0_dp, 1.0_dp, 'mm', &
       'rms distance of the smoothing spline, about the points'' noise; 0 interpolates')
-    call add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', 'axes of the file to turn over; auto: by the shape')
+    call add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
+      'axes of the file to turn over; auto: by the shape')
     call add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'of the file; auto: by the width')
     call add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', 'the same of the rail''s file')
     call add_text('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', '')

@@ -68,7 +68,8 @@ contains
     end do
     if (split == running) then
       call fatal_error(error, '&contact split_angle = '//str(split_angle)// &
-        ' rad: expected more than the tread''s angle where the centred wheel touches, '//str(pair%angle(running))//' rad')
+        ' rad: expected more than the tread''s angle where the centred wheel touches, '// &
+        str(pair%angle(running))//' rad')
       return
     else if (split == top) then
       call fatal_error(error, '&contact split_angle = '//str(split_angle)// &

@@ -151,6 +151,8 @@ contains
         c%a(:, 4, i) = (beta(i + 3, :) - beta(i, :) + 3*(beta(i + 1, :) - beta(i + 2, :)))/(6*h**3)
       end do
       c%a(:, :, [0, m + 1]) = 0
+      ! A curve that is to follow the noise has no feet worth finding.
+      if (distance > 0 .and. c%noise > (1 + leeway)*distance) exit
     end do
   end subroutine smooth
 

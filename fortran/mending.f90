@@ -23,7 +23,7 @@ module mending
   real(dp), parameter :: off = 0.15_dp               !! a point that is less off the curve stays [mm]
   real(dp), parameter :: least_share = 0.9_dp        !! of the points that must be good
   integer, parameter :: many = 200                   !! so many points remain at least when points are put together
-  real(dp), parameter :: turning = 0.03_dp           !! share of points that turn back: their noise exceeds their spacing
+  real(dp), parameter :: turning = 0.03_dp           !! share of points that turn back: noise above spacing
 
 contains
 

@@ -12,7 +12,7 @@ module parts
   real(dp), parameter :: face = 60*degree        !! a profile that ends steeper does so with a face
   real(dp), parameter :: chord = 3               !! over which directions are taken here: above any noise [mm]
   real(dp), parameter :: least_flange = 12       !! a lower one is none [mm]
-  real(dp), parameter :: head_depth = 10, deepest_side = 60   !! of a rail, below its top: no side is above, none below [mm]
+  real(dp), parameter :: head_depth = 10, deepest_side = 60   !! of a rail: its sides are between, below its top [mm]
 
 contains
 

@@ -9,7 +9,8 @@ module rigid
   use kinds, only: dp, pi
   implicit none
   private
-  public :: clearance, conicity, conicity_of_wavelength, geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
+  public :: clearance, conicity, conicity_of_wavelength, &
+    geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
 
   !> Columns of the geometry file.
   character(*), parameter :: geometry_names(*) = [character(12) :: 'Y', 'roll', 'Z', 'angle_L', &

@@ -132,3 +132,19 @@ def test_errors_are_those_of_a_run(tmp_path):
     (tmp_path/"wheel").write_text("1 2\n3 x\n")
     with pytest.raises(Error, match="wheel, line 2: expected two numbers"):
         inspect(tmp_path/"wheel")
+
+
+def test_any_noise_spacing_and_smoothing_give_a_curve(tmp_path):
+    """Points dense or sparse, some lost, smoothed too little or too much: about as long as the profile is."""
+    chance = np.random.default_rng(4)
+    for name in ("awprof", "srprof", "60e1") * 12:
+        spacing, noise, smoothing = (chance.choice(x) for x in (
+            [0.02, 0.1, 0.25, 1.0], [0.003, 0.01, 0.03, 0.06], [1e-4, 0.005, 0.01, 0.03, 0.1]))
+        points = shapes.noisy(shapes.shape(name, spacing), noise, int(chance.integers(1000)))
+        points = points[chance.random(len(points)) < chance.choice([0.6, 1.0])]
+        (tmp_path/"file").write_text(shapes.rows(points))
+        found = inspect(tmp_path/"file", smoothing=smoothing)
+        length = np.hypot(*np.diff(shapes.shape(name), axis=0).T).sum()
+        if smoothing >= noise:
+            assert 1e3*found.smooth.s[-1] == pytest.approx(length, rel=0.03)
+        assert np.isfinite(found.smooth.curvature).all() and np.isfinite(found.noise)

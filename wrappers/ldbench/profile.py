@@ -124,8 +124,8 @@ class Pair:
         for amplitude in (2e-3, 3e-3, 4e-3):
             if amplitude <= self.amplitude[-1]:
                 values = (np.interp(amplitude, self.amplitude, x) for x in (self.conicity, self.linearised))
-                found.append("equivalent conicity at {:.0f} mm {:.3f} (EN 15302), {:.3f} (harmonic linearisation)".format(
-                    MM*amplitude, *values))
+                found.append("equivalent conicity at {:.0f} mm {:.3f} (EN 15302), {:.3f} (harmonic linearisation)"
+                             .format(MM*amplitude, *values))
         for first, last, flange, alpha in self.zones:
             found.append(f"zone of the {'flange' if flange else 'tread'}: y {MM*first:.1f} to {MM*last:.1f} mm, "
                          f"angle {DEG*alpha:.1f}°")
@@ -180,7 +180,8 @@ def page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
         positions, conicity = (figure.add_subplot(grid[3, column]) for column in range(2))
         y = MM*found.geometry["Y"]
         for side, sign, color in ("left", 1, BLACK), ("right", -1, ORANGE):
-            positions.plot(y, sign*MM*found.geometry[f"y_{side[0].upper()}"], ".", markersize=2, color=color, label=side)
+            column = found.geometry[f"y_{side[0].upper()}"]
+            positions.plot(y, sign*MM*column, ".", markersize=2, color=color, label=side)
         positions.set_ylabel("contact, outward |y| [mm]")
         conicity.plot(MM*found.amplitude, found.conicity, color=BLACK, label="EN 15302")
         conicity.plot(MM*found.amplitude, found.linearised, "--", color=RED, linewidth=0.8,
