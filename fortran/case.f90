@@ -39,6 +39,8 @@ module case
     character(text_length) :: wheel_profile = 'profiles/awprof.yz'
     character(text_length) :: rail_profile = 'profiles/arprof.yz'
     real(dp) :: smoothing_mm = 0
+    character(text_length) :: wheel_flip = 'auto', wheel_unit = 'auto'
+    character(text_length) :: rail_flip = 'auto', rail_unit = 'auto'
     ! &initial
     real(dp) :: y = 0, z = 0, roll = 0, pitch = 0
     real(dp) :: vx = 1, vy = 0, vz = 0, roll_rate = 0, pitch_rate = 2.19_dp
@@ -114,10 +116,15 @@ contains
     call add_real('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', '')
     call add_real('material', 'shear_modulus', c%shear_modulus, 1e6_dp, 1e13_dp, 'Pa', &
       'recorded; normal contact needs E and nu')
-    call add_text('profiles', 'wheel_profile', c%wheel_profile, '', 'file of y, z [mm]')
-    call add_text('profiles', 'rail_profile', c%rail_profile, '', 'file of y, z [mm]')
+    call add_text('profiles', 'wheel_profile', c%wheel_profile, '', 'file of y, z, MiniProf or SIMPACK')
+    call add_text('profiles', 'rail_profile', c%rail_profile, '', 'file of y, z, MiniProf or SIMPACK')
     call add_real('profiles', 'smoothing_mm', c%smoothing_mm, 0.0_dp, 1.0_dp, 'mm', &
-      'rms distance of the smoothing spline, 0 interpolates')
+      'rms distance of the smoothing spline, about the points'' noise; 0 interpolates')
+    call add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
+      'axes of the file to turn over; auto: by the shape')
+    call add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'of the file; auto: by the width')
+    call add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', 'the same of the rail''s file')
+    call add_text('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', '')
     call add_real('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'lateral, left positive')
     call add_real('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', 'vertical, from static equilibrium')
     call add_real('initial', 'roll', c%roll, -0.3_dp, 0.3_dp, 'rad', 'positive lifts the left wheel')

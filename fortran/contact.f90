@@ -57,39 +57,49 @@ contains
     real(dp), intent(in) :: split_angle              !! [rad]
     type(zone_type), allocatable, intent(out) :: zones(:)
     type(error_type), allocatable, intent(out) :: error
-    integer :: cuts(max_zones), n_cuts, parting, top, running, split, i, from, nearest
+    integer :: cuts(max_zones), begins(max_zones), n_cuts, parting, top, running, split, i, from, nearest
+    real(dp) :: turn(max_zones), hollow
 
-    top = maxloc(pair%angle, 1)
+    top = pair%steepest
     running = count(pair%s <= pair%centred_station)
     split = running
     do while (split > top .and. pair%angle(split) < split_angle)
       split = split - 1
     end do
-    if (split == top .or. split == running) then
-      call fatal_error(error, '&contact split_angle = '//str(split_angle)//' rad: expected between '// &
-        str(pair%angle(running))//' rad (tread) and '//str(pair%angle(top))//' rad (flange)')
+    if (split == running) then
+      call fatal_error(error, '&contact split_angle = '//str(split_angle)// &
+        ' rad: expected more than the tread''s angle where the centred wheel touches, '// &
+        str(pair%angle(running))//' rad')
+      return
+    else if (split == top) then
+      call fatal_error(error, '&contact split_angle = '//str(split_angle)// &
+        ' rad: expected at most the flange''s steepest angle, '//str(maxval(pair%angle(top + 1:running)))//' rad')
       return
     end if
 
-    ! Arcs of negative relative curvature between running point and flange face.
+    ! Arcs of negative relative curvature between running point and flange face; where there are too many,
+    ! as on profiles that conform, those over which the normals part most.
     cuts = 0
+    turn = 0
     n_cuts = 0
     parting = split
     from = 0
+    hollow = 0
     do i = running, top, -1
       if (pair%curvature(i) + rail_curvature(pair, pair%angle(i)) < 0) then
         if (from == 0) from = i
+        hollow = hollow - (pair%curvature(i) + rail_curvature(pair, pair%angle(i)))*(pair%s(i + 1) - pair%s(i))
         cycle
       end if
-      if (from > 0 .and. n_cuts < max_zones - 2) then
-        if (pair%s(from) - pair%s(i) > least_cut) then
-          n_cuts = n_cuts + 1
-          cuts(n_cuts) = (from + i)/2
-          ! The tread ends at the last gap that begins before the split angle.
-          if (from > split) parting = cuts(n_cuts)
-        end if
+      if (from > 0) then
+        if (pair%s(from) - pair%s(i) > least_cut) call add_cut()
       end if
       from = 0
+      hollow = 0
+    end do
+    ! The tread ends at the last gap that begins before the split angle.
+    do i = 1, n_cuts
+      if (begins(i) > split) parting = cuts(i)
     end do
     if (parting == split) then
       nearest = count(cuts(:n_cuts) > split)
@@ -111,6 +121,24 @@ contains
     end do
 
   contains
+
+    !> Note the arc from..i, in the place of the flattest where all are taken.
+    subroutine add_cut()
+      integer :: flattest
+
+      if (n_cuts == max_zones - 2) then
+        flattest = minloc(turn(:n_cuts), 1)
+        if (turn(flattest) > hollow) return
+        cuts(flattest:n_cuts - 1) = cuts(flattest + 1:n_cuts)
+        begins(flattest:n_cuts - 1) = begins(flattest + 1:n_cuts)
+        turn(flattest:n_cuts - 1) = turn(flattest + 1:n_cuts)
+        n_cuts = n_cuts - 1
+      end if
+      n_cuts = n_cuts + 1
+      cuts(n_cuts) = (from + i)/2
+      begins(n_cuts) = from
+      turn(n_cuts) = hollow
+    end subroutine add_cut
 
     !> Mean angle and pole of a zone from the stations that carry it in service.
     subroutine set_pole(zone)

@@ -24,13 +24,14 @@ module geometry
     real(dp) :: centred_station = 0    !! of the wheel's contact point then [m]
     real(dp) :: gauge_face = 0         !! Y of the rail's gauge point [m]
     real(dp) :: flange_tip(2) = 0      !! lowest point of the wheel, wheelset frame [m]
-    ! The wheel's stations: every interval of the profile, cut to at most max_spacing.
+    ! The wheel's stations: every knot of the profile but those too near, and between them to at most max_spacing.
     real(dp), allocatable :: s(:)          !! station [m]
     real(dp), allocatable :: r(:, :)       !! position, wheelset frame, (2, n) [m]
     real(dp), allocatable :: t(:, :)       !! dr/ds, (2, n)
     real(dp), allocatable :: angle(:)      !! tangent angle [rad]
     real(dp), allocatable :: curvature(:)  !! convex positive, mean over `window` [1/m]
-    integer :: steepest = 0                !! of these stations
+    integer :: steepest = 0                !! station of the flange face
+    integer :: tread_end = 0               !! the last before a chamfer
     real(dp), allocatable :: rail_angle(:) !! tangent angle at the rail's knots, made monotone [rad]
   end type pair_type
 
@@ -48,7 +49,7 @@ module geometry
     logical :: fresh = .true.              !! no feet known yet
   end type scan_type
 
-  real(dp), parameter :: max_spacing = 0.26e-3_dp   !! of the wheel's stations [m]
+  real(dp), parameter :: max_spacing = 0.26e-3_dp, least_spacing = 0.1e-3_dp   !! of the wheel's stations [m]
   real(dp), parameter :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
 
 contains
@@ -104,6 +105,7 @@ contains
     low = minloc(pair%r(2, :))
     i = low(1)
     pair%flange_tip = pair%r(:, i)
+    call find_tread(pair)
   end subroutine place_profiles
 
   !> The point of the rail's gauge side at height z.
@@ -129,25 +131,37 @@ contains
     call curve_point(rail, s, i, r, d1, d2)
   end subroutine gauge_point
 
+  !> The flange face, between the flange's tip and the running point, and the tread up to its chamfer.
+  subroutine find_tread(pair)
+    type(pair_type), intent(inout) :: pair
+    real(dp), parameter :: chamfer = 25*degree
+    integer :: tip, running
+
+    tip = minloc(pair%r(2, :), 1)
+    running = count(pair%s <= pair%centred_station)
+    pair%steepest = min(tip, running) - 1 + maxloc(pair%angle(min(tip, running):running), 1)
+    pair%tread_end = running + findloc(pair%angle(running + 1:) > chamfer, .true., 1) - 1
+    if (pair%tread_end < running) pair%tread_end = size(pair%s)
+  end subroutine find_tread
+
   subroutine set_stations(pair)
     type(pair_type), intent(inout) :: pair
-    real(dp) :: r(2), d1(2), d2(2)
+    real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), from, r(2), d1(2), d2(2)
     integer :: n, i, j, k, cuts
 
     n = 1
-    do i = 1, pair%wheel%n - 1
-      n = n + ceiling((pair%wheel%s(i + 1) - pair%wheel%s(i))/max_spacing)
-    end do
-    allocate (pair%s(n), pair%r(2, n), pair%t(2, n), pair%angle(n), pair%curvature(n))
-    n = 1
-    pair%s(1) = pair%wheel%s(1)
-    do i = 1, pair%wheel%n - 1
-      cuts = ceiling((pair%wheel%s(i + 1) - pair%wheel%s(i))/max_spacing)
+    s(1) = pair%wheel%s(1)
+    do i = 2, pair%wheel%n
+      from = s(n)
+      if (pair%wheel%s(i) - from < least_spacing .and. i < pair%wheel%n) cycle
+      cuts = ceiling((pair%wheel%s(i) - from)/max_spacing)
       do j = 1, cuts
         n = n + 1
-        pair%s(n) = pair%wheel%s(i) + j*(pair%wheel%s(i + 1) - pair%wheel%s(i))/cuts
+        s(n) = from + j*(pair%wheel%s(i) - from)/cuts
       end do
     end do
+    pair%s = s(:n)
+    allocate (pair%r(2, n), pair%t(2, n), pair%angle(n), pair%curvature(n))
     k = 1
     do i = 1, n
       call curve_point(pair%wheel, pair%s(i), k, r, d1, d2)
@@ -156,7 +170,6 @@ contains
       pair%angle(i) = atan2(d1(2), d1(1))
       pair%curvature(i) = mean_curvature(pair%wheel, pair%s(i))
     end do
-    pair%steepest = maxloc(pair%angle, 1)
     allocate (pair%rail_angle(pair%rail%n))
     k = 1
     do i = 1, pair%rail%n
@@ -436,7 +449,7 @@ contains
     integer :: low, high, mid
 
     low = pair%steepest
-    high = size(pair%s)
+    high = pair%tread_end
     do while (high - low > 1)
       mid = (low + high)/2
       if (pair%angle(mid) < angle) then

@@ -1,10 +1,13 @@
-!> A wheel or rail profile: a text file of two columns, y and z in millimetres,
-!> read as people really write them and turned into a smooth curve in metres.
+!> A wheel or rail profile: a file of points as people really have them, turned over, put into
+!> millimetres, mended and made a smooth curve in metres.
 module profile
   use curve, only: curve_type, fit_curve
   use errors, only: error_type, fatal_error
-  use kinds, only: degree, dp
-  use text, only: checksum, clip, line_type, lower, read_lines, str, to_real
+  use formats, only: raw_type, read_points
+  use kinds, only: dp
+  use mending, only: check_points, mend_points, mended_text, mended_type
+  use parts, only: cut_faces, in_order, is_rail, is_wheel, recognise, turn_over
+  use text, only: checksum, line_type, read_lines, str
   implicit none
   private
   public :: profile_type, read_profile
@@ -13,174 +16,163 @@ module profile
     character(:), allocatable :: file      !! as named in the namelist
     character(8) :: checksum = ''          !! CRC-32 of the file's lines
     logical :: reconstruction = .false.    !! the file says that it is one
+    integer :: kind = 0                    !! is_wheel or is_rail
+    character(:), allocatable :: taken     !! how the file was taken, where it says more than y z in mm; '' else
+    character(:), allocatable :: mended    !! what was mended; '' for nothing
+    real(dp), allocatable :: points(:, :)  !! as taken and mended, y from a wheel's back, (2, n) [mm]
     type(curve_type) :: curve              !! y, z [m], y increasing from first to last station
   end type profile_type
 
   integer, parameter :: least_points = 10
   real(dp), parameter :: least_span = 10, largest_span = 1000   !! plausible widths [mm]
-  real(dp), parameter :: largest_turn = 120*degree              !! at a point: more is two points exchanged
+  real(dp), parameter :: inch = 25.4_dp                         !! [mm]
 
 contains
 
-  !> Read a profile.  Accepted: comments (# ! %), header words before the first
-  !> number, commas, semicolons or blanks, Fortran exponents, either direction,
-  !> repeated points, further columns.  Refused, with file and line: anything
-  !> else that is not a number, too few points, a curve that turns back or crosses
-  !> itself, widths that cannot be millimetres.
-  subroutine read_profile(file, smoothing, p, error)
+  !> Read a profile.  Accepted: the formats of `formats`, either direction, z up or down, y in or
+  !> out, mm, m or inches, as the shape says or `flip` and `unit`; points that `mending` can mend.
+  !> Refused, with file and line: anything else that is not a number, too few points, a
+  !> curve that turns back or crosses itself, widths that cannot be a profile's.
+  subroutine read_profile(file, kind, smoothing, flip, unit, p, error)
     character(*), intent(in) :: file
+    integer, intent(in) :: kind            !! is_wheel, is_rail, or 0: by the shape
     real(dp), intent(in) :: smoothing      !! rms distance curve to points [mm]
+    character(*), intent(in) :: flip       !! what to turn over: 'auto', 'none', 'y', 'z' or 'yz'
+    character(*), intent(in) :: unit       !! 'auto', 'mm', 'm' or 'in'
     type(profile_type), intent(out) :: p
     type(error_type), allocatable, intent(out) :: error
     type(line_type), allocatable :: lines(:)
-    real(dp), allocatable :: points(:, :)
-    integer, allocatable :: at(:)          ! line of each point
+    type(raw_type) :: raw
+    type(mended_type) :: mended
+    logical :: over(2)
+    integer :: first, last
 
+    p%taken = ''
+    p%mended = ''
+    p%kind = kind
     call read_lines(file, lines, error)
     if (allocated(error)) return
     p%file = file
     p%checksum = checksum(lines)
-    call parse(file, lines, points, at, p%reconstruction, error)
+    call read_points(file, lines, raw, error)
     if (allocated(error)) return
-    call check(file, points, at, error)
+    p%reconstruction = raw%reconstruction
+    if (raw%format /= 'plain') call say(raw%format)
+    if (kind > 0 .and. raw%kind /= '') then
+      if (raw%kind /= merge('wheel', 'rail ', kind == is_wheel)) then
+        call fatal_error(error, file//': expected a '//trim(merge('wheel', 'rail ', kind == is_wheel))// &
+          ', found a file that says it is a '//trim(raw%kind))
+        return
+      end if
+    end if
+    if (raw%announced >= 0 .and. raw%announced /= size(raw%at)) &
+      call say(str(size(raw%at))//' points of the '//str(raw%announced)//' announced')
+    call to_millimetres(error)
     if (allocated(error)) return
-    if (points(1, 1) > points(1, size(points, 2))) points = points(:, size(points, 2):1:-1)
-    call fit_curve(1e-3_dp*points(1, :), 1e-3_dp*points(2, :), 1e-3_dp*smoothing, p%curve, error)
+    call enough(error)
+    if (.not. allocated(error)) call mend_points(file, raw%points, raw%at, mended, error)
+    if (.not. allocated(error)) call enough(error)
+    if (allocated(error)) return
+    call choose_sides(over)
+    call turn_over(raw%points, over)
+    call in_order(raw%points, raw%at)
+    call cut_faces(raw%points, p%kind, first, last)
+    if (last - first + 1 >= least_points) then
+      if (last - first + 1 < size(raw%at)) call say('faces beyond the running surface left out')
+      if (p%kind == is_wheel) call put_back()
+      raw%points = raw%points(:, first:last)
+      raw%at = raw%at(first:last)
+    end if
+    call check_points(file, raw%points, raw%at, error)
+    if (allocated(error)) return
+    p%points = raw%points
+    p%mended = mended_text(mended)
+    ! The mean of several points is nearer to the curve than they are.
+    call fit_curve(1e-3_dp*p%points(1, :), 1e-3_dp*p%points(2, :), 1e-3_dp*smoothing/sqrt(real(mended%group, dp)), &
+      p%curve, error)
     if (allocated(error)) call fatal_error(error, file//': '//error%message)
+
+  contains
+
+    subroutine say(words)
+      character(*), intent(in) :: words
+
+      if (p%taken /= '') p%taken = p%taken//', '
+      p%taken = p%taken//words
+    end subroutine say
+
+    !> The unit: what the namelist says, the file, or the width.
+    subroutine to_millimetres(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(dp) :: span, factor
+
+      span = 0
+      if (size(raw%at) > 0) span = maxval(raw%points(1, :)) - minval(raw%points(1, :))
+      factor = 1
+      select case (unit)
+      case ('m')
+        factor = 1e3_dp
+      case ('in')
+        factor = inch
+      case ('auto')
+        if (raw%unit > 0) then
+          factor = raw%unit
+        else if (span >= 0.02_dp .and. span < 0.5_dp) then
+          factor = 1e3_dp
+          call say('in m')
+        else if (span >= 1.5_dp .and. span < least_span) then
+          factor = inch
+          call say('in inches')
+        end if
+      end select
+      if (abs(factor - 1) > 0) raw%points = factor*raw%points
+      if (size(raw%at) < least_points) return
+      span = factor*span
+      if (span < least_span .or. span > largest_span) call fatal_error(error, file// &
+        ': expected y in millimetres over '//str(least_span)//' to '//str(largest_span)//' mm, found a width of '// &
+        str(span))
+    end subroutine to_millimetres
+
+    subroutine enough(error)
+      type(error_type), allocatable, intent(out) :: error
+
+      if (size(raw%at) < least_points) call fatal_error(error, file//': expected at least '// &
+        str(least_points)//' points, found '//str(size(raw%at)))
+    end subroutine enough
+
+    subroutine choose_sides(over)
+      logical, intent(out) :: over(2)
+      integer :: found
+
+      call recognise(raw%points, kind, found, over)
+      if (p%kind == 0 .and. raw%kind /= '') p%kind = merge(is_wheel, is_rail, raw%kind == 'wheel')
+      if (p%kind == 0) p%kind = merge(is_rail, is_wheel, found == is_rail)
+      if (flip /= 'auto') over = [scan(flip, 'y') > 0, scan(flip, 'z') > 0]
+      if (all(over)) then
+        call say('y and z turned over')
+      else if (over(1)) then
+        call say('y turned over')
+      else if (over(2)) then
+        call say('z turned over')
+      end if
+    end subroutine choose_sides
+
+    !> Let a wheel's y begin at its back: as in the file, or with the tape circle, 70 mm from it, at 0, or
+    !> where its back is.
+    subroutine put_back()
+      real(dp), parameter :: tape_circle = 70, near = 3   ! [mm]
+      real(dp) :: back
+
+      back = minval(raw%points(1, :))
+      if (abs(back + tape_circle) < near) then
+        back = -tape_circle
+      else if (back > -near) then
+        return
+      end if
+      call say('wheel back at y = '//str(anint(1e3_dp*back)/1e3_dp)//' mm of the file')
+      raw%points(1, :) = raw%points(1, :) - back
+    end subroutine put_back
+
   end subroutine read_profile
-
-  subroutine parse(file, lines, points, at, reconstruction, error)
-    character(*), intent(in) :: file
-    type(line_type), intent(in) :: lines(:)
-    real(dp), allocatable, intent(out) :: points(:, :)   !! (2, n) [mm]
-    integer, allocatable, intent(out) :: at(:)           !! line of each point
-    logical, intent(out) :: reconstruction
-    type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: rest
-    real(dp) :: x(2)
-    integer :: n, i, k, cut
-    logical :: ok
-
-    allocate (points(2, size(lines)), at(size(lines)))
-    reconstruction = .false.
-    n = 0
-    do i = 1, size(lines)
-      if (index(lower(lines(i)%text), 'reconstruction') > 0) reconstruction = .true.
-      cut = scan(lines(i)%text, '#!%')
-      if (cut == 0) cut = len(lines(i)%text) + 1
-      rest = lines(i)%text(:cut - 1)
-      do k = 1, len(rest)
-        if (scan(rest(k:k), ',;') == 1) rest(k:k) = ' '
-      end do
-      if (len_trim(rest) == 0) cycle
-      ok = .true.
-      do k = 1, 2
-        if (ok) call take_number(rest, x(k), ok)
-      end do
-      if (.not. ok) then
-        if (n == 0 .and. is_words(lines(i)%text)) cycle
-        call fatal_error(error, file//', line '//str(i)// &
-          ': expected two numbers, y and z in mm, found "'//clip(lines(i)%text)//'"')
-        return
-      end if
-      if (any(abs(x) > 10*largest_span)) then
-        call fatal_error(error, file//', line '//str(i)//': expected millimetres, found "'// &
-          clip(lines(i)%text)//'"')
-        return
-      end if
-      if (n > 0) then
-        if (hypot(x(1) - points(1, n), x(2) - points(2, n)) < 1e-6_dp) cycle
-      end if
-      n = n + 1
-      points(:, n) = x
-      at(n) = i
-    end do
-    points = points(:, :n)
-  end subroutine parse
-
-  !> A heading: it begins with a letter and is not a misspelt number.
-  pure logical function is_words(line)
-    character(*), intent(in) :: line
-    character(:), allocatable :: word
-
-    word = lower(adjustl(line))
-    is_words = len(word) > 0
-    if (is_words) is_words = verify(word(1:1), 'abcdefghijklmnopqrstuvwxyz"''(') == 0 &
-      .and. index(word, 'nan') /= 1 .and. index(word, 'inf') /= 1
-  end function is_words
-
-  subroutine take_number(rest, x, ok)
-    character(:), allocatable, intent(inout) :: rest
-    real(dp), intent(out) :: x
-    logical, intent(out) :: ok
-    integer :: blank
-
-    rest = adjustl(rest)
-    blank = index(rest//' ', ' ')
-    call to_real(rest(:blank - 1), x, ok)
-    rest = rest(blank:)
-  end subroutine take_number
-
-  subroutine check(file, points, at, error)
-    character(*), intent(in) :: file
-    real(dp), intent(in) :: points(:, :)
-    integer, intent(in) :: at(:)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp) :: span
-    integer :: n, i, j
-
-    n = size(points, 2)
-    if (n < least_points) then
-      call fatal_error(error, file//': expected at least '//str(least_points)// &
-        ' points, found '//str(n))
-      return
-    end if
-    span = maxval(points(1, :)) - minval(points(1, :))
-    if (span < least_span .or. span > largest_span) then
-      call fatal_error(error, file//': expected y in millimetres over '//str(least_span)// &
-        ' to '//str(largest_span)//' mm, found a width of '//str(span))
-      return
-    end if
-    do i = 1, n - 3
-      do j = i + 2, n - 1
-        ! Bounding boxes first: the exact test runs for near neighbours only.
-        if (min(points(1, i), points(1, i + 1)) > max(points(1, j), points(1, j + 1))) cycle
-        if (max(points(1, i), points(1, i + 1)) < min(points(1, j), points(1, j + 1))) cycle
-        if (.not. crosses(points(:, i:i + 1), points(:, j:j + 1))) cycle
-        call fatal_error(error, file//': the curve crosses itself between lines '// &
-          str(at(i))//' and '//str(at(j + 1)))
-        return
-      end do
-    end do
-    do i = 2, n - 1
-      if (turn(points(:, i - 1:i + 1)) <= largest_turn) cycle
-      call fatal_error(error, file//', line '//str(at(i))//': expected a curve that turns by at most '// &
-        str(nint(largest_turn/degree))//' degrees at a point, found '//str(nint(turn(points(:, i - 1:i + 1))/degree)))
-      return
-    end do
-  end subroutine check
-
-  !> Angle between the two segments of three points [rad].
-  pure real(dp) function turn(points)
-    real(dp), intent(in) :: points(2, 3)
-    real(dp) :: a(2), b(2)
-
-    a = points(:, 2) - points(:, 1)
-    b = points(:, 3) - points(:, 2)
-    turn = abs(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)))
-  end function turn
-
-  pure logical function crosses(a, b)
-    real(dp), intent(in) :: a(2, 2), b(2, 2)   !! two segments, (coordinate, end)
-
-    crosses = side(a, b(:, 1))*side(a, b(:, 2)) <= 0 .and. side(b, a(:, 1))*side(b, a(:, 2)) <= 0 &
-      .and. max(minval(a(2, :)), minval(b(2, :))) <= min(maxval(a(2, :)), maxval(b(2, :)))
-  end function crosses
-
-  pure real(dp) function side(a, point)
-    real(dp), intent(in) :: a(2, 2), point(2)
-
-    side = (a(1, 2) - a(1, 1))*(point(2) - a(2, 1)) - (a(2, 2) - a(2, 1))*(point(1) - a(1, 1))
-  end function side
 
 end module profile

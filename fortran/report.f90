@@ -6,6 +6,7 @@ module report
   use errors, only: error_type, fatal_error
   use events, only: elastic_kinds, event_kinds, kept_impacts
   use kinds, only: dp, version
+  use profile, only: profile_type
   use rigid, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use simulation, only: run_type, setup_type
   use system, only: scratch_name
@@ -49,8 +50,7 @@ contains
       'frame: X forward, Y left, Z up; Z and roll from static equilibrium at Y = 0; SI units, radians'//nl// &
       'contacts: LT left tread, LF left flange, RT right tread, RF right flange; '// &
       'forces of the rail on the wheel, track frame'//nl
-    lines = lines//profile_line('wheel', setup%wheel%file, setup%wheel%checksum, setup%wheel%reconstruction)
-    lines = lines//profile_line('rail', setup%rail%file, setup%rail%checksum, setup%rail%reconstruction)
+    lines = lines//profile_line('wheel', setup%wheel)//profile_line('rail', setup%rail)
     lines = lines//'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
       'axle height at equilibrium [m]: '//str(setup%equilibrium)//nl//frequencies(setup)//formulation(c)
     copy = c
@@ -101,13 +101,15 @@ contains
     line = line//nl
   end function frequencies
 
-  function profile_line(what, file, checksum, reconstruction) result(line)
-    character(*), intent(in) :: what, file, checksum
-    logical, intent(in) :: reconstruction
+  function profile_line(what, p) result(line)
+    character(*), intent(in) :: what
+    type(profile_type), intent(in) :: p
     character(:), allocatable :: line
 
-    line = what//' profile: '//file//', CRC-32 '//checksum
-    if (reconstruction) line = line//', RECONSTRUCTION (not the organisers'' file)'
+    line = what//' profile: '//p%file//', CRC-32 '//p%checksum
+    if (p%reconstruction) line = line//', RECONSTRUCTION (not the organisers'' file)'
+    if (p%taken /= '') line = line//', '//p%taken
+    if (p%mended /= '') line = line//'; '//p%mended
     line = line//nl
   end function profile_line
 
@@ -200,7 +202,10 @@ contains
     type(run_type), intent(in) :: run
     character(:), allocatable :: lines
 
-    lines = trim(c%name)//': '//trim(c%title)//nl//formulation(c)// &
+    lines = trim(c%name)//': '//trim(c%title)//nl//formulation(c)
+    if (setup%wheel%taken//setup%wheel%mended /= '') lines = lines//profile_line('wheel', setup%wheel)
+    if (setup%rail%taken//setup%rail%mended /= '') lines = lines//profile_line('rail', setup%rail)
+    lines = lines// &
       'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
       'equilibrium: axle '//fixed(setup%equilibrium, 6)//' m above the rails, approach '// &
       fixed(1e3_dp*(setup%pair%axle_height - setup%equilibrium), 4)//' mm, '// &
@@ -236,7 +241,7 @@ contains
     real(dp), allocatable :: rows(:, :)
     integer :: n, last
 
-    n = int(1.2_dp*setup%clearance/geometry_pitch)
+    n = max(2, int(1.2_dp*setup%clearance/geometry_pitch))
     allocate (rows(size(geometry_names), -n:n))
     call geometry_table(setup%pair, n, rows, last)
     if (last < 2) then

@@ -9,7 +9,8 @@ module rigid
   use kinds, only: dp, pi
   implicit none
   private
-  public :: clearance, rigid_contact, geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
+  public :: clearance, conicity, conicity_of_wavelength, rigid_contact, &
+    geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
 
   !> Columns of the geometry file.
   character(*), parameter :: geometry_names(*) = [character(12) :: 'Y', 'roll', 'Z', 'angle_L', &
@@ -169,6 +170,53 @@ contains
       conicity = conicity + ((1 - share)*delta_r(j) + share*delta_r(j + 1))/2*sin(tau)*2/(n*amplitude)
     end do
   end function conicity
+
+  !> Equivalent conicity for an amplitude by EN 15302: of the cone with the same wavelength of the wheelset's
+  !> kinematic motion y'' = -delta_r(y)/(e r), whose half wave is the time from one end to the other;
+  !> NaN where delta_r turns the wheelset away from the centre.
+  pure real(dp) function conicity_of_wavelength(amplitude, y, delta_r) result(conicity)
+    real(dp), intent(in) :: amplitude      !! [m], within y
+    real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
+    real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
+    integer, parameter :: n = 400
+    real(dp) :: tau, at, area(0:size(y)), wave, rest
+    integer :: i
+
+    ! Integral of delta_r, by the trapezoidal rule, and between the points.
+    area(0:1) = 0
+    do i = 2, size(y)
+      area(i) = area(i - 1) + (delta_r(i - 1) + delta_r(i))/2*(y(2) - y(1))
+    end do
+    ! y'^2 = 2/(e r) times the integral of delta_r from y to the amplitude; y = a sin tau takes away the
+    ! singularity at both ends.  wave = wavelength / sqrt(e r).
+    wave = 0
+    do i = 1, n
+      tau = -pi/2 + pi*(i - 0.5_dp)/n
+      at = amplitude*sin(tau)
+      rest = integral(amplitude) - integral(at)
+      if (rest <= 0) then
+        conicity = ieee_value(1.0_dp, ieee_quiet_nan)
+        return
+      end if
+      wave = wave + 2*amplitude*cos(tau)/sqrt(2*rest)*pi/n
+    end do
+    conicity = 2*pi**2/wave**2
+
+  contains
+
+    pure real(dp) function integral(x)
+      real(dp), intent(in) :: x
+      real(dp) :: share, h
+      integer :: j
+
+      h = y(2) - y(1)
+      share = (x - y(1))/h
+      j = max(1, min(1 + int(share), size(y) - 1))
+      share = share - (j - 1)
+      integral = area(j) + h*share*(delta_r(j) + share*(delta_r(j + 1) - delta_r(j))/2)
+    end function integral
+
+  end function conicity_of_wavelength
 
   !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
   subroutine geometry_table(pair, n, rows, last)

@@ -16,6 +16,7 @@ module simulation
   use newmark, only: advance, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_diverged, &
     step_ok
   use potential, only: outside_depth, outside_lateral, outside_roll
+  use parts, only: is_rail, is_wheel
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
   use rigid, only: clearance
@@ -25,7 +26,7 @@ module simulation
   use wheelset, only: settle, wheelset_type
   implicit none
   private
-  public :: setup_type, run_type, prepare, set_wheelset, simulate
+  public :: setup_type, run_type, prepare_geometry, prepare, set_wheelset, simulate
 
   !> What is the same for every run with one table.
   type :: setup_type
@@ -65,6 +66,29 @@ module simulation
 
 contains
 
+  !> Profiles, put in their places: their zones, the clearance.
+  subroutine prepare_geometry(c, setup, error)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(out) :: setup
+    type(error_type), allocatable, intent(out) :: error
+    logical :: ok
+
+    call read_profile(trim(c%wheel_profile), is_wheel, c%smoothing_mm, trim(c%wheel_flip), trim(c%wheel_unit), &
+      setup%wheel, error)
+    if (allocated(error)) return
+    call read_profile(trim(c%rail_profile), is_rail, c%smoothing_mm, trim(c%rail_flip), trim(c%rail_unit), &
+      setup%rail, error)
+    if (allocated(error)) return
+    call place_profiles(setup%wheel, setup%rail, c%gauge, c%gauge_depth, c%back_to_back, &
+      c%rolling_radius, setup%pair, error)
+    if (allocated(error)) return
+    call find_zones(setup%pair, c%split_angle, setup%zones, error)
+    if (allocated(error)) return
+    call clearance(setup%pair, setup%zones, setup%clearance, ok)
+    if (.not. ok) call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
+      str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
+  end subroutine prepare_geometry
+
   !> Everything up to the start of the integration.
   subroutine prepare(c, setup, error, watcher)
     type(case_type), intent(in) :: c
@@ -74,24 +98,9 @@ contains
     character(:), allocatable :: key
     type(grid_type) :: grid
     real(dp) :: e_star, from, to
-    logical :: ok
 
-    call read_profile(trim(c%wheel_profile), c%smoothing_mm, setup%wheel, error)
+    call prepare_geometry(c, setup, error)
     if (allocated(error)) return
-    call read_profile(trim(c%rail_profile), c%smoothing_mm, setup%rail, error)
-    if (allocated(error)) return
-    call place_profiles(setup%wheel, setup%rail, c%gauge, c%gauge_depth, c%back_to_back, &
-      c%rolling_radius, setup%pair, error)
-    if (allocated(error)) return
-    call find_zones(setup%pair, c%split_angle, setup%zones, error)
-    if (allocated(error)) return
-    call clearance(setup%pair, setup%zones, setup%clearance, ok)
-    if (.not. ok) then
-      call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
-        str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
-      return
-    end if
-
     if (c%formulation /= 'elastic') then
       setup%modes = 1
       call set_wheelset(c, setup, error)
@@ -168,7 +177,8 @@ contains
     character(:), allocatable :: key
 
     key = 'ldbench '//version//' model '//trim(c%model)//' profiles '//setup%wheel%checksum//' '// &
-      setup%rail%checksum//' smoothing '//str(c%smoothing_mm)//' gauge '//str(c%gauge)//' '// &
+      setup%rail%checksum//' '//trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '// &
+      trim(c%rail_unit)//' smoothing '//str(c%smoothing_mm)//' gauge '//str(c%gauge)//' '// &
       str(c%gauge_depth)//' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)// &
       ' E '//str(c%youngs_modulus)//' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)// &
       ' split '//str(c%split_angle)//' extent '//str(c%lateral)//' '//str(c%lift)//' '//str(c%drop)//' '// &

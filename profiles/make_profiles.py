@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write the reconstructed wheel and rail profiles of the benchmark.
+"""Write the reconstructed wheel and rail profiles of the benchmark, and the pair S1002 on 60E1.
 
     python make_profiles.py [--out DIR]
 
@@ -10,7 +10,7 @@ the set of points c + R n(g): R > 0 curves downwards (rail head, wheel throat),
 R < 0 upwards (flange tip).  On the left wheel and the left rail y points to the
 field side, so flange contact has g > 0.
 
-The arcs are assumptions (see README.md).  The one free length of each wheel,
+The arcs of the benchmark's profiles are assumptions (see README.md).  The one free length of each wheel,
 the y at which the throat leaves the tread line, follows from the rigid-axle
 clearance the call publishes.
 """
@@ -139,6 +139,64 @@ def swprof(throat_y):
     return wheel(throat_y, 76, arc(-10, 0, a), line(a, 6 / sin(a)), arc(18, a, TAPER))
 
 
+# ---- the pair S1002 and 60E1 -------------------------------------------------------------
+# EN 13715, wheel S1002 with flange height 28 mm and thickness 32.5 mm: F(s), towards the flange's tip, over
+# s, from the tape circle to the field side; each section from its s down to the next.
+S1002_POLYNOMIALS = {
+    "A": (60.0, (1.364323640, -0.066666667)),
+    "B": (32.15796, (0.0, -3.358537058e-02, 1.565681624e-03, -2.810427944e-05, 5.844240864e-08, -1.562379023e-08,
+                     5.309217349e-15, -5.957839843e-12, 2.646656573e-13)),
+    "C": (-26.0, (-4.320221063e+03, -1.038384026e+03, -1.065501873e+02, -6.051367875, -2.054332446e-01,
+                  -4.169739389e-03, -4.687195829e-05, -2.252755540e-07)),
+    "E": (-38.426669071, (-93.576667419, -2.747477419)),
+}
+S1002_ARCS = {          # centre s, centre F, radius, the side of the centre that it is on
+    "D": (-35.0, -26.210665, 16.446, 13.0, -1),
+    "F": (-39.764473993, -58.558326413, 8.834924130, 20.0, 1),
+    "G": (-49.662510381, -55.0, 16.0, 12.0, 1),
+    "H": (-62.764705882, -49.5, 9.519259302, 20.5, 1),
+}
+S1002_END = -70.0               # the wheel's back
+TAPE_CIRCLE = 70.0              # from the wheel's back
+
+# EN 13674-1, rail 60E1: crown, shoulder and corner, with the widths of crown and shoulder; sides 1:20.
+CROWN_60E1, SHOULDER_60E1, CORNER_60E1 = 300.0, 80.0, 13.0
+CROWN_WIDTH_60E1, SHOULDER_WIDTH_60E1 = 20.456, 52.053
+SIDE_60E1 = atan(1 / 20)
+
+
+def s1002_section(name, s):
+    """F of a section at s."""
+    if name in S1002_POLYNOMIALS:
+        return np.polynomial.polynomial.polyval(s, S1002_POLYNOMIALS[name][1])
+    _, centre, level, radius, side = S1002_ARCS[name]
+    return level + side * np.sqrt(np.maximum(radius**2 - (s - centre) ** 2, 0))
+
+
+def s1002():
+    """Points of the wheel from its back to the field side, z = 0 on the tape circle."""
+    starts = {name: part[0] for name, part in (S1002_POLYNOMIALS | S1002_ARCS).items()}
+    names = sorted(starts, key=starts.get)
+    points = []
+    for name, low, high in zip(names, [S1002_END, *(starts[n] for n in names[:-1])], (starts[n] for n in names)):
+        s = low + (high - low) * (1 - np.cos(np.linspace(0, pi, 20001))) / 2     # dense at both ends
+        along = np.concatenate([[0], np.cumsum(np.hypot(np.diff(s), np.diff(s1002_section(name, s))))])
+        s = np.interp(np.linspace(0, along[-1], max(1, round(along[-1] / STEP)) + 1), along, s)
+        part = np.column_stack([s + TAPE_CIRCLE, -s1002_section(name, s)])
+        points += [*part[bool(points):]]
+    return np.array(points)
+
+
+def rail60e1():
+    """The rail 60E1, canted 1:40."""
+    a1 = asin(CROWN_WIDTH_60E1 / 2 / CROWN_60E1)
+    a2 = asin(sin(a1) + (SHOULDER_WIDTH_60E1 - CROWN_WIDTH_60E1) / 2 / SHOULDER_60E1)
+    a3 = pi / 2 - SIDE_60E1
+    head = [(CORNER_60E1, a3, a2), (SHOULDER_60E1, a2, a1), (CROWN_60E1, a1, -a1), (SHOULDER_60E1, -a1, -a2),
+            (CORNER_60E1, -a2, -a3)]
+    return rail([arc(R, g0 + CANT, g1 + CANT) for R, g0, g1 in head])
+
+
 # ---- rigid contact of the exact pieces -----------------------------------------------
 def touch(wheel, rail, Y, roll):
     """Highest contact of these left wheel pieces (axle centre at lateral Y) on the left rail.
@@ -222,21 +280,24 @@ def sampled_clearance(wheel, rail, throat_y):
 
 
 # ---- output --------------------------------------------------------------------------
-def write(path, pieces, title, notes):
-    points = sample(pieces).round(6) + 0.0      # + 0.0 turns -0 into 0
-    rows = [f"{path.name}: {title}",
-            "RECONSTRUCTION, not the numeric file of the benchmark's organisers; see README.md",
+def write_points(path, points, title, notes):
+    points = points.round(6) + 0.0              # + 0.0 turns -0 into 0
+    rows = [f"{path.name}: {title}", *notes[:1],
             f"written by make_profiles.py; {len(points)} points about {STEP} mm apart along the profile",
-            "columns: y z, both in mm, z up, y towards the field side", *notes,
-            "pieces (R > 0 curves downwards, angles of the tangent to the y axis):"]
+            "columns: y z, both in mm, z up, y towards the field side", *notes[1:]]
+    text = "".join(f"# {row}\n" for row in rows) + "".join(f"{y:.6f} {z:.6f}\n" for y, z in points)
+    path.write_bytes(text.encode("ascii"))
+    return points
+
+
+def write(path, pieces, title, notes, origin="RECONSTRUCTION, not the numeric file of the benchmark's organisers; see README.md"):
+    rows = [origin, *notes, "pieces (R > 0 curves downwards, angles of the tangent to the y axis):"]
     for q in pieces:
         shape = "line" if q.R == inf else f"R {q.R:.4f}"
         y0, z0, y1, z1 = np.round([*q.p, *q.end], 4) + 0.0
         rows.append(f"  {shape:12s} {degrees(q.g0):9.4f} to {degrees(q.g1):9.4f} deg"
                     f"   from {y0:9.4f} {z0:9.4f}   to {y1:9.4f} {z1:9.4f}")
-    text = "".join(f"# {row}\n" for row in rows) + "".join(f"{y:.6f} {z:.6f}\n" for y, z in points)
-    path.write_bytes(text.encode("ascii"))
-    return points
+    return write_points(path, sample(pieces), title, rows)
 
 
 def main():
@@ -270,6 +331,13 @@ def main():
               f"taper 1:{1 / np.polyfit(*tread.T, 1)[0]:.4f}")
         print(f"  clearance from the written points {sampled_clearance(points, rail_points, throat_y):.6f}, "
               f"published {clearance}")
+
+    write_points(out / "s1002.yz", s1002(), "wheel S1002, EN 13715, flange 28 mm high and 32.5 mm thick, left",
+                 ["from the polynomials and arcs of the standard; see README.md",
+                  "y = 0 at the wheel back, z = 0 on the tape circle at y = 70"])
+    write(out / "60e1.yz", rail60e1(), "rail 60E1, EN 13674-1, left, canted 1:40 towards the track centre",
+          ["y = 0 at the gauge point 14 mm below top of rail, z = 0 at top of rail"],
+          "from the arcs of the standard; see README.md")
 
 
 if __name__ == "__main__":

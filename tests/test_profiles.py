@@ -192,8 +192,6 @@ BROKEN_FILES: dict[str, tuple[bytes | None, str]] = {
     "a newline": (b"\n", "expected at least 10 points, found 0"),
     "comments": (b"# y z\n# 1 2\n", "expected at least 10 points, found 0"),
     "words": (b"y z\nmm mm\n", "expected at least 10 points, found 0"),
-    "metres": (plain(in_unit(1000)).encode(), "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 0.1"),
-    "inches": (plain(in_unit(25.4)).encode(), "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 5.3"),
     "micrometres": (plain(in_unit(0.001)).encode(), "expected millimetres, found "),
     "vertical": (plain([("1.0", z) for _, z in WHEEL]).encode(), "expected y in millimetres"),
     "decimal commas": (plain(WHEEL).replace(".", ",").encode(), "expected millimetres, found "),
@@ -234,7 +232,7 @@ def test_rail_is_refused_like_the_wheel(tmp_path):
 # ---- the shipped files ---------------------------------------------------------------
 def test_make_profiles_reproduces_the_committed_files(tmp_path):
     subprocess.run([sys.executable, REPO / "profiles/make_profiles.py", "--out", tmp_path], check=True)
-    names = [f"{name}.yz" for name in ("arprof", "awprof", "srprof", "swprof")]
+    names = [f"{name}.yz" for name in ("60e1", "arprof", "awprof", "s1002", "srprof", "swprof")]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
     for name in names:
         assert (tmp_path / name).read_bytes() == (REPO / "profiles" / name).read_bytes(), name

@@ -8,7 +8,7 @@ from pypdf import PdfReader
 
 from conftest import LongProgram
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "integration", "sensitivity"
+SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "integration", "sensitivity", "measured"
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ COMMANDS = {
     "run": "run a case and write its column file",
     "ensemble": "run a case over many values of its variables, in threads or on a Dask cluster",
     "table": "build or load a contact table, write geometry functions",
+    "profile": "look at a wheel or rail profile, or at a pair, before a run",
     "report": "run the ten cases, write columns, plots, abstract and summary",
     "plot": "plot column files",
     "compare": "overlay column files, differences as PDF and CSV",

@@ -439,6 +439,171 @@ subroutine geometry_functions(handle, n, y, rows)
   call geometry_at(p%setup%pair, y, rows)
 end subroutine geometry_functions
 
+!> Read a profile and measure it, as `kind` (1 wheel, 2 rail) or what its shape is (0).  smoothing [mm],
+!> flip and unit as in &profiles, gauge_depth [m].
+subroutine inspect_profile(path, kind, smoothing, flip, unit, gauge_depth, handle, message, length)
+  use errors, only: error_type
+  use handles, only: free_inspected_at, give_error, inspect, inspected_type, new_inspected
+  implicit none
+  character(*), intent(in) :: path, flip, unit
+  integer, intent(in) :: kind
+  real(8), intent(in) :: smoothing, gauge_depth
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(inspected_type), pointer :: p
+  type(error_type), allocatable :: error
+
+  call new_inspected(p, handle)
+  call inspect(p, path, kind, smoothing, flip, unit, gauge_depth, error)
+  if (allocated(error)) call free_inspected_at(handle)
+  call give_error(error, message, length)
+end subroutine inspect_profile
+
+subroutine free_profile(handle)
+  use handles, only: free_inspected_at
+  implicit none
+  integer(8), intent(in) :: handle
+
+  call free_inspected_at(handle)
+end subroutine free_profile
+
+!> Kind (1 wheel, 2 rail), numbers of points and of stations before and after smoothing; noise [m] and the six
+!> measures [m, rad, 1]; lines: checksum, how the file was taken, what was mended, names of the measures.
+subroutine profile_facts(handle, sizes, numbers, listing, length)
+  use handles, only: give, inspected_at, inspected_type
+  use measures, only: measure_names
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(out) :: sizes(4)
+  real(8), intent(out) :: numbers(7)
+  character(8192), intent(out) :: listing
+  integer, intent(out) :: length
+  character(:), allocatable :: lines
+  type(inspected_type), pointer :: p
+  integer :: k
+
+  p => inspected_at(handle)
+  sizes = [p%p%kind, size(p%p%points, 2), size(p%rough%s), size(p%smooth%s)]
+  numbers = [p%noise, p%smooth%measure]
+  lines = p%p%checksum//new_line('a')//p%p%taken//new_line('a')//p%p%mended//new_line('a')
+  do k = 1, size(measure_names, 1)
+    lines = lines//trim(measure_names(k, p%p%kind))//' '
+  end do
+  call give(trim(lines), listing, length)
+end subroutine profile_facts
+
+!> The points as taken and mended, y from a wheel's back [mm]; stations before and after smoothing: s, y, z [m],
+!> angle [rad], curvature [1/m], part (a place in part_list).
+subroutine profile_curves(handle, n_points, n_rough, n_smooth, points, rough, smooth)
+  use handles, only: inspected_at, inspected_type
+  use measures, only: survey_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: n_points, n_rough, n_smooth
+  real(8), intent(out) :: points(2, n_points), rough(6, n_rough), smooth(6, n_smooth)
+  type(inspected_type), pointer :: p
+
+  p => inspected_at(handle)
+  points = p%p%points
+  call columns(p%rough, rough)
+  call columns(p%smooth, smooth)
+
+contains
+
+  subroutine columns(c, rows)
+    type(survey_type), intent(in) :: c
+    real(8), intent(out) :: rows(:, :)
+
+    rows(1, :) = c%s
+    rows(2:3, :) = c%r
+    rows(4, :) = c%angle
+    rows(5, :) = c%curvature
+    rows(6, :) = c%part
+  end subroutine columns
+
+end subroutine profile_curves
+
+!> The names of parts, by commas.
+subroutine part_list(listing, length)
+  use handles, only: give
+  use measures, only: part_names
+  implicit none
+  character(512), intent(out) :: listing
+  integer, intent(out) :: length
+  character(:), allocatable :: line
+  integer :: k
+
+  line = ''
+  do k = 1, size(part_names)
+    line = line//','//trim(part_names(k))
+  end do
+  call give(line(2:), listing, length)
+end subroutine part_list
+
+!> Profiles in their places, zones and clearance of a case, without a contact table.
+subroutine prepare_rigid_case(n, numbers, words, wheel_path, rail_path, handle, message, length)
+  use case, only: case_type
+  use errors, only: error_type
+  use handles, only: free_prepared_at, give_error, import_case, new_prepared, prepare_rigid, prepared_type
+  implicit none
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(*), intent(in) :: words, wheel_path, rail_path
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  call import_case(numbers, words, c)
+  call new_prepared(p, handle)
+  call prepare_rigid(p, c, wheel_path, rail_path, error)
+  if (allocated(error)) call free_prepared_at(handle)
+  call give_error(error, message, length)
+end subroutine prepare_rigid_case
+
+!> Of such a case: clearance, height of the axle centre of the centred wheelset [m], number of zones; of each of
+!> at most six zones: first and last y on the wheel from its back [m], 1 for the flange, contact angle [rad].
+subroutine rigid_numbers(handle, numbers, zones)
+  use handles, only: prepared_at, prepared_type
+  implicit none
+  integer(8), intent(in) :: handle
+  real(8), intent(out) :: numbers(3), zones(4, 6)
+  type(prepared_type), pointer :: p
+  integer :: k
+
+  p => prepared_at(handle)
+  zones = 0
+  associate (s => p%setup)
+    numbers = [s%clearance, s%pair%axle_height, dble(size(s%zones))]
+    do k = 1, size(s%zones)
+      zones(:, k) = [s%pair%r(1, s%zones(k)%first) - p%c%back_to_back/2, &
+                     s%pair%r(1, s%zones(k)%last) - p%c%back_to_back/2, &
+                     merge(1d0, 0d0, s%zones(k)%flange), s%zones(k)%alpha]
+    end do
+  end associate
+end subroutine rigid_numbers
+
+!> Equivalent conicity for amplitudes, by EN 15302 and by harmonic linearisation, from n rows of y and
+!> delta_r [m].
+subroutine conicities(n, y, delta_r, m, amplitude, by_wavelength, linearised)
+  use rigid, only: conicity, conicity_of_wavelength
+  implicit none
+  integer, intent(in) :: n, m
+  real(8), intent(in) :: y(n), delta_r(n), amplitude(m)
+  real(8), intent(out) :: by_wavelength(m), linearised(m)
+  integer :: k
+
+  do k = 1, m
+    by_wavelength(k) = conicity_of_wavelength(amplitude(k), y, delta_r)
+    linearised(k) = conicity(amplitude(k), y, delta_r)
+  end do
+end subroutine conicities
+
 !> Find out before the work, not after it, that a file cannot be written.
 subroutine check_writable(file, variable, path, message, length)
   use errors, only: error_type

@@ -5,17 +5,20 @@ module handles
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, list_variables, text_length, variable_type
+  use curve, only: curve_type, fit_curve
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use profile, only: profile_type
+  use measures, only: survey, survey_type
+  use profile, only: profile_type, read_profile
   use progress, only: monitor_type
-  use simulation, only: prepare, run_type, set_wheelset, setup_type, simulate
+  use simulation, only: prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
   use text, only: checksum, line_type, read_lines
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
-  public :: new_run, run_at, free_run_at, simulate_watched
+  public :: prepare_rigid, new_run, run_at, free_run_at, simulate_watched
+  public :: inspected_type, new_inspected, inspected_at, free_inspected_at, inspect
   public :: export_case, import_case, give, give_error, find_state
 
   !> A case, ready to be integrated.
@@ -24,6 +27,13 @@ module handles
     type(setup_type) :: setup
     logical :: owns_table = .false.
   end type prepared_type
+
+  !> A profile as read, and what it measures before and after smoothing.
+  type :: inspected_type
+    type(profile_type) :: p
+    type(survey_type) :: smooth, rough
+    real(dp) :: noise = 0                  !! of its points, estimated [m]
+  end type inspected_type
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
   type, extends(monitor_type) :: shared_monitor
@@ -72,6 +82,41 @@ contains
     p%setup%wheel%file = trim(c%wheel_profile)
     p%setup%rail%file = trim(c%rail_profile)
   end subroutine prepare_watched
+
+  !> `prepare_geometry` of the core, in the same way.
+  subroutine prepare_rigid(p, c, wheel_path, rail_path, error)
+    type(prepared_type), intent(inout) :: p
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: wheel_path, rail_path
+    type(error_type), allocatable, intent(out) :: error
+
+    p%c = c
+    p%c%wheel_profile = wheel_path
+    p%c%rail_profile = rail_path
+    call prepare_geometry(p%c, p%setup, error)
+    p%c = c
+  end subroutine prepare_rigid
+
+  !> Read a profile and measure it, as `kind` (1 wheel, 2 rail) or what its shape is (0).
+  subroutine inspect(found, path, kind, smoothing, flip, unit, gauge_depth, error)
+    type(inspected_type), intent(out) :: found
+    character(*), intent(in) :: path, flip, unit
+    integer, intent(in) :: kind
+    real(dp), intent(in) :: smoothing, gauge_depth   !! [mm, m]
+    type(error_type), allocatable, intent(out) :: error
+    type(curve_type) :: curve
+
+    call read_profile(path, kind, smoothing, flip, unit, found%p, error)
+    if (allocated(error)) return
+    call survey(found%p%curve, found%p%kind, gauge_depth, found%smooth)
+    associate (points => 1e-3_dp*found%p%points)
+      call fit_curve(points(1, :), points(2, :), 0.0_dp, curve, error)
+      if (allocated(error)) return
+      call survey(curve, found%p%kind, gauge_depth, found%rough)
+      call fit_curve(points(1, :), points(2, :), -1.0_dp, curve, error)
+    end associate
+    if (.not. allocated(error)) found%noise = curve%noise
+  end subroutine inspect
 
   !> A case with the contact table of another, `from`, which must have the same geometry and
   !> material, and must stay as long as this one.
@@ -216,6 +261,29 @@ contains
     if (p%owns_table) deallocate (p%setup%wheelset%table)
     deallocate (p)
   end subroutine free_prepared_at
+
+  subroutine new_inspected(p, handle)
+    type(inspected_type), pointer, intent(out) :: p
+    integer(int64), intent(out) :: handle
+
+    allocate (p)
+    handle = transfer(c_loc(p), handle)
+  end subroutine new_inspected
+
+  function inspected_at(handle) result(p)
+    integer(int64), intent(in) :: handle
+    type(inspected_type), pointer :: p
+
+    call c_f_pointer(transfer(handle, c_null_ptr), p)
+  end function inspected_at
+
+  subroutine free_inspected_at(handle)
+    integer(int64), intent(in) :: handle
+    type(inspected_type), pointer :: p
+
+    p => inspected_at(handle)
+    deallocate (p)
+  end subroutine free_inspected_at
 
   subroutine new_run(run, handle)
     type(run_type), pointer, intent(out) :: run

@@ -1,0 +1,44 @@
+!> What the program makes of profile files, without a contact table.
+!>
+!> usage: read_profiles other < files
+!> Reads lines `kind path`, kind in two columns, 1 for a wheel that goes on the rail `other`, 2 for a rail that carries the
+!> wheel `other`; writes for each the error or, of a negative kind too, the clearance [m], else `good`.
+program read_profiles
+  use case, only: case_type
+  use contact, only: find_zones
+  use errors, only: error_type
+  use geometry, only: place_profiles
+  use parts, only: is_rail, is_wheel
+  use profile, only: read_profile
+  use rigid, only: clearance
+  use simulation, only: setup_type
+  implicit none
+  type(error_type), allocatable :: error
+  type(setup_type) :: setup
+  type(case_type) :: c
+  character(256) :: other, path
+  integer :: kind, stat
+  logical :: ok
+
+  call get_command_argument(1, other)
+  do
+    read (*, '(i2, 1x, a)', iostat=stat) kind, path
+    if (stat /= 0) exit
+    c%wheel_profile = merge(path, other, abs(kind) == is_wheel)
+    c%rail_profile = merge(path, other, abs(kind) == is_rail)
+    if (allocated(setup%zones)) deallocate (setup%zones)
+    call read_profile(trim(c%wheel_profile), is_wheel, 0.0d0, 'auto', 'auto', setup%wheel, error)
+    if (.not. allocated(error)) call read_profile(trim(c%rail_profile), is_rail, 0.0d0, 'auto', 'auto', setup%rail, error)
+    if (.not. allocated(error)) call place_profiles(setup%wheel, setup%rail, c%gauge, c%gauge_depth, c%back_to_back, &
+      c%rolling_radius, setup%pair, error)
+    if (.not. allocated(error)) call find_zones(setup%pair, c%split_angle, setup%zones, error)
+    if (allocated(error)) then
+      write (*, '(a)') error%message
+    else if (kind > 0) then
+      write (*, '(a)') 'good'
+    else
+      call clearance(setup%pair, setup%zones, setup%clearance, ok)
+      write (*, '(es24.16)') merge(setup%clearance, -1.0d0, ok)
+    end if
+  end do
+end program read_profiles
