@@ -163,6 +163,7 @@ contains
     status = rigid_ok
     evaluations = 0
     q = r%own%q
+    work = r%own%work
     h = dt
     do halved = 0, r%rule%halvings
       dt = h
