@@ -79,6 +79,7 @@ contains
     path%n = 0
     call keep(0.0_dp, 1)
     h = 1e-5_dp*scale
+    error = accuracy
     do while (ok .and. q(1) < beyond .and. abs(q(3)) < 1.0_dp)
       do
         call step(h, new, q_new, ok)

@@ -65,6 +65,7 @@ contains
     offset = 0
     start = 1
     n = 0
+    row = ''
     do i = 1, size(lines)
       if (n == 0) then
         if (is_miniprof(lines(i)%text)) then

@@ -131,7 +131,9 @@ contains
         x = range%guess()
         call step(x, new, c)
         f = force_of(k, new, c)
-        if (.not. opens) f = (c(k)%gap - base(k))/x
+        ! At the start the mean rate is the rate.
+        if (.not. opens) f = least
+        if (.not. opens .and. x > tiny(x)) f = (c(k)%gap - base(k))/x
         if (abs(range%b - range%a) <= 4*epsilon(x)*range%b) exit
         if (.not. opens .and. abs(c(k)%gap - base(k)) < 1e-16_dp) exit
         if (opens .and. abs(f) < 1e-9_dp*w%weight()) exit
