@@ -5,7 +5,7 @@
 !>     U = 1/2 integral k(s) g+(s)^2 ds                     (model 'strip')
 !>     U = 2/5 C_H delta^(5/2) per zone                     (model 'hertz')
 !>
-!>     U = 1/2 integral p D dA, exact                       (model 'halfspace', branch_energy)
+!>     U = 1/2 integral p D dA, exact                       (model 'halfspace', of `patches`)
 !>
 !> with g the depth of the wheel's station s inside the rail, delta the largest
 !> depth of the zone, and k = 3/4 C_H(A, B) sqrt(B) so that the strips return
@@ -17,16 +17,14 @@
 !> then holds one patch that moves smoothly, which makes its energy smooth in
 !> the pose.  The cut nearest to `split_angle` parts the tread from the flange.
 module contact
-  use curve, only: curve_point
   use errors, only: error_type, fatal_error
-  use geometry, only: deepest, pair_type, rail_curvature, rolled, scan_type, set_depth
-  use halfspace, only: set_influence, solve_pressure
+  use geometry, only: deepest, pair_type, rail_curvature, rolled, scan_type
   use hertz, only: hertz_stiffness, strip_modulus
   use kinds, only: dp, degree
   use text, only: str
   implicit none
   private
-  public :: zone_type, find_zones, set_moduli, zone_energy, zone_force, branch_energy, max_zones
+  public :: zone_type, find_zones, set_moduli, zone_energy, zone_force, max_zones
 
   integer, parameter :: max_zones = 6
 
@@ -285,104 +283,6 @@ contains
       end do
     end do
   end function zone_force
-
-  !> Elastic half-spaces pressed together over the stations first..last of a scan:
-  !> energy [J] and, if asked, the force of the rail on the wheel and its moment
-  !> about the axle centre.  All patches of the stretch act on each other.
-  !>
-  !> The surface is developed into the plane (x rolling, s along the wheel).  The
-  !> interpenetration is that of the real profiles and of the wheel's circles: at x
-  !> the wheel's point is r - sqrt(r^2 - x^2) higher, and its depth is measured
-  !> along the rail's normal there.
-  subroutine branch_energy(pair, first, last, e_star, centre, roll, work, energy, ok, force)
-    type(pair_type), intent(in) :: pair
-    integer, intent(in) :: first, last
-    real(dp), intent(in) :: e_star             !! [Pa]
-    real(dp), intent(in) :: centre(2), roll    !! of the axle [m, rad]
-    type(scan_type), intent(in) :: work        !! in this pose
-    real(dp), intent(out) :: energy
-    logical, intent(out) :: ok
-    real(dp), intent(out), optional :: force(3)
-    ! Elements over x > 0 and s, and the tolerance in the depth: for finding the pressed area,
-    ! for the energy, which errs by the square of that, and for the force.
-    integer, parameter :: for_area(2) = [5, 20], for_energy(2) = [8, 32], for_force(2) = [12, 48]
-    real(dp), parameter :: rough = 1e-2_dp, middling = 1e-3_dp, tight = 1e-7_dp
-    real(dp) :: box(3)                         ! largest x, first and last s of the pressed area
-    integer :: i
-
-    energy = 0
-    ok = .true.
-    if (present(force)) force = 0
-    ! Where the undeformed bodies overlap.
-    box = [0.0_dp, pair%s(last), pair%s(first)]
-    do i = first, last
-      if (work%depth(i) <= 0) cycle
-      box(1) = max(box(1), sqrt(2*work%depth(i)*(-pair%r(2, i))/max(work%normal(2, i), least_cosine)))
-      box(2) = min(box(2), pair%s(max(i - 1, first)))
-      box(3) = max(box(3), pair%s(min(i + 1, last)))
-    end do
-    if (box(3) <= box(2)) return
-    ! The pressed area is smaller; a coarse grid finds it.
-    call press(for_area(1), for_area(2), rough)
-    if (.not. ok .or. box(3) <= box(2)) return
-    if (present(force)) then
-      call press(for_force(1), for_force(2), tight)
-    else
-      call press(for_energy(1), for_energy(2), middling)
-    end if
-
-  contains
-
-    subroutine press(nx, ns, tolerance)
-      integer, intent(in) :: nx, ns
-      real(dp), intent(in) :: tolerance
-      real(dp) :: a(nx*ns, nx*ns), depth(nx, ns), p(nx, ns), normal(2, nx, ns), point(2, nx, ns), &
-        flat(nx*ns), gap(nx*ns), foot(nx), rate(nx), step(nx), dx, ds, s, x, r(2), d1(2), d2(2)
-      integer :: j, k, interval(nx), iterations
-
-      dx = box(1)/nx
-      ds = (box(3) - box(2))/ns
-      k = 1
-      do j = 1, ns
-        s = box(2) + (j - 0.5_dp)*ds
-        call curve_point(pair%wheel, s, k, r, d1, d2)
-        i = max(first, min(count(pair%s <= s), last))
-        foot = work%foot(i)
-        interval = work%interval(i)
-        do i = 1, nx
-          x = min((i - 0.5_dp)*dx, -r(2))
-          point(:, i, j) = rolled([r(1), -sqrt(r(2)**2 - x**2)], roll)
-        end do
-        call set_depth(pair%rail, nx, spread(centre, 2, nx) + point(:, :, j), foot, interval, depth(:, j), &
-          normal(:, :, j), rate, step)
-      end do
-      call set_influence(nx, ns, dx, ds, e_star, a)
-      flat = 0
-      call solve_pressure(a, reshape(depth, [nx*ns]), tolerance, flat, gap, ok, iterations)
-      p = reshape(flat, [nx, ns])
-      energy = sum(p*(depth + reshape(gap, [nx, ns])))*dx*ds
-      if (present(force)) force = 2*dx*ds*[sum(p*normal(1, :, :)), sum(p*normal(2, :, :)), &
-        sum(p*(point(1, :, :)*normal(2, :, :) - point(2, :, :)*normal(1, :, :)))]
-      call fit_box(p > 0, dx, ds)
-    end subroutine press
-
-    !> The pressed area and one element around it, for the next, finer grid.
-    subroutine fit_box(pressed, dx, ds)
-      logical, intent(in) :: pressed(:, :)
-      real(dp), intent(in) :: dx, ds
-      integer :: low, high
-
-      if (.not. any(pressed)) then
-        box(3) = box(2)
-        return
-      end if
-      low = findloc(any(pressed, 1), .true., 1)
-      high = findloc(any(pressed, 1), .true., 1, back=.true.)
-      box(2:3) = box(2) + [max(low - 2, 0), min(high + 1, size(pressed, 2))]*ds
-      box(1) = min(findloc(any(pressed, 2), .true., 1, back=.true.) + 1, size(pressed, 1))*dx
-    end subroutine fit_box
-
-  end subroutine branch_energy
 
   !> One interval of stations: 1/2 integral of k g+^2, and the integral of k g+
   !> shared out to the two stations.  The depth is the Hermite cubic.

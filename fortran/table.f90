@@ -5,10 +5,11 @@ module table
   use, intrinsic :: iso_fortran_env, only: int64
   use bspline, only: axis_basis, axis_point, axis_type, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, &
     uniform_axis
-  use contact, only: branch_energy, max_zones, set_moduli, zone_energy, zone_type
+  use contact, only: max_zones, set_moduli, zone_energy, zone_type
   use errors, only: error_type, fatal_error
   use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
+  use patches, only: elements_type, new_elements, patches_type, press_patches
   use potential, only: bound_heights, contact_table, correction_table, zone_table
   use progress, only: monitor_type
   use system, only: finish_file, scratch_name
@@ -217,10 +218,13 @@ contains
     real(dp), allocatable :: ratio(:, :, :), k(:)
     type(scan_type) :: work
     type(basis_type) :: bu, br
+    type(elements_type) :: elements
+    type(patches_type) :: patches
     real(dp) :: u, roll, w, centre(2), strip, exact
     integer :: branch, zone, first, last, i, j, m, n
     logical :: ok
 
+    elements = new_elements(6, 24, 1e-2_dp, e_star)
     branch = merge(2, 1, flange)
     ! The tread's running zone is the first, the flange face is in the last.
     zone = merge(size(zones), 1, flange)
@@ -262,7 +266,7 @@ contains
                 strip = strip + zone_energy(pair, zones(n), 'strip', e_star, roll, work, k)
             end do
             if (strip <= 0) exit
-            call branch_energy(pair, first, last, e_star, centre, roll, work, exact, ok)
+            call press_patches(pair, elements, first, last, centre, roll, work, patches, exact, ok)
             if (ok) ratio(m, j, i) = max(bounds(1), min(exact/strip, bounds(2)))
           end do
           if (m > 0) ratio(:m, j, i) = ratio(min(m + 1, n_p), j, i)

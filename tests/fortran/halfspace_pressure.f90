@@ -5,24 +5,27 @@
 !> interpenetration [m] of the nx x ns elements, x fastest.  Writes a line `ok iterations`
 !> and the pressures [Pa], in the same order, for each.
 program halfspace_pressure
-  use halfspace, only: set_influence, solve_pressure
+  use halfspace, only: mesh_type, new_system, set_influence, solve_pressure, system_type, unit_influence
   use kinds, only: dp
   implicit none
-  real(dp), allocatable :: a(:, :), depth(:), p(:), r(:)
-  real(dp) :: dx, ds, e_star
+  type(system_type) :: system
+  real(dp), allocatable :: depth(:, :), p(:, :), r(:, :)
+  real(dp) :: dx, ds, e_star, self
   integer :: nx, ns, stat, iterations
   logical :: ok
 
   do
     read (*, *, iostat=stat) nx, ns, dx, ds, e_star
     if (stat /= 0) exit
-    allocate (a(nx*ns, nx*ns), depth(nx*ns), p(nx*ns), r(nx*ns))
+    allocate (depth(nx*ns, 1), p(nx*ns, 1), r(nx*ns, 1))
     read (*, *) depth
-    call set_influence(nx, ns, dx, ds, e_star, a)
+    system = new_system(nx, ns, 1)
+    call unit_influence(nx, ns, ds/dx, system%within, self)
+    call set_influence([mesh_type(dx, ds)], [self], e_star, system)
     p = 0
-    call solve_pressure(a, depth, 1e-9_dp, p, r, ok, iterations)
+    call solve_pressure(system, depth, 1e-9_dp, p, r, ok, iterations)
     write (*, '(i0,1x,i0)') merge(1, 0, ok), iterations
     write (*, '(es24.16)') p
-    deallocate (a, depth, p, r)
+    deallocate (depth, p, r)
   end do
 end program halfspace_pressure

@@ -3,11 +3,12 @@
 module shared
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, read_case
-  use contact, only: branch_energy, set_moduli, zone_energy, zone_force
+  use contact, only: set_moduli, zone_energy, zone_force
   use errors, only: error_type
   use geometry, only: new_scan, scan_depth, scan_type
   use hertz, only: contact_modulus
   use kinds, only: dp
+  use patches, only: elements_type, new_elements, patches_type, press_patches
   use simulation, only: prepare, setup_type
   use text, only: line_type, read_lines
   implicit none
@@ -20,6 +21,7 @@ module shared
     real(dp) :: e_star = 0             !! [Pa]
     real(dp), allocatable :: k(:)      !! moduli of the strips
     type(scan_type) :: work
+    type(elements_type) :: elements    ! of half-spaces
   end type direct_type
 
 contains
@@ -74,6 +76,7 @@ contains
     direct%e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
     allocate (direct%k(size(setup%pair%s)))
     direct%work = new_scan(setup%pair)
+    direct%elements = new_elements(12, 48, 1e-6_dp, direct%e_star)
   end function new_direct
 
   !> One zone in a pose: the force of its strips, its energy.
@@ -100,6 +103,7 @@ contains
     integer, intent(in) :: branch
     real(dp), intent(in) :: q(3)
     real(dp), intent(out) :: energy, force(3)
+    type(patches_type) :: patches
     integer :: first, last
     logical :: ok
 
@@ -107,7 +111,7 @@ contains
     last = maxval(setup%zones%last, setup%zones%flange .eqv. branch == 2)
     direct%work%fresh = .true.
     call scan_depth(setup%pair, q(1:2), q(3), first, last, direct%work)
-    call branch_energy(setup%pair, first, last, direct%e_star, q(1:2), q(3), direct%work, energy, ok, force)
+    call press_patches(setup%pair, direct%elements, first, last, q(1:2), q(3), direct%work, patches, energy, ok, force)
     if (.not. ok) error stop 'the half-space solution failed'
   end subroutine branch_contact
 
