@@ -4,10 +4,10 @@ LIBS    = -llapack -lblas
 WARN    = -Wall -Wextra -std=f2018 -fimplicit-none
 ifeq ($(DEBUG),1)
   BUILD  = build/debug
-  FFLAGS = -Og -g -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
+  FFLAGS = -Og -g -fopenmp -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
 else
   BUILD  = build/release
-  FFLAGS = -O3 -g -flto=auto -frecursive -ffp-contract=off
+  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off
 endif
 # -frecursive: no local variable is static, runs may go on in several threads.
 # -ffp-contract=off: the same numbers whatever was inlined where.
@@ -15,7 +15,7 @@ PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
 MODULES = kinds errors system text progress terminal case curve formats parts mending profile measures hertz \
-          geometry halfspace patches contact bspline potential table rigid wheelset modes newmark bracket \
+          geometry halfspace patches contact bspline potential reach samples refine table accuracy table_file rigid wheelset modes newmark bracket \
           gaps bilateral unilateral rigid_motion events columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)

@@ -1,24 +1,23 @@
-!> Tensor-product cubic B-splines on graded axes: fit, value, gradient, Hessian.
+!> Tensor-product cubic B-splines on axes of any points: fit, value, gradient, Hessian.
 !>
-!> An axis maps x = centre + scale sinh(xi) onto equally spaced xi (fine near the
-!> centre, coarse far away), or is uniform.  Interpolation at n points by n + 2
-!> coefficients; at both ends the third derivative runs through the first
-!> interior knot ("not a knot").  C. de Boor, A Practical Guide to Splines.
+!> The knots are the points; beyond the ends they go on at the last spacing.
+!> Interpolation at n points by n + 2 coefficients; at both ends the third
+!> derivative runs through the first interior knot ("not a knot").  In a cell four
+!> B-splines live, kept as polynomials.  C. de Boor, A Practical Guide to Splines.
 module bspline
   use kinds, only: dp
   implicit none
   private
-  public :: axis_type, basis_type, graded_axis, uniform_axis, axis_point, axis_holds, axis_basis, &
-    fit_axis, fit_2d, fit_3d, spline_2d_value, spline_2d, spline_3d
+  public :: axis_type, basis_type, new_axis, graded_points, uniform_points, axis_holds, axis_basis, &
+    fit_axis, fit_2d, fit_3d, third_jumps, spline_2d_value, spline_2d, spline_3d, spline_3d_value
 
   type :: axis_type
     integer :: n = 0              !! points
-    real(dp) :: centre = 0        !! where the axis is finest
-    real(dp) :: scale = 0         !! sinh scale; 0: uniform, x = xi
-    real(dp) :: first = 0         !! xi of the first point
-    real(dp) :: step = 0          !! of xi
-    real(dp) :: per_step = 0, per_scale = 0   !! 1/step, 1/scale: to multiply is faster than to divide
-    real(dp) :: low = 0, high = 0 !! x of the first and the last point
+    real(dp), allocatable :: x(:) !! ascending
+    real(dp) :: low = 0, high = 0 !! the first and the last
+    real(dp), allocatable :: cell(:, :, :)   !! (B-spline, power of x - x(i), cell i)
+    integer, allocatable :: bin(:)           !! the cell in which each of equal steps begins
+    real(dp) :: per_bin = 0       !! steps per length
   end type axis_type
 
   !> The four B-splines that live in one cell, with derivatives with respect to x.
@@ -46,43 +45,77 @@ module bspline
 
 contains
 
+  !> An axis on at least five ascending points.
+  pure function new_axis(points) result(axis)
+    real(dp), intent(in) :: points(:)
+    type(axis_type) :: axis
+    integer, parameter :: n_bins = 1024
+    real(dp) :: t(-2:size(points) + 3), b(5, 0:3), wider(4, 0:3), up, down
+    integer :: n, i, j, k, l
+
+    n = size(points)
+    axis%n = n
+    allocate (axis%x, source=points)
+    axis%low = points(1)
+    axis%high = points(n)
+    t(1:n) = points
+    t(-2:0) = points(1) + [-3, -2, -1]*(points(2) - points(1))
+    t(n + 1:) = points(n) + [1, 2, 3]*(points(n) - points(n - 1))
+    allocate (axis%cell(4, 0:3, n - 1), axis%bin(n_bins))
+    do i = 1, n - 1
+      ! De Boor's recurrence from order 1 to 4 on polynomials of x - x(i); b(l) begins at knot i - 4 + l.
+      b = 0
+      b(4, 0) = 1
+      do k = 2, 4
+        wider = 0
+        do l = 5 - k, 4
+          j = i - 4 + l
+          if (l > 5 - k) then
+            up = 1/(t(j + k - 1) - t(j))
+            wider(l, 0) = wider(l, 0) + (t(i) - t(j))*up*b(l, 0)
+            wider(l, 1:) = wider(l, 1:) + (t(i) - t(j))*up*b(l, 1:) + up*b(l, :2)
+          end if
+          if (l < 4) then
+            down = 1/(t(j + k) - t(j + 1))
+            wider(l, 0) = wider(l, 0) + (t(j + k) - t(i))*down*b(l + 1, 0)
+            wider(l, 1:) = wider(l, 1:) + (t(j + k) - t(i))*down*b(l + 1, 1:) - down*b(l + 1, :2)
+          end if
+        end do
+        b(:4, :) = wider
+      end do
+      axis%cell(:, :, i) = b(:4, :)
+    end do
+    axis%per_bin = n_bins*(1 - epsilon(1.0_dp))/(axis%high - axis%low)
+    i = 1
+    do k = 1, n_bins
+      do while (i < n - 1 .and. points(i + 1) <= axis%low + (k - 1)/axis%per_bin)
+        i = i + 1
+      end do
+      ! One less, for rounding.
+      axis%bin(k) = max(i - 1, 1)
+    end do
+  end function new_axis
+
   !> n points from first to last, spaced as scale*sinh about the centre.
-  pure function graded_axis(first, last, centre, scale, n) result(axis)
+  pure function graded_points(first, last, centre, scale, n) result(x)
     real(dp), intent(in) :: first, last, centre, scale
     integer, intent(in) :: n
-    type(axis_type) :: axis
+    real(dp) :: x(n), low, high
+    integer :: i
 
-    axis%n = n
-    axis%centre = centre
-    axis%scale = scale
-    axis%first = asinh((first - centre)/scale)
-    axis%step = (asinh((last - centre)/scale) - axis%first)/(n - 1)
-    axis%per_step = 1/axis%step
-    axis%per_scale = 1/scale
-    axis%low = first
-    axis%high = last
-  end function graded_axis
+    low = asinh((first - centre)/scale)
+    high = asinh((last - centre)/scale)
+    x = [first, (centre + scale*sinh(low + (i - 1)*(high - low)/(n - 1)), i=2, n - 1), last]
+  end function graded_points
 
-  pure function uniform_axis(first, last, n) result(axis)
+  pure function uniform_points(first, last, n) result(x)
     real(dp), intent(in) :: first, last
     integer, intent(in) :: n
-    type(axis_type) :: axis
+    real(dp) :: x(n)
+    integer :: i
 
-    axis%n = n
-    axis%first = first
-    axis%step = (last - first)/(n - 1)
-    axis%per_step = 1/axis%step
-    axis%low = first
-    axis%high = last
-  end function uniform_axis
-
-  pure real(dp) function axis_point(axis, i) result(x)
-    type(axis_type), intent(in) :: axis
-    integer, intent(in) :: i
-
-    x = axis%first + (i - 1)*axis%step
-    if (axis%scale > 0) x = axis%centre + axis%scale*sinh(x)
-  end function axis_point
+    x = [(first + (i - 1)*(last - first)/(n - 1), i=1, n - 1), last]
+  end function uniform_points
 
   pure logical function axis_holds(axis, x)
     type(axis_type), intent(in) :: axis
@@ -97,50 +130,52 @@ contains
     real(dp), intent(in) :: x
     type(basis_type), intent(out) :: basis
     logical, intent(in), optional :: bend
-    real(dp) :: t, d1, far, root, xi
+    real(dp) :: t
+    integer :: i
 
-    if (axis%scale > 0) then
-      far = x - axis%centre
-      root = sqrt(axis%scale**2 + far**2)
-      xi = sign(log((abs(far) + root)*axis%per_scale), far)      ! asinh, at a third of its price
-      d1 = axis%per_step/root
-    else
-      far = 0
-      root = 1
-      xi = x
-      d1 = axis%per_step
-    end if
-    t = (xi - axis%first)*axis%per_step
-    basis%i = max(1, min(int(t) + 1, axis%n - 1))
-    t = t - (basis%i - 1)
-    basis%b(:, 0) = [(1 - t)**3, 4 - 3*t**2*(2 - t), 4 - 3*(1 - t)**2*(1 + t), t**3]*(1/6.0_dp)
-    basis%b(:, 1) = [-(1 - t)**2, t*(3*t - 4), (1 - t)*(1 + 3*t), t**2]*(0.5_dp*d1)
-    if (present(bend)) then
-      if (.not. bend) return
-    end if
-    basis%b(:, 2) = [1 - t, 3*t - 2, 1 - 3*t, t]*d1**2 - basis%b(:, 1)*(far/root**2)
+    i = axis%bin(int((x - axis%low)*axis%per_bin) + 1)
+    do while (i < axis%n - 1)
+      if (x < axis%x(i + 1)) exit
+      i = i + 1
+    end do
+    basis%i = i
+    t = x - axis%x(i)
+    associate (c => axis%cell(:, :, i))
+      basis%b(:, 0) = c(:, 1) + t*(c(:, 2) + t*(c(:, 3) + t*c(:, 4)))
+      basis%b(:, 1) = c(:, 2) + t*(2*c(:, 3) + t*(3*c(:, 4)))
+      if (present(bend)) then
+        if (.not. bend) return
+      end if
+      basis%b(:, 2) = 2*c(:, 3) + t*(6*c(:, 4))
+    end associate
   end subroutine axis_basis
 
-  !> Coefficients along one axis: values f(n, m) at the points of the axis give
-  !> c(n + 2, m).
-  subroutine fit_axis(f, c)
+  !> Coefficients along one axis: values f(n, m) at its points give c(n + 2, m).
+  subroutine fit_axis(axis, f, c)
+    type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: f(:, :)
     real(dp), intent(out) :: c(:, :)
     integer, parameter :: k = 4                     ! bandwidth of the end rows
-    real(dp), parameter :: end_row(5) = [1, -4, 6, -4, 1]
-    real(dp) :: ab(3*k + 1, size(f, 1) + 2)
-    integer :: n, i, ipiv(size(f, 1) + 2), info
+    real(dp) :: ab(3*k + 1, size(f, 1) + 2), row(5)
+    integer :: n, i, j, ipiv(size(f, 1) + 2), info
 
     n = size(f, 1) + 2
     ab = 0
-    do i = 1, 5
-      ab(2*k + 1 + 1 - i, i) = end_row(i)
-      ab(2*k + 1 + 5 - i, n - 5 + i) = end_row(i)
+    row = jump_row(axis, 2)*(axis%x(3) - axis%x(1))**3
+    do j = 1, 5
+      ab(2*k + 1 + 1 - j, j) = row(j)
+    end do
+    row = jump_row(axis, axis%n - 1)*(axis%x(axis%n) - axis%x(axis%n - 2))**3
+    do j = n - 4, n
+      ab(2*k + 1 + n - j, j) = row(j - n + 5)
     end do
     do i = 2, n - 1
-      ab(2*k + 2, i - 1) = 1/6.0_dp
-      ab(2*k + 1, i) = 4/6.0_dp
-      ab(2*k, i + 1) = 1/6.0_dp
+      ! The fourth B-spline of a cell begins with it, the first of the cell before ends there.
+      if (i < n - 1) row(:3) = axis%cell(:3, 0, i - 1)
+      if (i == n - 1) row(:3) = at_end(axis)
+      do j = i - 1, i + 1
+        ab(2*k + 1 + i - j, j) = row(j - i + 2)
+      end do
     end do
     c(1, :) = 0
     c(2:n - 1, :) = f
@@ -149,19 +184,58 @@ contains
     if (info == 0) call dgbtrs('N', n, k, k, size(f, 2), ab, 3*k + 1, ipiv, c, n, info)
   end subroutine fit_axis
 
+  !> The B-splines that do not vanish at the last point.
+  pure function at_end(axis) result(b)
+    type(axis_type), intent(in) :: axis
+    real(dp) :: b(3)
+    type(basis_type) :: basis
+
+    call axis_basis(axis, axis%high, basis, bend=.false.)
+    b = basis%b(2:, 0)
+  end function at_end
+
+  !> Jump of the third derivative at an interior point i, of the coefficients i - 1..i + 3.
+  pure function jump_row(axis, i) result(row)
+    type(axis_type), intent(in) :: axis
+    integer, intent(in) :: i
+    real(dp) :: row(5)
+
+    row = 6*([0.0_dp, axis%cell(:, 3, i)] - [axis%cell(:, 3, i - 1), 0.0_dp])
+  end function jump_row
+
+  !> Jumps of the third derivative along an axis at its points, for values f(n, m).
+  subroutine third_jumps(axis, f, jump)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: f(:, :)
+    real(dp), intent(out) :: jump(:, :)    !! like f; 0 at both ends
+    real(dp) :: c(size(f, 1) + 2, size(f, 2)), row(5)
+    integer :: i, j
+
+    call fit_axis(axis, f, c)
+    jump = 0
+    do i = 2, axis%n - 1
+      row = jump_row(axis, i)
+      do j = 1, size(f, 2)
+        jump(i, j) = dot_product(row, c(i - 1:i + 3, j))
+      end do
+    end do
+  end subroutine third_jumps
+
   !> Coefficients c(n1 + 2, n2 + 2) of values f(n1, n2).
-  subroutine fit_2d(f, c)
+  subroutine fit_2d(x, y, f, c)
+    type(axis_type), intent(in) :: x, y
     real(dp), intent(in) :: f(:, :)
     real(dp), allocatable, intent(out) :: c(:, :)
     real(dp) :: a(size(f, 1) + 2, size(f, 2)), b(size(f, 2) + 2, size(f, 1) + 2)
 
-    call fit_axis(f, a)
-    call fit_axis(transpose(a), b)
+    call fit_axis(x, f, a)
+    call fit_axis(y, transpose(a), b)
     c = transpose(b)
   end subroutine fit_2d
 
   !> Coefficients c(n1 + 2, n2 + 2, n3 + 2) of values f(n1, n2, n3).
-  subroutine fit_3d(f, c)
+  subroutine fit_3d(x, y, z, f, c)
+    type(axis_type), intent(in) :: x, y, z
     real(dp), intent(in) :: f(:, :, :)
     real(dp), allocatable, intent(out) :: c(:, :, :)
     real(dp), allocatable :: a(:, :), b(:, :, :)
@@ -169,15 +243,15 @@ contains
 
     n = shape(f)
     allocate (a(n(1) + 2, n(2)*n(3)))
-    call fit_axis(reshape(f, [n(1), n(2)*n(3)]), a)
+    call fit_axis(x, reshape(f, [n(1), n(2)*n(3)]), a)
     b = reshape(a, [n(2), n(1) + 2, n(3)], order=[2, 1, 3])
     deallocate (a)
     allocate (a(n(2) + 2, (n(1) + 2)*n(3)))
-    call fit_axis(reshape(b, [n(2), (n(1) + 2)*n(3)]), a)
+    call fit_axis(y, reshape(b, [n(2), (n(1) + 2)*n(3)]), a)
     b = reshape(a, [n(3), n(2) + 2, n(1) + 2], order=[2, 3, 1])
     deallocate (a)
     allocate (a(n(3) + 2, (n(2) + 2)*(n(1) + 2)))
-    call fit_axis(reshape(b, [n(3), (n(2) + 2)*(n(1) + 2)]), a)
+    call fit_axis(z, reshape(b, [n(3), (n(2) + 2)*(n(1) + 2)]), a)
     c = reshape(a, [n(1) + 2, n(2) + 2, n(3) + 2], order=[3, 2, 1])
   end subroutine fit_3d
 
@@ -192,6 +266,18 @@ contains
       v = v + y%b(j, 0)*dot_product(c(x%i:x%i + 3, y%i + j - 1), x%b(:, 0))
     end do
   end function spline_2d_value
+
+  !> Value alone of sum c(i, j, k) X_i Y_j Z_k.
+  pure real(dp) function spline_3d_value(c, x, y, z) result(v)
+    real(dp), intent(in) :: c(:, :, :)
+    type(basis_type), intent(in) :: x, y, z
+    integer :: k
+
+    v = 0
+    do k = 1, 4
+      v = v + z%b(k, 0)*spline_2d_value(c(:, :, z%i + k - 1), x, y)
+    end do
+  end function spline_3d_value
 
   !> Value and gradient of sum c(i, j) X_i Y_j.
   pure subroutine spline_2d_gradient(c, x, y, v)

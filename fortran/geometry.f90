@@ -14,7 +14,7 @@ module geometry
   implicit none
   private
   public :: pair_type, scan_type, place_profiles, new_scan, scan_depth, keep_feet, deepest, &
-    touch, wheel_station, rolled, rail_curvature, set_depth
+    touch, wheel_station, rolled, rail_curvature, rail_point, set_depth
 
   !> A pair of placed profiles.
   type :: pair_type
@@ -465,6 +465,30 @@ contains
   pure real(dp) function rail_curvature(pair, angle) result(curvature)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
+
+    curvature = -mean_curvature(pair%rail, rail_station(pair, angle))
+  end function rail_curvature
+
+  !> The rail's point and normal where its tangent angle is `angle`; not `ok` beyond its ends.
+  pure subroutine rail_point(pair, angle, point, normal, ok)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: angle
+    real(dp), intent(out) :: point(2), normal(2)
+    logical, intent(out) :: ok
+    real(dp) :: s, d1(2), d2(2)
+    integer :: i
+
+    ok = angle < pair%rail_angle(1) .and. angle > pair%rail_angle(size(pair%rail_angle))
+    s = rail_station(pair, angle)
+    i = near_interval(pair%rail, s)
+    call curve_point(pair%rail, s, i, point, d1, d2)
+    normal = [-d1(2), d1(1)]/norm2(d1)
+  end subroutine rail_point
+
+  !> Station [m] of the rail where its tangent angle is `angle`.
+  pure real(dp) function rail_station(pair, angle) result(station)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: angle
     real(dp) :: share
     integer :: low, high, mid
 
@@ -480,9 +504,8 @@ contains
     end do
     share = (pair%rail_angle(low) - angle)/max(pair%rail_angle(low) - pair%rail_angle(high), 1e-12_dp)
     share = max(0.0_dp, min(share, 1.0_dp))
-    curvature = -mean_curvature(pair%rail, &
-      pair%rail%s(low) + share*(pair%rail%s(high) - pair%rail%s(low)))
-  end function rail_curvature
+    station = pair%rail%s(low) + share*(pair%rail%s(high) - pair%rail%s(low))
+  end function rail_station
 
   !> d(angle)/ds [1/m], mean over a window about s: the curvature of profiles that
   !> were measured, or rounded to six decimals, is noise on a finer scale.

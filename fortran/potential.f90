@@ -10,16 +10,13 @@
 !> zone with p^3, so S is smooth in q.  h and S are tensor cubic B-splines.  Forces are
 !> the exact gradient of the interpolant and stiffnesses its exact Hessian, so
 !> energy is conserved whatever the resolution.
-!>
-!> For the exact half-space model the sum U of a branch's zones is multiplied by a
-!> correction c(u, phi, p) = U_halfspace/U_strip, in the coordinates of one of the
-!> branch's zones; it is smooth because the strips already carry the geometry.
 module potential
-  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_3d
+  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_value, spline_3d
   use kinds, only: dp
   implicit none
   private
-  public :: zone_table, correction_table, contact_table, roll_type, bound_heights, find_roll, wheel_potential
+  public :: zone_table, contact_table, accuracy_type, roll_type, bound_heights, find_roll, wheel_potential, &
+    height_over, zone_pose
   public :: inside, outside_lateral, outside_roll, outside_depth
 
   type :: zone_table
@@ -35,17 +32,17 @@ module potential
     real(dp) :: steps = 0               !! of u per metre
   end type zone_table
 
-  !> Ratio of half-space to strip energy of a branch, over (p, roll, u) of a zone.
-  type :: correction_table
-    integer :: zone = 0                 !! whose coordinates; 0: no correction
-    type(axis_type) :: u, roll, p
-    real(dp), allocatable :: c(:, :, :) !! coefficients over (p, roll, u)
-  end type correction_table
+  !> Error of the force against direct evaluation, of max(|F|, 5 kN), F the wheel's: on the tread, on the
+  !> flange, on both at once, and of wheelsets that go over a rail.  Not known where there are no poses.
+  type :: accuracy_type
+    integer :: poses(4) = 0
+    real(dp) :: rms(4) = 0, largest(4) = 0
+  end type accuracy_type
 
   type :: contact_table
     character(:), allocatable :: key    !! everything that the table depends on
     type(zone_table), allocatable :: zones(:)
-    type(correction_table) :: correction(2)   !! of tread and flange
+    type(accuracy_type) :: accuracy
   end type contact_table
 
   !> A roll angle as the zones of a wheel see it.
@@ -70,6 +67,7 @@ contains
     integer :: i, j
 
     t%steps = n_steps/(t%u%high - t%u%low)
+    if (allocated(t%highest)) deallocate (t%highest)
     allocate (t%highest(t%roll%n - 1, n_steps))
     do j = 1, n_steps
       call axis_basis(t%u, t%u%low + (j - 1)/t%steps, first)
@@ -83,8 +81,7 @@ contains
     end do
   end subroutine bound_heights
 
-  !> A roll angle [rad] and its opposite.  One is found and mirrored, always the positive one:
-  !> the mirrored wheelset sees the same numbers.
+  !> A roll angle [rad] and its opposite, which the other wheel sees.
   pure subroutine find_roll(t, angle, tangent, roll, opposite, status)
     type(contact_table), intent(in) :: t
     real(dp), intent(in) :: angle
@@ -92,34 +89,16 @@ contains
     type(roll_type), intent(out) :: roll, opposite
     integer, intent(out) :: status
 
+    status = outside_roll
+    if (.not. (axis_holds(t%zones(1)%roll, angle) .and. axis_holds(t%zones(1)%roll, -angle))) return
     status = inside
-    if (.not. axis_holds(t%zones(1)%roll, abs(angle))) then
-      status = outside_roll
-    else if (angle < 0) then
-      call find_up_and_down(t%zones(1)%roll, -angle, tangent, opposite, roll)
-    else
-      call find_up_and_down(t%zones(1)%roll, angle, tangent, roll, opposite)
-      ! Upright, both wheels see the same numbers wherever rounding puts zero.
-      if (angle <= 0) opposite = roll
-    end if
+    roll%cosine = cos(angle)
+    roll%sine = sin(angle)
+    opposite%cosine = roll%cosine
+    opposite%sine = -roll%sine
+    call axis_basis(t%zones(1)%roll, angle, roll%basis, tangent)
+    call axis_basis(t%zones(1)%roll, -angle, opposite%basis, tangent)
   end subroutine find_roll
-
-  pure subroutine find_up_and_down(axis, angle, tangent, up, down)
-    type(axis_type), intent(in) :: axis    !! symmetric
-    real(dp), intent(in) :: angle
-    logical, intent(in) :: tangent
-    type(roll_type), intent(inout) :: up, down
-
-    up%cosine = cos(angle)
-    up%sine = sin(angle)
-    call axis_basis(axis, angle, up%basis, tangent)
-    down%cosine = up%cosine
-    down%sine = -up%sine
-    down%basis%i = axis%n - up%basis%i
-    down%basis%b(:, 0) = up%basis%b(4:1:-1, 0)
-    down%basis%b(:, 1) = -up%basis%b(4:1:-1, 1)
-    if (tangent) down%basis%b(:, 2) = up%basis%b(4:1:-1, 2)
-  end subroutine find_up_and_down
 
   !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
   !> respect to the pose (y, z, roll), and, if wanted, the Hessian (yy, yz, y roll,
@@ -131,12 +110,11 @@ contains
     logical, intent(in) :: tangent         !! whether the Hessian is wanted
     real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
     integer, intent(out) :: status
-    real(dp) :: part, slope(3), bend(6), bends(6, 2)
+    real(dp) :: part, slope(3), bend(6)
     integer :: i, branch
 
     energy = 0
     gradient = 0
-    bends = 0
     hessian = 0
     status = inside
     do i = 1, size(t%zones)
@@ -146,14 +124,8 @@ contains
       branch = merge(2, 1, t%zones(i)%flange)
       energy(branch) = energy(branch) + part
       gradient(:, branch) = gradient(:, branch) + slope
-      if (tangent) bends(:, branch) = bends(:, branch) + bend
+      if (tangent) hessian = hessian + bend
     end do
-    do branch = 1, 2
-      if (energy(branch) > 0 .and. t%correction(branch)%zone > 0) call correct(t%correction(branch), &
-        t%zones(t%correction(branch)%zone), pose, roll, tangent, energy(branch), &
-        gradient(:, branch), bends(:, branch))
-    end do
-    if (tangent) hessian = bends(:, 1) + bends(:, 2)
   end subroutine wheel_potential
 
   !> The same of one zone.  Where it does not touch, only the energy is set, to zero.
@@ -203,6 +175,32 @@ contains
     end if
     call to_pose(t, arm, h, f, tangent, gradient, hessian)
   end subroutine zone_potential
+
+  !> Penetration of a zone in a pose [m]; negative where it does not touch.
+  pure real(dp) function height_over(t, pose, roll) result(p)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: pose(3)
+    type(roll_type), intent(in) :: roll    !! of the pose
+    type(basis_type) :: bu
+    real(dp) :: arm(2), u, w
+
+    p = -1
+    arm = pole_arm(t, roll)
+    call zone_coordinates(t, pose, arm, u, w)
+    if (pose(2) + arm(2) > t%ceiling .or. .not. axis_holds(t%u, u)) return
+    call axis_basis(t%u, u, bu, .false.)
+    p = spline_2d_value(t%h, roll%basis, bu) - w
+  end function height_over
+
+  !> The pose (y, z, roll) in which the pole of a zone is at u and w.
+  pure function zone_pose(t, u, w, roll) result(pose)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: u, w, roll     !! [m, rad]
+    real(dp) :: pose(3)
+
+    pose = [(t%origin(1) + u)*t%along + (t%origin(2) + w)*[-t%along(2), t%along(1)] &
+      - [t%pole(1)*cos(roll) - t%pole(2)*sin(roll), t%pole(1)*sin(roll) + t%pole(2)*cos(roll)], roll]
+  end function zone_pose
 
   !> The pole from the axle centre, track frame [m].
   pure function pole_arm(t, roll) result(arm)
@@ -260,34 +258,5 @@ contains
     hessian(6) = err + 2*(eur*ur + ewr*wr) + euu*ur**2 + 2*euw*ur*wr + eww*wr**2 &
       - eu*wr + ew*ur
   end subroutine to_pose
-
-  !> Multiply a branch's energy by its correction.
-  pure subroutine correct(t, zone, pose, roll, tangent, energy, gradient, hessian)
-    type(correction_table), intent(in) :: t
-    type(zone_table), intent(in) :: zone
-    real(dp), intent(in) :: pose(3)
-    type(roll_type), intent(in) :: roll
-    logical, intent(in) :: tangent         !! whether the Hessian is wanted
-    real(dp), intent(inout) :: energy, gradient(3), hessian(6)
-    type(basis_type) :: bu, bp, b
-    real(dp) :: arm(2), u, w, h(6), f(10), slope(3), bend(6)
-
-    arm = pole_arm(zone, roll)
-    call zone_coordinates(zone, pose, arm, u, w)
-    call axis_basis(zone%u, u, bu, tangent)
-    call spline_2d(zone%h, roll%basis, bu, tangent, h)
-    call axis_basis(t%u, u, bu, tangent)
-    call axis_basis(t%roll, pose(3), b, tangent)
-    call axis_basis(t%p, max(h(1) - w, t%p%low), bp, tangent)
-    call spline_3d(t%c, bp, b, bu, tangent, f)
-    if (h(1) - w < t%p%low) f([2, 5, 6, 7]) = 0
-    call to_pose(zone, arm, h, f, tangent, slope, bend)
-    ! (c U)'' = c U'' + c' U' + U' c' + c'' U
-    if (tangent) hessian = f(1)*hessian + energy*bend + [2*slope(1)*gradient(1), &
-      slope(1)*gradient(2) + slope(2)*gradient(1), slope(1)*gradient(3) + slope(3)*gradient(1), &
-      2*slope(2)*gradient(2), slope(2)*gradient(3) + slope(3)*gradient(2), 2*slope(3)*gradient(3)]
-    gradient = f(1)*gradient + energy*slope
-    energy = f(1)*energy
-  end subroutine correct
 
 end module potential

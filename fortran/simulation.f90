@@ -3,6 +3,7 @@
 module simulation
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
+  use accuracy, only: measure
   use bilateral, only: follow_path, path_type, small_motion
   use case, only: case_type
   use columns, only: elastic_columns, fill_row, n_columns, n_rigid_columns
@@ -21,7 +22,9 @@ module simulation
   use progress, only: monitor_type
   use rigid, only: clearance
   use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
-  use table, only: build_table, grid_type, load_table, save_table
+  use reach, only: extent_type
+  use table, only: build_table
+  use table_file, only: load_table, save_table
   use text, only: str
   use wheelset, only: settle, wheelset_type
   implicit none
@@ -96,7 +99,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
     character(:), allocatable :: key
-    type(grid_type) :: grid
+    type(extent_type) :: extent
     real(dp) :: e_star, from, to
 
     call prepare_geometry(c, setup, error)
@@ -106,7 +109,7 @@ contains
       call set_wheelset(c, setup, error)
       return
     end if
-    grid = grid_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, c%n_lateral, c%n_roll, c%n_depth)
+    extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%clearance)
     e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
     key = table_key(c, setup)
     call cpu_time(from)
@@ -114,13 +117,16 @@ contains
     if (c%table_file /= '') call load_table(trim(c%table_file), key, setup%wheelset%table, setup%table_found, error)
     if (allocated(error)) return
     if (.not. setup%table_found) then
-      call build_table(setup%pair, setup%zones, trim(c%model), e_star, grid, key, setup%wheelset%table, watcher)
+      call build_table(setup%pair, setup%zones, trim(c%model), e_star, extent, 1e-3_dp, &
+        [c%n_lateral, c%n_roll, c%n_depth], key, setup%wheelset%table, watcher)
       if (present(watcher)) then
         if (watcher%stop) then
           call fatal_error(error, 'stopped by the user')
           return
         end if
       end if
+      call measure(setup%pair, setup%zones, trim(c%model), e_star, extent, setup%wheelset%table)
+      print '(a,4i8,/,4es10.2,/,4es10.2)', 'acc', setup%wheelset%table%accuracy
       if (c%table_file /= '') call save_table(trim(c%table_file), setup%wheelset%table, error)
       if (allocated(error)) return
     end if

@@ -1,493 +1,653 @@
 !> The generator of the contact table of a wheel/rail pair: it tabulates h and S of
-!> `potential` for every zone, and the correction of the half-space model, on axes
-!> that are finest where wheelsets run; and keeps tables in files.
+!> `potential` for every zone, on axes that it halves where the splines miss the accuracy that
+!> is asked for, in the force of poses that a run can come to.
+!>
+!> Half-spaces: S of the strips times the ratio c(u, phi, q) of the energies of half-spaces and
+!> strips, which is smooth because the strips already carry the geometry.  It is
+!> sampled on axes of its own, coarser than those of S.
+!>
+!> Rows and columns are sampled in several threads; none depends on another, so that the table
+!> is the same for any number of them.
 module table
-  use, intrinsic :: iso_fortran_env, only: int64
-  use bspline, only: axis_basis, axis_point, axis_type, basis_type, fit_2d, fit_3d, graded_axis, spline_2d_value, &
-    uniform_axis
-  use contact, only: max_zones, set_moduli, zone_energy, zone_type
-  use errors, only: error_type, fatal_error
-  use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
+  use bspline, only: axis_basis, axis_type, basis_type, fit_2d, fit_3d, graded_points, new_axis, spline_2d_value, &
+    spline_3d_value
+  use contact, only: zone_type
+  use geometry, only: pair_type
   use kinds, only: dp
-  use patches, only: elements_type, new_elements, patches_type, press_patches
-  use potential, only: bound_heights, contact_table, correction_table, zone_table
+  use patches, only: elements_type, new_elements, patches_type
+  use potential, only: bound_heights, contact_table, zone_pose, zone_table
   use progress, only: monitor_type
-  use system, only: finish_file, scratch_name
+  use reach, only: extent_type, other_depth, strictness, within_reach
+  use refine, only: halve_cells, judge_cells
+  use samples, only: reference_shift, sample_column, sample_row
   implicit none
   private
-  public :: grid_type, build_table, save_table, load_table
+  public :: build_table
 
-  !> Extent and resolution of the table.
-  type :: grid_type
-    real(dp) :: lateral = 60e-3_dp      !! shift of the wheel to either side [m]
-    real(dp) :: lift = 40e-3_dp         !! of the wheel; higher it cannot touch [m]
-    real(dp) :: drop = 10e-3_dp         !! of the wheel below its running height [m]
-    real(dp) :: roll = 0.5_dp           !! to either side [rad]
-    real(dp) :: depth = 2.2e-3_dp       !! largest penetration [m]
-    integer :: n_lateral = 240          !! points in u of a flange zone; half as many for the tread
-    integer :: n_roll = 53, n_depth = 33
-  end type grid_type
+  !> Values of a zone at the points of its axes.
+  type :: samples_type
+    type(axis_type) :: u, q
+    real(dp), allocatable :: h(:, :)       !! (u, roll) [m]
+    real(dp), allocatable :: s(:, :, :)    !! (q, u, roll)
+    logical, allocatable :: good(:, :)     !! (u, roll): sampled
+    real(dp), allocatable :: other(:, :, :)  !! deepest of the other zones, (q, u, roll) [m]
+    real(dp), allocatable :: strict(:, :, :) !! errors allowed, of the accuracy; 0: any
+  end type samples_type
 
-  ! Extent of the finely spaced part of the axes; on the throat a shift of 1 mm
+  !> Ratio of half-space to strip energy at the points of axes of its own.
+  type :: ratio_type
+    type(axis_type) :: u, roll, q
+    real(dp), allocatable :: c(:, :, :)      !! (q, u, roll)
+    logical, allocatable :: there(:, :, :)   !! solved
+    logical, allocatable :: done(:, :)       !! (u, roll)
+    real(dp), allocatable :: weight(:, :, :) !! force over what its error is compared with
+  end type ratio_type
+
+  ! Extent of the finely spaced part of the first axes; on the throat a shift of 1 mm
   ! moves the patch by 10 mm, on the tread by about 1 mm.
   real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
   real(dp), parameter :: fine_roll = 0.02_dp                            ! [rad]
-
-  ! The same of the half-space correction of tread and flange, and points.
-  real(dp), parameter :: fine_u(2) = [10e-3_dp, 1e-3_dp], fine_p = 0.1e-3_dp   ! [m]
-  integer, parameter :: n_u(2) = [24, 104], n_roll = 13, n_p = 28
-  ! Outside these the pose presses the end of a zone into the rail, where another zone
-  ! would have touched long before.
-  real(dp), parameter :: bounds(2) = [0.6_dp, 2.5_dp]
-  ! Beyond these the correction stays what it is: the wheelset lies on its side, or beside the rail.
-  real(dp), parameter :: reach_roll = 0.15_dp, reach_u = 32e-3_dp
-  real(dp), parameter :: far = 20e-3_dp   ! the zone's distance at which another one may still touch [m]
-
-  !> What a table depends on besides its key; it begins the file.
-  real(dp), parameter :: constants(*) = [fine_flange, fine_tread, fine_roll, fine_u, fine_p, real(n_u, dp), &
-    real(n_roll, dp), real(n_p, dp), bounds, reach_roll, reach_u, far]
-  character(*), parameter :: kind = 'ldbench contact table', magic = kind//' 9'
+  integer, parameter :: first_u = 31, first_roll = 21, first_q = 15
+  real(dp), parameter :: grading = 1.25_dp                              ! of q towards 0
+  ! Cells that are not halved any more: patches are larger.
+  real(dp), parameter :: least_u = 0.02e-3_dp, least_roll = 1e-3_dp, least_q = 0.5e-3_dp   ! [m, rad, sqrt(m)]
+  integer, parameter :: most_rounds = 9, rounds_of_q = 4
+  real(dp), parameter :: least_force = 5e3_dp                           ! that errors are compared with [N]
+  real(dp), parameter :: lever = 0.75_dp                                ! of a wheel's force about X [m]
+  ! Shares of the accuracy that the splines of strips and of the ratio may use up.
+  real(dp), parameter :: share_strip = 0.7_dp, share_ratio = 0.5_dp
 
 contains
 
-  !> Tabulate all zones of a pair for a normal model.
-  subroutine build_table(pair, zones, model, e_star, grid, key, table, watcher)
+  !> Tabulate all zones of a pair for a normal model, to `accuracy` of max(force, 5 kN), with at most `most` points
+  !> along u, roll and the root of the depth.
+  subroutine build_table(pair, zones, model, e_star, extent, accuracy, most, key, table, watcher)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
-    character(*), intent(in) :: model      !! of `contact`
+    character(*), intent(in) :: model      !! 'strip', 'hertz' or 'halfspace'
     real(dp), intent(in) :: e_star         !! [Pa]
-    type(grid_type), intent(in) :: grid
+    type(extent_type), intent(in) :: extent
+    real(dp), intent(in) :: accuracy
+    integer, intent(in) :: most(3)
     character(*), intent(in) :: key
     type(contact_table), intent(out) :: table
     class(monitor_type), intent(inout), optional :: watcher
+    type(samples_type) :: values(size(zones))
+    type(ratio_type) :: ratio(size(zones))
     character(:), allocatable :: law
-    real(dp) :: share                      ! of the zones in the work
-    integer :: i
+    type(axis_type) :: roll
+    real(dp) :: work(2)                    ! its share of the whole work, from and to
+    integer :: round, z
+    logical :: finer, stopped
 
     law = model
-    share = 1
-    if (model == 'halfspace') then
-      law = 'strip'
-      share = 0.3_dp
-    end if
+    if (model == 'halfspace') law = 'strip'
+    work = [0.0_dp, merge(0.4_dp, 1.0_dp, model == 'halfspace')]
     table%key = key
     allocate (table%zones(size(zones)))
-    do i = 1, size(zones)
-      call build_zone(pair, zones(i), law, e_star, grid, table%zones(i), &
-        share*(i - 1)/size(zones), share*i/size(zones), watcher)
+    roll = new_axis(graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, min(first_roll, most(2))))
+    do z = 1, size(zones)
+      call start_zone(pair, zones(z), extent, most, table%zones(z), values(z))
+      call resize(values(z), values(z)%u, values(z)%q, roll, roll)
     end do
-    if (model == 'halfspace') then
-      call build_correction(pair, zones, .false., e_star, table, table%correction(1), share, 0.4_dp, watcher)
-      call build_correction(pair, zones, .true., e_star, table, table%correction(2), 0.4_dp, 1.0_dp, watcher)
-    end if
+    stopped = .false.
+    do round = 1, most_rounds
+      call sample_rows(pair, zones, law, e_star, table, roll, values, part(work, round), stopped, watcher)
+      if (stopped) return
+      call fit(values, roll, table)
+      print *, 'round', round, roll%n, (values(z)%u%n, values(z)%q%n, z=1,size(zones))
+      if (round == most_rounds) exit
+      call refine_axes(pair, zones, extent, e_star, accuracy*share_strip, most, round <= rounds_of_q, table, values, &
+        roll, finer)
+      if (.not. finer) exit
+    end do
+    if (model /= 'halfspace') return
+
+    call solve_ratios(pair, zones, e_star, extent, accuracy*share_ratio, most, values, table, ratio, &
+      [work(2), 0.9_dp], stopped, watcher)
+    if (stopped) return
+    call unite(ratio, most, values, roll)
+    call sample_rows(pair, zones, law, e_star, table, roll, values, [0.9_dp, 1.0_dp], stopped, watcher)
+    if (stopped) return
+    do z = 1, size(zones)
+      call multiply(ratio(z), roll, values(z))
+    end do
+    call fit(values, roll, table)
   end subroutine build_table
 
-  subroutine build_zone(pair, zone, model, e_star, grid, t, from, to, watcher)
+  !> Share of the work done before and after a round, when each is expected to leave 0.6 of what is left.
+  pure function part(work, round)
+    real(dp), intent(in) :: work(2)
+    integer, intent(in) :: round
+    real(dp) :: part(2)
+
+    part = work(1) + (work(2) - work(1))*[1 - 0.6_dp**(round - 1), 1 - 0.6_dp**round]
+  end function part
+
+  !> Where the zone's coordinates are, and its first axes.
+  subroutine start_zone(pair, zone, extent, most, t, v)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone
-    character(*), intent(in) :: model
-    real(dp), intent(in) :: e_star
-    type(grid_type), intent(in) :: grid
-    type(zone_table), intent(out) :: t
-    real(dp), intent(in) :: from, to       !! its share of the whole work
-    class(monitor_type), intent(inout), optional :: watcher
-    real(dp), allocatable :: h(:, :), s(:, :, :), k(:)
-    type(scan_type) :: work, pressed       ! touching; pressed in
-    real(dp) :: station, roll, centre(2), along(2), across(2), shift, corners(2)
-    integer :: i, j, middle, way
-    logical :: ok
+    type(extent_type), intent(in) :: extent
+    integer, intent(in) :: most(3)
+    type(zone_table), intent(inout) :: t
+    type(samples_type), intent(inout) :: v
+    real(dp) :: centre(2), corners(2)
+    integer :: i, n
 
     t%flange = zone%flange
     t%pole = zone%pole
-    along = [cos(zone%alpha), sin(zone%alpha)]
-    t%along = along
-    across = [-along(2), along(1)]
-
+    t%along = [cos(zone%alpha), sin(zone%alpha)]
     ! Reference pose: the zone just touches, where the wheelset is likely to be
     ! when it does.
-    work = new_scan(pair)
-    pressed = new_scan(pair)
-    allocate (k(size(pair%s)))
     centre = [reference_shift(pair, zone), pair%axle_height]
-    t%origin = [dot_product(centre + t%pole, along), dot_product(centre + t%pole, across)]
-    t%ceiling = pair%axle_height + t%pole(2) + grid%lift
+    t%origin = [dot_product(centre + t%pole, t%along), dot_product(centre + t%pole, [-t%along(2), t%along(1)])]
+    t%ceiling = pair%axle_height + t%pole(2) + extent%lift
+    corners = [-extent%lateral - centre(1), extent%lateral - centre(1)]*t%along(1) &
+      + [-extent%drop, extent%lift]*t%along(2)
+    v%u = new_axis(graded_points(corners(1), corners(2), 0.0_dp, merge(fine_flange, fine_tread, zone%flange), &
+      min(first_u, most(1))))
+    n = min(first_q, most(3))
+    v%q = new_axis([(((i - 1)/real(n - 1, dp))**grading*sqrt(extent%depth), i=1, n)])
+  end subroutine start_zone
 
-    corners = [-grid%lateral - centre(1), grid%lateral - centre(1)]*along(1) &
-      + [-grid%drop, grid%lift]*along(2)
-    if (zone%flange) then
-      t%u = graded_axis(corners(1), corners(2), 0.0_dp, fine_flange, grid%n_lateral)
-    else
-      t%u = graded_axis(corners(1), corners(2), 0.0_dp, fine_tread, grid%n_lateral/2)
-    end if
-    t%roll = graded_axis(-grid%roll, grid%roll, 0.0_dp, fine_roll, grid%n_roll)
-    t%q = uniform_axis(0.0_dp, sqrt(grid%depth), grid%n_depth)
+  !> Values on other axes: those at common points are kept, unless q has others.
+  pure subroutine resize(v, u, q, roll, new_roll)
+    type(samples_type), intent(inout) :: v
+    type(axis_type), intent(in) :: u, q, roll, new_roll
+    real(dp), allocatable :: h(:, :), s(:, :, :)
+    logical, allocatable :: good(:, :)
+    integer :: i, j, k, l
 
-    allocate (h(t%roll%n, t%u%n), s(t%q%n, t%roll%n, t%u%n))
-    ! Where no pose is found that touches, none does.
+    allocate (h(u%n, new_roll%n), s(q%n, u%n, new_roll%n), good(u%n, new_roll%n))
+    good = .false.
     h = -1
     s = 0
-    middle = minloc([(abs(axis_point(t%u, i)), i=1, t%u%n)], 1)
-    do j = 1, t%roll%n
-      if (stopped(from + (to - from)*(j - 1)/t%roll%n, watcher)) return
-      roll = axis_point(t%roll, j)
-      call set_moduli(pair, zone, e_star, roll, k)
-      do way = 1, -1, -2
-        work%fresh = .true.
-        shift = 0.02_dp
-        ok = .true.
-        do i = merge(middle, middle - 1, way == 1), merge(t%u%n, 1, way == 1), way
-          if (ok) then
-            call touch_at(axis_point(t%u, i))
-            if (ok) h(j, i) = shift
-            if (ok) call fill_depths(s(:, j, i))
-          end if
-          if (.not. ok) then
-            ! Beside the rail: continue smoothly, far below any pose in reach.
-            h(j, i) = h(j, i - way) + (h(j, i - way) - h(j, i - 2*way)) &
-              /(axis_point(t%u, i - way) - axis_point(t%u, i - 2*way)) &
-              *(axis_point(t%u, i) - axis_point(t%u, i - way))
-            s(:, j, i) = s(:, j, i - way)
-          end if
+    if (allocated(v%h)) then
+      l = 1
+      do j = 1, new_roll%n
+        if (new_roll%x(j) > roll%x(l)) l = l + 1
+        if (new_roll%x(j) < roll%x(l)) cycle
+        k = 1
+        do i = 1, u%n
+          if (u%x(i) > v%u%x(k)) k = k + 1
+          if (u%x(i) < v%u%x(k)) cycle
+          h(i, j) = v%h(k, l)
+          if (q%n /= v%q%n) cycle
+          s(:, i, j) = v%s(:, k, l)
+          good(i, j) = v%good(k, l)
         end do
       end do
-    end do
-    call fit_2d(h, t%h)
-    call fit_3d(s, t%s)
-    call bound_heights(t)
+    end if
+    v%u = u
+    v%q = q
+    call move_alloc(h, v%h)
+    call move_alloc(s, v%s)
+    call move_alloc(good, v%good)
+  end subroutine resize
 
-  contains
-
-    !> Height `shift` along w at which the zone touches.
-    subroutine touch_at(u)
-      real(dp), intent(in) :: u
-      real(dp) :: move
-
-      centre = (t%origin(1) + u)*along + (t%origin(2) + shift)*across - rolled(t%pole, roll)
-      call touch(pair, work, zone%first, zone%last, centre, roll, zone%alpha, move, station, ok)
-      centre = centre + move*across
-      shift = shift + move
-    end subroutine touch_at
-
-    !> S from just touching to the largest depth, deepest first: the stations
-    !> inside the rail only become fewer.
-    subroutine fill_depths(s)
-      real(dp), intent(out) :: s(:)
-      type(zone_type) :: active
-      real(dp) :: q
-      integer :: m
-
-      active = zone
-      call narrow(active, work%depth + t%q%high**2)
-      call keep_feet(work, active%first, active%last, pressed)
-      do m = t%q%n, 2, -1
-        q = axis_point(t%q, m)
-        call scan_depth(pair, centre - q**2*across, roll, active%first, active%last, pressed)
-        call narrow(active, pressed%depth)
-        s(m) = zone_energy(pair, active, model, e_star, roll, pressed, k)/q**5
-      end do
-      ! S(0) is a limit; patches that small would see the rounding of the profile's
-      ! points, so it is extrapolated.
-      s(1) = 3*(s(2) - s(3)) + s(4)
-    end subroutine fill_depths
-
-    !> Drop stations at both ends that are outside the rail.
-    subroutine narrow(active, depth)
-      type(zone_type), intent(inout) :: active
-      real(dp), intent(in) :: depth(:)
-
-      do while (active%first < active%last - 3 .and. all(depth(active%first:active%first + 2) < 0))
-        active%first = active%first + 1
-      end do
-      do while (active%last > active%first + 3 .and. all(depth(active%last - 2:active%last) < 0))
-        active%last = active%last - 1
-      end do
-    end subroutine narrow
-
-  end subroutine build_zone
-
-  !> Ratio of half-space to strip energy of the tread or the flange.
-  subroutine build_correction(pair, zones, flange, e_star, table, t, from, to, watcher)
+  !> Sample what is not there.
+  subroutine sample_rows(pair, zones, law, e_star, table, roll, values, work, stopped, watcher)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
-    logical, intent(in) :: flange
-    real(dp), intent(in) :: e_star         !! [Pa]
-    type(contact_table), intent(in) :: table   !! of strips
-    type(correction_table), intent(out) :: t
-    real(dp), intent(in) :: from, to       !! its share of the whole work
+    character(*), intent(in) :: law
+    real(dp), intent(in) :: e_star
+    type(contact_table), intent(in) :: table
+    type(axis_type), intent(in) :: roll
+    type(samples_type), intent(inout) :: values(:)
+    real(dp), intent(in) :: work(2)
+    logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
-    real(dp), allocatable :: ratio(:, :, :), k(:)
-    type(scan_type) :: work
-    type(basis_type) :: bu, br
-    type(elements_type) :: elements
-    type(patches_type) :: patches
-    real(dp) :: u, roll, w, centre(2), strip, exact
-    integer :: branch, zone, first, last, i, j, m, n
-    logical :: ok
-
-    elements = new_elements(6, 24, 1e-2_dp, e_star)
-    branch = merge(2, 1, flange)
-    ! The tread's running zone is the first, the flange face is in the last.
-    zone = merge(size(zones), 1, flange)
-    t%zone = zone
-    first = minval(zones%first, zones%flange .eqv. flange)
-    last = maxval(zones%last, zones%flange .eqv. flange)
-    associate (z => table%zones(zone))
-      t%u = graded_axis(z%u%low, z%u%high, 0.0_dp, fine_u(branch), n_u(branch))
-      t%roll = graded_axis(z%roll%low, z%roll%high, 0.0_dp, fine_roll, n_roll)
-      t%p = graded_axis(-far, z%q%high**2, 0.0_dp, fine_p, n_p)
-      allocate (ratio(n_p, t%roll%n, t%u%n), k(size(pair%s)))
-      work = new_scan(pair)
-      do j = 1, t%roll%n
-        if (stopped(from + (to - from)*(j - 1)/t%roll%n, watcher)) return
-        roll = axis_point(t%roll, j)
-        if (abs(roll) > reach_roll) cycle
-        call axis_basis(z%roll, roll, br)
-        do n = 1, size(zones)
-          call set_moduli(pair, zones(n), e_star, roll, k)
-        end do
-        do i = 1, t%u%n
-          u = axis_point(t%u, i)
-          if (abs(u) > reach_u) cycle
-          call axis_basis(z%u, u, bu)
-          work%fresh = .true.
-          ratio(:, j, i) = 1
-          do m = n_p, 1, -1
-            w = spline_2d_value(z%h, br, bu) - axis_point(t%p, m)
-            centre = (z%origin(1) + u)*z%along + (z%origin(2) + w)*[-z%along(2), z%along(1)] &
-              - rolled(z%pole, roll)
-            call scan_depth(pair, centre, roll, first, last, work)
-            work%fresh = .false.
-            if (m < n_p) ratio(m, j, i) = ratio(m + 1, j, i)
-            ! Poses far inside the rail are beyond the table; those without overlap have no ratio.
-            if (maxval(work%depth(first:last)) > 2*z%q%high**2) cycle
-            strip = 0
-            do n = 1, size(zones)
-              if (zones(n)%flange .eqv. flange) &
-                strip = strip + zone_energy(pair, zones(n), 'strip', e_star, roll, work, k)
-            end do
-            if (strip <= 0) exit
-            call press_patches(pair, elements, first, last, centre, roll, work, patches, exact, ok)
-            if (ok) ratio(m, j, i) = max(bounds(1), min(exact/strip, bounds(2)))
-          end do
-          if (m > 0) ratio(:m, j, i) = ratio(min(m + 1, n_p), j, i)
-        end do
-      end do
-    end associate
-    do i = 1, n_p
-      call hold(t%u, reach_u, 2, ratio(i, :, :))
-      call hold(t%roll, reach_roll, 1, ratio(i, :, :))
-    end do
-    call fit_3d(ratio, t%c)
-  end subroutine build_correction
-
-  !> Continue values by the last one within `reach` along one dimension of a plane.
-  subroutine hold(axis, reach, along, plane)
-    type(axis_type), intent(in) :: axis
-    real(dp), intent(in) :: reach
-    integer, intent(in) :: along
-    real(dp), intent(inout) :: plane(:, :)
-    integer :: i, first, last
-    logical :: within(axis%n)
-
-    within = [(abs(axis_point(axis, i)) <= reach, i=1, axis%n)]
-    first = findloc(within, .true., 1)
-    last = findloc(within, .true., 1, back=.true.)
-    do i = 1, axis%n
-      if (within(i)) cycle
-      if (along == 1) plane(i, :) = plane(max(first, min(i, last)), :)
-      if (along == 2) plane(:, i) = plane(:, max(first, min(i, last)))
-    end do
-  end subroutine hold
-
-  !> Tell the watcher the share of the work done; whether it wants no more.
-  logical function stopped(share, watcher)
-    real(dp), intent(in) :: share
-    class(monitor_type), intent(inout), optional :: watcher
+    integer :: row, z, j, done
 
     stopped = .false.
+    done = 0
+    !$omp parallel do schedule(dynamic) private(z, j) shared(done, stopped)
+    do row = 1, size(zones)*roll%n
+      z = (row - 1)/roll%n + 1
+      j = row - (z - 1)*roll%n
+      call tell(work, done, size(zones)*roll%n, stopped, watcher)
+      if (stopped) cycle
+      call sample_row(pair, zones(z), law, e_star, table%zones(z), roll%x(j), values(z)%u%x, values(z)%q%x, &
+        values(z)%good(:, j), values(z)%h(:, j), values(z)%s(:, :, j))
+    end do
+  end subroutine sample_rows
+
+  !> Count a piece of the work; the thread that began it tells the watcher, who may want no more.
+  subroutine tell(work, done, all, stopped, watcher)
+    !$ use omp_lib, only: omp_get_thread_num
+    real(dp), intent(in) :: work(2)
+    integer, intent(inout) :: done
+    integer, intent(in) :: all
+    logical, intent(inout) :: stopped
+    class(monitor_type), intent(inout), optional :: watcher
+    integer :: before
+
+    !$omp atomic capture
+    before = done
+    done = done + 1
+    !$omp end atomic
     if (.not. present(watcher)) return
-    call watcher%report('table', share)
-    stopped = watcher%stop
-  end function stopped
+    !$ if (omp_get_thread_num() /= 0) return
+    if (watcher%stop) return
+    call watcher%report('table', work(1) + (work(2) - work(1))*before/all)
+    if (watcher%stop) stopped = .true.
+  end subroutine tell
 
-  !> Lateral shift of the wheelset at which a zone is expected to touch: 0 for
-  !> the tread; for a flange zone where it is as low as the running tread.
-  real(dp) function reference_shift(pair, zone) result(y)
+  !> The splines through the values.
+  subroutine fit(values, roll, table)
+    type(samples_type), intent(in) :: values(:)
+    type(axis_type), intent(in) :: roll
+    type(contact_table), intent(inout) :: table
+    integer :: z
+
+    !$omp parallel do
+    do z = 1, size(values)
+      associate (t => table%zones(z), v => values(z))
+        t%u = v%u
+        t%roll = roll
+        t%q = v%q
+        call fit_2d(roll, v%u, transpose(v%h), t%h)
+        call fit_3d(v%q, roll, v%u, reshape(v%s, [v%q%n, roll%n, v%u%n], order=[1, 3, 2]), t%s)
+        call bound_heights(t)
+      end associate
+    end do
+  end subroutine fit
+
+  !> Halve the cells of all axes in which the force errs by more than `aim`.
+  subroutine refine_axes(pair, zones, extent, e_star, aim, most, depths, table, values, roll, finer)
     type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zone
-    type(scan_type) :: work
-    real(dp) :: low, high, shift, station
-    integer :: iter
-    logical :: ok
-
-    y = 0
-    if (.not. zone%flange) return
-    work = new_scan(pair)
-    low = -0.02_dp
-    high = 0.04_dp
-    do iter = 1, 20
-      y = (low + high)/2
-      work%fresh = .true.
-      call touch(pair, work, zone%first, zone%last, [y, pair%axle_height + 0.03_dp], 0.0_dp, 0.0_dp, &
-        shift, station, ok)
-      if (ok .and. shift > -0.03_dp) then
-        high = y
-      else
-        low = y
-      end if
-    end do
-  end function reference_shift
-
-  !> Write a table to a file, complete or not at all.
-  subroutine save_table(file, table, error)
-    character(*), intent(in) :: file
+    type(zone_type), intent(in) :: zones(:)
+    type(extent_type), intent(in) :: extent
+    real(dp), intent(in) :: e_star, aim
+    integer, intent(in) :: most(3)
+    logical, intent(in) :: depths          !! whether q may be halved, too
     type(contact_table), intent(in) :: table
-    type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: scratch
-    integer :: unit, stat, i
+    type(samples_type), intent(inout) :: values(:)
+    type(axis_type), intent(inout) :: roll
+    logical, intent(out) :: finer
+    type(axis_type) :: u(size(zones)), q(size(zones)), old
+    real(dp) :: of_roll(roll%n - 1, size(zones))
+    logical :: any_finer(3, size(zones))
+    integer :: z
 
-    scratch = scratch_name(file)
-    open (newunit=unit, file=scratch, access='stream', form='unformatted', action='write', &
-      status='replace', iostat=stat)
-    if (stat /= 0) then
-      call fatal_error(error, '&table file = '//file//': cannot be written')
-      return
-    end if
-    write (unit, iostat=stat) magic, constants, len(table%key), table%key, size(table%zones)
-    do i = 1, size(table%zones)
-      associate (t => table%zones(i))
-        if (stat == 0) write (unit, iostat=stat) t%flange, t%along, t%pole, t%origin, t%ceiling, &
-          t%u, t%roll, t%q, t%h, t%s
-      end associate
+    any_finer = .false.
+    of_roll = 0
+    !$omp parallel do schedule(dynamic)
+    do z = 1, size(zones)
+      call refine_zone(z)
     end do
-    do i = 1, size(table%correction)
-      associate (t => table%correction(i))
-        if (stat == 0) write (unit, iostat=stat) t%zone, t%u, t%roll, t%p
-        if (stat == 0 .and. t%zone > 0) write (unit, iostat=stat) t%c
-      end associate
-    end do
-    if (stat == 0) write (unit, iostat=stat) fingerprint(table), magic
-    call finish_file(unit, scratch, file, stat)
-    if (stat /= 0) call fatal_error(error, '&table file = '//file//': cannot be written')
-  end subroutine save_table
-
-  !> Read a table that was made for `key`; `found` is false when the file is absent, damaged or
-  !> made for something else.  An error when it is no table: it would be lost.
-  subroutine load_table(file, key, table, found, error)
-    character(*), intent(in) :: file, key
-    type(contact_table), intent(out) :: table
-    logical, intent(out) :: found
-    type(error_type), allocatable, intent(out) :: error
-    character(len(magic)) :: mark
-    character(len(key)) :: stored
-    real(dp) :: made_with(size(constants))
-    integer :: unit, stat, length, n, i
-    integer(int64) :: sum_stored, bytes
-
-    found = .false.
-    open (newunit=unit, file=file, access='stream', form='unformatted', action='read', &
-      status='old', iostat=stat)
-    if (stat /= 0) return
-    inquire (unit=unit, size=bytes)
-    n = int(min(bytes, len(kind, int64)))
-    read (unit, iostat=stat) mark(:n)
-    if (stat /= 0 .or. mark(:n) /= kind(:n)) then
-      call fatal_error(error, '&table file = '//file//': expected a contact table or no file, found another one')
-      close (unit)
-      return
-    end if
-    read (unit, pos=1, iostat=stat) mark, made_with, length
-    ! Bits, for a damaged file may hold what is not a number.
-    if (stat == 0) found = mark == magic .and. length == len(key) .and. &
-      all(transfer(made_with, [0_int64]) == transfer(constants, [0_int64]))
-    if (found) then
-      read (unit, iostat=stat) stored, n
-      found = stat == 0
-      if (found) found = stored == key .and. n >= 1 .and. n <= max_zones
-    end if
-    if (found) then
-      table%key = key
-      allocate (table%zones(n))
-      do i = 1, n
-        associate (t => table%zones(i))
-          read (unit, iostat=stat) t%flange, t%along, t%pole, t%origin, t%ceiling, t%u, t%roll, t%q
-          if (stat /= 0) exit
-          allocate (t%h(t%roll%n + 2, t%u%n + 2), t%s(t%q%n + 2, t%roll%n + 2, t%u%n + 2), stat=stat)
-          if (stat == 0) read (unit, iostat=stat) t%h, t%s
-          if (stat /= 0) exit
-        end associate
-      end do
-      do i = 1, size(table%correction)
-        associate (t => table%correction(i))
-          if (stat == 0) read (unit, iostat=stat) t%zone, t%u, t%roll, t%p
-          if (stat /= 0 .or. t%zone == 0) cycle
-          allocate (t%c(t%p%n + 2, t%roll%n + 2, t%u%n + 2), stat=stat)
-          if (stat == 0) read (unit, iostat=stat) t%c
-        end associate
-      end do
-      if (stat == 0) read (unit, iostat=stat) sum_stored, mark
-      found = stat == 0
-      if (found) found = mark == magic
-      if (found) found = sum_stored == fingerprint(table)
-      if (found) then
-        do i = 1, n
-          call bound_heights(table%zones(i))
-        end do
-      end if
-    end if
-    close (unit)
-  end subroutine load_table
-
-  !> A number that changes with every bit of the table.
-  integer(int64) function fingerprint(table) result(mix)
-    type(contact_table), intent(in) :: table
-    integer :: i, k
-
-    mix = 0
-    do i = 1, size(table%zones)
-      associate (t => table%zones(i))
-        call stir([merge(1.0_dp, 0.0_dp, t%flange), t%along, t%pole, t%origin, t%ceiling])
-        call stir(axis_numbers(t%u))
-        call stir(axis_numbers(t%roll))
-        call stir(axis_numbers(t%q))
-        do k = 1, size(t%h, 2)
-          call stir(t%h(:, k))
-        end do
-        do k = 1, size(t%s, 3)
-          call stir(reshape(t%s(:, :, k), [size(t%s, 1)*size(t%s, 2)]))
-        end do
-      end associate
-    end do
-    do i = 1, size(table%correction)
-      associate (t => table%correction(i))
-        call stir([real(t%zone, dp)])
-        if (t%zone == 0) cycle
-        call stir(axis_numbers(t%u))
-        call stir(axis_numbers(t%roll))
-        call stir(axis_numbers(t%p))
-        call stir(reshape(t%c, [size(t%c)]))
-      end associate
+    old = roll
+    call halve_cells(roll, maxval(of_roll, 2), least_roll, most(2), finer)
+    finer = finer .or. any(any_finer)
+    do z = 1, size(zones)
+      if (finer) call resize(values(z), u(z), q(z), old, roll)
     end do
 
   contains
 
-    pure function axis_numbers(axis) result(numbers)
-      type(axis_type), intent(in) :: axis
-      real(dp) :: numbers(9)
+    subroutine refine_zone(z)
+      integer, intent(in) :: z
+      real(dp), allocatable, dimension(:, :, :) :: by_value, by_slope, scale
+      real(dp), allocatable :: of_u(:), of_q(:), flat(:, :), of_h(:, :), tilt_h(:, :)
+      real(dp) :: depth, force, other, pose(3), strict
+      integer :: i, j, m, nq, nu, nr
 
-      numbers = [real(axis%n, dp), axis%centre, axis%scale, axis%first, axis%step, axis%per_step, axis%per_scale, &
-        axis%low, axis%high]
-    end function axis_numbers
+      associate (v => values(z))
+        nq = v%q%n
+        nu = v%u%n
+        nr = roll%n
+        allocate (by_value(nq, nu, nr), by_slope(nq, nu, nr), scale(nq, nu, nr), of_h(nu, nr), tilt_h(nu, nr))
+        allocate (of_u(nu - 1), of_q(nq - 1), source=0.0_dp)
+        scale = 0
+        of_h = 0
+        tilt_h = 0
+        do j = 1, nr
+          do i = 1, nu
+            if (.not. v%good(i, j)) cycle
+            do m = 2, nq
+              depth = v%q%x(m)**2
+              pose = zone_pose(table%zones(z), v%u%x(i), v%h(i, j) - depth, roll%x(j))
+              strict = strictness(pair, extent, pose)
+              if (strict <= 0) cycle
+              other = other_depth(table, z, pose)
+              if (.not. within_reach(extent, zones(z)%flange, depth, other, 1.0_dp)) cycle
+              force = 2.5_dp*v%q%x(m)**3*v%s(m, i, j)
+              ! The other's force as Hertz's on a radius of about 0.3 m.
+              scale(m, i, j) = 1/(aim*strict*max(force, least_force, 0.7_dp*e_star*max(other, 0.0_dp)**1.5_dp))
+              of_h(i, j) = max(of_h(i, j), 3.75_dp*v%q%x(m)*v%s(m, i, j)*scale(m, i, j))
+              tilt_h(i, j) = max(tilt_h(i, j), force*scale(m, i, j))
+            end do
+          end do
+        end do
+        do m = 1, nq
+          by_value(m, :, :) = 2.5_dp*v%q%x(m)**3*scale(m, :, :)
+          by_slope(m, :, :) = v%q%x(m)**5*scale(m, :, :)
+        end do
+        ! Along u: S with (u, q roll); h.
+        call judge_cells(v%u, spread_u(v%s), spread_u(by_value), spread_u(by_slope), of_u)
+        call judge_cells(v%u, v%h, of_h, tilt_h, of_u)
+        call judge_cells(roll, spread_roll(v%s), spread_roll(by_value), spread_roll(by_slope)/lever, of_roll(:, z))
+        call judge_cells(roll, transpose(v%h), transpose(of_h), transpose(tilt_h)/lever, of_roll(:, z))
+        u(z) = v%u
+        q(z) = v%q
+        call halve_cells(u(z), of_u, least_u, most(1), any_finer(1, z))
+        if (.not. depths) return
+        do m = 1, nq
+          by_slope(m, :, :) = 0.5_dp*v%q%x(m)**4*scale(m, :, :)
+        end do
+        flat = reshape(v%s, [nq, nu*nr])
+        call judge_cells(v%q, flat, reshape(by_value, [nq, nu*nr]), reshape(by_slope, [nq, nu*nr]), of_q)
+        call halve_cells(q(z), of_q, least_q, most(3), any_finer(3, z))
+      end associate
+    end subroutine refine_zone
 
-    subroutine stir(numbers)
-      real(dp), intent(in) :: numbers(:)
-      integer :: j
+  end subroutine refine_axes
 
-      do j = 1, size(numbers)
-        mix = ieor(ishftc(mix, 5), transfer(numbers(j), mix))
+  !> (q, u, roll) as lines along u.
+  pure function spread_u(f) result(lines)
+    real(dp), intent(in) :: f(:, :, :)
+    real(dp) :: lines(size(f, 2), size(f, 1)*size(f, 3))
+
+    lines = reshape(reshape(f, [size(f, 2), size(f, 1), size(f, 3)], order=[2, 1, 3]), shape(lines))
+  end function spread_u
+
+  !> (q, u, roll) as lines along roll.
+  pure function spread_roll(f) result(lines)
+    real(dp), intent(in) :: f(:, :, :)
+    real(dp) :: lines(size(f, 3), size(f, 1)*size(f, 2))
+
+    lines = transpose(reshape(f, [size(f, 1)*size(f, 2), size(f, 3)]))
+  end function spread_roll
+
+  !> Sample the ratios of all zones, on axes that are halved like those of S.
+  subroutine solve_ratios(pair, zones, e_star, extent, aim, most, values, table, ratio, work, stopped, watcher)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zones(:)
+    real(dp), intent(in) :: e_star
+    type(extent_type), intent(in) :: extent
+    real(dp), intent(in) :: aim
+    integer, intent(in) :: most(3)
+    type(samples_type), intent(in) :: values(:)
+    type(contact_table), intent(in) :: table
+    type(ratio_type), intent(inout) :: ratio(:)
+    real(dp), intent(in) :: work(2)
+    logical, intent(out) :: stopped
+    class(monitor_type), intent(inout), optional :: watcher
+    type(elements_type) :: elements
+    integer :: z, round
+    logical :: finer(size(zones))
+
+    elements = new_elements(6, 24, 1e-2_dp, e_star)
+    do z = 1, size(zones)
+      call start_ratio(ratio(z), graded_points(values(z)%u%low, values(z)%u%high, 0.0_dp, &
+        merge(fine_flange, fine_tread, zones(z)%flange), 16), &
+        graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, 11), values(z)%q%high)
+    end do
+    do round = 1, 6
+      call solve_columns()
+      if (stopped) return
+      !$omp parallel do schedule(dynamic)
+      do z = 1, size(zones)
+        call fill_gaps(ratio(z))
+        call refine_ratio(z, finer(z))
       end do
-    end subroutine stir
+      print '(a,i3,9i5,i8)', 'ratio', round, &
+ (ratio(z)%u%n, ratio(z)%roll%n, ratio(z)%q%n, z=1,size(zones)), sum([(count(ratio(z)%there), z=1,size(zones))])
+      if (.not. any(finer)) exit
+    end do
+    ! The last halving has no values yet.
+    if (any(finer)) call solve_columns()
+    do z = 1, size(zones)
+      call fill_gaps(ratio(z))
+    end do
 
-  end function fingerprint
+  contains
+
+    subroutine solve_columns()
+      type(patches_type) :: patches
+      type(basis_type) :: bu, br
+      integer :: column, z, i, j, done, all, n(0:size(zones))
+
+      n(0) = 0
+      do z = 1, size(zones)
+        n(z) = n(z - 1) + ratio(z)%u%n*ratio(z)%roll%n
+      end do
+      all = n(size(zones))
+      done = 0
+      stopped = .false.
+      !$omp parallel do schedule(dynamic) private(patches, bu, br, z, i, j)
+      do column = 1, all
+        call tell(part(work, round), done, all, stopped, watcher)
+        if (stopped) cycle
+        z = count(n(:size(zones) - 1) < column)
+        i = mod(column - n(z - 1) - 1, ratio(z)%u%n) + 1
+        j = (column - n(z - 1) - 1)/ratio(z)%u%n + 1
+        if (ratio(z)%done(i, j)) cycle
+        call axis_basis(table%zones(z)%u, ratio(z)%u%x(i), bu, .false.)
+        call axis_basis(table%zones(z)%roll, ratio(z)%roll%x(j), br, .false.)
+        call sample_column(pair, zones, z, elements, table, extent, ratio(z)%u%x(i), ratio(z)%roll%x(j), &
+          spline_2d_value(table%zones(z)%h, br, bu), ratio(z)%q%x, patches, ratio(z)%c(:, i, j), &
+          ratio(z)%there(:, i, j))
+        ratio(z)%done(i, j) = .true.
+      end do
+    end subroutine solve_columns
+
+    !> Halve the axes where the force misses `aim`: an error of c changes the force like c itself, its slopes
+    !> by the energy.
+    subroutine refine_ratio(z, finer)
+      integer, intent(in) :: z
+      logical, intent(out) :: finer
+      type(ratio_type) :: new
+      real(dp), allocatable, dimension(:, :, :) :: by_value
+      real(dp), allocatable :: of_u(:), of_roll(:), of_q(:)
+      type(axis_type) :: u, a, q
+      type(basis_type) :: bu, br
+      real(dp) :: depth, other, pose(3), strict, force, c_h, h
+      integer :: i, j, m
+      logical :: more(3)
+
+      associate (r => ratio(z))
+        allocate (by_value(r%q%n, r%u%n, r%roll%n), source=0.0_dp)
+        do j = 1, r%roll%n
+          call axis_basis(table%zones(z)%roll, r%roll%x(j), br, .false.)
+          do i = 1, r%u%n
+            call axis_basis(table%zones(z)%u, r%u%x(i), bu, .false.)
+            h = spline_2d_value(table%zones(z)%h, br, bu)
+            do m = 2, r%q%n
+              if (.not. r%there(m, i, j)) cycle
+              depth = r%q%x(m)**2
+              pose = zone_pose(table%zones(z), r%u%x(i), h - depth, r%roll%x(j))
+              strict = strictness(pair, extent, pose)
+              if (strict <= 0) cycle
+              other = other_depth(table, z, pose)
+              if (.not. within_reach(extent, zones(z)%flange, depth, other, 1.0_dp)) cycle
+              c_h = 0.7_dp*e_star
+              force = c_h*depth**1.5_dp
+              by_value(m, i, j) = force/(aim*strict*max(force, least_force, c_h*max(other, 0.0_dp)**1.5_dp))
+            end do
+          end do
+        end do
+        allocate (of_u(r%u%n - 1), of_roll(r%roll%n - 1), of_q(r%q%n - 1), source=0.0_dp)
+        call judge_cells(r%u, spread_u(r%c), spread_u(by_value), spread_u(scaled(by_value, 0.4_dp*r%q%x**2)), of_u)
+        call judge_cells(r%roll, spread_roll(r%c), spread_roll(by_value), &
+          spread_roll(scaled(by_value, 0.4_dp*r%q%x**2))/lever, of_roll)
+        call judge_cells(r%q, reshape(r%c, [r%q%n, r%u%n*r%roll%n]), reshape(by_value, [r%q%n, r%u%n*r%roll%n]), &
+          reshape(scaled(by_value, 0.2_dp*r%q%x), [r%q%n, r%u%n*r%roll%n]), of_q)
+        u = r%u
+        a = r%roll
+        q = r%q
+        call halve_cells(u, of_u, 2*least_u, most(1), more(1))
+        call halve_cells(a, of_roll, 2*least_roll, most(2), more(2))
+        more(3) = .false.
+        if (round <= 2) call halve_cells(q, of_q, 2*least_q, most(3), more(3))
+        finer = any(more)
+        if (.not. finer) return
+        call start_ratio(new, u%x, a%x, r%q%high)
+        if (.not. more(3)) then
+          call carry_over(r, new)
+        else
+          new%q = q
+          deallocate (new%c, new%there)
+          allocate (new%c(q%n, u%n, a%n), source=1.0_dp)
+          allocate (new%there(q%n, u%n, a%n), source=.false.)
+        end if
+        r = new
+      end associate
+    end subroutine refine_ratio
+
+  end subroutine solve_ratios
+
+  pure function scaled(f, factor)
+    real(dp), intent(in) :: f(:, :, :), factor(:)
+    real(dp) :: scaled(size(f, 1), size(f, 2), size(f, 3))
+    integer :: m
+
+    do m = 1, size(f, 1)
+      scaled(m, :, :) = f(m, :, :)*factor(m)
+    end do
+  end function scaled
+
+  pure subroutine start_ratio(r, u, roll, deepest)
+    type(ratio_type), intent(out) :: r
+    real(dp), intent(in) :: u(:), roll(:), deepest
+    integer :: i
+    integer, parameter :: n = 6
+
+    r%u = new_axis(u)
+    r%roll = new_axis(roll)
+    r%q = new_axis([(((i - 1)/real(n - 1, dp))**grading*deepest, i=1, n)])
+    allocate (r%c(n, size(u), size(roll)), source=1.0_dp)
+    allocate (r%there(n, size(u), size(roll)), r%done(size(u), size(roll)), source=.false.)
+  end subroutine start_ratio
+
+  !> Keep what was solved at points of the finer axes.
+  pure subroutine carry_over(old, new)
+    type(ratio_type), intent(in) :: old
+    type(ratio_type), intent(inout) :: new
+    integer :: i, j, k, l
+
+    new%q = old%q
+    deallocate (new%c, new%there)
+    allocate (new%c(old%q%n, new%u%n, new%roll%n), source=1.0_dp)
+    allocate (new%there(old%q%n, new%u%n, new%roll%n), source=.false.)
+    l = 1
+    do j = 1, new%roll%n
+      if (new%roll%x(j) > old%roll%x(l)) l = l + 1
+      if (new%roll%x(j) < old%roll%x(l)) cycle
+      k = 1
+      do i = 1, new%u%n
+        if (new%u%x(i) > old%u%x(k)) k = k + 1
+        if (new%u%x(i) < old%u%x(k)) cycle
+        new%c(:, i, j) = old%c(:, k, l)
+        new%there(:, i, j) = old%there(:, k, l)
+        new%done(i, j) = old%done(k, l)
+      end do
+    end do
+  end subroutine carry_over
+
+  !> Where no run comes the ratio is that of the nearest depth, else of the nearest u, else of the nearest roll.
+  pure subroutine fill_gaps(r)
+    type(ratio_type), intent(inout) :: r
+    logical :: known(size(r%c, 1), size(r%c, 2), size(r%c, 3))
+    integer :: i, j, m
+
+    known = r%there
+    do j = 1, r%roll%n
+      do i = 1, r%u%n
+        call from_nearest(r%c(:, i, j), known(:, i, j))
+      end do
+      do m = 1, r%q%n
+        call from_nearest(r%c(m, :, j), known(m, :, j))
+      end do
+    end do
+    do i = 1, r%u%n
+      do m = 1, r%q%n
+        call from_nearest(r%c(m, i, :), known(m, i, :))
+      end do
+    end do
+    where (.not. known) r%c = 1
+  end subroutine fill_gaps
+
+  pure subroutine from_nearest(f, known)
+    real(dp), intent(inout) :: f(:)
+    logical, intent(inout) :: known(:)
+    integer :: i, j, nearest
+
+    if (all(known) .or. .not. any(known)) return
+    do i = 1, size(f)
+      if (known(i)) cycle
+      nearest = minloc([(abs(i - j), j=1, size(f))], 1, known)
+      f(i) = f(nearest)
+    end do
+    known = .true.
+  end subroutine from_nearest
+
+  !> Axes that have the points of the ratios', too.
+  subroutine unite(ratio, most, values, roll)
+    type(ratio_type), intent(in) :: ratio(:)
+    integer, intent(in) :: most(3)
+    type(samples_type), intent(inout) :: values(:)
+    type(axis_type), intent(inout) :: roll
+    type(axis_type) :: old
+    integer :: z
+
+    old = roll
+    do z = 1, size(ratio)
+      roll = united(roll, ratio(z)%roll, least_roll, most(2))
+    end do
+    do z = 1, size(ratio)
+      call resize(values(z), united(values(z)%u, ratio(z)%u, least_u, most(1)), values(z)%q, old, roll)
+    end do
+  end subroutine unite
+
+  pure function united(a, b, least, most) result(axis)
+    type(axis_type), intent(in) :: a, b
+    real(dp), intent(in) :: least
+    integer, intent(in) :: most
+    type(axis_type) :: axis
+    real(dp) :: x(a%n + b%n)
+    integer :: i, j, n
+
+    n = 0
+    j = 1
+    do i = 1, a%n
+      do while (j <= b%n)
+        if (b%x(j) >= a%x(i)) exit
+        if (b%x(j) > a%x(max(i - 1, 1)) + least/2 .and. b%x(j) < a%x(i) - least/2 .and. n + a%n - i + 1 < most) then
+          n = n + 1
+          x(n) = b%x(j)
+        end if
+        j = j + 1
+      end do
+      n = n + 1
+      x(n) = a%x(i)
+    end do
+    axis = new_axis(x(:n))
+  end function united
+
+  !> S of half-spaces from S of strips.
+  subroutine multiply(r, roll, v)
+    type(ratio_type), intent(in) :: r
+    type(axis_type), intent(in) :: roll
+    type(samples_type), intent(inout) :: v
+    real(dp), allocatable :: c(:, :, :)
+    type(basis_type) :: bu, br, bq(v%q%n)
+    integer :: i, j, m
+
+    call fit_3d(r%q, r%roll, r%u, reshape(r%c, [r%q%n, r%roll%n, r%u%n], order=[1, 3, 2]), c)
+    do m = 1, v%q%n
+      call axis_basis(r%q, v%q%x(m), bq(m), .false.)
+    end do
+    do j = 1, roll%n
+      call axis_basis(r%roll, roll%x(j), br, .false.)
+      do i = 1, v%u%n
+        call axis_basis(r%u, v%u%x(i), bu, .false.)
+        do m = 1, v%q%n
+          v%s(m, i, j) = v%s(m, i, j)*spline_3d_value(c, bq(m), br, bu)
+        end do
+      end do
+    end do
+  end subroutine multiply
 
 end module table

@@ -198,7 +198,7 @@ def spline(f, n: int, points: np.ndarray) -> np.ndarray:
     """Value, gradient and Hessian of the spline of f on n points per axis, in space and in a plane."""
     x, y, z = (axis_points(n, *axis) for axis in AXES)
     values = f(x[:, None, None], y[None, :, None], z[None, None, :]).ravel(order="F")
-    axes = "".join(f"{n} " + " ".join(map(str, axis)) + "\n" for axis in AXES)
+    axes = "".join(f"{n}\n{text(axis[None])}" for axis in (x, y, z))
     return probe("spline_values", stdin=axes + text(values[:, None]) + text(points))
 
 
@@ -212,10 +212,9 @@ def smooth(x, y, z):
 
 
 def test_spline_reproduces_cubics():
-    """A product of cubics in the axes' own coordinates is reproduced to round-off."""
+    """A product of cubics is reproduced to round-off."""
     def cubic(x, y, z):
-        own = [np.arcsinh((c - axis[2])/axis[3]) if axis[3] else c for c, axis in zip((x, y, z), AXES)]
-        return (1 + own[0] - own[0]**3/9)*(own[1]**3 - 2*own[1] + 0.5)*(3 - own[2]**2 + own[2]**3)
+        return (1 + x - x**3/9)*(y**3 - 2*y + 0.5)*(3 - z**2 + z**3)
 
     points = random_points(300)
     values = spline(cubic, 11, points)

@@ -1,32 +1,35 @@
 !> The tensor-product spline through given values.
 !>
 !> usage: spline_values < input
-!> Reads three axes, one per line, as `n first last centre scale` (scale 0: uniform), the
-!> n1*n2*n3 values (first index fastest), then points `x y z`.  Writes for each point
+!> Reads three axes, one per line, as `n` and n points, the n1*n2*n3 values (first index fastest),
+!> then points `x y z`.  Writes for each point
 !> f fx fy fz fxx fxy fxz fyy fyz fzz of the spline in space, f fx fy fxx fxy fyy of the
 !> spline through the plane of the first z, that plane's value alone, and f fx fy fz and f fx fy again as
 !> they come without second derivatives.
 program spline_values
-  use bspline, only: axis_basis, axis_type, basis_type, fit_axis, graded_axis, spline_2d, &
-    spline_2d_value, spline_3d, uniform_axis
+  use bspline, only: axis_basis, axis_type, basis_type, fit_axis, new_axis, spline_2d, &
+    spline_2d_value, spline_3d
   use kinds, only: dp
   implicit none
   type(axis_type) :: axis(3)
   type(basis_type) :: b(3), b1(3)
   real(dp), allocatable :: f(:, :, :), space(:, :, :), plane(:, :, :)
-  real(dp) :: first, last, centre, scale, x(3), v(10), w(6), v1(10), w1(6)
+  real(dp), allocatable :: points(:)
+  real(dp) :: x(3), v(10), w(6), v1(10), w1(6)
   integer :: i, n, stat
 
   do i = 1, 3
-    read (*, *) n, first, last, centre, scale
-    axis(i) = uniform_axis(first, last, n)
-    if (scale > 0) axis(i) = graded_axis(first, last, centre, scale, n)
+    read (*, *) n
+    allocate (points(n))
+    read (*, *) points
+    axis(i) = new_axis(points)
+    deallocate (points)
   end do
   allocate (f(axis(1)%n, axis(2)%n, axis(3)%n))
   read (*, *) f
   ! Every fit turns the axes; after two the plane is one turn short of where it began.
-  space = turned_fit(turned_fit(turned_fit(f)))
-  plane = turned_fit(turned_fit(f(:, :, :1)))
+  space = turned_fit(axis(3), turned_fit(axis(2), turned_fit(axis(1), f)))
+  plane = turned_fit(axis(2), turned_fit(axis(1), f(:, :, :1)))
   plane = reshape(plane, [size(plane, 2), size(plane, 3), 1])
   do
     read (*, *, iostat=stat) x
@@ -45,12 +48,13 @@ program spline_values
 contains
 
   !> Coefficients along the first index, which then becomes the last one.
-  function turned_fit(f) result(c)
+  function turned_fit(axis, f) result(c)
+    type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: f(:, :, :)
     real(dp), allocatable :: c(:, :, :)
     real(dp) :: flat(size(f, 1) + 2, size(f, 2)*size(f, 3))
 
-    call fit_axis(reshape(f, [size(f, 1), size(f, 2)*size(f, 3)]), flat)
+    call fit_axis(axis, reshape(f, [size(f, 1), size(f, 2)*size(f, 3)]), flat)
     c = reshape(transpose(flat), [size(f, 2), size(f, 3), size(f, 1) + 2])
   end function turned_fit
 

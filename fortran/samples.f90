@@ -1,0 +1,202 @@
+!> Values that a contact table is made of, by direct evaluation: where a zone touches, its energy in
+!> strips or as one Hertzian contact, and what half-spaces pressed together have instead.
+module samples
+  use contact, only: set_moduli, zone_energy, zone_type
+  use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
+  use kinds, only: dp
+  use patches, only: elements_type, patches_type, press_patches
+  use potential, only: contact_table, zone_pose, zone_table
+  use reach, only: extent_type, other_depth, strictness, within_reach
+  implicit none
+  private
+  public :: sample_row, sample_column, reference_shift
+
+contains
+
+  !> h and S of a zone over u at one roll angle.  Beside the rail h goes on smoothly, far below any
+  !> pose in reach, and S as it is.
+  subroutine sample_row(pair, zone, model, e_star, frame, roll, u, q, good, h, s)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zone
+    character(*), intent(in) :: model      !! 'strip' or 'hertz'
+    real(dp), intent(in) :: e_star         !! [Pa]
+    type(zone_table), intent(in) :: frame  !! its pole and origin
+    real(dp), intent(in) :: roll, u(:)     !! [rad, m]
+    real(dp), intent(in) :: q(:)           !! from 0 up [sqrt(m)]
+    logical, intent(inout) :: good(:)      !! whether h and S at u are there
+    real(dp), intent(inout) :: h(:), s(:, :)
+    type(scan_type) :: work, pressed       ! touching; pressed in
+    real(dp) :: k(size(pair%s)), across(2), centre(2), shift, station
+    integer :: i, middle, way, last
+    logical :: ok
+
+    work = new_scan(pair)
+    pressed = new_scan(pair)
+    across = [-frame%along(2), frame%along(1)]
+    call set_moduli(pair, zone, e_star, roll, k)
+    middle = minloc(abs(u), 1)
+    do way = 1, -1, -2
+      ok = .true.
+      last = 0
+      do i = merge(middle, middle - 1, way == 1), merge(size(u), 1, way == 1), way
+        if (ok .and. good(i)) cycle
+        if (ok) then
+          ! Feet of a neighbour are a start, those of one further away may lead astray.
+          work%fresh = abs(i - last) /= 1
+          last = i
+          shift = 0.02_dp
+          if (i == middle) then
+            if (i > 1) shift = merge(h(i - 1), shift, good(i - 1))
+          else if (good(i - way)) then
+            shift = h(i - way)
+          end if
+          call touch_at(u(i))
+          good(i) = ok
+          if (ok) h(i) = shift
+          if (ok) call fill_depths(s(:, i))
+        end if
+        if (.not. ok) then
+          good(i) = .false.
+          if (i == middle) then
+            ! Where no pose is found that touches, none does.
+            h(i) = -1
+            s(:, i) = 0
+          else if (abs(i - middle) == 1) then
+            h(i) = h(middle)
+            s(:, i) = s(:, middle)
+          else
+            h(i) = h(i - way) + (h(i - way) - h(i - 2*way))/(u(i - way) - u(i - 2*way))*(u(i) - u(i - way))
+            s(:, i) = s(:, i - way)
+          end if
+        end if
+      end do
+    end do
+
+  contains
+
+    !> Height `shift` along w at which the zone touches.
+    subroutine touch_at(u)
+      real(dp), intent(in) :: u
+      real(dp) :: move
+
+      centre = (frame%origin(1) + u)*frame%along + (frame%origin(2) + shift)*across - rolled(frame%pole, roll)
+      call touch(pair, work, zone%first, zone%last, centre, roll, zone%alpha, move, station, ok)
+      centre = centre + move*across
+      shift = shift + move
+    end subroutine touch_at
+
+    !> S from just touching to the largest depth, deepest first: the stations
+    !> inside the rail only become fewer.
+    subroutine fill_depths(s)
+      real(dp), intent(out) :: s(:)
+      type(zone_type) :: active
+      integer :: m
+
+      active = zone
+      call narrow(active, work%depth + q(size(q))**2)
+      call keep_feet(work, active%first, active%last, pressed)
+      do m = size(q), 2, -1
+        call scan_depth(pair, centre - q(m)**2*across, roll, active%first, active%last, pressed)
+        call narrow(active, pressed%depth)
+        s(m) = zone_energy(pair, active, model, e_star, roll, pressed, k)/q(m)**5
+      end do
+      ! S(0) is a limit; patches that small would see the rounding of the profile's
+      ! points, so it is extrapolated.
+      s(1) = s(2)*q(3)*q(4)/((q(2) - q(3))*(q(2) - q(4))) + s(3)*q(2)*q(4)/((q(3) - q(2))*(q(3) - q(4))) &
+        + s(4)*q(2)*q(3)/((q(4) - q(2))*(q(4) - q(3)))
+    end subroutine fill_depths
+
+    !> Drop stations at both ends that are outside the rail.
+    subroutine narrow(active, depth)
+      type(zone_type), intent(inout) :: active
+      real(dp), intent(in) :: depth(:)
+
+      do while (active%first < active%last - 3 .and. all(depth(active%first:active%first + 2) < 0))
+        active%first = active%first + 1
+      end do
+      do while (active%last > active%first + 3 .and. all(depth(active%last - 2:active%last) < 0))
+        active%last = active%last - 1
+      end do
+    end subroutine narrow
+
+  end subroutine sample_row
+
+  !> Energy of half-spaces over that of strips, of all that the branch (tread or flange) of a zone presses in the
+  !> poses at u, roll and the penetrations q^2 of the zone; where no run comes it is left.
+  subroutine sample_column(pair, zones, zone, elements, table, extent, u, roll, h, q, patches, ratio, there)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zones(:)
+    integer, intent(in) :: zone
+    type(elements_type), intent(in) :: elements
+    type(contact_table), intent(in) :: table   !! of strips
+    type(extent_type), intent(in) :: extent
+    real(dp), intent(in) :: u, roll, h         !! [m, rad]; h(u, roll) [m]
+    real(dp), intent(in) :: q(:)               !! ascending [sqrt(m)]
+    type(patches_type), intent(inout) :: patches   !! room
+    real(dp), intent(inout) :: ratio(:)
+    logical, intent(out) :: there(:)
+    real(dp), parameter :: margin = 1.5_dp
+    type(scan_type) :: work
+    real(dp) :: pose(3), k(size(pair%s)), strip, exact
+    integer :: first, last, m, n
+    logical :: ok
+
+    there = .false.
+    patches%n = 0
+    first = minval(zones%first, zones%flange .eqv. zones(zone)%flange)
+    last = maxval(zones%last, zones%flange .eqv. zones(zone)%flange)
+    do m = size(q), 1, -1
+      if (q(m) <= 0) cycle
+      pose = zone_pose(table%zones(zone), u, h - q(m)**2, roll)
+      if (strictness(pair, extent, pose) <= 0) cycle
+      if (.not. within_reach(extent, zones(zone)%flange, q(m)**2, other_depth(table, zone, pose), margin)) cycle
+      if (.not. allocated(work%depth)) then
+        work = new_scan(pair)
+        do n = 1, size(zones)
+          if (zones(n)%flange .eqv. zones(zone)%flange) call set_moduli(pair, zones(n), elements%e_star, roll, k)
+        end do
+      end if
+      call scan_depth(pair, pose(:2), roll, first, last, work)
+      work%fresh = .false.
+      strip = 0
+      do n = 1, size(zones)
+        if (zones(n)%flange .eqv. zones(zone)%flange) &
+          strip = strip + zone_energy(pair, zones(n), 'strip', elements%e_star, roll, work, k)
+      end do
+      if (strip <= 0) cycle
+      call press_patches(pair, elements, first, last, pose(:2), roll, work, patches, exact, ok)
+      if (.not. ok) cycle
+      ratio(m) = exact/strip
+      there(m) = .true.
+    end do
+  end subroutine sample_column
+
+  !> Lateral shift of the wheelset at which a zone is expected to touch: 0 for
+  !> the tread; for a flange zone where it is as low as the running tread.
+  real(dp) function reference_shift(pair, zone) result(y)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zone
+    type(scan_type) :: work
+    real(dp) :: low, high, shift, station
+    integer :: iter
+    logical :: ok
+
+    y = 0
+    if (.not. zone%flange) return
+    work = new_scan(pair)
+    low = -0.02_dp
+    high = 0.04_dp
+    do iter = 1, 20
+      y = (low + high)/2
+      work%fresh = .true.
+      call touch(pair, work, zone%first, zone%last, [y, pair%axle_height + 0.03_dp], 0.0_dp, 0.0_dp, &
+        shift, station, ok)
+      if (ok .and. shift > -0.03_dp) then
+        high = y
+      else
+        low = y
+      end if
+    end do
+  end function reference_shift
+
+end module samples
