@@ -9,7 +9,7 @@ module accuracy
   use kinds, only: dp
   use patches, only: elements_type, new_elements, patches_type, press_patches
   use potential, only: accuracy_type, contact_table, find_roll, height_over, inside, roll_type, wheel_potential
-  use reach, only: extent_type, strictness, within_reach
+  use reach, only: extent_type, find_reach, strictness
   implicit none
   private
   public :: measure, direct_force
@@ -47,10 +47,15 @@ contains
     end do
     if (model == 'halfspace') elements = new_elements(8, 32, 1e-4_dp, e_star)
     n = sum(drawn)
+    open (unit=77, file='/tmp/exp/poses_'//trim(model)//'.txt')
     !$omp parallel do schedule(dynamic)
     do i = 1, n
       call compare(pose(:, i), error(i), touching(:, i))
     end do
+    do i = 1, n
+      write (77, '(3es24.16,es12.3,3i3)') pose(:, i), error(i), class(i), merge(1, 0, touching(:, i))
+    end do
+    close (77)
     where (class(:n) == 2)
       class(:n) = 4
     elsewhere (touching(2, :n))
@@ -71,9 +76,9 @@ contains
       real(dp), intent(out) :: pose(3)
       integer, intent(out) :: n
       type(roll_type) :: roll, opposite
-      real(dp) :: x(4), point(2), normal(2), own, other, depth
-      integer :: z, k, m, status
-      logical :: ok
+      real(dp) :: x(4), point(2), normal(2), other, depth, strict
+      integer :: z, k, status
+      logical :: ok, within
 
       n = 0
       x = modulo(i*steps, 1.0_dp)
@@ -88,17 +93,13 @@ contains
       pose(:2) = point - rolled(pair%r(:, k), pose(3)) - depth*normal
       call find_roll(table, pose(3), .false., roll, opposite, status)
       if (status /= inside) return
-      own = -1
-      other = -1
-      do m = 1, size(zones)
-        depth = height_over(table%zones(m), pose, roll)
-        if (m == z) own = depth
-        if (m /= z) other = max(other, depth)
-      end do
-      if (own <= 0 .or. max(own, other) > extent%depth) return
-      if (.not. within_reach(extent, zones(z)%flange, own, other, 1.0_dp)) return
+      depth = height_over(table%zones(z), pose, roll)
+      if (depth <= 0 .or. depth > extent%depth) return
+      call find_reach(table, extent, z, depth, pose, .false., within, other)
+      if (.not. within) return
+      strict = strictness(pair, extent, zones(z)%flange, pose, .false.)
       n = merge(1, 2, modulo(i/size(zones), 2) == 0)
-      if (strictness(pair, extent, pose) < 1 .or. (strictness(pair, extent, pose) > 1 .neqv. n == 2)) n = 0
+      if (strict < 1 .or. (strict > 1 .neqv. n == 2)) n = 0
       if (n > 0) then
         if (drawn(n) >= wanted(n)) n = 0
       end if

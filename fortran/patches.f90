@@ -21,8 +21,10 @@ module patches
   integer, parameter :: most_patches = 4
   real(dp), parameter :: least_cosine = 0.05_dp      ! of the normal in the overlap's length
 
-  ! Aspects ds/dx of elements are powers of 2^(1/octave).
-  integer, parameter :: octave = 16, flattest = -11*octave, steepest = 8*octave
+  ! Aspects ds/dx of elements for which the influence is kept: powers of 2^(1/octave); it is linear between them.
+  integer, parameter :: octave = 32, flattest = -11*octave, steepest = 8*octave
+
+  real(dp), parameter :: margin = 0.02_dp    ! of a grid around the pressed area, of its length, at every end
 
   !> What solutions for one resolution share.
   type :: elements_type
@@ -81,14 +83,17 @@ contains
     real(dp), parameter :: least_fill = 0.8_dp ! of the grid by the patch
     real(dp), parameter :: rough = 0.1_dp      ! tolerance while a patch is looked for
     integer, parameter :: most_rounds = 12
+    ! Neighbouring poses want their patches in the same place of their grids, or the grid's error jumps.
+    integer, parameter :: tight_rounds = 5
+    real(dp), parameter :: slack = 0.01_dp     ! of the grid's length
     ! Constant pressures on ns/4 by ns elements that fit half an ellipse overestimate energy and force by
     ! 0.8/ns^2, whatever its axis ratio from 1/20 to 20 (found on Hertz's).
     real(dp), parameter :: grid_error = 0.8_dp
     real(dp), dimension(elements%nx, elements%ns, most_patches) :: depth, p, r
     real(dp), dimension(2, elements%nx, elements%ns, most_patches) :: normal, point
     type(mesh_type) :: mesh(most_patches)
-    integer :: aspect(most_patches), n, g, round, iterations
-    real(dp) :: box(3)
+    integer :: n, g, round, iterations
+    real(dp) :: box(3), self(most_patches)
     logical :: warm, fits
 
     energy = 0
@@ -103,17 +108,17 @@ contains
     end if
     do round = 1, most_rounds
       do g = 1, n
-        call fit_mesh(patches%box(:, g), patches%lap(:, g), elements, mesh(g), aspect(g))
+        call fit_mesh(patches%box(:, g), patches%lap(:, g), elements, mesh(g))
+        call interpolate(elements, mesh(g), patches%system%within(:, :, g), self(g))
         call set_depths(pair, first, last, centre, roll, work, mesh(g), depth(:, :, g), normal(:, :, :, g), &
           point(:, :, :, g))
-        patches%system%within(:, :, g) = elements%within(:, :, aspect(g))
         if (warm .or. round > 1) then
           call carry(patches%mesh(g), patches%p(:, :, g), mesh(g), p(:, :, g))
         else
           call guess(patches%box(:, g), patches%deepest(g), mesh(g), p(:, :, g))
         end if
       end do
-      call set_influence(mesh(:n), elements%self(aspect(:n)), elements%e_star, patches%system)
+      call set_influence(mesh(:n), self(:n), elements%e_star, patches%system)
       associate (m => elements%nx*elements%ns)
         block
           real(dp) :: d2(m, n), p2(m, n), r2(m, n)
@@ -187,6 +192,9 @@ contains
       box(2) = max(box(2), patches%lap(1, g))
       box(3) = min(box(3), patches%lap(2, g))
       fits = fits .and. .not. any(cut) .and. far > least_fill*elements%nx .and. box(3) - box(2) > least_fill*length
+      if (fits .and. round < tight_rounds) fits = abs(far*(1 + 2*margin) - elements%nx) < slack*elements%nx .and. &
+        abs(box(2) - max(mesh(g)%low + margin*length, patches%lap(1, g))) < slack*length .and. &
+        abs(mesh(g)%low + length - min(box(3) + margin*length, patches%lap(2, g))) < slack*length
     end subroutine fit_box
 
     !> From the centre of the last pressed element, with p, to the edge, in elements; `inner` is its neighbour's.
@@ -293,22 +301,32 @@ contains
   end subroutine find_overlaps
 
   !> A grid around a pressed area, within the overlap's stretch.
-  pure subroutine fit_mesh(box, lap, elements, mesh, aspect)
+  pure subroutine fit_mesh(box, lap, elements, mesh)
     real(dp), intent(in) :: box(3), lap(2)
     type(elements_type), intent(in) :: elements
     type(mesh_type), intent(out) :: mesh
-    integer, intent(out) :: aspect
-    real(dp), parameter :: margin = 0.02_dp    ! of the grid's length, at either end
-    real(dp) :: low, high
+    real(dp) :: high
 
-    low = max(box(2) - margin*(box(3) - box(2)), lap(1))
+    mesh%low = max(box(2) - margin*(box(3) - box(2)), lap(1))
     high = min(box(3) + margin*(box(3) - box(2)), lap(2))
-    mesh%low = low
-    mesh%ds = (high - low)/elements%ns
+    mesh%ds = (high - mesh%low)/elements%ns
     mesh%dx = (1 + 2*margin)*box(1)/elements%nx
-    aspect = max(flattest, min(floor(octave*log(mesh%ds/mesh%dx)/log(2.0_dp)), steepest))
-    mesh%dx = mesh%ds/2.0_dp**(aspect/real(octave, dp))
   end subroutine fit_mesh
+
+  !> Influence of the elements of a grid.
+  pure subroutine interpolate(elements, mesh, within, self)
+    type(elements_type), intent(in) :: elements
+    type(mesh_type), intent(in) :: mesh
+    real(dp), intent(out) :: within(:, :), self
+    real(dp) :: t
+    integer :: k
+
+    t = octave*log(mesh%ds/mesh%dx)/log(2.0_dp)
+    k = max(flattest, min(floor(t), steepest - 1))
+    t = max(0.0_dp, min(t - k, 1.0_dp))
+    within = (1 - t)*elements%within(:, :, k) + t*elements%within(:, :, k + 1)
+    self = (1 - t)*elements%self(k) + t*elements%self(k + 1)
+  end subroutine interpolate
 
   !> Undeformed interpenetration at the elements [m], the rail's normal there and the wheel's point from the
   !> axle centre, track frame.

@@ -9,7 +9,7 @@ module reach
   use potential, only: contact_table, find_roll, height_over, inside, roll_type
   implicit none
   private
-  public :: extent_type, going_over, strictness, other_depth, within_reach
+  public :: extent_type, strictness, find_reach
 
   !> Extent of the table and of what runs reach of it.
   type :: extent_type
@@ -23,53 +23,67 @@ module reach
 
   real(dp), parameter :: service_roll = 0.02_dp, service_shift = 3e-3_dp   ! beyond the clearance [rad, m]
   real(dp), parameter :: last_roll = 0.25_dp                               ! of a wheelset that goes over [rad]
-  real(dp), parameter :: derailed = 3e-3_dp                                ! flange tip past the gauge face [m]
+  real(dp), parameter :: sunk = 3e-3_dp, past = 1e-3_dp   ! derailed: as in `events`, and a little more [m]
   real(dp), parameter :: going_over = 10     ! errors allowed there, of those in service
   real(dp), parameter :: deepest = 0.3_dp    ! penetration in two zones at once, and of the tread, of the largest
 
+  ! Surroundings of what counts, for splines want some points there.
+  real(dp), parameter :: more_roll = 0.01_dp, more_shift = 2e-3_dp, more_height = 6e-3_dp   ! [rad, m, m]
+
 contains
 
-  !> Errors allowed in a pose of the left wheel, of those in service; 0 where no run comes.
-  pure real(dp) function strictness(pair, extent, pose)
+  !> Errors allowed in a pose of the left wheel, of those in service, as far as its tread or its flange touches; 0 where
+  !> no run comes.
+  pure real(dp) function strictness(pair, extent, flange, pose, around)
     type(pair_type), intent(in) :: pair
     type(extent_type), intent(in) :: extent
+    logical, intent(in) :: flange
     real(dp), intent(in) :: pose(3)
-    real(dp) :: tip(2)
+    logical, intent(in) :: around          !! with the surroundings
+    real(dp) :: tip(2), more(2)
 
     strictness = 0
-    if (abs(pose(3)) <= service_roll .and. abs(pose(1)) <= extent%clearance + service_shift) then
+    more = 0
+    if (around) more = [more_roll, more_shift]
+    if (abs(pose(3)) <= service_roll + more(1) .and. abs(pose(1)) <= extent%clearance + service_shift + more(2)) then
       strictness = 1
-    else if (pose(3) > -last_roll .and. pose(3) <= service_roll) then
+    else if (pose(3) > -merge(last_roll, 2*service_roll, flange) - more(1) .and. pose(3) <= service_roll + more(1)) then
       tip = pose(:2) + rolled(pair%flange_tip, pose(3))
-      if (tip(1) < pair%gauge_face + derailed .or. tip(2) < 0) strictness = going_over
+      if (min(tip(2) + sunk, tip(1) - pair%gauge_face) < past + more(2)) strictness = going_over
     end if
   end function strictness
 
-  !> Penetration of the deepest of the other zones in a pose [m]; negative where none touches.
-  pure real(dp) function other_depth(table, zone, pose) result(depth)
+  !> Whether a run can press a zone of the left wheel by `depth` in a pose: neither another of its zones nor the right
+  !> wheel lies deep inside the rail.  `other` is the deepest of the other zones.
+  pure subroutine find_reach(table, extent, zone, depth, pose, around, within, other)
     type(contact_table), intent(in) :: table
+    type(extent_type), intent(in) :: extent
     integer, intent(in) :: zone
-    real(dp), intent(in) :: pose(3)
+    real(dp), intent(in) :: depth, pose(3)     !! [m, rad]
+    logical, intent(in) :: around              !! with the surroundings
+    logical, intent(out) :: within
+    real(dp), intent(out) :: other             !! [m]; negative where none touches
     type(roll_type) :: roll, opposite
+    real(dp) :: limit, opposite_limit
     integer :: i, status
 
-    depth = -1
+    limit = deepest*extent%depth*merge(1.5_dp, 1.0_dp, around)
+    other = -1
+    within = table%zones(zone)%flange .or. depth <= limit
+    if (.not. within) return
     call find_roll(table, pose(3), .false., roll, opposite, status)
-    if (status /= inside) return
+    within = status == inside
+    if (.not. within) return
     do i = 1, size(table%zones)
-      if (i /= zone) depth = max(depth, height_over(table%zones(i), pose, roll))
+      if (i /= zone) other = max(other, height_over(table%zones(i), pose, roll))
+      within = other <= limit .and. (other <= 0 .or. depth <= 2*limit)
+      if (.not. within) return
     end do
-  end function other_depth
-
-  !> Whether a run can press a zone so deep while the deepest of the others is pressed by `other`.
-  pure logical function within_reach(extent, flange, depth, other, margin)
-    type(extent_type), intent(in) :: extent
-    logical, intent(in) :: flange
-    real(dp), intent(in) :: depth, other     !! [m]
-    real(dp), intent(in) :: margin           !! times the limits
-
-    within_reach = other <= margin*deepest*extent%depth .and. (flange .or. depth <= margin*deepest*extent%depth) &
-      .and. (other <= 0 .or. depth <= 2*margin*deepest*extent%depth)
-  end function within_reach
+    do i = 1, size(table%zones)
+      opposite_limit = merge(extent%depth, limit, table%zones(i)%flange) + merge(more_height, 0.0_dp, around)
+      within = height_over(table%zones(i), [-pose(1), pose(2), -pose(3)], opposite) <= opposite_limit
+      if (.not. within) return
+    end do
+  end subroutine find_reach
 
 end module reach

@@ -6,7 +6,7 @@ module samples
   use kinds, only: dp
   use patches, only: elements_type, patches_type, press_patches
   use potential, only: contact_table, zone_pose, zone_table
-  use reach, only: extent_type, other_depth, strictness, within_reach
+  use reach, only: extent_type, find_reach, strictness
   implicit none
   private
   public :: sample_row, sample_column, reference_shift
@@ -135,11 +135,10 @@ contains
     type(patches_type), intent(inout) :: patches   !! room
     real(dp), intent(inout) :: ratio(:)
     logical, intent(out) :: there(:)
-    real(dp), parameter :: margin = 1.5_dp
     type(scan_type) :: work
-    real(dp) :: pose(3), k(size(pair%s)), strip, exact
+    real(dp) :: pose(3), k(size(pair%s)), strip, exact, other
     integer :: first, last, m, n
-    logical :: ok
+    logical :: ok, within
 
     there = .false.
     patches%n = 0
@@ -148,8 +147,9 @@ contains
     do m = size(q), 1, -1
       if (q(m) <= 0) cycle
       pose = zone_pose(table%zones(zone), u, h - q(m)**2, roll)
-      if (strictness(pair, extent, pose) <= 0) cycle
-      if (.not. within_reach(extent, zones(zone)%flange, q(m)**2, other_depth(table, zone, pose), margin)) cycle
+      if (strictness(pair, extent, zones(zone)%flange, pose, .true.) <= 0) cycle
+      call find_reach(table, extent, zone, q(m)**2, pose, .true., within, other)
+      if (.not. within) cycle
       if (.not. allocated(work%depth)) then
         work = new_scan(pair)
         do n = 1, size(zones)

@@ -17,7 +17,7 @@ module table
   use patches, only: elements_type, new_elements, patches_type
   use potential, only: bound_heights, contact_table, zone_pose, zone_table
   use progress, only: monitor_type
-  use reach, only: extent_type, other_depth, strictness, within_reach
+  use reach, only: extent_type, find_reach, strictness
   use refine, only: halve_cells, judge_cells
   use samples, only: reference_shift, sample_column, sample_row
   implicit none
@@ -55,7 +55,7 @@ module table
   real(dp), parameter :: least_force = 5e3_dp                           ! that errors are compared with [N]
   real(dp), parameter :: lever = 0.75_dp                                ! of a wheel's force about X [m]
   ! Shares of the accuracy that the splines of strips and of the ratio may use up.
-  real(dp), parameter :: share_strip = 0.7_dp, share_ratio = 0.5_dp
+  real(dp), parameter :: share_strip = 0.7_dp, share_ratio = 0.3_dp
 
 contains
 
@@ -97,7 +97,7 @@ contains
       call fit(values, roll, table)
       print *, 'round', round, roll%n, (values(z)%u%n, values(z)%q%n, z=1,size(zones))
       if (round == most_rounds) exit
-      call refine_axes(pair, zones, extent, e_star, accuracy*share_strip, most, round <= rounds_of_q, table, values, &
+      call refine_axes(pair, extent, e_star, accuracy*share_strip, most, round <= rounds_of_q, table, values, &
         roll, finer)
       if (.not. finer) exit
     end do
@@ -255,9 +255,8 @@ contains
   end subroutine fit
 
   !> Halve the cells of all axes in which the force errs by more than `aim`.
-  subroutine refine_axes(pair, zones, extent, e_star, aim, most, depths, table, values, roll, finer)
+  subroutine refine_axes(pair, extent, e_star, aim, most, depths, table, values, roll, finer)
     type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
     type(extent_type), intent(in) :: extent
     real(dp), intent(in) :: e_star, aim
     integer, intent(in) :: most(3)
@@ -266,21 +265,21 @@ contains
     type(samples_type), intent(inout) :: values(:)
     type(axis_type), intent(inout) :: roll
     logical, intent(out) :: finer
-    type(axis_type) :: u(size(zones)), q(size(zones)), old
-    real(dp) :: of_roll(roll%n - 1, size(zones))
-    logical :: any_finer(3, size(zones))
+    type(axis_type) :: u(size(values)), q(size(values)), old
+    real(dp) :: of_roll(roll%n - 1, size(values))
+    logical :: any_finer(3, size(values))
     integer :: z
 
     any_finer = .false.
     of_roll = 0
     !$omp parallel do schedule(dynamic)
-    do z = 1, size(zones)
+    do z = 1, size(values)
       call refine_zone(z)
     end do
     old = roll
     call halve_cells(roll, maxval(of_roll, 2), least_roll, most(2), finer)
     finer = finer .or. any(any_finer)
-    do z = 1, size(zones)
+    do z = 1, size(values)
       if (finer) call resize(values(z), u(z), q(z), old, roll)
     end do
 
@@ -292,6 +291,7 @@ contains
       real(dp), allocatable :: of_u(:), of_q(:), flat(:, :), of_h(:, :), tilt_h(:, :)
       real(dp) :: depth, force, other, pose(3), strict
       integer :: i, j, m, nq, nu, nr
+      logical :: within
 
       associate (v => values(z))
         nq = v%q%n
@@ -308,10 +308,10 @@ contains
             do m = 2, nq
               depth = v%q%x(m)**2
               pose = zone_pose(table%zones(z), v%u%x(i), v%h(i, j) - depth, roll%x(j))
-              strict = strictness(pair, extent, pose)
+              strict = strictness(pair, extent, table%zones(z)%flange, pose, .false.)
               if (strict <= 0) cycle
-              other = other_depth(table, z, pose)
-              if (.not. within_reach(extent, zones(z)%flange, depth, other, 1.0_dp)) cycle
+              call find_reach(table, extent, z, depth, pose, .false., within, other)
+              if (.not. within) cycle
               force = 2.5_dp*v%q%x(m)**3*v%s(m, i, j)
               ! The other's force as Hertz's on a radius of about 0.3 m.
               scale(m, i, j) = 1/(aim*strict*max(force, least_force, 0.7_dp*e_star*max(other, 0.0_dp)**1.5_dp))
@@ -381,8 +381,8 @@ contains
     elements = new_elements(6, 24, 1e-2_dp, e_star)
     do z = 1, size(zones)
       call start_ratio(ratio(z), graded_points(values(z)%u%low, values(z)%u%high, 0.0_dp, &
-        merge(fine_flange, fine_tread, zones(z)%flange), 16), &
-        graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, 11), values(z)%q%high)
+        merge(fine_flange, fine_tread, zones(z)%flange), 21), &
+        graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, 21), values(z)%q%high)
     end do
     do round = 1, 6
       call solve_columns()
@@ -445,7 +445,7 @@ contains
       type(basis_type) :: bu, br
       real(dp) :: depth, other, pose(3), strict, force, c_h, h
       integer :: i, j, m
-      logical :: more(3)
+      logical :: more(3), within
 
       associate (r => ratio(z))
         allocate (by_value(r%q%n, r%u%n, r%roll%n), source=0.0_dp)
@@ -458,10 +458,10 @@ contains
               if (.not. r%there(m, i, j)) cycle
               depth = r%q%x(m)**2
               pose = zone_pose(table%zones(z), r%u%x(i), h - depth, r%roll%x(j))
-              strict = strictness(pair, extent, pose)
+              strict = strictness(pair, extent, table%zones(z)%flange, pose, .false.)
               if (strict <= 0) cycle
-              other = other_depth(table, z, pose)
-              if (.not. within_reach(extent, zones(z)%flange, depth, other, 1.0_dp)) cycle
+              call find_reach(table, extent, z, depth, pose, .false., within, other)
+              if (.not. within) cycle
               c_h = 0.7_dp*e_star
               force = c_h*depth**1.5_dp
               by_value(m, i, j) = force/(aim*strict*max(force, least_force, c_h*max(other, 0.0_dp)**1.5_dp))
@@ -477,7 +477,7 @@ contains
         u = r%u
         a = r%roll
         q = r%q
-        call halve_cells(u, of_u, 2*least_u, most(1), more(1))
+        call halve_cells(u, of_u, 4*least_u, most(1), more(1))
         call halve_cells(a, of_roll, 2*least_roll, most(2), more(2))
         more(3) = .false.
         if (round <= 2) call halve_cells(q, of_q, 2*least_q, most(3), more(3))
@@ -512,11 +512,12 @@ contains
     type(ratio_type), intent(out) :: r
     real(dp), intent(in) :: u(:), roll(:), deepest
     integer :: i
-    integer, parameter :: n = 6
+    integer, parameter :: n = 7
 
     r%u = new_axis(u)
     r%roll = new_axis(roll)
-    r%q = new_axis([(((i - 1)/real(n - 1, dp))**grading*deepest, i=1, n)])
+    ! The strips' modulus is a mean over more than the smallest patches: the ratio varies down to 0.
+    r%q = new_axis([0.0_dp, 0.06_dp*deepest, (((i - 2)/real(n - 2, dp))**grading*deepest, i=3, n)])
     allocate (r%c(n, size(u), size(roll)), source=1.0_dp)
     allocate (r%there(n, size(u), size(roll)), r%done(size(u), size(roll)), source=.false.)
   end subroutine start_ratio
@@ -546,42 +547,63 @@ contains
     end do
   end subroutine carry_over
 
-  !> Where no run comes the ratio is that of the nearest depth, else of the nearest u, else of the nearest roll.
+  !> Where no run comes the ratio goes on along roll, on which it hardly depends, else along u, else along q.
   pure subroutine fill_gaps(r)
     type(ratio_type), intent(inout) :: r
     logical :: known(size(r%c, 1), size(r%c, 2), size(r%c, 3))
     integer :: i, j, m
 
     known = r%there
-    do j = 1, r%roll%n
+    do m = 1, r%q%n
       do i = 1, r%u%n
-        call from_nearest(r%c(:, i, j), known(:, i, j))
+        call continue_line(r%roll%x, r%c(m, i, :), known(m, i, :))
       end do
-      do m = 1, r%q%n
-        call from_nearest(r%c(m, :, j), known(m, :, j))
+      do j = 1, r%roll%n
+        call continue_line(r%u%x, r%c(m, :, j), known(m, :, j))
       end do
     end do
-    do i = 1, r%u%n
-      do m = 1, r%q%n
-        call from_nearest(r%c(m, i, :), known(m, i, :))
+    do j = 1, r%roll%n
+      do i = 1, r%u%n
+        call continue_line(r%q%x, r%c(:, i, j), known(:, i, j))
       end do
     end do
     where (.not. known) r%c = 1
   end subroutine fill_gaps
 
-  pure subroutine from_nearest(f, known)
+  !> Straight between known values; beyond them for two cells, then constant.
+  pure subroutine continue_line(x, f, known)
+    real(dp), intent(in) :: x(:)
     real(dp), intent(inout) :: f(:)
     logical, intent(inout) :: known(:)
-    integer :: i, j, nearest
+    integer :: i, low, high, n
 
     if (all(known) .or. .not. any(known)) return
-    do i = 1, size(f)
-      if (known(i)) cycle
-      nearest = minloc([(abs(i - j), j=1, size(f))], 1, known)
-      f(i) = f(nearest)
+    n = size(f)
+    low = 0
+    high = 0
+    do i = 1, n
+      if (known(i)) then
+        low = i
+        cycle
+      end if
+      if (high < i) high = i - 1 + findloc(known(i:), .true., 1)
+      if (low > 0 .and. high >= i) then
+        f(i) = f(low) + (f(high) - f(low))*(x(i) - x(low))/(x(high) - x(low))
+      else if (low > 1) then
+        f(i) = f(low)
+        if (known(low - 1)) f(i) = f(low) + (f(low) - f(low - 1))*min((x(i) - x(low))/(x(low) - x(low - 1)), 2.0_dp)
+      else if (low == 0) then
+        f(i) = f(high)
+        if (high < n) then
+          if (known(high + 1)) f(i) = f(high) + (f(high) - f(high + 1)) &
+            *min((x(high) - x(i))/(x(high + 1) - x(high)), 2.0_dp)
+        end if
+      else
+        f(i) = f(low)
+      end if
     end do
     known = .true.
-  end subroutine from_nearest
+  end subroutine continue_line
 
   !> Axes that have the points of the ratios', too.
   subroutine unite(ratio, most, values, roll)
