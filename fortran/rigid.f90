@@ -3,9 +3,9 @@
 !> railway engineers read.
 module rigid
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use contact, only: zone_type
+  use contact, only: side_type
   use curve, only: curve_frame
-  use geometry, only: new_scan, pair_type, rolled, scan_type, touch
+  use geometry, only: new_scan, pair_type, rolled, same_pair, scan_type, touch
   use kinds, only: dp, pi
   implicit none
   private
@@ -48,10 +48,10 @@ contains
   end subroutine lower
 
   !> Roll angle and height at which the rigid wheelset stands on both rails with
-  !> stations first..last of both wheels; the least roll, where there are several.
-  subroutine rigid_contact(pair, first, last, y, roll, z, station, ok)
-    type(pair_type), intent(in) :: pair
-    integer, intent(in) :: first, last
+  !> the wheels' stations from `first` on; the least roll, where there are several.
+  subroutine rigid_contact(side, first, y, roll, z, station, ok)
+    type(side_type), intent(in) :: side(:) !! left, right
+    integer, intent(in) :: first(2)
     real(dp), intent(in) :: y              !! lateral displacement of the axle centre [m]
     real(dp), intent(out) :: roll, z       !! [rad, m]
     real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
@@ -62,8 +62,8 @@ contains
     real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new
     integer :: iter
 
-    left = new_scan(pair)
-    right = left
+    left = new_scan(side(1)%pair)
+    right = new_scan(side(2)%pair)
     z = 0
     ! The side that would touch first is lifted until the other one does.
     x = 0
@@ -103,8 +103,8 @@ contains
       real(dp), intent(in) :: roll
       logical :: ok_left, ok_right
 
-      call lower(pair, first, last, y, roll, left, z_left, station(1), ok_left)
-      call lower(pair, first, last, -y, -roll, right, z_right, station(2), ok_right)
+      call lower(side(1)%pair, first(1), size(side(1)%pair%s), y, roll, left, z_left, station(1), ok_left)
+      call lower(side(2)%pair, first(2), size(side(2)%pair%s), -y, -roll, right, z_right, station(2), ok_right)
       ok = ok_left .and. ok_right
       difference = z_left - z_right
     end function difference
@@ -113,19 +113,20 @@ contains
 
   !> Lateral displacement of the rigid wheelset, riding on both treads, at which
   !> the left flange touches [m].
-  subroutine clearance(pair, zones, y, ok)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)   !! from the tread to the flange
+  subroutine clearance(side, y, ok)
+    type(side_type), intent(in) :: side(:)    !! left, right
     real(dp), intent(out) :: y
     logical, intent(out) :: ok
     type(scan_type) :: work
     real(dp) :: low, high, f, f_high, roll, z, z_flange, station(2)
-    integer :: iter, tread, flange
+    integer :: iter, k, tread(2), flange
     logical :: touches
 
-    work = new_scan(pair)
-    tread = zones(count(.not. zones%flange))%first
-    flange = zones(size(zones))%first
+    work = new_scan(side(1)%pair)
+    do k = 1, 2
+      tread(k) = side(k)%zones(count(.not. side(k)%zones%flange))%first
+    end do
+    flange = side(1)%zones(size(side(1)%zones))%first
     ! Bisection finds where the flange comes into reach, the secant rule the rest.
     low = 0
     high = 0.05_dp
@@ -134,10 +135,10 @@ contains
     do iter = 1, 60
       y = (low + high)/2
       if (f > -1e-3_dp .and. f_high > 0) y = low - f*(high - low)/(f_high - f)
-      call rigid_contact(pair, tread, size(pair%s), y, roll, z, station, ok)
+      call rigid_contact(side, tread, y, roll, z, station, ok)
       if (.not. ok) return
       work%fresh = .true.
-      call lower(pair, flange, tread, y, roll, work, z_flange, station(1), touches)
+      call lower(side(1)%pair, flange, tread(1), y, roll, work, z_flange, station(1), touches)
       if (.not. touches .or. z_flange < z) then
         low = y
         if (touches) f = z_flange - z
@@ -219,14 +220,15 @@ contains
   end function conicity_of_wavelength
 
   !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
-  subroutine geometry_table(pair, n, rows, last)
-    type(pair_type), intent(in) :: pair
+  subroutine geometry_table(side, height, n, rows, last)
+    type(side_type), intent(in) :: side(:)  !! left, right
+    real(dp), intent(in) :: height          !! of the axle centre where Z is 0 [m]
     integer, intent(in) :: n                !! the most that `last` can be
     real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
     integer, intent(out) :: last
     integer :: i
 
-    call mirrored_rows(pair, geometry_pitch, n, rows, last)
+    call even_rows(side, height, geometry_pitch, n, rows, last)
     if (last < 1) return
     do i = -last, last
       rows(13, i) = conicity(max(abs(i), 1)*geometry_pitch, rows(1, -last:last), rows(8, -last:last))
@@ -235,8 +237,9 @@ contains
 
   !> Such rows at any y, with the conicity by rows of about the same pitch; NaN where the rigid wheelset
   !> does not stand on both rails.
-  subroutine geometry_at(pair, y, rows)
-    type(pair_type), intent(in) :: pair
+  subroutine geometry_at(side, height, y, rows)
+    type(side_type), intent(in) :: side(:) !! left, right
+    real(dp), intent(in) :: height         !! of the axle centre where Z is 0 [m]
     real(dp), intent(in) :: y(:)           !! [m]
     real(dp), intent(out) :: rows(:, :)    !! (column, y)
     real(dp), allocatable :: table(:, :)
@@ -246,7 +249,7 @@ contains
 
     rows = ieee_value(1.0_dp, ieee_quiet_nan)
     do i = 1, size(y)
-      call geometry_row(pair, y(i), row, ok(i))
+      call geometry_row(side, height, y(i), row, ok(i))
       if (ok(i)) rows(:12, i) = row
     end do
     if (.not. any(ok)) return
@@ -254,50 +257,55 @@ contains
     n = max(2, nint(reach/geometry_pitch))
     step = max(reach, geometry_pitch)/n
     allocate (table(12, -n:n))
-    call mirrored_rows(pair, step, n, table, last)
+    call even_rows(side, height, step, n, table, last)
     if (last < n) return
     do i = 1, size(y)
       if (ok(i)) rows(13, i) = conicity(max(abs(y(i)), step), table(1, :), table(8, :))
     end do
   end subroutine geometry_at
 
-  !> Rows without the conicity, every `pitch`: one half is the other one's mirror image.
-  subroutine mirrored_rows(pair, pitch, n, rows, last)
-    type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: pitch
+  !> Rows without the conicity, every `pitch`: to the right they are the mirror image of those to the left
+  !> with the sides exchanged.
+  subroutine even_rows(side, height, pitch, n, rows, last)
+    type(side_type), intent(in) :: side(:)
+    real(dp), intent(in) :: height, pitch
     integer, intent(in) :: n
     real(dp), intent(out) :: rows(:, -n:)
     integer, intent(out) :: last
+    real(dp) :: row(12)
     integer :: i
-    logical :: ok
+    logical :: ok, same
 
+    same = same_pair(side(1)%pair, side(2)%pair)
     last = -1
     do i = 0, n
-      call geometry_row(pair, i*pitch, rows(:12, i), ok)
+      call geometry_row(side, height, i*pitch, rows(:12, i), ok)
+      row = rows(:12, i)
+      if (ok .and. .not. same) call geometry_row(side(2:1:-1), height, i*pitch, row, ok)
       if (.not. ok) exit
-      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*rows([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10], i)
+      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*row([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10])
       last = i
     end do
-  end subroutine mirrored_rows
+  end subroutine even_rows
 
   !> One row of the geometry file, without the conicity.
-  subroutine geometry_row(pair, y, row, ok)
-    type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: y
+  subroutine geometry_row(side, height, y, row, ok)
+    type(side_type), intent(in) :: side(:)
+    real(dp), intent(in) :: height, y
     real(dp), intent(out) :: row(12)
     logical, intent(out) :: ok
     real(dp) :: roll, z, station(2), r(2), x(2, 2), angle(2), radius(2), curvature
-    integer :: side
+    integer :: k
 
-    call rigid_contact(pair, 1, size(pair%s), y, roll, z, station, ok)
+    call rigid_contact(side, [1, 1], y, roll, z, station, ok)
     if (.not. ok) return
-    do side = 1, 2
-      call curve_frame(pair%wheel, station(side), r, angle(side), curvature)
-      radius(side) = -r(2)
-      x(:, side) = rolled(r, merge(roll, -roll, side == 1))
-      angle(side) = angle(side) + merge(roll, -roll, side == 1)
+    do k = 1, 2
+      call curve_frame(side(k)%pair%wheel, station(k), r, angle(k), curvature)
+      radius(k) = -r(2)
+      x(:, k) = rolled(r, merge(roll, -roll, k == 1))
+      angle(k) = angle(k) + merge(roll, -roll, k == 1)
     end do
-    row = [y, roll, z - pair%axle_height, angle, radius, radius(1) - radius(2), &
+    row = [y, roll, z - height, angle, radius, radius(1) - radius(2), &
       y + x(1, 1), z + x(2, 1), y - x(1, 2), z + x(2, 2)]
   end subroutine geometry_row
 
