@@ -283,8 +283,11 @@ contains
     character(*), intent(in) :: file
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: rows(:, :)
+    character(:), allocatable :: about
     integer :: n, last
 
+    about = ''
+    if (.not. setup%symmetric) about = ' about where the mean of delta_r is 0'
     n = max(2, int(1.2_dp*maxval(setup%side%clearance)/geometry_pitch))
     allocate (rows(size(geometry_names), -n:n))
     call geometry_table(setup%side, setup%centred(2), n, rows, last)
@@ -293,7 +296,7 @@ contains
       return
     end if
     call write_table_file(file, header(c, setup)// &
-      'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'//nl, &
+      'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'//about//nl, &
       geometry_names, geometry_units, rows(:, -last:last), error)
   end subroutine write_geometry
 

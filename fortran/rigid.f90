@@ -2,7 +2,8 @@
 !> lateral displacement, its flange clearance, and the geometry functions that
 !> railway engineers read.
 module rigid
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+  use bracket, only: bracket_type
   use contact, only: side_type
   use curve, only: curve_frame
   use geometry, only: new_scan, pair_type, rolled, same_pair, scan_type, touch
@@ -19,6 +20,7 @@ module rigid
     'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
   !> Between its rows [m].
   real(dp), parameter :: geometry_pitch = 1e-4_dp
+  integer, parameter :: periods = 200   ! points of a period
 
 contains
 
@@ -153,71 +155,132 @@ contains
 
   !> Equivalent conicity for an amplitude by harmonic linearisation of the rolling
   !> radius difference: (1/(pi a)) * integral over one period of
-  !> (delta_r(a sin tau)/2) sin tau dtau.
+  !> (delta_r(c + a sin tau)/2) sin tau dtau, about the centre c where the mean of delta_r over the period is zero:
+  !> off the track's centre where left and right differ.  NaN where y does not hold such a motion.
   pure real(dp) function conicity(amplitude, y, delta_r)
     real(dp), intent(in) :: amplitude      !! [m]
     real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
     real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
-    integer, parameter :: n = 200
-    real(dp) :: tau, x, share
-    integer :: i, j
+    real(dp) :: tau, centre
+    integer :: i
 
+    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
+    call find_centre(amplitude, y, delta_r, centre)
+    if (ieee_is_nan(centre)) return
     conicity = 0
-    do i = 1, n
-      tau = 2*pi*(i - 0.5_dp)/n
-      x = 1 + (amplitude*sin(tau) - y(1))/(y(2) - y(1))
-      j = max(1, min(int(x), size(y) - 1))
-      share = x - j
-      conicity = conicity + ((1 - share)*delta_r(j) + share*delta_r(j + 1))/2*sin(tau)*2/(n*amplitude)
+    do i = 1, periods
+      tau = 2*pi*(i - 0.5_dp)/periods
+      conicity = conicity + between(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(periods*amplitude)
     end do
   end function conicity
 
   !> Equivalent conicity for an amplitude by EN 15302: of the cone with the same wavelength of the wheelset's
-  !> kinematic motion y'' = -delta_r(y)/(e r), whose half wave is the time from one end to the other;
-  !> NaN where delta_r turns the wheelset away from the centre.
+  !> kinematic motion y'' = -delta_r(y)/(e r), whose half wave is the time from one end to the other, as far apart as
+  !> twice the amplitude; NaN where delta_r turns the wheelset away from the centre of the motion, or y does not hold it.
   pure real(dp) function conicity_of_wavelength(amplitude, y, delta_r) result(conicity)
     real(dp), intent(in) :: amplitude      !! [m], within y
     real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
     real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
     integer, parameter :: n = 400
-    real(dp) :: tau, at, area(0:size(y)), wave, rest
+    real(dp) :: tau, at, area(0:size(y)), wave, rest, centre
     integer :: i
 
+    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
     ! Integral of delta_r, by the trapezoidal rule, and between the points.
     area(0:1) = 0
     do i = 2, size(y)
       area(i) = area(i - 1) + (delta_r(i - 1) + delta_r(i))/2*(y(2) - y(1))
     end do
-    ! y'^2 = 2/(e r) times the integral of delta_r from y to the amplitude; y = a sin tau takes away the
+    call find_centre(amplitude, y, delta_r, centre, area)
+    if (ieee_is_nan(centre)) return
+    ! y'^2 = 2/(e r) times the integral of delta_r from y to the end; y = c + a sin tau takes away the
     ! singularity at both ends.  wave = wavelength / sqrt(e r).
     wave = 0
     do i = 1, n
       tau = -pi/2 + pi*(i - 0.5_dp)/n
-      at = amplitude*sin(tau)
-      rest = integral(amplitude) - integral(at)
-      if (rest <= 0) then
-        conicity = ieee_value(1.0_dp, ieee_quiet_nan)
-        return
-      end if
+      at = centre + amplitude*sin(tau)
+      rest = integral(centre + amplitude, y, delta_r, area) - integral(at, y, delta_r, area)
+      if (rest <= 0) return
       wave = wave + 2*amplitude*cos(tau)/sqrt(2*rest)*pi/n
     end do
     conicity = 2*pi**2/wave**2
+  end function conicity_of_wavelength
+
+  !> Centre of a motion about which delta_r is zero in the mean: over the phases of a harmonic, or, with its
+  !> integral `area`, over the way.  NaN where there is none within y.
+  pure subroutine find_centre(amplitude, y, delta_r, centre, area)
+    real(dp), intent(in) :: amplitude, y(:), delta_r(:)
+    real(dp), intent(out) :: centre
+    real(dp), intent(in), optional :: area(0:)
+    real(dp), parameter :: none = 1e-12_dp        ! rounding, where both sides are the same [m]
+    type(bracket_type) :: range
+    real(dp) :: start, last, f, old
+    integer :: iter
+
+    centre = 0
+    start = mean(0.0_dp)
+    if (abs(start) <= none) return
+    f = start
+    do while (f*start > 0)
+      old = centre
+      last = f
+      centre = centre - sign(y(2) - y(1), start)
+      if (centre - amplitude < y(1) .or. centre + amplitude > y(size(y))) then
+        centre = ieee_value(1.0_dp, ieee_quiet_nan)
+        return
+      end if
+      f = mean(centre)
+    end do
+    range = bracket_type(old, last, centre, f)
+    do iter = 1, 60
+      if (abs(f) <= 1e-3_dp*none) exit
+      centre = range%guess()
+      f = mean(centre)
+      call range%narrow(centre, f)
+    end do
 
   contains
 
-    pure real(dp) function integral(x)
-      real(dp), intent(in) :: x
-      real(dp) :: share, h
-      integer :: j
+    pure real(dp) function mean(c)
+      real(dp), intent(in) :: c
+      integer :: i
 
-      h = y(2) - y(1)
-      share = (x - y(1))/h
-      j = max(1, min(1 + int(share), size(y) - 1))
-      share = share - (j - 1)
-      integral = area(j) + h*share*(delta_r(j) + share*(delta_r(j + 1) - delta_r(j))/2)
-    end function integral
+      if (present(area)) then
+        mean = (integral(c + amplitude, y, delta_r, area) - integral(c - amplitude, y, delta_r, area))/(2*amplitude)
+      else
+        mean = 0
+        do i = 1, periods
+          mean = mean + between(c + amplitude*sin(2*pi*(i - 0.5_dp)/periods), y, delta_r)/periods
+        end do
+      end if
+    end function mean
 
-  end function conicity_of_wavelength
+  end subroutine find_centre
+
+  !> Values at y, by linear interpolation.
+  pure real(dp) function between(x, y, values)
+    real(dp), intent(in) :: x, y(:), values(:)
+    real(dp) :: at, share
+    integer :: j
+
+    at = 1 + (x - y(1))/(y(2) - y(1))
+    j = max(1, min(int(at), size(y) - 1))
+    share = at - j
+    between = (1 - share)*values(j) + share*values(j + 1)
+  end function between
+
+  !> Integral up to x of values at y, of which `area` is the integral at y.
+  pure real(dp) function integral(x, y, values, area)
+    real(dp), intent(in) :: x, y(:), values(:), area(0:)
+    real(dp) :: share, h
+    integer :: j
+
+    h = y(2) - y(1)
+    share = (x - y(1))/h
+    j = max(1, min(1 + int(share), size(y) - 1))
+    share = share - (j - 1)
+    integral = area(j) + h*share*(values(j) + share*(values(j + 1) - values(j))/2)
+  end function integral
 
   !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
   subroutine geometry_table(side, height, n, rows, last)

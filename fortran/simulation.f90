@@ -160,12 +160,15 @@ contains
     end if
     call cpu_time(from)
     setup%table_found = .true.
+    if (present(watcher) .and. .not. setup%symmetric) watcher%to = 0.5_dp
     allocate (setup%wheelset%table)
     call find_table(c, setup, 1, trim(c%table_file), setup%wheelset%table, error, watcher)
     if (allocated(error)) return
     if (setup%symmetric) then
       setup%wheelset%right_table => setup%wheelset%table
     else
+      if (present(watcher)) watcher%from = 0.5_dp
+      if (present(watcher)) watcher%to = 1
       allocate (setup%wheelset%right_table)
       call find_table(c, setup, 2, right_table_path(c), setup%wheelset%right_table, error, watcher)
       if (allocated(error)) return

@@ -239,8 +239,9 @@ def _number(wheel: Wheel) -> int:
 
 def located(case: Case) -> bytes:
     """Paths of the case's files, as the core takes them: profiles, those of the right side, contact table."""
-    names = case.wheel_profile, case.rail_profile, case.wheel_profile_right, case.rail_profile_right
-    paths = *(path_bytes(case.find(name)) if name else b"" for name in names), path_bytes(case.table_path())
+    files = case.profile_files()
+    paths = *(path_bytes(files.get(name, "")) for name in
+              ("wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right")), path_bytes(case.table_path())
     for path in paths:
         if len(path) > TEXT_LENGTH:
             raise Error(f"{case.label}, &profiles: expected paths of at most {TEXT_LENGTH} characters, "
