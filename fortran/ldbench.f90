@@ -101,7 +101,7 @@ contains
     do k = 1, size(list)
       if (list(k)%group /= group) write (output_unit, '(a)') '&'//list(k)%group
       group = list(k)%group
-      write (output_unit, '(2x,a,t20,a)') list(k)%name, '('//value_text(list(k))//') '// &
+      write (output_unit, '(2x,a,t23,a)') list(k)%name, '('//value_text(list(k))//') '// &
         range_text(list(k))//about(list(k)%meaning)
     end do
   end subroutine print_help

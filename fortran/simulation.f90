@@ -150,6 +150,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
     real(dp) :: from, to
+    logical :: found(2)
+    integer :: k, n
 
     call prepare_geometry(c, setup, error)
     if (allocated(error)) return
@@ -159,56 +161,77 @@ contains
       return
     end if
     call cpu_time(from)
-    setup%table_found = .true.
-    if (present(watcher) .and. .not. setup%symmetric) watcher%to = 0.5_dp
+    n = merge(1, 2, setup%symmetric)
     allocate (setup%wheelset%table)
-    call find_table(c, setup, 1, trim(c%table_file), setup%wheelset%table, error, watcher)
-    if (allocated(error)) return
-    if (setup%symmetric) then
-      setup%wheelset%right_table => setup%wheelset%table
-    else
-      if (present(watcher)) watcher%from = 0.5_dp
-      if (present(watcher)) watcher%to = 1
-      allocate (setup%wheelset%right_table)
-      call find_table(c, setup, 2, right_table_path(c), setup%wheelset%right_table, error, watcher)
+    setup%wheelset%right_table => setup%wheelset%table
+    if (n == 2) allocate (setup%wheelset%right_table)
+    ! A file that is no table is found out before any is built.
+    do k = 1, n
+      call load_side(k, error)
       if (allocated(error)) return
-    end if
+    end do
+    do k = 1, n
+      if (present(watcher)) watcher%from = (k - 1.0_dp)/n
+      if (present(watcher)) watcher%to = real(k, dp)/n
+      if (.not. found(k)) call build_side(k, error)
+      if (allocated(error)) return
+    end do
+    setup%table_found = all(found(:n))
     call cpu_time(to)
     setup%table_seconds = to - from
 
     call set_wheelset(c, setup, error)
-  end subroutine prepare
 
-  !> The contact table of a side: from its file, or built and kept there.
-  subroutine find_table(c, setup, k, file, table, error, watcher)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(inout) :: setup
-    integer, intent(in) :: k               !! 1 left, 2 right
-    character(*), intent(in) :: file       !! '': none
-    type(contact_table), intent(out) :: table
-    type(error_type), allocatable, intent(out) :: error
-    class(monitor_type), intent(inout), optional :: watcher
-    character(:), allocatable :: key
-    type(grid_type) :: grid
-    real(dp) :: e_star
-    logical :: found
+  contains
 
-    key = table_key(c, setup%wheel(k), setup%rail(k))
-    found = .false.
-    if (file /= '') call load_table(file, key, table, found, error)
-    if (allocated(error) .or. found) return
-    setup%table_found = .false.
-    grid = grid_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, c%n_lateral, c%n_roll, c%n_depth)
-    e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
-    call build_table(setup%side(k)%pair, setup%side(k)%zones, trim(c%model), e_star, grid, key, table, watcher)
-    if (present(watcher)) then
-      if (watcher%stop) then
-        call fatal_error(error, 'stopped by the user')
-        return
+    function table_of(k) result(table)
+      integer, intent(in) :: k             !! 1 left, 2 right
+      type(contact_table), pointer :: table
+
+      table => setup%wheelset%table
+      if (k == 2) table => setup%wheelset%right_table
+    end function table_of
+
+    function file_of(k) result(file)
+      integer, intent(in) :: k
+      character(:), allocatable :: file
+
+      file = trim(c%table_file)
+      if (k == 2) file = right_table_path(c)
+    end function file_of
+
+    subroutine load_side(k, error)
+      integer, intent(in) :: k
+      type(error_type), allocatable, intent(out) :: error
+      type(contact_table), pointer :: table
+
+      table => table_of(k)
+      found(k) = .false.
+      if (file_of(k) /= '') call load_table(file_of(k), table_key(c, setup%wheel(k), setup%rail(k)), table, found(k), error)
+    end subroutine load_side
+
+    subroutine build_side(k, error)
+      integer, intent(in) :: k
+      type(error_type), allocatable, intent(out) :: error
+      type(contact_table), pointer :: table
+      type(grid_type) :: grid
+      real(dp) :: e_star
+
+      table => table_of(k)
+      grid = grid_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, c%n_lateral, c%n_roll, c%n_depth)
+      e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
+      call build_table(setup%side(k)%pair, setup%side(k)%zones, trim(c%model), e_star, grid, &
+        table_key(c, setup%wheel(k), setup%rail(k)), table, watcher)
+      if (present(watcher)) then
+        if (watcher%stop) then
+          call fatal_error(error, 'stopped by the user')
+          return
+        end if
       end if
-    end if
-    if (file /= '') call save_table(file, table, error)
-  end subroutine find_table
+      if (file_of(k) /= '') call save_table(file_of(k), table, error)
+    end subroutine build_side
+
+  end subroutine prepare
 
   !> Inertia and loads of the case on a table that is there, or on rigid contacts: equilibrium and
   !> eigenfrequencies.
