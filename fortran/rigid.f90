@@ -221,6 +221,8 @@ contains
     start = mean(0.0_dp)
     if (abs(start) <= none) return
     f = start
+    old = centre
+    last = f
     do while (f*start > 0)
       old = centre
       last = f

@@ -360,6 +360,23 @@ def test_an_ensemble_over_the_right_wheel():
     assert found.clearance_right[0] == found.clearance[0] != found.clearance_right[1]
 
 
+def test_a_worker_without_the_files_runs_the_same():
+    """What a cluster's worker is sent: profiles and tables of both sides."""
+    from ldbench import cluster
+    from ldbench.ensemble import Member, Wanted
+
+    case = two_sided(t_end=5e-3)
+    source = cluster.build_table(cluster.table_source(Member(0, case)))
+    assert source.error == "" and set(source.tables) == {"", ".right"}
+    found, = cluster.run_piece([case], source, Wanted())
+    here = run(case).summary
+    assert found["drift"] == here["drift"] and found["rest_Y"] == here["rest_Y"] != 0
+    # A right side that is named and the same goes without a table of its own.
+    same = cluster.build_table(cluster.table_source(Member(0, two_sided(t_end=1e-3, **profiles(LEFT, LEFT)))))
+    found, = cluster.run_piece([two_sided(t_end=1e-3, **profiles(LEFT, LEFT))], same, Wanted())
+    assert set(same.tables) == {""} and found["clearance"] == found["clearance_right"]
+
+
 def test_profile_command_of_two_sides(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     from ldbench.__main__ import main
 

@@ -225,9 +225,11 @@ def caption(record: Record) -> str:
         f"ldbench {record.version}: {law}, step {1e6*record.step:.3g} µs{cut}; "
         f"output every {1e3*float(record.setting('output', 'interval')):.3g} ms{thinned}; "
         f"axle {MM*record.axle_height:.3f} mm above the rails at equilibrium; Y left, Z up")
-    profiles = "; ".join(f"{which} {text}" for which, text in record.profiles.items())
+    two_sided = len(record.profiles) > 2
+    profiles = "; ".join(f"{which} {Path(text).name if two_sided else text}" for which, text in record.profiles.items())
     if record.reconstruction:
-        profiles += "; both profiles are reconstructions, not the organisers' files"
+        which = "some of the" if two_sided else "both"
+        profiles += f"; {which} profiles are reconstructions, not the organisers' files"
     return f"{settings}\n{profiles}"
 
 
