@@ -122,7 +122,7 @@ contains
     call add_text('profiles', 'wheel_profile_right', c%wheel_profile_right, '', 'of the right wheel; as the left one if not named')
     call add_text('profiles', 'rail_profile_right', c%rail_profile_right, '', 'the same of the right rail')
     call add_real('profiles', 'smoothing_mm', c%smoothing_mm, 0.0_dp, 1.0_dp, 'mm', &
-      'rms distance of the smoothing spline, about the points'' noise; 0 interpolates')
+      'rms distance of the smoothing spline, the points'' noise; 0 interpolates')
     call add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
       'axes of the files to turn over, left and right; auto: by the shape')
     call add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'of the files, left and right; auto: by the width')
