@@ -47,11 +47,11 @@ contains
     end do
     if (model == 'halfspace') elements = new_elements(8, 32, 1e-4_dp, e_star)
     n = sum(drawn)
-    open (unit=77, file='/tmp/exp/poses_'//trim(model)//'.txt')
     !$omp parallel do schedule(dynamic)
     do i = 1, n
       call compare(pose(:, i), error(i), touching(:, i))
     end do
+    open (unit=77, file='/tmp/exp/poses_'//trim(model)//'.txt')
     do i = 1, n
       write (77, '(3es24.16,es12.3,3i3)') pose(:, i), error(i), class(i), merge(1, 0, touching(:, i))
     end do
@@ -87,7 +87,7 @@ contains
       ! Every other one goes over.
       pose(3) = 0.02_dp*(2*x(2) - 1)
       if (modulo(i/size(zones), 2) == 1) pose(3) = 0.02_dp - 0.27_dp*x(2)
-      depth = extent%depth*merge(1.0_dp, 0.3_dp, zones(z)%flange)*x(3)**2
+      depth = extent%depth*merge(1.0_dp, 0.45_dp, zones(z)%flange)*x(3)**2
       call rail_point(pair, pair%angle(k) + pose(3), point, normal, ok)
       if (.not. ok) return
       pose(:2) = point - rolled(pair%r(:, k), pose(3)) - depth*normal

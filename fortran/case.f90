@@ -11,8 +11,8 @@ module case
   use text, only: clip, line_type, lower, str, to_real
   implicit none
   private
-  public :: case_type, variable_type, list_variables, read_case, check_case, output_path, value_text, range_text, &
-    text_length
+  public :: case_type, variable_type, list_variables, read_case, check_case, output_path, right_table_path, value_text, &
+    range_text, text_length
 
   integer, parameter :: text_length = 256
 
@@ -38,6 +38,7 @@ module case
     ! &profiles
     character(text_length) :: wheel_profile = 'profiles/awprof.yz'
     character(text_length) :: rail_profile = 'profiles/arprof.yz'
+    character(text_length) :: wheel_profile_right = '', rail_profile_right = ''
     real(dp) :: smoothing_mm = 0
     character(text_length) :: wheel_flip = 'auto', wheel_unit = 'auto'
     character(text_length) :: rail_flip = 'auto', rail_unit = 'auto'
@@ -57,7 +58,8 @@ module case
     character(text_length) :: table_file = ''
     real(dp) :: lateral = 0.060_dp, lift = 0.040_dp, drop = 0.010_dp
     real(dp) :: roll_range = 0.5_dp, depth = 2.2e-3_dp
-    integer :: n_lateral = 240, n_roll = 53, n_depth = 33
+    real(dp) :: accuracy = 1e-3_dp
+    integer :: n_lateral = 240, n_roll = 120, n_depth = 40
     ! &integrator
     character(text_length) :: scheme = 'newmark'
     integer :: order = 2
@@ -95,7 +97,7 @@ contains
     type(variable_type), allocatable, intent(out) :: list(:)
     integer :: n
 
-    allocate (list(64))
+    allocate (list(72))
     n = 0
     call add_text('case', 'name', c%name, '', 'names the column file')
     call add_text('case', 'title', c%title, '', 'one line, copied to the header')
@@ -118,12 +120,14 @@ contains
       'recorded; normal contact needs E and nu')
     call add_text('profiles', 'wheel_profile', c%wheel_profile, '', 'file of y, z, MiniProf or SIMPACK')
     call add_text('profiles', 'rail_profile', c%rail_profile, '', 'file of y, z, MiniProf or SIMPACK')
+    call add_text('profiles', 'wheel_profile_right', c%wheel_profile_right, '', 'of the right wheel; as the left one if not named')
+    call add_text('profiles', 'rail_profile_right', c%rail_profile_right, '', 'the same of the right rail')
     call add_real('profiles', 'smoothing_mm', c%smoothing_mm, 0.0_dp, 1.0_dp, 'mm', &
-      'rms distance of the smoothing spline, about the points'' noise; 0 interpolates')
+      'rms distance of the smoothing spline, the points'' noise; 0 interpolates')
     call add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
-      'axes of the file to turn over; auto: by the shape')
-    call add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'of the file; auto: by the width')
-    call add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', 'the same of the rail''s file')
+      'axes of the files to turn over, left and right; auto: by the shape')
+    call add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'of the files, left and right; auto: by the width')
+    call add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', 'the same of the rails'' files')
     call add_text('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', '')
     call add_real('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'lateral, left positive')
     call add_real('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', 'vertical, from static equilibrium')
@@ -141,7 +145,7 @@ contains
       'rigid: held on the rails, or only pushed')
     call add_real('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
       'of impacts, with formulation = ''unilateral''')
-    call add_text('contact', 'model', c%model, 'strip hertz halfspace', 'elastic normal force')
+    call add_text('contact', 'model', c%model, 'halfspace strip hertz', 'elastic normal force')
     call add_real('contact', 'split_angle', c%split_angle, 0.03_dp, 1.2_dp, 'rad', &
       'tangent angle that parts tread and flange')
     call add_real('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', &
@@ -152,9 +156,10 @@ contains
     call add_real('table', 'drop', c%drop, 1e-3_dp, 0.03_dp, 'm', 'of a wheel below its running height')
     call add_real('table', 'roll', c%roll_range, 0.01_dp, 0.6_dp, 'rad', 'to either side')
     call add_real('table', 'depth', c%depth, 1e-6_dp, 1e-2_dp, 'm', 'largest penetration')
-    call add_integer('table', 'n_lateral', c%n_lateral, 20, 10000, 'points across, per flange zone')
-    call add_integer('table', 'n_roll', c%n_roll, 5, 1000, 'points over roll')
-    call add_integer('table', 'n_depth', c%n_depth, 5, 1000, 'points over the root of the penetration')
+    call add_real('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', 'error of a wheel''s force allowed, of max(|F|, 5 kN)')
+    call add_integer('table', 'n_lateral', c%n_lateral, 20, 10000, 'points across, at most, per zone')
+    call add_integer('table', 'n_roll', c%n_roll, 5, 1000, 'points over roll, at most')
+    call add_integer('table', 'n_depth', c%n_depth, 5, 1000, 'points over the root of the penetration, at most')
     call add_text('integrator', 'scheme', c%scheme, 'newmark energy', '')
     call add_integer('integrator', 'order', c%order, 2, 4, '2, or 4 by composition')
     call add_real('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'Newmark; 0 is explicit')
@@ -517,17 +522,19 @@ contains
     character(*), intent(in) :: file
     type(case_type), intent(in) :: c
     type(error_type), allocatable, intent(out) :: error
-    character(24), parameter :: names(6) = [character(24) :: 'the namelist itself', '&profiles wheel_profile', &
-      '&profiles rail_profile', '&table file', '&output file', '&output geometry_file']
-    integer, parameter :: first_written = 4
+    character(48), parameter :: names(9) = [character(48) :: 'the namelist itself', '&profiles wheel_profile', &
+      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&table file', &
+      '&table file of the right side', '&output file', '&output geometry_file']
+    integer, parameter :: first_written = 6
     character(text_length) :: paths(size(names))
     integer :: i, j
 
-    paths = [character(text_length) :: file, c%wheel_profile, c%rail_profile, c%table_file, output_path(c), &
-      c%geometry_file]
+    paths = [character(text_length) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, &
+      c%rail_profile_right, c%table_file, right_table_path(c), output_path(c), c%geometry_file]
     do i = first_written, size(names)
       if (paths(i) == '') cycle
       do j = 1, i - 1
+        if (paths(j) == '') cycle
         if (.not. same_file(trim(paths(i)), trim(paths(j)))) cycle
         call fatal_error(error, file//', '//trim(names(i))//': expected a file of its own, found '// &
           trim(paths(i))//', which is '//trim(names(j)))
@@ -535,6 +542,16 @@ contains
       end do
     end do
   end subroutine check_files
+
+  !> Where the contact table of the right side is kept, if its profiles may differ from the left ones.
+  function right_table_path(c) result(path)
+    type(case_type), intent(in) :: c
+    character(:), allocatable :: path
+
+    path = ''
+    if (c%table_file /= '' .and. (c%wheel_profile_right /= '' .or. c%rail_profile_right /= '')) &
+      path = trim(c%table_file)//'.right'
+  end function right_table_path
 
   !> Where the columns go.
   function output_path(c) result(path)

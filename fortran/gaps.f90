@@ -9,9 +9,9 @@
 !> with d's second derivatives from kappa/(1 + kappa g) along the rail's tangent (kappa: the rail's curvature,
 !> convex positive) and from the wheel's own: the accelerations of closed contacts need them.
 module gaps
-  use contact, only: zone_type
+  use contact, only: side_type
   use curve, only: curve_point, near_interval
-  use geometry, only: deepest, new_scan, pair_type, rolled, scan_depth, scan_type
+  use geometry, only: deepest, new_scan, rolled, scan_depth, scan_type
   use kinds, only: dp
   use wheelset, only: contact_state, left_flange, left_tread, right_flange, right_tread
   implicit none
@@ -47,46 +47,45 @@ module gaps
 
 contains
 
-  function new_contacts(pair, zones) result(all)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
+  function new_contacts(side) result(all)
+    type(side_type), intent(in) :: side(:) !! left, right
     type(contacts_type) :: all
     integer :: wheel, k
 
-    allocate (all%c(2*size(zones)))
+    allocate (all%c(size(side(1)%zones) + size(side(2)%zones)))
     do wheel = 1, 2
-      all%scan(wheel) = new_scan(pair)
-      do k = 1, size(zones)
-        associate (c => all%c((wheel - 1)*size(zones) + k))
+      all%scan(wheel) = new_scan(side(wheel)%pair)
+      do k = 1, size(side(wheel)%zones)
+        associate (c => all%c((wheel - 1)*size(side(1)%zones) + k), zone => side(wheel)%zones(k))
           c%wheel = wheel
-          c%first = zones(k)%first
-          c%last = zones(k)%last
+          c%first = zone%first
+          c%last = zone%last
           c%contact = merge(merge(left_flange, right_flange, wheel == 1), merge(left_tread, right_tread, wheel == 1), &
-            zones(k)%flange)
+            zone%flange)
         end associate
       end do
     end do
   end function new_contacts
 
   !> All gaps at q, with a search where the wheelset has come far since the last.
-  subroutine find_gaps(pair, q, all)
-    type(pair_type), intent(in) :: pair
+  subroutine find_gaps(side, q, all)
+    type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: q(3)
     type(contacts_type), intent(inout) :: all
     integer :: k
 
     if (norm2(q(:2) - all%searched(:2)) + abs(q(3) - all%searched(3)) > reach) then
-      call search(pair, q, all)
+      call search(side, q, all)
     else
       do k = 1, size(all%c)
-        call find_gap(pair, q, all%c(k))
+        call find_gap(side, q, all%c(k))
       end do
     end if
   end subroutine find_gaps
 
   !> The nearest points among all stations of every zone, then exactly.
-  subroutine search(pair, q, all)
-    type(pair_type), intent(in) :: pair
+  subroutine search(side, q, all)
+    type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: q(3)
     type(contacts_type), intent(inout) :: all
     real(dp) :: depth, own(3)
@@ -94,24 +93,24 @@ contains
 
     do wheel = 1, 2
       own = merge(q, mirror*q, wheel == 1)
-      first = minval(all%c%first)
-      last = maxval(all%c%last)
-      call scan_depth(pair, own(:2), own(3), first, last, all%scan(wheel))
+      first = minval(all%c%first, all%c%wheel == wheel)
+      last = maxval(all%c%last, all%c%wheel == wheel)
+      call scan_depth(side(wheel)%pair, own(:2), own(3), first, last, all%scan(wheel))
       all%scan(wheel)%fresh = .false.
       do k = 1, size(all%c)
         if (all%c(k)%wheel /= wheel) cycle
-        call deepest(pair, all%scan(wheel), all%c(k)%first, all%c(k)%last, depth, all%c(k)%s, node)
+        call deepest(side(wheel)%pair, all%scan(wheel), all%c(k)%first, all%c(k)%last, depth, all%c(k)%s, node)
         all%c(k)%foot = all%scan(wheel)%foot(node)
-        all%c(k)%at_wheel = near_interval(pair%wheel, all%c(k)%s)
-        call find_gap(pair, q, all%c(k))
+        all%c(k)%at_wheel = near_interval(side(wheel)%pair%wheel, all%c(k)%s)
+        call find_gap(side, q, all%c(k))
       end do
     end do
     all%searched = q
   end subroutine search
 
   !> A contact's nearest points, gap and derivatives at q, by Newton's method from the ones it has.
-  pure subroutine find_gap(pair, q, c)
-    type(pair_type), intent(in) :: pair
+  pure subroutine find_gap(side, q, c)
+    type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: q(3)           !! axle centre y, z [m], roll [rad]
     type(gap_type), intent(inout) :: c
     real(dp), parameter :: longest = 5e-4_dp, close = 1e-9_dp   ! steps [m]; Newton squares the last
@@ -122,12 +121,12 @@ contains
 
     own = q
     if (c%wheel == 2) own = mirror*q
-    ends = pair%s([c%first, c%last])
+    ends = side(c%wheel)%pair%s([c%first, c%last])
     c%edge = .false.
     last_step = longest
     do iter = 1, 60
-      call curve_point(pair%wheel, c%s, c%at_wheel, r, r1, r2)
-      call curve_point(pair%rail, c%foot, c%at_rail, f, f1, f2)
+      call curve_point(side(c%wheel)%pair%wheel, c%s, c%at_wheel, r, r1, r2)
+      call curve_point(side(c%wheel)%pair%rail, c%foot, c%at_rail, f, f1, f2)
       x = rolled(r, own(3))
       x1 = rolled(r1, own(3))
       x2 = rolled(r2, own(3))
@@ -258,8 +257,8 @@ contains
   end subroutine closing_forces
 
   !> Move q, in the kinetic metric, until the contacts are closed.
-  pure subroutine close_gaps(pair, inertia, c, q, ok)
-    type(pair_type), intent(in) :: pair
+  pure subroutine close_gaps(side, inertia, c, q, ok)
+    type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: inertia(3)
     type(gap_type), intent(inout) :: c(:)
     real(dp), intent(inout) :: q(3)
@@ -269,7 +268,7 @@ contains
 
     do iter = 1, 30
       do i = 1, size(c)
-        call find_gap(pair, q, c(i))
+        call find_gap(side, q, c(i))
       end do
       g = couplings(inertia, c)
       x = -c%gap

@@ -25,7 +25,8 @@ module reach
   real(dp), parameter :: last_roll = 0.25_dp                               ! of a wheelset that goes over [rad]
   real(dp), parameter :: sunk = 3e-3_dp, past = 1e-3_dp   ! derailed: as in `events`, and a little more [m]
   real(dp), parameter :: going_over = 10     ! errors allowed there, of those in service
-  real(dp), parameter :: deepest = 0.3_dp    ! penetration in two zones at once, and of the tread, of the largest
+  ! Penetrations of the largest: of the tread; of the shallower and the deeper of two zones at once.
+  real(dp), parameter :: of_tread = 0.45_dp, of_two = 0.2_dp, of_deeper = 0.5_dp
 
   ! Surroundings of what counts, for splines want some points there.
   real(dp), parameter :: more_roll = 0.01_dp, more_shift = 2e-3_dp, more_height = 6e-3_dp   ! [rad, m, m]
@@ -64,24 +65,32 @@ contains
     logical, intent(out) :: within
     real(dp), intent(out) :: other             !! [m]; negative where none touches
     type(roll_type) :: roll, opposite
-    real(dp) :: limit, opposite_limit
+    real(dp) :: limit, deeper, tread, height
     integer :: i, status
 
-    limit = deepest*extent%depth*merge(1.5_dp, 1.0_dp, around)
+    limit = of_two*extent%depth*merge(1.5_dp, 1.0_dp, around)
+    deeper = of_deeper*extent%depth*merge(1.5_dp, 1.0_dp, around)
+    tread = of_tread*extent%depth
+    if (abs(pose(3)) > service_roll + more_roll) tread = 0.3_dp*extent%depth
     other = -1
-    within = table%zones(zone)%flange .or. depth <= limit
+    within = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, around)
     if (.not. within) return
     call find_roll(table, pose(3), .false., roll, opposite, status)
     within = status == inside
     if (.not. within) return
     do i = 1, size(table%zones)
-      if (i /= zone) other = max(other, height_over(table%zones(i), pose, roll))
-      within = other <= limit .and. (other <= 0 .or. depth <= 2*limit)
+      if (i == zone) cycle
+      height = height_over(table%zones(i), pose, roll)
+      ! A wheelset that goes over has its treads in the air.
+      within = height <= 0 .or. table%zones(i)%flange .or. pose(3) > -2*service_roll
+      if (.not. within) return
+      other = max(other, height)
+      within = min(depth, other) <= limit .and. (other <= 0 .or. max(depth, other) <= deeper)
       if (.not. within) return
     end do
     do i = 1, size(table%zones)
-      opposite_limit = merge(extent%depth, limit, table%zones(i)%flange) + merge(more_height, 0.0_dp, around)
-      within = height_over(table%zones(i), [-pose(1), pose(2), -pose(3)], opposite) <= opposite_limit
+      within = height_over(table%zones(i), [-pose(1), pose(2), -pose(3)], opposite) &
+        <= merge(extent%depth, tread, table%zones(i)%flange) + merge(more_height, 0.0_dp, around)
       if (.not. within) return
     end do
   end subroutine find_reach

@@ -95,7 +95,6 @@ contains
       call sample_rows(pair, zones, law, e_star, table, roll, values, part(work, round), stopped, watcher)
       if (stopped) return
       call fit(values, roll, table)
-      print *, 'round', round, roll%n, (values(z)%u%n, values(z)%q%n, z=1,size(zones))
       if (round == most_rounds) exit
       call refine_axes(pair, extent, e_star, accuracy*share_strip, most, round <= rounds_of_q, table, values, &
         roll, finer)
@@ -230,7 +229,7 @@ contains
     if (.not. present(watcher)) return
     !$ if (omp_get_thread_num() /= 0) return
     if (watcher%stop) return
-    call watcher%report('table', work(1) + (work(2) - work(1))*before/all)
+    call watcher%tell('table', work(1) + (work(2) - work(1))*before/all)
     if (watcher%stop) stopped = .true.
   end subroutine tell
 
@@ -392,8 +391,6 @@ contains
         call fill_gaps(ratio(z))
         call refine_ratio(z, finer(z))
       end do
-      print '(a,i3,9i5,i8)', 'ratio', round, &
- (ratio(z)%u%n, ratio(z)%roll%n, ratio(z)%q%n, z=1,size(zones)), sum([(count(ratio(z)%there), z=1,size(zones))])
       if (.not. any(finer)) exit
     end do
     ! The last halving has no values yet.

@@ -18,9 +18,9 @@
 !> at rest carry a force is the same complementarity problem for forces and accelerations.
 module unilateral
   use bracket, only: bracket_type
+  use contact, only: side_type
   use gaps, only: bending, close_gaps, closing_forces, complement, contacts_type, couplings, find_gap, gap_type, &
     most_closed, search, set_state, stop_gaps
-  use geometry, only: pair_type
   use kinds, only: dp
   use newmark, only: motion_type
   use wheelset, only: external_force, wheelset_type
@@ -46,8 +46,8 @@ contains
 
   !> Contacts at a pose and velocity that are given: what touches and does not open is closed, with an impact if it
   !> approaches.
-  subroutine start_contacts(pair, w, rule, all, closed, motion, status)
-    type(pair_type), intent(in) :: pair
+  subroutine start_contacts(side, w, rule, all, closed, motion, status)
+    type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
     type(contacts_type), intent(inout) :: all
@@ -55,14 +55,14 @@ contains
     type(motion_type), intent(inout) :: motion
     integer, intent(out) :: status
 
-    call search(pair, motion%q, all)
+    call search(side, motion%q, all)
     closed = .false.
     call meet(w, rule, all%c, closed, motion, released=0, status=status)
   end subroutine start_contacts
 
   !> One step of at most dt, or up to the next event.
-  subroutine advance_contacts(pair, w, rule, all, closed, motion, dt, evaluations, status)
-    type(pair_type), intent(in) :: pair
+  subroutine advance_contacts(side, w, rule, all, closed, motion, dt, evaluations, status)
+    type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
     type(contacts_type), intent(inout) :: all
@@ -80,7 +80,7 @@ contains
     status = contacts_ok
     evaluations = 0
     if (norm2(motion%q(:2) - all%searched(:2)) + abs(motion%q(3) - all%searched(3)) > reach) &
-      call search(pair, motion%q, all)
+      call search(side, motion%q, all)
     do k = 1, size(all%c)
       rate(k) = dot_product(all%c(k)%slope, motion%v)
       base(k) = min(all%c(k)%gap, 0.0_dp)      ! what an event left of it
@@ -169,12 +169,12 @@ contains
       else
         ! Two halves: their error in energy is a sixteenth, below that of an impact.
         on = pack([(i, i=1, size(c))], closed)
-        call slide(pair, w, h/2, on, c, new)
-        call slide(pair, w, h/2, on, c, new)
+        call slide(side, w, h/2, on, c, new)
+        call slide(side, w, h/2, on, c, new)
         evaluations = evaluations + 8
       end if
       do i = 1, size(c)
-        if (.not. closed(i)) call find_gap(pair, new%q, c(i))
+        if (.not. closed(i)) call find_gap(side, new%q, c(i))
       end do
       evaluations = evaluations + 1
     end subroutine step
@@ -275,8 +275,8 @@ contains
   end subroutine fly
 
   !> A Runge-Kutta step with the contacts `on` closed, projected onto them.
-  pure subroutine slide(pair, w, h, on, c, motion)
-    type(pair_type), intent(in) :: pair
+  pure subroutine slide(side, w, h, on, c, motion)
+    type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: h
     integer, intent(in) :: on(:)
@@ -302,7 +302,7 @@ contains
         v = motion%v + node(stage)*h*a
       end if
       do i = 1, size(on)
-        call find_gap(pair, q, part(i))
+        call find_gap(side, q, part(i))
       end do
       f = external_force(w, motion%t + node(stage)*h)
       call closing_forces(inertia, f, v, part, force, ok)
@@ -320,7 +320,7 @@ contains
     motion%v = motion%v + h*dv
     motion%t = motion%t + h
     motion%work = motion%work + h*work
-    call close_gaps(pair, inertia, part, motion%q, ok)
+    call close_gaps(side, inertia, part, motion%q, ok)
     call stop_gaps(inertia, part, motion%v)
     c(on) = part
   end subroutine slide
