@@ -51,11 +51,6 @@ contains
     do i = 1, n
       call compare(pose(:, i), error(i), touching(:, i))
     end do
-    open (unit=77, file='/tmp/exp/poses_'//trim(model)//'.txt')
-    do i = 1, n
-      write (77, '(3es24.16,es12.3,3i3)') pose(:, i), error(i), class(i), merge(1, 0, touching(:, i))
-    end do
-    close (77)
     where (class(:n) == 2)
       class(:n) = 4
     elsewhere (touching(2, :n))

@@ -6,6 +6,7 @@ module report
   use errors, only: error_type, fatal_error
   use events, only: elastic_kinds, event_kinds, kept_impacts
   use kinds, only: dp, version
+  use potential, only: contact_table
   use profile, only: profile_type
   use rigid, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use simulation, only: run_type, setup_type
@@ -53,7 +54,7 @@ contains
     lines = lines//profile_lines('wheel', setup%wheel)//profile_lines('rail', setup%rail)
     lines = lines//clearances(setup)//'axle height at equilibrium [m]: '//str(setup%equilibrium(2))//nl
     if (.not. setup%symmetric) lines = lines//'roll at equilibrium [rad]: '//str(setup%equilibrium(3))//nl//rest(setup)
-    lines = lines//frequencies(setup)//formulation(c)
+    lines = lines//frequencies(setup)//formulation(c)//tables(c, setup)
     copy = c
     call list_variables(copy, list)
     group = ''
@@ -101,6 +102,50 @@ contains
     end do
     line = line//nl
   end function frequencies
+
+  !> How exact the contact tables are, and a warning where that is not what was asked for.
+  function tables(c, setup) result(lines)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    character(:), allocatable :: lines
+
+    lines = ''
+    if (c%formulation /= 'elastic') return
+    if (setup%symmetric) then
+      lines = table_lines(c, 'contact table', setup%wheelset%table)
+    else
+      lines = table_lines(c, 'left contact table', setup%wheelset%table)// &
+        table_lines(c, 'right contact table', setup%wheelset%right_table)
+    end if
+  end function tables
+
+  function table_lines(c, what, table) result(lines)
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: what
+    type(contact_table), intent(in) :: table
+    character(:), allocatable :: lines
+    character(10), parameter :: place(4) = [character(10) :: 'tread', 'flange', 'both', 'going over']
+    integer :: k, z
+
+    lines = what//': model '//trim(c%model)//', '
+    do z = 1, size(table%zones)
+      associate (t => table%zones(z))
+        lines = lines//str(t%u%n)//' x '//str(t%roll%n)//' x '//str(t%q%n)
+        if (z < size(table%zones)) lines = lines//' + '
+      end associate
+    end do
+    lines = lines//' points'//nl
+    if (all(table%accuracy%poses == 0)) return
+    lines = lines//'its error, rms (largest), of max(|F|, 5 kN):'
+    do k = 1, 4
+      if (table%accuracy%poses(k) == 0) cycle
+      lines = lines//' '//trim(place(k))//' '//scientific(table%accuracy%rms(k))//' ('// &
+        scientific(table%accuracy%largest(k))//'),'
+    end do
+    lines = lines(:len(lines) - 1)//nl
+    if (any(table%accuracy%rms(:3) > c%accuracy)) lines = lines//'warning: '//what//': expected an rms error of at most '// &
+      '&table accuracy = '//str(c%accuracy)//' in service, reached '//scientific(maxval(table%accuracy%rms(:3)))//nl
+  end function table_lines
 
   !> Clearance, to either side where they differ.
   function clearances(setup) result(line)
@@ -246,7 +291,7 @@ contains
       ' m above the rails, approach '//fixed(1e3_dp*(setup%centred(2) - setup%equilibrium(2)), 4)//' mm, '// &
       fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//trim(merge('           ', ' on average', setup%symmetric))//nl
     if (.not. setup%symmetric) lines = lines//rest(setup)
-    lines = lines//frequencies(setup)//outcome(c, run, 5)// &
+    lines = lines//frequencies(setup)//tables(c, setup)//outcome(c, run, 5)// &
       'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
       'columns: '//output_path(c)//', '//str(size(run%rows, 2))//' rows'//nl

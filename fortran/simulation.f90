@@ -234,7 +234,6 @@ contains
         end if
       end if
       call measure(setup%side(k)%pair, setup%side(k)%zones, trim(c%model), e_star, extent, table)
- print '(a,4i6,8es9.2)', 'acc', table%accuracy
       if (file_of(k) /= '') call save_table(file_of(k), table, error)
     end subroutine build_side
 

@@ -5,7 +5,7 @@ module table_file
   use contact, only: max_zones
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use potential, only: bound_heights, contact_table
+  use potential, only: accuracy_type, bound_heights, contact_table
   use system, only: finish_file, scratch_name
   implicit none
   private
@@ -30,7 +30,7 @@ contains
       call fatal_error(error, '&table file = '//file//': cannot be written')
       return
     end if
-    write (unit, iostat=stat) magic, len(table%key), table%key, size(table%zones)
+    write (unit, iostat=stat) magic, len(table%key), table%key, size(table%zones), table%accuracy
     do i = 1, size(table%zones)
       associate (t => table%zones(i))
         if (stat == 0) write (unit, iostat=stat) t%flange, t%along, t%pole, t%origin, t%ceiling, &
@@ -51,6 +51,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len(magic)) :: mark
     character(len(key)) :: stored
+    type(accuracy_type) :: accuracy
     real(dp), allocatable :: u(:), roll(:), q(:)
     integer :: unit, stat, length, n, i, points(3)
     integer(int64) :: sum_stored, bytes
@@ -70,12 +71,13 @@ contains
     read (unit, pos=1, iostat=stat) mark, length
     if (stat == 0) found = mark == magic .and. length == len(key)
     if (found) then
-      read (unit, iostat=stat) stored, n
+      read (unit, iostat=stat) stored, n, accuracy
       found = stat == 0
       if (found) found = stored == key .and. n >= 1 .and. n <= max_zones
     end if
     if (found) then
       table%key = key
+      table%accuracy = accuracy
       allocate (table%zones(n))
       do i = 1, n
         associate (t => table%zones(i))
@@ -121,6 +123,7 @@ contains
     integer :: i, k
 
     mix = 0
+    call stir([real(table%accuracy%poses, dp), table%accuracy%rms, table%accuracy%largest])
     do i = 1, size(table%zones)
       associate (t => table%zones(i))
         call stir([merge(1.0_dp, 0.0_dp, t%flange), t%along, t%pole, t%origin, t%ceiling])

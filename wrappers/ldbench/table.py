@@ -10,6 +10,7 @@ import argparse
 import os
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
@@ -29,6 +30,7 @@ Outside = Literal["raise", "nan"]
 WHEELS = "both", "left", "right"
 CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
 CONTACTS = tuple(CONTACT_NAMES)
+PLACES = "tread", "flange", "both", "going over"       # of the table's error
 
 # What a case may change and keep its contact table. Profiles are compared by their contents.
 FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
@@ -40,6 +42,15 @@ _table_file = threading.Lock()
 
 # By the status of a pose.
 OUTSIDE = "", "lateral = {case.lateral} m", "roll = {case.table_roll} rad", "depth = {case.depth} m"
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Error of a wheel's force, table against direct evaluation, of max(|F|, 5 kN)."""
+
+    poses: int          # at which it was measured
+    rms: float
+    largest: float
 
 
 class ContactTable:
@@ -93,6 +104,22 @@ class ContactTable:
         new._own(case, handle)
         new._lender = getattr(self, "_lender", self)    # of the core's table
         return new
+
+    @property
+    def accuracy(self) -> dict[str, Accuracy]:
+        """Measured error of the left wheel's table, where it touches: 'tread', 'flange', 'both' at once, or
+        'going over' a rail. Empty for model 'hertz', whose law jumps, and rigid contacts."""
+        return self._accuracy(1)
+
+    @property
+    def accuracy_right(self) -> dict[str, Accuracy]:
+        """The same of the right wheel's table."""
+        return self._accuracy(2)
+
+    def _accuracy(self, side: int) -> dict[str, Accuracy]:
+        numbers = _flat.table_accuracy(self._handle, side).T.tolist()
+        return {place: Accuracy(int(poses), rms, largest)
+                for place, (poses, rms, largest) in zip(PLACES, numbers, strict=True) if poses}
 
     @property
     def clearance(self) -> float:
@@ -227,6 +254,8 @@ class ContactTable:
             ("elastic approach at rest", f"{1e3*(self.rigid_height - self.equilibrium):.4f} mm"),
             ("load per wheel", f"{self.weight/2e3:.3f} kN"),
             ("eigenfrequencies at rest", ", ".join(f"{f:.4f}" for f in self.frequencies) + " Hz"),
+            *((f"error, {place}", f"rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN)")
+              for place, error in self.accuracy.items()),
             ("file", case.table_path() or "not kept in a file")])
 
 
@@ -275,6 +304,16 @@ def main(args: argparse.Namespace) -> int:
           f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else
           f"contact table: model {case.model}, {'found' if table._found else f'built in {table._seconds:.2f} s'}"
           + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
+    for side, errors in (("", table.accuracy), ("right ", table.accuracy_right)):
+        if side and errors == table.accuracy:
+            continue
+        for place, error in errors.items():
+            print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
+                  f"at {error.poses} poses")
+        worst = max((error.rms for place, error in errors.items() if place != PLACES[-1]), default=0.0)
+        if worst > case.accuracy:
+            print(f"warning: {side}contact table: expected an rms error of at most &table accuracy = {case.accuracy} "
+                  f"in service, reached {worst:.1e}")
     if args.geometry:
         table.write_geometry(args.geometry)
         print(f"geometry functions: {args.geometry}")
