@@ -222,18 +222,23 @@ contains
     type(system_type), intent(in) :: system
     real(dp), intent(in), contiguous :: p(:, :)
     real(dp), intent(out), contiguous :: q(:, :)
-    integer :: g, h, k, l, m, from
+    integer :: g, h, k, l, m, n, from
 
     q = 0
     m = system%nx*system%ns
     do g = 1, system%n
       do l = 1, system%ns
         from = (system%ns - l)*system%nx
-        do k = 1, system%nx
-          associate (load => p(k + (l - 1)*system%nx, g))
-            if (abs(load) > 0) q(:, g) = q(:, g) + load*system%within(from + 1:from + m, k, g)
-          end associate
-        end do
+        associate (load => p((l - 1)*system%nx + 1:l*system%nx, g), w => system%within(from + 1:from + m, :, g))
+          n = findloc(abs(load) > 0, .true., 1, back=.true.)
+          ! Three columns at a time: q comes from memory and goes there once for all.
+          do k = 1, n - 2, 3
+            q(:, g) = q(:, g) + (load(k)*w(:, k) + load(k + 1)*w(:, k + 1) + load(k + 2)*w(:, k + 2))
+          end do
+          do k = n - mod(n, 3) + 1, n
+            q(:, g) = q(:, g) + load(k)*w(:, k)
+          end do
+        end associate
       end do
       do h = g + 1, system%n
         do l = 1, m
