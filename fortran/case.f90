@@ -51,7 +51,7 @@ module case
     ! &contact
     character(text_length) :: formulation = 'elastic'
     real(dp) :: restitution = 1
-    character(text_length) :: model = 'strip'
+    character(text_length) :: model = 'halfspace'
     real(dp) :: split_angle = 0.1745_dp
     real(dp) :: stiffness_scale = 1
     ! &table
