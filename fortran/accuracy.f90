@@ -81,7 +81,7 @@ contains
       k = zones(z)%first + nint(x(1)*(zones(z)%last - zones(z)%first))
       ! Every other one goes over.
       pose(3) = 0.02_dp*(2*x(2) - 1)
-      if (modulo(i/size(zones), 2) == 1) pose(3) = 0.02_dp - 0.27_dp*x(2)
+      if (modulo(i/size(zones), 2) == 1) pose(3) = 0.02_dp - 0.35_dp*x(2)
       depth = extent%depth*merge(1.0_dp, 0.45_dp, zones(z)%flange)*x(3)**2
       call rail_point(pair, pair%angle(k) + pose(3), point, normal, ok)
       if (.not. ok) return
@@ -92,7 +92,7 @@ contains
       if (depth <= 0 .or. depth > extent%depth) return
       call find_reach(table, extent, z, depth, pose, .false., within, other)
       if (.not. within) return
-      strict = strictness(pair, extent, zones(z)%flange, pose, .false.)
+      strict = strictness(pair, extent, pose, .false.)
       n = merge(1, 2, modulo(i/size(zones), 2) == 0)
       if (strict < 1 .or. (strict > 1 .neqv. n == 2)) n = 0
       if (n > 0) then

@@ -22,23 +22,21 @@ module reach
   end type extent_type
 
   real(dp), parameter :: service_roll = 0.02_dp, service_shift = 3e-3_dp   ! beyond the clearance [rad, m]
-  real(dp), parameter :: last_roll = 0.25_dp                               ! of a wheelset that goes over [rad]
+  real(dp), parameter :: last_roll = 0.33_dp                               ! of a wheelset that goes over [rad]
   real(dp), parameter :: sunk = 3e-3_dp, past = 1e-3_dp   ! derailed: as in `events`, and a little more [m]
   real(dp), parameter :: going_over = 10     ! errors allowed there, of those in service
-  ! Penetrations of the largest: of the tread; of the shallower and the deeper of two zones at once.
-  real(dp), parameter :: of_tread = 0.45_dp, of_two = 0.2_dp, of_deeper = 0.5_dp
+  ! Penetrations of the largest: of the tread; of the shallower and the deeper of two zones at once; going over.
+  real(dp), parameter :: of_tread = 0.45_dp, of_two = 0.25_dp, of_deeper = 0.7_dp, of_going_over = 0.25_dp
 
   ! Surroundings of what counts, for splines want some points there.
   real(dp), parameter :: more_roll = 0.01_dp, more_shift = 2e-3_dp, more_height = 6e-3_dp   ! [rad, m, m]
 
 contains
 
-  !> Errors allowed in a pose of the left wheel, of those in service, as far as its tread or its flange touches; 0 where
-  !> no run comes.
-  pure real(dp) function strictness(pair, extent, flange, pose, around)
+  !> Errors allowed in a pose of the left wheel, of those in service; 0 where no run comes.
+  pure real(dp) function strictness(pair, extent, pose, around)
     type(pair_type), intent(in) :: pair
     type(extent_type), intent(in) :: extent
-    logical, intent(in) :: flange
     real(dp), intent(in) :: pose(3)
     logical, intent(in) :: around          !! with the surroundings
     real(dp) :: tip(2), more(2)
@@ -48,9 +46,11 @@ contains
     if (around) more = [more_roll, more_shift]
     if (abs(pose(3)) <= service_roll + more(1) .and. abs(pose(1)) <= extent%clearance + service_shift + more(2)) then
       strictness = 1
-    else if (pose(3) > -merge(last_roll, 2*service_roll, flange) - more(1) .and. pose(3) <= service_roll + more(1)) then
+    else if (pose(3) > -last_roll - more(1) .and. pose(3) <= service_roll + more(1)) then
       tip = pose(:2) + rolled(pair%flange_tip, pose(3))
-      if (min(tip(2) + sunk, tip(1) - pair%gauge_face) < past + more(2)) strictness = going_over
+      ! It turns about the rail that it lies on.
+      if (min(tip(2) + sunk, tip(1) - pair%gauge_face) < past + more(2) .and. &
+        pose(1) + pair%axle_height*sin(pose(3)) > -more(2)) strictness = going_over
     end if
   end function strictness
 
@@ -65,26 +65,28 @@ contains
     logical, intent(out) :: within
     real(dp), intent(out) :: other             !! [m]; negative where none touches
     type(roll_type) :: roll, opposite
-    real(dp) :: limit, deeper, tread, height
+    real(dp) :: limit, deeper, tread
     integer :: i, status
 
     limit = of_two*extent%depth*merge(1.5_dp, 1.0_dp, around)
     deeper = of_deeper*extent%depth*merge(1.5_dp, 1.0_dp, around)
     tread = of_tread*extent%depth
-    if (abs(pose(3)) > service_roll + more_roll) tread = 0.3_dp*extent%depth
     other = -1
-    within = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, around)
+    if (abs(pose(3)) > service_roll + more_roll) then
+      tread = of_going_over*extent%depth
+      deeper = min(deeper, 1.5_dp*tread)
+      limit = min(limit, tread/2)
+      within = depth <= tread*merge(1.5_dp, 1.0_dp, around)
+    else
+      within = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, around)
+    end if
     if (.not. within) return
     call find_roll(table, pose(3), .false., roll, opposite, status)
     within = status == inside
     if (.not. within) return
     do i = 1, size(table%zones)
       if (i == zone) cycle
-      height = height_over(table%zones(i), pose, roll)
-      ! A wheelset that goes over has its treads in the air.
-      within = height <= 0 .or. table%zones(i)%flange .or. pose(3) > -2*service_roll
-      if (.not. within) return
-      other = max(other, height)
+      other = max(other, height_over(table%zones(i), pose, roll))
       within = min(depth, other) <= limit .and. (other <= 0 .or. max(depth, other) <= deeper)
       if (.not. within) return
     end do

@@ -144,11 +144,11 @@ contains
     patches%n = 0
     first = minval(zones%first, zones%flange .eqv. zones(zone)%flange)
     last = maxval(zones%last, zones%flange .eqv. zones(zone)%flange)
-    do m = size(q), 1, -1
-      if (q(m) <= 0) cycle
+    do m = size(q), 2, -1
       pose = zone_pose(table%zones(zone), u, h - q(m)**2, roll)
-      if (strictness(pair, extent, zones(zone)%flange, pose, .true.) <= 0) cycle
-      call find_reach(table, extent, zone, q(m)**2, pose, .true., within, other)
+      if (strictness(pair, extent, pose, .true.) <= 0) cycle
+      ! The cell below it may be within reach where the point itself is not.
+      call find_reach(table, extent, zone, q(m - 1)**2, pose, .true., within, other)
       if (.not. within) cycle
       if (.not. allocated(work%depth)) then
         work = new_scan(pair)

@@ -50,7 +50,7 @@ module table
   integer, parameter :: first_u = 31, first_roll = 21, first_q = 15
   real(dp), parameter :: grading = 1.25_dp                              ! of q towards 0
   ! Cells that are not halved any more: patches are larger.
-  real(dp), parameter :: least_u = 0.02e-3_dp, least_roll = 1e-3_dp, least_q = 0.5e-3_dp   ! [m, rad, sqrt(m)]
+  real(dp), parameter :: least_u = 0.02e-3_dp, least_roll = 0.5e-3_dp, least_q = 0.5e-3_dp   ! [m, rad, sqrt(m)]
   integer, parameter :: most_rounds = 9, rounds_of_q = 4
   real(dp), parameter :: least_force = 5e3_dp                           ! that errors are compared with [N]
   real(dp), parameter :: lever = 0.75_dp                                ! of a wheel's force about X [m]
@@ -307,7 +307,7 @@ contains
             do m = 2, nq
               depth = v%q%x(m)**2
               pose = zone_pose(table%zones(z), v%u%x(i), v%h(i, j) - depth, roll%x(j))
-              strict = strictness(pair, extent, table%zones(z)%flange, pose, .false.)
+              strict = strictness(pair, extent, pose, .false.)
               if (strict <= 0) cycle
               call find_reach(table, extent, z, depth, pose, .false., within, other)
               if (.not. within) cycle
@@ -455,7 +455,7 @@ contains
               if (.not. r%there(m, i, j)) cycle
               depth = r%q%x(m)**2
               pose = zone_pose(table%zones(z), r%u%x(i), h - depth, r%roll%x(j))
-              strict = strictness(pair, extent, table%zones(z)%flange, pose, .false.)
+              strict = strictness(pair, extent, pose, .false.)
               if (strict <= 0) cycle
               call find_reach(table, extent, z, depth, pose, .false., within, other)
               if (.not. within) cycle
