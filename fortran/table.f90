@@ -54,6 +54,8 @@ module table
   integer, parameter :: most_rounds = 9, rounds_of_q = 4
   real(dp), parameter :: least_force = 5e3_dp                           ! that errors are compared with [N]
   real(dp), parameter :: lever = 0.75_dp                                ! of a wheel's force about X [m]
+  ! Where contact moves from one arc of the profiles to the next h bends sharply, and misses more than is estimated.
+  real(dp), parameter :: of_kinks = 3
   ! Shares of the accuracy that the splines of strips and of the ratio may use up.
   real(dp), parameter :: share_strip = 0.7_dp, share_ratio = 0.3_dp
 
@@ -314,8 +316,8 @@ contains
               force = 2.5_dp*v%q%x(m)**3*v%s(m, i, j)
               ! The other's force as Hertz's on a radius of about 0.3 m.
               scale(m, i, j) = 1/(aim*strict*max(force, least_force, 0.7_dp*e_star*max(other, 0.0_dp)**1.5_dp))
-              of_h(i, j) = max(of_h(i, j), 3.75_dp*v%q%x(m)*v%s(m, i, j)*scale(m, i, j))
-              tilt_h(i, j) = max(tilt_h(i, j), force*scale(m, i, j))
+              of_h(i, j) = max(of_h(i, j), of_kinks*3.75_dp*v%q%x(m)*v%s(m, i, j)*scale(m, i, j))
+              tilt_h(i, j) = max(tilt_h(i, j), of_kinks*force*scale(m, i, j))
             end do
           end do
         end do
