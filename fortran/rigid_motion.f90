@@ -86,7 +86,7 @@ contains
         call path_state(path, pair, r%w, r%point, 0.0_dp, r%own%q, r%own%v, r%own%contact)
       end if
     else
-      r%all = new_contacts(pair, zones)
+      r%all = new_contacts(pair, zones, rivals=.true.)
       allocate (r%closed(size(r%all%c)))
       call search(pair, given, r%all)
       ok = .true.
