@@ -11,7 +11,8 @@
 !> limit of ever finer rounding.  What turns it is an impulse of the contacts.
 !>
 !> Between its poses the path is the Hermite cubic, so V is known with its derivative and energy is kept as the
-!> step keeps it: explicit, fourth order (see `newmark`).  The normal forces are the multipliers of the two
+!> step keeps it: explicit, fourth order (see `newmark`), and no longer than from one pose to the next, which
+!> resolves the path.  The normal forces are the multipliers of the two
 !> constraints; a negative one is a rail that pulls.
 module bilateral
   use bracket, only: bracket_type
@@ -25,7 +26,8 @@ module bilateral
   use wheelset, only: contact_state, external_force, wheelset_type
   implicit none
   private
-  public :: path_type, point_type, follow_path, path_state, start_at, advance_along, turn_corner, small_motion, tangent
+  public :: path_type, point_type, follow_path, path_state, start_at, advance_along, turn_corner, small_motion, tangent, &
+    between_poses
 
   !> The path on one side of the centre; the other is its mirror image.
   type :: path_type
@@ -288,6 +290,17 @@ contains
     end do
   end subroutine locate
 
+  !> Between the poses on both sides of a point [m kg^1/2].
+  pure real(dp) function between_poses(path, p) result(length)
+    type(path_type), intent(in) :: path
+    type(point_type), intent(in) :: p
+    type(point_type) :: x
+
+    x = p
+    call locate(path, x)
+    length = path%s(x%at + 1) - path%s(x%at)
+  end function between_poses
+
   !> Pose of a point and dq/ds there, by the cubic of its stretch.
   pure subroutine path_pose(path, p, q, t)
     type(path_type), intent(in) :: path
@@ -389,7 +402,8 @@ contains
         new%v = new%v + kick(i)*h*sum(f*t)
         new%s = new%s + drift(i)*h*new%v
         call path_pose(path, new, q, t)
-        f = external_force(w, now + 0.5_dp*drift(i)*h)
+        ! Time is a coordinate of the step like s: its momentum, the energy, grows by kicks.
+        f = external_force(w, time + sum(kick(:i))*h)
         done = done + f(1)*(q(1) - y)
         y = q(1)
         now = now + drift(i)*h
