@@ -26,8 +26,8 @@ module bilateral
   use wheelset, only: contact_state, external_force, wheelset_type
   implicit none
   private
-  public :: path_type, point_type, follow_path, path_state, start_at, advance_along, turn_corner, small_motion, tangent, &
-    between_poses
+  public :: path_type, point_type, follow_path, path_state, start_at, advance_along, between_poses, turn_corner, &
+    small_motion, tangent
 
   !> The path on one side of the centre; the other is its mirror image.
   type :: path_type
