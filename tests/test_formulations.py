@@ -313,7 +313,7 @@ def test_energy_is_kept_to_derailment(pair: str):
     thousand times, and what there is of energy is that of these falls."""
     for formulation, bar in ("unilateral, e = 1", 1e-12), ("unilateral, e = 0.5", 1e-9), ("unilateral, e = 0", 1e-9), (
             "bilateral", 2e-6):
-        done = run(Case.exercise(5, pair).replace(interval=5e-3, **RIGID[formulation]))
+        done = rigid_reference.ramp(pair, formulation)
         assert done.summary["derailed"] == (formulation != "bilateral")
         assert done.summary["drift"] < bar*done.columns.W_ext.abs().max(), formulation
 
@@ -371,6 +371,21 @@ def stored() -> pd.DataFrame:
 def test_motions_are_the_stored_ones(name: str, stored: pd.DataFrame):
     moved = [line for formulation in RIGID for line in rigid_reference.moves(stored, name, formulation)]
     assert not moved, "\n".join(moved)
+
+
+@pytest.mark.parametrize("formulation", RIGID)
+@pytest.mark.parametrize("pair", PAIRS)
+def test_exercise_5_ends_as_stored(pair: str, formulation: str):
+    stored = pd.read_csv(rigid_reference.ENDS)
+    moved = rigid_reference.end_moves(stored, pair, formulation)
+    assert not moved, "\n".join(moved)
+    own = stored[(stored.pair == pair) & (stored.formulation == formulation)].set_index("quantity")
+    if formulation in ("unilateral, e = 0.5", "unilateral, e = 0"):
+        assert own["may move"]["derailment at"] < 1e-6
+    elif formulation == "unilateral, e = 1":
+        assert own["may move"]["derailment: lateral force"] < 20e3      # of 274 kN
+    else:
+        assert own["may move"]["rail pulls at"] < 1e-6
 
 
 def test_stored_motions_say_something(stored: pd.DataFrame):
