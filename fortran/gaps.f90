@@ -38,7 +38,8 @@ module gaps
     integer :: n = 0                     !! without the rivals
     type(gap_type), allocatable :: c(:)  !! (n), with rivals (2 n)
     type(scan_type) :: scan(2)
-    real(dp) :: searched(3) = huge(1.0_dp)   !! pose of the last search
+    real(dp) :: searched(3) = 0          !! pose of the last search
+    logical :: stale = .true.            !! a new one is due wherever the wheelset is
   end type contacts_type
 
   integer, parameter :: most_closed = 3   !! contacts that three degrees of freedom can keep closed
@@ -100,6 +101,7 @@ contains
       end do
     end do
     all%searched = q
+    all%stale = .false.
   end subroutine search
 
   !> The same, and of every zone a second point that is nearer than its neighbours, if there is one: where a profile

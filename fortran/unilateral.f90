@@ -79,7 +79,7 @@ contains
 
     status = contacts_ok
     evaluations = 0
-    if (norm2(motion%q(:2) - all%searched(:2)) + abs(motion%q(3) - all%searched(3)) > reach) &
+    if (all%stale .or. norm2(motion%q(:2) - all%searched(:2)) + abs(motion%q(3) - all%searched(3)) > reach) &
       call search_rivals(pair, motion%q, closed, all)
     do k = 1, size(all%c)
       rate(k) = dot_product(all%c(k)%slope, motion%v)
@@ -146,7 +146,7 @@ contains
     motion = new
     all%c = c
     ! What made the energy jump may be another point of a wheel.
-    if (halved > 0) all%searched = huge(h)
+    all%stale = halved > 0
     motion%contact%struck = .false.
     if (event > 0) then
       if (opens) closed(event) = .false.
