@@ -17,8 +17,8 @@
 module bilateral
   use bracket, only: bracket_type
   use contact, only: zone_type
-  use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, search, &
-    set_state, tightest
+  use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, &
+    search_rivals, set_state, tightest
   use geometry, only: pair_type
   use kinds, only: dp, pi
   use newmark, only: drift, kick
@@ -67,13 +67,16 @@ contains
     real(dp) :: q(3), t(3), q_new(3), t_new(3), q_mid(3), q_end(3), h, scale, error, length, gap
     type(bracket_type) :: range
     integer :: k(2), side, other, iter, i
+    logical, allocatable :: held(:)
     logical :: ok, corner
 
     scale = sqrt(inertia(1))
     note = ''
-    all = new_contacts(pair, zones)
+    all = new_contacts(pair, zones, rivals=.true.)
+    allocate (held(size(all%c)))
+    held = .false.
     q = [0.0_dp, pair%axle_height, 0.0_dp]
-    call search(pair, q, all)
+    call search_rivals(pair, q, held, all)
     k = [tightest(all, 1), tightest(all, 2)]
     c = all%c(k)
     call close_gaps(pair, inertia, c, q, ok)
@@ -100,7 +103,10 @@ contains
         exit
       end if
       ! Another point of a wheel that has come into the rail: the step ends where it touches.
-      call search(pair, q_new, all)
+      all%c(k) = new
+      held = .false.
+      held(k) = .true.
+      call search_rivals(pair, q_new, held, all)
       corner = .false.
       do side = 1, 2
         other = tightest(all, side)
@@ -482,7 +488,7 @@ contains
     after = path%c(:, merge(i + 1, i, corner > 0))
     p%stretch = p%stretch + corner
     change = inertia*abs(p%v)*(path%t(:, i + 1) - path%t(:, i))
-    side = merge(1, 2, before(1)%first /= after(1)%first)
+    side = merge(1, 2, abs(before(1)%s - after(1)%s) > 0)
     c = [before(side), after(side), before(3 - side)]
     do i = 1, 3
       a(:, i) = c(i)%slope

@@ -74,6 +74,33 @@ def test_path_is_that_of_the_geometry_functions(pair: str):
             geometry[f"{column}_L"].to_numpy()[closed], abs=2e-6)
 
 
+MODERN = Case.exercise(3).replace(wheel_profile=str(REPO / "profiles/s1002.yz"), rail_profile=str(REPO / "profiles/60e1.yz"),
+                                  gauge=1.435, back_to_back=1.36, table_file="")
+
+
+def test_path_passes_over_hollows():
+    """S1002 on 60E1: contact jumps along the tread long before the flange touches. The path goes on at the other point,
+    with an impulse there that keeps the energy, and is that of the geometry functions on both sides."""
+    done = run(MODERN.replace(formulation="bilateral", vY=0.7, interval=2e-4))
+    jump = next(e for e in done.events if e.kind == "impact")
+    touch = next(e for e in done.events if e.kind == "left flange contact")
+    assert jump.t < 0.1*touch.t and set(jump.impulses) == {"LT", "RT"}
+    c = done.columns[done.columns.Y.abs() < 7.5e-3]
+    geometry = done.table.geometry(c.Y.to_numpy())
+    assert len(c) > 300 and c.Y.max() > 1.2*done.table.clearance
+    for column in "Z", "roll":
+        assert np.abs(geometry[column].to_numpy() - c[column].to_numpy()).max() < 2e-9
+    assert done.summary["drift"] < 1e-9*done.summary["kinetic_energy"]
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.5, 0.0])
+def test_energy_of_a_modern_pair(restitution: float):
+    """With two contacts on one tread at once."""
+    done = run(MODERN.replace(formulation="unilateral", restitution=restitution))
+    assert done.summary["returned"]
+    assert done.summary["drift"] < 1e-9*done.summary["kinetic_energy"]
+
+
 def test_lifting_over_the_flange_takes_more_than_exercise_3_has():
     """The actual pair climbs 4 mm at almost constant Y near 10.4 mm; over the flange it takes some 2.2 kJ, less than
     exercise 4 starts with."""
