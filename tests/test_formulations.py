@@ -481,9 +481,16 @@ def test_refusals(tmp_path: Path):
 
 
 def test_end_of_the_path_is_told():
-    """A wheelset held on its rails that is stopped by nothing: where and why the path ends."""
+    """Too far out to start; or, on a gauge 60 mm wider, to where the tread of the other wheel ends."""
     from ldbench import Error
 
-    case = Case.exercise(4).replace(formulation="bilateral", Y=0.046, vY=0.0)
+    case = Case.exercise(4).replace(formulation="bilateral")
     with pytest.raises(Error, match="expected a wheelset on both rails with formulation = 'bilateral', found none there"):
-        run(case)
+        run(case.replace(Y=0.046, vY=0.0))
+    with pytest.raises(Error) as told:
+        run(case.replace(gauge=case.gauge + 0.06))
+    where = re.search(r"expected a path on which both wheels stay on their rails, found its end at Y = (\S+) m.*, where no step "
+                      r"of \S+ m keeps both wheels on their rails, reached at t = (\S+) s", str(told.value))
+    assert where, told.value
+    assert float(where[1]) == pytest.approx(2*float(where[2]), rel=1e-3)     # at 2 m/s
+    assert "\n" not in str(told.value)
