@@ -11,13 +11,14 @@
 !> limit of ever finer rounding.  What turns it is an impulse of the contacts.
 !>
 !> Between its poses the path is the Hermite cubic, so V is known with its derivative and energy is kept as the
-!> step keeps it: explicit, fourth order (see `newmark`).  The normal forces are the multipliers of the two
+!> step keeps it: explicit, fourth order (see `newmark`), and no longer than from one pose to the next, which
+!> resolves the path.  The normal forces are the multipliers of the two
 !> constraints; a negative one is a rail that pulls.
 module bilateral
   use bracket, only: bracket_type
   use contact, only: zone_type
-  use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, search, &
-    set_state, tightest
+  use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, &
+    search_rivals, set_state, tightest
   use geometry, only: pair_type
   use kinds, only: dp, pi
   use newmark, only: drift, kick
@@ -25,7 +26,8 @@ module bilateral
   use wheelset, only: contact_state, external_force, wheelset_type
   implicit none
   private
-  public :: path_type, point_type, follow_path, path_state, start_at, advance_along, turn_corner, small_motion, tangent
+  public :: path_type, point_type, follow_path, path_state, start_at, advance_along, between_poses, turn_corner, &
+    small_motion, tangent
 
   !> The path on one side of the centre; the other is its mirror image.
   type :: path_type
@@ -65,13 +67,16 @@ contains
     real(dp) :: q(3), t(3), q_new(3), t_new(3), q_mid(3), q_end(3), h, scale, error, length, gap
     type(bracket_type) :: range
     integer :: k(2), side, other, iter, i
+    logical, allocatable :: held(:)
     logical :: ok, corner
 
     scale = sqrt(inertia(1))
     note = ''
-    all = new_contacts(pair, zones)
+    all = new_contacts(pair, zones, rivals=.true.)
+    allocate (held(size(all%c)))
+    held = .false.
     q = [0.0_dp, pair%axle_height, 0.0_dp]
-    call search(pair, q, all)
+    call search_rivals(pair, q, held, all)
     k = [tightest(all, 1), tightest(all, 2)]
     c = all%c(k)
     call close_gaps(pair, inertia, c, q, ok)
@@ -98,7 +103,10 @@ contains
         exit
       end if
       ! Another point of a wheel that has come into the rail: the step ends where it touches.
-      call search(pair, q_new, all)
+      all%c(k) = new
+      held = .false.
+      held(k) = .true.
+      call search_rivals(pair, q_new, held, all)
       corner = .false.
       do side = 1, 2
         other = tightest(all, side)
@@ -288,6 +296,17 @@ contains
     end do
   end subroutine locate
 
+  !> Between the poses on both sides of a point [m kg^1/2].
+  pure real(dp) function between_poses(path, p) result(length)
+    type(path_type), intent(in) :: path
+    type(point_type), intent(in) :: p
+    type(point_type) :: x
+
+    x = p
+    call locate(path, x)
+    length = path%s(x%at + 1) - path%s(x%at)
+  end function between_poses
+
   !> Pose of a point and dq/ds there, by the cubic of its stretch.
   pure subroutine path_pose(path, p, q, t)
     type(path_type), intent(in) :: path
@@ -389,7 +408,8 @@ contains
         new%v = new%v + kick(i)*h*sum(f*t)
         new%s = new%s + drift(i)*h*new%v
         call path_pose(path, new, q, t)
-        f = external_force(w, now + 0.5_dp*drift(i)*h)
+        ! Time is a coordinate of the step like s: its momentum, the energy, grows by kicks.
+        f = external_force(w, time + sum(kick(:i))*h)
         done = done + f(1)*(q(1) - y)
         y = q(1)
         now = now + drift(i)*h
@@ -468,7 +488,7 @@ contains
     after = path%c(:, merge(i + 1, i, corner > 0))
     p%stretch = p%stretch + corner
     change = inertia*abs(p%v)*(path%t(:, i + 1) - path%t(:, i))
-    side = merge(1, 2, before(1)%first /= after(1)%first)
+    side = merge(1, 2, abs(before(1)%s - after(1)%s) > 0)
     c = [before(side), after(side), before(3 - side)]
     do i = 1, 3
       a(:, i) = c(i)%slope
