@@ -11,22 +11,23 @@
 !> limit of ever finer rounding.  What turns it is an impulse of the contacts.
 !>
 !> Between its poses the path is the Hermite cubic, so V is known with its derivative and energy is kept as the
-!> step keeps it: explicit, fourth order (see `newmark`).  The normal forces are the multipliers of the two
+!> step keeps it: explicit, fourth order (see `newmark`), and no longer than from one pose to the next, which
+!> resolves the path.  The normal forces are the multipliers of the two
 !> constraints; a negative one is a rail that pulls.
 module bilateral
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use bracket, only: bracket_type
   use contact, only: side_type
-  use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, search, &
-    set_state, tightest
+  use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, &
+    search_rivals, set_state, tightest
   use kinds, only: dp, pi
   use newmark, only: drift, kick
   use text, only: str
   use wheelset, only: contact_state, external_force, wheelset_type
   implicit none
   private
-  public :: path_type, point_type, follow_path, path_end, path_state, start_at, advance_along, turn_corner, lowest_point, &
-    small_motion, tangent
+  public :: path_type, point_type, follow_path, path_end, path_state, start_at, advance_along, between_poses, &
+    turn_corner, lowest_point, small_motion, tangent
 
   !> The path on the left of the centre; that on the right is the same of the mirrored wheelset.
   type :: path_type
@@ -65,12 +66,15 @@ contains
     real(dp) :: q(3), t(3), q_new(3), t_new(3), q_mid(3), q_end(3), h, scale, error, length, gap
     type(bracket_type) :: range
     integer :: k(2), wheel, other, iter, i
+    logical, allocatable :: held(:)
     logical :: ok, corner
 
     scale = sqrt(inertia(1))
-    all = new_contacts(side)
+    all = new_contacts(side, rivals=.true.)
+    allocate (held(size(all%c)))
+    held = .false.
     q = start
-    call search(side, q, all)
+    call search_rivals(side, q, held, all)
     k = [tightest(all, 1), tightest(all, 2)]
     c = all%c(k)
     call close_gaps(side, inertia, c, q, ok)
@@ -97,7 +101,10 @@ contains
         exit
       end if
       ! Another point of a wheel that has come into the rail: the step ends where it touches.
-      call search(side, q_new, all)
+      all%c(k) = new
+      held = .false.
+      held(k) = .true.
+      call search_rivals(side, q_new, held, all)
       corner = .false.
       do wheel = 1, 2
         other = tightest(all, wheel)
@@ -308,6 +315,19 @@ contains
     end do
   end subroutine locate
 
+  !> Between the poses on both sides of a point [m kg^1/2].
+  pure real(dp) function between_poses(path, p) result(length)
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
+    type(point_type), intent(in) :: p
+    type(point_type) :: x
+
+    x = p
+    associate (own => path(half(p)))
+      call locate(own, x)
+      length = own%s(x%at + 1) - own%s(x%at)
+    end associate
+  end function between_poses
+
   !> Pose of a point and dq/ds there, by the cubic of its stretch.
   pure subroutine path_pose(path, p, q, t)
     type(path_type), intent(in) :: path(:)      !! to the left, to the right
@@ -411,7 +431,8 @@ contains
         new%v = new%v + kick(i)*h*sum(f*t)
         new%s = new%s + drift(i)*h*new%v
         call path_pose(path, new, q, t)
-        f = external_force(w, now + 0.5_dp*drift(i)*h)
+        ! Time is a coordinate of the step like s: its momentum, the energy, grows by kicks.
+        f = external_force(w, time + sum(kick(:i))*h)
         done = done + f(1)*(q(1) - y)
         y = q(1)
         now = now + drift(i)*h
@@ -491,7 +512,7 @@ contains
       p%stretch = p%stretch + corner
       change = inertia*abs(p%v)*(own%t(:, i + 1) - own%t(:, i))
     end associate
-    side = merge(1, 2, before(1)%first /= after(1)%first)
+    side = merge(1, 2, abs(before(1)%s - after(1)%s) > 0)
     c = [before(side), after(side), before(3 - side)]
     do i = 1, 3
       a(:, i) = c(i)%slope

@@ -11,13 +11,13 @@
 module gaps
   use contact, only: side_type
   use curve, only: curve_point, near_interval
-  use geometry, only: deepest, new_scan, rolled, scan_depth, scan_type
+  use geometry, only: deepest, new_scan, pair_type, rolled, scan_depth, scan_type
   use kinds, only: dp
   use wheelset, only: contact_state, left_flange, left_tread, right_flange, right_tread
   implicit none
   private
-  public :: gap_type, contacts_type, new_contacts, find_gap, find_gaps, search, tightest, bending, couplings, &
-    closing_forces, set_state, close_gaps, stop_gaps, complement, eliminate, most_closed
+  public :: gap_type, contacts_type, new_contacts, find_gap, search, search_rivals, part_rivals, tightest, bending, &
+    couplings, closing_forces, set_state, close_gaps, stop_gaps, complement, eliminate, most_closed
 
   !> A zone of one wheel and the rail.
   type :: gap_type
@@ -30,29 +30,34 @@ module gaps
     real(dp) :: slope(3) = 0             !! dg/dq, q = (y, z, roll)
     real(dp) :: bend(3, 3) = 0           !! its second derivatives
     logical :: edge = .false.            !! the nearest point is the zone's end
+    logical :: idle = .false.            !! no such point: a rival where the zone has only one
   end type gap_type
 
-  !> All of them, of the left wheel then of the right, and what a search needs.
+  !> All of them, of the left wheel then of the right, then their rivals, and what a search needs.
   type :: contacts_type
-    type(gap_type), allocatable :: c(:)
+    integer :: n = 0                     !! without the rivals
+    type(gap_type), allocatable :: c(:)  !! (n), with rivals (2 n)
     type(scan_type) :: scan(2)
-    real(dp) :: searched(3) = huge(1.0_dp)   !! pose of the last search
+    real(dp) :: searched(3) = 0          !! pose of the last search
+    logical :: stale = .true.            !! a new one is due wherever the wheelset is
   end type contacts_type
 
   integer, parameter :: most_closed = 3   !! contacts that three degrees of freedom can keep closed
 
-  ! A wheel that moved farther than this is searched anew: by then another of its points may be nearest [m].
-  real(dp), parameter :: reach = 2e-4_dp
+  ! Points of a zone that are nearer together than this are one [m].
+  real(dp), parameter :: apart = 3e-5_dp
   real(dp), parameter :: mirror(3) = [-1, 1, -1]
 
 contains
 
-  function new_contacts(side) result(all)
-    type(side_type), intent(in) :: side(:) !! left, right
+  function new_contacts(side, rivals) result(all)
+    type(side_type), intent(in) :: side(:)    !! left, right
+    logical, intent(in), optional :: rivals   !! two points of every zone, see search_rivals
     type(contacts_type) :: all
     integer :: wheel, k
 
-    allocate (all%c(size(side(1)%zones) + size(side(2)%zones)))
+    all%n = size(side(1)%zones) + size(side(2)%zones)
+    allocate (all%c(all%n))
     do wheel = 1, 2
       all%scan(wheel) = new_scan(side(wheel)%pair)
       do k = 1, size(side(wheel)%zones)
@@ -65,23 +70,11 @@ contains
         end associate
       end do
     end do
+    if (.not. present(rivals)) return
+    all%c = [all%c, all%c]
+    all%c(all%n + 1:)%idle = .true.
+    all%c(all%n + 1:)%gap = huge(1.0_dp)
   end function new_contacts
-
-  !> All gaps at q, with a search where the wheelset has come far since the last.
-  subroutine find_gaps(side, q, all)
-    type(side_type), intent(in) :: side(:)
-    real(dp), intent(in) :: q(3)
-    type(contacts_type), intent(inout) :: all
-    integer :: k
-
-    if (norm2(q(:2) - all%searched(:2)) + abs(q(3) - all%searched(3)) > reach) then
-      call search(side, q, all)
-    else
-      do k = 1, size(all%c)
-        call find_gap(side, q, all%c(k))
-      end do
-    end if
-  end subroutine find_gaps
 
   !> The nearest points among all stations of every zone, then exactly.
   subroutine search(side, q, all)
@@ -97,16 +90,148 @@ contains
       last = maxval(all%c%last, all%c%wheel == wheel)
       call scan_depth(side(wheel)%pair, own(:2), own(3), first, last, all%scan(wheel))
       all%scan(wheel)%fresh = .false.
-      do k = 1, size(all%c)
+      do k = 1, all%n
         if (all%c(k)%wheel /= wheel) cycle
         call deepest(side(wheel)%pair, all%scan(wheel), all%c(k)%first, all%c(k)%last, depth, all%c(k)%s, node)
+        all%c(k)%idle = .false.
         all%c(k)%foot = all%scan(wheel)%foot(node)
         all%c(k)%at_wheel = near_interval(side(wheel)%pair%wheel, all%c(k)%s)
         call find_gap(side, q, all%c(k))
       end do
     end do
     all%searched = q
+    all%stale = .false.
   end subroutine search
+
+  !> The same, and of every zone a second point that is nearer than its neighbours, if there is one: where a profile
+  !> is hollow over a fraction of a millimetre, as a spline beside a jump of curvature is, contact passes over the
+  !> hollow at once, to a point that comes down as any other contact does.  Points that carry a force are kept.
+  subroutine search_rivals(side, q, closed, all)
+    type(side_type), intent(in) :: side(:) !! left, right
+    real(dp), intent(in) :: q(3)
+    logical, intent(in) :: closed(:)       !! (2 n)
+    type(contacts_type), intent(inout) :: all
+    type(gap_type) :: held(2*all%n), found
+    integer :: k, own, other
+
+    held = all%c
+    call search(side, q, all)
+    do k = 1, all%n
+      own = merge(all%n + k, k, closed(all%n + k) .and. .not. closed(k))
+      other = 2*k + all%n - own
+      found = all%c(k)
+      if (closed(own)) then
+        all%c(own) = held(own)
+        call find_gap(side, q, all%c(own))
+      end if
+      if (closed(other)) then
+        all%c(other) = held(other)
+        call find_gap(side, q, all%c(other))
+      else
+        call find_rival(side, q, all%scan(found%wheel), all%c(own), all%c(other))
+        if (abs(found%s - all%c(own)%s) > apart .and. found%gap < all%c(other)%gap) all%c(other) = found
+      end if
+    end do
+  end subroutine search_rivals
+
+  !> The lowest of a zone's other points that are nearer to the rail than their neighbours: finely about the point
+  !> that is known, then among the stations of a scan at q.
+  subroutine find_rival(side, q, scan, c, rival)
+    type(side_type), intent(in) :: side(:) !! left, right
+    real(dp), intent(in) :: q(3)
+    type(scan_type), intent(in) :: scan
+    type(gap_type), intent(in) :: c
+    type(gap_type), intent(out) :: rival
+    real(dp), parameter :: near = 1e-4_dp               ! gaps that a step may close [m]
+    real(dp), parameter :: stride = 2.5e-5_dp           ! [m]
+    integer, parameter :: strides = 48
+    type(gap_type) :: p
+    real(dp) :: own(3), ends(2), slope, before
+    integer :: i, way
+
+    rival = c
+    rival%idle = .true.
+    rival%gap = huge(1.0_dp)
+    rival%slope = 0
+    rival%bend = 0
+    if (c%gap > near) return
+    own = merge(q, mirror*q, c%wheel == 1)
+    ends = side(c%wheel)%pair%s([c%first, c%last])
+    do way = -1, 1, 2
+      p = c
+      slope = 0
+      do i = 1, strides
+        before = slope
+        p%s = c%s + way*i*stride
+        if (p%s <= ends(1) .or. p%s >= ends(2)) exit
+        call find_slope(side(c%wheel)%pair, own, p, slope)
+        if (way*before < 0 .and. way*slope >= 0) call take(p)
+      end do
+    end do
+    associate (pair => side(c%wheel)%pair)
+      do i = c%first, c%last - 1
+        if (abs(pair%s(i) - c%s) < strides*stride .or. scan%depth(i) < -near) cycle
+        if (scan%slope(i) <= 0 .or. scan%slope(i + 1) >= 0) cycle
+        p = c
+        p%s = pair%s(i)
+        p%at_wheel = near_interval(pair%wheel, p%s)
+        p%foot = scan%foot(i)
+        p%at_rail = scan%interval(i)
+        call take(p)
+      end do
+    end associate
+
+  contains
+
+    subroutine take(start)
+      type(gap_type), intent(in) :: start
+      type(gap_type) :: x
+
+      x = start
+      call find_gap(side, q, x)
+      if (abs(x%s - c%s) > apart .and. x%gap < min(rival%gap, near)) rival = x
+    end subroutine take
+
+  end subroutine find_rival
+
+  !> How the distance from the rail grows along the wheel at a point p%s; p%foot is the nearest point of the rail.
+  pure subroutine find_slope(pair, own, p, slope)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: own(3)         !! pose, mirrored for the right wheel
+    type(gap_type), intent(inout) :: p
+    real(dp), intent(out) :: slope
+    real(dp), dimension(2) :: r, r1, r2, e, f, f1, f2
+    real(dp) :: step
+    integer :: iter
+
+    call curve_point(pair%wheel, p%s, p%at_wheel, r, r1, r2)
+    e = own(:2) + rolled(r, own(3))
+    do iter = 1, 20
+      call curve_point(pair%rail, p%foot, p%at_rail, f, f1, f2)
+      step = dot_product(e - f, f1)/max(dot_product(f1, f1) - dot_product(e - f, f2), 0.2_dp)
+      if (abs(step) < 1e-9_dp) exit
+      p%foot = p%foot + step
+    end do
+    r1 = rolled(r1, own(3))
+    slope = (f1(1)*r1(2) - f1(2)*r1(1))/norm2(f1)
+  end subroutine find_slope
+
+  !> A rival that has come to a contact's own point, or beside it, is none; what is closed stays.
+  pure subroutine part_rivals(closed, c)
+    logical, intent(in) :: closed(:)
+    type(gap_type), intent(inout) :: c(:)  !! contacts, then their rivals
+    integer :: k, n, gone
+
+    n = size(c)/2
+    do k = 1, n
+      if (c(k)%idle .or. c(n + k)%idle .or. abs(c(k)%s - c(n + k)%s) > apart .or. closed(k) .and. closed(n + k)) cycle
+      gone = merge(k, n + k, closed(n + k))
+      c(gone)%idle = .true.
+      c(gone)%gap = huge(1.0_dp)
+      c(gone)%slope = 0
+      c(gone)%bend = 0
+    end do
+  end subroutine part_rivals
 
   !> A contact's nearest points, gap and derivatives at q, by Newton's method from the ones it has.
   pure subroutine find_gap(side, q, c)
@@ -119,6 +244,7 @@ contains
       shear(3)
     integer :: iter, i
 
+    if (c%idle) return
     own = q
     if (c%wheel == 2) own = mirror*q
     ends = side(c%wheel)%pair%s([c%first, c%last])

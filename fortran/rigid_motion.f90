@@ -1,6 +1,6 @@
 !> The motion of a wheelset with rigid contacts, bilateral or unilateral: how it starts, and its steps.
 module rigid_motion
-  use bilateral, only: advance_along, path_state, path_type, point_type, start_at, tangent, turn_corner
+  use bilateral, only: advance_along, between_poses, path_state, path_type, point_type, start_at, tangent, turn_corner
   use case, only: case_type
   use contact, only: side_type
   use errors, only: error_type, fatal_error
@@ -128,7 +128,7 @@ contains
         call path_state(path, side, r%w, r%point, 0.0_dp, r%own%q, r%own%v, r%own%contact)
       end if
     else
-      r%all = new_contacts(side)
+      r%all = new_contacts(side, rivals=.true.)
       allocate (r%closed(size(r%all%c)))
       call search(side, r%own%q, r%all)
       ok = .true.
@@ -196,7 +196,7 @@ contains
     evaluations = 0
     q = r%own%q
     work = r%own%work
-    h = dt
+    h = min(dt, between_poses(path, r%point)/max(abs(r%point%v), tiny(h)))
     do halved = 0, r%rule%halvings
       dt = h
       p = r%point

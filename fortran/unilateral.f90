@@ -20,7 +20,7 @@ module unilateral
   use bracket, only: bracket_type
   use contact, only: side_type
   use gaps, only: bending, close_gaps, closing_forces, complement, contacts_type, couplings, find_gap, gap_type, &
-    most_closed, search, set_state, stop_gaps
+    most_closed, part_rivals, search_rivals, set_state, stop_gaps
   use kinds, only: dp
   use newmark, only: motion_type
   use wheelset, only: external_force, wheelset_type
@@ -55,8 +55,8 @@ contains
     type(motion_type), intent(inout) :: motion
     integer, intent(out) :: status
 
-    call search(side, motion%q, all)
     closed = .false.
+    call search_rivals(side, motion%q, closed, all)
     call meet(w, rule, all%c, closed, motion, released=0, status=status)
   end subroutine start_contacts
 
@@ -79,8 +79,8 @@ contains
 
     status = contacts_ok
     evaluations = 0
-    if (norm2(motion%q(:2) - all%searched(:2)) + abs(motion%q(3) - all%searched(3)) > reach) &
-      call search(side, motion%q, all)
+    if (all%stale .or. norm2(motion%q(:2) - all%searched(:2)) + abs(motion%q(3) - all%searched(3)) > reach) &
+      call search_rivals(side, motion%q, closed, all)
     do k = 1, size(all%c)
       rate(k) = dot_product(all%c(k)%slope, motion%v)
       base(k) = min(all%c(k)%gap, 0.0_dp)      ! what an event left of it
@@ -145,6 +145,8 @@ contains
     dt = h
     motion = new
     all%c = c
+    ! What made the energy jump may be another point of a wheel.
+    all%stale = halved > 0
     motion%contact%struck = .false.
     if (event > 0) then
       if (opens) closed(event) = .false.
@@ -176,6 +178,7 @@ contains
       do i = 1, size(c)
         if (.not. closed(i)) call find_gap(side, new%q, c(i))
       end do
+      call part_rivals(closed, c)
       evaluations = evaluations + 1
     end subroutine step
 

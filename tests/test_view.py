@@ -278,7 +278,8 @@ def test_play_moves_the_wheelset(browser: Browser, one: Path):
     assert browser.text("#pose") != pose and scene_pixels(browser) != pixels
     y = float(re.match(r"Y (\S+) mm", browser.text("#pose").replace("−", "-"))[1])
     assert y == pytest.approx(1e3*0.1*stopped, rel=0.01, abs=1e-3)      # at 0.1 m/s, before it meets the flange
-    browser.wait(lambda: f"t={stopped:.5f}"[:7] in browser.driver.current_url)
+    browser.wait(lambda: (link := re.search(r"#t=([^&]+)", browser.driver.current_url))
+                 and float(link[1]) == pytest.approx(stopped, rel=1e-8))
 
 
 def test_events_and_rows_by_key(browser: Browser, one: Path, shipped: dict[str, Run]):
