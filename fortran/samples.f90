@@ -134,17 +134,17 @@ contains
     real(dp), intent(in) :: q(:)               !! ascending [sqrt(m)]
     type(patches_type), intent(inout) :: patches   !! room
     real(dp), intent(inout) :: ratio(:)
-    logical, intent(out) :: there(:)
+    logical, intent(inout) :: there(:)     !! solved
     type(scan_type) :: work
     real(dp) :: pose(3), k(size(pair%s)), strip, exact, other
     integer :: first, last, m, n
     logical :: ok, within
 
-    there = .false.
     patches%n = 0
     first = minval(zones%first, zones%flange .eqv. zones(zone)%flange)
     last = maxval(zones%last, zones%flange .eqv. zones(zone)%flange)
     do m = size(q), 2, -1
+      if (there(m)) cycle
       pose = zone_pose(table%zones(zone), u, h - q(m)**2, roll)
       if (strictness(pair, extent, pose, .true.) <= 0) cycle
       ! The cell below it may be within reach where the point itself is not.

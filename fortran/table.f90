@@ -52,6 +52,7 @@ module table
   ! Cells that are not halved any more: patches are larger.
   real(dp), parameter :: least_u = 0.02e-3_dp, least_roll = 0.5e-3_dp, least_q = 0.5e-3_dp   ! [m, rad, sqrt(m)]
   integer, parameter :: most_rounds = 9, rounds_of_q = 4
+  integer, parameter :: first_ratio(3) = [21, 21, 7], rounds_of_ratio = 6, rounds_of_its_q = 2
   real(dp), parameter :: least_force = 5e3_dp                           ! that errors are compared with [N]
   real(dp), parameter :: lever = 0.75_dp                                ! of a wheel's force about X [m]
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and misses more than is estimated.
@@ -382,10 +383,11 @@ contains
     elements = new_elements(6, 24, 1e-2_dp, e_star)
     do z = 1, size(zones)
       call start_ratio(ratio(z), graded_points(values(z)%u%low, values(z)%u%high, 0.0_dp, &
-        merge(fine_flange, fine_tread, zones(z)%flange), 21), &
-        graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, 21), values(z)%q%high)
+        merge(fine_flange, fine_tread, zones(z)%flange), min(first_ratio(1), most(1))), &
+        graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, min(first_ratio(2), most(2))), &
+        first_depths(min(first_ratio(3), most(3)), values(z)%q%high))
     end do
-    do round = 1, 6
+    do round = 1, rounds_of_ratio
       call solve_columns()
       if (stopped) return
       !$omp parallel do schedule(dynamic)
@@ -479,18 +481,11 @@ contains
         call halve_cells(u, of_u, 4*least_u, most(1), more(1))
         call halve_cells(a, of_roll, 2*least_roll, most(2), more(2))
         more(3) = .false.
-        if (round <= 2) call halve_cells(q, of_q, 2*least_q, most(3), more(3))
+        if (round <= rounds_of_its_q) call halve_cells(q, of_q, 2*least_q, most(3), more(3))
         finer = any(more)
         if (.not. finer) return
-        call start_ratio(new, u%x, a%x, r%q%high)
-        if (.not. more(3)) then
-          call carry_over(r, new)
-        else
-          new%q = q
-          deallocate (new%c, new%there)
-          allocate (new%c(q%n, u%n, a%n), source=1.0_dp)
-          allocate (new%there(q%n, u%n, a%n), source=.false.)
-        end if
+        call start_ratio(new, u%x, a%x, q%x)
+        call carry_over(r, new)
         r = new
       end associate
     end subroutine refine_ratio
@@ -507,30 +502,35 @@ contains
     end do
   end function scaled
 
-  pure subroutine start_ratio(r, u, roll, deepest)
+  pure subroutine start_ratio(r, u, roll, q)
     type(ratio_type), intent(out) :: r
-    real(dp), intent(in) :: u(:), roll(:), deepest
-    integer :: i
-    integer, parameter :: n = 7
+    real(dp), intent(in) :: u(:), roll(:), q(:)
 
     r%u = new_axis(u)
     r%roll = new_axis(roll)
-    ! The strips' modulus is a mean over more than the smallest patches: the ratio varies down to 0.
-    r%q = new_axis([0.0_dp, 0.06_dp*deepest, (((i - 2)/real(n - 2, dp))**grading*deepest, i=3, n)])
-    allocate (r%c(n, size(u), size(roll)), source=1.0_dp)
-    allocate (r%there(n, size(u), size(roll)), r%done(size(u), size(roll)), source=.false.)
+    r%q = new_axis(q)
+    allocate (r%c(size(q), size(u), size(roll)), source=1.0_dp)
+    allocate (r%there(size(q), size(u), size(roll)), source=.false.)
+    allocate (r%done(size(u), size(roll)), source=.false.)
   end subroutine start_ratio
+
+  !> Square roots of penetrations.  The strips' modulus is a mean over more than the smallest patches: the ratio
+  !> varies down to 0.
+  pure function first_depths(n, deepest) result(q)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: deepest
+    real(dp) :: q(n)
+    integer :: i
+
+    q = [0.0_dp, 0.06_dp*deepest, (((i - 2)/real(n - 2, dp))**grading*deepest, i=3, n)]
+  end function first_depths
 
   !> Keep what was solved at points of the finer axes.
   pure subroutine carry_over(old, new)
     type(ratio_type), intent(in) :: old
     type(ratio_type), intent(inout) :: new
-    integer :: i, j, k, l
+    integer :: i, j, m, k, l, n
 
-    new%q = old%q
-    deallocate (new%c, new%there)
-    allocate (new%c(old%q%n, new%u%n, new%roll%n), source=1.0_dp)
-    allocate (new%there(old%q%n, new%u%n, new%roll%n), source=.false.)
     l = 1
     do j = 1, new%roll%n
       if (new%roll%x(j) > old%roll%x(l)) l = l + 1
@@ -539,9 +539,14 @@ contains
       do i = 1, new%u%n
         if (new%u%x(i) > old%u%x(k)) k = k + 1
         if (new%u%x(i) < old%u%x(k)) cycle
-        new%c(:, i, j) = old%c(:, k, l)
-        new%there(:, i, j) = old%there(:, k, l)
-        new%done(i, j) = old%done(k, l)
+        n = 1
+        do m = 1, new%q%n
+          if (new%q%x(m) > old%q%x(n)) n = n + 1
+          if (new%q%x(m) < old%q%x(n)) cycle
+          new%c(m, i, j) = old%c(n, k, l)
+          new%there(m, i, j) = old%there(n, k, l)
+        end do
+        new%done(i, j) = new%q%n == old%q%n .and. old%done(k, l)
       end do
     end do
   end subroutine carry_over
