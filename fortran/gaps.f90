@@ -239,9 +239,10 @@ contains
     real(dp), intent(in) :: q(3)           !! axle centre y, z [m], roll [rad]
     type(gap_type), intent(inout) :: c
     real(dp), parameter :: longest = 5e-4_dp, close = 1e-9_dp   ! steps [m]; Newton squares the last
+    integer, parameter :: patience = 12                         ! steps in which Newton's method has settled if it does
     real(dp), dimension(2) :: r, r1, r2, x, x1, x2, f, f1, f2, e, t, n
-    real(dp) :: own(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, last_step, ends(2), spin(3), &
-      shear(3)
+    real(dp) :: own(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, before, reach, last_step, &
+      ends(2), spin(3), shear(3)
     integer :: iter, i
 
     if (c%idle) return
@@ -250,6 +251,8 @@ contains
     ends = side(c%wheel)%pair%s([c%first, c%last])
     c%edge = .false.
     last_step = longest
+    reach = longest
+    before = 0
     do iter = 1, 60
       call curve_point(side(c%wheel)%pair%wheel, c%s, c%at_wheel, r, r1, r2)
       call curve_point(side(c%wheel)%pair%rail, c%foot, c%at_rail, f, f1, f2)
@@ -265,9 +268,13 @@ contains
       curved = (f1(2)*f2(1) - f1(1)*f2(2))*unit**3
       curved = curved/max(1 + curved*c%gap, 0.1_dp)
       sharp = curved*dot_product(t, x1)**2 + dot_product(n, x2)
-      if (last_step < close) exit
       along = dot_product(e, f1)                      ! 0: f is the foot of the wheel's point
       across = f1(1)*x1(2) - f1(2)*x1(1)              ! 0: the tangents are parallel
+      if (last_step < close) then
+        ! The zone's end, unless the gap falls from there into the zone.
+        if (.not. c%edge .or. merge(across, -across, c%s <= ends(1)) >= 0) exit
+        c%edge = .false.
+      end if
       a12 = min(dot_product(e, f2) - dot_product(f1, f1), -0.2_dp)
       if (c%edge) then
         ds = 0
@@ -282,7 +289,11 @@ contains
         ds = -sign(longest, across)
         df = -(along + dot_product(x1, f1)*ds)/a12
       end if
-      ds = max(-longest, min(ds, longest))
+      ! Over a jump of curvature Newton's steps may go to and fro for ever: then back by half at most.
+      if (iter > patience .and. ds*before < 0) reach = min(reach, abs(before)/2)
+      if (reach < longest .and. abs(ds) > reach) df = -(along + dot_product(x1, f1)*sign(reach, ds))/a12
+      ds = max(-reach, min(ds, reach))
+      before = ds
       df = max(-longest, min(df, longest))
       if ((c%s <= ends(1) .and. ds < 0) .or. (c%s >= ends(2) .and. ds > 0)) then
         c%edge = .true.

@@ -75,10 +75,11 @@ contains
     type(bracket_type) :: range
     real(dp) :: h, rate(size(all%c)), base(size(all%c)), least, x, f
     integer :: k, event, trials, iter, halved
-    logical :: opens
+    logical :: opens, lost
 
     status = contacts_ok
     evaluations = 0
+    lost = .false.
     if (all%stale .or. norm2(motion%q(:2) - all%searched(:2)) + abs(motion%q(3) - all%searched(3)) > reach) &
       call search_rivals(side, motion%q, closed, all)
     do k = 1, size(all%c)
@@ -130,23 +131,27 @@ contains
       do iter = 1, 100
         x = range%guess()
         call step(x, new, c)
+        lost = c(k)%idle
+        if (lost) exit
         f = force_of(k, new, c)
-        ! At the start the mean rate is the rate.
+        ! At the start, as close as an instant can be told, the mean rate is the rate.
         if (.not. opens) f = least
-        if (.not. opens .and. x > tiny(x)) f = (c(k)%gap - base(k))/x
+        if (.not. opens .and. x > epsilon(x)*dt) f = (c(k)%gap - base(k))/x
         if (abs(range%b - range%a) <= 4*epsilon(x)*range%b) exit
         if (.not. opens .and. abs(c(k)%gap - base(k)) < 1e-16_dp) exit
         if (opens .and. abs(f) < 1e-9_dp*w%weight()) exit
         call range%narrow(x, f)
       end do
       h = x
+      ! It has come to its rival's point, which goes on from here.
+      if (lost) event = 0
     end do
 
     dt = h
     motion = new
     all%c = c
     ! What made the energy jump may be another point of a wheel.
-    all%stale = halved > 0
+    all%stale = halved > 0 .or. lost
     motion%contact%struck = .false.
     if (event > 0) then
       if (opens) closed(event) = .false.
