@@ -43,8 +43,7 @@ contains
 
     system%nx = nx
     system%ns = ns
-    allocate (system%within(nx*(2*ns - 1), nx, most), system%across(nx*ns, nx*ns, most, most), &
-      system%weight(most), system%compliance(most))
+    allocate (system%within(nx*(2*ns - 1), nx, most), system%weight(most), system%compliance(most))
   end function new_system
 
   !> Displacement per pressure of elements with dx = 1, ds = `ratio`, over that of an element alone, `self`
@@ -100,6 +99,8 @@ contains
       system%compliance(g) = self(g)*mesh(g)%dx/e_star
       system%weight(g) = sqrt(mesh(g)%dx*mesh(g)%ds/system%compliance(g))
     end do
+    if (system%n > 1 .and. .not. allocated(system%across)) allocate (system%across(system%nx*system%ns, &
+      system%nx*system%ns, size(system%weight), size(system%weight)))
     do h = 2, system%n
       do g = 1, h - 1
         scale = system%weight(g)*system%weight(h)/(pi*e_star)

@@ -16,7 +16,7 @@ module patches
   use kinds, only: dp
   implicit none
   private
-  public :: elements_type, patches_type, new_elements, press_patches
+  public :: elements_type, patches_type, new_elements, press_patches, keep_patches
 
   integer, parameter :: most_patches = 4
   real(dp), parameter :: least_cosine = 0.05_dp      ! of the normal in the overlap's length
@@ -206,6 +206,25 @@ contains
     end function to_edge
 
   end subroutine press_patches
+
+  !> The patches of one pose as a start for others.
+  pure subroutine keep_patches(from, to)
+    type(patches_type), intent(in) :: from
+    type(patches_type), intent(inout) :: to
+
+    if (.not. allocated(from%p)) return
+    if (.not. allocated(to%p)) then
+      allocate (to%p, mold=from%p)
+      to%system = new_system(size(from%p, 1), size(from%p, 2), most_patches)
+    end if
+    to%n = from%n
+    to%lap(:, :to%n) = from%lap(:, :to%n)
+    to%lap_x(:to%n) = from%lap_x(:to%n)
+    to%deepest(:to%n) = from%deepest(:to%n)
+    to%box(:, :to%n) = from%box(:, :to%n)
+    to%mesh(:to%n) = from%mesh(:to%n)
+    to%p(:, :, :to%n) = from%p(:, :, :to%n)
+  end subroutine keep_patches
 
   !> Stretches in which the undeformed bodies overlap, and where they are expected to press each other;
   !> `warm`, when they are those of the last pose, moved.

@@ -4,12 +4,12 @@ module samples
   use contact, only: set_moduli, zone_energy, zone_type
   use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
-  use patches, only: elements_type, patches_type, press_patches
+  use patches, only: elements_type, keep_patches, patches_type, press_patches
   use potential, only: contact_table, zone_pose, zone_table
   use reach, only: extent_type, find_reach, strictness
   implicit none
   private
-  public :: sample_row, sample_column, reference_shift
+  public :: sample_row, sample_ratios, reference_shift
 
 contains
 
@@ -122,54 +122,66 @@ contains
   end subroutine sample_row
 
   !> Energy of half-spaces over that of strips, of all that the branch (tread or flange) of a zone presses in the
-  !> poses at u, roll and the penetrations q^2 of the zone; where no run comes it is left.
-  subroutine sample_column(pair, zones, zone, elements, table, extent, u, roll, h, q, patches, ratio, there)
+  !> poses at u, one roll angle and the penetrations q^2 of the zone; where no run comes it is left.
+  subroutine sample_ratios(pair, zones, zone, elements, table, extent, roll, u, h, q, done, ratio, there)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
     integer, intent(in) :: zone
     type(elements_type), intent(in) :: elements
     type(contact_table), intent(in) :: table   !! of strips
     type(extent_type), intent(in) :: extent
-    real(dp), intent(in) :: u, roll, h         !! [m, rad]; h(u, roll) [m]
-    real(dp), intent(in) :: q(:)               !! ascending [sqrt(m)]
-    type(patches_type), intent(inout) :: patches   !! room
-    real(dp), intent(inout) :: ratio(:)
-    logical, intent(inout) :: there(:)     !! solved
+    real(dp), intent(in) :: roll, u(:), h(:)   !! [rad, m]; h(u, roll) [m]
+    real(dp), intent(in) :: q(:)               !! from 0 up [sqrt(m)]
+    logical, intent(inout) :: done(:)          !! of u
+    real(dp), intent(inout) :: ratio(:, :)     !! (q, u)
+    logical, intent(inout) :: there(:, :)      !! solved, (q, u)
     type(scan_type) :: work
+    type(patches_type) :: patches, deepest     ! of the deepest pose at the last u
     real(dp) :: pose(3), k(size(pair%s)), strip, exact, other
-    integer :: first, last, m, n
-    logical :: ok, within
+    integer :: first, last, i, m, n
+    logical :: ok, within, begun
 
-    patches%n = 0
+    if (all(done)) return
     first = minval(zones%first, zones%flange .eqv. zones(zone)%flange)
     last = maxval(zones%last, zones%flange .eqv. zones(zone)%flange)
-    do m = size(q), 2, -1
-      if (there(m)) cycle
-      pose = zone_pose(table%zones(zone), u, h - q(m)**2, roll)
-      if (strictness(pair, extent, pose, .true.) <= 0) cycle
-      ! The cell below it may be within reach where the point itself is not.
-      call find_reach(table, extent, zone, q(m - 1)**2, pose, .true., within, other)
-      if (.not. within) cycle
-      if (.not. allocated(work%depth)) then
-        work = new_scan(pair)
+    do i = 1, size(u)
+      if (done(i)) cycle
+      done(i) = .true.
+      begun = .false.
+      do m = size(q), 2, -1
+        if (there(m, i)) cycle
+        pose = zone_pose(table%zones(zone), u(i), h(i) - q(m)**2, roll)
+        if (strictness(pair, extent, pose, .true.) <= 0) cycle
+        ! The cell below it may be within reach where the point itself is not.
+        call find_reach(table, extent, zone, q(m - 1)**2, pose, .true., within, other)
+        if (.not. within) cycle
+        if (.not. allocated(work%depth)) then
+          work = new_scan(pair)
+          do n = 1, size(zones)
+            if (zones(n)%flange .eqv. zones(zone)%flange) call set_moduli(pair, zones(n), elements%e_star, roll, k)
+          end do
+        end if
+        if (.not. begun) then
+          work%fresh = .true.
+          call keep_patches(deepest, patches)
+        end if
+        call scan_depth(pair, pose(:2), roll, first, last, work)
+        work%fresh = .false.
+        strip = 0
         do n = 1, size(zones)
-          if (zones(n)%flange .eqv. zones(zone)%flange) call set_moduli(pair, zones(n), elements%e_star, roll, k)
+          if (zones(n)%flange .eqv. zones(zone)%flange) &
+            strip = strip + zone_energy(pair, zones(n), 'strip', elements%e_star, roll, work, k)
         end do
-      end if
-      call scan_depth(pair, pose(:2), roll, first, last, work)
-      work%fresh = .false.
-      strip = 0
-      do n = 1, size(zones)
-        if (zones(n)%flange .eqv. zones(zone)%flange) &
-          strip = strip + zone_energy(pair, zones(n), 'strip', elements%e_star, roll, work, k)
+        if (strip <= 0) cycle
+        call press_patches(pair, elements, first, last, pose(:2), roll, work, patches, exact, ok)
+        if (.not. begun) call keep_patches(patches, deepest)
+        begun = .true.
+        if (.not. ok) cycle
+        ratio(m, i) = exact/strip
+        there(m, i) = .true.
       end do
-      if (strip <= 0) cycle
-      call press_patches(pair, elements, first, last, pose(:2), roll, work, patches, exact, ok)
-      if (.not. ok) cycle
-      ratio(m) = exact/strip
-      there(m) = .true.
     end do
-  end subroutine sample_column
+  end subroutine sample_ratios
 
   !> Lateral shift of the wheelset at which a zone is expected to touch: 0 for
   !> the tread; for a flange zone where it is as low as the running tread.

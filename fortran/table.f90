@@ -14,12 +14,12 @@ module table
   use contact, only: zone_type
   use geometry, only: pair_type
   use kinds, only: dp
-  use patches, only: elements_type, new_elements, patches_type
+  use patches, only: elements_type, new_elements
   use potential, only: bound_heights, contact_table, zone_pose, zone_table
   use progress, only: monitor_type
   use reach, only: extent_type, find_reach, strictness
   use refine, only: halve_cells, judge_cells
-  use samples, only: reference_shift, sample_column, sample_row
+  use samples, only: reference_shift, sample_ratios, sample_row
   implicit none
   private
   public :: build_table
@@ -388,7 +388,7 @@ contains
         first_depths(min(first_ratio(3), most(3)), values(z)%q%high))
     end do
     do round = 1, rounds_of_ratio
-      call solve_columns()
+      call solve_rows()
       if (stopped) return
       !$omp parallel do schedule(dynamic)
       do z = 1, size(zones)
@@ -398,41 +398,33 @@ contains
       if (.not. any(finer)) exit
     end do
     ! The last halving has no values yet.
-    if (any(finer)) call solve_columns()
+    if (any(finer)) call solve_rows()
     do z = 1, size(zones)
       call fill_gaps(ratio(z))
     end do
 
   contains
 
-    subroutine solve_columns()
-      type(patches_type) :: patches
-      type(basis_type) :: bu, br
-      integer :: column, z, i, j, done, all, n(0:size(zones))
+    subroutine solve_rows()
+      integer :: row, z, j, done, n(0:size(zones))
 
       n(0) = 0
       do z = 1, size(zones)
-        n(z) = n(z - 1) + ratio(z)%u%n*ratio(z)%roll%n
+        n(z) = n(z - 1) + ratio(z)%roll%n
       end do
-      all = n(size(zones))
       done = 0
       stopped = .false.
-      !$omp parallel do schedule(dynamic) private(patches, bu, br, z, i, j)
-      do column = 1, all
-        call tell(part(work, round), done, all, stopped, watcher)
+      !$omp parallel do schedule(dynamic) private(z, j)
+      do row = 1, n(size(zones))
+        call tell(part(work, round), done, n(size(zones)), stopped, watcher)
         if (stopped) cycle
-        z = count(n(:size(zones) - 1) < column)
-        i = mod(column - n(z - 1) - 1, ratio(z)%u%n) + 1
-        j = (column - n(z - 1) - 1)/ratio(z)%u%n + 1
-        if (ratio(z)%done(i, j)) cycle
-        call axis_basis(table%zones(z)%u, ratio(z)%u%x(i), bu, .false.)
-        call axis_basis(table%zones(z)%roll, ratio(z)%roll%x(j), br, .false.)
-        call sample_column(pair, zones, z, elements, table, extent, ratio(z)%u%x(i), ratio(z)%roll%x(j), &
-          spline_2d_value(table%zones(z)%h, br, bu), ratio(z)%q%x, patches, ratio(z)%c(:, i, j), &
-          ratio(z)%there(:, i, j))
-        ratio(z)%done(i, j) = .true.
+        z = count(n(:size(zones) - 1) < row)
+        j = row - n(z - 1)
+        call sample_ratios(pair, zones, z, elements, table, extent, ratio(z)%roll%x(j), ratio(z)%u%x, &
+          heights(table%zones(z), ratio(z)%u%x, ratio(z)%roll%x(j)), ratio(z)%q%x, ratio(z)%done(:, j), &
+          ratio(z)%c(:, :, j), ratio(z)%there(:, :, j))
       end do
-    end subroutine solve_columns
+    end subroutine solve_rows
 
     !> Halve the axes where the force misses `aim`: an error of c changes the force like c itself, its slopes
     !> by the energy.
@@ -443,22 +435,20 @@ contains
       real(dp), allocatable, dimension(:, :, :) :: by_value
       real(dp), allocatable :: of_u(:), of_roll(:), of_q(:)
       type(axis_type) :: u, a, q
-      type(basis_type) :: bu, br
-      real(dp) :: depth, other, pose(3), strict, force, c_h, h
+      real(dp), allocatable :: h(:)
+      real(dp) :: depth, other, pose(3), strict, force, c_h
       integer :: i, j, m
       logical :: more(3), within
 
       associate (r => ratio(z))
         allocate (by_value(r%q%n, r%u%n, r%roll%n), source=0.0_dp)
         do j = 1, r%roll%n
-          call axis_basis(table%zones(z)%roll, r%roll%x(j), br, .false.)
+          h = heights(table%zones(z), r%u%x, r%roll%x(j))
           do i = 1, r%u%n
-            call axis_basis(table%zones(z)%u, r%u%x(i), bu, .false.)
-            h = spline_2d_value(table%zones(z)%h, br, bu)
             do m = 2, r%q%n
               if (.not. r%there(m, i, j)) cycle
               depth = r%q%x(m)**2
-              pose = zone_pose(table%zones(z), r%u%x(i), h - depth, r%roll%x(j))
+              pose = zone_pose(table%zones(z), r%u%x(i), h(i) - depth, r%roll%x(j))
               strict = strictness(pair, extent, pose, .false.)
               if (strict <= 0) cycle
               call find_reach(table, extent, z, depth, pose, .false., within, other)
@@ -491,6 +481,21 @@ contains
     end subroutine refine_ratio
 
   end subroutine solve_ratios
+
+  !> h of a zone at many u.
+  pure function heights(t, u, roll) result(h)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: u(:), roll
+    real(dp) :: h(size(u))
+    type(basis_type) :: bu, br
+    integer :: i
+
+    call axis_basis(t%roll, roll, br, .false.)
+    do i = 1, size(u)
+      call axis_basis(t%u, u(i), bu, .false.)
+      h(i) = spline_2d_value(t%h, br, bu)
+    end do
+  end function heights
 
   pure function scaled(f, factor)
     real(dp), intent(in) :: f(:, :, :), factor(:)
