@@ -15,7 +15,7 @@ PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
 MODULES = kinds errors system text progress terminal case curve formats parts mending profile measures hertz \
-          geometry halfspace patches contact bspline potential reach samples refine table accuracy table_file \
+          geometry halfspace patches contact bspline potential reach samples refine ratios table accuracy table_file \
           bracket rigid wheelset modes newmark \
           gaps bilateral unilateral rigid_motion events columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)

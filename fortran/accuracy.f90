@@ -9,13 +9,12 @@ module accuracy
   use kinds, only: dp
   use patches, only: elements_type, new_elements, patches_type, press_patches
   use potential, only: accuracy_type, contact_table, find_roll, height_over, inside, roll_type, wheel_potential
-  use reach, only: extent_type, find_reach, strictness
+  use reach, only: extent_type, find_reach, least_force, strictness
   implicit none
   private
   public :: measure, direct_force
 
   integer, parameter :: wanted(2) = [600, 200], tries = 60000   ! poses in service and going over
-  real(dp), parameter :: least_force = 5e3_dp                   ! that errors are compared with [N]
   ! Square roots of primes, less their whole part.
   real(dp), parameter :: steps(4) = [0.414213562373095_dp, 0.732050807568877_dp, 0.236067977499790_dp, &
     0.645751311064591_dp]

@@ -85,7 +85,7 @@ contains
     integer, parameter :: most_rounds = 12
     ! Neighbouring poses want their patches in the same place of their grids, or the grid's error jumps.
     integer, parameter :: tight_rounds = 5
-    real(dp), parameter :: slack = 0.01_dp     ! of the grid's length
+    real(dp), parameter :: slack = 0.03_dp     ! of the grid's length
     ! Constant pressures on ns/4 by ns elements that fit half an ellipse overestimate energy and force by
     ! 0.8/ns^2, whatever its axis ratio from 1/20 to 20 (found on Hertz's).
     real(dp), parameter :: grid_error = 0.8_dp

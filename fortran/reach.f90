@@ -9,7 +9,7 @@ module reach
   use potential, only: contact_table, find_roll, height_over, inside, roll_type
   implicit none
   private
-  public :: extent_type, strictness, find_reach
+  public :: extent_type, least_force, lever, strictness, find_reach
 
   !> Extent of the table and of what runs reach of it.
   type :: extent_type
@@ -28,6 +28,8 @@ module reach
   ! Penetrations of the largest: of the tread; of the shallower and the deeper of two zones at once; going over.
   real(dp), parameter :: of_tread = 0.45_dp, of_two = 0.25_dp, of_deeper = 0.7_dp, of_going_over = 0.25_dp
 
+  real(dp), parameter :: least_force = 5e3_dp   ! that errors are compared with [N]
+  real(dp), parameter :: lever = 0.75_dp        ! of a wheel's force about X [m]
   ! Surroundings of what counts, for splines want some points there.
   real(dp), parameter :: more_roll = 0.01_dp, more_shift = 2e-3_dp, more_height = 6e-3_dp   ! [rad, m, m]
 

@@ -9,7 +9,16 @@ module refine
   use kinds, only: dp
   implicit none
   private
-  public :: judge_cells, halve_cells
+  public :: fine_flange, fine_tread, fine_roll, grading, least_u, least_roll, least_q
+  public :: judge_cells, halve_cells, united, spread_u, spread_roll
+
+  ! Extent of the finely spaced part of the first axes; on the throat a shift of 1 mm
+  ! moves the patch by 10 mm, on the tread by about 1 mm.
+  real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
+  real(dp), parameter :: fine_roll = 0.02_dp                            ! [rad]
+  real(dp), parameter :: grading = 1.25_dp                              ! of q towards 0
+  ! Cells that are not halved any more: patches are larger.
+  real(dp), parameter :: least_u = 0.02e-3_dp, least_roll = 0.5e-3_dp, least_q = 0.5e-3_dp   ! [m, rad, sqrt(m)]
 
 contains
 
@@ -65,5 +74,47 @@ contains
     end do
     axis = new_axis(points(:n))
   end subroutine halve_cells
+
+  !> An axis with the points of two, where they are not nearer than `least`/2, at most `most`.
+  pure function united(a, b, least, most) result(axis)
+    type(axis_type), intent(in) :: a, b
+    real(dp), intent(in) :: least
+    integer, intent(in) :: most
+    type(axis_type) :: axis
+    real(dp) :: x(a%n + b%n)
+    integer :: i, j, n
+
+    n = 0
+    j = 1
+    do i = 1, a%n
+      do while (j <= b%n)
+        if (b%x(j) >= a%x(i)) exit
+        if (b%x(j) > a%x(max(i - 1, 1)) + least/2 .and. b%x(j) < a%x(i) - least/2 .and. n + a%n - i + 1 < most) then
+          n = n + 1
+          x(n) = b%x(j)
+        end if
+        j = j + 1
+      end do
+      n = n + 1
+      x(n) = a%x(i)
+    end do
+    axis = new_axis(x(:n))
+  end function united
+
+  !> (q, u, roll) as lines along u.
+  pure function spread_u(f) result(lines)
+    real(dp), intent(in) :: f(:, :, :)
+    real(dp) :: lines(size(f, 2), size(f, 1)*size(f, 3))
+
+    lines = reshape(reshape(f, [size(f, 2), size(f, 1), size(f, 3)], order=[2, 1, 3]), shape(lines))
+  end function spread_u
+
+  !> (q, u, roll) as lines along roll.
+  pure function spread_roll(f) result(lines)
+    real(dp), intent(in) :: f(:, :, :)
+    real(dp) :: lines(size(f, 3), size(f, 1)*size(f, 2))
+
+    lines = transpose(reshape(f, [size(f, 1)*size(f, 2), size(f, 3)]))
+  end function spread_roll
 
 end module refine
