@@ -7,7 +7,7 @@ smallest and largest value, and its last second beside it.  Every page is drawn 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,9 +21,10 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter, Nul
 from matplotlib.transforms import ScaledTranslation
 from pypdf import PdfReader, PdfWriter
 
-from ._core import check_written, complete, usable_cores
+from ._core import Error, check_written, complete, usable_cores
 from .columns import read_columns
-from .record import CONTACT_NAMES, CONTACTS, PAIRS, Record, header_lines, parse_header, read_record, summary_row
+from .profile import inspect
+from .record import CONTACT_NAMES, CONTACTS, PAIRS, Record, Setting, header_lines, parse_header, read_record, summary_row
 from .style import (BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED,
                     SERIES, Line, ldbench_style)
 
@@ -395,16 +396,11 @@ class Section:
         return (left if right is None else right)*[-1, 1]
 
 
-def read_profile(path: str | Path) -> np.ndarray:
-    """The points of a profile file, (n, 2) [m]: the lines that begin with two numbers."""
-    points = []
-    for line in Path(path).read_text(encoding="utf-8", errors="replace").splitlines():
-        words = line.replace(",", " ").replace("D", "E").replace("d", "e").split()[:2]
-        try:
-            points.append([float(word) for word in words])
-        except ValueError:
-            continue
-    return 1e-3*np.array([p for p in points if len(p) == 2])
+def read_profile(path: str | Path, kind: str, settings: Mapping[str, Setting]) -> np.ndarray:
+    """The points of a profile file of any format, (n, 2) [m], as the core takes them; `settings` are those of &profiles.
+    Raises Error where a run would."""
+    flip, unit = (str(settings.get(f"{kind}_{what}") or "auto") for what in ("flip", "unit"))
+    return 1e-3*inspect(path, kind, flip=flip, unit=unit).points
 
 
 def find_profile(record: Record, which: str, right: bool = False) -> Path | None:
@@ -429,9 +425,14 @@ def side_section(record: Record, right: bool = False) -> tuple[np.ndarray, np.nd
     wheel_file, rail_file = (find_profile(record, which, right) for which in ("wheel", "rail"))
     if not (wheel_file and rail_file) or np.isnan(record.axle_height):
         return None
-    rail = place_rail(read_profile(rail_file), float(record.setting("track", "gauge")),
+    files = record.settings.get("profiles", {})
+    try:
+        rail, wheel = read_profile(rail_file, "rail", files), read_profile(wheel_file, "wheel", files)
+    except Error:
+        return None
+    rail = place_rail(rail, float(record.setting("track", "gauge")),
                       float(record.setting("track", "gauge_depth")))
-    wheel = read_profile(wheel_file) + [float(record.setting("wheelset", "back_to_back"))/2, 0.0]
+    wheel = wheel + [float(record.setting("wheelset", "back_to_back"))/2, 0.0]
     tread, side = ("RT", -1) if right else ("LT", 1)
     touching = np.flatnonzero(~np.isnan(record.values(f"y_{tread}")))
     if not touching.size:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .._core import Error
 from ..record import Record, Setting
 
 Settings = Mapping[str, Mapping[str, Setting]]
@@ -39,11 +40,12 @@ def shape(record: Record, settings: Settings, axle: float = np.nan) -> tuple[Sha
     stated = {which: record.profiles.get(which, record.profiles.get(f"left {which}", "")) for which in files}
     changed = [file.name for which, file in files.items() if not fits(file, stated[which])]
     try:
-        rail = place_rail(read_profile(files["rail"]), float(settings["track"]["gauge"]),
+        profiles = settings.get("profiles", {})
+        rail = place_rail(read_profile(files["rail"], "rail", profiles), float(settings["track"]["gauge"]),
                           float(settings["track"]["gauge_depth"]))
-        wheel = read_profile(files["wheel"]) + [float(settings["wheelset"]["back_to_back"])/2, 0.0]
+        wheel = read_profile(files["wheel"], "wheel", profiles) + [float(settings["wheelset"]["back_to_back"])/2, 0.0]
         wheel, rigid = place_wheel(wheel, rail, float(settings["wheelset"]["rolling_radius"]))
-    except (ValueError, IndexError):            # not points of profiles
+    except (Error, ValueError, IndexError):     # not profiles
         return None, f"no outlines: {files['wheel'].name} and {files['rail'].name} cannot be placed"
     remarks = [f"{' and '.join(changed)} changed since the run"] if changed else []
     if any(settings.get("profiles", {}).get(f"{which}_profile_right") for which in files):
