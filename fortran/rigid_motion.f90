@@ -155,13 +155,15 @@ contains
     type(motion_type), intent(out) :: motion
     real(dp), intent(inout) :: dt              !! on return what was taken [s]
     integer, intent(out) :: evaluations, status
+    real(dp) :: asked
 
+    asked = dt
     if (r%mirrored) then
       call advance_own(side(2:1:-1), path(2:1:-1), r, dt, evaluations, status)
     else
       call advance_own(side, path, r, dt, evaluations, status)
     end if
-    r%idle = merge(r%idle + 1, 0, dt <= 0)
+    r%idle = merge(r%idle + 1, 0, dt <= epsilon(dt)*asked)
     if (r%idle > most_idle) status = rigid_crowded
     motion = shown(r)
   end subroutine advance_rigid
