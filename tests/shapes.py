@@ -74,6 +74,18 @@ def flat_spot(wheel: Points) -> Points:
     return np.column_stack([y, z + np.where((y > 60) & (y < 76), rise, 0)])
 
 
+def conforming(rail: Points) -> Points:
+    """A wheel of the rail's own shape, 0.1 mm off, from crown to gauge corner, with many arcs of either sign."""
+    head = rail[(rail[:, 1] > -9) & (rail[:, 0] < 43)] + [39.0, 0]     # conforms at Y = 2.5 mm
+    normal = normals(head)
+    near = head + 0.1*normal + 0.004*np.sin(head[:, :1])*normal
+    low = near[0] + np.outer(np.arange(-5, 0, 0.25), [np.cos(1.2), np.sin(1.2)])
+    tip = low[0] + 8*np.column_stack([np.sin(np.arange(-1.5, 1.2, 0.03)) - np.sin(1.2),
+                                      np.cos(1.2) - np.cos(np.arange(-1.5, 1.2, 0.03))])
+    tread = near[-1] + np.outer(np.arange(0.25, 50, 0.25), [1, 0.02])
+    return np.concatenate([tip[:-1], low, near, tread])
+
+
 def side_worn(rail: Points) -> Points:
     """A rail whose gauge corner is worn by 2 mm."""
     return bump(rail, 4, 14, -2.0)

@@ -23,7 +23,7 @@ SAMPLES = 6
 BARS = {0.01: (0.05, 20.0, 45.0, 0.13, 0.035), 0.03: (0.09, 22.0, 65.0, 0.14, 0.05)}
 QUANTITIES = ("clearance [mm]", "contact angle on the flange [mrad]", "rolling radius on the tread [um]",
               "tread's force [of itself]", "flange's force [of itself]")
-COARSE = {"n_lateral": 80, "n_roll": 13, "n_depth": 17, "table_roll": 0.05}
+COARSE = {"contact_model": "strip", "n_lateral": 80, "n_roll": 13, "n_depth": 17, "table_roll": 0.05}
 
 # CONTACT's reference output of the Manchester contact benchmark, case, right wheel (S1002 on UIC60 1:40,
 # gauge 1435 mm, back-to-back 1360 mm, radius 460 mm): lateral displacement [mm], lateral position of the contact

@@ -275,10 +275,12 @@ def equilibrium_checks(pair: str, curve: Curve, rigid: Overturning) -> list[Chec
         relative(f"limit load [kN], {pair}", KN*curve.F_limit, KN*rigid.F,
                  "rigid: W b/h where the normal of the exact flange arcs passes the centre of gravity",
                  CLOSED_FORM_BAR),
-        # The flange's arc has one such point; the splines of the profiles turn by less than 1e-5 rad from the arcs.
+        # The flange's arc has one such point; the splines of the profiles turn by less than 1e-5 rad from the arcs. The
+        # table's error turns the force.
         relative(f"limit load over W, {pair}", curve.F_limit/table.weight,
                  np.tan(rigid.angle - rigid.roll + curve.limit[2]*SCALE[2]),
-                 "tangent of the same flange point's angle, turned by the elastic roll", 3e-5),
+                 "tangent of the same flange point's angle, turned by the elastic roll; bar 3e-5 and the table's rms error",
+                 3e-5 + table.accuracy["flange"].rms),
         limit(f"lowest eigenvalue below the limit, its negative part [N/m], {pair}", min(eigenvalue[before].min(), 0.0),
               "stable up to the limit", 0.0),
         limit(f"lowest eigenvalue beyond the limit, its positive part [N/m], {pair}",

@@ -19,7 +19,7 @@ from integration import refined
 from quasistatic import arcs as mp
 
 PAIRS = {"aw": 10.18e-3, "sw": 16.94e-3}    # published clearances [m]
-MODELS = "strip", "hertz", "halfspace"
+MODELS = "halfspace", "strip", "hertz"     # the first is that of the shipped cases
 RAMP_ROWS = 1e-2            # output interval of exercise 5 [s]
 STEP, RAMP_STEP = 2e-6, 5e-5    # of the schemes of order 2, for exercises 1 to 4 and for 5 [s]
 TWIN = 1e-9                 # distance at which twins start [m, rad]
@@ -366,7 +366,8 @@ def clearance_checks(pair: str, tables: dict[str, ContactTable], found: list[Var
 
 def energy_checks(study: Study, found: list[Variant]) -> list[Check]:
     """Largest drift of total energy over the kinetic energy at the start, exercises 1 to 4."""
-    names = {"strip": "base"} | {m: f"model {m}" for m in MODELS[1:]} | {"strip, scheme energy": "Energy, order 2"}
+    names = {MODELS[0]: "base"} | {m: f"model {m}" for m in MODELS[1:]} | {
+        f"{MODELS[0]}, scheme energy": "Energy, order 2"}
     checks = []
     for pair in dict.fromkeys(p for _, p in study):
         for model, name in names.items():
@@ -380,7 +381,7 @@ def energy_checks(study: Study, found: list[Variant]) -> list[Check]:
 def first_contact_checks(study: Study) -> list[Check]:
     """The models differ in the tread's force by 0.1 % (design), so the way to the flange takes the same time."""
     return [relative(f"ex{exercise}_{pair} {name}: first left flange contact [s]", of[name].numbers["t_LF"],
-                     of["base"].numbers["t_LF"], "model strip; bar: tread forces equal within 0.1 %", 1e-3)
+                     of["base"].numbers["t_LF"], f"model {MODELS[0]}; bar: tread forces equal within 0.1 %", 1e-3)
             for (exercise, pair), of in study.items() if exercise < 3 for name in (f"model {m}" for m in MODELS[1:])
             if name in of]
 
@@ -388,14 +389,16 @@ def first_contact_checks(study: Study) -> list[Check]:
 def release_checks(pair: str, tables: dict[str, ContactTable]) -> list[Check]:
     """Let go where it just touches, a Hertz spring (force ~ depth^3/2) peaks at 5/2 times the weight."""
     checks = []
-    for model, name in {"strip": "base", "hertz": "model hertz"}.items():
+    for model, name in {MODELS[0]: "base", **{m: f"model {m}" for m in MODELS[1:]}}.items():
+        if name not in tables:
+            continue
         table = tables[name]
         case = table.case.replace(Z=table.rigid_height - table.equilibrium, vY=0, roll_rate=0, dt=1e-5, t_end=5e-3,
                                   stop_at="t_end")
         rest = np.linalg.norm(table.forces_by_contact(0.0, table.equilibrium, 0.0)[0, :2])
         peak = ldbench.run(case, table=table).summary["peak_N_LT"]
         checks.append(relative(f"{pair} {model}: peak over static tread force, let go where it touches [1]", peak/rest,
-                               2.5, "Hertz: 2/5 C δ^5/2 = W δ; bar: table and strips on the tread 0.1 %", 1e-3))
+                               2.5, "Hertz: 2/5 C δ^5/2 = W δ; bar: table and law on the tread 0.1 %", 1e-3))
     return checks
 
 

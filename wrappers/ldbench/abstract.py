@@ -136,8 +136,15 @@ def pair_facts(pair: str, runs: Sequence[Record]) -> dict[str, str]:
     return {
         "name": PAIRS[pair],
         "clearance": f"{1e3*runs[0].clearance:.2f}",
-        "points": " × ".join(f"{number(runs[0], 'table', name):.0f}" for name in ("n_lateral", "n_roll", "n_depth")),
+        "points": runs[0].table_points.replace(" x ", " × "),
+        "errors": ", ".join(f"{place} {percent(rms)} ({percent(largest)})" for place, (rms, largest) in
+                            runs[0].table_errors.items()),
     }
+
+
+def percent(share: float) -> str:
+    """Two digits."""
+    return f"{100*share:.2g} %"
 
 
 def free(records: Sequence[Record]) -> list[Record]:

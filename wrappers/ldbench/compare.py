@@ -290,7 +290,7 @@ VARIANTS: dict[str, dict[str, dict[str, object]]] = {
     "law": {"contact": {"model": "hertz"}},
     "step": {"integrator": {"scheme": "newmark", "order": 2, "beta": 0.25, "dt": 1e-4, "energy_tolerance": 0.0}},
 }
-VARIANT_WORDS = {"fine": "strips, cut steps", "law": "one Hertz spring per zone",
+VARIANT_WORDS = {"fine": "half-spaces, cut steps", "law": "one Hertz spring per zone",
                  "step": "average acceleration, step 0.1 ms"}
 SHORT_RAMP = 3.0           # of exercise 5, in the study [s]
 
@@ -370,9 +370,9 @@ def study_table(rows: pd.DataFrame) -> Figure:
             words += [f"{scale*row[name]:.3g}" if np.isfinite(row[name]) else "–" for row in (law, step)]
         table.append(words)
     return table_page(
-        "Contact law or time step?", "all exercises; reference: strips with cut steps", header, table,
+        "Contact law or time step?", "all exercises; reference: half-spaces with cut steps", header, table,
         [1.3] + [1]*12,
-        "law: one Hertz spring per zone instead of strips, same steps; step: average acceleration with whole steps of "
+        "law: one Hertz spring per zone instead of half-spaces, same steps; step: average acceleration with whole steps of "
         "0.1 ms instead of the shipped integrator, same law; exercise 5 cut short.\nfirst contact: from the start to "
         "the end of the first contact of the left flange; over the whole run every impact multiplies what the ones "
         "before it left.")

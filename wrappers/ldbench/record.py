@@ -44,6 +44,8 @@ class Record:
     reconstruction: bool = False          # whether the profiles are ours, not the organisers'
     clearance: float = np.nan             # rigid-axle flange clearance to the left [m]
     clearance_right: float = np.nan       # to the right [m]
+    table_points: str = ""                # of the contact table, by zone: '111 x 100 x 15 + 200 x 100 x 18'
+    table_errors: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # rms, largest by place, of max(|F|, 5 kN)
     axle_height: float = np.nan           # at equilibrium, above top of rail: Z is measured from it [m]
     axle_roll: float = 0.0                # then: roll is measured from it [rad]
     events: tuple[Event, ...] = ()        # the first few of each kind
@@ -147,6 +149,11 @@ def parse_header(lines: list[str]) -> dict[str, object]:
             facts["clearance"] = facts["clearance_right"] = 1e-3*float(found[1])
         elif found := re.match(r"rigid-axle clearance \[mm\]: left (\S+), right (\S+)", line):
             facts["clearance"], facts["clearance_right"] = 1e-3*float(found[1]), 1e-3*float(found[2])
+        elif found := re.match(r"(?:\w+ )?contact table: model \w+, (.*) points$", line):
+            facts.setdefault("table_points", found[1])
+        elif line.startswith("its error, rms (largest)"):
+            facts.setdefault("table_errors", {place: (float(rms), float(largest)) for place, rms, largest in
+                                              re.findall(r"(\w+(?: \w+)?) (\S+) \((\S+)\)", line.partition(":")[2])})
         elif found := re.match(r"roll at equilibrium \[rad\]: (\S+)", line):
             facts["axle_roll"] = float(found[1])
         elif found := re.match(r"axle height at equilibrium \[m\]: (\S+)", line):
