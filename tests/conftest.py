@@ -52,10 +52,11 @@ def namelist(**groups: dict[str, object]) -> str:
 
 
 def short_case(folder: Path, **changes: dict[str, object]) -> str:
-    """A case of 2 ms with a coarse contact table that writes folder/columns.txt."""
+    """A case of 2 ms with a coarse, quickly built contact table that writes folder/columns.txt."""
     groups = {
         "profiles": {"wheel_profile": REPO / "profiles/awprof.yz", "rail_profile": REPO / "profiles/arprof.yz"},
         "initial": {"vY": 0.5, "roll_rate": 0.01667},
+        "contact": {"model": "strip"},
         "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9},
         "integrator": {"dt": 1e-5, "t_end": 2e-3},
         "output": {"file": folder / "columns.txt"},
@@ -201,18 +202,10 @@ class LongProgram:
         return self.process.wait(HANG), (self.folder / "stdout").read_text(), (self.folder / "stderr").read_text()
 
 
-def halfspace_command(folder: Path) -> list[object]:
-    """Exercise 2 with half-spaces; its table is aw.table."""
-    (folder / "case.nml").write_text(shipped_text("ex2_aw", folder).replace("'strip' ", "'halfspace' ").replace(
-        "aw_strip.table", "aw.table"))
-    return [LDBENCH, folder / "case.nml"]
-
-
 # By the modules that wait for them, which are the last ones.
 LONG_PROGRAMS: dict[str, Callable[[Path], list[object]]] = {
     "test_validation": lambda folder: [sys.executable, REPO / "tests/validation", "--short", "--out", folder],
     "test_bench": lambda folder: [sys.executable, REPO / "tests/bench", "--short", "--out", folder],
-    "test_halfspace": halfspace_command,
 }
 
 

@@ -87,7 +87,7 @@ def trajectory(case: Path, steps: int, *options: str, every: int = 1) -> Motion:
 
 def table_file(shipped: dict[str, Run], pair: str) -> Path:
     """The contact table that the shipped inputs of a pair have built."""
-    return shipped[f"ex1_{pair}"].file.parent / f"{pair}_strip.table"
+    return shipped[f"ex1_{pair}"].file.parent / f"{pair}_halfspace.table"
 
 
 def rest_height(run: Run) -> float:

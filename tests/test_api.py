@@ -24,7 +24,7 @@ from conftest import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, same_buil
 from ldbench._core import STAGES, Shared, watched
 from ldbench.__main__ import COMMANDS, main
 
-COARSE = {"n_lateral": 60, "n_roll": 9, "n_depth": 9, "table_file": ""}
+COARSE = {"model": "strip", "n_lateral": 60, "n_roll": 9, "n_depth": 9, "table_file": ""}
 slow = pytest.mark.skipif("LDBENCH_SLOW" not in os.environ, reason="slow: LDBENCH_SLOW=1 runs it")
 
 
@@ -77,13 +77,13 @@ def test_defaults_are_the_benchmark_values():
     case = ldbench.Case.from_namelist("&case /")
     assert (case.mass, case.roll_inertia, case.rolling_radius, case.back_to_back) == (1568, 656, 0.457, 1.35214)
     assert (case.gauge, case.youngs_modulus, case.poisson, case.vertical_load) == (1.4351, 210e9, 0.28, 164618)
-    assert (case.n_lateral, case.model, case.wheel_profile) == (240, "strip", "profiles/awprof.yz")
+    assert (case.n_lateral, case.model, case.wheel_profile) == (240, "halfspace", "profiles/awprof.yz")
 
 
 def test_names_in_any_case_of_letters_and_with_their_group():
     case = ldbench.Case.exercise(3, "sw")
     assert case.vY == case.vy == case.initial_vY == 1.0
-    assert case.output_file == "outputs/ex3_sw.txt" and case.table_file == "outputs/sw_strip.table"
+    assert case.output_file == "outputs/ex3_sw.txt" and case.table_file == "outputs/sw_halfspace.table"
     assert case.initial_roll == 0 and case.table_roll == 0.5
     with pytest.raises(AttributeError, match="initial_roll or table_roll, found roll, which is ambiguous"):
         _ = case.roll
@@ -96,7 +96,7 @@ def test_replace_makes_another_case():
     assert (other.vY, other.n_roll, other.output_file) == (0.3, 51, "x.txt")
     assert case.vY == 0.1 and case != other
     assert other.replace(vY=0.1, n_roll=case.n_roll, output_file=case.output_file) == case
-    assert hash(other.replace(vY=0.1, n_roll=53.0, output_file=case.output_file)) == hash(case)
+    assert hash(other.replace(vY=0.1, n_roll=120.0, output_file=case.output_file)) == hash(case)
     with pytest.raises(AttributeError):
         case.dt = 1e-5
 
@@ -143,7 +143,7 @@ def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
     ({"dt": True}, "&integrator dt: expected a number from .*, found True"),
     ({"n_roll": 9.5}, "&table n_roll: expected a whole number from 5 to 1000, found 9.5"),
     ({"order": 3}, "&integrator order: expected 2 or 4, found 3"),
-    ({"model": "rigid"}, "&contact model: expected one of strip hertz.*, found 'rigid'"),
+    ({"model": "rigid"}, "&contact model: expected one of halfspace strip hertz.*, found 'rigid'"),
     ({"title": 3}, "&case title: expected a text in quotes of at most 256 characters, found 3"),
     ({"title": 300*"x"}, "&case title: expected a text in quotes of at most 256 characters"),
     ({"title": "Räder"}, "&case title: expected a text"),
@@ -303,7 +303,7 @@ def test_a_load_beyond_the_table_is_refused():
 @pytest.mark.parametrize("n_roll", [9, 17, 21, 41, 45, 53])
 def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
-    case = ldbench.Case.exercise(1).replace(n_lateral=40, n_roll=n_roll, n_depth=9, table_file="")
+    case = ldbench.Case.exercise(1).replace(model="strip", n_lateral=40, n_roll=n_roll, n_depth=9, table_file="")
     table = ldbench.ContactTable(case)
     (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
     assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4

@@ -25,7 +25,7 @@ from conftest import HANG  # noqa: E402
 from local_cluster import Cluster  # noqa: E402
 
 module = sys.modules["ldbench.ensemble"]
-COARSE = {"n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
+COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 MASSES = [1300.0, 1500.0, 1700.0]
 
 

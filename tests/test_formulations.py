@@ -198,7 +198,7 @@ def test_elastic_forces_on_the_treads_tend_to_the_multipliers():
     """What is missing falls with the stiffness."""
     base = {"vY": 0.1, "roll_rate": 0.0033664252, "t_end": 0.08, "stop_at": "t_end", "table_file": ""}
     rigid = run(Case.exercise(1).replace(formulation="bilateral", **base)).columns
-    table = {"lateral": 0.02, "lift": 0.03, "drop": 1e-3, "table_roll": 0.01, "n_lateral": 200, "n_roll": 17, "n_depth": 25}
+    table = {"model": "strip", "lateral": 0.02, "lift": 0.03, "drop": 1e-3, "table_roll": 0.01}
     missing = []
     for scale in 1.0, 30.0:
         c = run(Case.exercise(1).replace(**base, **table, stiffness_scale=scale, depth=8e-4*scale**(-2/3))).columns
@@ -433,7 +433,7 @@ def test_stiff_elastic_contact_tends_to_restitution_1():
     """Exercise 2, 2.4 ms after the flange touched, with three contacts hit at once: velocities of the elastic wheelset
     approach those of restitution 1 as the steel stiffens (vY -0.197, -0.124, -0.082 m/s with 1, 100, 1e4 times the
     modulus; rigid: -0.073)."""
-    base = Case.exercise(2).replace(roll_rate=0.016832126, table_file="", interval=1e-5, dt=1e-5, stop_at="t_end")
+    base = Case.exercise(2).replace(model="strip", roll_rate=0.016832126, table_file="", interval=1e-5, dt=1e-5, stop_at="t_end")
     rigid = run(base.replace(formulation="unilateral", t_end=0.05))
     check = next(e.t for e in rigid.events if e.kind == "left flange contact") + 2.4e-3
 

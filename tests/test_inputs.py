@@ -276,7 +276,7 @@ BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
                    ["line 5, &wheelset", "expected one of mass", "found 1568.0"]),
     "no closing quote": (GOOD.replace("strip'", "strip"),
                          ["line 8, &contact", "model", "expected a closing quote", "found 'strip"]),
-    "no opening quote": (GOOD.replace("'strip", "strip"), ["line 8, &contact model: expected one of strip hertz",
+    "no opening quote": (GOOD.replace("'strip", "strip"), ["line 8, &contact model: expected one of halfspace strip hertz",
                                                            "found strip"]),
     "mixed quotes": (GOOD.replace("strip'", 'strip"'), ["line 8, &contact", "expected a closing quote"]),
     "no slash": (GOOD.replace("1568.0\n/", "1568.0"), ["line 6, &wheelset", "expected one of mass", "found &contact"]),
@@ -548,6 +548,7 @@ def test_another_file_is_not_taken_for_a_table(text, tmp_path):
     {"track": {"gauge_depth": 0.0141}},
     {"wheelset": {"back_to_back": 1.3522}},
     {"wheelset": {"rolling_radius": 0.458}},
+    {"table": {"accuracy": 2e-3}},
     {"table": {"n_lateral": 41}},
     {"table": {"n_roll": 10}},
     {"table": {"n_depth": 10}},
@@ -614,7 +615,7 @@ def test_shipped_input_says_what_the_call_says(case):
     stop_at = "derailment" if exercise == 5 else "return_to_centre"
     words = {("case", "name"): case, ("profiles", "wheel_profile"): f"profiles/{pair}prof.yz",
              ("profiles", "rail_profile"): f"profiles/{pair.replace('w', 'r')}prof.yz",
-             ("contact", "model"): "strip", ("integrator", "stop_at"): stop_at,
+             ("contact", "model"): "halfspace", ("integrator", "stop_at"): stop_at,
              ("output", "file"): f"outputs/{case}.txt"}
     for key, word in words.items():
         assert given[key] == f"'{word}'", key
@@ -702,7 +703,7 @@ NAMELIST_MUTATIONS: list[Callable[[random.Random, str], str]] = [
     truncate,
     out_of_range,
     lambda rng, t: replaced(t, pick(rng, t, "^"), rng.choice(["stray", "1.0", "'text'", "= 1", "~~~", "\x07"]) + "\n"),
-    lambda rng, t: replaced(t, pick(rng, t, r"'(strip|energy|return_to_centre)'"), rng.choice(["''", "'stripe'", "7"])),
+    lambda rng, t: replaced(t, pick(rng, t, r"'(halfspace|energy|return_to_centre)'"), rng.choice(["''", "'stripe'", "7"])),
     lambda rng, t: replaced(t, pick(rng, t, r"^ +\w+ +"), ""),
 ]
 

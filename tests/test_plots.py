@@ -174,7 +174,7 @@ def thrown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Record, Path]:
     text = namelist(
         case={"name": "ex3_aw", "title": "thrown"}, initial={"vY": 1.0, "roll_rate": 0.0333},
         profiles={"wheel_profile": REPO/"profiles/awprof.yz", "rail_profile": REPO/"profiles/arprof.yz"},
-        table={"n_lateral": 60, "n_roll": 9, "n_depth": 9}, integrator={"dt": 1e-5, "t_end": 0.02},
+        contact={"model": "strip"}, table={"n_lateral": 60, "n_roll": 9, "n_depth": 9}, integrator={"dt": 1e-5, "t_end": 0.02},
         output={"file": folder/"ex3_aw.txt", "geometry_file": folder/"geometry_aw.txt"})
     done = run_case(text, folder)
     assert done.returncode == 0, done.stderr

@@ -36,7 +36,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
             case={"name": f"ex3_{pair}", "title": f"small {pair}"}, initial={"vY": 1.0, "roll_rate": 0.0333},
             profiles={"wheel_profile": REPO/f"profiles/{pair[0]}wprof.yz",
                       "rail_profile": REPO/f"profiles/{pair[0]}rprof.yz"},
-            table={"file": f"outputs/{pair}_strip.table", **SMALL},
+            contact={"model": "strip"}, table={"file": f"outputs/{pair}_strip.table", **SMALL},
             integrator={"scheme": "energy", "dt": 1e-5, "t_end": 0.03}, output={"file": f"outputs/ex3_{pair}.txt"}))
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("LDBENCH", str(LDBENCH))

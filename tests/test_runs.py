@@ -267,8 +267,8 @@ def hertz_runs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPath
     """Exercises 1 and 3 of a pair with the model 'hertz', in a folder."""
     folder = tmp_path_factory.mktemp("hertz")
     for exercise in 1, 3:
-        text = shipped_text(f"ex{exercise}_{request.param}", folder).replace("'strip'", "'hertz'").replace(
-            "_strip.table", "_hertz.table")
+        text = shipped_text(f"ex{exercise}_{request.param}", folder).replace("'halfspace'", "'hertz'").replace(
+            "_halfspace.table", "_hertz.table")
         done = run_case(text, folder)
         assert done.returncode == 0, done.stderr
     return request.param, folder

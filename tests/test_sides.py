@@ -25,7 +25,7 @@ FORMULATIONS = "elastic", "bilateral", "unilateral"
 LEFT = {"wheel_profile": "awprof", "rail_profile": "arprof"}
 RIGHT = {"wheel_profile": "s1002", "rail_profile": "60e1"}
 NEGATIVE = "Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "delta_r"      # in the mirror
-COARSE = {"n_lateral": 80, "n_roll": 21, "n_depth": 17}
+COARSE = {"model": "strip", "n_lateral": 80, "n_roll": 21, "n_depth": 17}
 
 
 def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:
@@ -244,7 +244,7 @@ def test_flanges_are_met_where_the_clearance_is(tmp_path: Path):
 def test_energy(formulation: str, tmp_path: Path):
     """Through impacts on both flanges, one new and one worn: 1e-8 of the initial kinetic energy."""
     new, worn = worn_pair(tmp_path)
-    case = Case.exercise(2).replace(table_file="", wheel_profile=new, wheel_profile_right=worn, formulation=formulation)
+    case = Case.exercise(2).replace(model="strip", table_file="", wheel_profile=new, wheel_profile_right=worn, formulation=formulation)
     done = run(case)
     assert done.summary["n_left_flange_contact"] and done.summary["n_right_flange_contact"]
     assert done.summary["drift"] < 1e-8*done.summary["kinetic_energy"]

@@ -405,9 +405,9 @@ def test_summary_opens_moments(browser: Browser, all_runs: Path, shipped: dict[s
 
 def test_variants_are_shown_side_by_side(browser: Browser, shipped: dict[str, Run], tmp_path: Path):
     """A run with another contact law that lies beside a case's file is found, and a link lays it over the case."""
-    for name, text in (("ex2_aw.txt", "strip"), ("ex2_aw_hertz.txt", "hertz"), ("ex2_sw.txt", "strip")):
+    for name, text in (("ex2_aw.txt", "halfspace"), ("ex2_aw_hertz.txt", "hertz"), ("ex2_sw.txt", "halfspace")):
         source = shipped[name[:6]].file.read_text()
-        (tmp_path/name).write_text(source.replace("model = 'strip'", f"model = '{text}'"))
+        (tmp_path/name).write_text(source.replace("model = 'halfspace'", f"model = '{text}'"))
     files = [tmp_path/"ex2_aw.txt", tmp_path/"ex2_sw.txt"]
     variants = results.find_variants(files)
     assert variants == [tmp_path/"ex2_aw_hertz.txt"]
@@ -517,8 +517,8 @@ def test_hostile_names_are_text(browser: Browser, shipped: dict[str, Run], tmp_p
 
 @pytest.fixture(scope="module")
 def short_run() -> ldbench.Run:
-    case = ldbench.Case.exercise(2, "aw").replace(t_end=0.03, stop_at="t_end", table_file="", n_lateral=60, n_roll=9,
-                                                  n_depth=9)
+    case = ldbench.Case.exercise(2, "aw").replace(t_end=0.03, stop_at="t_end", model="strip", table_file="",
+                                                  n_lateral=60, n_roll=9, n_depth=9)
     return ldbench.run(case.replace(title='<b>"bold"</b> & more'))
 
 
