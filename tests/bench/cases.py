@@ -21,9 +21,9 @@ MODELS = "strip", "hertz", "halfspace"      # the first is what the others' tabl
 THREADS = 1, 2
 
 TEXT = """Every shipped input by the executable, as a child process, its contact table there in a file: wall and
-processor time from start to exit with all files written, and peak resident memory. Table: built by the executable
-for each model of normal contact, with one thread and with two, in a run that ends at once. Python: the same from a namelist to a file, modules loaded. Writing: the column file of a
-run that is there, apart from its integration."""
+processor time from start to exit with all files written, and peak resident memory. Table: built by the
+executable for each model of normal contact, with one thread and with two, in a run that ends at once. Python: the same
+from a namelist to a file, modules loaded. Writing: the column file of a run that is there, apart from its integration."""
 
 
 def child(case: str, folder: Path) -> tuple[float, float, float]:
@@ -64,14 +64,14 @@ def table_measures(out: Section, pairs: tuple[str, ...], models: tuple[str, ...]
         for pair in pairs:
             case = absolute(Case.exercise(1, pair)).replace(
                 table_file="", dt=1e-4, interval=1e-4, t_end=1e-4, stop_at="t_end", output_file=f"{folder}/columns.txt")
-            found = np.array([[built(case.replace(contact_model=model), threads, Path(folder)) for model, threads in kinds]
-                              for _ in range(rounds)])
+            found = np.array([[built(case.replace(contact_model=model), threads, Path(folder))
+                               for model, threads in kinds] for _ in range(rounds)])
             for (model, threads), seconds in zip(kinds, found.transpose(1, 2, 0), strict=True):
                 subject = f"table, {model}, {threads} thread{'s'*(threads > 1)}"
                 measures = [measure(pair, subject, f"{what} time of building", "s", x, headline=True)
                             for what, x in zip(("wall", "processor"), seconds, strict=True)]
-                over = ratio(pair, subject, "wall time over the strip table's", seconds[0], found[:, THREADS.index(threads), 0],
-                             headline=False)
+                over = ratio(pair, subject, "wall time over the strip table's", seconds[0],
+                             found[:, THREADS.index(threads), 0], headline=False)
                 out.measures += [*measures, over]
                 rows.append([pair, model, str(threads), *(m.text() for m in (*measures, over))])
     out.tables.append(Table("Building a contact table: median (quartiles)", [

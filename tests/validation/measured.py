@@ -145,13 +145,13 @@ def section(short: bool) -> Section:
     conicity = np.interp(3e-3, both.amplitude, both.conicity)
     return Section(
         "Measured profiles",
-        f"The shipped shapes, sampled every 0.25 mm with normally distributed noise along and across, {samples} samples of "
-        "each noise, read with smoothing_mm equal to the noise, against the exact shapes: the clearance; contact angle 0.8 "
-        "mm beyond it; rolling radius 5 mm from the centre; the forces of tread and flange there, "
-        "pressed by 0.1 mm. S1002 on 60E1 against CONTACT's output for the Manchester contact benchmark, which "
-        "yaws the wheelset by up to 14 mrad and gives the middle of an elastic patch; the benchmark's own rail, points of "
-        "UIC60, has a crown wider by 0.2 mm than EN 13674-1, which moves the contact by 0.3 to 0.5 mm: on the benchmark's "
-        f"points the program is within 0.02 mm. The left wheel's contact is pressed: 10 kN on each wheel, contact where the "
-        "force's line of action meets the wheel, approach the largest depth of the wheel in the rail; CONTACT's friction adds up "
-        "to 0.5 % to the normal force, which are 0.3 % of the approach. Equivalent conicity at 3 mm by EN 15302: {conicity:.3f}.",
+        f"The shipped shapes, sampled every 0.25 mm with normally distributed noise along and across, {samples} samples "
+        "of each noise, read with smoothing_mm equal to the noise, against the exact shapes: the clearance; contact angle "
+        "0.8 mm beyond it; rolling radius 5 mm from the centre; the forces of tread and flange there, pressed by 0.1 mm. "
+        "S1002 on 60E1 against CONTACT's output for the Manchester contact benchmark, which yaws the wheelset by up to "
+        "14 mrad and gives the middle of an elastic patch; the benchmark's own rail, points of UIC60, has a crown wider by "
+        "0.2 mm than EN 13674-1, which moves the contact by 0.3 to 0.5 mm: on the benchmark's points the program is within "
+        "0.02 mm. The left wheel's contact is pressed: 10 kN on each wheel, contact where the force's line of action meets "
+        "the wheel, approach the largest depth of the wheel in the rail; friction makes CONTACT's normal force larger than "
+        f"10 kN by some 0.3 %. Equivalent conicity at 3 mm by EN 15302: {conicity:.3f}.",
         checks, [], [table, left])
