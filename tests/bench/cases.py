@@ -10,18 +10,20 @@ import numpy as np
 
 import ldbench
 from checks import Table
+from evaluation import absolute
 from ldbench import Case, ContactTable
 from measure import Section, measure, ratio
 from programs import LDBENCH, REPO, resources
 
 CASES = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4, 5) for pair in ("aw", "sw")]
 SHORT = ["ex2_aw"]
-MODELS = "strip", "hertz", "halfspace"
+MODELS = "strip", "hertz", "halfspace"      # the first is what the others' tables are compared with
+THREADS = 1, 2
 
 TEXT = """Every shipped input by the executable, as a child process, its contact table there in a file: wall and
-processor time from start to exit with all files written, and peak resident memory. Table: built in this process for
-each model of normal contact. Python: the same from a namelist to a file, modules loaded. Writing: the column file of a
-run that is there, apart from its integration."""
+processor time from start to exit with all files written, and peak resident memory. Table: built by the
+executable for each model of normal contact, with one thread and with two, in a run that ends at once. Python: the same
+from a namelist to a file, modules loaded. Writing: the column file of a run that is there, apart from its integration."""
 
 
 def child(case: str, folder: Path) -> tuple[float, float, float]:
@@ -55,19 +57,31 @@ def case_measures(out: Section, names: list[str], rounds: int) -> None:
 
 
 def table_measures(out: Section, pairs: tuple[str, ...], models: tuple[str, ...], rounds: int) -> None:
+    """A run of one step whose table is not in a file; threads and models take turns."""
+    kinds = [(model, threads) for model in models for threads in THREADS]
     rows = []
-    for pair in pairs:
-        strip = None
-        for model in models:
-            case = Case.exercise(1, pair).replace(model=model, table_file="")
-            seconds = np.array([ContactTable(case)._seconds for _ in range(rounds)])
-            strip = seconds if strip is None else strip
-            built = measure(pair, f"table, {model}", "processor time of building", "s", seconds, headline=True)
-            out.measures += [built, ratio(pair, f"table, {model}", "building over the strip table's", seconds, strip,
-                                          headline=False)]
-            rows.append([pair, model, built.text(), out.measures[-1].text()])
-    out.tables.append(Table("Building a contact table: median (quartiles)",
-                            ["profiles", "model", "processor time [s]", "over the strip model"], rows))
+    with tempfile.TemporaryDirectory() as folder:
+        for pair in pairs:
+            case = absolute(Case.exercise(1, pair)).replace(
+                table_file="", dt=1e-4, interval=1e-4, t_end=1e-4, stop_at="t_end", output_file=f"{folder}/columns.txt")
+            found = np.array([[built(case.replace(contact_model=model), threads, Path(folder))
+                               for model, threads in kinds] for _ in range(rounds)])
+            for (model, threads), seconds in zip(kinds, found.transpose(1, 2, 0), strict=True):
+                subject = f"table, {model}, {threads} thread{'s'*(threads > 1)}"
+                measures = [measure(pair, subject, f"{what} time of building", "s", x, headline=True)
+                            for what, x in zip(("wall", "processor"), seconds, strict=True)]
+                over = ratio(pair, subject, "wall time over the strip table's", seconds[0],
+                             found[:, THREADS.index(threads), 0], headline=False)
+                out.measures += [*measures, over]
+                rows.append([pair, model, str(threads), *(m.text() for m in (*measures, over))])
+    out.tables.append(Table("Building a contact table: median (quartiles)", [
+        "profiles", "model", "threads", "wall time [s]", "processor time [s]", "wall time over the strip model's"], rows))
+
+
+def built(case: Case, threads: int, folder: Path) -> tuple[float, float]:
+    """Wall and processor time [s] of a run whose table has to be built."""
+    case.to_namelist(folder/"case.nml")
+    return resources(["env", f"OMP_NUM_THREADS={threads}", str(LDBENCH), str(folder/"case.nml")], folder)[:2]
 
 
 def writing_measures(out: Section, case: Case, rounds: int) -> None:

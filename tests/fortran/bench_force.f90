@@ -4,13 +4,15 @@
 !>
 !> usage: bench_force input.nml poses rounds repeats stride
 !> Writes, per round, the processor time per pose [s] of force and tangent from the table, force from the
-!> table, direct, half-space, floor; table and floor loop `repeats` times over the poses of the binary file
-!> (`read_poses` has its format), the half-space takes every `stride`-th pose.  The last line has the mean
+!> table, direct, half-spaces, half-spaces as a table needs them, floor; table and floor loop `repeats` times over the poses of the binary file
+!> (`read_poses` has its format), the half-spaces take every `stride`-th pose.  The last line has the mean
 !> number of touching zones of both wheels and a sum that keeps the loops alive.
 program bench_force
   use case, only: case_type
   use shared, only: branch_contact, direct_type, integer_argument, new_direct, read_poses, read_prepared, zone_contact
+  use geometry, only: scan_depth
   use kinds, only: dp
+  use patches, only: elements_type, new_elements, patches_type, press_patches
   use simulation, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
@@ -21,7 +23,7 @@ program bench_force
   type(contact_state) :: state
   real(dp), allocatable :: pose(:, :), coefficients(:, :, :), heights(:, :)
   integer, allocatable :: touching(:)
-  real(dp) :: total, from, to, seconds(5)
+  real(dp) :: total, from, to, seconds(6)
   integer :: n, i, round, rounds, repeat, repeats, stride
 
   call read_prepared(c, setup)
@@ -33,8 +35,10 @@ program bench_force
   allocate (touching(n))
   direct = new_direct(c, setup)
   ! As large as those of a zone, so that they lie as far apart in memory.
-  allocate (coefficients(c%n_depth + 3, c%n_roll + 3, c%n_lateral + 3), heights(c%n_roll + 3, c%n_lateral + 3), &
-    source=1e-6_dp)
+  associate (zone => setup%wheelset%table%zones(1))
+    allocate (coefficients(zone%q%n + 2, zone%roll%n + 2, zone%u%n + 2), heights(zone%roll%n + 2, zone%u%n + 2), &
+      source=1e-6_dp)
+  end associate
   total = 0
   do round = 1, rounds
     seconds(1) = looked_up(tangent=.true.)
@@ -56,6 +60,7 @@ program bench_force
     end do
     call cpu_time(to)
     seconds(4) = (to - from)/((n - 1)/stride + 1)
+    seconds(5) = solution()
 
     call cpu_time(from)
     do repeat = 1, repeats
@@ -64,8 +69,8 @@ program bench_force
       end do
     end do
     call cpu_time(to)
-    seconds(5) = (to - from)/(real(n, dp)*repeats)
-    write (*, '(5es12.4)') seconds
+    seconds(6) = (to - from)/(real(n, dp)*repeats)
+    write (*, '(6es12.4)') seconds
   end do
   write (*, '(f0.4, es12.4)') sum(touching)/real(n, dp), total
 
@@ -112,6 +117,33 @@ contains
       total = total + energy + force(2)
     end do
   end subroutine solve_halfspace
+
+  !> Time [s] of a solution on the elements, and to the tolerance, of the generator of tables: the left tread at the
+  !> poses, one after the other, each starting from the last.
+  real(dp) function solution() result(seconds)
+    type(elements_type) :: elements
+    type(patches_type) :: patches
+    real(dp) :: energy
+    integer :: first, last
+    logical :: ok
+
+    elements = new_elements(6, 24, 1e-2_dp, direct%e_star)
+    associate (side => setup%side(1))
+      first = minval(side%zones%first, .not. side%zones%flange)
+      last = maxval(side%zones%last)
+      seconds = 0
+      do i = 1, n, stride
+        direct%work%fresh = .true.
+        call scan_depth(side%pair, pose(:2, i), pose(3, i), first, last, direct%work)
+        call cpu_time(from)
+        call press_patches(side%pair, elements, first, last, pose(:2, i), pose(3, i), direct%work, patches, energy, ok)
+        call cpu_time(to)
+        seconds = seconds + to - from
+        total = total + energy
+      end do
+    end associate
+    seconds = seconds/max(patches%solutions, 1)
+  end function solution
 
   !> The tensor splines of h (two axes) and S (three), with first and second derivatives, for each touching
   !> zone: 80 loads, 400 multiply-adds; the values of the basis functions are given.

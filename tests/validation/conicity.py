@@ -62,8 +62,8 @@ class Shape:
             for path, shape in zip(paths, (self.wheel(), self.rail()), strict=True):
                 np.savetxt(path, arcs.sample(shape, spacing), fmt="%.17g")
             return ContactTable(Case.from_namelist("&case /").replace(
-                wheel_profile=str(paths[0]), rail_profile=str(paths[1]), contact_model="strip", lateral=0.02, table_roll=0.02, n_lateral=20,
-                n_roll=5, n_depth=5)).geometry(y)
+                wheel_profile=str(paths[0]), rail_profile=str(paths[1]), contact_model="strip", lateral=0.02,
+                table_roll=0.02, n_lateral=20, n_roll=5, n_depth=5)).geometry(y)
 
     def rail(self) -> list[arcs.Piece]:
         edge = np.arcsin(0.024/self.R_r)

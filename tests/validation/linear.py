@@ -160,7 +160,8 @@ def section(short: bool) -> Section:
                          "closed form: Hertz springs on lines and circles", SHIPPED_BARS[i])]
         checks += [relative(f"{name} frequency [Hz], {pair}, halfspace", found, by_formula[i],
                             "closed form: Hertz springs on lines and circles", HALFSPACE_BARS[i])
-                   for i, (name, found) in enumerate(zip(MODES, ContactTable(Case.exercise(1, pair)).frequencies, strict=True))]
+                   for i, (name, found) in enumerate(zip(
+                       MODES, ContactTable(Case.exercise(1, pair)).frequencies, strict=True))]
         with tempfile.TemporaryDirectory() as folder:
             exact = exact_case(pair, Path(folder))
             scales = SHORT_SCALES if short else SCALES

@@ -279,7 +279,7 @@ def equilibrium_checks(pair: str, curve: Curve, rigid: Overturning) -> list[Chec
         # table's error turns the force.
         relative(f"limit load over W, {pair}", curve.F_limit/table.weight,
                  np.tan(rigid.angle - rigid.roll + curve.limit[2]*SCALE[2]),
-                 "tangent of the same flange point's angle, turned by the elastic roll; bar 3e-5 and the table's rms error",
+                 "tangent of the same flange point's angle, turned by the elastic roll; bar 3e-5 and the table's error",
                  3e-5 + table.accuracy["flange"].rms),
         limit(f"lowest eigenvalue below the limit, its negative part [N/m], {pair}", min(eigenvalue[before].min(), 0.0),
               "stable up to the limit", 0.0),

@@ -59,8 +59,8 @@ def stated_errors(short: bool) -> tuple[list[Check], Table]:
                     (f"{errors[place].rms:.1e}", f"{errors[place].largest:.1e}") if place in errors else ("", "")))])
                 if name in SHIPPED:
                     worst = max(errors[place].rms for place in IN_SERVICE if place in errors)
-                    checks.append(limit(f"{name}, {model}: rms error of the table in service [of max(|F|, 5 kN)]", worst,
-                                        "direct evaluation between its points", BARS[name, model]))
+                    checks.append(limit(f"{name}, {model}: rms error of the table in service [of max(|F|, 5 kN)]",
+                                        worst, "direct evaluation between its points", BARS[name, model]))
     head = ["profiles", "model", *(cell for place in PLACES for cell in (f"{place}: rms", "largest"))]
     return checks, Table("Errors that the tables state: force of a wheel against direct evaluation, of max(|F|, 5 kN); "
                          "1e-3 asked for", head, rows)
