@@ -1,0 +1,47 @@
+!> Elastic energy of a left wheel that is lowered onto its rail, by half-spaces as for contact tables.
+!>
+!> usage: press_wheel wheel rail < problems
+!> Reads lines `rolling_radius depth` [m] from standard input, the depth from where the centred wheel touches; writes
+!> the energy [J] and the vertical force [N].
+program press_wheel
+  use case, only: case_type
+  use errors, only: error_type
+  use geometry, only: new_scan, pair_type, place_profiles, scan_depth, scan_type
+  use hertz, only: contact_modulus
+  use kinds, only: dp
+  use parts, only: is_rail, is_wheel
+  use patches, only: elements_type, new_elements, patches_type, press_patches
+  use profile, only: profile_type, read_profile
+  implicit none
+  type(error_type), allocatable :: error
+  type(case_type) :: c
+  type(profile_type) :: wheel, rail
+  type(pair_type) :: pair
+  type(scan_type) :: work
+  type(elements_type) :: elements
+  type(patches_type) :: patches
+  character(256) :: file(2)
+  real(dp) :: radius, depth, centre(2), energy, force(3)
+  integer :: stat
+  logical :: ok
+
+  call get_command_argument(1, file(1))
+  call get_command_argument(2, file(2))
+  call read_profile(trim(file(1)), is_wheel, 0.0_dp, 'auto', 'auto', wheel, error)
+  if (.not. allocated(error)) call read_profile(trim(file(2)), is_rail, 0.0_dp, 'auto', 'auto', rail, error)
+  elements = new_elements(8, 32, 1e-4_dp, contact_modulus(c%youngs_modulus, c%poisson))
+  do
+    if (allocated(error)) error stop error%message
+    read (*, *, iostat=stat) radius, depth
+    if (stat /= 0) exit
+    call place_profiles(wheel, rail, c%gauge, c%gauge_depth, c%back_to_back, radius, pair, error)
+    if (allocated(error)) cycle
+    centre = [0.0_dp, pair%axle_height - depth]
+    work = new_scan(pair)
+    patches%n = 0
+    call scan_depth(pair, centre, 0.0_dp, 1, size(pair%s), work)
+    call press_patches(pair, elements, 1, size(pair%s), centre, 0.0_dp, work, patches, energy, ok, force)
+    if (.not. ok) error stop 'the half-space solution failed'
+    write (*, '(2es24.16)') energy, force(2)
+  end do
+end program press_wheel

@@ -1,0 +1,101 @@
+!> Error of the left wheel's contact table at given poses.
+!>
+!> usage: table_error input.nml most < poses
+!> Reads the number of poses and lines `y z roll` (axle centre above top of rail) from standard input; writes for
+!> each: 1 where a run in service can come to it, 2 going over a rail, 0 elsewhere or off the table; whether the
+!> tread and the flange touch (1 or 0); the error of the table's force on the wheel against direct evaluation by
+!> the case's law, of max(|F|, 5 kN).  Only the first `most` poses in service are evaluated, the others have the place -1; with 0
+!> all that are on the table.
+!> Half-spaces are solved on elements 2/3 as long in either direction as those of the table and a hundred times
+!> more exactly.
+program table_error
+  use accuracy, only: direct_force
+  use case, only: case_type
+  use hertz, only: contact_modulus
+  use kinds, only: dp
+  use patches, only: elements_type, new_elements
+  use potential, only: find_roll, height_over, inside, roll_type, wheel_potential
+  use reach, only: extent_type, find_reach, strictness
+  use shared, only: integer_argument, read_prepared
+  use simulation, only: setup_type
+  implicit none
+  real(dp), parameter :: least_force = 5e3_dp   ! [N]
+  type(case_type) :: c
+  type(setup_type) :: setup
+  type(extent_type) :: extent
+  type(elements_type) :: elements
+  real(dp), allocatable :: poses(:, :), force(:, :, :), error(:)
+  integer, allocatable :: place(:)
+  real(dp) :: e_star
+  integer :: i, n, most, in_service
+
+  call read_prepared(c, setup)
+  most = integer_argument(2)
+  read (*, *) n
+  allocate (poses(3, n))
+  read (*, *) poses
+  allocate (force(2, 2, n), error(n), source=0.0_dp)
+  allocate (place(n), source=0)
+  e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
+  extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%side(1)%clearance)
+  if (c%model == 'halfspace') elements = new_elements(12, 48, 1e-6_dp, e_star)
+  in_service = 0
+  do i = 1, n
+    place(i) = place_of(poses(:, i))
+    if (place(i) == 1) in_service = in_service + 1
+    if (most > 0 .and. (place(i) /= 1 .or. in_service > most)) place(i) = -1
+  end do
+  !$omp parallel do schedule(dynamic)
+  do i = 1, n
+    if (place(i) >= 0) call compare(poses(:, i), force(:, :, i), error(i))
+  end do
+  do i = 1, n
+    write (*, '(3i3, es24.16)') place(i), merge(1, 0, abs(force(2, :, i)) > 0), error(i)
+  end do
+
+contains
+
+  !> In reach by any of the zones that touch.
+  integer function place_of(pose) result(place)
+    real(dp), intent(in) :: pose(3)
+    type(roll_type) :: roll, opposite
+    real(dp) :: depth, other, strict
+    integer :: status, z
+    logical :: within
+
+    place = 0
+    strict = strictness(setup%side(1)%pair, extent, pose, .false.)
+    if (strict <= 0) return
+    associate (table => setup%wheelset%table)
+      call find_roll(table, pose(3), .false., roll, opposite, status)
+      if (status /= inside) return
+      do z = 1, size(table%zones)
+        depth = height_over(table%zones(z), pose, roll)
+        if (depth <= 0 .or. depth > extent%depth) cycle
+        call find_reach(table, extent, z, depth, pose, .false., within, other)
+        if (within) place = merge(1, 2, strict <= 1)
+      end do
+    end associate
+  end function place_of
+
+  subroutine compare(pose, force, error)
+    real(dp), intent(in) :: pose(3)
+    real(dp), intent(out) :: force(2, 2), error
+    type(roll_type) :: roll, opposite
+    real(dp) :: energy(2), gradient(3, 2), hessian(6)
+    integer :: status
+    logical :: ok
+
+    error = 0
+    force = 0
+    associate (table => setup%wheelset%table, side => setup%side(1))
+      call find_roll(table, pose(3), .false., roll, opposite, status)
+      if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
+      if (status /= inside) return
+      call direct_force(side%pair, side%zones, trim(c%model), e_star, elements, pose, force, ok)
+      if (.not. ok) error stop 'the direct solution failed'
+    end associate
+    error = norm2(-sum(gradient(:2, :), 2) - sum(force, 2))/max(norm2(sum(force, 2)), least_force)
+  end subroutine compare
+
+end program table_error
