@@ -32,7 +32,9 @@ module ratios
   integer, parameter :: most_rounds = 6, rounds_of_q = 2
   ! Grids of 6 x 24 elements over half a patch, as exact as their energies have to be.
   integer, parameter :: elements_x = 6, elements_s = 24
-  real(dp), parameter :: tolerance = 1e-2_dp
+  real(dp), parameter :: tolerance(2) = [5e-4_dp, 1e-2_dp]      ! of tread and flange
+  ! The tread's lateral stiffness is that of gravity, on which noise of finer cells would tell.
+  real(dp), parameter :: least_tread = 1e-3_dp   ! [m]
 
 contains
 
@@ -49,11 +51,12 @@ contains
     real(dp), intent(in) :: work(2)
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
-    type(elements_type) :: elements
+    type(elements_type) :: elements(2)
     integer :: z, round
     logical :: finer(size(zones))
 
-    elements = new_elements(elements_x, elements_s, tolerance, e_star)
+    elements(1) = new_elements(elements_x, elements_s, tolerance(1), e_star)
+    elements(2) = new_elements(elements_x, elements_s, tolerance(2), e_star)
     do z = 1, size(zones)
       call start_ratio(ratio(z), graded_points(table%zones(z)%u%low, table%zones(z)%u%high, 0.0_dp, &
         merge(fine_flange, fine_tread, zones(z)%flange), min(first_points(1), most(1))), &
@@ -93,7 +96,8 @@ contains
         if (stopped) cycle
         z = count(n(:size(zones) - 1) < row)
         j = row - n(z - 1)
-        call sample_ratios(pair, zones, z, elements, table, extent, ratio(z)%roll%x(j), ratio(z)%u%x, &
+        call sample_ratios(pair, zones, z, elements(merge(2, 1, zones(z)%flange)), table, extent, &
+          ratio(z)%roll%x(j), ratio(z)%u%x, &
           heights(table%zones(z), ratio(z)%u%x, ratio(z)%roll%x(j)), ratio(z)%q%x, ratio(z)%done(:, j), &
           ratio(z)%c(:, :, j), ratio(z)%there(:, :, j))
       end do
@@ -141,7 +145,7 @@ contains
         u = r%u
         a = r%roll
         q = r%q
-        call halve_cells(u, of_u, 4*least_u, most(1), more(1))
+        call halve_cells(u, of_u, merge(4*least_u, least_tread, table%zones(z)%flange), most(1), more(1))
         call halve_cells(a, of_roll, 2*least_roll, most(2), more(2))
         more(3) = .false.
         if (round <= rounds_of_q) call halve_cells(q, of_q, 2*least_q, most(3), more(3))

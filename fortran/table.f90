@@ -31,7 +31,7 @@ module table
   end type samples_type
 
   integer, parameter :: first_u = 31, first_roll = 21, first_q = 15     ! points
-  integer, parameter :: most_rounds = 9, rounds_of_q = 4
+  integer, parameter :: most_rounds = 9, rounds_of_q = 4, rounds_of_hertz = 4
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and misses more than is estimated.
   real(dp), parameter :: of_kinks = 3
   ! Shares of the accuracy that the splines of strips and of the ratio may use up.
@@ -75,7 +75,8 @@ contains
       call sample_rows(pair, zones, law, e_star, table, roll, values, share_of_round(work, round), stopped, watcher)
       if (stopped) return
       call fit(values, roll, table)
-      if (round == most_rounds) exit
+      ! One Hertz spring jumps with the station: no cell is small enough.
+      if (round == merge(rounds_of_hertz, most_rounds, model == 'hertz')) exit
       call refine_axes(pair, extent, e_star, accuracy*share_strip, most, round <= rounds_of_q, table, values, &
         roll, finer)
       if (.not. finer) exit
