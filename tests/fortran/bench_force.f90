@@ -33,8 +33,12 @@ program bench_force
   allocate (touching(n))
   direct = new_direct(c, setup)
   ! As large as those of a zone, so that they lie as far apart in memory.
-  allocate (coefficients(c%n_depth + 3, c%n_roll + 3, c%n_lateral + 3), heights(c%n_roll + 3, c%n_lateral + 3), &
-    source=1e-6_dp)
+  associate (zone => setup%wheelset%table%zones(1))
+    allocate (coefficients, mold=zone%s)
+    allocate (heights, mold=zone%h)
+  end associate
+  coefficients = 1e-6_dp
+  heights = 1e-6_dp
   total = 0
   do round = 1, rounds
     seconds(1) = looked_up(tangent=.true.)
