@@ -278,7 +278,7 @@ def test_a_table_serves_other_runs():
 
 
 @pytest.mark.parametrize("change, words", [
-    ({"model": "hertz"}, "&contact model: expected 'halfspace', for which the contact table was made, found 'hertz'"),
+    ({"model": "hertz"}, "&contact model: expected 'strip', for which the contact table was made, found 'hertz'"),
     ({"gauge": 1.4352}, "&track gauge: expected 1.4351"),
     ({"n_depth": 11}, "&table n_depth: expected 9"),
     ({"table_roll": 0.3}, "&table roll: expected 0.5"),

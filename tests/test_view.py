@@ -602,7 +602,7 @@ def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
     (["{file}", "-o", "{file}"], "expected a file of its own to write"),
     (["{file}", "--from", "0"], "--from: expected with --film"),
     (["{file}", "--film", "{folder}/film.avi"], "expected a film .mp4 or .gif, found .avi"),
-    (["{file}", "--film", "{folder}/film.gif", "--from", "7"], "expected times from 0 to 0.13"),
+    (["{file}", "--film", "{folder}/film.gif", "--from", "7"], "expected times from 0 to 0.1"),
     (["{file}", "--film", "{folder}/film.gif", "--speed", "1e-12"], "expected at most 20000 frames"),
     (["{folder}/none.txt"], "cannot be opened for reading"),
     (["{folder}/unnamed.csv"], "expected a column time (a map of names, --columns, may tell which), found t, Y"),
