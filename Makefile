@@ -15,7 +15,7 @@ PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
 MODULES = kinds errors system text progress terminal case curve formats parts mending profile measures hertz \
-          geometry halfspace contact bspline potential table rigid wheelset modes newmark bracket \
+          geometry halfspace contact bspline potential table bracket rigid wheelset modes newmark \
           gaps bilateral unilateral rigid_motion events columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)

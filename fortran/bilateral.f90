@@ -15,21 +15,21 @@
 !> resolves the path.  The normal forces are the multipliers of the two
 !> constraints; a negative one is a rail that pulls.
 module bilateral
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use bracket, only: bracket_type
-  use contact, only: zone_type
+  use contact, only: side_type
   use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, &
     search_rivals, set_state, tightest
-  use geometry, only: pair_type
   use kinds, only: dp, pi
   use newmark, only: drift, kick
   use text, only: str
   use wheelset, only: contact_state, external_force, wheelset_type
   implicit none
   private
-  public :: path_type, point_type, follow_path, path_state, start_at, advance_along, between_poses, turn_corner, &
-    small_motion, tangent
+  public :: path_type, point_type, follow_path, path_end, path_state, start_at, advance_along, between_poses, &
+    turn_corner, lowest_point, small_motion, tangent
 
-  !> The path on one side of the centre; the other is its mirror image.
+  !> The path on the left of the centre; that on the right is the same of the mirrored wheelset.
   type :: path_type
     integer :: n = 0                       !! poses; a corner is two of them
     real(dp), allocatable :: s(:)          !! [m kg^1/2]
@@ -38,9 +38,10 @@ module bilateral
     integer, allocatable :: stretch(:)     !! between corners, of each pose
     integer, allocatable :: last(:)        !! pose of each stretch, (0:)
     type(gap_type), allocatable :: c(:, :) !! the contacts, left and right, at each pose, (2, n)
+    real(dp) :: stuck = 0                  !! the step that failed at its end [m]; 0: it goes all the way
   end type path_type
 
-  !> Where on the path, and how fast.
+  !> Where on the path, and how fast; s < 0 is on the right of the centre.
   type :: point_type
     real(dp) :: s = 0, v = 0               !! [m kg^1/2, and per s]
     integer :: stretch = 1                 !! |s| is on this stretch
@@ -53,33 +54,30 @@ module bilateral
 
 contains
 
-  !> Follow the path to the left, until the flange's tip is past `beyond` and above the rail, or to an end of which
-  !> `note` says where and why.
-  subroutine follow_path(pair, zones, inertia, beyond, path, note)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
+  !> Follow the path to the left, until the flange's tip is past `beyond` and above the rail, or to an end.
+  subroutine follow_path(side, start, inertia, beyond, path)
+    type(side_type), intent(in) :: side(:)      !! left, right
+    real(dp), intent(in) :: start(3)            !! the pose at the centre
     real(dp), intent(in) :: inertia(3)
     real(dp), intent(in) :: beyond              !! lateral displacement at which the path may end [m]
     type(path_type), intent(out) :: path
-    character(:), allocatable, intent(out) :: note
     type(contacts_type) :: all
     type(gap_type) :: c(2), new(2), middle(2), last(2)
     real(dp) :: q(3), t(3), q_new(3), t_new(3), q_mid(3), q_end(3), h, scale, error, length, gap
     type(bracket_type) :: range
-    integer :: k(2), side, other, iter, i
+    integer :: k(2), wheel, other, iter, i
     logical, allocatable :: held(:)
     logical :: ok, corner
 
     scale = sqrt(inertia(1))
-    note = ''
-    all = new_contacts(pair, zones, rivals=.true.)
+    all = new_contacts(side, rivals=.true.)
     allocate (held(size(all%c)))
     held = .false.
-    q = [0.0_dp, pair%axle_height, 0.0_dp]
-    call search_rivals(pair, q, held, all)
+    q = start
+    call search_rivals(side, q, held, all)
     k = [tightest(all, 1), tightest(all, 2)]
     c = all%c(k)
-    call close_gaps(pair, inertia, c, q, ok)
+    call close_gaps(side, inertia, c, q, ok)
     t = tangent(inertia, c, [1.0_dp, 0.0_dp, 0.0_dp])
     path%n = 0
     call keep(0.0_dp, 1)
@@ -106,11 +104,11 @@ contains
       all%c(k) = new
       held = .false.
       held(k) = .true.
-      call search_rivals(pair, q_new, held, all)
+      call search_rivals(side, q_new, held, all)
       corner = .false.
-      do side = 1, 2
-        other = tightest(all, side)
-        if (other == k(side) .or. all%c(other)%gap > 0) cycle
+      do wheel = 1, 2
+        other = tightest(all, wheel)
+        if (other == k(wheel) .or. all%c(other)%gap > 0) cycle
         gap = gap_at(q)
         if (gap < 1e-13_dp) cycle
         range = bracket_type(0.0_dp, gap, h, all%c(other)%gap)
@@ -124,7 +122,7 @@ contains
         end do
         if (.not. ok) exit
         corner = .true.
-        k(side) = other
+        k(wheel) = other
         q_new = q_end
         exit
       end do
@@ -141,11 +139,11 @@ contains
       call keep(path%s(path%n) + length, path%stretch(path%n))
       if (corner) then
         last = c
-        c(side) = all%c(k(side))
-        call find_gap(pair, q, c(side))
+        c(wheel) = all%c(k(wheel))
+        call find_gap(side, q, c(wheel))
         ! On, to where the point that touched so far opens.
         t = tangent(inertia, c, t)
-        if (dot_product(t, last(side)%slope) < 0) t = -t
+        if (dot_product(t, last(wheel)%slope) < 0) t = -t
         call keep(path%s(path%n), path%stretch(path%n) + 1)
         h = 1e-5_dp*scale
       else
@@ -153,8 +151,7 @@ contains
       end if
       if (path%n > 100000) ok = .false.
     end do
-    if (.not. ok .or. q(1) < beyond) note = 'Y = '//str(q(1))//' m, Z = '//str(q(2) - pair%axle_height)// &
-      ' m, roll = '//str(q(3))//' rad, where no step of '//str(h/scale)//' m keeps both wheels on their rails'
+    if (.not. ok .or. q(1) < beyond) path%stuck = h/scale
     allocate (path%last(0:path%stretch(path%n)))
     do i = 0, ubound(path%last, 1)
       path%last(i) = count(path%stretch(:path%n) <= i)
@@ -171,7 +168,7 @@ contains
 
       c_end = c
       q_end = q + h*t
-      call close_gaps(pair, inertia, c_end, q_end, ok)
+      call close_gaps(side, inertia, c_end, q_end, ok)
       if (ok) ok = size_of(q_end - q - h*t) < 0.3_dp*abs(h) .and. .not. any(c_end%edge)
     end subroutine step
 
@@ -207,7 +204,7 @@ contains
       type(gap_type) :: g
 
       g = all%c(other)
-      call find_gap(pair, x, g)
+      call find_gap(side, x, g)
       gap = g%gap
     end function gap_at
 
@@ -256,6 +253,21 @@ contains
 
   end subroutine follow_path
 
+  !> Where the path ends on that side of the centre, and why.
+  function path_end(path, left, equilibrium) result(words)
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
+    logical, intent(in) :: left
+    real(dp), intent(in) :: equilibrium(3)      !! from which Z and roll are measured
+    character(:), allocatable :: words
+    real(dp) :: q(3)
+
+    associate (p => path(merge(1, 2, left)))
+      q = merge(p%q(:, p%n), mirror*p%q(:, p%n), left) - equilibrium
+      words = 'Y = '//str(q(1))//' m, Z = '//str(q(2))//' m, roll = '//str(q(3))//' rad, where no step of '// &
+        str(p%stuck)//' m keeps both wheels on their rails'
+    end associate
+  end function path_end
+
   !> The Hermite cubic through a and b with the tangents da and db, `length` apart, at x from a.
   pure function hermite(a, da, b, db, length, x) result(q)
     real(dp), intent(in) :: a(3), da(3), b(3), db(3), length, x
@@ -279,6 +291,13 @@ contains
     if (sum(inertia*t*ahead) < 0) t = -t
   end function tangent
 
+  !> Which half of the path a point is on: 1 to the left, 2 to the right.
+  pure integer function half(p)
+    type(point_type), intent(in) :: p
+
+    half = merge(2, 1, p%s < 0)
+  end function half
+
   !> The pose before |s| on the point's stretch.
   pure subroutine locate(path, p)
     type(path_type), intent(in) :: path
@@ -298,30 +317,32 @@ contains
 
   !> Between the poses on both sides of a point [m kg^1/2].
   pure real(dp) function between_poses(path, p) result(length)
-    type(path_type), intent(in) :: path
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
     type(point_type), intent(in) :: p
     type(point_type) :: x
 
     x = p
-    call locate(path, x)
-    length = path%s(x%at + 1) - path%s(x%at)
+    associate (own => path(half(p)))
+      call locate(own, x)
+      length = own%s(x%at + 1) - own%s(x%at)
+    end associate
   end function between_poses
 
   !> Pose of a point and dq/ds there, by the cubic of its stretch.
   pure subroutine path_pose(path, p, q, t)
-    type(path_type), intent(in) :: path
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
     type(point_type), intent(inout) :: p
     real(dp), intent(out) :: q(3), t(3)
     real(dp) :: h, u, d(3), e(3)
 
-    call locate(path, p)
-    associate (i => p%at)
-      h = path%s(i + 1) - path%s(i)
-      u = (abs(p%s) - path%s(i))/h
-      d = 3*(path%q(:, i + 1) - path%q(:, i)) - h*(2*path%t(:, i) + path%t(:, i + 1))
-      e = h*(path%t(:, i) + path%t(:, i + 1)) - 2*(path%q(:, i + 1) - path%q(:, i))
-      q = path%q(:, i) + u*(h*path%t(:, i) + u*(d + u*e))
-      t = path%t(:, i) + u*(2*d + u*3*e)/h
+    call locate(path(half(p)), p)
+    associate (i => p%at, own => path(half(p)))
+      h = own%s(i + 1) - own%s(i)
+      u = (abs(p%s) - own%s(i))/h
+      d = 3*(own%q(:, i + 1) - own%q(:, i)) - h*(2*own%t(:, i) + own%t(:, i + 1))
+      e = h*(own%t(:, i) + own%t(:, i + 1)) - 2*(own%q(:, i + 1) - own%q(:, i))
+      q = own%q(:, i) + u*(h*own%t(:, i) + u*(d + u*e))
+      t = own%t(:, i) + u*(2*d + u*3*e)/h
     end associate
     if (p%s < 0) then
       q = mirror*q
@@ -331,59 +352,61 @@ contains
 
   !> The point nearest to the centre with the lateral displacement y; ok: the path goes so far.
   pure subroutine start_at(path, y, p, ok)
-    type(path_type), intent(in) :: path
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
     real(dp), intent(in) :: y
     type(point_type), intent(out) :: p
     logical, intent(out) :: ok
     real(dp) :: low, high, q(3), t(3)
     integer :: i, iter
 
-    i = findloc(path%q(1, 2:path%n) >= abs(y), .true., 1)
-    ok = i > 0
-    if (.not. ok) return
-    p%stretch = path%stretch(i)
-    p%at = i
-    low = path%s(i)
-    high = path%s(i + 1)
+    associate (side => path(merge(2, 1, y < 0)))
+      i = findloc(side%q(1, 2:side%n) >= abs(y), .true., 1)
+      ok = i > 0
+      if (.not. ok) return
+      p%stretch = side%stretch(i)
+      p%at = i
+      low = side%s(i)
+      high = side%s(i + 1)
+    end associate
     do iter = 1, 60
-      p%s = (low + high)/2
+      p%s = sign((low + high)/2, y)
       call path_pose(path, p, q, t)
-      if (q(1) < abs(y)) then
-        low = p%s
+      if (abs(q(1)) < abs(y)) then
+        low = abs(p%s)
       else
-        high = p%s
+        high = abs(p%s)
       end if
     end do
     if (abs(y) <= 0) p%s = 0
-    p%s = sign(p%s, y)
   end subroutine start_at
 
   !> One step dt, or less: up to a corner of the path (-1, 1: towards, away from the centre) or, `corner` = 2, its
   !> end.  `work` grows by that of the lateral force.
   pure subroutine advance_along(path, w, p, time, dt, work, corner)
-    type(path_type), intent(in) :: path
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
     type(wheelset_type), intent(in) :: w
     type(point_type), intent(inout) :: p
     real(dp), intent(inout) :: time, dt, work
     integer, intent(out) :: corner
     type(point_type) :: new, turning
-    real(dp) :: done, turn
+    real(dp) :: done, turn, level
 
     call step(dt, new, done)
-    corner = leaves(new)
+    call leave(new, corner, level)
     if (corner == 0 .and. p%v*new%v < 0) then
       ! It may have been beyond a corner and back.
       turn = root(dt, 0.0_dp)
       call step(turn, turning, done)
-      corner = leaves(turning)
+      call leave(turning, corner, level)
+      if (corner /= 0) new = turning
       if (corner /= 0) dt = turn
       if (corner == 0) call step(dt, new, done)
     end if
     if (corner /= 0) then
-      dt = root(dt, bound(corner))
+      dt = root(dt, level)
       call step(dt, new, done)
-      new%s = sign(bound(corner), new%s)
-      if (corner == 1 .and. p%stretch == size(path%last) - 1) corner = 2
+      new%s = sign(level, new%s)
+      if (corner == 1 .and. p%stretch == size(path(half(new))%last) - 1) corner = 2
     end if
     p = new
     time = time + dt
@@ -418,24 +441,23 @@ contains
       new%v = new%v + kick(size(kick))*h*sum(f*t)
     end subroutine step
 
-    pure integer function leaves(new)
-      type(point_type), intent(in) :: new
+    !> Over which corner a point is, and |s| there.
+    pure subroutine leave(x, corner, level)
+      type(point_type), intent(in) :: x
+      integer, intent(out) :: corner
+      real(dp), intent(out) :: level
 
-      leaves = 0
-      if (abs(new%s) > bound(1)) leaves = 1
-      if (p%stretch > 1 .and. (abs(new%s) < bound(-1) .or. new%s*p%s < 0)) leaves = -1
-    end function leaves
-
-    !> |s| at the stretch's end.
-    pure real(dp) function bound(end)
-      integer, intent(in) :: end
-
-      if (end < 0) then
-        bound = path%s(path%last(p%stretch - 1) + 1)
-      else
-        bound = path%s(path%last(p%stretch))
-      end if
-    end function bound
+      corner = 0
+      associate (side => path(half(x)))
+        level = side%s(side%last(p%stretch))
+        if (abs(x%s) > level) corner = 1
+      end associate
+      if (p%stretch == 1) return
+      associate (side => path(half(p)))
+        if (abs(x%s) < side%s(side%last(p%stretch - 1) + 1) .or. x%s*p%s < 0) corner = -1
+        if (corner == -1) level = side%s(side%last(p%stretch - 1) + 1)
+      end associate
+    end subroutine leave
 
     !> The step up to h at which |s| passes `level`, or, level 0, the velocity turns.
     pure real(dp) function root(h, level)
@@ -465,14 +487,14 @@ contains
 
       call step(h, x, done)
       value = x%v
-      if (level > 0) value = sign(1.0_dp, p%s)*x%s - level
+      if (level > 0) value = sign(1.0_dp, merge(p%s, new%s, corner < 0))*x%s - level
     end function value
 
   end subroutine advance_along
 
   !> Over a corner: the contacts' impulses [N s], (contact), that turn the velocity.
   pure subroutine turn_corner(path, inertia, corner, p, impulse)
-    type(path_type), intent(in) :: path
+    type(path_type), intent(in) :: path(:)    !! to the left, to the right
     real(dp), intent(in) :: inertia(3)
     integer, intent(in) :: corner             !! of advance_along
     type(point_type), intent(inout) :: p
@@ -483,11 +505,13 @@ contains
     logical :: ok
 
     impulse = 0
-    i = path%last(merge(p%stretch, p%stretch - 1, corner > 0))
-    before = path%c(:, merge(i, i + 1, corner > 0))
-    after = path%c(:, merge(i + 1, i, corner > 0))
-    p%stretch = p%stretch + corner
-    change = inertia*abs(p%v)*(path%t(:, i + 1) - path%t(:, i))
+    associate (own => path(half(p)))
+      i = own%last(merge(p%stretch, p%stretch - 1, corner > 0))
+      before = own%c(:, merge(i, i + 1, corner > 0))
+      after = own%c(:, merge(i + 1, i, corner > 0))
+      p%stretch = p%stretch + corner
+      change = inertia*abs(p%v)*(own%t(:, i + 1) - own%t(:, i))
+    end associate
     side = merge(1, 2, abs(before(1)%s - after(1)%s) > 0)
     c = [before(side), after(side), before(3 - side)]
     do i = 1, 3
@@ -501,9 +525,9 @@ contains
   end subroutine turn_corner
 
   !> Pose, velocity and contacts of a point, with the normal forces that keep both wheels on their rails.
-  pure subroutine path_state(path, pair, w, p, time, q, v, state)
-    type(path_type), intent(in) :: path
-    type(pair_type), intent(in) :: pair
+  pure subroutine path_state(path, side, w, p, time, q, v, state)
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
+    type(side_type), intent(in) :: side(:)      !! left, right
     type(wheelset_type), intent(in) :: w
     type(point_type), intent(inout) :: p
     real(dp), intent(in) :: time
@@ -515,32 +539,79 @@ contains
     logical :: ok
 
     call path_pose(path, p, q, t)
-    c = path%c(:, p%at)
+    c = path(half(p))%c(:, p%at)
     if (p%s < 0) then
       c%wheel = 3 - c%wheel
       c%contact = mod(c%contact + 1, 4) + 1
     end if
     do k = 1, 2
-      call find_gap(pair, q, c(k))
+      call find_gap(side, q, c(k))
     end do
     v = p%v*tangent(w%inertia(), c, t)
     call closing_forces(w%inertia(), external_force(w, time), v, c, force, ok)
     call set_state(c, force, state)
   end subroutine path_state
 
-  !> Frequency of small oscillations about the centre [Hz]: V'' = W z'', minus its growth rate/2 pi if unstable.
-  pure subroutine small_motion(path, w, frequency, shape)
-    type(path_type), intent(in) :: path
+  !> The lowest pose of the path that is downhill from the centre: there the wheelset stays.
+  pure subroutine lowest_point(path, p, ok)
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
+    type(point_type), intent(out) :: p
+    logical, intent(out) :: ok
+    real(dp) :: low, high, q(3), t(3)
+    integer :: i, side, iter
+
+    side = merge(1, 2, path(1)%t(2, 1) < 0)
+    associate (own => path(side))
+      i = findloc(own%t(2, :own%n) >= 0, .true., 1)
+      ok = i > 0
+      p%stretch = own%stretch(max(1, i))
+      if (i <= 1) return
+      ! At a corner, or on a stretch.
+      p%stretch = own%stretch(i - 1)
+      low = own%s(i - 1)
+      high = own%s(i)
+    end associate
+    do iter = 1, 60
+      p%s = merge(1, -1, side == 1)*(low + high)/2
+      call path_pose(path, p, q, t)
+      ! In the half's own direction.
+      if (merge(t(2), -t(2), side == 1) < 0) then
+        low = abs(p%s)
+      else
+        high = abs(p%s)
+      end if
+    end do
+  end subroutine lowest_point
+
+  !> Frequency of small oscillations about a point at rest [Hz]: V'' = W z'', minus its growth rate/2 pi if unstable;
+  !> NaN at a corner.
+  pure subroutine small_motion(path, side, w, p, q, frequency, shape)
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
+    type(side_type), intent(in) :: side(:)      !! left, right
     type(wheelset_type), intent(in) :: w
+    type(point_type), intent(inout) :: p
+    real(dp), intent(out) :: q(3)
     real(dp), intent(out) :: frequency, shape(3)
+    type(gap_type) :: c(2)
     real(dp) :: force(2), bend
+    integer :: k
     logical :: ok
 
     ! At unit speed and without load the path's curvature is the acceleration.
-    shape = path%t(:, 1)
-    call closing_forces(w%inertia(), [0.0_dp, 0.0_dp, 0.0_dp], shape, path%c(:, 1), force, ok)
-    bend = w%weight()*sum(force*path%c(:, 1)%slope(2))/w%mass
+    call path_pose(path, p, q, shape)
+    c = path(half(p))%c(:, p%at)
+    if (p%s < 0) c%wheel = 3 - c%wheel
+    if (abs(p%s) > 0) then
+      do k = 1, 2
+        call find_gap(side, q, c(k))
+      end do
+    end if
+    call closing_forces(w%inertia(), [0.0_dp, 0.0_dp, 0.0_dp], shape, c, force, ok)
+    bend = w%weight()*sum(force*c%slope(2))/w%mass
     frequency = sign(sqrt(abs(bend)), bend)/(2*pi)
+    associate (own => path(half(p)))
+      if (abs(p%s) >= own%s(own%last(p%stretch))) frequency = ieee_value(1.0_dp, ieee_quiet_nan)
+    end associate
   end subroutine small_motion
 
 end module bilateral

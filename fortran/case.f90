@@ -11,8 +11,8 @@ module case
   use text, only: clip, line_type, lower, str, to_real
   implicit none
   private
-  public :: case_type, variable_type, list_variables, read_case, check_case, output_path, value_text, range_text, &
-    text_length
+  public :: case_type, variable_type, list_variables, read_case, check_case, output_path, right_table_path, value_text, &
+    range_text, text_length
 
   integer, parameter :: text_length = 256
 
@@ -38,6 +38,7 @@ module case
     ! &profiles
     character(text_length) :: wheel_profile = 'profiles/awprof.yz'
     character(text_length) :: rail_profile = 'profiles/arprof.yz'
+    character(text_length) :: wheel_profile_right = '', rail_profile_right = ''
     real(dp) :: smoothing_mm = 0
     character(text_length) :: wheel_flip = 'auto', wheel_unit = 'auto'
     character(text_length) :: rail_flip = 'auto', rail_unit = 'auto'
@@ -95,7 +96,7 @@ contains
     type(variable_type), allocatable, intent(out) :: list(:)
     integer :: n
 
-    allocate (list(64))
+    allocate (list(72))
     n = 0
     call add_text('case', 'name', c%name, '', 'names the column file')
     call add_text('case', 'title', c%title, '', 'one line, copied to the header')
@@ -118,12 +119,14 @@ contains
       'recorded; normal contact needs E and nu')
     call add_text('profiles', 'wheel_profile', c%wheel_profile, '', 'file of y, z, MiniProf or SIMPACK')
     call add_text('profiles', 'rail_profile', c%rail_profile, '', 'file of y, z, MiniProf or SIMPACK')
+    call add_text('profiles', 'wheel_profile_right', c%wheel_profile_right, '', 'of the right wheel; as the left one if not named')
+    call add_text('profiles', 'rail_profile_right', c%rail_profile_right, '', 'the same of the right rail')
     call add_real('profiles', 'smoothing_mm', c%smoothing_mm, 0.0_dp, 1.0_dp, 'mm', &
-      'rms distance of the smoothing spline, about the points'' noise; 0 interpolates')
+      'rms distance of the smoothing spline, the points'' noise; 0 interpolates')
     call add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
-      'axes of the file to turn over; auto: by the shape')
-    call add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'of the file; auto: by the width')
-    call add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', 'the same of the rail''s file')
+      'axes of the files to turn over, left and right; auto: by the shape')
+    call add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'of the files, left and right; auto: by the width')
+    call add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', 'the same of the rails'' files')
     call add_text('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', '')
     call add_real('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'lateral, left positive')
     call add_real('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', 'vertical, from static equilibrium')
@@ -517,17 +520,19 @@ contains
     character(*), intent(in) :: file
     type(case_type), intent(in) :: c
     type(error_type), allocatable, intent(out) :: error
-    character(24), parameter :: names(6) = [character(24) :: 'the namelist itself', '&profiles wheel_profile', &
-      '&profiles rail_profile', '&table file', '&output file', '&output geometry_file']
-    integer, parameter :: first_written = 4
+    character(48), parameter :: names(9) = [character(48) :: 'the namelist itself', '&profiles wheel_profile', &
+      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&table file', &
+      '&table file of the right side', '&output file', '&output geometry_file']
+    integer, parameter :: first_written = 6
     character(text_length) :: paths(size(names))
     integer :: i, j
 
-    paths = [character(text_length) :: file, c%wheel_profile, c%rail_profile, c%table_file, output_path(c), &
-      c%geometry_file]
+    paths = [character(text_length) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, &
+      c%rail_profile_right, c%table_file, right_table_path(c), output_path(c), c%geometry_file]
     do i = first_written, size(names)
       if (paths(i) == '') cycle
       do j = 1, i - 1
+        if (paths(j) == '') cycle
         if (.not. same_file(trim(paths(i)), trim(paths(j)))) cycle
         call fatal_error(error, file//', '//trim(names(i))//': expected a file of its own, found '// &
           trim(paths(i))//', which is '//trim(names(j)))
@@ -535,6 +540,16 @@ contains
       end do
     end do
   end subroutine check_files
+
+  !> Where the contact table of the right side is kept, if its profiles may differ from the left ones.
+  function right_table_path(c) result(path)
+    type(case_type), intent(in) :: c
+    character(:), allocatable :: path
+
+    path = ''
+    if (c%table_file /= '' .and. (c%wheel_profile_right /= '' .or. c%rail_profile_right /= '')) &
+      path = trim(c%table_file)//'.right'
+  end function right_table_path
 
   !> Where the columns go.
   function output_path(c) result(path)

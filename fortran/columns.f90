@@ -10,6 +10,7 @@
 !> Rigid contacts have five more columns, which tell impacts from contact that lasts: the impulses P of
 !> impacts so far, by contact, and the energy lost in them.  N of a rail that pulls is negative.
 module columns
+  use contact, only: side_type
   use curve, only: curve_point, near_interval
   use errors, only: error_type, fatal_error
   use geometry, only: pair_type, rolled, wheel_station
@@ -63,28 +64,28 @@ contains
     units(57:61) = [character(width) :: 'N.s', 'N.s', 'N.s', 'N.s', 'J']
   end function column_units
 
-  !> One row.  `equilibrium` is the static axle height, `first_energy` the total
+  !> One row.  `equilibrium` is the pose from which Z and roll are measured, `first_energy` the total
   !> energy at the start (0 while that is being found).
-  subroutine fill_row(w, pair, motion, speed, pitch, pitch_rate, equilibrium, first_energy, row)
+  subroutine fill_row(w, side, motion, speed, pitch, pitch_rate, equilibrium, first_energy, row)
     type(wheelset_type), intent(in) :: w
-    type(pair_type), intent(in) :: pair
+    type(side_type), intent(in) :: side(:) !! left, right
     type(motion_type), intent(in) :: motion
     real(dp), intent(in) :: speed          !! dX/dt [m/s]
     real(dp), intent(in) :: pitch          !! at t = 0 [rad]
     real(dp), intent(in) :: pitch_rate     !! constant [rad/s]
-    real(dp), intent(in) :: equilibrium    !! [m]
+    real(dp), intent(in) :: equilibrium(3) !! y, z [m], roll [rad]
     real(dp), intent(in) :: first_energy   !! [J]
     real(dp), intent(out) :: row(:)        !! (n_columns or n_rigid_columns)
     real(dp) :: force(3), rise
     integer :: c
 
     force = external_force(w, motion%t)
-    rise = motion%q(2) - equilibrium
-    row(1:11) = [motion%t, speed*motion%t, motion%q(1), rise, motion%q(3), pitch + pitch_rate*motion%t, &
+    rise = motion%q(2) - equilibrium(2)
+    row(1:11) = [motion%t, speed*motion%t, motion%q(1), rise, motion%q(3) - equilibrium(3), pitch + pitch_rate*motion%t, &
       speed, motion%v, pitch_rate]
     row(12:14) = (force - motion%contact%gradient)/w%inertia()
     do c = 1, 4
-      call contact_columns(pair, motion%q, motion%contact, c, row(8 + 7*c:14 + 7*c))
+      call contact_columns(side(merge(2, 1, c >= right_tread))%pair, motion%q, motion%contact, c, row(8 + 7*c:14 + 7*c))
     end do
     row(43) = force(1)
     row(44) = w%pitch_inertia*pitch_rate*motion%v(3)

@@ -26,7 +26,7 @@ module contact
   use text, only: str
   implicit none
   private
-  public :: zone_type, find_zones, set_moduli, zone_energy, zone_force, branch_energy, max_zones
+  public :: zone_type, side_type, find_zones, set_moduli, zone_energy, zone_force, branch_energy, max_zones
 
   integer, parameter :: max_zones = 6
 
@@ -37,6 +37,13 @@ module contact
     real(dp) :: alpha = 0              !! mean contact angle [rad]
     real(dp) :: pole(2) = 0            !! the point nearest to all contact normals, wheelset frame [m]
   end type zone_type
+
+  !> One side of the wheelset, as if it were the left one.
+  type :: side_type
+    type(pair_type) :: pair
+    type(zone_type), allocatable :: zones(:)   !! from the tread to the flange
+    real(dp) :: clearance = 0          !! of the rigid wheelset to this side [m]
+  end type side_type
 
   real(dp), parameter :: least_cut = 0.4e-3_dp    ! shortest arc that counts as a gap [m]
   real(dp), parameter :: least_ratio = 0.02_dp    ! of B to A: flatter patches are line contacts

@@ -4,6 +4,7 @@
 !> penetration as p^(5/2), and the rate at which it changes; of the others by linear
 !> interpolation.  Steps of rigid contacts end where contacts open and close.
 module events
+  use contact, only: side_type
   use kinds, only: dp
   use newmark, only: motion_type
   use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
@@ -45,12 +46,11 @@ module events
 contains
 
   !> Compare the two ends of a step.
-  subroutine watch(log, w, old, new, flange_tip, gauge_face)
+  subroutine watch(log, w, old, new, side)
     type(event_log), intent(inout) :: log
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old, new
-    real(dp), intent(in) :: flange_tip(2)   !! of the left wheel, wheelset frame [m]
-    real(dp), intent(in) :: gauge_face      !! Y of the left rail's gauge face [m]
+    type(side_type), intent(in) :: side(:)  !! left, right
     real(dp) :: dt, before, after
     logical :: were(4), are(4), hit(4)
 
@@ -72,10 +72,10 @@ contains
     end if
     if (any(new%contact%pulls .and. .not. old%contact%pulls)) call note(rail_pulls, new%t - dt*share_of_pull())
     if (log%derailed) return
-    after = overhang(new%q, flange_tip, gauge_face)
+    after = overhang(new%q, side)
     if (after > 0) then
       log%derailed = .true.
-      before = min(overhang(old%q, flange_tip, gauge_face), 0.0_dp)
+      before = min(overhang(old%q, side), 0.0_dp)
       call note(derailment, new%t - dt*after/(after - before))
     end if
 
@@ -177,15 +177,16 @@ contains
 
   !> How far a flange's tip is past the gauge face and above the rail head, or rolling over it:
   !> the smaller of both, of the wheel that has gone farther; positive: derailed [m].
-  pure real(dp) function overhang(q, flange_tip, gauge_face)
+  pure real(dp) function overhang(q, side)
     real(dp), intent(in) :: q(3)            !! axle centre y, z [m], roll [rad]
-    real(dp), intent(in) :: flange_tip(2), gauge_face   !! as in `watch` [m]
+    type(side_type), intent(in) :: side(:)  !! left, right
     real(dp), parameter :: sunk = 3e-3_dp   ! the crown's fall to its shoulders and elastic depth [m]
-    real(dp) :: rise(2), reach(2)
+    real(dp) :: tip(2, 2), rise(2), reach(2)
 
-    rise = q(2) + [1, -1]*flange_tip(1)*sin(q(3)) + flange_tip(2)*cos(q(3))
-    reach = [1, -1]*(q(1) - flange_tip(2)*sin(q(3))) + flange_tip(1)*cos(q(3))
-    overhang = maxval(min(rise + sunk, reach - gauge_face))
+    tip = reshape([side(1)%pair%flange_tip, side(2)%pair%flange_tip], [2, 2])
+    rise = q(2) + [1, -1]*tip(1, :)*sin(q(3)) + tip(2, :)*cos(q(3))
+    reach = [1, -1]*(q(1) - tip(2, :)*sin(q(3))) + tip(1, :)*cos(q(3))
+    overhang = maxval(min(rise + sunk, reach - side%pair%gauge_face))
   end function overhang
 
 end module events

@@ -9,7 +9,7 @@
 !> with d's second derivatives from kappa/(1 + kappa g) along the rail's tangent (kappa: the rail's curvature,
 !> convex positive) and from the wheel's own: the accelerations of closed contacts need them.
 module gaps
-  use contact, only: zone_type
+  use contact, only: side_type
   use curve, only: curve_point, near_interval
   use geometry, only: deepest, new_scan, pair_type, rolled, scan_depth, scan_type
   use kinds, only: dp
@@ -50,24 +50,23 @@ module gaps
 
 contains
 
-  function new_contacts(pair, zones, rivals) result(all)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
+  function new_contacts(side, rivals) result(all)
+    type(side_type), intent(in) :: side(:)    !! left, right
     logical, intent(in), optional :: rivals   !! two points of every zone, see search_rivals
     type(contacts_type) :: all
     integer :: wheel, k
 
-    all%n = 2*size(zones)
+    all%n = size(side(1)%zones) + size(side(2)%zones)
     allocate (all%c(all%n))
     do wheel = 1, 2
-      all%scan(wheel) = new_scan(pair)
-      do k = 1, size(zones)
-        associate (c => all%c((wheel - 1)*size(zones) + k))
+      all%scan(wheel) = new_scan(side(wheel)%pair)
+      do k = 1, size(side(wheel)%zones)
+        associate (c => all%c((wheel - 1)*size(side(1)%zones) + k), zone => side(wheel)%zones(k))
           c%wheel = wheel
-          c%first = zones(k)%first
-          c%last = zones(k)%last
+          c%first = zone%first
+          c%last = zone%last
           c%contact = merge(merge(left_flange, right_flange, wheel == 1), merge(left_tread, right_tread, wheel == 1), &
-            zones(k)%flange)
+            zone%flange)
         end associate
       end do
     end do
@@ -78,8 +77,8 @@ contains
   end function new_contacts
 
   !> The nearest points among all stations of every zone, then exactly.
-  subroutine search(pair, q, all)
-    type(pair_type), intent(in) :: pair
+  subroutine search(side, q, all)
+    type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: q(3)
     type(contacts_type), intent(inout) :: all
     real(dp) :: depth, own(3)
@@ -87,17 +86,17 @@ contains
 
     do wheel = 1, 2
       own = merge(q, mirror*q, wheel == 1)
-      first = minval(all%c%first)
-      last = maxval(all%c%last)
-      call scan_depth(pair, own(:2), own(3), first, last, all%scan(wheel))
+      first = minval(all%c%first, all%c%wheel == wheel)
+      last = maxval(all%c%last, all%c%wheel == wheel)
+      call scan_depth(side(wheel)%pair, own(:2), own(3), first, last, all%scan(wheel))
       all%scan(wheel)%fresh = .false.
       do k = 1, all%n
         if (all%c(k)%wheel /= wheel) cycle
-        call deepest(pair, all%scan(wheel), all%c(k)%first, all%c(k)%last, depth, all%c(k)%s, node)
+        call deepest(side(wheel)%pair, all%scan(wheel), all%c(k)%first, all%c(k)%last, depth, all%c(k)%s, node)
         all%c(k)%idle = .false.
         all%c(k)%foot = all%scan(wheel)%foot(node)
-        all%c(k)%at_wheel = near_interval(pair%wheel, all%c(k)%s)
-        call find_gap(pair, q, all%c(k))
+        all%c(k)%at_wheel = near_interval(side(wheel)%pair%wheel, all%c(k)%s)
+        call find_gap(side, q, all%c(k))
       end do
     end do
     all%searched = q
@@ -107,8 +106,8 @@ contains
   !> The same, and of every zone a second point that is nearer than its neighbours, if there is one: where a profile
   !> is hollow over a fraction of a millimetre, as a spline beside a jump of curvature is, contact passes over the
   !> hollow at once, to a point that comes down as any other contact does.  Points that carry a force are kept.
-  subroutine search_rivals(pair, q, closed, all)
-    type(pair_type), intent(in) :: pair
+  subroutine search_rivals(side, q, closed, all)
+    type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: q(3)
     logical, intent(in) :: closed(:)       !! (2 n)
     type(contacts_type), intent(inout) :: all
@@ -116,20 +115,20 @@ contains
     integer :: k, own, other
 
     held = all%c
-    call search(pair, q, all)
+    call search(side, q, all)
     do k = 1, all%n
       own = merge(all%n + k, k, closed(all%n + k) .and. .not. closed(k))
       other = 2*k + all%n - own
       found = all%c(k)
       if (closed(own)) then
         all%c(own) = held(own)
-        call find_gap(pair, q, all%c(own))
+        call find_gap(side, q, all%c(own))
       end if
       if (closed(other)) then
         all%c(other) = held(other)
-        call find_gap(pair, q, all%c(other))
+        call find_gap(side, q, all%c(other))
       else
-        call find_rival(pair, q, all%scan(found%wheel), all%c(own), all%c(other))
+        call find_rival(side, q, all%scan(found%wheel), all%c(own), all%c(other))
         if (abs(found%s - all%c(own)%s) > apart .and. found%gap < all%c(other)%gap) all%c(other) = found
       end if
     end do
@@ -137,8 +136,8 @@ contains
 
   !> The lowest of a zone's other points that are nearer to the rail than their neighbours: finely about the point
   !> that is known, then among the stations of a scan at q.
-  subroutine find_rival(pair, q, scan, c, rival)
-    type(pair_type), intent(in) :: pair
+  subroutine find_rival(side, q, scan, c, rival)
+    type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: q(3)
     type(scan_type), intent(in) :: scan
     type(gap_type), intent(in) :: c
@@ -157,7 +156,7 @@ contains
     rival%bend = 0
     if (c%gap > near) return
     own = merge(q, mirror*q, c%wheel == 1)
-    ends = pair%s([c%first, c%last])
+    ends = side(c%wheel)%pair%s([c%first, c%last])
     do way = -1, 1, 2
       p = c
       slope = 0
@@ -165,20 +164,22 @@ contains
         before = slope
         p%s = c%s + way*i*stride
         if (p%s <= ends(1) .or. p%s >= ends(2)) exit
-        call find_slope(pair, own, p, slope)
+        call find_slope(side(c%wheel)%pair, own, p, slope)
         if (way*before < 0 .and. way*slope >= 0) call take(p)
       end do
     end do
-    do i = c%first, c%last - 1
-      if (abs(pair%s(i) - c%s) < strides*stride .or. scan%depth(i) < -near) cycle
-      if (scan%slope(i) <= 0 .or. scan%slope(i + 1) >= 0) cycle
-      p = c
-      p%s = pair%s(i)
-      p%at_wheel = near_interval(pair%wheel, p%s)
-      p%foot = scan%foot(i)
-      p%at_rail = scan%interval(i)
-      call take(p)
-    end do
+    associate (pair => side(c%wheel)%pair)
+      do i = c%first, c%last - 1
+        if (abs(pair%s(i) - c%s) < strides*stride .or. scan%depth(i) < -near) cycle
+        if (scan%slope(i) <= 0 .or. scan%slope(i + 1) >= 0) cycle
+        p = c
+        p%s = pair%s(i)
+        p%at_wheel = near_interval(pair%wheel, p%s)
+        p%foot = scan%foot(i)
+        p%at_rail = scan%interval(i)
+        call take(p)
+      end do
+    end associate
 
   contains
 
@@ -187,7 +188,7 @@ contains
       type(gap_type) :: x
 
       x = start
-      call find_gap(pair, q, x)
+      call find_gap(side, q, x)
       if (abs(x%s - c%s) > apart .and. x%gap < min(rival%gap, near)) rival = x
     end subroutine take
 
@@ -233,25 +234,28 @@ contains
   end subroutine part_rivals
 
   !> A contact's nearest points, gap and derivatives at q, by Newton's method from the ones it has.
-  pure subroutine find_gap(pair, q, c)
-    type(pair_type), intent(in) :: pair
+  pure subroutine find_gap(side, q, c)
+    type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: q(3)           !! axle centre y, z [m], roll [rad]
     type(gap_type), intent(inout) :: c
     real(dp), parameter :: longest = 5e-4_dp, close = 1e-9_dp   ! steps [m]; Newton squares the last
+    integer, parameter :: patience = 12                         ! steps in which Newton's method has settled if it does
     real(dp), dimension(2) :: r, r1, r2, x, x1, x2, f, f1, f2, e, t, n
-    real(dp) :: own(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, last_step, ends(2), spin(3), &
-      shear(3)
+    real(dp) :: own(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, before, reach, last_step, &
+      ends(2), spin(3), shear(3)
     integer :: iter, i
 
     if (c%idle) return
     own = q
     if (c%wheel == 2) own = mirror*q
-    ends = pair%s([c%first, c%last])
+    ends = side(c%wheel)%pair%s([c%first, c%last])
     c%edge = .false.
     last_step = longest
+    reach = longest
+    before = 0
     do iter = 1, 60
-      call curve_point(pair%wheel, c%s, c%at_wheel, r, r1, r2)
-      call curve_point(pair%rail, c%foot, c%at_rail, f, f1, f2)
+      call curve_point(side(c%wheel)%pair%wheel, c%s, c%at_wheel, r, r1, r2)
+      call curve_point(side(c%wheel)%pair%rail, c%foot, c%at_rail, f, f1, f2)
       x = rolled(r, own(3))
       x1 = rolled(r1, own(3))
       x2 = rolled(r2, own(3))
@@ -264,9 +268,13 @@ contains
       curved = (f1(2)*f2(1) - f1(1)*f2(2))*unit**3
       curved = curved/max(1 + curved*c%gap, 0.1_dp)
       sharp = curved*dot_product(t, x1)**2 + dot_product(n, x2)
-      if (last_step < close) exit
       along = dot_product(e, f1)                      ! 0: f is the foot of the wheel's point
       across = f1(1)*x1(2) - f1(2)*x1(1)              ! 0: the tangents are parallel
+      if (last_step < close) then
+        ! The zone's end, unless the gap falls from there into the zone.
+        if (.not. c%edge .or. merge(across, -across, c%s <= ends(1)) >= 0) exit
+        c%edge = .false.
+      end if
       a12 = min(dot_product(e, f2) - dot_product(f1, f1), -0.2_dp)
       if (c%edge) then
         ds = 0
@@ -281,7 +289,11 @@ contains
         ds = -sign(longest, across)
         df = -(along + dot_product(x1, f1)*ds)/a12
       end if
-      ds = max(-longest, min(ds, longest))
+      ! Over a jump of curvature Newton's steps may go to and fro for ever: then back by half at most.
+      if (iter > patience .and. ds*before < 0) reach = min(reach, abs(before)/2)
+      if (reach < longest .and. abs(ds) > reach) df = -(along + dot_product(x1, f1)*sign(reach, ds))/a12
+      ds = max(-reach, min(ds, reach))
+      before = ds
       df = max(-longest, min(df, longest))
       if ((c%s <= ends(1) .and. ds < 0) .or. (c%s >= ends(2) .and. ds > 0)) then
         c%edge = .true.
@@ -382,8 +394,8 @@ contains
   end subroutine closing_forces
 
   !> Move q, in the kinetic metric, until the contacts are closed.
-  pure subroutine close_gaps(pair, inertia, c, q, ok)
-    type(pair_type), intent(in) :: pair
+  pure subroutine close_gaps(side, inertia, c, q, ok)
+    type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: inertia(3)
     type(gap_type), intent(inout) :: c(:)
     real(dp), intent(inout) :: q(3)
@@ -393,7 +405,7 @@ contains
 
     do iter = 1, 30
       do i = 1, size(c)
-        call find_gap(pair, q, c(i))
+        call find_gap(side, q, c(i))
       end do
       g = couplings(inertia, c)
       x = -c%gap

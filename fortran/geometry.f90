@@ -13,7 +13,7 @@ module geometry
   use text, only: str
   implicit none
   private
-  public :: pair_type, scan_type, place_profiles, new_scan, scan_depth, keep_feet, deepest, &
+  public :: pair_type, scan_type, place_profiles, same_pair, new_scan, scan_depth, keep_feet, deepest, &
     touch, wheel_station, rolled, rail_curvature, set_depth
 
   !> A pair of placed profiles.
@@ -107,6 +107,21 @@ contains
     pair%flange_tip = pair%r(:, i)
     call find_tread(pair)
   end subroutine place_profiles
+
+  !> Whether two placed pairs are the same, number by number.
+  pure logical function same_pair(a, b) result(same)
+    type(pair_type), intent(in) :: a, b
+
+    same = same_curve(a%wheel, b%wheel)
+    if (same) same = same_curve(a%rail, b%rail)
+  end function same_pair
+
+  pure logical function same_curve(a, b) result(same)
+    type(curve_type), intent(in) :: a, b
+
+    same = a%n == b%n
+    if (same) same = all(abs(a%s(:a%n) - b%s(:b%n)) <= 0) .and. all(abs(a%a - b%a) <= 0)
+  end function same_curve
 
   !> The point of the rail's gauge side at height z.
   subroutine gauge_point(rail, z, r, ok)

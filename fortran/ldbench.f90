@@ -1,7 +1,8 @@
 !> The command `ldbench`: one namelist file in, one column file out.
 program ldbench
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, value_text, variable_type
+  use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, right_table_path, value_text, &
+    variable_type
   use errors, only: error_type, fatal_error
   use kinds, only: version
   use report, only: check_writable, summary, write_columns, write_geometry
@@ -56,6 +57,7 @@ contains
     call check_writable(file, '&output file', output_path(c), error)
     if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
+    if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
     if (allocated(error)) return
     call prepare(c, setup, error, watcher)
     if (.not. allocated(error)) call simulate(c, setup, result, error, watcher)
@@ -99,7 +101,7 @@ contains
     do k = 1, size(list)
       if (list(k)%group /= group) write (output_unit, '(a)') '&'//list(k)%group
       group = list(k)%group
-      write (output_unit, '(2x,a,t20,a)') list(k)%name, '('//value_text(list(k))//') '// &
+      write (output_unit, '(2x,a,t23,a)') list(k)%name, '('//value_text(list(k))//') '// &
         range_text(list(k))//about(list(k)%meaning)
     end do
   end subroutine print_help

@@ -50,9 +50,10 @@ contains
       'frame: X forward, Y left, Z up; Z and roll from static equilibrium at Y = 0; SI units, radians'//nl// &
       'contacts: LT left tread, LF left flange, RT right tread, RF right flange; '// &
       'forces of the rail on the wheel, track frame'//nl
-    lines = lines//profile_line('wheel', setup%wheel)//profile_line('rail', setup%rail)
-    lines = lines//'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
-      'axle height at equilibrium [m]: '//str(setup%equilibrium)//nl//frequencies(setup)//formulation(c)
+    lines = lines//profile_lines('wheel', setup%wheel)//profile_lines('rail', setup%rail)
+    lines = lines//clearances(setup)//'axle height at equilibrium [m]: '//str(setup%equilibrium(2))//nl
+    if (.not. setup%symmetric) lines = lines//'roll at equilibrium [rad]: '//str(setup%equilibrium(3))//nl//rest(setup)
+    lines = lines//frequencies(setup)//formulation(c)
     copy = c
     call list_variables(copy, list)
     group = ''
@@ -100,6 +101,42 @@ contains
     end do
     line = line//nl
   end function frequencies
+
+  !> Clearance, to either side where they differ.
+  function clearances(setup) result(line)
+    type(setup_type), intent(in) :: setup
+    character(:), allocatable :: line
+
+    if (setup%symmetric) then
+      line = 'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%side(1)%clearance, 3)//nl
+    else
+      line = 'rigid-axle clearance [mm]: left '//fixed(1e3_dp*setup%side(1)%clearance, 3)//', right '// &
+        fixed(1e3_dp*setup%side(2)%clearance, 3)//nl
+    end if
+  end function clearances
+
+  !> Where a wheelset of two different sides stays by itself, as the columns tell it.
+  function rest(setup) result(line)
+    type(setup_type), intent(in) :: setup
+    character(:), allocatable :: line
+
+    associate (q => setup%rest - setup%equilibrium)
+      line = 'at rest off the centre: Y = '//str(q(1))//' m, Z = '//str(q(2))//' m, roll = '//str(q(3))//' rad'//nl
+    end associate
+  end function rest
+
+  !> Of the profile of both sides, or of either.
+  function profile_lines(what, p) result(lines)
+    character(*), intent(in) :: what
+    type(profile_type), intent(in) :: p(2)
+    character(:), allocatable :: lines
+
+    if (p(1)%file == p(2)%file) then
+      lines = profile_line(what, p(1))
+    else
+      lines = profile_line('left '//what, p(1))//profile_line('right '//what, p(2))
+    end if
+  end function profile_lines
 
   function profile_line(what, p) result(line)
     character(*), intent(in) :: what
@@ -203,17 +240,24 @@ contains
     character(:), allocatable :: lines
 
     lines = trim(c%name)//': '//trim(c%title)//nl//formulation(c)
-    if (setup%wheel%taken//setup%wheel%mended /= '') lines = lines//profile_line('wheel', setup%wheel)
-    if (setup%rail%taken//setup%rail%mended /= '') lines = lines//profile_line('rail', setup%rail)
-    lines = lines// &
-      'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%clearance, 3)//nl// &
-      'equilibrium: axle '//fixed(setup%equilibrium, 6)//' m above the rails, approach '// &
-      fixed(1e3_dp*(setup%pair%axle_height - setup%equilibrium), 4)//' mm, '// &
-      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//nl//frequencies(setup)//outcome(c, run, 5)// &
+    if (remarkable(setup%wheel)) lines = lines//profile_lines('wheel', setup%wheel)
+    if (remarkable(setup%rail)) lines = lines//profile_lines('rail', setup%rail)
+    lines = lines//clearances(setup)//'equilibrium: axle '//fixed(setup%equilibrium(2), 6)// &
+      ' m above the rails, approach '//fixed(1e3_dp*(setup%centred(2) - setup%equilibrium(2)), 4)//' mm, '// &
+      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//trim(merge('           ', ' on average', setup%symmetric))//nl
+    if (.not. setup%symmetric) lines = lines//rest(setup)
+    lines = lines//frequencies(setup)//outcome(c, run, 5)// &
       'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
       'columns: '//output_path(c)//', '//str(size(run%rows, 2))//' rows'//nl
   end function summary
+
+  !> Whether something is to be said of a profile.
+  pure logical function remarkable(p)
+    type(profile_type), intent(in) :: p(2)
+
+    remarkable = p(1)%taken//p(1)%mended//p(2)%taken//p(2)%mended /= '' .or. p(1)%file /= p(2)%file
+  end function remarkable
 
   subroutine write_columns(c, setup, run, file, error)
     type(case_type), intent(in) :: c
@@ -239,17 +283,20 @@ contains
     character(*), intent(in) :: file
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: rows(:, :)
+    character(:), allocatable :: about
     integer :: n, last
 
-    n = max(2, int(1.2_dp*setup%clearance/geometry_pitch))
+    about = ''
+    if (.not. setup%symmetric) about = ' about where the mean of delta_r is 0'
+    n = max(2, int(1.2_dp*maxval(setup%side%clearance)/geometry_pitch))
     allocate (rows(size(geometry_names), -n:n))
-    call geometry_table(setup%pair, n, rows, last)
+    call geometry_table(setup%side, setup%centred(2), n, rows, last)
     if (last < 2) then
       call fatal_error(error, file//': the rigid wheelset does not stand on both rails')
       return
     end if
     call write_table_file(file, header(c, setup)// &
-      'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'//nl, &
+      'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'//about//nl, &
       geometry_names, geometry_units, rows(:, -last:last), error)
   end subroutine write_geometry
 

@@ -2,10 +2,11 @@
 !> lateral displacement, its flange clearance, and the geometry functions that
 !> railway engineers read.
 module rigid
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use contact, only: zone_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+  use bracket, only: bracket_type
+  use contact, only: side_type
   use curve, only: curve_frame
-  use geometry, only: new_scan, pair_type, rolled, scan_type, touch
+  use geometry, only: new_scan, pair_type, rolled, same_pair, scan_type, touch
   use kinds, only: dp, pi
   implicit none
   private
@@ -19,6 +20,7 @@ module rigid
     'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
   !> Between its rows [m].
   real(dp), parameter :: geometry_pitch = 1e-4_dp
+  integer, parameter :: periods = 200   ! points of a period
 
 contains
 
@@ -48,10 +50,10 @@ contains
   end subroutine lower
 
   !> Roll angle and height at which the rigid wheelset stands on both rails with
-  !> stations first..last of both wheels; the least roll, where there are several.
-  subroutine rigid_contact(pair, first, last, y, roll, z, station, ok)
-    type(pair_type), intent(in) :: pair
-    integer, intent(in) :: first, last
+  !> the wheels' stations from `first` on; the least roll, where there are several.
+  subroutine rigid_contact(side, first, y, roll, z, station, ok)
+    type(side_type), intent(in) :: side(:) !! left, right
+    integer, intent(in) :: first(2)
     real(dp), intent(in) :: y              !! lateral displacement of the axle centre [m]
     real(dp), intent(out) :: roll, z       !! [rad, m]
     real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
@@ -62,8 +64,8 @@ contains
     real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new
     integer :: iter
 
-    left = new_scan(pair)
-    right = left
+    left = new_scan(side(1)%pair)
+    right = new_scan(side(2)%pair)
     z = 0
     ! The side that would touch first is lifted until the other one does.
     x = 0
@@ -103,8 +105,8 @@ contains
       real(dp), intent(in) :: roll
       logical :: ok_left, ok_right
 
-      call lower(pair, first, last, y, roll, left, z_left, station(1), ok_left)
-      call lower(pair, first, last, -y, -roll, right, z_right, station(2), ok_right)
+      call lower(side(1)%pair, first(1), size(side(1)%pair%s), y, roll, left, z_left, station(1), ok_left)
+      call lower(side(2)%pair, first(2), size(side(2)%pair%s), -y, -roll, right, z_right, station(2), ok_right)
       ok = ok_left .and. ok_right
       difference = z_left - z_right
     end function difference
@@ -113,19 +115,20 @@ contains
 
   !> Lateral displacement of the rigid wheelset, riding on both treads, at which
   !> the left flange touches [m].
-  subroutine clearance(pair, zones, y, ok)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)   !! from the tread to the flange
+  subroutine clearance(side, y, ok)
+    type(side_type), intent(in) :: side(:)    !! left, right
     real(dp), intent(out) :: y
     logical, intent(out) :: ok
     type(scan_type) :: work
     real(dp) :: low, high, f, f_high, roll, z, z_flange, station(2)
-    integer :: iter, tread, flange
+    integer :: iter, k, tread(2), flange
     logical :: touches
 
-    work = new_scan(pair)
-    tread = zones(count(.not. zones%flange))%first
-    flange = zones(size(zones))%first
+    work = new_scan(side(1)%pair)
+    do k = 1, 2
+      tread(k) = side(k)%zones(count(.not. side(k)%zones%flange))%first
+    end do
+    flange = side(1)%zones(size(side(1)%zones))%first
     ! Bisection finds where the flange comes into reach, the secant rule the rest.
     low = 0
     high = 0.05_dp
@@ -134,10 +137,10 @@ contains
     do iter = 1, 60
       y = (low + high)/2
       if (f > -1e-3_dp .and. f_high > 0) y = low - f*(high - low)/(f_high - f)
-      call rigid_contact(pair, tread, size(pair%s), y, roll, z, station, ok)
+      call rigid_contact(side, tread, y, roll, z, station, ok)
       if (.not. ok) return
       work%fresh = .true.
-      call lower(pair, flange, tread, y, roll, work, z_flange, station(1), touches)
+      call lower(side(1)%pair, flange, tread(1), y, roll, work, z_flange, station(1), touches)
       if (.not. touches .or. z_flange < z) then
         low = y
         if (touches) f = z_flange - z
@@ -152,81 +155,145 @@ contains
 
   !> Equivalent conicity for an amplitude by harmonic linearisation of the rolling
   !> radius difference: (1/(pi a)) * integral over one period of
-  !> (delta_r(a sin tau)/2) sin tau dtau.
+  !> (delta_r(c + a sin tau)/2) sin tau dtau, about the centre c where the mean of delta_r over the period is zero:
+  !> off the track's centre where left and right differ.  NaN where y does not hold such a motion.
   pure real(dp) function conicity(amplitude, y, delta_r)
     real(dp), intent(in) :: amplitude      !! [m]
     real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
     real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
-    integer, parameter :: n = 200
-    real(dp) :: tau, x, share
-    integer :: i, j
+    real(dp) :: tau, centre
+    integer :: i
 
+    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
+    call find_centre(amplitude, y, delta_r, centre)
+    if (ieee_is_nan(centre)) return
     conicity = 0
-    do i = 1, n
-      tau = 2*pi*(i - 0.5_dp)/n
-      x = 1 + (amplitude*sin(tau) - y(1))/(y(2) - y(1))
-      j = max(1, min(int(x), size(y) - 1))
-      share = x - j
-      conicity = conicity + ((1 - share)*delta_r(j) + share*delta_r(j + 1))/2*sin(tau)*2/(n*amplitude)
+    do i = 1, periods
+      tau = 2*pi*(i - 0.5_dp)/periods
+      conicity = conicity + between(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(periods*amplitude)
     end do
   end function conicity
 
   !> Equivalent conicity for an amplitude by EN 15302: of the cone with the same wavelength of the wheelset's
-  !> kinematic motion y'' = -delta_r(y)/(e r), whose half wave is the time from one end to the other;
-  !> NaN where delta_r turns the wheelset away from the centre.
+  !> kinematic motion y'' = -delta_r(y)/(e r), whose half wave is the time from one end to the other, as far apart as
+  !> twice the amplitude; NaN where delta_r turns the wheelset away from the centre of the motion, or y does not hold it.
   pure real(dp) function conicity_of_wavelength(amplitude, y, delta_r) result(conicity)
     real(dp), intent(in) :: amplitude      !! [m], within y
     real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
     real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
     integer, parameter :: n = 400
-    real(dp) :: tau, at, area(0:size(y)), wave, rest
+    real(dp) :: tau, at, area(0:size(y)), wave, rest, centre
     integer :: i
 
+    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
     ! Integral of delta_r, by the trapezoidal rule, and between the points.
     area(0:1) = 0
     do i = 2, size(y)
       area(i) = area(i - 1) + (delta_r(i - 1) + delta_r(i))/2*(y(2) - y(1))
     end do
-    ! y'^2 = 2/(e r) times the integral of delta_r from y to the amplitude; y = a sin tau takes away the
+    call find_centre(amplitude, y, delta_r, centre, area)
+    if (ieee_is_nan(centre)) return
+    ! y'^2 = 2/(e r) times the integral of delta_r from y to the end; y = c + a sin tau takes away the
     ! singularity at both ends.  wave = wavelength / sqrt(e r).
     wave = 0
     do i = 1, n
       tau = -pi/2 + pi*(i - 0.5_dp)/n
-      at = amplitude*sin(tau)
-      rest = integral(amplitude) - integral(at)
-      if (rest <= 0) then
-        conicity = ieee_value(1.0_dp, ieee_quiet_nan)
-        return
-      end if
+      at = centre + amplitude*sin(tau)
+      rest = integral(centre + amplitude, y, delta_r, area) - integral(at, y, delta_r, area)
+      if (rest <= 0) return
       wave = wave + 2*amplitude*cos(tau)/sqrt(2*rest)*pi/n
     end do
     conicity = 2*pi**2/wave**2
+  end function conicity_of_wavelength
+
+  !> Centre of a motion about which delta_r is zero in the mean: over the phases of a harmonic, or, with its
+  !> integral `area`, over the way.  NaN where there is none within y.
+  pure subroutine find_centre(amplitude, y, delta_r, centre, area)
+    real(dp), intent(in) :: amplitude, y(:), delta_r(:)
+    real(dp), intent(out) :: centre
+    real(dp), intent(in), optional :: area(0:)
+    real(dp), parameter :: none = 1e-12_dp        ! rounding, where both sides are the same [m]
+    type(bracket_type) :: range
+    real(dp) :: start, last, f, old
+    integer :: iter
+
+    centre = 0
+    start = mean(0.0_dp)
+    if (abs(start) <= none) return
+    f = start
+    old = centre
+    last = f
+    do while (f*start > 0)
+      old = centre
+      last = f
+      centre = centre - sign(y(2) - y(1), start)
+      if (centre - amplitude < y(1) .or. centre + amplitude > y(size(y))) then
+        centre = ieee_value(1.0_dp, ieee_quiet_nan)
+        return
+      end if
+      f = mean(centre)
+    end do
+    range = bracket_type(old, last, centre, f)
+    do iter = 1, 60
+      if (abs(f) <= 1e-3_dp*none) exit
+      centre = range%guess()
+      f = mean(centre)
+      call range%narrow(centre, f)
+    end do
 
   contains
 
-    pure real(dp) function integral(x)
-      real(dp), intent(in) :: x
-      real(dp) :: share, h
-      integer :: j
+    pure real(dp) function mean(c)
+      real(dp), intent(in) :: c
+      integer :: i
 
-      h = y(2) - y(1)
-      share = (x - y(1))/h
-      j = max(1, min(1 + int(share), size(y) - 1))
-      share = share - (j - 1)
-      integral = area(j) + h*share*(delta_r(j) + share*(delta_r(j + 1) - delta_r(j))/2)
-    end function integral
+      if (present(area)) then
+        mean = (integral(c + amplitude, y, delta_r, area) - integral(c - amplitude, y, delta_r, area))/(2*amplitude)
+      else
+        mean = 0
+        do i = 1, periods
+          mean = mean + between(c + amplitude*sin(2*pi*(i - 0.5_dp)/periods), y, delta_r)/periods
+        end do
+      end if
+    end function mean
 
-  end function conicity_of_wavelength
+  end subroutine find_centre
+
+  !> Values at y, by linear interpolation.
+  pure real(dp) function between(x, y, values)
+    real(dp), intent(in) :: x, y(:), values(:)
+    real(dp) :: at, share
+    integer :: j
+
+    at = 1 + (x - y(1))/(y(2) - y(1))
+    j = max(1, min(int(at), size(y) - 1))
+    share = at - j
+    between = (1 - share)*values(j) + share*values(j + 1)
+  end function between
+
+  !> Integral up to x of values at y, of which `area` is the integral at y.
+  pure real(dp) function integral(x, y, values, area)
+    real(dp), intent(in) :: x, y(:), values(:), area(0:)
+    real(dp) :: share, h
+    integer :: j
+
+    h = y(2) - y(1)
+    share = (x - y(1))/h
+    j = max(1, min(1 + int(share), size(y) - 1))
+    share = share - (j - 1)
+    integral = area(j) + h*share*(values(j) + share*(values(j + 1) - values(j))/2)
+  end function integral
 
   !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
-  subroutine geometry_table(pair, n, rows, last)
-    type(pair_type), intent(in) :: pair
+  subroutine geometry_table(side, height, n, rows, last)
+    type(side_type), intent(in) :: side(:)  !! left, right
+    real(dp), intent(in) :: height          !! of the axle centre where Z is 0 [m]
     integer, intent(in) :: n                !! the most that `last` can be
     real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
     integer, intent(out) :: last
     integer :: i
 
-    call mirrored_rows(pair, geometry_pitch, n, rows, last)
+    call even_rows(side, height, geometry_pitch, n, rows, last)
     if (last < 1) return
     do i = -last, last
       rows(13, i) = conicity(max(abs(i), 1)*geometry_pitch, rows(1, -last:last), rows(8, -last:last))
@@ -235,8 +302,9 @@ contains
 
   !> Such rows at any y, with the conicity by rows of about the same pitch; NaN where the rigid wheelset
   !> does not stand on both rails.
-  subroutine geometry_at(pair, y, rows)
-    type(pair_type), intent(in) :: pair
+  subroutine geometry_at(side, height, y, rows)
+    type(side_type), intent(in) :: side(:) !! left, right
+    real(dp), intent(in) :: height         !! of the axle centre where Z is 0 [m]
     real(dp), intent(in) :: y(:)           !! [m]
     real(dp), intent(out) :: rows(:, :)    !! (column, y)
     real(dp), allocatable :: table(:, :)
@@ -246,7 +314,7 @@ contains
 
     rows = ieee_value(1.0_dp, ieee_quiet_nan)
     do i = 1, size(y)
-      call geometry_row(pair, y(i), row, ok(i))
+      call geometry_row(side, height, y(i), row, ok(i))
       if (ok(i)) rows(:12, i) = row
     end do
     if (.not. any(ok)) return
@@ -254,50 +322,55 @@ contains
     n = max(2, nint(reach/geometry_pitch))
     step = max(reach, geometry_pitch)/n
     allocate (table(12, -n:n))
-    call mirrored_rows(pair, step, n, table, last)
+    call even_rows(side, height, step, n, table, last)
     if (last < n) return
     do i = 1, size(y)
       if (ok(i)) rows(13, i) = conicity(max(abs(y(i)), step), table(1, :), table(8, :))
     end do
   end subroutine geometry_at
 
-  !> Rows without the conicity, every `pitch`: one half is the other one's mirror image.
-  subroutine mirrored_rows(pair, pitch, n, rows, last)
-    type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: pitch
+  !> Rows without the conicity, every `pitch`: to the right they are the mirror image of those to the left
+  !> with the sides exchanged.
+  subroutine even_rows(side, height, pitch, n, rows, last)
+    type(side_type), intent(in) :: side(:)
+    real(dp), intent(in) :: height, pitch
     integer, intent(in) :: n
     real(dp), intent(out) :: rows(:, -n:)
     integer, intent(out) :: last
+    real(dp) :: row(12)
     integer :: i
-    logical :: ok
+    logical :: ok, same
 
+    same = same_pair(side(1)%pair, side(2)%pair)
     last = -1
     do i = 0, n
-      call geometry_row(pair, i*pitch, rows(:12, i), ok)
+      call geometry_row(side, height, i*pitch, rows(:12, i), ok)
+      row = rows(:12, i)
+      if (ok .and. .not. same) call geometry_row(side(2:1:-1), height, i*pitch, row, ok)
       if (.not. ok) exit
-      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*rows([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10], i)
+      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*row([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10])
       last = i
     end do
-  end subroutine mirrored_rows
+  end subroutine even_rows
 
   !> One row of the geometry file, without the conicity.
-  subroutine geometry_row(pair, y, row, ok)
-    type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: y
+  subroutine geometry_row(side, height, y, row, ok)
+    type(side_type), intent(in) :: side(:)
+    real(dp), intent(in) :: height, y
     real(dp), intent(out) :: row(12)
     logical, intent(out) :: ok
     real(dp) :: roll, z, station(2), r(2), x(2, 2), angle(2), radius(2), curvature
-    integer :: side
+    integer :: k
 
-    call rigid_contact(pair, 1, size(pair%s), y, roll, z, station, ok)
+    call rigid_contact(side, [1, 1], y, roll, z, station, ok)
     if (.not. ok) return
-    do side = 1, 2
-      call curve_frame(pair%wheel, station(side), r, angle(side), curvature)
-      radius(side) = -r(2)
-      x(:, side) = rolled(r, merge(roll, -roll, side == 1))
-      angle(side) = angle(side) + merge(roll, -roll, side == 1)
+    do k = 1, 2
+      call curve_frame(side(k)%pair%wheel, station(k), r, angle(k), curvature)
+      radius(k) = -r(2)
+      x(:, k) = rolled(r, merge(roll, -roll, k == 1))
+      angle(k) = angle(k) + merge(roll, -roll, k == 1)
     end do
-    row = [y, roll, z - pair%axle_height, angle, radius, radius(1) - radius(2), &
+    row = [y, roll, z - height, angle, radius, radius(1) - radius(2), &
       y + x(1, 1), z + x(2, 1), y - x(1, 2), z + x(2, 2)]
   end subroutine geometry_row
 

@@ -2,10 +2,9 @@
 module rigid_motion
   use bilateral, only: advance_along, between_poses, path_state, path_type, point_type, start_at, tangent, turn_corner
   use case, only: case_type
-  use contact, only: zone_type
+  use contact, only: side_type
   use errors, only: error_type, fatal_error
   use gaps, only: close_gaps, contacts_type, gap_type, new_contacts, search, tightest
-  use geometry, only: pair_type
   use kinds, only: dp
   use newmark, only: motion_type
   use rigid, only: rigid_contact
@@ -39,27 +38,25 @@ contains
 
   !> The first pose and velocity.  On the rails they follow the constraints: lateral position and velocity are the
   !> case's, the rest follows.  With unilateral contacts a wheelset in the air starts as the case says.
-  subroutine start_rigid(c, w, pair, zones, path, equilibrium, r, motion, changes, error)
+  subroutine start_rigid(c, w, side, path, equilibrium, r, motion, changes, error)
     type(case_type), intent(in) :: c
     type(wheelset_type), intent(in) :: w
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
-    type(path_type), intent(in) :: path
-    real(dp), intent(in) :: equilibrium           !! axle height [m]
+    type(side_type), intent(in) :: side(:)        !! left, right
+    type(path_type), intent(in) :: path(:)        !! to the left, to the right
+    real(dp), intent(in) :: equilibrium(3)        !! pose from which the case's is measured
     type(rigid_type), intent(out) :: r
     type(motion_type), intent(out) :: motion
     character(:), allocatable, intent(out) :: changes   !! what is not as the case says, in words
     type(error_type), allocatable, intent(out) :: error
-    type(gap_type) :: pair_of(2)
-    real(dp) :: given(3), given_rate(3), t(3), station(2), first
-    real(dp), parameter :: air = 1e-9_dp          ! [m]
-    integer :: k, status
+    real(dp) :: given(3), given_rate(3), first
+    integer :: k
     logical :: ok
 
-    given = [c%y, equilibrium + c%z, c%roll]
+    given = equilibrium + [c%y, c%z, c%roll]
     given_rate = [c%vy, c%vz, c%roll_rate]
     ! Mirrored where the first of these that is not zero is negative.
-    associate (order => [c%vy, c%y, c%roll, c%roll_rate, c%lateral_force, c%lateral_ramp])
+    associate (order => [c%vy, c%y, c%roll, c%roll_rate, c%lateral_force, c%lateral_ramp, equilibrium(3), &
+      side(1)%clearance - side(2)%clearance])
       first = 0
       k = findloc(abs(order) > 0, .true., 1)
       if (k > 0) first = order(k)
@@ -76,32 +73,10 @@ contains
     end if
     r%own%q = given
     r%own%v = given_rate
-    if (r%bilateral) then
-      call start_at(path, given(1), r%point, ok)
-      if (ok) then
-        r%point%v = 1
-        call path_state(path, pair, r%w, r%point, 0.0_dp, r%own%q, t, r%own%contact)
-        ok = abs(t(1)) > 1e-6_dp*norm2(t)
-        if (ok) r%point%v = given_rate(1)/t(1)
-        call path_state(path, pair, r%w, r%point, 0.0_dp, r%own%q, r%own%v, r%own%contact)
-      end if
+    if (r%mirrored) then
+      call start_own(side(2:1:-1), path(2:1:-1), given_rate(1), r, ok)
     else
-      r%all = new_contacts(pair, zones, rivals=.true.)
-      allocate (r%closed(size(r%all%c)))
-      call search(pair, given, r%all)
-      ok = .true.
-      if (any(r%all%c%gap < air)) then
-        call rigid_contact(pair, 1, size(pair%s), given(1), r%own%q(3), r%own%q(2), station, ok)
-        if (ok) then
-          call search(pair, r%own%q, r%all)
-          pair_of = r%all%c([tightest(r%all, 1), tightest(r%all, 2)])
-          call close_gaps(pair, w%inertia(), pair_of, r%own%q, ok)
-          t = tangent(w%inertia(), pair_of, [1.0_dp, 0.0_dp, 0.0_dp])
-          r%own%v = t*given_rate(1)/t(1)
-        end if
-      end if
-      if (ok) call start_contacts(pair, r%w, r%rule, r%all, r%closed, r%own, status)
-      if (ok) ok = status == contacts_ok
+      call start_own(side, path, given_rate(1), r, ok)
     end if
     if (.not. ok) then
       call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails with formulation = '''// &
@@ -112,8 +87,8 @@ contains
     if (r%mirrored) given = mirror*given
     if (r%mirrored) given_rate = mirror*given_rate
     changes = ''
-    call compare('Z', given(2) - equilibrium, motion%q(2) - equilibrium, 1e-12_dp, 'm')
-    call compare('roll', given(3), motion%q(3), 1e-12_dp, 'rad')
+    call compare('Z', given(2) - equilibrium(2), motion%q(2) - equilibrium(2), 1e-12_dp, 'm')
+    call compare('roll', given(3) - equilibrium(3), motion%q(3) - equilibrium(3), 1e-12_dp, 'rad')
     call compare('vZ', given_rate(2), motion%v(2), 1e-12_dp, 'm/s')
     call compare('roll_rate', given_rate(3), motion%v(3), 1e-12_dp, 'rad/s')
 
@@ -130,29 +105,88 @@ contains
 
   end subroutine start_rigid
 
+  !> The same of the wheelset that is integrated, from the pose and velocity that r has; `vy` is that to the left [m/s].
+  subroutine start_own(side, path, vy, r, ok)
+    type(side_type), intent(in) :: side(:)        !! left, right
+    type(path_type), intent(in) :: path(:)        !! to the left, to the right
+    real(dp), intent(in) :: vy
+    type(rigid_type), intent(inout) :: r
+    logical, intent(out) :: ok
+    type(gap_type) :: touching(2)
+    real(dp), parameter :: air = 1e-9_dp          ! [m]
+    real(dp) :: t(3), station(2), y
+    integer :: status
+
+    y = r%own%q(1)
+    if (r%bilateral) then
+      call start_at(path, y, r%point, ok)
+      if (ok) then
+        r%point%v = 1
+        call path_state(path, side, r%w, r%point, 0.0_dp, r%own%q, t, r%own%contact)
+        ok = abs(t(1)) > 1e-6_dp*norm2(t)
+        if (ok) r%point%v = vy/t(1)
+        call path_state(path, side, r%w, r%point, 0.0_dp, r%own%q, r%own%v, r%own%contact)
+      end if
+    else
+      r%all = new_contacts(side, rivals=.true.)
+      allocate (r%closed(size(r%all%c)))
+      call search(side, r%own%q, r%all)
+      ok = .true.
+      if (any(r%all%c%gap < air)) then
+        call rigid_contact(side, [1, 1], y, r%own%q(3), r%own%q(2), station, ok)
+        if (ok) then
+          call search(side, r%own%q, r%all)
+          touching = r%all%c([tightest(r%all, 1), tightest(r%all, 2)])
+          call close_gaps(side, r%w%inertia(), touching, r%own%q, ok)
+          t = tangent(r%w%inertia(), touching, [1.0_dp, 0.0_dp, 0.0_dp])
+          r%own%v = t*vy/t(1)
+        end if
+      end if
+      if (ok) call start_contacts(side, r%w, r%rule, r%all, r%closed, r%own, status)
+      if (ok) ok = status == contacts_ok
+    end if
+  end subroutine start_own
+
   !> A step of at most dt, or up to what happens before; `motion` is before and after it.
-  subroutine advance_rigid(pair, path, r, motion, dt, evaluations, status)
-    type(pair_type), intent(in) :: pair
-    type(path_type), intent(in) :: path
+  subroutine advance_rigid(side, path, r, motion, dt, evaluations, status)
+    type(side_type), intent(in) :: side(:)     !! left, right
+    type(path_type), intent(in) :: path(:)     !! to the left, to the right
     type(rigid_type), intent(inout) :: r
     type(motion_type), intent(out) :: motion
     real(dp), intent(inout) :: dt              !! on return what was taken [s]
     integer, intent(out) :: evaluations, status
+    real(dp) :: asked
 
-    if (r%bilateral) then
-      call along_path(path, pair, r, dt, evaluations, status)
+    asked = dt
+    if (r%mirrored) then
+      call advance_own(side(2:1:-1), path(2:1:-1), r, dt, evaluations, status)
     else
-      call advance_contacts(pair, r%w, r%rule, r%all, r%closed, r%own, dt, evaluations, status)
-      if (status /= contacts_ok) status = rigid_stuck
+      call advance_own(side, path, r, dt, evaluations, status)
     end if
-    r%idle = merge(r%idle + 1, 0, dt <= 0)
+    r%idle = merge(r%idle + 1, 0, dt <= epsilon(dt)*asked)
     if (r%idle > most_idle) status = rigid_crowded
     motion = shown(r)
   end subroutine advance_rigid
 
-  subroutine along_path(path, pair, r, dt, evaluations, status)
-    type(path_type), intent(in) :: path
-    type(pair_type), intent(in) :: pair
+  !> The same of the wheelset that is integrated.
+  subroutine advance_own(side, path, r, dt, evaluations, status)
+    type(side_type), intent(in) :: side(:)
+    type(path_type), intent(in) :: path(:)
+    type(rigid_type), intent(inout) :: r
+    real(dp), intent(inout) :: dt
+    integer, intent(out) :: evaluations, status
+
+    if (r%bilateral) then
+      call along_path(path, side, r, dt, evaluations, status)
+    else
+      call advance_contacts(side, r%w, r%rule, r%all, r%closed, r%own, dt, evaluations, status)
+      if (status /= contacts_ok) status = rigid_stuck
+    end if
+  end subroutine advance_own
+
+  subroutine along_path(path, side, r, dt, evaluations, status)
+    type(path_type), intent(in) :: path(:)
+    type(side_type), intent(in) :: side(:)
     type(rigid_type), intent(inout) :: r
     real(dp), intent(inout) :: dt
     integer, intent(out) :: evaluations, status
@@ -172,7 +206,7 @@ contains
       work = r%own%work
       call advance_along(path, r%w, p, time, dt, work, corner)
       evaluations = evaluations + 6
-      call path_state(path, pair, r%w, p, time, r%own%q, r%own%v, r%own%contact)
+      call path_state(path, side, r%w, p, time, r%own%q, r%own%v, r%own%contact)
       if (r%rule%tolerance <= 0 .or. halved == r%rule%halvings) exit
       if (abs(0.5_dp*(p%v - r%point%v)*(p%v + r%point%v) + r%w%weight()*(r%own%q(2) - q(2)) &
         - (work - r%own%work)) <= r%rule%tolerance) exit
@@ -182,7 +216,7 @@ contains
     r%own%contact%struck = .false.
     if (abs(corner) == 1) then
       call turn_corner(path, r%w%inertia(), corner, p, impulse)
-      call path_state(path, pair, r%w, p, time, r%own%q, r%own%v, r%own%contact)
+      call path_state(path, side, r%w, p, time, r%own%q, r%own%v, r%own%contact)
       r%own%impulse = r%own%impulse + impulse
       r%own%contact%struck = abs(impulse) > 0
     end if

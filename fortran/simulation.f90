@@ -3,46 +3,46 @@
 module simulation
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
-  use bilateral, only: follow_path, path_type, small_motion
-  use case, only: case_type
+  use bilateral, only: follow_path, lowest_point, path_end, path_type, point_type, small_motion
+  use case, only: case_type, right_table_path
   use columns, only: elastic_columns, fill_row, n_columns, n_rigid_columns
-  use contact, only: find_zones, zone_type
+  use contact, only: find_zones, side_type
   use errors, only: error_type, fatal_error
   use events, only: event_log, note_impact, watch
-  use geometry, only: pair_type, place_profiles
+  use geometry, only: place_profiles, same_pair
   use hertz, only: contact_modulus
   use kinds, only: dp, version
   use modes, only: small_oscillations
   use newmark, only: advance, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_diverged, &
     step_ok
-  use potential, only: outside_depth, outside_lateral, outside_roll
+  use potential, only: contact_table, outside_depth, outside_lateral, outside_roll
   use parts, only: is_rail, is_wheel
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
-  use rigid, only: clearance
+  use rigid, only: clearance, rigid_contact
   use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
   use table, only: build_table, grid_type, load_table, save_table
   use text, only: str
-  use wheelset, only: settle, wheelset_type
+  use wheelset, only: find_rest, hold, settle, wheelset_type
   implicit none
   private
   public :: setup_type, run_type, prepare_geometry, prepare, set_wheelset, simulate
 
   !> What is the same for every run with one table.
   type :: setup_type
-    type(profile_type) :: wheel, rail
-    type(pair_type) :: pair
-    type(zone_type), allocatable :: zones(:)
+    type(profile_type) :: wheel(2), rail(2)   !! left, right
+    type(side_type) :: side(2)         !! left, right
+    logical :: symmetric = .true.      !! both sides are the same
     type(wheelset_type) :: wheelset
-    type(path_type) :: path            !! of formulation 'bilateral'
-    character(:), allocatable :: path_end   !! where and why it ends
-    real(dp) :: clearance = 0          !! rigid-axle flange clearance, one side [m]
-    real(dp) :: equilibrium = 0        !! static axle height above top of rail [m]
+    type(path_type) :: path(2)         !! of formulation 'bilateral', to the left and to the right
+    real(dp) :: centred(3) = 0         !! pose of the rigid wheelset on both rails at y = 0
+    real(dp) :: equilibrium(3) = 0     !! static, held at y = 0: Z and roll are measured from it [m, m, rad]
+    real(dp) :: rest(3) = 0            !! static, by itself [m, m, rad]
     integer :: modes = 3               !! that the formulation leaves: 1 with rigid contacts
     real(dp) :: frequency(3) = 0       !! eigenfrequencies there, ascending [Hz]
     real(dp) :: shapes(3, 3) = 0       !! their modes y, z, roll in columns
-    logical :: table_found = .false.   !! read from a file, or built
-    real(dp) :: table_seconds = 0      !! processor time for the table
+    logical :: table_found = .false.   !! read from files, or built
+    real(dp) :: table_seconds = 0      !! processor time for the tables
   end type setup_type
 
   !> The outcome of a run.
@@ -71,22 +71,76 @@ contains
     type(case_type), intent(in) :: c
     type(setup_type), intent(out) :: setup
     type(error_type), allocatable, intent(out) :: error
+    real(dp) :: station(2)
+    integer :: k
     logical :: ok
 
-    call read_profile(trim(c%wheel_profile), is_wheel, c%smoothing_mm, trim(c%wheel_flip), trim(c%wheel_unit), &
-      setup%wheel, error)
+    call read_side(c%wheel_profile, c%rail_profile, setup%wheel(1), setup%rail(1), setup%side(1))
     if (allocated(error)) return
-    call read_profile(trim(c%rail_profile), is_rail, c%smoothing_mm, trim(c%rail_flip), trim(c%rail_unit), &
-      setup%rail, error)
-    if (allocated(error)) return
-    call place_profiles(setup%wheel, setup%rail, c%gauge, c%gauge_depth, c%back_to_back, &
-      c%rolling_radius, setup%pair, error)
-    if (allocated(error)) return
-    call find_zones(setup%pair, c%split_angle, setup%zones, error)
-    if (allocated(error)) return
-    call clearance(setup%pair, setup%zones, setup%clearance, ok)
-    if (.not. ok) call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
-      str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
+    if (c%wheel_profile_right == '' .and. c%rail_profile_right == '') then
+      setup%wheel(2) = setup%wheel(1)
+      setup%rail(2) = setup%rail(1)
+      setup%side(2) = setup%side(1)
+    else
+      call read_side(right_of(c%wheel_profile_right, c%wheel_profile), right_of(c%rail_profile_right, c%rail_profile), &
+        setup%wheel(2), setup%rail(2), setup%side(2))
+      if (allocated(error)) then
+        error%message = named_right()//error%message
+        return
+      end if
+    end if
+    setup%symmetric = same_pair(setup%side(1)%pair, setup%side(2)%pair)
+    do k = 1, merge(1, 2, setup%symmetric)
+      ! Of the right side: to the left in the mirror.
+      call clearance(setup%side([k, 3 - k]), setup%side(k)%clearance, ok)
+      if (ok) cycle
+      call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
+        str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
+      return
+    end do
+    setup%centred = [0.0_dp, setup%side(1)%pair%axle_height, 0.0_dp]
+    if (setup%symmetric) then
+      setup%side(2)%clearance = setup%side(1)%clearance
+    else
+      call rigid_contact(setup%side, [1, 1], 0.0_dp, setup%centred(3), setup%centred(2), station, ok)
+      if (.not. ok) call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected a centred '// &
+        'wheelset on both rails, found none')
+    end if
+
+  contains
+
+    subroutine read_side(wheel_file, rail_file, wheel, rail, side)
+      character(*), intent(in) :: wheel_file, rail_file
+      type(profile_type), intent(out) :: wheel, rail
+      type(side_type), intent(out) :: side
+
+      call read_profile(trim(wheel_file), is_wheel, c%smoothing_mm, trim(c%wheel_flip), trim(c%wheel_unit), wheel, error)
+      if (allocated(error)) return
+      call read_profile(trim(rail_file), is_rail, c%smoothing_mm, trim(c%rail_flip), trim(c%rail_unit), rail, error)
+      if (allocated(error)) return
+      call place_profiles(wheel, rail, c%gauge, c%gauge_depth, c%back_to_back, c%rolling_radius, side%pair, error)
+      if (allocated(error)) return
+      call find_zones(side%pair, c%split_angle, side%zones, error)
+    end subroutine read_side
+
+    pure function right_of(right, left) result(file)
+      character(*), intent(in) :: right, left
+      character(len(left)) :: file
+
+      file = right
+      if (right == '') file = left
+    end function right_of
+
+    !> What an error of the right side begins with.
+    function named_right() result(words)
+      character(:), allocatable :: words
+
+      words = ''
+      if (c%wheel_profile_right /= '') words = ' wheel_profile_right'
+      if (c%rail_profile_right /= '') words = words//' rail_profile_right'
+      words = '&profiles'//words//': '
+    end function named_right
+
   end subroutine prepare_geometry
 
   !> Everything up to the start of the integration.
@@ -95,9 +149,9 @@ contains
     type(setup_type), intent(out) :: setup
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
-    character(:), allocatable :: key
-    type(grid_type) :: grid
-    real(dp) :: e_star, from, to
+    real(dp) :: from, to
+    logical :: found(2)
+    integer :: k, n
 
     call prepare_geometry(c, setup, error)
     if (allocated(error)) return
@@ -106,28 +160,77 @@ contains
       call set_wheelset(c, setup, error)
       return
     end if
-    grid = grid_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, c%n_lateral, c%n_roll, c%n_depth)
-    e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
-    key = table_key(c, setup)
     call cpu_time(from)
+    n = merge(1, 2, setup%symmetric)
     allocate (setup%wheelset%table)
-    if (c%table_file /= '') call load_table(trim(c%table_file), key, setup%wheelset%table, setup%table_found, error)
-    if (allocated(error)) return
-    if (.not. setup%table_found) then
-      call build_table(setup%pair, setup%zones, trim(c%model), e_star, grid, key, setup%wheelset%table, watcher)
+    setup%wheelset%right_table => setup%wheelset%table
+    if (n == 2) allocate (setup%wheelset%right_table)
+    ! A file that is no table is found out before any is built.
+    do k = 1, n
+      call load_side(k, error)
+      if (allocated(error)) return
+    end do
+    do k = 1, n
+      if (present(watcher)) watcher%from = (k - 1.0_dp)/n
+      if (present(watcher)) watcher%to = real(k, dp)/n
+      if (.not. found(k)) call build_side(k, error)
+      if (allocated(error)) return
+    end do
+    setup%table_found = all(found(:n))
+    call cpu_time(to)
+    setup%table_seconds = to - from
+
+    call set_wheelset(c, setup, error)
+
+  contains
+
+    function table_of(k) result(table)
+      integer, intent(in) :: k             !! 1 left, 2 right
+      type(contact_table), pointer :: table
+
+      table => setup%wheelset%table
+      if (k == 2) table => setup%wheelset%right_table
+    end function table_of
+
+    function file_of(k) result(file)
+      integer, intent(in) :: k
+      character(:), allocatable :: file
+
+      file = trim(c%table_file)
+      if (k == 2) file = right_table_path(c)
+    end function file_of
+
+    subroutine load_side(k, error)
+      integer, intent(in) :: k
+      type(error_type), allocatable, intent(out) :: error
+      type(contact_table), pointer :: table
+
+      table => table_of(k)
+      found(k) = .false.
+      if (file_of(k) /= '') call load_table(file_of(k), table_key(c, setup%wheel(k), setup%rail(k)), table, found(k), error)
+    end subroutine load_side
+
+    subroutine build_side(k, error)
+      integer, intent(in) :: k
+      type(error_type), allocatable, intent(out) :: error
+      type(contact_table), pointer :: table
+      type(grid_type) :: grid
+      real(dp) :: e_star
+
+      table => table_of(k)
+      grid = grid_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, c%n_lateral, c%n_roll, c%n_depth)
+      e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
+      call build_table(setup%side(k)%pair, setup%side(k)%zones, trim(c%model), e_star, grid, &
+        table_key(c, setup%wheel(k), setup%rail(k)), table, watcher)
       if (present(watcher)) then
         if (watcher%stop) then
           call fatal_error(error, 'stopped by the user')
           return
         end if
       end if
-      if (c%table_file /= '') call save_table(trim(c%table_file), setup%wheelset%table, error)
-      if (allocated(error)) return
-    end if
-    call cpu_time(to)
-    setup%table_seconds = to - from
+      if (file_of(k) /= '') call save_table(file_of(k), table, error)
+    end subroutine build_side
 
-    call set_wheelset(c, setup, error)
   end subroutine prepare
 
   !> Inertia and loads of the case on a table that is there, or on rigid contacts: equilibrium and
@@ -136,6 +239,7 @@ contains
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
     type(error_type), allocatable, intent(out) :: error
+    real(dp) :: force
     logical :: ok
 
     setup%wheelset%mass = c%mass
@@ -145,39 +249,69 @@ contains
     setup%wheelset%lateral_force = c%lateral_force
     setup%wheelset%lateral_ramp = c%lateral_ramp
     if (c%formulation /= 'elastic') then
-      call set_rigid(c, setup)
+      call set_rigid(c, setup, error)
       return
     end if
-    call settle(setup%wheelset, setup%pair%axle_height, setup%equilibrium, ok)
+    setup%equilibrium = setup%centred
+    call settle(setup%wheelset, setup%centred(2), setup%centred(3), setup%equilibrium(2), ok)
+    if (.not. setup%symmetric .and. ok) call hold(setup%wheelset, setup%equilibrium, force, ok)
     if (.not. ok) then
       call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
         ' N: expected an equilibrium within &table depth = '//str(c%depth)//' m, found none')
       return
     end if
-    call small_oscillations(setup%wheelset, [0.0_dp, setup%equilibrium, 0.0_dp], setup%frequency, setup%shapes)
+    setup%rest = setup%equilibrium
+    if (.not. setup%symmetric) call find_rest(setup%wheelset, setup%equilibrium, setup%rest, ok)
+    if (.not. ok) then
+      call no_rest(error)
+      return
+    end if
+    call small_oscillations(setup%wheelset, setup%rest, setup%frequency, setup%shapes)
   end subroutine set_wheelset
 
-  !> Rigid contacts: the path on both rails, at whose centre the wheelset is in equilibrium, and oscillates along it.
-  subroutine set_rigid(c, setup)
+  subroutine no_rest(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected an equilibrium between the '// &
+      'flanges, found none')
+  end subroutine no_rest
+
+  !> Rigid contacts: the path on both rails, at whose lowest point the wheelset is in equilibrium, and oscillates
+  !> along it.
+  subroutine set_rigid(c, setup, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
+    type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: farthest = 0.06_dp   ! where the path may end [m]
+    real(dp), parameter :: mirror(3) = [-1, 1, -1]
+    type(point_type) :: lowest
+    logical :: ok
 
-    call follow_path(setup%pair, setup%zones, setup%wheelset%inertia(), farthest, setup%path, setup%path_end)
-    setup%equilibrium = setup%path%q(2, 1)
+    call follow_path(setup%side, setup%centred, setup%wheelset%inertia(), farthest, setup%path(1))
+    if (setup%symmetric) then
+      setup%path(2) = setup%path(1)
+    else
+      call follow_path(setup%side(2:1:-1), mirror*setup%centred, setup%wheelset%inertia(), farthest, setup%path(2))
+    end if
+    setup%equilibrium = [0.0_dp, setup%path(1)%q(2, 1), merge(0.0_dp, setup%path(1)%q(3, 1), setup%symmetric)]
+    call lowest_point(setup%path, lowest, ok)
+    if (.not. ok) then
+      call no_rest(error)
+      return
+    end if
     setup%frequency = ieee_value(1.0_dp, ieee_quiet_nan)
-    call small_motion(setup%path, setup%wheelset, setup%frequency(1), setup%shapes(:, 1))
+    call small_motion(setup%path, setup%side, setup%wheelset, lowest, setup%rest, setup%frequency(1), setup%shapes(:, 1))
     if (c%formulation /= 'bilateral') setup%path = path_type()
   end subroutine set_rigid
 
-  !> Everything that a table depends on, in words.
-  function table_key(c, setup) result(key)
+  !> Everything that the table of a side depends on, in words.
+  function table_key(c, wheel, rail) result(key)
     type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+    type(profile_type), intent(in) :: wheel, rail
     character(:), allocatable :: key
 
-    key = 'ldbench '//version//' model '//trim(c%model)//' profiles '//setup%wheel%checksum//' '// &
-      setup%rail%checksum//' '//trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '// &
+    key = 'ldbench '//version//' model '//trim(c%model)//' profiles '//wheel%checksum//' '// &
+      rail%checksum//' '//trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '// &
       trim(c%rail_unit)//' smoothing '//str(c%smoothing_mm)//' gauge '//str(c%gauge)//' '// &
       str(c%gauge_depth)//' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)// &
       ' E '//str(c%youngs_modulus)//' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)// &
@@ -213,13 +347,12 @@ contains
 
     run%changes = ''
     if (c%formulation == 'elastic') then
-      motion%q = [c%y, setup%equilibrium + c%z, c%roll]
+      motion%q = setup%equilibrium + [c%y, c%z, c%roll]
       motion%v = [c%vy, c%vz, c%roll_rate]
       call start_motion(setup%wheelset, motion, status)
       if (status /= step_ok) call report_failure()
     else
-      call start_rigid(c, setup%wheelset, setup%pair, setup%zones, setup%path, setup%equilibrium, rigid, motion, &
-        run%changes, error)
+      call start_rigid(c, setup%wheelset, setup%side, setup%path, setup%equilibrium, rigid, motion, run%changes, error)
     end if
     if (allocated(error)) return
     seen = spread(hypot(motion%contact%slope(1, :), motion%contact%slope(2, :)), 2, 3)
@@ -306,7 +439,7 @@ contains
         return
       end if
       run%steps = run%steps + 1
-      call watch(run%log, setup%wheelset, motion, new, setup%pair%flange_tip, setup%pair%gauge_face)
+      call watch(run%log, setup%wheelset, motion, new, setup%side)
       motion = new
       call note_peaks()
       call note_drift()
@@ -324,11 +457,11 @@ contains
       do while (left > 1e-12_dp*dt)
         old = motion
         h = left
-        call advance_rigid(setup%pair, setup%path, rigid, motion, h, evaluations, status)
+        call advance_rigid(setup%side, setup%path, rigid, motion, h, evaluations, status)
         run%evaluations = run%evaluations + evaluations
         run%steps = run%steps + 1
         left = left - h
-        call watch(run%log, setup%wheelset, old, motion, setup%pair%flange_tip, setup%pair%gauge_face)
+        call watch(run%log, setup%wheelset, old, motion, setup%side)
         call note_impact(run%log, setup%wheelset, old, motion)
         do k = 1, 4
           force = norm2(motion%contact%slope(:2, k))
@@ -350,7 +483,7 @@ contains
 
       kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
       potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
-        + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium)
+        + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium(2))
       run%drift = max(run%drift, abs(kinetic + potential - motion%work + motion%loss - (first_energy - constant())))
     end subroutine note_drift
 
@@ -400,7 +533,7 @@ contains
     subroutine write_row(n)
       integer, intent(in) :: n
 
-      call fill_row(setup%wheelset, setup%pair, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, &
+      call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, &
         first_energy, run%rows(:, n))
     end subroutine write_row
 
@@ -425,7 +558,7 @@ contains
       select case (status)
       case (rigid_end)
         reason = 'formulation = ''bilateral'': expected a path on which both wheels stay on their rails, found its end at '// &
-          setup%path_end//', reached'
+          path_end(setup%path, motion%q(1) >= 0, setup%equilibrium)//', reached'
       case (rigid_stuck)
         reason = 'formulation = ''unilateral'': expected at most three contacts to close at once, found more or none that can,'
       case default
@@ -438,7 +571,7 @@ contains
       character(:), allocatable :: place
 
       place = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
-        str(motion%q(2) - setup%equilibrium)//' m, roll = '//str(motion%q(3))//' rad'
+        str(motion%q(2) - setup%equilibrium(2))//' m, roll = '//str(motion%q(3) - setup%equilibrium(3))//' rad'
     end function place
 
     subroutine report_failure()

@@ -302,7 +302,7 @@ contains
 
     stopped = .false.
     if (.not. present(watcher)) return
-    call watcher%report('table', share)
+    call watcher%tell('table', share)
     stopped = watcher%stop
   end function stopped
 

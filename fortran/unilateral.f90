@@ -18,9 +18,9 @@
 !> at rest carry a force is the same complementarity problem for forces and accelerations.
 module unilateral
   use bracket, only: bracket_type
+  use contact, only: side_type
   use gaps, only: bending, close_gaps, closing_forces, complement, contacts_type, couplings, find_gap, gap_type, &
     most_closed, part_rivals, search_rivals, set_state, stop_gaps
-  use geometry, only: pair_type
   use kinds, only: dp
   use newmark, only: motion_type
   use wheelset, only: external_force, wheelset_type
@@ -46,8 +46,8 @@ contains
 
   !> Contacts at a pose and velocity that are given: what touches and does not open is closed, with an impact if it
   !> approaches.
-  subroutine start_contacts(pair, w, rule, all, closed, motion, status)
-    type(pair_type), intent(in) :: pair
+  subroutine start_contacts(side, w, rule, all, closed, motion, status)
+    type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
     type(contacts_type), intent(inout) :: all
@@ -56,13 +56,13 @@ contains
     integer, intent(out) :: status
 
     closed = .false.
-    call search_rivals(pair, motion%q, closed, all)
+    call search_rivals(side, motion%q, closed, all)
     call meet(w, rule, all%c, closed, motion, released=0, status=status)
   end subroutine start_contacts
 
   !> One step of at most dt, or up to the next event.
-  subroutine advance_contacts(pair, w, rule, all, closed, motion, dt, evaluations, status)
-    type(pair_type), intent(in) :: pair
+  subroutine advance_contacts(side, w, rule, all, closed, motion, dt, evaluations, status)
+    type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
     type(contacts_type), intent(inout) :: all
@@ -75,12 +75,13 @@ contains
     type(bracket_type) :: range
     real(dp) :: h, rate(size(all%c)), base(size(all%c)), least, x, f
     integer :: k, event, trials, iter, halved
-    logical :: opens
+    logical :: opens, lost
 
     status = contacts_ok
     evaluations = 0
+    lost = .false.
     if (all%stale .or. norm2(motion%q(:2) - all%searched(:2)) + abs(motion%q(3) - all%searched(3)) > reach) &
-      call search_rivals(pair, motion%q, closed, all)
+      call search_rivals(side, motion%q, closed, all)
     do k = 1, size(all%c)
       rate(k) = dot_product(all%c(k)%slope, motion%v)
       base(k) = min(all%c(k)%gap, 0.0_dp)      ! what an event left of it
@@ -130,23 +131,27 @@ contains
       do iter = 1, 100
         x = range%guess()
         call step(x, new, c)
+        lost = c(k)%idle
+        if (lost) exit
         f = force_of(k, new, c)
-        ! At the start the mean rate is the rate.
+        ! At the start, as close as an instant can be told, the mean rate is the rate.
         if (.not. opens) f = least
-        if (.not. opens .and. x > tiny(x)) f = (c(k)%gap - base(k))/x
+        if (.not. opens .and. x > epsilon(x)*dt) f = (c(k)%gap - base(k))/x
         if (abs(range%b - range%a) <= 4*epsilon(x)*range%b) exit
         if (.not. opens .and. abs(c(k)%gap - base(k)) < 1e-16_dp) exit
         if (opens .and. abs(f) < 1e-9_dp*w%weight()) exit
         call range%narrow(x, f)
       end do
       h = x
+      ! It has come to its rival's point, which goes on from here.
+      if (lost) event = 0
     end do
 
     dt = h
     motion = new
     all%c = c
     ! What made the energy jump may be another point of a wheel.
-    all%stale = halved > 0
+    all%stale = halved > 0 .or. lost
     motion%contact%struck = .false.
     if (event > 0) then
       if (opens) closed(event) = .false.
@@ -171,12 +176,12 @@ contains
       else
         ! Two halves: their error in energy is a sixteenth, below that of an impact.
         on = pack([(i, i=1, size(c))], closed)
-        call slide(pair, w, h/2, on, c, new)
-        call slide(pair, w, h/2, on, c, new)
+        call slide(side, w, h/2, on, c, new)
+        call slide(side, w, h/2, on, c, new)
         evaluations = evaluations + 8
       end if
       do i = 1, size(c)
-        if (.not. closed(i)) call find_gap(pair, new%q, c(i))
+        if (.not. closed(i)) call find_gap(side, new%q, c(i))
       end do
       call part_rivals(closed, c)
       evaluations = evaluations + 1
@@ -278,8 +283,8 @@ contains
   end subroutine fly
 
   !> A Runge-Kutta step with the contacts `on` closed, projected onto them.
-  pure subroutine slide(pair, w, h, on, c, motion)
-    type(pair_type), intent(in) :: pair
+  pure subroutine slide(side, w, h, on, c, motion)
+    type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: h
     integer, intent(in) :: on(:)
@@ -305,7 +310,7 @@ contains
         v = motion%v + node(stage)*h*a
       end if
       do i = 1, size(on)
-        call find_gap(pair, q, part(i))
+        call find_gap(side, q, part(i))
       end do
       f = external_force(w, motion%t + node(stage)*h)
       call closing_forces(inertia, f, v, part, force, ok)
@@ -323,7 +328,7 @@ contains
     motion%v = motion%v + h*dv
     motion%t = motion%t + h
     motion%work = motion%work + h*work
-    call close_gaps(pair, inertia, part, motion%q, ok)
+    call close_gaps(side, inertia, part, motion%q, ok)
     call stop_gaps(inertia, part, motion%v)
     c(on) = part
   end subroutine slide

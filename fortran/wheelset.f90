@@ -1,11 +1,13 @@
 !> The wheelset on its two rails: inertia, loads, and the elastic potential of all
 !> four contacts as a function of the pose q = (y, z, roll).
 module wheelset
+  use bracket, only: bracket_type
   use kinds, only: dp, gravity
   use potential, only: contact_table, find_roll, inside, roll_type, wheel_potential
   implicit none
   private
-  public :: wheelset_type, contact_state, closed, contacts, wheel_contacts, external_force, settle, contact_name
+  public :: wheelset_type, contact_state, closed, contacts, wheel_contacts, external_force, settle, hold, find_rest, &
+    contact_name
   public :: left_tread, left_flange, right_tread, right_flange
 
   type :: wheelset_type
@@ -15,7 +17,9 @@ module wheelset
     real(dp) :: vertical_load = 0      !! downwards, without inertia, at the centre of gravity [N]
     real(dp) :: lateral_force = 0      !! at the centre of gravity, track frame, at t = 0 [N]
     real(dp) :: lateral_ramp = 0       !! its growth [N/s]
-    type(contact_table), pointer :: table => null()   !! wheelsets may share it; whoever made it frees it
+    !> Contact tables of both sides, each as of the left one; maybe one and the same.  Wheelsets may share them; whoever
+    !> made them frees them.
+    type(contact_table), pointer :: table => null(), right_table => null()
   contains
     procedure :: inertia
     procedure :: weight
@@ -81,15 +85,29 @@ contains
     real(dp) :: left(6), right(6)
     integer :: status
 
-    call find_roll(this%table, q(3), wanted(tangent), roll, opposite, state%status)
+    call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
     if (state%status /= inside) return
     call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), left, state%status)
-    call right_potential(this%table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), right, status)
+    call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), right, status)
     state%hessian = left + right
     if (status /= inside) state%status = status
     state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
       + (state%slope(:, right_tread) + state%slope(:, right_flange))
   end subroutine contacts
+
+  !> A roll angle as the left wheel's table and the right wheel's have it.
+  pure subroutine find_rolls(this, angle, tangent, roll, opposite, status)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: angle
+    logical, intent(in) :: tangent
+    type(roll_type), intent(out) :: roll, opposite
+    integer, intent(out) :: status
+    type(roll_type) :: other
+
+    call find_roll(this%table, angle, tangent, roll, opposite, status)
+    if (.not. associated(this%right_table, this%table) .and. status == inside) &
+      call find_roll(this%right_table, angle, tangent, other, opposite, status)
+  end subroutine find_rolls
 
   pure logical function wanted(option)
     logical, intent(in), optional :: option
@@ -107,13 +125,13 @@ contains
     logical, intent(in), optional :: tangent
     type(roll_type) :: roll, opposite
 
-    call find_roll(this%table, q(3), wanted(tangent), roll, opposite, state%status)
+    call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
     if (state%status /= inside) return
     if (wheel == 1) then
       call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), state%hessian, &
         state%status)
     else
-      call right_potential(this%table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), &
+      call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), &
         state%hessian, state%status)
     end if
     state%gradient = sum(state%slope, 2)
@@ -138,11 +156,12 @@ contains
     hessian = mirror_2*hessian
   end subroutine right_potential
 
-  !> Height z of the axle centre at which the centred wheelset is in equilibrium,
+  !> Height z of the axle centre at which the centred wheelset, held at a roll angle, is in equilibrium,
   !> searched downwards from `top`.
-  pure subroutine settle(this, top, z, ok)
+  pure subroutine settle(this, top, roll, z, ok)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: top          !! rigid touching height [m]
+    real(dp), intent(in) :: roll         !! [rad]
     real(dp), intent(out) :: z
     logical, intent(out) :: ok
     type(contact_state) :: state
@@ -155,7 +174,7 @@ contains
     step = 5e-5_dp
     do while (step > 1e-9_dp .and. .not. ok)
       low = high - step
-      call contacts(this, [0.0_dp, low, 0.0_dp], state)
+      call contacts(this, [0.0_dp, low, roll], state)
       if (state%status /= inside) then
         step = step/2
       else if (-state%gradient(2) > this%weight()) then
@@ -167,7 +186,7 @@ contains
     if (.not. ok) return
     z = low
     do iter = 1, 100
-      call contacts(this, [0.0_dp, z, 0.0_dp], state)
+      call contacts(this, [0.0_dp, z, roll], state)
       residual = -state%gradient(2) - this%weight()
       if (residual > 0) low = z
       if (residual <= 0) high = z
@@ -176,5 +195,70 @@ contains
       if (.not. (z > low .and. z < high)) z = (low + high)/2
     end do
   end subroutine settle
+
+  !> Height and roll at which the wheelset, held at its lateral position, is in equilibrium: Newton's method from a
+  !> pose in which both wheels are pressed in.
+  pure subroutine hold(this, q, force, ok)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(inout) :: q(3)
+    real(dp), intent(out) :: force       !! with which the rails push it to the left [N]
+    logical, intent(out) :: ok
+    real(dp), parameter :: longest = 2e-5_dp      ! step [m, rad]
+    real(dp), parameter :: balanced = 1e-10_dp    ! of the weight [1, m]
+    type(contact_state) :: state
+    real(dp) :: up, moment, det, move(2)
+    integer :: iter
+
+    ok = .false.
+    force = 0
+    do iter = 1, 200
+      call contacts(this, q, state)
+      if (state%status /= inside) return
+      force = -state%gradient(1)
+      up = -state%gradient(2) - this%weight()
+      moment = -state%gradient(3)
+      ok = abs(up) + abs(moment) <= balanced*this%weight()
+      if (ok) return
+      associate (zz => state%hessian(4), zr => state%hessian(5), rr => state%hessian(6))
+        det = zz*rr - zr**2
+        if (.not. det > 0) return
+        move = [up*rr - moment*zr, moment*zz - up*zr]/det
+      end associate
+      q(2:) = q(2:) + move*min(1.0_dp, longest/maxval(abs(move)))
+    end do
+  end subroutine hold
+
+  !> The pose in which the wheelset stays: downhill from where it is held at the track's centre.
+  pure subroutine find_rest(this, centred, q, ok)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: centred(3)   !! of `hold`
+    real(dp), intent(out) :: q(3)
+    logical, intent(out) :: ok
+    real(dp), parameter :: stride = 1e-4_dp, farthest = 0.05_dp   ! [m]
+    type(bracket_type) :: range
+    real(dp) :: start, force, before, from(3)
+    integer :: iter
+
+    q = centred
+    call hold(this, q, start, ok)
+    before = start
+    force = start
+    from = q
+    do while (ok .and. start*force > 0)
+      from = q
+      before = force
+      q(1) = q(1) + sign(stride, start)
+      ok = abs(q(1)) < farthest
+      if (ok) call hold(this, q, force, ok)
+    end do
+    if (.not. ok .or. abs(force) <= 0) return
+    range = bracket_type(from(1), before, q(1), force)
+    do iter = 1, 100
+      q(1) = range%guess()
+      call hold(this, q, force, ok)
+      if (.not. ok .or. abs(force) <= 1e-10_dp*this%weight() .or. abs(range%b - range%a) <= 1e-15_dp) return
+      call range%narrow(q(1), force)
+    end do
+  end subroutine find_rest
 
 end module wheelset

@@ -94,7 +94,7 @@ contains
     real(dp) :: energy, force(3)
     integer :: z
 
-    do z = 1, size(setup%zones)
+    do z = 1, size(setup%side(1)%zones)
       call zone_contact(direct, setup, z, q, energy, force)
       if (energy > 0) touching = touching + 1
       total = total + energy + force(2)

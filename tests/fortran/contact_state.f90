@@ -1,7 +1,7 @@
 !> The elastic potential of the whole wheelset at given poses.
 !>
 !> usage: contact_state input.nml < poses
-!> Writes a line `equilibrium, rigid height (axle centre above top of rail), clearance` [m],
+!> Writes a line `equilibrium, rigid height (axle centre above top of rail), clearance to the left` [m],
 !> then for each line `y z roll` that it reads: energy of LT LF RT RF, the gradient of each
 !> (4 x 3), the Hessian of their sum (yy yz yr zz zr rr), and 0 or why it is off the table.
 program contact_state
@@ -18,7 +18,7 @@ program contact_state
   integer :: stat
 
   call read_prepared(c, setup)
-  write (*, '(3es24.16)') setup%equilibrium, setup%pair%axle_height, setup%clearance
+  write (*, '(3es24.16)') setup%equilibrium(2), setup%centred(2), setup%side(1)%clearance
   do
     read (*, *, iostat=stat) pose
     if (stat /= 0) exit

@@ -26,19 +26,20 @@ program read_profiles
     if (stat /= 0) exit
     c%wheel_profile = merge(path, other, abs(kind) == is_wheel)
     c%rail_profile = merge(path, other, abs(kind) == is_rail)
-    if (allocated(setup%zones)) deallocate (setup%zones)
-    call read_profile(trim(c%wheel_profile), is_wheel, 0.0d0, 'auto', 'auto', setup%wheel, error)
-    if (.not. allocated(error)) call read_profile(trim(c%rail_profile), is_rail, 0.0d0, 'auto', 'auto', setup%rail, error)
-    if (.not. allocated(error)) call place_profiles(setup%wheel, setup%rail, c%gauge, c%gauge_depth, c%back_to_back, &
-      c%rolling_radius, setup%pair, error)
-    if (.not. allocated(error)) call find_zones(setup%pair, c%split_angle, setup%zones, error)
+    call read_profile(trim(c%wheel_profile), is_wheel, 0.0d0, 'auto', 'auto', setup%wheel(1), error)
+    if (.not. allocated(error)) call read_profile(trim(c%rail_profile), is_rail, 0.0d0, 'auto', 'auto', setup%rail(1), error)
+    if (.not. allocated(error)) call place_profiles(setup%wheel(1), setup%rail(1), c%gauge, c%gauge_depth, &
+      c%back_to_back, c%rolling_radius, setup%side(1)%pair, error)
+    if (.not. allocated(error)) call find_zones(setup%side(1)%pair, c%split_angle, setup%side(1)%zones, &
+      error)
     if (allocated(error)) then
       write (*, '(a)') error%message
     else if (kind > 0) then
       write (*, '(a)') 'good'
     else
-      call clearance(setup%pair, setup%zones, setup%clearance, ok)
-      write (*, '(es24.16)') merge(setup%clearance, -1.0d0, ok)
+      setup%side(2) = setup%side(1)
+      call clearance(setup%side, setup%side(1)%clearance, ok)
+      write (*, '(es24.16)') merge(setup%side(1)%clearance, -1.0d0, ok)
     end if
   end do
 end program read_profiles

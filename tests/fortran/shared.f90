@@ -72,8 +72,8 @@ contains
 
     direct%model = trim(c%model)
     direct%e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
-    allocate (direct%k(size(setup%pair%s)))
-    direct%work = new_scan(setup%pair)
+    allocate (direct%k(size(setup%side(1)%pair%s)))
+    direct%work = new_scan(setup%side(1)%pair)
   end function new_direct
 
   !> One zone in a pose: the force of its strips, its energy.
@@ -84,12 +84,12 @@ contains
     real(dp), intent(in) :: q(3)
     real(dp), intent(out) :: energy, force(3)
 
-    associate (zone => setup%zones(z))
+    associate (zone => setup%side(1)%zones(z))
       direct%work%fresh = .true.
-      call set_moduli(setup%pair, zone, direct%e_star, q(3), direct%k)
-      call scan_depth(setup%pair, q(1:2), q(3), zone%first, zone%last, direct%work)
-      force = zone_force(setup%pair, zone, q(3), direct%work, direct%k)
-      energy = zone_energy(setup%pair, zone, direct%model, direct%e_star, q(3), direct%work, direct%k)
+      call set_moduli(setup%side(1)%pair, zone, direct%e_star, q(3), direct%k)
+      call scan_depth(setup%side(1)%pair, q(1:2), q(3), zone%first, zone%last, direct%work)
+      force = zone_force(setup%side(1)%pair, zone, q(3), direct%work, direct%k)
+      energy = zone_energy(setup%side(1)%pair, zone, direct%model, direct%e_star, q(3), direct%work, direct%k)
     end associate
   end subroutine zone_contact
 
@@ -103,11 +103,11 @@ contains
     integer :: first, last
     logical :: ok
 
-    first = minval(setup%zones%first, setup%zones%flange .eqv. branch == 2)
-    last = maxval(setup%zones%last, setup%zones%flange .eqv. branch == 2)
+    first = minval(setup%side(1)%zones%first, setup%side(1)%zones%flange .eqv. branch == 2)
+    last = maxval(setup%side(1)%zones%last, setup%side(1)%zones%flange .eqv. branch == 2)
     direct%work%fresh = .true.
-    call scan_depth(setup%pair, q(1:2), q(3), first, last, direct%work)
-    call branch_energy(setup%pair, first, last, direct%e_star, q(1:2), q(3), direct%work, energy, ok, force)
+    call scan_depth(setup%side(1)%pair, q(1:2), q(3), first, last, direct%work)
+    call branch_energy(setup%side(1)%pair, first, last, direct%e_star, q(1:2), q(3), direct%work, energy, ok, force)
     if (.not. ok) error stop 'the half-space solution failed'
   end subroutine branch_contact
 

@@ -27,8 +27,8 @@ program table_direct
     if (state%status /= 0) error stop 'a pose is not on the table'
     forces = 0
     energies = 0
-    do z = 1, size(setup%zones)
-      branch = merge(2, 1, setup%zones(z)%flange)
+    do z = 1, size(setup%side(1)%zones)
+      branch = merge(2, 1, setup%side(1)%zones(z)%flange)
       call zone_contact(direct, setup, z, pose, energy, force)
       forces(:, branch) = forces(:, branch) + force
       energies(branch) = energies(branch) + energy

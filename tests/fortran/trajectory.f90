@@ -35,7 +35,7 @@ program trajectory
   if (weightless) setup%wheelset%vertical_load = -setup%wheelset%mass*gravity
 
   scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
-  motion%q = [c%y, setup%equilibrium + c%z, c%roll]
+  motion%q = setup%equilibrium + [c%y, c%z, c%roll]
   motion%v = [c%vy, c%vz, c%roll_rate]
   do leg = 1, merge(2, 1, reverse)
     if (leg == 2) motion = motion_type(t=motion%t, q=motion%q, v=-motion%v)
@@ -57,7 +57,7 @@ contains
       ! Left and right first: the mirrored motion has the same energy bit by bit.
       write (*, '(8es24.16)') motion%t, motion%q, motion%v, 0.5_dp*sum(w%inertia()*motion%v**2) &
         + (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
-        + w%weight()*(motion%q(2) - setup%equilibrium) - motion%work
+        + w%weight()*(motion%q(2) - setup%equilibrium(2)) - motion%work
     end associate
   end subroutine write_state
 

@@ -52,6 +52,8 @@ class Job:
         """Hashes of what the product depends on."""
         profiles = [self.root/str(self.value("profiles", which, default)) for which, default in
                     (("wheel_profile", "profiles/awprof.yz"), ("rail_profile", "profiles/arprof.yz"))]
+        profiles += [self.root/str(name) for which in ("wheel_profile_right", "rail_profile_right")
+                     if (name := self.value("profiles", which))]
         return {"namelist": digest(self.text.encode())} | hashes([executable, *profiles], self.root)
 
 

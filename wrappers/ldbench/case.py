@@ -169,6 +169,11 @@ class Case:
                 return str(folder / name)
         return name
 
+    def profile_files(self) -> dict[str, str]:
+        """Paths of the profiles by variable, those of the right side where they are named."""
+        names = "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"
+        return {name: self.find(str(getattr(self, name))) for name in names if getattr(self, name)}
+
     def table_path(self) -> str:
         """Path of the file that keeps the contact table; '' when its folder is nowhere."""
         name = self.table_file

@@ -27,18 +27,17 @@ class TableFile:
     """A contact table on its way."""
 
     case: Case
-    wheel: bytes            # profiles
-    rail: bytes
-    table: bytes = b""
-    error: str = ""         # why there is none
+    profiles: dict[str, bytes]              # by variable
+    tables: dict[str, bytes]                # by what their names end with: '', and '.right' of a right side that differs
+    error: str = ""                         # why there is none
 
     def place(self, folder: str) -> Case:
         """The case with all its files in `folder`."""
-        files = {"wheel_profile": self.wheel, "rail_profile": self.rail, "table_file": self.table}
-        for name, data in files.items():
-            if data:
-                Path(folder, name).write_bytes(data)
-        return self.case.replace(**{name: f"{folder}/{name}" for name in files})
+        for name, data in self.profiles.items():
+            Path(folder, name).write_bytes(data)
+        for end, data in self.tables.items():
+            Path(folder, f"table_file{end}").write_bytes(data)
+        return self.case.replace(**{name: f"{folder}/{name}" for name in (*self.profiles, "table_file")})
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,10 @@ class Loaded:
     folder: tempfile.TemporaryDirectory[str]
 
     def localised(self, case: Case) -> Case:
-        return case.replace(**{name: f"{self.folder.name}/{name}" for name in ("wheel_profile", "rail_profile")})
+        there = {name: Path(self.folder.name, name) for name in case.profile_files()}
+        # A right side with the same contents as the left one may go without a file of its own.
+        return case.replace(**{name: str(file if file.exists() else file.with_name(name.removesuffix("_right")))
+                               for name, file in there.items()})
 
 
 _loaded: dict[str, Loaded] = {}
@@ -62,12 +64,17 @@ def build_table(source: TableFile) -> TableFile:
         try:
             ContactTable(source.place(folder))
         except Error as error:
-            return TableFile(source.case, b"", b"", error=str(error))
-        return TableFile(source.case, source.wheel, source.rail, Path(folder, "table_file").read_bytes())
+            return TableFile(source.case, {}, {}, error=str(error))
+        return TableFile(source.case, source.profiles, tables_at(f"{folder}/table_file"))
+
+
+def tables_at(path: str) -> dict[str, bytes]:
+    """Contact tables of a table file."""
+    return {end: Path(path + end).read_bytes() for end in ("", ".right") if Path(path + end).is_file()}
 
 
 def load_table(source: TableFile) -> Loaded:
-    key = digest(source.table)
+    key = digest(b"".join(source.tables.values()))
     with _loading:
         if key not in _loaded:
             folder = tempfile.TemporaryDirectory()
@@ -136,5 +143,5 @@ def table_source(member: Member) -> TableFile:
 
     case = member.case
     kept = case.table_path() if member.in_file else ""
-    return TableFile(case, *(read(case.find(name)) for name in (case.wheel_profile, case.rail_profile)),
-                     read(kept) if kept and Path(kept).is_file() else b"")
+    return TableFile(case, {name: read(file) for name, file in case.profile_files().items()},
+                     tables_at(kept) if kept else {})

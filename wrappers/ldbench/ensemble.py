@@ -48,7 +48,8 @@ TableKey = tuple[object, ...]
 OCCURRENCES = 5                         # of each kind of event that a run lists
 EVENTS = "event_time", "event_force"
 NOT_KEPT = "table_seconds", "seconds", "table_found"        # of the summary: not the same every time
-UNITS = {"clearance": "m", "equilibrium": "m", "approach": "m", "load_per_wheel": "N", "kinetic_energy": "J",
+UNITS = {"clearance": "m", "clearance_right": "m", "equilibrium": "m", "equilibrium_roll": "rad", "rest_Y": "m",
+         "rest_Z": "m", "rest_roll": "rad", "approach": "m", "load_per_wheel": "N", "kinetic_energy": "J",
          "drift": "J", "step": "s", "t": "s", "event_time": "s", "event_force": "N"}
 FLUSH = 10.0                            # work that a store may lose when the process dies [s]
 
@@ -225,7 +226,9 @@ def _members(cases: Sequence[Case | str], wanted: Wanted, base: Case | None = No
             return ""           # the run will say so
 
     def profiles(case: Case) -> list[str]:
-        return [contents(case.find(name)) for name in (case.wheel_profile, case.rail_profile)]
+        files = case.profile_files()
+        return [contents(files.get(f"{which}_right", files[which]) if right else files[which])
+                for right in (False, True) for which in ("wheel_profile", "rail_profile")]
 
     def table_key(case: Case) -> TableKey:
         return (*(value for variable, value in zip(variables(), case.values, strict=True)

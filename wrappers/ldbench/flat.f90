@@ -111,17 +111,17 @@ subroutine check_values(file, n, numbers, words, message, length)
   call give_error(error, message, length)
 end subroutine check_values
 
-!> Profiles, contact table and equilibrium of a case.  progress and stop_asked are shared
+!> Profiles, contact table and equilibrium of a case.  paths: those of its wheel_profile, rail_profile,
+!> wheel_profile_right, rail_profile_right and table file, of 256 characters each.  progress and stop_asked are shared
 !> with the thread that watches.
-subroutine prepare_case(n, numbers, words, wheel_path, rail_path, table_path, progress, stop_asked, &
-                        handle, message, length)
+subroutine prepare_case(n, numbers, words, paths, progress, stop_asked, handle, message, length)
   use case, only: case_type
   use errors, only: error_type
   use handles, only: free_prepared_at, give_error, import_case, new_prepared, prepare_watched, prepared_type
   implicit none
   integer, intent(in) :: n
   real(8), intent(in) :: numbers(n)
-  character(*), intent(in) :: words, wheel_path, rail_path, table_path
+  character(*), intent(in) :: words, paths
   real(8), intent(inout) :: progress(2)
   integer, intent(inout) :: stop_asked(1)
   integer(8), intent(out) :: handle
@@ -134,13 +134,13 @@ subroutine prepare_case(n, numbers, words, wheel_path, rail_path, table_path, pr
 
   call import_case(numbers, words, c)
   call new_prepared(p, handle)
-  call prepare_watched(p, c, wheel_path, rail_path, table_path, progress, stop_asked, error)
+  call prepare_watched(p, c, paths, progress, stop_asked, error)
   if (allocated(error)) call free_prepared_at(handle)
   call give_error(error, message, length)
 end subroutine prepare_case
 
 !> The same with the contact table of an earlier case.
-subroutine adapt_case(earlier, n, numbers, words, wheel_path, rail_path, handle, message, length)
+subroutine adapt_case(earlier, n, numbers, words, paths, handle, message, length)
   use case, only: case_type
   use errors, only: error_type
   use handles, only: adapt, free_prepared_at, give_error, import_case, new_prepared, prepared_at, prepared_type
@@ -148,7 +148,7 @@ subroutine adapt_case(earlier, n, numbers, words, wheel_path, rail_path, handle,
   integer(8), intent(in) :: earlier
   integer, intent(in) :: n
   real(8), intent(in) :: numbers(n)
-  character(*), intent(in) :: words, wheel_path, rail_path
+  character(*), intent(in) :: words, paths
   integer(8), intent(out) :: handle
   character(2048), intent(out) :: message
   integer, intent(out) :: length
@@ -159,7 +159,7 @@ subroutine adapt_case(earlier, n, numbers, words, wheel_path, rail_path, handle,
 
   call import_case(numbers, words, c)
   call new_prepared(p, handle)
-  call adapt(p, prepared_at(earlier), c, wheel_path, rail_path, error)
+  call adapt(p, prepared_at(earlier), c, paths, error)
   if (allocated(error)) call free_prepared_at(handle)
   call give_error(error, message, length)
 end subroutine adapt_case
@@ -172,18 +172,19 @@ subroutine free_prepared(handle)
   call free_prepared_at(handle)
 end subroutine free_prepared
 
-!> clearance, equilibrium height, rigid height [m], weight [N], processor time for the table [s],
+!> clearance to the left and to the right, height and roll of the wheelset that is held at the centre, height
+!> of the rigid one [m, rad], y, z, roll in which it rests [m, rad], weight [N], processor time for the table [s],
 !> whether it was found in a file; three eigenfrequencies [Hz], as many as the formulation leaves, then NaN.
 subroutine prepared_numbers(handle, numbers)
   use handles, only: prepared_at, prepared_type
   implicit none
   integer(8), intent(in) :: handle
-  real(8), intent(out) :: numbers(9)
+  real(8), intent(out) :: numbers(14)
   type(prepared_type), pointer :: p
 
   p => prepared_at(handle)
-  numbers = [p%setup%clearance, p%setup%equilibrium, p%setup%pair%axle_height, p%setup%wheelset%weight(), &
-             p%setup%table_seconds, merge(1d0, 0d0, p%setup%table_found), p%setup%frequency]
+  numbers = [p%setup%side%clearance, p%setup%equilibrium(2:), p%setup%centred(2), p%setup%rest, &
+             p%setup%wheelset%weight(), p%setup%table_seconds, merge(1d0, 0d0, p%setup%table_found), p%setup%frequency]
 end subroutine prepared_numbers
 
 !> Integrate a prepared case.
@@ -436,7 +437,7 @@ subroutine geometry_functions(handle, n, y, rows)
   type(prepared_type), pointer :: p
 
   p => prepared_at(handle)
-  call geometry_at(p%setup%pair, y, rows)
+  call geometry_at(p%setup%side, p%setup%centred(2), y, rows)
 end subroutine geometry_functions
 
 !> Read a profile and measure it, as `kind` (1 wheel, 2 rail) or what its shape is (0).  smoothing [mm],
@@ -543,14 +544,14 @@ subroutine part_list(listing, length)
 end subroutine part_list
 
 !> Profiles in their places, zones and clearance of a case, without a contact table.
-subroutine prepare_rigid_case(n, numbers, words, wheel_path, rail_path, handle, message, length)
+subroutine prepare_rigid_case(n, numbers, words, paths, handle, message, length)
   use case, only: case_type
   use errors, only: error_type
   use handles, only: free_prepared_at, give_error, import_case, new_prepared, prepare_rigid, prepared_type
   implicit none
   integer, intent(in) :: n
   real(8), intent(in) :: numbers(n)
-  character(*), intent(in) :: words, wheel_path, rail_path
+  character(*), intent(in) :: words, paths
   integer(8), intent(out) :: handle
   character(2048), intent(out) :: message
   integer, intent(out) :: length
@@ -561,25 +562,26 @@ subroutine prepare_rigid_case(n, numbers, words, wheel_path, rail_path, handle, 
 
   call import_case(numbers, words, c)
   call new_prepared(p, handle)
-  call prepare_rigid(p, c, wheel_path, rail_path, error)
+  call prepare_rigid(p, c, paths, error)
   if (allocated(error)) call free_prepared_at(handle)
   call give_error(error, message, length)
 end subroutine prepare_rigid_case
 
-!> Of such a case: clearance, height of the axle centre of the centred wheelset [m], number of zones; of each of
-!> at most six zones: first and last y on the wheel from its back [m], 1 for the flange, contact angle [rad].
-subroutine rigid_numbers(handle, numbers, zones)
+!> Of a side (1 left, 2 right) of such a case: clearance to it [m], number of zones; of each of at most six zones:
+!> first and last y on the wheel from its back [m], 1 for the flange, contact angle [rad].
+subroutine rigid_numbers(handle, side, numbers, zones)
   use handles, only: prepared_at, prepared_type
   implicit none
   integer(8), intent(in) :: handle
-  real(8), intent(out) :: numbers(3), zones(4, 6)
+  integer, intent(in) :: side
+  real(8), intent(out) :: numbers(2), zones(4, 6)
   type(prepared_type), pointer :: p
   integer :: k
 
   p => prepared_at(handle)
   zones = 0
-  associate (s => p%setup)
-    numbers = [s%clearance, s%pair%axle_height, dble(size(s%zones))]
+  associate (s => p%setup%side(side))
+    numbers = [s%clearance, dble(size(s%zones))]
     do k = 1, size(s%zones)
       zones(:, k) = [s%pair%r(1, s%zones(k)%first) - p%c%back_to_back/2, &
                      s%pair%r(1, s%zones(k)%last) - p%c%back_to_back/2, &

@@ -88,7 +88,7 @@ def outcomes(inputs: Path, jobs: int, done: Callable[[], object] = lambda: None)
     tables: dict[str, ContactTable] = {}
 
     def tabled(case: Case) -> ContactTable:
-        key = f"{case.wheel_profile} {case.rail_profile} {case.model}"
+        key = f"{case.profile_files()} {case.model}"
         if key not in tables:
             tables[key] = ContactTable(case)
         return tables[key]
@@ -390,7 +390,7 @@ def sources(inputs: Path, root: Path) -> dict[str, str]:
     """Hashes of what the outcomes depend on."""
     files = find_namelists(inputs)
     cases = [Case.from_namelist(file) for file in files]
-    profiles = {Path(case.find(name)) for case in cases for name in (case.wheel_profile, case.rail_profile)}
+    profiles = {Path(file) for case in cases for file in case.profile_files().values()}
     return hashes([*files, *sorted(profiles), Path(__file__), Path(_flat.__file__)], root)
 
 

@@ -59,12 +59,37 @@ contains
     this%stop = stop_asked(1) /= 0
   end subroutine report
 
+  !> A case by the paths where its files are.
+  subroutine locate(c, paths)
+    type(case_type), intent(inout) :: c
+    character(*), intent(in) :: paths          !! text_length characters each
+    character(text_length) :: path(5)
+
+    path = transfer(paths(:5*text_length), path)
+    c%wheel_profile = path(1)
+    c%rail_profile = path(2)
+    c%wheel_profile_right = path(3)
+    c%rail_profile_right = path(4)
+    c%table_file = path(5)
+  end subroutine locate
+
+  !> The names of profiles as the case has them.
+  subroutine rename(c, setup)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(inout) :: setup
+
+    setup%wheel(1)%file = trim(c%wheel_profile)
+    setup%rail(1)%file = trim(c%rail_profile)
+    setup%wheel(2)%file = trim(merge(c%wheel_profile, c%wheel_profile_right, c%wheel_profile_right == ''))
+    setup%rail(2)%file = trim(merge(c%rail_profile, c%rail_profile_right, c%rail_profile_right == ''))
+  end subroutine rename
+
   !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case
   !> keeps the names as its namelist has them.
-  subroutine prepare_watched(p, c, wheel_path, rail_path, table_path, progress, stop_asked, error)
+  subroutine prepare_watched(p, c, paths, progress, stop_asked, error)
     type(prepared_type), intent(inout) :: p
     type(case_type), intent(in) :: c
-    character(*), intent(in) :: wheel_path, rail_path, table_path
+    character(*), intent(in) :: paths
     real(dp), target, intent(inout) :: progress(:)
     integer, target, intent(inout) :: stop_asked(:)
     type(error_type), allocatable, intent(out) :: error
@@ -73,26 +98,22 @@ contains
     watcher%progress => progress
     watcher%stop_asked => stop_asked
     p%c = c
-    p%c%wheel_profile = wheel_path
-    p%c%rail_profile = rail_path
-    p%c%table_file = table_path
+    call locate(p%c, paths)
     call prepare(p%c, p%setup, error, watcher)
-    p%owns_table = associated(p%setup%wheelset%table)
+    p%owns_table = .true.
     p%c = c
-    p%setup%wheel%file = trim(c%wheel_profile)
-    p%setup%rail%file = trim(c%rail_profile)
+    call rename(c, p%setup)
   end subroutine prepare_watched
 
   !> `prepare_geometry` of the core, in the same way.
-  subroutine prepare_rigid(p, c, wheel_path, rail_path, error)
+  subroutine prepare_rigid(p, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(case_type), intent(in) :: c
-    character(*), intent(in) :: wheel_path, rail_path
+    character(*), intent(in) :: paths
     type(error_type), allocatable, intent(out) :: error
 
     p%c = c
-    p%c%wheel_profile = wheel_path
-    p%c%rail_profile = rail_path
+    call locate(p%c, paths)
     call prepare_geometry(p%c, p%setup, error)
     p%c = c
   end subroutine prepare_rigid
@@ -120,20 +141,23 @@ contains
 
   !> A case with the contact table of another, `from`, which must have the same geometry and
   !> material, and must stay as long as this one.
-  subroutine adapt(p, from, c, wheel_path, rail_path, error)
+  subroutine adapt(p, from, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(prepared_type), intent(in) :: from
     type(case_type), intent(in) :: c
-    character(*), intent(in) :: wheel_path, rail_path
+    character(*), intent(in) :: paths
     type(error_type), allocatable, intent(out) :: error
 
-    call same_profile(wheel_path, from%setup%wheel)
-    if (.not. allocated(error)) call same_profile(rail_path, from%setup%rail)
+    p%c = c
+    call locate(p%c, paths)
+    call same_profile(p%c%wheel_profile, from%setup%wheel(1))
+    call same_profile(p%c%rail_profile, from%setup%rail(1))
+    call same_profile(merge(p%c%wheel_profile, p%c%wheel_profile_right, p%c%wheel_profile_right == ''), from%setup%wheel(2))
+    call same_profile(merge(p%c%rail_profile, p%c%rail_profile_right, p%c%rail_profile_right == ''), from%setup%rail(2))
     if (allocated(error)) return
     p%c = c
     p%setup = from%setup
-    p%setup%wheel%file = trim(c%wheel_profile)
-    p%setup%rail%file = trim(c%rail_profile)
+    call rename(c, p%setup)
     p%setup%table_found = .true.
     p%setup%table_seconds = 0
     call set_wheelset(c, p%setup, error)
@@ -145,9 +169,10 @@ contains
       type(profile_type), intent(in) :: old
       type(line_type), allocatable :: lines(:)
 
-      call read_lines(path, lines, error)
       if (allocated(error)) return
-      if (checksum(lines) /= old%checksum) call fatal_error(error, path// &
+      call read_lines(trim(path), lines, error)
+      if (allocated(error)) return
+      if (checksum(lines) /= old%checksum) call fatal_error(error, trim(path)// &
         ': expected the profile of the contact table, CRC-32 '//old%checksum//', found '//checksum(lines))
     end subroutine same_profile
 
@@ -258,7 +283,12 @@ contains
     type(prepared_type), pointer :: p
 
     p => prepared_at(handle)
-    if (p%owns_table) deallocate (p%setup%wheelset%table)
+    associate (w => p%setup%wheelset)
+      if (p%owns_table) then
+        if (associated(w%right_table) .and. .not. associated(w%right_table, w%table)) deallocate (w%right_table)
+        if (associated(w%table)) deallocate (w%table)
+      end if
+    end associate
     deallocate (p)
   end subroutine free_prepared_at
 

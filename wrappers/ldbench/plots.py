@@ -225,9 +225,11 @@ def caption(record: Record) -> str:
         f"ldbench {record.version}: {law}, step {1e6*record.step:.3g} µs{cut}; "
         f"output every {1e3*float(record.setting('output', 'interval')):.3g} ms{thinned}; "
         f"axle {MM*record.axle_height:.3f} mm above the rails at equilibrium; Y left, Z up")
-    profiles = f"wheel {record.profiles.get('wheel', '')}; rail {record.profiles.get('rail', '')}"
+    two_sided = len(record.profiles) > 2
+    profiles = "; ".join(f"{which} {Path(text).name if two_sided else text}" for which, text in record.profiles.items())
     if record.reconstruction:
-        profiles += "; both profiles are reconstructions, not the organisers' files"
+        which = "some of the" if two_sided else "both"
+        profiles += f"; {which} profiles are reconstructions, not the organisers' files"
     return f"{settings}\n{profiles}"
 
 
@@ -372,18 +374,25 @@ def phase_page(record: Record) -> Figure:
 @dataclass(frozen=True)
 class Section:
     """The left wheel in the frame of the wheelset, origin at the axle centre, and the left rail in
-    the frame of the track; each an array of points (n, 2) [m], Y left and Z up."""
+    the frame of the track; each an array of points (n, 2) [m], Y left and Z up. Of the right side the
+    mirror images, None: as the left one."""
     wheel: np.ndarray
     rail: np.ndarray
+    right_wheel: np.ndarray | None = None
+    right_rail: np.ndarray | None = None
 
     def wheel_at(self, y: float, z: float, roll: float, right: bool = False) -> np.ndarray:
         """The wheel's points in the track frame, with the axle centre at (y, z) [m]."""
-        points = self.wheel*[-1, 1] if right else self.wheel
+        points = self.mirrored(self.wheel, self.right_wheel) if right else self.wheel
         c, s = np.cos(roll), np.sin(roll)
         return points @ np.array([[c, s], [-s, c]]) + [y, z]
 
     def rail_at(self, right: bool = False) -> np.ndarray:
-        return self.rail*[-1, 1] if right else self.rail
+        return self.mirrored(self.rail, self.right_rail) if right else self.rail
+
+    @staticmethod
+    def mirrored(left: np.ndarray, right: np.ndarray | None) -> np.ndarray:
+        return (left if right is None else right)*[-1, 1]
 
 
 def read_profile(path: str | Path) -> np.ndarray:
@@ -398,33 +407,45 @@ def read_profile(path: str | Path) -> np.ndarray:
     return 1e-3*np.array([p for p in points if len(p) == 2])
 
 
-def find_profile(record: Record, which: str) -> Path | None:
+def find_profile(record: Record, which: str, right: bool = False) -> Path | None:
     """The profile file of a run: relative to here, to the column file or to the project."""
     name = record.setting("profiles", f"{which}_profile")
+    if right:
+        name = record.setting("profiles", f"{which}_profile_right") or name
     folders = (Path(), record.file.parent, record.file.parent.parent, Path(__file__).resolve().parents[2])
     return next((folder/str(name) for folder in folders if (folder/str(name)).is_file()), None) if name else None
 
 
 def section(record: Record) -> Section | None:
     """Wheel and rail of a run, placed as the program places them; None if a file is missing."""
-    wheel_file, rail_file = find_profile(record, "wheel"), find_profile(record, "rail")
+    left, right = side_section(record), (None, None)
+    if any(record.setting("profiles", f"{which}_profile_right") for which in ("wheel", "rail")):
+        right = side_section(record, right=True)
+    return Section(*left, *right) if left and right else None
+
+
+def side_section(record: Record, right: bool = False) -> tuple[np.ndarray, np.ndarray] | None:
+    """Wheel and rail of a side, as on the left."""
+    wheel_file, rail_file = (find_profile(record, which, right) for which in ("wheel", "rail"))
     if not (wheel_file and rail_file) or np.isnan(record.axle_height):
         return None
     rail = place_rail(read_profile(rail_file), float(record.setting("track", "gauge")),
                       float(record.setting("track", "gauge_depth")))
     wheel = read_profile(wheel_file) + [float(record.setting("wheelset", "back_to_back"))/2, 0.0]
-    touching = np.flatnonzero(~np.isnan(record.values("y_LT")))
+    tread, side = ("RT", -1) if right else ("LT", 1)
+    touching = np.flatnonzero(~np.isnan(record.values(f"y_{tread}")))
     if not touching.size:
         return None
     # The columns tell where a point of the tread is, seen from the axle centre.
     k = touching[0]
-    dy = record.values("y_LT")[k] - record.values("Y")[k]
-    dz = record.values("z_LT")[k] - record.values("Z")[k] - record.axle_height
-    c, s = np.cos(record.values("roll")[k]), np.sin(record.values("roll")[k])
+    y, z, roll = pose(record, k)
+    dy = side*(record.values(f"y_{tread}")[k] - y)
+    dz = record.values(f"z_{tread}")[k] - z
+    c, s = np.cos(side*roll), np.sin(side*roll)
     along, across = c*dy + s*dz, c*dz - s*dy
     order = np.argsort(wheel[:, 0], kind="stable")
     wheel[:, 1] += across - np.interp(along, wheel[order, 0], wheel[order, 1])
-    return Section(wheel, rail)
+    return wheel, rail
 
 
 def place_rail(points: np.ndarray, gauge: float, depth: float) -> np.ndarray:
@@ -508,7 +529,7 @@ def draw_detail(ax: Axes, record: Record, placed: Section, k: int, right: bool) 
 
 def pose(record: Record, k: int) -> tuple[float, float, float]:
     """Axle centre and roll angle in the track frame at row k [m, m, rad]."""
-    return (record.values("Y")[k], record.axle_height + record.values("Z")[k], record.values("roll")[k])
+    return (record.values("Y")[k], record.axle_height + record.values("Z")[k], record.axle_roll + record.values("roll")[k])
 
 
 def draw_wheelset(ax: Axes, record: Record, placed: Section, k: int) -> None:
@@ -518,7 +539,8 @@ def draw_wheelset(ax: Axes, record: Record, placed: Section, k: int) -> None:
         rail = placed.rail_at(right)
         foot = np.array([[rail[-1, 0], -0.12], [rail[0, 0], -0.12]])
         ax.add_artist(Polygon(np.vstack([rail, foot]), facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.5))
-        profile = Section(np.vstack([placed.wheel, placed.wheel[::-1]*[1, -1]]), placed.rail)
+        wheel = placed.wheel if placed.right_wheel is None or not right else placed.right_wheel
+        profile = Section(np.vstack([wheel, wheel[::-1]*[1, -1]]), placed.rail)
         ax.add_artist(Polygon(profile.wheel_at(y, z, roll, right), facecolor=WHEEL_GREY, edgecolor=BLACK,
                               linewidth=0.6))
     half = placed.wheel[:, 0].min()
@@ -544,7 +566,7 @@ def geometry_page(path: Path) -> Figure:
     y = MM*record.values("Y")
     pair = PAIRS.get(record.name.partition("_")[2], record.name)
     figure = new_page(f"Contact geometry, {pair}", "rigid wheelset standing on both rails",
-                      f"dotted: rigid-axle clearance, 2 × {MM*record.clearance:.2f} mm; conicity: equivalent, by "
+                      f"dotted: rigid-axle clearance, {clearance_words(record)} mm; conicity: equivalent, by "
                       f"harmonic linearisation, for the amplitude |Y|\n{caption(record).splitlines()[-1]}")
     axes = figure.subplots(2, 4, gridspec_kw={
         "left": 0.062, "right": 0.985, "top": 0.885, "bottom": 0.125, "hspace": 0.28, "wspace": 0.4})
@@ -575,9 +597,16 @@ def geometry_page(path: Path) -> Figure:
     one(axes[1, 3], "Z", "height Z [mm]", MM)
     for ax in axes.ravel():
         label_x(ax, "lateral displacement Y [mm]")
-        for side in (-1, 1):
-            ax.axvline(side*MM*record.clearance, color=GREY, linewidth=0.6, linestyle=":")
+        for reach in (-record.clearance_right, record.clearance):
+            ax.axvline(MM*reach, color=GREY, linewidth=0.6, linestyle=":")
     return figure
+
+
+def clearance_words(record: Record) -> str:
+    """'2 × 10.18', or of either side [mm]."""
+    if record.clearance == record.clearance_right:
+        return f"2 × {MM*record.clearance:.2f}"
+    return f"left {MM*record.clearance:.2f}, right {MM*record.clearance_right:.2f}"
 
 
 # Summary ----------------------------------------------------------------------------------

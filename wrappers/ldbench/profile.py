@@ -6,6 +6,7 @@ workshop and track, what was mended; for a pair clearance, contact positions, co
 examples:
   python -m ldbench profile profiles/awprof.yz
   python -m ldbench profile wheel.whl rail.ban --set smoothing_mm=0.02 gauge=1.435 back_to_back=1.36 -o pair.png
+  python -m ldbench profile left.whl rail.ban --set wheel_profile_right=right.whl
 """
 from __future__ import annotations
 
@@ -22,6 +23,7 @@ from . import _flat
 from ._core import Error, check, check_written, complete, descriptions, own, path_bytes, text
 from .case import Case
 from .run import parse_setting
+from .table import located
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -112,40 +114,44 @@ class _Handle:
 @dataclass(frozen=True)
 class Pair:
     """A wheel on a rail, rigid."""
-    clearance: float            # to one side [m]
-    zones: np.ndarray           # (zone, 4): first and last y on the wheel [m], flange 0 or 1, contact angle [rad]
+    clearance: tuple[float, float]      # to the left, to the right [m]
+    zones: dict[str, np.ndarray]        # of 'left', 'right' (zone, 4): first and last y on the wheel [m], flange 0 or 1,
+                                        # contact angle [rad]
     geometry: dict[str, np.ndarray]     # the columns of a geometry file
     amplitude: np.ndarray       # [m]
     conicity: np.ndarray        # for the amplitudes, by EN 15302
     linearised: np.ndarray      # the same by harmonic linearisation
 
     def lines(self) -> list[str]:
-        found = [f"rigid-axle clearance 2 x {MM*self.clearance:.3f} mm"]
+        left, right = (MM*x for x in self.clearance)
+        found = ["rigid-axle clearance " + (f"2 x {left:.3f} mm" if left == right else f"left {left:.3f}, right {right:.3f} mm")]
         for amplitude in (2e-3, 3e-3, 4e-3):
             if amplitude <= self.amplitude[-1]:
                 values = (np.interp(amplitude, self.amplitude, x) for x in (self.conicity, self.linearised))
                 found.append("equivalent conicity at {:.0f} mm {:.3f} (EN 15302), {:.3f} (harmonic linearisation)"
                              .format(MM*amplitude, *values))
-        for first, last, flange, alpha in self.zones:
-            found.append(f"zone of the {'flange' if flange else 'tread'}: y {MM*first:.1f} to {MM*last:.1f} mm, "
-                         f"angle {DEG*alpha:.1f}°")
+        for side, zones in self.zones.items():
+            where = "" if left == right else f"{side} "
+            found += [f"{where}zone of the {'flange' if flange else 'tread'}: y {MM*first:.1f} to {MM*last:.1f} mm, "
+                      f"angle {DEG*alpha:.1f}°" for first, last, flange, alpha in zones if where or side == "left"]
         return found
 
 
 def pair(case: Case) -> Pair:
     """The rigid geometry of a case's profiles."""
-    paths = [path_bytes(case.find(name)) for name in (case.wheel_profile, case.rail_profile)]
-    handle, *error = _flat.prepare_rigid_case(*case.arrays(), *paths)
+    handle, *error = _flat.prepare_rigid_case(*case.arrays(), located(case))
     check(*error, case.label)
     owner = _Handle()
     own(owner, _flat.free_prepared, handle)
-    numbers, zones = _flat.rigid_numbers(handle)
-    reach = max(20, int(1.3e4*numbers[0]))
+    (left, n_left), zones_left = _flat.rigid_numbers(handle, 1)
+    (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
+    zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}
+    reach = max(20, int(1.3e4*max(left, right)))
     rows = _flat.geometry_functions(handle, 1e-4*np.arange(-reach, reach + 1))
     rows = rows[:, np.isfinite(rows[7])]
     names = descriptions()[2].split()
     amplitude = 1e-4*np.arange(2, int(1e4*rows[0, -1]) + 1)
-    return Pair(numbers[0], zones.T[:int(numbers[2])], dict(zip(names, rows, strict=True)), amplitude,
+    return Pair((left, right), zones, dict(zip(names, rows, strict=True)), amplitude,
                 *_flat.conicities(rows[0], rows[7], amplitude))
 
 
@@ -191,7 +197,8 @@ def page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
         positions.set_xlabel("lateral displacement Y [mm]")
         conicity.set_xlabel("amplitude [mm]")
         for ax in positions, conicity:
-            ax.axvline(MM*found.clearance, color=GREY, linewidth=0.6, linestyle=":")
+            for reach in set(found.clearance):
+                ax.axvline(MM*reach, color=GREY, linewidth=0.6, linestyle=":")
         positions.legend(loc="center left", markerscale=3)
         conicity.legend(loc="upper right")
     write_lines(figure, profiles, found)
@@ -210,7 +217,7 @@ def draw_shape(ax: Axes, profile: Profile, found: Pair | None) -> None:
         if here.any():
             ax.plot(MM*np.where(here, c.y, np.nan), MM*c.z, color=colors[name], linewidth=1.4, label=name)
     if found and profile.kind == "wheel":
-        for first, *_ in found.zones[:-1]:
+        for first, *_ in found.zones["left"][:-1]:
             k = np.argmin(np.where((c.part > 1) & (c.part < 5), np.abs(c.y - first), np.inf))
             ax.plot(MM*c.y[k], MM*c.z[k], "|", color="black", markersize=12)
     ax.set_aspect("equal", adjustable="datalim")

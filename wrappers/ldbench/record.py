@@ -40,10 +40,12 @@ class Record:
     title: str = ""
     version: str = ""
     settings: Mapping[str, Mapping[str, Setting]] = field(default_factory=dict)
-    profiles: Mapping[str, str] = field(default_factory=dict)   # 'wheel', 'rail': file and checksum
+    profiles: Mapping[str, str] = field(default_factory=dict)   # 'wheel', 'rail', or 'left wheel' ...: file and checksum
     reconstruction: bool = False          # whether the profiles are ours, not the organisers'
-    clearance: float = np.nan             # rigid-axle flange clearance to one side [m]
-    axle_height: float = np.nan           # at equilibrium, above top of rail [m]
+    clearance: float = np.nan             # rigid-axle flange clearance to the left [m]
+    clearance_right: float = np.nan       # to the right [m]
+    axle_height: float = np.nan           # at equilibrium, above top of rail: Z is measured from it [m]
+    axle_roll: float = 0.0                # then: roll is measured from it [rad]
     events: tuple[Event, ...] = ()        # the first few of each kind
     counts: Mapping[str, int] = field(default_factory=dict)     # of all events, by kind
     peaks: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # per contact: N [N], time [s]
@@ -138,11 +140,15 @@ def parse_header(lines: list[str]) -> dict[str, object]:
             facts["version"] = found[1]
         elif found := re.match(r"case ([^:]*): (.*)", line):
             facts["name"], facts["title"] = found[1], found[2]
-        elif found := re.match(r"(wheel|rail) profile: (.*?)(, RECONSTRUCTION.*)?$", line):
+        elif found := re.match(r"((?:left |right )?(?:wheel|rail)) profile: (.*?)(, RECONSTRUCTION.*)?$", line):
             profiles[found[1]] = found[2]
             facts["reconstruction"] = facts.get("reconstruction", False) or bool(found[3])
         elif found := re.match(r"rigid-axle clearance \[mm\]: 2 x (\S+)", line):
-            facts["clearance"] = 1e-3*float(found[1])
+            facts["clearance"] = facts["clearance_right"] = 1e-3*float(found[1])
+        elif found := re.match(r"rigid-axle clearance \[mm\]: left (\S+), right (\S+)", line):
+            facts["clearance"], facts["clearance_right"] = 1e-3*float(found[1]), 1e-3*float(found[2])
+        elif found := re.match(r"roll at equilibrium \[rad\]: (\S+)", line):
+            facts["axle_roll"] = float(found[1])
         elif found := re.match(r"axle height at equilibrium \[m\]: (\S+)", line):
             facts["axle_height"] = float(found[1])
         elif line.startswith("peak normal forces"):

@@ -101,7 +101,8 @@ def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
     """For each pair of profiles one run of a single interval: it writes the geometry functions."""
     found: dict[tuple, Job] = {}
     for job in cases:
-        pair = tuple(str(job.value("profiles", which)) for which in ("wheel_profile", "rail_profile"))
+        pair = tuple(str(job.value("profiles", which)) for which in ("wheel_profile", "rail_profile", "wheel_profile_right",
+                                                                     "rail_profile_right"))
         name = f"geometry_{job.name.partition('_')[2] or len(found)}"
         if pair in found:
             continue

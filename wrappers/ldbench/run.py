@@ -79,7 +79,8 @@ class Run:
     def summary(self) -> dict[str, float | int | str]:
         """The outcome in numbers, SI units.
 
-        clearance, equilibrium (height of the axle), approach (elastic, at rest), load_per_wheel, frequency_1 to
+        clearance, clearance_right (to either side), equilibrium (height of the axle, held at the centre), equilibrium_roll,
+        rest_Y, rest_Z, rest_roll (where it rests by itself, as the columns have it), approach (elastic, at rest), load_per_wheel, frequency_1 to
         frequency_3 (eigenfrequencies at rest, nan where rigid contacts leave fewer); per contact peak_N_LT ... and its
         time t_peak_LT ..., largest impulse peak_P_LT ... (rigid contacts) and t_peak_P_LT ...; kinetic_energy
         (initial, of lateral, vertical and roll motion), drift (largest |energy error| over all steps), steps, step,
@@ -92,7 +93,9 @@ class Run:
         time = self._results[0][0]
         table = self.table
         return {
-            "clearance": table.clearance, "equilibrium": table.equilibrium,
+            "clearance": table.clearance, "clearance_right": table.clearance_right, "equilibrium": table.equilibrium,
+            "equilibrium_roll": table.equilibrium_roll, "rest_Y": table.rest[0],
+            "rest_Z": table.rest[1] - table.equilibrium, "rest_roll": table.rest[2] - table.equilibrium_roll,
             "approach": table.rigid_height - table.equilibrium, "load_per_wheel": table.weight / 2,
             **{f"frequency_{k}": frequency for k, frequency in enumerate(table.frequencies, 1)},
             **{f"peak_N_{c}": peak for c, peak in zip(CONTACTS, peaks, strict=True)},

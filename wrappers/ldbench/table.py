@@ -33,7 +33,7 @@ CONTACTS = tuple(CONTACT_NAMES)
 # What a case may change and keep its contact table. Profiles are compared by their contents.
 FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
 FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "friction", "shear_modulus",
-              "wheel_profile", "rail_profile", "file", "restitution")
+              "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right", "file", "restitution")
 
 # Held while the core may use a table file: gfortran does not open a file that another thread has open.
 _table_file = threading.Lock()
@@ -61,11 +61,11 @@ class ContactTable:
 
         A process builds one table at a time, whatever its threads.
         """
-        paths = *_profile_paths(case), path_bytes(case.table_path())
+        paths = located(case)
 
         def work(shared: Shared) -> None:
             with _table_file:
-                handle, *error = _flat.prepare_case(*case.arrays(), *paths, *shared)
+                handle, *error = _flat.prepare_case(*case.arrays(), paths, *shared)
             check(*error, case.label)
             self._own(case, handle)
 
@@ -74,8 +74,9 @@ class ContactTable:
     def _own(self, case: Case, handle: int) -> None:
         self.case = case
         self._handle = own(self, _flat.free_prepared, handle)
-        (self._clearance, self._equilibrium, self._rigid_height, self._weight, self._seconds,
-         self._found, *self._frequencies) = _flat.prepared_numbers(handle).tolist()
+        (self._clearance, self._clearance_right, self._equilibrium, self._equilibrium_roll, self._rigid_height, *rest,
+         self._weight, self._seconds, self._found, f1, f2, f3) = _flat.prepared_numbers(handle).tolist()
+        self._rest, self._frequencies = tuple(rest), (f1, f2, f3)
 
     def for_case(self, case: Case) -> ContactTable:
         """The same table for a case that differs in initial conditions, loading, inertia, integrator or output.
@@ -86,7 +87,7 @@ class ContactTable:
             if ours != theirs and variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES:
                 raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
-        handle, *error = _flat.adapt_case(self._handle, *case.arrays(), *_profile_paths(case))
+        handle, *error = _flat.adapt_case(self._handle, *case.arrays(), located(case))
         check(*error, case.label)
         new = object.__new__(ContactTable)
         new._own(case, handle)
@@ -95,13 +96,28 @@ class ContactTable:
 
     @property
     def clearance(self) -> float:
-        """Rigid-axle flange clearance to one side [m]."""
+        """Rigid-axle flange clearance to the left [m]."""
         return self._clearance
 
     @property
+    def clearance_right(self) -> float:
+        """The same to the right; where left and right profiles are the same, the same number [m]."""
+        return self._clearance_right
+
+    @property
     def equilibrium(self) -> float:
-        """Height z of the axle centre of the centred wheelset at rest [m]."""
+        """Height z of the axle centre of the wheelset at rest, held at y = 0 [m]."""
         return self._equilibrium
+
+    @property
+    def equilibrium_roll(self) -> float:
+        """Its roll angle, 0 where left and right are the same: a column file's roll is measured from it [rad]."""
+        return self._equilibrium_roll
+
+    @property
+    def rest(self) -> tuple[float, float, float]:
+        """The pose (y, z, roll) in which the wheelset rests by itself; off the centre where left and right differ."""
+        return self._rest
 
     @property
     def rigid_height(self) -> float:
@@ -117,7 +133,7 @@ class ContactTable:
     def frequencies(self) -> tuple[float, ...]:
         """The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative; nan but for one with rigid
         contacts."""
-        return tuple(self._frequencies)
+        return self._frequencies
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
                   outside: Outside = "raise") -> np.ndarray:
@@ -182,7 +198,7 @@ class ContactTable:
         import pandas as pd
 
         if y is None:
-            reach = int(12e3 * self.clearance)
+            reach = int(12e3 * max(self.clearance, self.clearance_right))
             y = 1e-4 * np.arange(-reach, reach + 1)
         y = np.atleast_1d(np.asarray(y, float)).ravel()
         rows = _flat.geometry_functions(self._handle, y) if y.size else np.empty((13, 0))
@@ -196,12 +212,17 @@ class ContactTable:
         """Write the geometry functions as the executable does for `&output geometry_file`."""
         check(*_flat.write_geometry_file(self._handle, path_bytes(path)), self.case.label)
 
+    def clearance_words(self, times: str) -> str:
+        """'2 x 10.180', or of either side [mm]."""
+        left, right = 1e3*self.clearance, 1e3*self.clearance_right
+        return f"2 {times} {left:.3f}" if left == right else f"left {left:.3f}, right {right:.3f}"
+
     def _repr_html_(self) -> str:
         """What the table says of the rigid and the resting wheelset, for a notebook."""
         case = self.case
         return html_table(f"contact table, {case.model}", [
-            ("profiles", f"{case.wheel_profile}, {case.rail_profile}"),
-            ("rigid-axle clearance", f"2 × {1e3*self.clearance:.3f} mm"),
+            ("profiles", profile_names(case)),
+            ("rigid-axle clearance", self.clearance_words("×") + " mm"),
             ("axle at rest", f"{self.equilibrium:.6f} m above the rails"),
             ("elastic approach at rest", f"{1e3*(self.rigid_height - self.equilibrium):.4f} mm"),
             ("load per wheel", f"{self.weight/2e3:.3f} kN"),
@@ -216,13 +237,22 @@ def _number(wheel: Wheel) -> int:
     return WHEELS.index(wheel)
 
 
-def _profile_paths(case: Case) -> tuple[bytes, bytes]:
-    paths = tuple(path_bytes(case.find(name)) for name in (case.wheel_profile, case.rail_profile))
+def located(case: Case) -> bytes:
+    """Paths of the case's files, as the core takes them: profiles, those of the right side, contact table."""
+    files = case.profile_files()
+    paths = *(path_bytes(files.get(name, "")) for name in
+              ("wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right")), path_bytes(case.table_path())
     for path in paths:
         if len(path) > TEXT_LENGTH:
             raise Error(f"{case.label}, &profiles: expected paths of at most {TEXT_LENGTH} characters, "
                         f"found {os.fsdecode(path)}")
-    return paths
+    return b"".join(path.ljust(TEXT_LENGTH) for path in paths)
+
+
+def profile_names(case: Case) -> str:
+    """Of wheel and rail, and of the right side's where they are named."""
+    right = [f"right {name}" for name in (case.wheel_profile_right, case.rail_profile_right) if name]
+    return ", ".join([case.wheel_profile, case.rail_profile, *right])
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -238,8 +268,8 @@ def main(args: argparse.Namespace) -> int:
     if elastic:
         stiffness = f", vertical stiffness {1e-6*table.tangent(0.0, table.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
     print(f"{case.case_name}: {case.title}",
-          f"profiles: {case.wheel_profile}, {case.rail_profile}",
-          f"rigid-axle clearance [mm]: 2 x {1e3 * table.clearance:.3f}",
+          f"profiles: {profile_names(case)}",
+          f"rigid-axle clearance [mm]: {table.clearance_words('x')}",
           f"equilibrium: axle {table.equilibrium:.6f} m above the rails, "
           f"approach {1e3 * (table.rigid_height - table.equilibrium):.4f} mm, {table.weight / 2e3:.3f} kN per wheel{stiffness}",
           f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else

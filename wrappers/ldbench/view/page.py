@@ -98,8 +98,7 @@ def assumed_settings(records: Sequence[Record], settings: Settings | None) -> tu
 def case_settings(case: Case) -> Settings:
     """Of a Case, as a header has them; profiles by the paths where they were found."""
     groups = {group: dict(values) for group, values in case.namelist().items()}
-    for which in ("wheel_profile", "rail_profile"):
-        groups["profiles"][which] = case.find(str(groups["profiles"][which]))
+    groups["profiles"].update(case.profile_files())
     return groups
 
 
@@ -110,14 +109,21 @@ def run_record(run: Run) -> Record:
     case, summary = run.case, run.summary
     columns = run.columns
     loaded = bool(case.lateral_force or case.lateral_ramp)
-    files = {"wheel": Path(case.find(case.wheel_profile)), "rail": Path(case.find(case.rail_profile))}
+    paths = case.profile_files()
+    files = {}
+    for which in ("wheel", "rail"):
+        left, right = paths[f"{which}_profile"], paths.get(f"{which}_profile_right", "")
+        if right in ("", left):
+            files[which] = Path(left)
+        else:
+            files |= {f"left {which}": Path(left), f"right {which}": Path(right)}
     return Record(
         file=Path(output_path(case)), columns=columns, name=str(case.case_name), title=str(case.title),
         version=version(), settings=case_settings(case),
         profiles={which: f"{file.name}, CRC-32 {checksum(file)}" for which, file in files.items()},
         reconstruction=any(b"reconstruction" in file.read_bytes().lower() for file in files.values()),
-        clearance=summary["clearance"],
-        axle_height=summary["equilibrium"], drift=summary["drift"], steps=summary["steps"], step=summary["step"],
+        clearance=summary["clearance"], clearance_right=summary["clearance_right"],
+        axle_height=summary["equilibrium"], axle_roll=summary["equilibrium_roll"], drift=summary["drift"], steps=summary["steps"], step=summary["step"],
         events=tuple(Event(e.t, e.kind, e.force if loaded else np.nan) for e in run.events),
         peaks={c: (summary[f"peak_N_{c}"], summary[f"t_peak_{c}"]) for c in CONTACTS}, ending=summary["end"])
 

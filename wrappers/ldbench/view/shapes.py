@@ -36,7 +36,8 @@ def shape(record: Record, settings: Settings, axle: float = np.nan) -> tuple[Sha
     missing = [str(settings.get("profiles", {}).get(f"{which}_profile", "?")) for which in files if not files[which]]
     if missing:
         return None, f"no outlines: {' and '.join(missing)} not found"
-    changed = [file.name for which, file in files.items() if not fits(file, record.profiles.get(which, ""))]
+    stated = {which: record.profiles.get(which, record.profiles.get(f"left {which}", "")) for which in files}
+    changed = [file.name for which, file in files.items() if not fits(file, stated[which])]
     try:
         rail = place_rail(read_profile(files["rail"]), float(settings["track"]["gauge"]),
                           float(settings["track"]["gauge_depth"]))
@@ -44,7 +45,10 @@ def shape(record: Record, settings: Settings, axle: float = np.nan) -> tuple[Sha
         wheel, rigid = place_wheel(wheel, rail, float(settings["wheelset"]["rolling_radius"]))
     except (ValueError, IndexError):            # not points of profiles
         return None, f"no outlines: {files['wheel'].name} and {files['rail'].name} cannot be placed"
-    remark = f"{' and '.join(changed)} changed since the run" if changed else ""
+    remarks = [f"{' and '.join(changed)} changed since the run"] if changed else []
+    if any(settings.get("profiles", {}).get(f"{which}_profile_right") for which in files):
+        remarks.append("both sides are drawn with the profiles of the left one")
+    remark = "; ".join(remarks)
     return Shape(wheel, rail, *facing(wheel, rail), rigid if np.isnan(axle) else axle), remark
 
 
