@@ -94,9 +94,12 @@ def test_path_passes_over_hollows():
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.5, 0.0])
-def test_energy_of_a_modern_pair(restitution: float):
-    """With two contacts on one tread at once."""
-    done = run(MODERN.replace(formulation="unilateral", restitution=restitution))
+@pytest.mark.parametrize("changes", [{}, {"vY": 0.5}, {"vY": 0.5, "gauge": 1.4351, "back_to_back": 1.35214}],
+                         ids=["exercise 3", "exercise 2", "the call's gauge"])
+def test_energy_of_a_modern_pair(changes: dict[str, float], restitution: float):
+    """With two contacts on one tread at once, and points of a wheel at jumps of its curvature and at ends of its zones,
+    which come and go within a step."""
+    done = run(MODERN.replace(formulation="unilateral", restitution=restitution, **changes))
     assert done.summary["returned"]
     assert done.summary["drift"] < 1e-9*done.summary["kinetic_energy"]
 
