@@ -13,7 +13,7 @@ module patches
   use curve, only: curve_point
   use geometry, only: pair_type, rolled, scan_type, set_depth
   use halfspace, only: mesh_type, new_system, set_influence, solve_pressure, system_type, unit_influence
-  use kinds, only: dp
+  use kinds, only: dp, pi
   implicit none
   private
   public :: elements_type, patches_type, new_elements, press_patches, keep_patches
@@ -140,6 +140,11 @@ contains
         call fit_box(g, box, fits)
         patches%box(:, g) = box
       end do
+      if (fits) then
+        do g = 1, n
+          call look_beyond(g, patches%box(:, g), fits)
+        end do
+      end if
       if (fits) exit
     end do
     do g = 1, n
@@ -196,6 +201,51 @@ contains
         abs(box(2) - max(mesh(g)%low + margin*length, patches%lap(1, g))) < slack*length .and. &
         abs(mesh(g)%low + length - min(box(3) + margin*length, patches%lap(2, g))) < slack*length
     end subroutine fit_box
+
+    !> A second pressed area of an overlap, beyond the grid: bodies that are displaced by all pressures would
+    !> still interpenetrate there.
+    pure subroutine look_beyond(g, box, fits)
+      integer, intent(in) :: g
+      real(dp), intent(inout) :: box(3)      !! to be pressed
+      logical, intent(inout) :: fits
+      integer, parameter :: looks = 12
+      real(dp), parameter :: negligible = 1e-3_dp    ! of the overlap
+      real(dp) :: s, low, high, total, far
+      integer :: k, step
+
+      low = mesh(g)%low - mesh(g)%ds
+      high = mesh(g)%low + (elements%ns + 1)*mesh(g)%ds
+      if (low < patches%lap(1, g) .and. high > patches%lap(2, g)) return
+      total = 2*sum(p(:, :, g))*mesh(g)%dx*mesh(g)%ds
+      step = max(1, count(pair%s(first:last) > patches%lap(1, g) .and. pair%s(first:last) < patches%lap(2, g))/looks)
+      do k = first, last, step
+        s = pair%s(k)
+        if (s < patches%lap(1, g) .or. s > patches%lap(2, g) .or. s > low .and. s < high) cycle
+        ! No element is farther away.
+        far = sqrt(max(abs(s - low), abs(s - high))**2 + (elements%nx*mesh(g)%dx)**2)
+        if (work%depth(k) <= negligible*patches%deepest(g) + total/(pi*elements%e_star*far)) cycle
+        if (work%depth(k) <= negligible*patches%deepest(g) + displacement(s)) cycle
+        if (s < low) box(2) = min(box(2), (s + patches%lap(1, g))/2)
+        if (s > high) box(3) = max(box(3), (s + patches%lap(2, g))/2)
+        fits = .false.
+      end do
+    end subroutine look_beyond
+
+    !> Of both bodies at x = 0 and s [m], off the grids: every row of elements as a line.
+    pure real(dp) function displacement(s)
+      real(dp), intent(in) :: s
+      real(dp) :: away, to(0:elements%nx)
+      integer :: i, j, g
+
+      displacement = 0
+      do g = 1, n
+        do j = 1, elements%ns
+          away = abs(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds - s)
+          to = asinh([(i*mesh(g)%dx/away, i=0, elements%nx)])
+          displacement = displacement + 2*mesh(g)%ds/(pi*elements%e_star)*sum(p(:, j, g)*(to(1:) - to(:elements%nx - 1)))
+        end do
+      end do
+    end function displacement
 
     !> From the centre of the last pressed element, with p, to the edge, in elements; `inner` is its neighbour's.
     pure real(dp) function to_edge(last_p, inner) result(way)

@@ -29,12 +29,12 @@ module ratios
   end type ratio_type
 
   integer, parameter :: first_points(3) = [21, 21, 7]          ! of u, roll, q
-  integer, parameter :: most_rounds = 6, rounds_of_q = 2
+  integer, parameter :: most_rounds = 6, rounds_of_q = 3
   ! Grids of 6 x 24 elements over half a patch, as exact as their energies have to be.
   integer, parameter :: elements_x = 6, elements_s = 24
   real(dp), parameter :: tolerance(2) = [5e-4_dp, 1e-2_dp]      ! of tread and flange
   ! The tread's lateral stiffness is that of gravity, on which noise of finer cells would tell.
-  real(dp), parameter :: least_tread = 1e-3_dp   ! [m]
+  real(dp), parameter :: least_tread = 0.1e-3_dp   ! [m]
 
 contains
 
@@ -145,7 +145,7 @@ contains
         u = r%u
         a = r%roll
         q = r%q
-        call halve_cells(u, of_u, merge(4*least_u, least_tread, table%zones(z)%flange), most(1), more(1))
+        call halve_cells(u, of_u, merge(2*least_u, least_tread, table%zones(z)%flange), most(1), more(1))
         call halve_cells(a, of_roll, 2*least_roll, most(2), more(2))
         more(3) = .false.
         if (round <= rounds_of_q) call halve_cells(q, of_q, 2*least_q, most(3), more(3))
@@ -240,17 +240,17 @@ contains
     integer :: i, j, m
 
     known = r%there
+    do j = 1, r%roll%n
+      do i = 1, r%u%n
+        call continue_line(r%q%x, r%c(:, i, j), known(:, i, j))
+      end do
+    end do
     do m = 1, r%q%n
       do i = 1, r%u%n
         call continue_line(r%roll%x, r%c(m, i, :), known(m, i, :))
       end do
       do j = 1, r%roll%n
         call continue_line(r%u%x, r%c(m, :, j), known(m, :, j))
-      end do
-    end do
-    do j = 1, r%roll%n
-      do i = 1, r%u%n
-        call continue_line(r%q%x, r%c(:, i, j), known(:, i, j))
       end do
     end do
     where (.not. known) r%c = 1

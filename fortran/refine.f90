@@ -35,7 +35,9 @@ contains
     do j = 1, size(f, 2)
       do i = 2, axis%n - 1
         if (of_value(i, j) <= 0 .and. of_slope(i, j) <= 0) cycle
-        fourth = abs(jump(i, j))*2/(axis%x(i + 1) - axis%x(i - 1))
+        ! "Not a knot": no jump at the outermost interior points.
+        k = min(max(i, 3), axis%n - 2)
+        fourth = abs(jump(k, j))*2/(axis%x(k + 1) - axis%x(k - 1))
         do k = i - 1, i
           d = axis%x(k + 1) - axis%x(k)
           error(k) = max(error(k), fourth*d**3*(of_value(i, j)*d/384 + of_slope(i, j)*(sqrt(3.0_dp)/216)))

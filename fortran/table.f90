@@ -294,13 +294,14 @@ contains
 
   end subroutine refine_axes
 
-  !> Axes that have the points of the ratios', too.
+  !> Axes that have the points of the ratios', too; of q none below the first of the strips, which patches smaller
+  !> than the rounding of the profiles' points would give.
   subroutine unite(ratio, most, values, roll)
     type(ratio_type), intent(in) :: ratio(:)
     integer, intent(in) :: most(3)
     type(samples_type), intent(inout) :: values(:)
     type(axis_type), intent(inout) :: roll
-    type(axis_type) :: old
+    type(axis_type) :: old, q
     integer :: z
 
     old = roll
@@ -308,7 +309,10 @@ contains
       roll = united(roll, ratio(z)%roll, least_roll, most(2))
     end do
     do z = 1, size(ratio)
-      call resize(values(z), united(values(z)%u, ratio(z)%u, least_u, most(1)), values(z)%q, old, roll)
+      associate (v => values(z), r => ratio(z))
+        q = new_axis([0.0_dp, pack(r%q%x, r%q%x > v%q%x(2))])
+        call resize(v, united(v%u, r%u, least_u, most(1)), united(v%q, q, least_q, most(3)), old, roll)
+      end associate
     end do
   end subroutine unite
 
