@@ -47,20 +47,21 @@ contains
   end subroutine judge_cells
 
   !> Halve the cells whose error exceeds 1, the worst first, while they are longer than `least` and there are
-  !> at most `most` points.  A handful of cells of many is left: kinks of the profiles have no end.
+  !> at most `most` points.  A handful of cells of many is left unless one errs grossly: kinks of the
+  !> profiles have no end.
   subroutine halve_cells(axis, error, least, most, finer)
     type(axis_type), intent(inout) :: axis
     real(dp), intent(in) :: error(:)
     real(dp), intent(in) :: least
     integer, intent(in) :: most
     logical, intent(out) :: finer
-    real(dp), parameter :: handful = 0.03_dp
+    real(dp), parameter :: handful = 0.03_dp, gross = 10
     real(dp) :: points(2*axis%n)
     logical :: halve(axis%n - 1)
     integer :: i, n
 
     halve = error > 1 .and. axis%x(2:) - axis%x(:axis%n - 1) >= 2*least
-    finer = count(halve) > handful*axis%n .and. axis%n < most
+    finer = (count(halve) > handful*axis%n .or. any(halve .and. error > gross)) .and. axis%n < most
     if (.not. finer) return
     do while (axis%n + count(halve) > most)
       halve(minloc(error, 1, halve)) = .false.

@@ -218,10 +218,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(contact_table), pointer :: table
       type(extent_type) :: extent
-      real(dp) :: e_star
+      real(dp) :: e_star, own
+      logical :: ok
 
       table => table_of(k)
-      extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%side(k)%clearance)
+      ! Whatever is on the other side, a pair has one table: that of a wheelset which has it on both.
+      call clearance(setup%side([k, k]), own, ok)
+      extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth)
+      if (ok) extent%clearance = own
       e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
       associate (side => setup%side(k))
         call build_table(side%pair, side%zones, trim(c%model), e_star, extent, c%accuracy, &
