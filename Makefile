@@ -7,8 +7,11 @@ ifeq ($(DEBUG),1)
   FFLAGS = -Og -g -fopenmp -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
 else
   BUILD  = build/release
-  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off
+  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
 endif
+# Without libmvec, whose asinh, pow, ... of two numbers at once are not those of one number: which are taken would depend
+# on what was inlined where, and their last digits on the processor. gfortran learns of it by a file that it includes.
+SCALAR := -nostdinc -fintrinsic-modules-path $(shell $(FC) -print-file-name=finclude)
 # -frecursive: no local variable is static, runs may go on in several threads.
 # -ffp-contract=off: the same numbers whatever was inlined where.
 PYTHON  = .venv/bin/python

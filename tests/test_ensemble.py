@@ -378,7 +378,7 @@ def test_command(tmp_path, capsys):
 
 def test_without_xarray_one_line_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ldbench.Error, match=r"needs xarray, which is not installed: pip install ldbench\[ensemble\]"):
+    with pytest.raises(ldbench.Error, match=r"needs xarray, which is not installed: pip install 'ldbench\[ensemble\]'"):
         ldbench.ensemble(short(), {"mass": MASSES})
 
 

@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from . import _flat
-from ._core import Error, Progress, complete, descriptions, digest, side_by_side, usable_cores
+from ._core import Error, Progress, complete, descriptions, digest, needed, side_by_side, usable_cores
 from .case import Case, Value, find_variable, variables
 from .run import Event, Run, _event_kinds, parse_setting, run
 from .table import FREE_GROUPS, FREE_NAMES, ContactTable
@@ -466,17 +466,7 @@ def _units(name: str, array: np.ndarray, of_columns: Mapping[str, str]) -> dict[
 
 
 def _xarray() -> ModuleType:
-    return needed("xarray")
-
-
-def needed(name: str) -> ModuleType:
-    """An optional package, or one line that says what is missing."""
-    from importlib import import_module
-
-    try:
-        return import_module(name)
-    except ImportError:
-        raise Error(f"ensemble: needs {name}, which is not installed: pip install ldbench[ensemble]") from None
+    return needed("xarray", "ensemble")
 
 
 # Store ------------------------------------------------------------------------------------
@@ -489,7 +479,7 @@ class Store:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        needed("zarr")
+        needed("zarr", "ensemble")
         self.path = Path(path)
         self.parts = self.path.with_name(self.path.name + ".parts")
         self.waiting: dict[str, Record] = {}
