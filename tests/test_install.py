@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from ldbench.__main__ import main
 from ldbench._core import needed
-from ldbench import Error, abstract
+from ldbench import Case, Error, abstract
 from ldbench.columns import _read_toml
 
 from conftest import HANG, LDBENCH, REPO
@@ -69,3 +69,14 @@ def test_data_files_of_the_report_are_installed():
     for folder in ("inputs", "profiles", abstract.TEMPLATE.parent.relative_to(REPO)):
         assert f"install_subdir('{folder}', install_dir: data)" in build
     assert PROJECT["license-files"] == ["LICENSE"] and (REPO/"LICENSE").is_file()
+
+
+def test_shipped_inputs_are_found_from_any_folder(tmp_path, monkeypatch):
+    """Unless the folder has one of its own."""
+    monkeypatch.chdir(tmp_path)
+    assert Case.from_namelist("inputs/ex4_sw.nml") == Case.exercise(4, "sw")
+    Path("inputs").mkdir()
+    Path("inputs/ex4_sw.nml").write_text("&initial vY = 0.25 /\n")
+    assert Case.from_namelist("inputs/ex4_sw.nml").vY == 0.25
+    with pytest.raises(Error, match="inputs/ex6_sw.nml"):
+        Case.from_namelist("inputs/ex6_sw.nml")

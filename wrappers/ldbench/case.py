@@ -89,14 +89,16 @@ class Case:
     def from_namelist(cls, source: str | os.PathLike[str] | Mapping[str, Mapping[str, Value]]) -> Case:
         """A case from a namelist file, from namelist text, or from groups such as an f90nml.Namelist.
 
-        A string that begins with & or has several lines is text. Variables that are not mentioned have the
+        A string that begins with & or has several lines is text. A file that is not there may be a shipped one,
+        `inputs/ex1_aw.nml`. Variables that are not mentioned have the
         benchmark's values. Raises Error with the core's message.
         """
         if isinstance(source, Mapping):
             return cls._read("namelist", str(f90nml.Namelist(source)))
         if isinstance(source, str) and (not source.strip() or source.lstrip().startswith("&") or "\n" in source):
             return cls._read("namelist", source)
-        return cls._read(os.fspath(source), None)
+        path, shipped = os.fspath(source), data_folder()/source
+        return cls._read(str(shipped) if shipped.is_file() and not Path(path).exists() else path, None)
 
     @classmethod
     def exercise(cls, number: int, profiles: str = "aw") -> Case:
