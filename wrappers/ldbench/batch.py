@@ -19,7 +19,7 @@ from pathlib import Path
 import f90nml
 
 from . import _flat
-from ._core import Error, check, digest, path_bytes
+from ._core import Error, check, complete, digest, path_bytes
 from .case import Case, data_folder
 from .run import output_path, run
 
@@ -151,7 +151,8 @@ def is_up_to_date(product: Path, sources: Mapping[str, str]) -> bool:
 
 def write_stamp(product: Path, sources: Mapping[str, str]) -> None:
     stamp = {"sources": dict(sources), "product": digest(product.read_bytes())}
-    stamp_of(product).write_text(json.dumps(stamp, indent=1) + "\n")
+    with complete(stamp_of(product)) as scratch:
+        scratch.write_text(json.dumps(stamp, indent=1) + "\n")
 
 
 def run_job(job: Job, executable: Path | None, stop: threading.Event) -> None:

@@ -19,6 +19,7 @@ from .notebook import html_table
 Value = float | int | str
 
 TEXT_LENGTH = 256       # of a text variable in the core
+DEFAULT_FOLDER = "outputs"      # of outputs; the core makes it, and no other, when it is missing
 
 
 class Variable(NamedTuple):
@@ -177,12 +178,14 @@ class Case:
         return {name: self.find(str(getattr(self, name))) for name in names if getattr(self, name)}
 
     def table_path(self) -> str:
-        """Path of the file that keeps the contact table; '' when its folder is nowhere."""
+        """Path of the file that keeps the contact table; '' when its folder is nowhere and not made either."""
         name = self.table_file
         if not name:
             return ""
         found = self.find(name)
-        return found if Path(found).parent.is_dir() else ""
+        folder = Path(found).parent
+        made = folder == Path(DEFAULT_FOLDER) and not folder.exists() and os.access(".", os.W_OK)
+        return found if made or folder.is_dir() else ""
 
     def __getattr__(self, name: str) -> Value:
         if name.startswith("_"):
