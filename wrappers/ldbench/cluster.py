@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ._core import Error, digest, needed
 from .case import Case
-from .ensemble import Member, Record, Wanted, by_table, run_member
+from .members import Member, Record, Wanted, by_table, run_member
 from .table import ContactTable
 
 PIECE = 16                  # members of a task, at most

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from ._core import Progress, complete
 from .case import Case, data_folder
-from .ensemble import ensemble
+from .sweep import ensemble
 from .style import BLACK, BLUE, DASHED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED, SKY, ldbench_style
 from .table import ContactTable
 
