@@ -11,7 +11,9 @@ else
 endif
 # Without libmvec, whose asinh, pow, ... of two numbers at once are not those of one number: which are taken would depend
 # on what was inlined where, and their last digits on the processor. gfortran learns of it by a file that it includes.
-SCALAR := -nostdinc -fintrinsic-modules-path $(shell $(FC) -print-file-name=finclude)
+ifneq ($(findstring gfortran,$(FC)),)
+  SCALAR := -nostdinc -fintrinsic-modules-path $(shell $(FC) -print-file-name=finclude)
+endif
 # -frecursive: no local variable is static, runs may go on in several threads.
 # -ffp-contract=off: the same numbers whatever was inlined where.
 PYTHON  = .venv/bin/python
