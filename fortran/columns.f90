@@ -16,7 +16,7 @@ module columns
   use geometry, only: pair_type, rolled, wheel_station
   use kinds, only: dp, gravity
   use newmark, only: motion_type
-  use system, only: finish_file, scratch_name
+  use system, only: finish_file, make_folder, scratch_name
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use wheelset, only: closed, contact_name, contact_state, external_force, right_tread, &
@@ -150,7 +150,7 @@ contains
   !> Write rows under a header: the line of names, the header's lines and the units
   !> as comments, then fixed-width numbers.  The names come first because that is
   !> where numpy.genfromtxt(names=True) and pandas.read_csv(comment='#') look.
-  !> The file appears under its name only when it is complete.
+  !> The file appears under its name only when it is complete; the default folder is made for it.
   subroutine write_table_file(file, header, names, units, rows, error)
     character(*), intent(in) :: file
     character(*), intent(in) :: header         !! lines ended by newline
@@ -162,6 +162,7 @@ contains
     integer :: unit, stat, i, k, from, to
     character(200) :: iomsg
 
+    call make_folder(file)
     scratch = scratch_name(file)
     open (newunit=unit, file=scratch, action='write', status='replace', iostat=stat, iomsg=iomsg, &
       recl=max(4096, width*size(names) + 1))

@@ -10,7 +10,7 @@ module report
   use profile, only: profile_type
   use rigid, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use simulation, only: run_type, setup_type
-  use system, only: scratch_name
+  use system, only: default_folder, lacks_folder, scratch_name
   use text, only: str, with_zero
   use wheelset, only: contact_name
   implicit none
@@ -26,12 +26,15 @@ contains
     character(*), intent(in) :: file, variable   !! for the message
     character(*), intent(in) :: path
     type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: first         ! that is written
     integer :: unit, stat
     logical :: folder
 
     if (path == '') return
     inquire (file=path//'/.', exist=folder)
-    open (newunit=unit, file=scratch_name(path), status='replace', action='write', iostat=stat)
+    first = path
+    if (lacks_folder(path)) first = default_folder
+    open (newunit=unit, file=scratch_name(first), status='replace', action='write', iostat=stat)
     if (stat == 0) close (unit, status='delete', iostat=stat)
     if (stat /= 0 .or. folder) call fatal_error(error, file//', '//variable// &
       ': expected a path that can be written, found '//path)

@@ -4,7 +4,10 @@ module system
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
-  public :: on_terminal, read_file, finish_file, scratch_name, same_file
+  public :: on_terminal, read_file, finish_file, scratch_name, same_file, lacks_folder, make_folder
+
+  !> Of outputs that are given no name; no other folder is made.
+  character(*), parameter, public :: default_folder = 'outputs'
 
   interface
     integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
@@ -15,6 +18,11 @@ module system
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: from(*), to(*)
     end function c_rename
+    integer(c_int) function c_mkdir(path, mode) bind(c, name='mkdir')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+    end function c_mkdir
     integer(c_int) function c_getpid() bind(c, name='getpid')
       import :: c_int
     end function c_getpid
@@ -110,6 +118,25 @@ contains
   logical function on_terminal()
     on_terminal = c_isatty(2_c_int) == 1
   end function on_terminal
+
+  !> Whether a file is to lie in the default folder and that is not there.
+  logical function lacks_folder(file)
+    character(*), intent(in) :: file
+    logical :: there
+
+    inquire (file=default_folder, exist=there)
+    lacks_folder = .not. there .and. index(file, default_folder//'/') == 1 .and. &
+      index(file, '/', back=.true.) == len(default_folder) + 1
+  end function lacks_folder
+
+  !> Make the default folder, if that is what a file lacks; opening the file tells whether that went well.
+  subroutine make_folder(file)
+    character(*), intent(in) :: file
+    integer(c_int), parameter :: all_may = int(o'777', c_int)   ! less what the process's umask forbids
+    integer(c_int) :: ignored
+
+    if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, all_may)
+  end subroutine make_folder
 
   !> A name beside `file` for writing it before it is complete.
   function scratch_name(file) result(name)

@@ -6,7 +6,7 @@ module table_file
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use potential, only: accuracy_type, bound_heights, contact_table
-  use system, only: finish_file, scratch_name
+  use system, only: finish_file, make_folder, scratch_name
   implicit none
   private
   public :: save_table, load_table
@@ -23,6 +23,7 @@ contains
     character(:), allocatable :: scratch
     integer :: unit, stat, i
 
+    call make_folder(file)
     scratch = scratch_name(file)
     open (newunit=unit, file=scratch, access='stream', form='unformatted', action='write', &
       status='replace', iostat=stat)

@@ -29,6 +29,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from ldbench._core import complete
 
 from conftest import CASES, REPO, Columns, Run, columns, for_all_cases, header, run_shipped
 
@@ -196,11 +197,11 @@ def write(case: str, reference: Reference, folder: Path = FOLDER) -> None:
     units = "#" + "".join(f"{unit:>16}" for unit in reference.units.values())[1:] + "\n"
     facts = "".join(f"# {what} = {value!r} +- {tolerance:.2g}\n"
                     for what, (value, tolerance) in reference.facts.items())
-    with open(folder / f"{case}.txt", "w") as file:
+    with complete(folder / f"{case}.txt") as scratch, open(scratch, "w") as file:
         file.write(f"{names}# {case}: reference rows, see tests/reference.py\n")
         file.write(f"{facts}# ended: {reference.ending}\n{units}")
         np.savetxt(file, np.transpose(list(reference.columns.values())), "%16.8E", delimiter="")
-    with open(folder / f"{case}_tolerance.txt", "w") as file:
+    with complete(folder / f"{case}_tolerance.txt") as scratch, open(scratch, "w") as file:
         file.write(f"{names}# {case}: tolerances of the reference rows; inf: not compared\n{units}")
         np.savetxt(file, np.transpose(list(reference.tolerances.values())), "%.1E")
 

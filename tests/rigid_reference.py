@@ -21,6 +21,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pandas as pd
 from ldbench import Case, Run, formulations, run
+from ldbench._core import complete
 
 from conftest import CASES, PAIRS, REPO
 
@@ -134,8 +135,10 @@ def main() -> int:
                 stored = pd.read_csv(file)
                 found += [line for lines in pool.map(lambda x: compared(stored, *x), work) for line in lines]
         if args.store:
-            pd.concat(pool.map(lambda x: reference(*x), todo)).to_csv(FILE, index=False, float_format="%.10g")
-            pd.concat(pool.map(lambda x: end_reference(*x), ends)).to_csv(ENDS, index=False, float_format="%.12g")
+            for target, work, cases, digits in (FILE, reference, todo, 10), (ENDS, end_reference, ends, 12):
+                rows = pd.concat(pool.map(lambda x, work=work: work(*x), cases))
+                with complete(target) as scratch:
+                    rows.to_csv(scratch, index=False, float_format=f"%.{digits}g")
     print("\n".join(found) or "nothing has moved")
     return int(bool(found) and not args.store)
 

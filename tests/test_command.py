@@ -3,13 +3,14 @@ import os
 import re
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conftest import (FORTRAN_TESTS, HANG, LDBENCH, REPO, columns, contents, header, read_until, run_case, short_case,
-                      wait_for)
+from conftest import (FORTRAN_TESTS, HANG, LDBENCH, REPO, columns, contents, header, namelist, read_until, refusal, run_case,
+                      same_build, short_case, wait_for)
 
 CONTACT_COLUMNS = [f"{quantity}_{contact}" for contact in ("LT", "LF", "RT", "RF")
                    for quantity in ("angle", "N", "Fy", "Fz", "y", "z", "radius")]
@@ -113,6 +114,66 @@ def test_summary(tmp_path):
         assert words in done.stdout
     said = done.stdout[done.stdout.index("events:"):done.stdout.index("processor time")]
     assert said in header(tmp_path / "columns.txt")
+
+
+@pytest.mark.parametrize("names", [
+    {}, {"output": {"file": "outputs/columns.txt", "geometry_file": "outputs/geometry.txt"}},
+    {"output": {"file": "columns.txt"}, "table": {"file": "outputs/pair.table"}}], ids=["default", "named", "table"])
+def test_folder_of_the_default_name_is_made(names, tmp_path):
+    """By the executable and from Python, where something goes there."""
+    case = {"profiles": {"wheel_profile": REPO / "profiles/awprof.yz", "rail_profile": REPO / "profiles/arprof.yz"},
+            "contact": {"model": "strip"}, "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9, **names.get("table", {})},
+            "integrator": {"t_end": 1e-3}, "output": names.get("output", {})}
+    found = []
+    for name, command in (("executable", [LDBENCH]), ("python", [sys.executable, "-m", "ldbench", "run"])):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "case.nml").write_text(namelist(**case))
+        done = subprocess.run([*command, "case.nml"], cwd=folder, capture_output=True, text=True, timeout=HANG)
+        assert (done.returncode, done.stderr) == (0, "")
+        found.append(sorted(str(file.relative_to(folder)) for file in folder.rglob("*")))
+    assert found[0] == found[1] and "outputs" in found[0]
+    wanted = [name for group in names.values() for name in group.values()] or ["outputs/case.txt"]
+    assert set(found[0]) == {"case.nml", "outputs", *wanted}
+
+
+@pytest.mark.parametrize("output", [
+    {"file": "results/columns.txt"}, {"file": "outputs/new/columns.txt"}, {"file": "./results/outputs/columns.txt"},
+    {"file": "outputs/columns.txt", "geometry_file": "missing/geometry.txt"}])
+def test_no_other_folder_is_made(output, tmp_path):
+    """Nor is that one, when the case is refused."""
+    file = next(name for name in reversed(output.values()))
+    assert f"expected a path that can be written, found {file}" in refusal(short_case(tmp_path, output=output), tmp_path)
+    done = subprocess.run([sys.executable, "-m", "ldbench", "run", "case.nml"], cwd=tmp_path, capture_output=True, text=True,
+                          timeout=HANG)
+    assert done.returncode == 1 and f"expected a path that can be written, found {file}\n" in done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"case.nml", "columns.txt"}
+
+
+def test_a_file_in_the_place_of_the_folder_is_told(tmp_path):
+    (tmp_path / "outputs").write_text("mine")
+    assert "found outputs/columns.txt" in refusal(short_case(tmp_path, output={"file": "outputs/columns.txt"}), tmp_path)
+
+
+@same_build
+def test_runs_at_once_in_one_folder_leave_what_one_would(tmp_path):
+    """Two of the executable, two from Python, with one contact table, in whatever order: each writes whole files of its own
+    and renames them. What another process has written so far stays."""
+    text = short_case(tmp_path, contact={"model": "halfspace"}, table={"file": "outputs/pair.table"},
+                      output={"file": "outputs/columns.txt", "geometry_file": "outputs/geometry.txt"})
+    commands = [[LDBENCH, "case.nml"], [sys.executable, "-m", "ldbench", "run", "case.nml"]]
+    found = []
+    for name, together in (("alone", commands[:1]), ("together", 2*commands)):
+        folder = tmp_path / name
+        (folder / "outputs").mkdir(parents=True)
+        (folder / "case.nml").write_text(text)
+        (folder / "outputs/pair.table.part1").write_text("of process 1")
+        runs = [subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for command in together]
+        for run in runs:
+            assert run.communicate(timeout=HANG)[1] == b"" and run.returncode == 0
+        found.append({file.name: file.read_bytes() for file in (folder / "outputs").iterdir()})
+    assert found[0] == found[1]
+    assert found[0].keys() == {"pair.table", "pair.table.part1", "columns.txt", "geometry.txt"}
 
 
 def test_a_full_disk_is_told_and_leaves_the_earlier_result(tmp_path):

@@ -1,6 +1,7 @@
 """Ensembles: the members are runs, whatever the threads, the store or the cluster."""
 from __future__ import annotations
 
+import ast
 import os
 import re
 import shutil
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import numpy as np
@@ -21,10 +23,11 @@ import ldbench  # noqa: E402
 from ldbench.__main__ import main  # noqa: E402
 from ldbench.cluster import pieces_of, table_source  # noqa: E402
 from ldbench.ensemble import draws, parse_values  # noqa: E402
+from ldbench import members, store as stores, threads  # noqa: E402
+from ldbench.store import Store, replace_folder  # noqa: E402
 from conftest import HANG  # noqa: E402
 from local_cluster import Cluster  # noqa: E402
 
-module = sys.modules["ldbench.ensemble"]
 COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 MASSES = [1300.0, 1500.0, 1700.0]
 
@@ -51,8 +54,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
             return work(*arguments)
         return counted_work
 
-    monkeypatch.setattr(module, "run", counting("runs", module.run))
-    monkeypatch.setattr(module, "ContactTable", counting("tables", module.ContactTable))
+    monkeypatch.setattr(members, "run", counting("runs", members.run))
+    monkeypatch.setattr(threads, "ContactTable", counting("tables", threads.ContactTable))
     return counts
 
 
@@ -199,7 +202,7 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
     finally:
         process.kill()
     assert (out.splitlines()[-1], process.returncode, err) == ("stopped []", 0, "")
-    assert len(module.Store(tmp_path/"sweep.zarr").read()) == 1
+    assert len(Store(tmp_path/"sweep.zarr").read()) == 1
 
 
 # ---- store ---------------------------------------------------------------------------
@@ -236,7 +239,7 @@ def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch
     assert wheel.read_text() != original and new_runs(case) == 2
     wheel.write_text(original)
     assert new_runs(case) == 0
-    monkeypatch.setattr(module, "core_digest", lambda: "another build")
+    monkeypatch.setattr(members, "core_digest", lambda: "another build")
     assert new_runs(case) == 2
 
 
@@ -256,9 +259,9 @@ def test_parts_come_while_it_runs(tmp_path, table, monkeypatch):
     written = []
 
     def look(stage: str, share: float) -> None:
-        written.append(len(module.Store(tmp_path/"sweep.zarr").read()))
+        written.append(len(Store(tmp_path/"sweep.zarr").read()))
 
-    monkeypatch.setattr(module, "FLUSH", 0.0)
+    monkeypatch.setattr(stores, "FLUSH", 0.0)
     ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table], progress=look)
     assert written == [1, 2, 3]
 
@@ -273,15 +276,48 @@ def test_what_is_told_is_kept(last, tmp_path, table, counted, monkeypatch):
         if share == last/3:
             raise Enough
 
-    monkeypatch.setattr(module, "FLUSH", float("inf"))
+    monkeypatch.setattr(stores, "FLUSH", float("inf"))
     with pytest.raises(Enough):
         ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table],
                          progress=stop)
     assert not (tmp_path/"sweep.zarr").exists()
-    assert len(module.Store(tmp_path/"sweep.zarr").read()) == last
+    assert len(Store(tmp_path/"sweep.zarr").read()) == last
     before = counted["runs"]
     ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table])
     assert counted["runs"] == before + 3 - last
+
+
+@pytest.mark.parametrize("others", [0, 1, 3])
+def test_a_folder_takes_the_place_of_whatever_is_there(others, tmp_path, monkeypatch):
+    """However often another process puts one of its own there just before."""
+    def rename(path: Path, target: Path) -> Path:
+        nonlocal others
+        if path.name == "new" and others:
+            others -= 1
+            (tmp_path/"target").mkdir(exist_ok=True)
+            (tmp_path/"target/other").touch()
+        return rename_truly(path, target)
+
+    rename_truly = Path.rename
+    monkeypatch.setattr(Path, "rename", rename)
+    (tmp_path/"new").mkdir()
+    (tmp_path/"new/mine").touch()
+    replace_folder(tmp_path/"new", tmp_path/"target")
+    assert others == 0 and {str(file.relative_to(tmp_path)) for file in tmp_path.rglob("*")} == {"target", "target/mine"}
+
+
+def test_two_processes_with_one_store_leave_what_one_would(tmp_path, table):
+    """Whichever is first; what one has done the other one need not do."""
+    over = {"mass": MASSES}
+    expected = ldbench.ensemble(short(t_end=1e-3), over, tables=[table])
+    script = ("import ldbench; case = ldbench.Case.from_namelist('case.nml'); "
+              f"ldbench.ensemble(case, {over}, store='sweep.zarr')")
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    both = [subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, stderr=subprocess.PIPE) for _ in "ab"]
+    assert [(process.communicate(timeout=HANG)[1], process.returncode) for process in both] == [(b"", 0)]*2
+    with xr.open_zarr(tmp_path/"sweep.zarr") as stored:
+        assert stored.load().identical(expected)
+    assert {file.name for file in tmp_path.iterdir()} == {"case.nml", "sweep.zarr", "sweep.zarr.parts"}
 
 
 def test_a_store_is_not_written_over_something_else(tmp_path):
@@ -332,7 +368,7 @@ def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
 def test_workers_get_the_table_of_the_file(tmp_path):
     """Or build it, where the file holds another one, a damaged one or none."""
     case = short(table_file=tmp_path/"kept.table")
-    member, = module._members([case], module.Wanted(), case)
+    member, = members.members_of([case], members.Wanted(), case)
 
     def place(folder: str) -> tuple[bool, bytes]:
         (tmp_path/folder).mkdir()
@@ -378,7 +414,7 @@ def test_command(tmp_path, capsys):
 
 def test_without_xarray_one_line_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ldbench.Error, match=r"needs xarray, which is not installed: pip install ldbench\[ensemble\]"):
+    with pytest.raises(ldbench.Error, match=r"needs xarray, which is not installed: pip install 'ldbench\[ensemble\]'"):
         ldbench.ensemble(short(), {"mass": MASSES})
 
 
@@ -386,3 +422,12 @@ def test_the_package_needs_none_of_it():
     code = "import sys, ldbench; print(sorted({'xarray', 'zarr', 'dask', 'distributed'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG)
     assert (done.stdout, done.stderr) == ("[]\n", "")
+
+
+def test_imports_go_one_way():
+    """Those inside functions too."""
+    folder = Path(ldbench.__file__).parent
+    parts = "members", "dataset", "store", "threads", "cluster", "sweep", "derailment", "ensemble"
+    uses = {name: {node.module for node in ast.walk(ast.parse((folder/f"{name}.py").read_text()))
+                   if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module in parts} for name in parts}
+    assert list(TopologicalSorter(uses).static_order())[-1] == "ensemble"

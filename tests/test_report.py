@@ -6,6 +6,7 @@ import os
 import shutil
 import stat
 import sys
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from ldbench.record import Event, read_record, summary_row
 from ldbench.report import geometry_jobs, make_report
 from pypdf import PdfReader
 
-from conftest import CASES, LDBENCH, REPO, namelist
+from conftest import CASES, LDBENCH, REPO, namelist, same_build
 
 SMALL = {"n_lateral": 60, "n_roll": 9, "n_depth": 9}
 
@@ -242,14 +243,87 @@ def test_failed_run_is_named_with_its_reason(tmp_path: Path):
     assert run_stale([good], executable, 1) == []
 
 
-def test_missing_executable_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_executable_is_the_one_named_or_that_of_the_folder_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delenv("LDBENCH", raising=False)
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(Error, match="make"):
+    assert find_executable(tmp_path) is None
+    assert find_executable(recorder(tmp_path).parent) == tmp_path/"ldbench"
+    monkeypatch.setenv("LDBENCH", str(tmp_path/"nowhere"))
+    with pytest.raises(Error, match="nowhere: expected the executable, found none; `make` builds it"):
         find_executable(tmp_path)
+
+
+def test_folder_without_namelists_is_an_error(tmp_path: Path):
     with pytest.raises(Error, match="namelists"):
-        monkeypatch.setenv("LDBENCH", str(LDBENCH))
         make_report(tmp_path, tmp_path, tmp_path/"outputs", 1)
+
+
+# Without the executable --------------------------------------------------------------------
+
+def flanging(root: Path, model: str, **output: str) -> Job:
+    """Exercise 2 to the left flange, with a coarse table and profiles that are not in `root`, in names of `root`."""
+    root.mkdir()
+    text = namelist(case={"name": model}, initial={"vY": 0.5, "roll_rate": 0.01667},
+                    profiles={"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
+                    contact={"model": model}, table={"file": "aw.table", **SMALL},
+                    integrator={"scheme": "energy", "dt": 1e-5, "t_end": 0.03}, output={"file": "columns.txt", **output})
+    return Job(model, text, root/"columns.txt", root)
+
+
+@same_build
+@pytest.mark.parametrize("model", ["halfspace", "strip", "hertz"])
+def test_runs_in_this_process_write_the_bytes_of_the_executable(model: str, tmp_path: Path):
+    """Columns, geometry functions and contact table; the shipped profiles serve where the folder has none."""
+    here, there = (flanging(tmp_path/name, model, geometry_file="geometry.txt") for name in ("here", "there"))
+    shutil.copytree(REPO/"profiles", there.root/"profiles")
+    assert run_stale([here], None, 1) == [here] and run_stale([there], LDBENCH, 1) == [there]
+    for name in ("columns.txt", "geometry.txt", "aw.table"):
+        assert (here.root/name).read_bytes() == (there.root/name).read_bytes()
+    assert sorted(file.name for file in here.root.iterdir()) == ["aw.table", "columns.txt", "columns.txt.stamp", "geometry.txt"]
+    assert run_stale([here], None, 1) == []
+
+
+def test_profiles_of_the_folder_come_before_those_of_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """As for the executable, whose working directory is the folder."""
+    job = flanging(tmp_path/"root", "strip")
+    shutil.copytree(REPO/"profiles", job.root/"profiles")
+    wheel = job.root/"profiles/awprof.yz"
+    wheel.write_text(wheel.read_text() + "# mine\n")
+    monkeypatch.chdir(REPO)
+    run_stale([job], None, 1)
+    own = f"{zlib.crc32(wheel.read_bytes()):08X}"
+    assert own in job.product.read_text()
+
+
+@same_build
+@pytest.mark.parametrize(("old", "new"), [
+    ("vY = 0.5", "vY = 'fast'"), ("'columns.txt'", "'missing/columns.txt'"), ("t_end = 0.03", "t_end = -1"),
+    ("profiles/awprof.yz", "profiles/none.yz")])
+def test_refusal_in_this_process_is_that_of_the_executable(old: str, new: str, tmp_path: Path):
+    words = []
+    for name, executable in (("here", None), ("there", LDBENCH)):
+        job = flanging(tmp_path/name, "strip")
+        shutil.copytree(REPO/"profiles", job.root/"profiles")
+        job.product.write_text("earlier")
+        with pytest.raises(Error) as error:
+            run_stale([replace(job, text=job.text.replace(old, new))], executable, 1)
+        words.append(str(error.value).replace(f"{job.root}/", ""))
+        assert job.product.read_text() == "earlier" and not stamp_of(job.product).exists()
+    assert words[0] == words[1] and "\n" not in words[0]
+
+
+def test_interrupt_ends_the_runs_of_this_process(tmp_path: Path):
+    """They would take hours; the columns are not written."""
+    jobs = [flanging(tmp_path/name, "strip") for name in ("first", "second")]
+    quick = jobs[0]
+    endless = replace(jobs[1], text=jobs[1].text.replace("t_end = 0.03", "t_end = 1e5\n  stop_at = 't_end'")
+                      .replace("&output\n", "&output\n  interval = 0.1\n"))
+
+    def interrupt(job: Job) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_jobs([endless, quick], None, 2, interrupt)
+    assert not endless.product.exists() and quick.product.exists()
 
 
 # The shipped inputs ------------------------------------------------------------------------

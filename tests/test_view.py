@@ -627,4 +627,4 @@ def test_a_film_without_ffmpeg_says_what_to_install(tmp_path: Path, capsys: pyte
                                                     monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     assert main(["view", "none.txt", "--film", str(tmp_path/"film.mp4")]) == 1
-    assert "needs imageio-ffmpeg: pip install 'ldbench[view]'" in capsys.readouterr().err
+    assert "needs imageio-ffmpeg, which is not installed: pip install 'ldbench[view]'" in capsys.readouterr().err

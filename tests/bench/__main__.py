@@ -34,7 +34,8 @@ def write_pdf(path: Path, sections: dict[str, Section]) -> None:
 
 
 def main() -> int:
-    args = arguments("make bench", __doc__, SECTIONS, "one exercise, few settings, no valgrind")
+    args = arguments("make bench", __doc__, SECTIONS, "one exercise, few settings, no valgrind",
+                     {"scipy": "scipy", "scikit-sundae": "sksundae"})
     sections = run_sections(args, lambda section: (m.line() for m in section.measures if m.headline))
     write_csv(args.out/"bench.csv", HEAD, (
         [name, m.case, m.subject, m.quantity, m.unit, *(f"{x:.6g}" for x in (m.median, *m.quartiles)), len(m.values),

@@ -27,7 +27,8 @@ def lines(section: Section) -> Iterator[str]:
 
 
 def main() -> int:
-    args = arguments("make validate", __doc__, SECTIONS, "fewer cases and poses, for the test suite")
+    args = arguments("make validate", __doc__, SECTIONS, "fewer cases and poses, for the test suite",
+                     {"scipy": "scipy"})
     sections = run_sections(args, lines)
     write_csv(args.out/"validation.csv", HEAD, (
         [name, c.quantity, repr(float(c.value)), repr(float(c.reference)), c.source, f"{c.deviation:.3e}",

@@ -5,20 +5,25 @@ import argparse
 import csv
 import importlib
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ldbench._core import complete
+from ldbench._core import Error, complete, needed
 
 
-def arguments(program: str, about: str, sections: Sequence[str], short: str) -> argparse.Namespace:
-    """`short` says what the short form leaves out. The folder is there afterwards."""
+def arguments(program: str, about: str, sections: Sequence[str], short: str, modules: Mapping[str, str]) -> argparse.Namespace:
+    """`short` says what the short form leaves out; modules that it takes by packages. The folder is there afterwards."""
     parser = argparse.ArgumentParser(prog=program, description=about.split("\n")[0])
     parser.add_argument("--short", action="store_true", help=short)
     parser.add_argument("--only", nargs="+", choices=sections, default=sections, help="these sections only")
     parser.add_argument("--out", type=Path, default=Path("outputs"), help="folder of the two files (outputs)")
     args = parser.parse_args()
+    try:
+        for package, module in modules.items():
+            needed(module, "validate", package)
+    except Error as error:
+        parser.exit(1, f"ldbench: error: {error}\n")
     args.out.mkdir(exist_ok=True)
     return args
 

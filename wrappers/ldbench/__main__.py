@@ -5,7 +5,7 @@ import argparse
 import sys
 from importlib import import_module
 
-from ._core import Error
+from ._core import Error, version
 
 # Each command is a module here with add_arguments(parser) and main(args), which returns the exit status.
 COMMANDS = {
@@ -30,6 +30,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="ldbench-py", description="A railway wheelset without friction between its flanges.",
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--version", action="version", version=f"ldbench {version()}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, purpose in COMMANDS.items():
         command = commands.add_parser(name, help=purpose, formatter_class=argparse.RawDescriptionHelpFormatter)

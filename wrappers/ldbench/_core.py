@@ -8,7 +8,9 @@ import threading
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TypeVar
 
 import numpy as np
@@ -52,6 +54,19 @@ def own(owner: object, free: Callable[[int], object], handle: int) -> int:
     """Free what a handle stands for when its owner goes; at the end of the process all goes anyway."""
     weakref.finalize(owner, free, handle).atexit = False
     return handle
+
+
+def needed(module: str, extra: str, package: str = "") -> ModuleType:
+    """A module of an optional package; an Error that says how to get it where it is not installed.
+
+    extra: ours that has the package; package: its name, where that is not the module's.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != module:        # it is there and lacks something itself
+            raise
+        raise Error(f"needs {package or module}, which is not installed: pip install 'ldbench[{extra}]'") from None
 
 
 def path_bytes(path: str | os.PathLike[str]) -> bytes:

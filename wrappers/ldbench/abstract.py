@@ -10,11 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from . import formulations, plots
-from ._core import Error, complete
+from ._core import complete, needed
 from .record import PAIRS, Record, summary_row
 from .style import ldbench_style
 
-TEMPLATE = Path(__file__).resolve().parent.parent/"abstract"/"abstract.typ"
+# In the installed package among the other data, in the repository beside the package.
+PACKAGE = Path(__file__).resolve().parent
+TEMPLATE = (PACKAGE/"data" if (PACKAGE/"data").is_dir() else PACKAGE.parent)/"abstract"/"abstract.typ"
 
 FIGURES = {
     "motion": plots.motion_figure,
@@ -47,10 +49,7 @@ SCALES = {"F_derailment": 1e-3, "Y_max": 1e3, "Z_max": 1e3, "N_max_LT": 1e-3, "N
 
 def make_abstract(records: Sequence[Record], target: Path, outcomes: Sequence[formulations.Outcome] = ()) -> None:
     """Typeset the abstract of the ten runs; outcomes: those of the formulations, if the abstract shall tell."""
-    if not TEMPLATE.is_file():
-        raise Error(f"{TEMPLATE}: expected the text of the abstract, found none; it is in the repository only")
-    import typst
-
+    typst = needed("typst", "report")
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         shutil.copytree(TEMPLATE.parent, folder, dirs_exist_ok=True)

@@ -1,4 +1,6 @@
-"""Run cases with the executable: in parallel, and only those that are not up to date.
+"""Run cases in parallel, and only those that are not up to date.
+
+The executable runs them, or this process where there is none: the column files have the same bytes.
 
 Beside each product lies a stamp, PRODUCT.stamp, with the hashes of everything the
 product depends on and of the product itself.
@@ -7,8 +9,8 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -16,14 +18,17 @@ from pathlib import Path
 
 import f90nml
 
-from ._core import Error, digest
+from . import _flat
+from ._core import Error, check, complete, digest, path_bytes
+from .case import Case, data_folder
+from .run import output_path, run
 
 PROJECT = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
 class Job:
-    """One run of the executable in the folder `root`."""
+    """One run, whose relative names are in the folder `root`."""
     name: str
     text: str                     # of the namelist
     product: Path                 # the file that it is run for
@@ -48,13 +53,29 @@ class Job:
         stages = 6 if self.value("integrator", "order", 2) == 4 else 1
         return stages*float(self.value("integrator", "t_end", 1.0))/float(self.value("integrator", "dt", 2e-6))
 
-    def sources(self, executable: Path) -> dict[str, str]:
+    def sources(self, executable: Path | None) -> dict[str, str]:
         """Hashes of what the product depends on."""
-        profiles = [self.root/str(self.value("profiles", which, default)) for which, default in
+        profiles = [profile_in(self.root, str(self.value("profiles", which, default))) for which, default in
                     (("wheel_profile", "profiles/awprof.yz"), ("rail_profile", "profiles/arprof.yz"))]
-        profiles += [self.root/str(name) for which in ("wheel_profile_right", "rail_profile_right")
+        profiles += [profile_in(self.root, str(name)) for which in ("wheel_profile_right", "rail_profile_right")
                      if (name := self.value("profiles", which))]
-        return {"namelist": digest(self.text.encode())} | hashes([executable, *profiles], self.root)
+        return {"namelist": digest(self.text.encode())} | hashes([executable or Path(_flat.__file__), *profiles], self.root)
+
+
+class RootedCase(Case):
+    """A case whose relative names are in its folder, as for the executable that runs there; but for shipped profiles."""
+
+    def find(self, name: str) -> str:
+        return str(profile_in(self.folder, name))
+
+    def table_path(self) -> str:
+        return str(self.folder/self.table_file) if self.table_file else ""
+
+
+def profile_in(root: Path, name: str) -> Path:
+    """The profile of that name in `root`, or the shipped one."""
+    there, shipped = root/name, data_folder()/name
+    return shipped if shipped.is_file() and not there.exists() else there
 
 
 def with_values(text: str, values: Mapping[str, Mapping[str, object]]) -> str:
@@ -88,13 +109,18 @@ def project_root() -> Path:
     return PROJECT if (PROJECT/"inputs").is_dir() else Path.cwd()
 
 
-def find_executable(root: Path) -> Path:
-    """$LDBENCH, ROOT/ldbench or one on the search path."""
+def shipped_inputs(root: Path) -> Path:
+    """The folder of the ten namelists: that of `root`, or the installed one."""
+    return root/"inputs" if (root/"inputs").is_dir() else data_folder()/"inputs"
+
+
+def find_executable(root: Path) -> Path | None:
+    """$LDBENCH or ROOT/ldbench; None where this process runs the cases."""
     named = os.environ.get("LDBENCH")
-    for candidate in (named, root/"ldbench", shutil.which("ldbench")):
-        if candidate and Path(candidate).is_file():
-            return Path(candidate).resolve()
-    raise Error(f"{named or root/'ldbench'}: expected the executable, found none; `make` builds it")
+    executable = Path(named or root/"ldbench")
+    if named and not executable.is_file():
+        raise Error(f"$LDBENCH = {named}: expected the executable, found none; `make` builds it")
+    return executable.resolve() if executable.is_file() else None
 
 
 def find_namelists(inputs: Path) -> list[Path]:
@@ -125,41 +151,76 @@ def is_up_to_date(product: Path, sources: Mapping[str, str]) -> bool:
 
 def write_stamp(product: Path, sources: Mapping[str, str]) -> None:
     stamp = {"sources": dict(sources), "product": digest(product.read_bytes())}
-    stamp_of(product).write_text(json.dumps(stamp, indent=1) + "\n")
+    with complete(stamp_of(product)) as scratch:
+        scratch.write_text(json.dumps(stamp, indent=1) + "\n")
 
 
-def run_job(job: Job, executable: Path) -> None:
-    """Run one job; an Error with the core's text if it fails."""
+def run_job(job: Job, executable: Path | None, stop: threading.Event) -> None:
+    """Run one job; an Error with the core's text if it fails. `stop` ends one in this process early."""
     sources = job.sources(executable)
+    try:
+        if executable:
+            run_there(job, executable)
+        else:
+            run_here(job, stop)
+    finally:
+        if job.litter:
+            job.litter.unlink(missing_ok=True)
+    write_stamp(job.product, sources)
+
+
+def run_there(job: Job, executable: Path) -> None:
     try:
         done = subprocess.run([executable], input=job.text, cwd=job.root, capture_output=True, text=True,
                               errors="replace")
     except OSError as error:
         raise Error(f"{executable}: cannot be run: {error.strerror}") from None
-    if job.litter:
-        job.litter.unlink(missing_ok=True)
     if done.returncode:
         words = done.stderr.strip().splitlines()[-1:] or [f"exit status {done.returncode}"]
         raise Error(f"{job.name}: " + words[0].removeprefix("ldbench: error: standard input").lstrip(":, "))
-    write_stamp(job.product, sources)
 
 
-def run_jobs(jobs: Sequence[Job], executable: Path, workers: int,
+def run_here(job: Job, stop: threading.Event) -> None:
+    """What the executable would do in the job's folder."""
+    def tell(stage: str, share: float) -> None:
+        if stop.is_set():
+            raise Error("stopped")
+
+    try:
+        read = Case.from_namelist(job.text + "\n")         # text, not the name of a file
+        case = RootedCase(read.values, "namelist", job.root)
+        columns = job.root/output_path(case)
+        geometry = job.root/case.geometry_file if case.geometry_file else ""
+        for variable, path in (("&output file", columns), ("&output geometry_file", geometry),
+                               ("&table file", case.table_path())):
+            check(*_flat.check_writable(path_bytes("namelist"), path_bytes(variable), path_bytes(path)))
+        done = run(case, tell)
+        done.write(columns)
+        if geometry:
+            done.table.write_geometry(geometry)
+    except Error as error:
+        raise Error(f"{job.name}: " + str(error).removeprefix("namelist").lstrip(":, ")) from None
+
+
+def run_jobs(jobs: Sequence[Job], executable: Path | None, workers: int,
              done: Callable[[Job], object] = lambda job: None) -> None:
     """Run jobs side by side, the longest first; `done` is called after each.  When one fails, those
     that run are waited for, the others are not begun."""
+    stop = threading.Event()
     with ThreadPoolExecutor(workers) as pool:
-        tasks = {pool.submit(run_job, job, executable): job for job in sorted(jobs, key=lambda job: -job.cost)}
+        tasks = {pool.submit(run_job, job, executable, stop): job for job in sorted(jobs, key=lambda job: -job.cost)}
         try:
             for task in as_completed(tasks):
                 task.result()
                 done(tasks[task])
-        except BaseException:
+        except BaseException as error:
+            if not isinstance(error, Error):        # Ctrl-C, which reaches an executable by itself
+                stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 
-def run_stale(jobs: Sequence[Job], executable: Path, workers: int, force: bool = False,
+def run_stale(jobs: Sequence[Job], executable: Path | None, workers: int, force: bool = False,
               done: Callable[[Job, bool], object] = lambda job, ran: None) -> list[Job]:
     """Run the jobs that are not up to date; these are returned.  `done(job, ran)` is called for all.
 

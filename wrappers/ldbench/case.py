@@ -19,6 +19,7 @@ from .notebook import html_table
 Value = float | int | str
 
 TEXT_LENGTH = 256       # of a text variable in the core
+DEFAULT_FOLDER = "outputs"      # of outputs; the core makes it, and no other, when it is missing
 
 
 class Variable(NamedTuple):
@@ -89,14 +90,16 @@ class Case:
     def from_namelist(cls, source: str | os.PathLike[str] | Mapping[str, Mapping[str, Value]]) -> Case:
         """A case from a namelist file, from namelist text, or from groups such as an f90nml.Namelist.
 
-        A string that begins with & or has several lines is text. Variables that are not mentioned have the
+        A string that begins with & or has several lines is text. A file that is not there may be a shipped one,
+        `inputs/ex1_aw.nml`. Variables that are not mentioned have the
         benchmark's values. Raises Error with the core's message.
         """
         if isinstance(source, Mapping):
             return cls._read("namelist", str(f90nml.Namelist(source)))
         if isinstance(source, str) and (not source.strip() or source.lstrip().startswith("&") or "\n" in source):
             return cls._read("namelist", source)
-        return cls._read(os.fspath(source), None)
+        path, shipped = os.fspath(source), data_folder()/source
+        return cls._read(str(shipped) if shipped.is_file() and not Path(path).exists() else path, None)
 
     @classmethod
     def exercise(cls, number: int, profiles: str = "aw") -> Case:
@@ -175,12 +178,14 @@ class Case:
         return {name: self.find(str(getattr(self, name))) for name in names if getattr(self, name)}
 
     def table_path(self) -> str:
-        """Path of the file that keeps the contact table; '' when its folder is nowhere."""
+        """Path of the file that keeps the contact table; '' when its folder is nowhere and not made either."""
         name = self.table_file
         if not name:
             return ""
         found = self.find(name)
-        return found if Path(found).parent.is_dir() else ""
+        folder = Path(found).parent
+        made = folder == Path(DEFAULT_FOLDER) and not folder.exists() and os.access(".", os.W_OK)
+        return found if made or folder.is_dir() else ""
 
     def __getattr__(self, name: str) -> Value:
         if name.startswith("_"):

@@ -12,9 +12,9 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ._core import Error, digest
+from ._core import Error, digest, needed
 from .case import Case
-from .ensemble import Member, Record, Wanted, by_table, needed, run_member
+from .members import Member, Record, Wanted, by_table, run_member
 from .table import ContactTable
 
 PIECE = 16                  # members of a task, at most
@@ -106,14 +106,14 @@ def pieces_of(members: Sequence[Member], workers: int) -> Generator[Sequence[Mem
 
 def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) -> Generator[tuple[Member, Record]]:
     """Members and their records as they come."""
-    distributed = needed("distributed")
+    distributed = needed("distributed", "ensemble", "dask[distributed]")
     try:
         client = distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise Error(f"{scheduler}: expected a Dask scheduler, found none: {error}") from None
     # A table is larger than what Dask finds unusual to send.
     large = {"distributed.admin.large-graph-warning-threshold": "1GB"}
-    with client, needed("dask").config.set(large):
+    with client, needed("dask", "ensemble").config.set(large):
         workers = max(1, len(client.nthreads()))
         pieces = {}
         for group in by_table(members).values():

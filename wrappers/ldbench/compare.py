@@ -33,7 +33,7 @@ from tqdm import tqdm
 
 from . import formulations
 from ._core import Error, check_written, side_by_side, usable_cores
-from .batch import Job, find_executable, find_namelists, inside, project_root, run_stale, with_values
+from .batch import Job, find_executable, find_namelists, inside, project_root, run_stale, shipped_inputs, with_values
 from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages
 from .record import CONTACT_NAMES, CONTACTS, Record, read_record, write_frame
 from .style import SERIES, ldbench_style
@@ -453,10 +453,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     if args.formulations:
         root = project_root()
-        made = formulations.make_comparison(root, root/"inputs", args.outputs or root/"outputs", args.jobs)
+        made = formulations.make_comparison(root, shipped_inputs(root), args.outputs or root/"outputs", args.jobs)
     elif args.study:
         root = project_root()
-        made = make_study(root, root/"inputs", args.outputs or root/"outputs", args.jobs)
+        made = make_study(root, shipped_inputs(root), args.outputs or root/"outputs", args.jobs)
     else:
         records = [read_record(file, args.columns if k else None) for k, file in enumerate(args.files)]
         made = make_comparison(distinct(records), args.output, args.align)

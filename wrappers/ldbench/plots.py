@@ -22,6 +22,7 @@ from matplotlib.transforms import ScaledTranslation
 from pypdf import PdfReader, PdfWriter
 
 from ._core import Error, check_written, complete, usable_cores
+from .case import data_folder
 from .columns import read_columns
 from .profile import inspect
 from .record import CONTACT_NAMES, CONTACTS, PAIRS, Record, Setting, header_lines, parse_header, read_record, summary_row
@@ -404,11 +405,11 @@ def read_profile(path: str | Path, kind: str, settings: Mapping[str, Setting]) -
 
 
 def find_profile(record: Record, which: str, right: bool = False) -> Path | None:
-    """The profile file of a run: relative to here, to the column file or to the project."""
+    """The profile file of a run: relative to here, to the column file, or a shipped one."""
     name = record.setting("profiles", f"{which}_profile")
     if right:
         name = record.setting("profiles", f"{which}_profile_right") or name
-    folders = (Path(), record.file.parent, record.file.parent.parent, Path(__file__).resolve().parents[2])
+    folders = (Path(), record.file.parent, record.file.parent.parent, data_folder())
     return next((folder/str(name) for folder in folders if (folder/str(name)).is_file()), None) if name else None
 
 

@@ -1,7 +1,7 @@
 """Make the submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results.
 
 What is up to date is left alone: a case is run again when its namelist, its profiles
-or the executable have changed.
+or the program have changed.
 
 examples:
   python -m ldbench report
@@ -18,9 +18,9 @@ import pandas as pd
 from tqdm import tqdm
 
 from . import abstract, columns, formulations, plots, record, style
-from ._core import side_by_side, usable_cores
+from ._core import needed, side_by_side, usable_cores
 from .batch import (Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, project_root,
-                    run_stale, with_values, write_stamp)
+                    run_stale, shipped_inputs, with_values, write_stamp)
 from .record import Record, read_record, summary_row, write_frame
 from .view import page, results
 
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     root = project_root()
-    made = make_report(root, args.inputs or root/"inputs", args.outputs or root/"outputs", args.jobs, args.force)
+    made = make_report(root, args.inputs or shipped_inputs(root), args.outputs or root/"outputs", args.jobs, args.force)
     for file in made:
         print(f"{inside(file, Path.cwd())}  {file.stat().st_size/1e6:.2f} MB")
     return 0
@@ -44,6 +44,7 @@ def main(args: argparse.Namespace) -> int:
 
 def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Path]:
     """Make what is not up to date; the files of the submission."""
+    needed("typst", "report")        # before the work, not after it
     executable = find_executable(root)
     namelists = find_namelists(inputs)
     outputs.mkdir(parents=True, exist_ok=True)
@@ -58,8 +59,8 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
 
         # The geometry jobs build the contact tables, one each, before the cases share them.
         stale = [job for job in cases if force or not is_up_to_date(job.product, job.sources(executable))]
-        needed = {job.table for job in stale if job.table and not job.table.is_file()}
-        rebuild = [job for job in shapes if job.table in needed]
+        lacking = {job.table for job in stale if job.table and not job.table.is_file()}
+        rebuild = [job for job in shapes if job.table in lacking]
         run_stale(rebuild, executable, jobs, True, tell)
         run_stale([job for job in shapes if job not in rebuild], executable, jobs, force, tell)
         run_stale(cases, executable, jobs, force, tell)

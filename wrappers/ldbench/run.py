@@ -19,7 +19,7 @@ import numpy as np
 
 from . import _flat
 from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, text, watched
-from .case import Case, Value, find_variable, variables
+from .case import DEFAULT_FOLDER, Case, Value, find_variable, variables
 from .notebook import html_table
 from .table import CONTACT_NAMES, CONTACTS, ContactTable
 
@@ -169,7 +169,7 @@ def run(case: Case, progress: Progress | bool | None = None, table: ContactTable
 
 def output_path(case: Case) -> str:
     """Where the case's columns go."""
-    return case.output_file or f"outputs/{case.case_name}.txt"
+    return case.output_file or f"{DEFAULT_FOLDER}/{case.case_name}.txt"
 
 
 def parse_setting(setting: str) -> tuple[str, Value]:

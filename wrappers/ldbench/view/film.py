@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from tqdm import tqdm
 
-from .._core import Error, complete
+from .._core import Error, complete, needed
 from ..record import CONTACT_NAMES, CONTACTS, Record
 from ..style import BLACK, CONTACT_LINES, GREY, SERIES, Line, ldbench_style
 from .labels import label
@@ -35,10 +36,7 @@ def check_film(target: Path) -> None:
     if target.suffix.lower() not in RATES:
         raise Error(f"{target}: expected a film .mp4 or .gif, found {target.suffix or 'no ending'}")
     if target.suffix.lower() == ".mp4":
-        try:
-            import imageio_ffmpeg  # noqa: F401
-        except ModuleNotFoundError:
-            raise Error(f"{target}: a film .mp4 needs imageio-ffmpeg: pip install 'ldbench[view]'") from None
+        encoder()
 
 
 def make_film(records: Sequence[Record], target: Path, start: float | None = None, end: float | None = None,
@@ -65,13 +63,16 @@ def make_film(records: Sequence[Record], target: Path, start: float | None = Non
     return count
 
 
+def encoder() -> ModuleType:
+    """What makes H.264 of frames."""
+    return needed("imageio_ffmpeg", "view", "imageio-ffmpeg")
+
+
 @contextmanager
 def mp4_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
     """Frames to H.264 that every player takes."""
-    import imageio_ffmpeg
-
     size = tuple(int(DPI*x) for x in INCHES)
-    writer = imageio_ffmpeg.write_frames(str(path), size, fps=rate, codec="libx264", pix_fmt_out="yuv420p", quality=7,
+    writer = encoder().write_frames(str(path), size, fps=rate, codec="libx264", pix_fmt_out="yuv420p", quality=7,
                                          macro_block_size=2, output_params=["-f", "mp4", "-threads", "1"])
     writer.send(None)
     try:

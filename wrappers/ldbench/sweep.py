@@ -1,0 +1,94 @@
+"""One case many times: `ensemble`."""
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from typing import TYPE_CHECKING, Literal
+
+from ._core import Error, Progress, needed, usable_cores
+from .case import Case, Value
+from .cluster import run_on_cluster
+from .dataset import to_dataset
+from .members import Record, Wanted, check_wanted, members_of, plan
+from .store import Store
+from .table import ContactTable
+from .threads import run_in_threads
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | None = None, n: int | None = None, *,
+             seed: int = 0, draw: Literal["random", "even"] = "random", columns: Sequence[str] = (),
+             rows: int | None = None, tables: Iterable[ContactTable] = (), threads: int | None = None,
+             scheduler: str | None = None, store: str | os.PathLike[str] | None = None,
+             progress: Progress | bool | None = None) -> xr.Dataset:
+    """Run a case with other values of the variables in `over`, named as in `Case.replace`; an xarray Dataset.
+
+    Without n: every combination of the listed values, a dimension per variable. With n: n draws from a range
+    (low, high) per variable, dimension `member`; 'random', or 'even' (low discrepancy: covers the ranges more
+    evenly). The first n of a larger number of draws are the same. Or give a list of cases, dimension `member`.
+
+    Data variables are the numbers of `run.summary` but processor times, `event_time` and `event_force` (lateral
+    force then) over kind and occurrence, and the column file's `columns` over `row`, with `time`: shorter runs
+    end in NaN, and of more than `rows` rows as many are kept, evenly spaced. `error` tells why a member failed;
+    its numbers are NaN. The result does not depend on the number of threads.
+
+    Members that differ only in what a contact table does not depend on share one; `tables` are some that threads
+    find at hand. The case's table file serves the members that keep its table.
+
+    threads: all cores by default. scheduler: address of a Dask scheduler, whose workers then do it all.
+    store: the Dataset goes to this Zarr directory when it is complete. Members that are done are kept beside it, in
+    STORE.parts; when the ensemble is run again, only what is missing or has changed is computed. A progress
+    function is called as `progress("ensemble", share)`. Ctrl-C stops the runs.
+    """
+    needed("xarray", "ensemble")
+    if threads is not None and threads < 1:
+        raise Error(f"ensemble: expected at least one thread, found {threads}")
+    over = dict(over or {})
+    wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
+    check_wanted(wanted, over)
+    cases, dims, coordinates = plan(case, over, n, seed, draw)
+    members = members_of(cases, wanted, case if isinstance(case, Case) else None)
+    records: dict[int, Record] = {m.number: {"error": m.error} for m in members if m.error}
+    kept = Store(store) if store else None
+    found = kept.read() if kept else {}
+    records |= {m.number: found[m.key] for m in members if m.key in found}
+    missing = [m for m in members if m.number not in records]
+    if scheduler and missing:
+        results = run_on_cluster(missing, scheduler, wanted)
+    else:
+        results = run_in_threads(missing, tables, threads or usable_cores(), wanted)
+    try:
+        with closing(results), _counted(len(records), len(members), progress) as tell:
+            for member, record in results:
+                records[member.number] = record
+                if kept:
+                    kept.add(member.key, record)
+                tell()              # what is told is kept, whatever comes then
+    finally:
+        if kept:
+            kept.flush()
+    dataset = to_dataset([records[k] for k in range(len(members))], dims, coordinates)
+    if kept:
+        kept.finish(dataset, {m.key: records[m.number] for m in members if m.key})
+    return dataset
+
+
+@contextmanager
+def _counted(done: int, total: int, progress: Progress | bool | None) -> Iterator[Callable[[], None]]:
+    """To call for every member that is done: their number goes on a bar or to a function."""
+    from tqdm import tqdm
+
+    numbers = itertools.count(done + 1)
+    with tqdm(desc="ensemble", total=total, initial=done, unit="run", delay=1, leave=False,
+              disable=None if progress is True else True) as bar:
+        def tell() -> None:
+            number = next(numbers)
+            bar.update()
+            if callable(progress):
+                progress("ensemble", number/total)
+
+        yield tell
