@@ -7,7 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from ldbench import plots
-from ldbench.record import CONTACTS, Event, Record, read_record, summary_row
+from ldbench.columns import read_columns
+from ldbench.outlines import section
+from ldbench.record import CONTACT_NAMES, CONTACTS, Event, Record, read_record, summary_row
 from ldbench.style import CONTACT_LINES, ldbench_style
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
@@ -97,7 +99,7 @@ def test_contacts_keep_their_colours():
         for ax in plots.time_page(run, page).axes:
             for line in ax.get_lines():
                 for c in CONTACTS:
-                    if line.get_label() == plots.CONTACT_NAMES[c]:
+                    if line.get_label() == CONTACT_NAMES[c]:
                         seen.setdefault(c, set()).add((line.get_color(), line.is_dashed()))
     assert {c: len(found) for c, found in seen.items()} == dict.fromkeys(CONTACTS, 1)
     assert len({next(iter(found))[0] for found in seen.values()}) == 4
@@ -196,7 +198,7 @@ def test_header_is_understood(thrown: tuple[Record, Path]):
 
 
 def test_rail_is_placed_by_the_gauge(thrown: tuple[Record, Path]):
-    rail = plots.section(thrown[0]).rail
+    rail = section(thrown[0]).rail
     assert rail[:, 1].max() == 0
     side = rail[(rail[:, 0] < 0.73) & (rail[:, 1] > -0.02) & (rail[:, 1] < -0.01)]
     order = np.argsort(side[:, 1])
@@ -206,7 +208,7 @@ def test_rail_is_placed_by_the_gauge(thrown: tuple[Record, Path]):
 def test_wheel_stands_on_the_rail(thrown: tuple[Record, Path]):
     """At rest the sections overlap by the Hertzian approach, 0.1005 mm, at the rolling radius, on both sides."""
     run, _ = thrown
-    placed = plots.section(run)
+    placed = section(run)
     for right in (False, True):
         wheel, rail = placed.wheel_at(0, run.axle_height, 0, right), placed.rail_at(right)
         y = np.sign(rail[0, 0])*np.linspace(0.735, 0.775, 4001)
@@ -226,7 +228,7 @@ def height_at(points: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def test_roll_lifts_the_left_wheel(thrown: tuple[Record, Path]):
-    placed = plots.section(thrown[0])
+    placed = section(thrown[0])
     still, rolled = placed.wheel_at(0, 0.457, 0), placed.wheel_at(0.002, 0.457, 0.01)
     assert np.all(rolled[:, 1] > still[:, 1])
     assert np.all(placed.wheel_at(0, 0.457, 0.01, right=True)[:, 1] < placed.wheel_at(0, 0.457, 0, right=True)[:, 1])
@@ -266,7 +268,7 @@ def test_missing_profile_leaves_the_picture_out(thrown: tuple[Record, Path]):
 
 
 def test_geometry_page_draws_the_file(thrown: tuple[Record, Path]):
-    table = plots.read_columns(thrown[1])
+    table = read_columns(thrown[1])
     figure = plots.geometry_page(thrown[1])
     angle, radius, delta, conicity, *_ = figure.axes
     for ax, column, factor in ((angle, "angle_L", 180/np.pi), (radius, "radius_L", 1e3), (delta, "delta_r", 1e3),

@@ -391,7 +391,7 @@ def test_profile_command_of_two_sides(tmp_path: Path, capsys: pytest.CaptureFixt
 
 def test_pictures_of_two_sides(tmp_path: Path):
     """Each wheel is drawn with its own profile, above its rail; the page says that it does not."""
-    from ldbench.plots import section
+    from ldbench.outlines import section
     from ldbench.view import view
 
     done = run(two_sided(t_end=1e-3, output_file=str(tmp_path / "columns.txt")))

@@ -12,8 +12,8 @@ from pathlib import Path
 import ldbench
 import numpy as np
 import pytest
-from ldbench import plots
 from ldbench.__main__ import main
+from ldbench.outlines import section
 from ldbench.record import read_record
 from ldbench.view import film, results
 from ldbench.view.pack import BINS, FINE_LEVELS, LEVELS, decimals, keep_rows, pack, value_of
@@ -101,7 +101,7 @@ def test_outlines_lie_where_the_contacts_are(shipped: dict[str, Run]):
     for case in ("ex1_aw", "ex1_sw"):
         record = read_record(shipped[case].file)
         found, remark = shape(record, record.settings, record.axle_height)
-        placed = plots.section(record)
+        placed = section(record)
         assert remark == ""
         np.testing.assert_allclose(found.wheel, placed.wheel, atol=2e-7)
         np.testing.assert_allclose(found.rail, placed.rail, atol=1e-12)

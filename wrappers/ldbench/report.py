@@ -17,7 +17,7 @@ from pathlib import Path
 import pandas as pd
 from tqdm import tqdm
 
-from . import abstract, columns, formulations, plots, record, style
+from . import abstract, columns, formulations, outlines, plots, record, style
 from ._core import side_by_side, usable_cores
 from .batch import (Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, project_root,
                     run_stale, with_values, write_stamp)
@@ -83,7 +83,8 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
 
         found = formulations.kept_outcomes(root, inputs, outputs, jobs, force)
         kept = outputs/"formulations.json"
-        code = [Path(module.__file__) for module in (columns, formulations, plots, record, style)]
+        code = [Path(module.__file__) for module in (columns, formulations, outlines, record, style)]
+        code += sorted(Path(plots.__file__).parent.glob("*.py"))
         make(products[0], [*files, *geometry, kept, *code], len(files) + len(geometry),
              lambda: plots.make_plots(files, products[0], geometry, jobs, bar.update,
                                       lambda target: formulations.make_part(found, inputs, target)))

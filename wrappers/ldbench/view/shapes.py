@@ -31,7 +31,7 @@ class Shape:
 def shape(record: Record, settings: Settings, axle: float = np.nan) -> tuple[Shape | None, str]:
     """The outlines that `settings` name, looked for as `record` would; or None, and why.  A remark otherwise, if the
     files are not those of the run."""
-    from ..plots import find_profile, place_rail, read_profile
+    from ..outlines import find_profile, place_rail, read_profile
 
     files = {which: find_profile(with_settings(record, settings), which) for which in ("wheel", "rail")}
     missing = [str(settings.get("profiles", {}).get(f"{which}_profile", "?")) for which in files if not files[which]]
