@@ -12,6 +12,7 @@ from ldbench.outlines import section
 from ldbench.record import CONTACT_NAMES, CONTACTS, Event, Record, read_record, summary_row
 from ldbench.style import CONTACT_LINES, ldbench_style
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
@@ -278,6 +279,28 @@ def test_geometry_page_draws_the_file(thrown: tuple[Record, Path]):
     np.testing.assert_allclose(angle.get_lines()[1].get_ydata(), 180/np.pi*table["angle_R"])
     clearance = {round(line.get_xdata()[0], 3) for line in angle.get_lines()[2:]}
     assert clearance == {-10.18, 10.18}
+
+
+def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[Record, Path]):
+    """Of every kind of page, as it is drawn: no label of an axis lies on a tick label or on a title."""
+    run, geometry = thrown
+    figures = [*(figure for _, figure in plots.case_figures(run)), plots.geometry_page(geometry),
+               plots.time_page(invented(rows=30_000, dt=1e-3, name="ex5_aw"), plots.PAGES[0])]
+    for figure in figures:
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        figure.draw(renderer)
+        shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
+        titles = [title.get_window_extent(renderer) for ax in shown for title in (ax.title, ax._left_title)
+                  if title.get_text()]
+        for ax in shown:
+            for axis in ax.xaxis, ax.yaxis:
+                if not axis.label.get_text():
+                    continue
+                label = axis.label.get_window_extent(renderer)
+                ticks = [tick.get_window_extent(renderer) for tick in axis.get_ticklabels() if tick.get_text()]
+                assert ticks or axis is ax.yaxis
+                for other in (*ticks, *titles):
+                    assert not label.overlaps(other), (figure.texts[0].get_text(), axis.label.get_text())
 
 
 # Summary and document ----------------------------------------------------------------------

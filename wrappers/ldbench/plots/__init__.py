@@ -5,7 +5,7 @@ the left flange.  A long run of many rattling impacts (exercise 5) is drawn as t
 smallest and largest value, and its last second beside it.  Every page is drawn by one function that returns a figure;
 each kind of page has its module, `style` its colours and lines.
 """
-from .document import Part, bind, make_plots, save_pages
+from .document import Part, bind, case_figures, make_plots, save_pages
 from .figures import by_pair, derailment_figure, impact_figure, motion_figure
 from .frame import DEG, KN, MM, label_x, label_y, new_page
 from .geometry import geometry_page
@@ -18,6 +18,6 @@ from .times import time_page
 
 __all__ = [
     "DEG", "IMPULSES", "KN", "MM", "PAGES", "SUMMARY_LINES", "SUMMARY_NOTE", "Curve", "Page", "Panel", "Part", "band",
-    "bind", "by_pair", "derailment_figure", "first_episode", "geometry_page", "impact_figure", "instants", "label_x",
-    "label_y", "make_plots", "motion_figure", "new_page", "phase_page", "save_pages", "section_page", "summary_page",
-    "time_page", "windows"]
+    "bind", "by_pair", "case_figures", "derailment_figure", "first_episode", "geometry_page", "impact_figure", "instants",
+    "label_x", "label_y", "make_plots", "motion_figure", "new_page", "phase_page", "save_pages", "section_page",
+    "summary_page", "time_page", "windows"]

@@ -38,7 +38,7 @@ def section_page(record: Record) -> Figure | None:
                       "seen in the direction of travel, left is left; arrows: force of the rail on the wheel, "
                       f"the longest of a picture is 40 mm\n{caption(record)}")
     axes = figure.subplots(3, 3, squeeze=False, gridspec_kw={
-        "left": 0.045, "right": 0.985, "top": 0.885, "bottom": 0.125, "hspace": 0.32, "wspace": 0.12,
+        "left": 0.045, "right": 0.985, "top": 0.885, "bottom": 0.125, "hspace": 0.38, "wspace": 0.12,
         "width_ratios": [1, 1.05, 1]})
     for ax in axes[len(chosen):].ravel():
         ax.set_visible(False)
@@ -79,7 +79,7 @@ def draw_detail(ax: Axes, record: Record, placed: Section, k: int, right: bool) 
     ax.set(xlim=(middle + 92, middle - 92), ylim=(-44, 62))
     ax.set_aspect("equal")
     ax.tick_params(labelsize=6)
-    label_x(ax, "y [mm]", below=16)
+    label_x(ax, "y [mm]")
 
 
 def draw_wheelset(ax: Axes, record: Record, placed: Section, k: int) -> None:
@@ -104,4 +104,4 @@ def draw_wheelset(ax: Axes, record: Record, placed: Section, k: int) -> None:
     ax.text(0.5, 0.97, f"Y {MM*y:.2f} mm, Z {MM*(z - record.axle_height):.2f} mm, Φ {1e3*roll:.2f} mrad",
             transform=ax.transAxes, ha="center", va="top", fontsize=6.5,
             bbox={"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.5})
-    label_x(ax, "y [m]", below=15)
+    label_x(ax, "y [m]")
