@@ -9,6 +9,7 @@ import pytest
 from ldbench import plots
 from ldbench.columns import read_columns
 from ldbench.outlines import section
+from ldbench.plots.ticks import simplify_ticks
 from ldbench.record import CONTACT_NAMES, CONTACTS, Event, Record, read_record, summary_row
 from ldbench.style import CONTACT_LINES, ldbench_style
 from matplotlib.axes import Axes
@@ -133,6 +134,65 @@ def test_band_holds_every_extreme():
         else:
             assert (low[k], high[k]) == (part.min(), part.max())
             assert mean[k] == pytest.approx(part.mean(), abs=1e-12)
+
+
+def test_thinned_curve_keeps_what_its_columns_show():
+    """First, last, smallest and largest value of every column of equal width, whatever the rows' distances; gaps stay."""
+    rng = np.random.default_rng(1)
+    t, x = np.cumsum(rng.exponential(size=50_000)), rng.normal(size=50_000).round(1)
+    x[700:900] = np.nan
+    x[2_000:3_000:2] = np.nan
+    x[40_000:45_000] = 0.25
+    thin_t, thin_x = plots.thin(t, x, 500)
+    assert len(thin_t) < 4*500 + 2*1_000 + 10 and np.all(np.diff(thin_t) > 0)
+    np.testing.assert_array_equal(thin_x, x[np.searchsorted(t, thin_t)])
+    edges = np.linspace(t[0], t[-1], 501)
+    rows, kept = (np.clip(np.searchsorted(edges, s, "right") - 1, 0, 499) for s in (t, thin_t))
+    for k in range(500):
+        a, b = x[rows == k], thin_x[kept == k]
+        np.testing.assert_array_equal([a[0], a[-1], np.fmin.reduce(a), np.fmax.reduce(a)],
+                                      [b[0], b[-1], np.fmin.reduce(b), np.fmax.reduce(b)])
+    # No gap is bridged and none is opened.
+    ends = np.flatnonzero(np.diff(np.isnan(x)))
+    assert np.isin(t[ends], thin_t).all() and np.isin(t[ends + 1], thin_t).all()
+    assert plots.thin(t[:2_000], x[:2_000], 500)[0] is not None and len(plots.thin(t[:2_000], x[:2_000], 500)[0]) == 2_000
+
+
+def test_thinned_curve_is_the_same_picture():
+    """Drawn at 100 dots to the inch with every row and thinned: but for the shade of a dot in a thousand at the edges of
+    the noise."""
+    rng = np.random.default_rng(2)
+    t = np.linspace(0, 1, 40_000)
+    x = np.sin(9*t) + 0.05*rng.normal(size=len(t))
+    x[20_000] = 3.0
+    pictures = []
+    for curve in (t, x), plots.thin(t, x):
+        figure = Figure(figsize=(10, 2), dpi=100)
+        figure.add_axes((0, 0, 1, 1)).plot(*curve, color="black", linewidth=0.9)
+        pictures.append(pixels(figure))
+    assert len(plots.thin(t, x)[0]) < 9_000
+    assert (np.abs(pictures[0] - pictures[1]) > 64).mean() < 1e-3
+
+
+def pixels(figure: Figure) -> np.ndarray:
+    """What a figure looks like, (height, width), 0 black to 255."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].astype(int).mean(2)
+
+
+def test_simple_ticks_are_the_same_picture(thrown: tuple[Record, Path]):
+    """Of every kind of page: ticks, grid, numbers and labels stay where they are."""
+    run, geometry = thrown
+    small = invented()
+    small.columns["E_drift"] *= 1e-9        # its axis has a power of ten
+    figures = [*(figure for _, figure in plots.case_figures(run)), plots.geometry_page(geometry),
+               plots.time_page(small, plots.PAGES[-1]), plots.phase_page(invented(rows=30_000, dt=1e-3, name="ex5_aw"))]
+    for figure in figures:
+        before = pixels(figure)
+        simplify_ticks(figure)
+        assert sum(not axis.get_visible() for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)) >= 6
+        assert np.abs(pixels(figure) - before).max() <= 16, figure.texts[0].get_text()
 
 
 def test_long_run_is_a_band_and_its_last_second():

@@ -98,6 +98,11 @@ class Record:
         closed = np.flatnonzero(self.values(f"N_{contact}") > 0)
         return float(self.time[closed[0]]) if closed.size else None
 
+    def passages(self) -> list[float]:
+        """Times [s] of the passages of the centre after the left flange's first contact, of those that are listed."""
+        contact = self.first_contact("LF")
+        return [e.time for e in self.events if e.kind == "centre passage" and contact and e.time > contact]
+
 
 def read_record(path: str | Path, columns: str | Path | None = None) -> Record:
     """Read a column file; `columns` is the map of another code's names, see read_columns.  A file
@@ -194,7 +199,7 @@ def energy_reference(record: Record) -> float:
 def summary_row(record: Record) -> dict[str, float | int | str | None]:
     """The run in one row, SI units; None for what did not happen."""
     contact = record.first_contact("LF")
-    passages = [e.time for e in record.events if e.kind == "centre passage" and contact and e.time > contact]
+    passages = record.passages()
     derailment = record.first("derailment")
     returned = "return" in record.ending
     reference = energy_reference(record)

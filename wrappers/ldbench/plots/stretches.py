@@ -9,6 +9,7 @@ from ..record import Record
 
 ENVELOPE_ROWS = 20_000     # longer runs are drawn as bands
 BINS = 700                 # of a band
+COLUMNS = 2000             # of a curve: 250 to the inch where it goes from edge to edge
 
 
 @dataclass(frozen=True)
@@ -74,3 +75,21 @@ def band(t: np.ndarray, x: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, ..
     low, high = np.fmin.reduceat(x, edges), np.fmax.reduceat(x, edges)
     ends = np.append(edges[1:], len(t)) - 1
     return (t[edges] + t[ends])/2, low, high, mean
+
+
+def thin(t: np.ndarray, x: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarray, np.ndarray]:
+    """A curve as it is drawn in so many columns of equal width: of each the first, last, smallest and largest value, in
+    their order, and the ends of gaps.  Nothing is cut off; a curve of few rows stays as it is."""
+    if len(t) <= 4*columns:
+        return t, x
+    column = np.minimum(((t - t[0])*(columns/(t[-1] - t[0]))).astype(int), columns - 1)
+    starts = np.flatnonzero(np.diff(column, prepend=-1))
+    group = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(t)))
+    keep = np.zeros(len(t), bool)
+    keep[starts] = keep[starts[1:] - 1] = keep[-1] = True
+    for extreme in np.fmin, np.fmax:
+        there = np.flatnonzero(x == extreme.reduceat(x, starts)[group])
+        keep[there[np.diff(group[there], prepend=-1) > 0]] = True       # the first of equals
+    gaps = np.flatnonzero(np.diff(np.isnan(x)))
+    keep[gaps] = keep[gaps + 1] = True
+    return t[keep], x[keep]

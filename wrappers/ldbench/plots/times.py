@@ -5,11 +5,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..record import Record, summary_row
+from ..record import Record
 from ..style import GREY
 from .frame import caption, label_x, label_y, new_page
 from .quantities import Page, Panel
-from .stretches import Window, band, windows
+from .stretches import Window, band, thin, windows
 
 
 def time_page(record: Record, page: Page) -> Figure:
@@ -50,7 +50,7 @@ def draw_panel(ax: Axes, record: Record, panel: Panel, window: Window, legend: b
             ax.plot(centre, x, label=curve.label, **style)
         else:
             marker = {"marker": ".", "markersize": 2.5} if len(t) < 60 else {}
-            ax.plot(t, x, label=curve.label, **style, **marker)
+            ax.plot(*thin(t, x), label=curve.label, **style, **marker)
     if legend and len(panel.curves) > 1:
         ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1, columnspacing=1.2)
     if all(np.isnan(x).all() for _, x in drawn):
@@ -78,9 +78,7 @@ def key_events(record: Record) -> list[tuple[float, str]]:
         t = record.first_contact(contact)
         if t is not None:
             found.append((t, label))
-    passage = summary_row(record)["t_first_centre"]
-    if passage is not None:
-        found.append((passage, "centre"))
+    found += [(passage, "centre") for passage in record.passages()[:1]]
     derailment = record.first("derailment")
     if derailment:
         found.append((derailment.time, "derailment"))
