@@ -192,7 +192,7 @@ def test_simple_ticks_are_the_same_picture(thrown: tuple[Record, Path]):
         before = pixels(figure)
         simplify_ticks(figure)
         assert sum(not axis.get_visible() for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)) >= 6
-        assert np.abs(pixels(figure) - before).max() <= 16, figure.texts[0].get_text()
+        assert np.abs(pixels(figure) - before).max() <= 8, figure.texts[0].get_text()
 
 
 def test_long_run_is_a_band_and_its_last_second():

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -23,7 +22,7 @@ from . import abstract, columns, formulations, outlines, plots, record, style
 from ._core import side_by_side, usable_cores
 from .batch import (Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, project_root,
                     run_stale, with_values, write_stamp)
-from .record import Record, read_record, summary_row, write_frame
+from .record import Record, read_records, summary_row, write_frame
 from .view import page, results
 
 UNITS = {"t": "s", "dt": "s", "F": "N", "N": "N", "Y": "m", "Z": "m", "roll": "rad", "E": "J"}
@@ -82,7 +81,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         known = {file: hashes([file], root) for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
         stale = [product for product in products if force or not is_up_to_date(product, depends[product])]
-        records = read_all(files, jobs) if stale else []
+        records = read_records(files, jobs) if stale else []
 
         def make(product: Path, parts: int, work: Callable[[], object]) -> None:
             if product in stale:
@@ -102,14 +101,6 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
             make(written, 1, lambda: abstract.make_abstract(records, written, found))
             make(plotted, len(files) + len(geometry), finish)
     return files + products
-
-
-def read_all(files: Sequence[Path], jobs: int) -> list[Record]:
-    """The runs, read side by side, the longest first."""
-    order = sorted(range(len(files)), key=lambda k: -files[k].stat().st_size)
-    with ProcessPoolExecutor(jobs) as pool:
-        found = dict(zip(order, pool.map(read_record, [files[k] for k in order]), strict=True))
-    return [found[k] for k in range(len(files))]
 
 
 def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:

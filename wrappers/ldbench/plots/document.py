@@ -16,12 +16,13 @@ from matplotlib.figure import Figure
 from pypdf import PdfReader, PdfWriter
 
 from .._core import check_written, complete, usable_cores
-from ..record import Record, read_record, summary_row
+from ..record import Record, read_records, summary_row
 from ..style import ldbench_style
 from .geometry import geometry_page
 from .phase import phase_page
 from .quantities import IMPULSES, PAGES
 from .sections import section_page
+from .stretches import ENVELOPE_ROWS
 from .summary import SUMMARY_NOTE, summary_page
 from .ticks import simplify_ticks
 from .times import time_page
@@ -33,7 +34,6 @@ class Part:
     title: str
     file: Path
     pages: tuple[str, ...]        # their titles
-    summary: dict[str, object] | None = None
 
 
 def case_figures(record: Record) -> Iterable[tuple[str, Figure]]:
@@ -68,11 +68,11 @@ def no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def case_part(source: Path | bytes, target: Path) -> Part:
-    """All pages of one run, from its column file or a pickled Record."""
-    record = pickle.loads(source) if isinstance(source, bytes) else read_record(source)
+def case_part(pickled: bytes, target: Path) -> Part:
+    """All pages of one run."""
+    record = pickle.loads(pickled)
     with ldbench_style():
-        return Part(record.heading, target, save_pages(target, case_figures(record)), summary_row(record))
+        return Part(record.heading, target, save_pages(target, case_figures(record)))
 
 
 def geometry_part(source: Path, target: Path) -> Part:
@@ -87,41 +87,33 @@ def summary_part(rows: Sequence[dict[str, object]], target: Path) -> Part:
         return Part("Summary", target, save_pages(target, [("summary", summary_page(rows, SUMMARY_NOTE))]))
 
 
-def make_plots(files: Sequence[Path | Record], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
-               done: Callable[[], None] = lambda: None, further: Sequence[Callable[[Path], Part]] = ()) -> int:
-    """Write the PDF of plots of column files, or of what was read of them; the number of its pages.  `done` is called
-    after each; `further` make last parts in a file, in other processes."""
-    with drawing(files, target, geometry, jobs, done, further) as finish:
+def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
+               done: Callable[[], None] = lambda: None) -> int:
+    """Write the PDF of plots of column files; the number of its pages.  `done` is called after each file."""
+    check_written([target], [*files, *geometry])
+    with drawing(read_records(files, jobs), target, geometry, jobs, done) as finish:
         return finish()
 
 
 @contextmanager
-def drawing(files: Sequence[Path | Record], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
+def drawing(records: Sequence[Record], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
             done: Callable[[], None] = lambda: None,
             further: Sequence[Callable[[Path], Part]] = ()) -> Iterator[Callable[[], int]]:
-    """`make_plots` beside what else is to do: pages are drawn from the start, and the function that it gives waits for
-    them and writes the document.  `further` build no contact tables: OpenMP's threads do not outlive a fork."""
-    sources = [file.file if isinstance(file, Record) else file for file in files]
-    check_written([target], [*sources, *geometry])
+    """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
+    for them and writes the document.  `further` make last parts in a file, there too; they build no contact tables:
+    OpenMP's threads do not outlive a fork."""
     with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor(jobs or usable_cores()) as pool:
         # Pickled here: the pool would do it in a thread, while the caller goes on with the records.
-        runs = [pickle.dumps(f, pickle.HIGHEST_PROTOCOL) if isinstance(f, Record) else f for f in files]
-        # The longest first; the order of the document is that of the files.
-        work = [partial(case_part, run) for run in runs] + [partial(geometry_part, f) for f in geometry] + list(further)
-        sizes = [f.stat().st_size for f in (*sources, *geometry)] + [1 << 24]*len(further)
-        order = sorted(range(len(work)), key=lambda k: -sizes[k])
-        tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in order}
-        for k in range(len(files) + len(geometry)):
+        runs = [partial(case_part, pickle.dumps(record, pickle.HIGHEST_PROTOCOL)) for record in records]
+        work = [partial(geometry_part, file) for file in geometry] + runs + list(further)
+        # The longest first; the order of the document is another.
+        sizes = [0]*len(geometry) + [len(record.time) for record in records] + [ENVELOPE_ROWS]*len(further)
+        tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in sorted(range(len(work)), key=lambda k: -sizes[k])}
+        for k in range(len(geometry) + len(records)):
             tasks[k].add_done_callback(lambda _: done())
-
-        def finish() -> int:
-            parts = [tasks[k].result() for k in range(len(work))]
-            runs, shapes = parts[:len(files)], parts[len(files):len(files) + len(geometry)]
-            summary = summary_part([part.summary for part in runs], Path(scratch)/"summary.pdf")
-            return bind([summary, *shapes, *runs, *parts[len(files) + len(geometry):]], target)
-
         try:
-            yield finish
+            summary = summary_part([summary_row(record) for record in records], Path(scratch)/"summary.pdf")
+            yield lambda: bind([summary, *(tasks[k].result() for k in range(len(work)))], target)
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

@@ -30,8 +30,10 @@ def simplify_ticks(figure: Figure) -> None:
 
 
 def is_plain(axis: Axis) -> bool:
+    far_side = "top" if axis.axis_name == "x" else "right"
+    params = axis.get_tick_params()
     return (axis.get_visible() and axis.get_scale() == "linear" and not len(axis.get_minorticklocs())
-            and axis.get_ticks_position() in ("bottom", "left") and axis.label.get_rotation() in (0.0, 90.0))
+            and not params.get(far_side) and not params.get(f"label{far_side}"))
 
 
 def replace_ticks(ax: Axes, axis: Axis) -> None:
