@@ -88,7 +88,7 @@ validate: all $(TESTS)
 	$(PYTHON) tests/validation
 
 bench: all $(TESTS)
-	$(PYTHON) tests/bench
+	$(PYTHON) tests/bench $(if $(FULL),--full)
 	$(PYTHON) tests/view_speed.py
 
 reference: $(EXE) $(WRAPPER)
@@ -104,7 +104,8 @@ help:
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
-	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages'
+	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
+	@echo '                FULL=1: all cases, methods and members'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'

@@ -384,6 +384,15 @@ def test_summary_row_measures_drift_by_the_initial_energy():
     assert summary_row(run)["E_drift_relative"] == pytest.approx(2e-9/8)
 
 
+def test_document_is_the_same_for_any_number_of_processes(thrown: tuple[Record, Path], tmp_path: Path):
+    run, geometry = thrown
+    documents = [tmp_path/f"{jobs}.pdf" for jobs in (1, 3)]
+    pages = [plots.make_plots([run.file], document, [geometry], jobs)
+             for document, jobs in zip(documents, (1, 3), strict=True)]
+    assert pages == [len(plots.PAGES) + 4]*2
+    assert documents[0].read_bytes() == documents[1].read_bytes()
+
+
 def test_plot_command_passes_on_what_it_is_told(thrown: tuple[Record, Path], tmp_path: Path,
                                                monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     from ldbench.__main__ import main

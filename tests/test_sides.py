@@ -14,7 +14,8 @@ from ldbench.outlines import pose, section
 from ldbench.record import Record, read_record
 from ldbench.view import film
 from ldbench.view.page import make_page, own_placing
-from ldbench.view.shapes import Placing, shape
+from ldbench.view.shapes import Placing
+from ldbench.view.shapes import shape as outlines
 from matplotlib.patches import Polygon
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
@@ -420,7 +421,7 @@ def test_pictures_of_two_sides(two_records: tuple[Record, Record]):
         gap = np.interp(y, *wheel.T) - np.interp(y, *rail.T)
         assert -1.5e-4 < gap.min() < -0.5e-4
     assert placed.wheel.shape != placed.right_wheel.shape
-    outline, remark = shape(record, own_placing(record))
+    outline, remark = outlines(record, own_placing(record))
     assert remark == "" and (outline.axle, outline.roll) == (record.axle_height, record.axle_roll)
     for side, wheel, rail in ((outline.left, placed.wheel, placed.rail),
                               (outline.right, placed.right_wheel, placed.right_rail)):
@@ -429,7 +430,7 @@ def test_pictures_of_two_sides(two_records: tuple[Record, Record]):
         np.testing.assert_allclose(side.wheel, wheel, rtol=0, atol=1e-6)
         np.testing.assert_array_equal(side.rail, rail)
     # Rigid, the wheelset stands higher by about the elastic approach; it rolls by what the approaches differ.
-    rigid, _ = shape(record, Placing(record.settings))
+    rigid, _ = outlines(record, Placing(record.settings))
     assert 0.5e-4 < rigid.axle - outline.axle < 1.5e-4 and abs(rigid.roll - outline.roll) < 3e-5
 
 
@@ -444,7 +445,7 @@ def test_mirrored_sides_give_mirrored_pictures(two_records: tuple[Record, Record
     """Outlines bit for bit, so are the wheelset and the rails of a film's frame; the axle is drawn from the other end."""
     here, there = two_records
     for placing in own_placing, lambda record: Placing(record.settings):
-        one, other = (shape(record, placing(record))[0] for record in two_records)
+        one, other = (outlines(record, placing(record))[0] for record in two_records)
         assert (one.axle, one.roll) == (other.axle, -other.roll)
         for name in "wheel", "rail", "flank", "gauge":
             np.testing.assert_array_equal(getattr(one.left, name), getattr(other.right, name))
@@ -509,7 +510,7 @@ def test_pictures_of_any_format(format: str, tmp_path: Path):
         case = Case.exercise(2).replace(table_file="", formulation="unilateral", t_end=1e-3, stop_at="t_end", **files,
                                         output_file=str(tmp_path / f"{name}.txt"))
         record = read_record(run(case).write())
-        outline, remark = shape(record, own_placing(record))
+        outline, remark = outlines(record, own_placing(record))
         assert remark == ""
         found.append((section(record), outline.left))
     (plain, plain_side), (other, other_side) = found

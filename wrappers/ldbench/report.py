@@ -79,7 +79,8 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
             written: [*files, kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))],
             shown: [*files, *variants, *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
         known = {file: hashes([file], root) for file in {file for some in sources.values() for file in some}}
-        depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
+        depends = {product: {name: x for file in some for name, x in known[file].items()}
+                   for product, some in sources.items()}
         stale = [product for product in products if force or not is_up_to_date(product, depends[product])]
         records = read_records(files, jobs) if stale else []
 

@@ -18,6 +18,6 @@ from .times import time_page
 
 __all__ = [
     "DEG", "IMPULSES", "KN", "MM", "PAGES", "SUMMARY_LINES", "SUMMARY_NOTE", "Curve", "Page", "Panel", "Part", "band",
-    "bind", "by_pair", "case_figures", "derailment_figure", "drawing", "first_episode", "geometry_page", "impact_figure", "instants",
-    "label_x", "label_y", "make_plots", "motion_figure", "new_page", "phase_page", "save_pages", "section_page",
-    "summary_page", "thin", "time_page", "windows"]
+    "bind", "by_pair", "case_figures", "derailment_figure", "drawing", "first_episode", "geometry_page",
+    "impact_figure", "instants", "label_x", "label_y", "make_plots", "motion_figure", "new_page", "phase_page",
+    "save_pages", "section_page", "summary_page", "thin", "time_page", "windows"]

@@ -108,7 +108,8 @@ def drawing(records: Sequence[Record], target: Path, geometry: Sequence[Path] = 
         work = [partial(geometry_part, file) for file in geometry] + runs + list(further)
         # The longest first; the order of the document is another.
         sizes = [0]*len(geometry) + [len(record.time) for record in records] + [ENVELOPE_ROWS]*len(further)
-        tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in sorted(range(len(work)), key=lambda k: -sizes[k])}
+        order = sorted(range(len(work)), key=lambda k: -sizes[k])
+        tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in order}
         for k in range(len(geometry) + len(records)):
             tasks[k].add_done_callback(lambda _: done())
         try:
