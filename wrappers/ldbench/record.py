@@ -116,7 +116,7 @@ def read_record(path: str | Path, columns: str | Path | None = None) -> Record:
 
 def read_records(files: Sequence[Path], jobs: int | None = None) -> list[Record]:
     """Column files, read by several processes, the longest first."""
-    order = sorted(range(len(files)), key=lambda k: -files[k].stat().st_size if files[k].is_file() else 0)
+    order = sorted(range(len(files)), key=lambda k: -files[k].stat().st_size)
     with ProcessPoolExecutor(jobs or usable_cores()) as pool:
         found = dict(zip(order, pool.map(read_record, [files[k] for k in order]), strict=True))
     return [found[k] for k in range(len(files))]
