@@ -103,7 +103,7 @@ validate:
 
 bench:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
-	$(PYTHON) tests/bench
+	$(PYTHON) tests/bench $(if $(FULL),--full)
 	$(PYTHON) tests/view_speed.py
 
 # For other machines: sources and a wheel that holds the libraries it needs, in dist.
@@ -132,7 +132,8 @@ help:
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
-	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages'
+	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
+	@echo '                FULL=1: all cases, methods and members'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'

@@ -113,18 +113,6 @@ def test_refusals():
         cmp.compare([invented(), replace(calm, events=())], align="first-flange")
 
 
-def test_thinned_curve_keeps_every_extreme():
-    rng = np.random.default_rng(1)
-    t, x = np.arange(50_000.0), rng.normal(size=50_000)
-    x[700:900] = np.nan
-    thin_t, thin_x = cmp.thin(t, x, most=2000)
-    assert len(thin_t) <= 2002 and np.all(np.diff(thin_t) > 0)
-    assert (np.nanmin(thin_x), np.nanmax(thin_x)) == (np.nanmin(x), np.nanmax(x))
-    for a in range(0, 50_000, 5000):
-        assert np.nanmax(thin_x[(thin_t >= a) & (thin_t < a + 5000)]) == np.nanmax(x[a:a + 5000])
-    assert np.isnan(thin_x).any()                 # the gap is not bridged
-
-
 def test_page_draws_overlay_and_difference():
     runs = [invented(), invented(delay=0.003, name="late"), invented(offset=1e-3, name="aside")]
     with ldbench_style():

@@ -7,9 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from ldbench import plots
-from ldbench.record import CONTACTS, Event, Record, read_record, summary_row
+from ldbench.columns import read_columns
+from ldbench.outlines import section
+from ldbench.plots.ticks import simplify_ticks
+from ldbench.record import CONTACT_NAMES, CONTACTS, Event, Record, read_record, summary_row
 from ldbench.style import CONTACT_LINES, ldbench_style
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
@@ -97,7 +101,7 @@ def test_contacts_keep_their_colours():
         for ax in plots.time_page(run, page).axes:
             for line in ax.get_lines():
                 for c in CONTACTS:
-                    if line.get_label() == plots.CONTACT_NAMES[c]:
+                    if line.get_label() == CONTACT_NAMES[c]:
                         seen.setdefault(c, set()).add((line.get_color(), line.is_dashed()))
     assert {c: len(found) for c, found in seen.items()} == dict.fromkeys(CONTACTS, 1)
     assert len({next(iter(found))[0] for found in seen.values()}) == 4
@@ -130,6 +134,65 @@ def test_band_holds_every_extreme():
         else:
             assert (low[k], high[k]) == (part.min(), part.max())
             assert mean[k] == pytest.approx(part.mean(), abs=1e-12)
+
+
+def test_thinned_curve_keeps_what_its_columns_show():
+    """First, last, smallest and largest value of every column of equal width, whatever the rows' distances; gaps stay."""
+    rng = np.random.default_rng(1)
+    t, x = np.cumsum(rng.exponential(size=50_000)), rng.normal(size=50_000).round(1)
+    x[700:900] = np.nan
+    x[2_000:3_000:2] = np.nan
+    x[40_000:45_000] = 0.25
+    thin_t, thin_x = plots.thin(t, x, 500)
+    assert len(thin_t) < 4*500 + 2*1_000 + 10 and np.all(np.diff(thin_t) > 0)
+    np.testing.assert_array_equal(thin_x, x[np.searchsorted(t, thin_t)])
+    edges = np.linspace(t[0], t[-1], 501)
+    rows, kept = (np.clip(np.searchsorted(edges, s, "right") - 1, 0, 499) for s in (t, thin_t))
+    for k in range(500):
+        a, b = x[rows == k], thin_x[kept == k]
+        np.testing.assert_array_equal([a[0], a[-1], np.fmin.reduce(a), np.fmax.reduce(a)],
+                                      [b[0], b[-1], np.fmin.reduce(b), np.fmax.reduce(b)])
+    # No gap is bridged and none is opened.
+    ends = np.flatnonzero(np.diff(np.isnan(x)))
+    assert np.isin(t[ends], thin_t).all() and np.isin(t[ends + 1], thin_t).all()
+    assert plots.thin(t[:2_000], x[:2_000], 500)[0] is not None and len(plots.thin(t[:2_000], x[:2_000], 500)[0]) == 2_000
+
+
+def test_thinned_curve_is_the_same_picture():
+    """Drawn at 100 dots to the inch with every row and thinned: but for the shade of a dot in a thousand at the edges of
+    the noise."""
+    rng = np.random.default_rng(2)
+    t = np.linspace(0, 1, 40_000)
+    x = np.sin(9*t) + 0.05*rng.normal(size=len(t))
+    x[20_000] = 3.0
+    pictures = []
+    for curve in (t, x), plots.thin(t, x):
+        figure = Figure(figsize=(10, 2), dpi=100)
+        figure.add_axes((0, 0, 1, 1)).plot(*curve, color="black", linewidth=0.9)
+        pictures.append(pixels(figure))
+    assert len(plots.thin(t, x)[0]) < 9_000
+    assert (np.abs(pictures[0] - pictures[1]) > 64).mean() < 1e-3
+
+
+def pixels(figure: Figure) -> np.ndarray:
+    """What a figure looks like, (height, width), 0 black to 255."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].astype(int).mean(2)
+
+
+def test_simple_ticks_are_the_same_picture(thrown: tuple[Record, Path]):
+    """Of every kind of page: ticks, grid, numbers and labels stay where they are."""
+    run, geometry = thrown
+    small = invented()
+    small.columns["E_drift"] *= 1e-9        # its axis has a power of ten
+    figures = [*(figure for _, figure in plots.case_figures(run)), plots.geometry_page(geometry),
+               plots.time_page(small, plots.PAGES[-1]), plots.phase_page(invented(rows=30_000, dt=1e-3, name="ex5_aw"))]
+    for figure in figures:
+        before = pixels(figure)
+        simplify_ticks(figure)
+        assert sum(not axis.get_visible() for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)) >= 6
+        assert np.abs(pixels(figure) - before).max() <= 8, figure.texts[0].get_text()
 
 
 def test_long_run_is_a_band_and_its_last_second():
@@ -196,7 +259,7 @@ def test_header_is_understood(thrown: tuple[Record, Path]):
 
 
 def test_rail_is_placed_by_the_gauge(thrown: tuple[Record, Path]):
-    rail = plots.section(thrown[0]).rail
+    rail = section(thrown[0]).rail
     assert rail[:, 1].max() == 0
     side = rail[(rail[:, 0] < 0.73) & (rail[:, 1] > -0.02) & (rail[:, 1] < -0.01)]
     order = np.argsort(side[:, 1])
@@ -206,7 +269,7 @@ def test_rail_is_placed_by_the_gauge(thrown: tuple[Record, Path]):
 def test_wheel_stands_on_the_rail(thrown: tuple[Record, Path]):
     """At rest the sections overlap by the Hertzian approach, 0.1005 mm, at the rolling radius, on both sides."""
     run, _ = thrown
-    placed = plots.section(run)
+    placed = section(run)
     for right in (False, True):
         wheel, rail = placed.wheel_at(0, run.axle_height, 0, right), placed.rail_at(right)
         y = np.sign(rail[0, 0])*np.linspace(0.735, 0.775, 4001)
@@ -226,7 +289,7 @@ def height_at(points: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def test_roll_lifts_the_left_wheel(thrown: tuple[Record, Path]):
-    placed = plots.section(thrown[0])
+    placed = section(thrown[0])
     still, rolled = placed.wheel_at(0, 0.457, 0), placed.wheel_at(0.002, 0.457, 0.01)
     assert np.all(rolled[:, 1] > still[:, 1])
     assert np.all(placed.wheel_at(0, 0.457, 0.01, right=True)[:, 1] < placed.wheel_at(0, 0.457, 0, right=True)[:, 1])
@@ -266,7 +329,7 @@ def test_missing_profile_leaves_the_picture_out(thrown: tuple[Record, Path]):
 
 
 def test_geometry_page_draws_the_file(thrown: tuple[Record, Path]):
-    table = plots.read_columns(thrown[1])
+    table = read_columns(thrown[1])
     figure = plots.geometry_page(thrown[1])
     angle, radius, delta, conicity, *_ = figure.axes
     for ax, column, factor in ((angle, "angle_L", 180/np.pi), (radius, "radius_L", 1e3), (delta, "delta_r", 1e3),
@@ -276,6 +339,28 @@ def test_geometry_page_draws_the_file(thrown: tuple[Record, Path]):
     np.testing.assert_allclose(angle.get_lines()[1].get_ydata(), 180/np.pi*table["angle_R"])
     clearance = {round(line.get_xdata()[0], 3) for line in angle.get_lines()[2:]}
     assert clearance == {-10.18, 10.18}
+
+
+def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[Record, Path]):
+    """Of every kind of page, as it is drawn: no label of an axis lies on a tick label or on a title."""
+    run, geometry = thrown
+    figures = [*(figure for _, figure in plots.case_figures(run)), plots.geometry_page(geometry),
+               plots.time_page(invented(rows=30_000, dt=1e-3, name="ex5_aw"), plots.PAGES[0])]
+    for figure in figures:
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        figure.draw(renderer)
+        shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
+        titles = [title.get_window_extent(renderer) for ax in shown for title in (ax.title, ax._left_title)
+                  if title.get_text()]
+        for ax in shown:
+            for axis in ax.xaxis, ax.yaxis:
+                if not axis.label.get_text():
+                    continue
+                label = axis.label.get_window_extent(renderer)
+                ticks = [tick.get_window_extent(renderer) for tick in axis.get_ticklabels() if tick.get_text()]
+                assert ticks or axis is ax.yaxis
+                for other in (*ticks, *titles):
+                    assert not label.overlaps(other), (figure.texts[0].get_text(), axis.label.get_text())
 
 
 # Summary and document ----------------------------------------------------------------------
@@ -297,6 +382,15 @@ def test_summary_row_measures_drift_by_the_initial_energy():
         run.columns[column] = 0.0
     run.columns["W_ext"] = np.linspace(0, 8, len(run.time))
     assert summary_row(run)["E_drift_relative"] == pytest.approx(2e-9/8)
+
+
+def test_document_is_the_same_for_any_number_of_processes(thrown: tuple[Record, Path], tmp_path: Path):
+    run, geometry = thrown
+    documents = [tmp_path/f"{jobs}.pdf" for jobs in (1, 3)]
+    pages = [plots.make_plots([run.file], document, [geometry], jobs)
+             for document, jobs in zip(documents, (1, 3), strict=True)]
+    assert pages == [len(plots.PAGES) + 4]*2
+    assert documents[0].read_bytes() == documents[1].read_bytes()
 
 
 def test_plot_command_passes_on_what_it_is_told(thrown: tuple[Record, Path], tmp_path: Path,

@@ -10,11 +10,18 @@ import pandas as pd
 import pytest
 from ldbench import Case, ContactTable, run
 from ldbench._core import Error
-from ldbench.record import read_record
+from ldbench.outlines import pose, section
+from ldbench.record import Record, read_record
+from ldbench.view import film
+from ldbench.view.page import make_page, own_placing
+from ldbench.view.shapes import Placing
+from ldbench.view.shapes import shape as outlines
+from matplotlib.patches import Polygon
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
 
 import shapes
+from browser import started
 from conftest import REPO, columns, header, refusal, rows, run_case, short_case
 from probes import MASS, WEIGHT
 
@@ -389,13 +396,20 @@ def test_profile_command_of_two_sides(tmp_path: Path, capsys: pytest.CaptureFixt
     assert (tmp_path / "pair.png").stat().st_size > 1e4
 
 
-def test_pictures_of_two_sides(tmp_path: Path):
-    """Each wheel is drawn with its own profile, above its rail; the page says that it does not."""
-    from ldbench.plots import section
-    from ldbench.view import view
+@pytest.fixture(scope="module")
+def two_records(tmp_path_factory: pytest.TempPathFactory) -> tuple[Record, Record]:
+    """A throw with different sides, and its mirror image."""
+    folder = tmp_path_factory.mktemp("pictures")
+    case = two_sided(t_end=0.03, output_file=str(folder / "here.txt"))
+    opposite = case.replace(**profiles(RIGHT, LEFT), vY=-case.vY, roll_rate=-case.roll_rate,
+                            output_file=str(folder / "there.txt"))
+    here, there = (read_record(run(one).write()) for one in (case, opposite))
+    return here, there
 
-    done = run(two_sided(t_end=1e-3, output_file=str(tmp_path / "columns.txt")))
-    record = read_record(done.write())
+
+def test_pictures_of_two_sides(two_records: tuple[Record, Record]):
+    """Each wheel is drawn with its own profile, above its rail, in the PDF and on the page."""
+    record = two_records[0]
     placed = section(record)
     for right in False, True:
         rail, wheel = placed.rail_at(right), placed.wheel_at(0, record.axle_height, record.axle_roll, right)
@@ -407,6 +421,100 @@ def test_pictures_of_two_sides(tmp_path: Path):
         gap = np.interp(y, *wheel.T) - np.interp(y, *rail.T)
         assert -1.5e-4 < gap.min() < -0.5e-4
     assert placed.wheel.shape != placed.right_wheel.shape
-    page = tmp_path / "page.html"
-    view(done).write(page)
-    assert "both sides are drawn with the profiles of the left one" in page.read_text()
+    outline, remark = outlines(record, own_placing(record))
+    assert remark == "" and (outline.axle, outline.roll) == (record.axle_height, record.axle_roll)
+    for side, wheel, rail in ((outline.left, placed.wheel, placed.rail),
+                              (outline.right, placed.right_wheel, placed.right_rail)):
+        # By the radius where it touches, and by the columns' first contact point, which have nine digits and lie on the
+        # smooth curve, not on the line between points.
+        np.testing.assert_allclose(side.wheel, wheel, rtol=0, atol=1e-6)
+        np.testing.assert_array_equal(side.rail, rail)
+    # Rigid, the wheelset stands higher by about the elastic approach; it rolls by what the approaches differ.
+    rigid, _ = outlines(record, Placing(record.settings))
+    assert 0.5e-4 < rigid.axle - outline.axle < 1.5e-4 and abs(rigid.roll - outline.roll) < 3e-5
+
+
+def bodies(record: Record, t: float) -> list[np.ndarray]:
+    """What a film's picture of the wheelset and both rails shows at a time, polygon by polygon [m]."""
+    picture = film.Picture([record], 0.0, 0.03, 1e-3, None)
+    picture.frame(t)
+    return [patch.get_xy() for patch in picture.figure.axes[0].patches if isinstance(patch, Polygon)]
+
+
+def test_mirrored_sides_give_mirrored_pictures(two_records: tuple[Record, Record]):
+    """Outlines bit for bit, so are the wheelset and the rails of a film's frame; the axle is drawn from the other end."""
+    here, there = two_records
+    for placing in own_placing, lambda record: Placing(record.settings):
+        one, other = (outlines(record, placing(record))[0] for record in two_records)
+        assert (one.axle, one.roll) == (other.axle, -other.roll)
+        for name in "wheel", "rail", "flank", "gauge":
+            np.testing.assert_array_equal(getattr(one.left, name), getattr(other.right, name))
+            np.testing.assert_array_equal(getattr(one.right, name), getattr(other.left, name))
+    one, other = section(here), section(there)
+    for right in False, True:
+        np.testing.assert_array_equal(one.rail_at(right), other.rail_at(not right)*[-1, 1])
+        y, z, roll = pose(here, -1)
+        np.testing.assert_allclose(one.wheel_at(y, z, roll, right), other.wheel_at(-y, z, -roll, not right)*[-1, 1],
+                                   rtol=0, atol=1e-15)
+    t = float(here.time[len(here.time)//2])
+    left_rail, right_rail, axle, left, right = bodies(here, t)
+    mirror_left_rail, mirror_right_rail, mirror_axle, mirror_left, mirror_right = bodies(there, t)
+    for a, b in ((left_rail, mirror_right_rail), (right_rail, mirror_left_rail), (left, mirror_right),
+                 (right, mirror_left)):
+        np.testing.assert_allclose(a, b*[-1, 1], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(axle[:4], mirror_axle[[1, 0, 3, 2]]*[-1, 1], rtol=0, atol=1e-15)
+    assert left.shape != right.shape
+
+
+def test_page_of_two_sides(two_records: tuple[Record, Record], tmp_path: Path):
+    """In the browser: contact points lie on the wheel of their own side as it is drawn; the mirrored run has them
+    mirrored, and the gaps between flanges and rails."""
+    found = []
+    with started(tmp_path) as browser:
+        for k, record in enumerate(two_records):
+            browser.open(make_page([record]).write(tmp_path / f"{k}.html"))
+            assert browser.log() == []
+            found.append(browser.run("""
+              const run = ldbench.runs[0], outline = ldbench.shapes[run.shape], points = {}, gaps = {};
+              const at = (run.start + run.end) / 2;
+              for (const c of ["LT", "LF", "RT", "RF"]) {
+                let t = run.t.find(t => run.contact(c, t));
+                if (t === undefined) continue;
+                const {u, v} = run.contact(c, t), side = c[0] === "L" ? 1 : -1;
+                const {wheel} = c[0] === "L" ? outline.left : outline.right;
+                points[c] = [u, v, Math.min(...wheel.map(([y, z]) => Math.hypot(side * y - u, z - v)))];
+              }
+              for (const [name, side] of [["left", 1], ["right", -1]])
+                gaps[name] = ldbench.scene.gap(outline[name], run, run.pose(at), side).gap;
+              return {points, gaps};"""))
+    here, there = found
+    assert {"LT", "LF", "RT"} <= set(here["points"])
+    for contact, (u, v, off) in here["points"].items():
+        assert off < 2e-4, contact                          # [m], points every 0.25 mm
+        other = there["points"]["LR"[contact[0] == "L"] + contact[1]]
+        np.testing.assert_allclose((u, v), np.array([-1, 1])*other[:2], rtol=0, atol=1e-12)
+    assert here["gaps"]["left"] == pytest.approx(there["gaps"]["right"], abs=1e-12)
+    assert here["gaps"]["right"] == pytest.approx(there["gaps"]["left"], abs=1e-12)
+    assert abs(here["gaps"]["left"] - here["gaps"]["right"]) > 1e-4
+
+
+@pytest.mark.parametrize("format", ["old MiniProf", "MiniProf", "SIMPACK"])
+def test_pictures_of_any_format(format: str, tmp_path: Path):
+    """A run of measured files is drawn as that of the same points in plain columns."""
+    points = {"wheel": shapes.shape("awprof"), "rail": shapes.shape("arprof")}
+    found = []
+    for name in "plain", format:
+        for kind in points:
+            (tmp_path / f"{name} {kind}").write_text(shapes.FORMATS[name](points[kind], kind))
+        files = {f"{kind}_profile": str(tmp_path / f"{name} {kind}") for kind in points}
+        case = Case.exercise(2).replace(table_file="", formulation="unilateral", t_end=1e-3, stop_at="t_end", **files,
+                                        output_file=str(tmp_path / f"{name}.txt"))
+        record = read_record(run(case).write())
+        outline, remark = outlines(record, own_placing(record))
+        assert remark == ""
+        found.append((section(record), outline.left))
+    (plain, plain_side), (other, other_side) = found
+    np.testing.assert_allclose(other.wheel, plain.wheel, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(other.rail, plain.rail, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(other_side.wheel, plain_side.wheel, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(other_side.gauge, plain_side.gauge, rtol=0, atol=1e-9)

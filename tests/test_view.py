@@ -12,13 +12,13 @@ from pathlib import Path
 import ldbench
 import numpy as np
 import pytest
-from ldbench import plots
 from ldbench.__main__ import main
+from ldbench.outlines import section
 from ldbench.record import read_record
 from ldbench.view import film, results
 from ldbench.view.pack import BINS, FINE_LEVELS, LEVELS, decimals, keep_rows, pack, value_of
-from ldbench.view.page import Page, make_page
-from ldbench.view.shapes import shape
+from ldbench.view.page import Page, make_page, own_placing
+from ldbench.view.shapes import Placing, shape
 
 from browser import Browser, started
 from conftest import CASES, Run
@@ -100,12 +100,13 @@ def test_outlines_lie_where_the_contacts_are(shipped: dict[str, Run]):
     """The placement by geometry is that by the columns, which plots use, and the gap is about the clearance."""
     for case in ("ex1_aw", "ex1_sw"):
         record = read_record(shipped[case].file)
-        found, remark = shape(record, record.settings, record.axle_height)
-        placed = plots.section(record)
+        found, remark = shape(record, own_placing(record))
+        placed = section(record)
         assert remark == ""
-        np.testing.assert_allclose(found.wheel, placed.wheel, atol=2e-7)
-        np.testing.assert_allclose(found.rail, placed.rail, atol=1e-12)
-        by_radius, _ = shape(record, record.settings)
+        for side in found.left, found.right:
+            np.testing.assert_allclose(side.wheel, placed.wheel, atol=2e-7)
+            np.testing.assert_allclose(side.rail, placed.rail, atol=1e-12)
+        by_radius, _ = shape(record, Placing(record.settings))
         assert 0.9e-4 < by_radius.axle - record.axle_height < 1.1e-4      # the elastic approach
 
 

@@ -12,10 +12,10 @@ import ldbench
 from checks import Table
 from ldbench import Case, ContactTable
 from local_cluster import Cluster
-from measure import Section, measure, ratio
+from measure import Form, Section, measure, ratio
 
-MEMBERS, SHORT_MEMBERS = 1000, 8
-ROUNDS, SHORT_ROUNDS = 3, 2
+MEMBERS = {Form.SHORT: 8, Form.USUAL: 500, Form.FULL: 1000}
+ROUNDS = {Form.SHORT: 2, Form.USUAL: 2, Form.FULL: 3}
 WORKERS = 2
 
 TEXT = """Exercise 3 in full, actual profiles, with as many masses between 1000 and 2000 kg as there are members. Wall
@@ -39,9 +39,10 @@ def wall(call: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
-def section(short: bool) -> Section:
+def section(form: Form) -> Section:
+    short = form is Form.SHORT
     out = Section("Ensembles", TEXT)
-    count, rounds = (SHORT_MEMBERS, SHORT_ROUNDS) if short else (MEMBERS, ROUNDS)
+    count, rounds = MEMBERS[form], ROUNDS[form]
     masses = np.linspace(1000, 2000, count + 1).tolist()
     clusters = []
     with tempfile.TemporaryDirectory() as name:

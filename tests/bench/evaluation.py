@@ -11,7 +11,7 @@ import numpy as np
 import ldbench
 from checks import Table
 from ldbench import Case, Run, _flat
-from measure import Measure, Section, measure, ratio
+from measure import Form, Measure, Section, measure, ratio
 from problem import numpy_law
 from programs import fortran_test
 
@@ -73,9 +73,10 @@ def fortran_times(case: Case, poses: np.ndarray, rounds: int) -> tuple[dict[str,
     return dict(zip(NAMES, times, strict=True)), float(lines[-1].split()[0])
 
 
-def section(short: bool) -> Section:
+def section(form: Form) -> Section:
+    short = form is Form.SHORT
     out = Section("Cost of an evaluation", TEXT)
-    rounds = 3 if short else 7
+    rounds = 7 if form is Form.FULL else 3
     rows = []
     table = None
     for exercise in SHORT if short else EXERCISES:

@@ -12,7 +12,7 @@ import ldbench
 from checks import Table
 from evaluation import absolute, poses_of, write_poses
 from ldbench import Case
-from measure import Section, measure
+from measure import Form, Section, measure
 from programs import FORTRAN_TESTS, LDBENCH, run_program
 
 LOOPS = 5                       # of tests/fortran/force_loop
@@ -55,7 +55,8 @@ def per_evaluation(folder: Path, *words: str) -> float:
     return (counts[1] - counts[0])/(LOOPS*len(poses))
 
 
-def section(short: bool) -> Section:
+def section(form: Form) -> Section:
+    short = form is Form.SHORT
     out = Section("Instructions", TEXT)
     if short or not shutil.which("valgrind"):
         out.text += f"\n\nNot counted: {'short form' if short else 'valgrind is not installed'}."
@@ -63,7 +64,7 @@ def section(short: bool) -> Section:
     rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for exercise, pair, first, last in RUNS:
+        for exercise, pair, first, last in RUNS if form is Form.FULL else RUNS[:1]:
             case = Case.exercise(exercise, pair)
             count, evaluations = per_step(exercise, pair, first, last, folder)
             scheme = f"{case.scheme} {case.order}, {1e6*case.dt:g} µs"

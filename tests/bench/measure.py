@@ -3,11 +3,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from enum import IntEnum
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from checks import Table
+
+
+class Form(IntEnum):
+    """How much is measured."""
+
+    SHORT = 0       # that it works, for the test suite
+    USUAL = 1       # in some minutes
+    FULL = 2
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,16 @@ from matplotlib.lines import Line2D
 from checks import Table, page
 from ldbench import Case, ContactTable, _flat
 from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style
-from measure import Measure, Section, measure, ratio
+from measure import Form, Measure, Section, measure, ratio
 from problem import (ROWS, Problem, Reference, Solution, by_cvode, by_ldbench, by_scipy, problem, python_alone,
                      reference)
 
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4) for pair in ("aw", "sw")]
 SHORT = [(2, "aw")]
 THIN = {"linewidth": 1, "markersize": 2.5}
+USUAL = 1, 2, 3                 # exercises, unless all are asked for
 SHORT_METHODS = "energy 4", "explicit 2", "explicit 4", "cut 4", "LSODA", "CVODE Adams", "Python alone"
+FULL_METHODS = "newmark 2", "newmark 4", "energy 2", "Radau", "CVODE BDF", "Python alone"     # slower ones
 HEADLINE = 1, 2, 3              # exercises compared at TARGET
 
 TARGET = 1e-7                   # error of Y at the end at which times are compared [m]
@@ -28,7 +30,7 @@ ENOUGH = 3e-9                   # error from which on a method is not refined an
 NEARBY = 1.0, 0.93, 0.86        # settings over the nominal one: a single one may be right by chance
 LONG = 1.0                      # a solution that takes longer is not repeated [s]
 ROUND = 0.05                    # a shorter one is repeated in every round until it takes so long [s]
-TOO_LONG = 2.0                  # a method that takes longer is not refined any more [s]
+TOO_LONG = {Form.SHORT: np.inf, Form.USUAL: 0.5, Form.FULL: 2.0}     # a method that does is not refined any more [s]
 FAMILIES = "SciPy", "CVODE"       # that ours is compared with
 
 STEPS = 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6          # [s]
@@ -53,7 +55,8 @@ The others call the force through Python, which costs several times the force it
 twice: with the time as measured, and with evaluations (force and Jacobian) times the time of an evaluation in a
 compiled loop over the same trajectory. The second is what a compiled program could reach at best: the integrator's
 own arithmetic is left out. Times at equal error are interpolated between settings, logarithmically, where the error
-falls below the target for good. Python alone: what a user would write with numpy, one Hertz spring per wheel along
+falls below the target for good. The usual form leaves out exercise 4 and methods that are slower: newmark, energy 2,
+Radau, BDF, Python alone. Python alone: what a user would write with numpy, one Hertz spring per wheel along
 the contact angle, integrated by LSODA; its errors are from its own strictest solution. The target is 1e-7 m; where the
 two references are further apart than a tenth of it, the next power of ten (exercise 3 with simplified profiles is
 chaotic)."""
@@ -148,16 +151,16 @@ def compiled_call(p: Problem) -> float:
     return (time.process_time() - begin)/(count*len(rows[0]))
 
 
-def compare(p: Problem, methods: tuple[Method, ...], rounds: int, short: bool) -> Comparison:
+def compare(p: Problem, methods: tuple[Method, ...], rounds: int, form: Form) -> Comparison:
     """All methods, one after the other, in every round."""
-    found = Comparison(p.case.case_name, p, reference(p, short))
+    found = Comparison(p.case.case_name, p, reference(p, form is Form.SHORT))
     for k in range(rounds):
         found.call.append(compiled_call(p))
         for method in methods:
             posed = method.own(p) if method.own else p
             if k == 0:
                 exact = own_reference(posed) if method.own else found.reference
-                found.curves[method.name] = refine(posed, method, exact, np.inf if short else TOO_LONG)
+                found.curves[method.name] = refine(posed, method, exact, TOO_LONG[form])
             for point in found.curves[method.name]:
                 point.seconds.append(repeated(posed, method, point))
     return found
@@ -337,13 +340,15 @@ def precision_figure(found: list[Comparison], methods: tuple[Method, ...], way: 
     return figure
 
 
-def section(short: bool) -> Section:
+def section(form: Form) -> Section:
+    short = form is Form.SHORT
     out = Section("Work and precision", TEXT)
     tables = {pair: ContactTable(Case.exercise(1, pair)) for pair in (("aw",) if short else ("aw", "sw"))}
     methods = tuple(replace(m, settings=m.settings[1:6:2]) for m in METHODS if m.name in SHORT_METHODS) if short \
-        else METHODS
-    found = [compare(problem(Case.exercise(*case), tables[case[1]]), methods, 3 if short else 5, short)
-             for case in (SHORT if short else CASES)]
+        else tuple(m for m in METHODS if form is Form.FULL or m.name not in FULL_METHODS)
+    cases = SHORT if short else [case for case in CASES if form is Form.FULL or case[0] in USUAL]
+    found = [compare(problem(Case.exercise(*case), tables[case[1]]), methods, 5 if form is Form.FULL else 3, form)
+             for case in cases]
     for case in found:
         if int(case.name[2]) in HEADLINE:
             out.measures += headline(case, methods)

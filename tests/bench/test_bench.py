@@ -1,12 +1,17 @@
 """The short form of `make bench`: files that are complete, figures that are finite, whatever they are."""
 import csv
 import math
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from conftest import LongProgram
+from conftest import REPO, LongProgram
+
+sys.path.append(str(REPO/"tests/validation"))
+from programs import resources  # noqa: E402
 
 Lines = list[dict[str, str]]
 
@@ -49,4 +54,30 @@ def test_evaluations_of_all_integrators_are_counted(lines: Lines):
 def test_pdf(folder: Path):
     pages = PdfReader(folder/"ldbench_bench.pdf").pages
     text = " ".join(page.extract_text() for page in pages)
-    assert len(pages) >= 6 and "Work and precision" in text and "Cost of an evaluation" in text
+    assert len(pages) >= 7 and "Work and precision" in text and "Cost of an evaluation" in text
+
+
+def test_first_page_has_the_five_figures(folder: Path, lines: Lines):
+    """Each as the CSV file has it."""
+    text = " ".join(PdfReader(folder/"ldbench_bench.pdf").pages[0].extract_text().split())
+    assert text.startswith("Five figures")
+    medians = [float(line["median"]) for line in lines if any((
+        line["case"] == "all cases", line["quantity"] == "peak memory",
+        (line["section"], line["subject"], line["quantity"]) == ("evaluation", "force alone", "time of an evaluation"),
+        line["section"] == "ensemble" and line["quantity"].startswith("times faster")))]
+    assert len(medians) == 4 and all(f"{median:.3g}" in text for median in medians)
+    compiled = [f"{float(line['median']):.3g}" for line in lines if line["quantity"].endswith("compiled")]
+    assert any(x in text for x in compiled)
+
+
+def test_peak_memory_is_the_programs_own(tmp_path: Path):
+    """Not that of what was run before, nor that of this process."""
+    ballast = np.ones(20_000_000)           # 160 MB, touched
+
+    def peak(megabytes: int) -> float:
+        return resources([sys.executable, "-I", "-S", "-c", f"x = b'x' * {megabytes}_000_000"], tmp_path)[2]
+
+    large, small = peak(100), peak(10)
+    assert large - small == pytest.approx(90e6/2**20, rel=0.05) and small < 40 < ballast.nbytes/2**20
+    with pytest.raises(RuntimeError, match="exit status 3, so it is"):
+        resources(["sh", "-c", "echo so it is >&2; exit 3"], tmp_path)

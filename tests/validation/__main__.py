@@ -29,7 +29,7 @@ def lines(section: Section) -> Iterator[str]:
 def main() -> int:
     args = arguments("make validate", __doc__, SECTIONS, "fewer cases and poses, for the test suite",
                      {"scipy": "scipy"})
-    sections = run_sections(args, lines)
+    sections = run_sections(args, args.short, lines)
     write_csv(args.out/"validation.csv", HEAD, (
         [name, c.quantity, repr(float(c.value)), repr(float(c.reference)), c.source, f"{c.deviation:.3e}",
          f"{c.bar:.1e}", c.verdict]

@@ -12,10 +12,15 @@ from typing import Any
 from ldbench._core import Error, complete, needed
 
 
-def arguments(program: str, about: str, sections: Sequence[str], short: str, modules: Mapping[str, str]) -> argparse.Namespace:
-    """`short` says what the short form leaves out; modules that it takes by packages. The folder is there afterwards."""
+def arguments(program: str, about: str, sections: Sequence[str], short: str, modules: Mapping[str, str],
+              full: str = "") -> argparse.Namespace:
+    """`short` and `full` say what the other forms leave out or add; modules that it takes by packages. The folder is
+    there afterwards."""
     parser = argparse.ArgumentParser(prog=program, description=about.split("\n")[0])
-    parser.add_argument("--short", action="store_true", help=short)
+    forms = parser.add_mutually_exclusive_group()
+    forms.add_argument("--short", action="store_true", help=short)
+    if full:
+        forms.add_argument("--full", action="store_true", help=full)
     parser.add_argument("--only", nargs="+", choices=sections, default=sections, help="these sections only")
     parser.add_argument("--out", type=Path, default=Path("outputs"), help="folder of the two files (outputs)")
     args = parser.parse_args()
@@ -28,12 +33,12 @@ def arguments(program: str, about: str, sections: Sequence[str], short: str, mod
     return args
 
 
-def run_sections(args: argparse.Namespace, lines: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
-    """What the sections' modules return, by name; prints title, time and `lines` of each."""
+def run_sections(args: argparse.Namespace, form: object, lines: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
+    """What the sections' modules return, by name, in that form; prints title, time and `lines` of each."""
     sections = {}
     for name in args.only:
         begin = time.perf_counter()
-        section = sections[name] = importlib.import_module(name).section(args.short)
+        section = sections[name] = importlib.import_module(name).section(form)
         print(f"{name}: {section.title} ({time.perf_counter() - begin:.0f} s)")
         for line in lines(section):
             print(f"  {line}", flush=True)

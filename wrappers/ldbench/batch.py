@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import f90nml
@@ -35,7 +36,7 @@ class Job:
     root: Path
     litter: Path | None = None    # a file that the run writes as well and nobody wants
 
-    @property
+    @cached_property
     def namelist(self) -> f90nml.Namelist:
         return f90nml.reads(self.text)
 

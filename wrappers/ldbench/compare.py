@@ -34,7 +34,7 @@ from tqdm import tqdm
 from . import formulations
 from ._core import Error, check_written, side_by_side, usable_cores
 from .batch import Job, find_executable, find_namelists, inside, project_root, run_stale, shipped_inputs, with_values
-from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages
+from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages, thin
 from .record import CONTACT_NAMES, CONTACTS, Record, read_record, write_frame
 from .style import SERIES, ldbench_style
 
@@ -48,7 +48,6 @@ SHOWN = {
     "P": ("N·s", 1.0), "roll": ("mrad", 1e3), "angle": ("°", DEG), "M": ("N·m", 1.0)}
 SHOWN_WHOLE = {"roll_rate": ("mrad/s", 1e3), "roll_acc": ("rad/s²", 1.0)}
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
-FULL_CURVE = 4000          # longer curves are drawn by the extremes of stretches
 
 
 # Differences ------------------------------------------------------------------------------
@@ -160,22 +159,6 @@ def pair_row(other: Record, what: str, name: str, reference: float | None, value
 
 def shown(column: str) -> tuple[str, float]:
     return SHOWN_WHOLE.get(column) or SHOWN.get(column.split("_")[0], ("SI", 1.0))
-
-
-def thin(t: np.ndarray, x: np.ndarray, most: int = FULL_CURVE) -> tuple[np.ndarray, np.ndarray]:
-    """A long curve by the smallest and largest value of stretches, in their order; nothing is cut off."""
-    if len(t) <= most:
-        return t, x
-    edges = np.linspace(0, len(t), most//2 + 1).astype(int)
-    keep = set()
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
-        part = x[a:b]
-        if np.isnan(part).all():
-            keep.add(a)
-        else:
-            keep |= {a + int(np.nanargmin(part)), a + int(np.nanargmax(part))}
-    rows = np.array(sorted(keep | {0, len(t) - 1}))
-    return t[rows], x[rows]
 
 
 def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figure:

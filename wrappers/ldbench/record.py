@@ -5,7 +5,8 @@ A file without our header, another code's submission, has the columns only.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ._core import Error, complete
+from ._core import Error, complete, usable_cores
 from .columns import read_columns
 from .table import CONTACT_NAMES, CONTACTS
 
@@ -98,6 +99,11 @@ class Record:
         closed = np.flatnonzero(self.values(f"N_{contact}") > 0)
         return float(self.time[closed[0]]) if closed.size else None
 
+    def passages(self) -> list[float]:
+        """Times [s] of the passages of the centre after the left flange's first contact, of those that are listed."""
+        contact = self.first_contact("LF")
+        return [e.time for e in self.events if e.kind == "centre passage" and contact and e.time > contact]
+
 
 def read_record(path: str | Path, columns: str | Path | None = None) -> Record:
     """Read a column file; `columns` is the map of another code's names, see read_columns.  A file
@@ -106,6 +112,14 @@ def read_record(path: str | Path, columns: str | Path | None = None) -> Record:
     table = read_columns(path, columns)
     facts = {"name": path.stem} | parse_header(header_lines(path))
     return Record(file=path, columns=table, **facts)
+
+
+def read_records(files: Sequence[Path], jobs: int | None = None) -> list[Record]:
+    """Column files, read by several processes, the longest first."""
+    order = sorted(range(len(files)), key=lambda k: -files[k].stat().st_size)
+    with ProcessPoolExecutor(jobs or usable_cores()) as pool:
+        found = dict(zip(order, pool.map(read_record, [files[k] for k in order]), strict=True))
+    return [found[k] for k in range(len(files))]
 
 
 def header_lines(path: Path) -> list[str]:
@@ -194,7 +208,7 @@ def energy_reference(record: Record) -> float:
 def summary_row(record: Record) -> dict[str, float | int | str | None]:
     """The run in one row, SI units; None for what did not happen."""
     contact = record.first_contact("LF")
-    passages = [e.time for e in record.events if e.kind == "centre passage" and contact and e.time > contact]
+    passages = record.passages()
     derailment = record.first("derailment")
     returned = "return" in record.ending
     reference = energy_reference(record)

@@ -11,17 +11,18 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from functools import cache
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
 from tqdm import tqdm
 
-from . import abstract, columns, formulations, plots, record, style
+from . import abstract, columns, formulations, outlines, plots, record, style
 from ._core import needed, side_by_side, usable_cores
 from .batch import (Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, project_root,
                     run_stale, shipped_inputs, with_values, write_stamp)
-from .record import Record, read_record, summary_row, write_frame
+from .record import Record, read_records, summary_row, write_frame
 from .view import page, results
 
 UNITS = {"t": "s", "dt": "s", "F": "N", "N": "N", "Y": "m", "Z": "m", "roll": "rad", "E": "J"}
@@ -64,37 +65,43 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         run_stale(rebuild, executable, jobs, True, tell)
         run_stale([job for job in shapes if job not in rebuild], executable, jobs, force, tell)
         run_stale(cases, executable, jobs, force, tell)
+        found = formulations.kept_outcomes(root, inputs, outputs, jobs, force)
         files = [job.product for job in cases]
         geometry = [job.product for job in shapes]
-        products = [outputs/"ldbench_plots.pdf", outputs/"ldbench_abstract.pdf", outputs/"summary.csv",
-                    outputs/"ldbench_results.html"]
+        plotted, written, summary, shown = products = [
+            outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
+        kept = outputs/"formulations.json"
+        code = [Path(module.__file__) for module in (columns, formulations, outlines, record, style)]
+        code += sorted(Path(plots.__file__).parent.glob("*.py"))
+        variants = results.find_variants(files)
+        sources = {
+            plotted: [*files, *geometry, kept, *code],
+            summary: [*files, *code, Path(__file__)],
+            written: [*files, kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))],
+            shown: [*files, *variants, *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
+        known = {file: hashes([file], root) for file in {file for some in sources.values() for file in some}}
+        depends = {product: {name: x for file in some for name, x in known[file].items()}
+                   for product, some in sources.items()}
+        stale = [product for product in products if force or not is_up_to_date(product, depends[product])]
+        records = read_records(files, jobs) if stale else []
 
-        @cache
-        def records() -> list[Record]:
-            return [read_record(file) for file in files]
-
-        def make(product: Path, sources: Sequence[Path], parts: int, work: Callable[[], object]) -> None:
-            depends = hashes(sources, root)
-            if force or not is_up_to_date(product, depends):
+        def make(product: Path, parts: int, work: Callable[[], object]) -> None:
+            if product in stale:
                 work()
-                write_stamp(product, depends)
+                write_stamp(product, depends[product])
             else:
                 bar.update(parts)
             bar.write(product.name)
 
-        found = formulations.kept_outcomes(root, inputs, outputs, jobs, force)
-        kept = outputs/"formulations.json"
-        code = [Path(module.__file__) for module in (columns, formulations, plots, record, style)]
-        make(products[0], [*files, *geometry, kept, *code], len(files) + len(geometry),
-             lambda: plots.make_plots(files, products[0], geometry, jobs, bar.update,
-                                      lambda target: formulations.make_part(found, inputs, target)))
-        make(products[2], [*files, *code, Path(__file__)], 0, lambda: write_summary(records(), products[2]))
-        make(products[1], [*files, kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))], 1,
-             lambda: abstract.make_abstract(records(), products[1], found))
-        variants = results.find_variants(files)
-        parts_of_page = sorted(file for file in page.FOLDER.iterdir() if file.is_file())
-        make(products[3], [*files, *variants, *code, *parts_of_page], 1,
-             lambda: results.results_page(records(), variants).write(products[3]))
+        with ExitStack() as stack:
+            # Pages are drawn in other processes while the rest is made here.
+            finish = stack.enter_context(plots.drawing(
+                records, plotted, geometry, jobs, bar.update, [partial(formulations.make_part, found, inputs)]
+            )) if plotted in stale else None
+            make(summary, 0, lambda: write_summary(records, summary))
+            make(shown, 1, lambda: results.results_page(records, variants).write(shown))
+            make(written, 1, lambda: abstract.make_abstract(records, written, found))
+            make(plotted, len(files) + len(geometry), finish)
     return files + products
 
 

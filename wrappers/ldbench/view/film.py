@@ -18,8 +18,8 @@ from .._core import Error, complete, needed
 from ..record import CONTACT_NAMES, CONTACTS, Record
 from ..style import BLACK, CONTACT_LINES, GREY, SERIES, Line, ldbench_style
 from .labels import label
-from .page import assumed_settings, checked
-from .shapes import Settings, Shape, shape
+from .page import assumed_placing, checked, own_placing
+from .shapes import Placing, Settings, Shape, shape
 
 INCHES, DPI = (12.8, 7.2), 100
 RATES = {".mp4": 30, ".gif": 20}    # frames per second
@@ -108,8 +108,9 @@ class Picture:
 
     def __init__(self, records: Sequence[Record], start: float, end: float, speed: float,
                  settings: Settings | None) -> None:
-        self.actors = [Actor(record, line, assumed_settings(records, settings)) for record, line in
-                       zip(records, SERIES, strict=False)]
+        assumed = assumed_placing(records, settings)
+        self.actors = [Actor(record, line, own_placing(record) if record.settings else assumed)
+                       for record, line in zip(records, SERIES, strict=False)]
         self.largest = max(actor.largest for actor in self.actors)
         self.figure = Figure(figsize=INCHES, dpi=DPI)
         self.canvas = FigureCanvasAgg(self.figure)
@@ -143,9 +144,9 @@ class Picture:
         if outline is None:
             ax.text(0.5, 0.5, "no outlines", transform=ax.transAxes, ha="center", color=GREY)
             return
-        for s in (1, -1):
-            foot = [[outline.rail[-1, 0], -0.2], [outline.rail[0, 0], -0.2]]
-            ax.fill(*(np.vstack([outline.rail, foot])*[s, 1]).T, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.8)
+        for rail, s in (outline.left.rail, 1), (outline.right.rail, -1):
+            foot = [[rail[-1, 0], -0.2], [rail[0, 0], -0.2]]
+            ax.fill(*(np.vstack([rail, foot])*[s, 1]).T, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.8)
         for actor in reversed([actor for actor in self.actors if actor.shape]):
             self.movers.append(actor.draw(ax, side, filled=actor is self.actors[0], arrow=arrow/self.largest))
 
@@ -188,12 +189,10 @@ class Picture:
 class Actor:
     """A run in the picture."""
 
-    def __init__(self, record: Record, line: Line, settings: tuple[Settings, float]) -> None:
+    def __init__(self, record: Record, line: Line, placing: Placing) -> None:
         self.time, self.columns = checked(record)
         self.record, self.line = record, line
-        own = bool(record.settings)
-        self.shape: Shape | None = shape(record, record.settings if own else settings[0],
-                                         record.axle_height if own else settings[1])[0]
+        self.shape: Shape | None = shape(record, placing)[0]
         forces = [np.nanmax(self.columns[f"N_{c}"], initial=0.0) for c in CONTACTS if f"N_{c}" in self.columns]
         self.largest = max([*forces, 1.0])
 
@@ -204,9 +203,9 @@ class Actor:
     def draw(self, ax: Axes, side: float, filled: bool,
              arrow: float) -> Callable[[float], Iterable[tuple[Axes, Artist]]]:
         """The wheelset in `ax`; the function moves it and gives what is to draw.  arrow: length of a force [m/N]."""
-        mirrored = np.vstack([self.shape.wheel, self.shape.wheel[::-1]*[1, -1]])
-        half = self.shape.wheel[:, 0].min()
-        bodies = [np.array([[-half, -0.08], [half, -0.08], [half, 0.08], [-half, 0.08]]), mirrored, mirrored*[-1, 1]]
+        left, right = (np.vstack([side.wheel, side.wheel[::-1]*[1, -1]]) for side in (self.shape.left, self.shape.right))
+        ends = [-right[:, 0].min(), left[:, 0].min()]       # of the axle, between the wheels
+        bodies = [np.array([[ends[k], z] for k, z in ((0, -0.08), (1, -0.08), (1, 0.08), (0, 0.08))]), left, right*[-1, 1]]
         looks = ({"facecolor": WHEEL_GREY, "edgecolor": BLACK, "linewidth": 1.0} if filled else
                  {"fill": False, "edgecolor": self.line.color, "linewidth": 1.2, "linestyle": self.line.dashes})
         polygons = [ax.fill(*body.T, **looks)[0] for body in bodies]
@@ -224,7 +223,7 @@ class Actor:
 
         def move(t: float) -> Iterable[tuple[Axes, Artist]]:
             y, z, roll = self.at("Y", t), self.shape.axle + self.at("Z", t), self.at("roll", t)
-            c, s = np.cos(roll), np.sin(roll)
+            c, s = np.cos(self.shape.roll + roll), np.sin(self.shape.roll + roll)
             for polygon, body in zip(polygons, bodies, strict=True):
                 polygon.set_xy(body @ np.array([[c, s], [-s, c]]) + [y, z])
             text = [] if side else [f"Y {1e3*y:.2f} mm, Z {1e3*self.at('Z', t):.2f} mm, Φ {1e3*roll:.2f} mrad"]

@@ -41,7 +41,8 @@ class Page {
       const facts = this.facts.runs[k], holder = get("run" + k);
       const run = new Run(facts, k, await readRun(facts.index, holder.textContent));
       holder.remove();
-      run.axle = run.shape === null ? 0 : this.shapes[run.shape].axle;
+      const rest = run.shape === null ? {axle: 0, roll: 0} : this.shapes[run.shape];
+      Object.assign(run, {axle: rest.axle, axleRoll: rest.roll});
       run.largest = Math.max(...run.events.map(event => event.peak ?? 0), 0);
       this.loaded.set(k, run);
     }
@@ -503,9 +504,9 @@ function defaultCharts(runs) {
 
 function unflattened(shape) {
   const pairs = a => Array.from({length: a.length / 2}, (_, k) => [a[2 * k], a[2 * k + 1]]);
-  const wheel = pairs(shape.wheel);
-  return {wheel, rail: pairs(shape.rail), flank: pairs(shape.flank), gauge: pairs(shape.gauge), axle: shape.axle,
-          half: Math.min(...wheel.map(([u]) => u))};
+  const sides = shape.sides.map(side => Object.fromEntries(Object.entries(side).map(([name, a]) => [name, pairs(a)])));
+  sides.forEach(side => side.half = Math.min(...side.wheel.map(([u]) => u)));
+  return {left: sides[0], right: sides.at(-1), axle: shape.axle, roll: shape.roll};
 }
 
 const page = new Page(JSON.parse(get("facts").textContent));

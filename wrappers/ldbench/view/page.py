@@ -23,7 +23,7 @@ from ..record import CONTACT_NAMES, CONTACTS, Record
 from ..run import Run, output_path
 from .labels import GROUPS, label
 from .pack import CELLS, pack
-from .shapes import Settings, Shape, checksum, shape
+from .shapes import Placing, Settings, Shape, Side, checksum, shape
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = ("decode.js", "series.js", "scene.js", "chart.js", "parts.js", "keys.js", "panel.js", "values.js",
@@ -67,7 +67,7 @@ def make_page(records: Sequence[Record], title: str = "", settings: Settings | N
     the benchmark's actual profiles. shown: how many runs are shown at first; the others are one click away.
     summary: lines of a table, each with its name and cells. cells: of some runs, how many numbers are kept whole.
     """
-    assumed = assumed_settings(records, settings)
+    assumed = assumed_placing(records, settings)
     shapes: list[Shape] = []
     runs, bodies = [], []
     for record in records:
@@ -84,15 +84,17 @@ def make_page(records: Sequence[Record], title: str = "", settings: Settings | N
     return Page(fill(title, facts, bodies))
 
 
-def assumed_settings(records: Sequence[Record], settings: Settings | None) -> tuple[Settings, float]:
-    """What places wheel and rail of runs without our header, and the height of the axle [m], nan if that is not known:
-    the settings given, those of the first run with a header, or the benchmark's."""
+def assumed_placing(records: Sequence[Record], settings: Settings | None) -> Placing:
+    """What places wheel and rail of runs without our header: the settings given, those of the first run with a header,
+    or the benchmark's."""
     if settings:
-        return settings, np.nan
-    for record in records:
-        if record.settings:
-            return record.settings, record.axle_height
-    return case_settings(Case.exercise(1, "aw")), np.nan
+        return Placing(settings)
+    first = next((record for record in records if record.settings), None)
+    return own_placing(first) if first else Placing(case_settings(Case.exercise(1, "aw")))
+
+
+def own_placing(record: Record) -> Placing:
+    return Placing(record.settings, record.axle_height, record.axle_roll)
 
 
 def case_settings(case: Case) -> Settings:
@@ -128,15 +130,14 @@ def run_record(run: Run) -> Record:
         peaks={c: (summary[f"peak_N_{c}"], summary[f"t_peak_{c}"]) for c in CONTACTS}, ending=summary["end"])
 
 
-def run_entry(record: Record, assumed: tuple[Settings, float], shapes: list[Shape],
-              cells: int) -> tuple[dict[str, object], bytes]:
+def run_entry(record: Record, assumed: Placing, shapes: list[Shape], cells: int) -> tuple[dict[str, object], bytes]:
     """What the page is told of a run, and its columns; its outlines are added to `shapes` unless they are there."""
     time, columns = checked(record)
     own = bool(record.settings)
-    outline, remark = shape(record, *((record.settings, record.axle_height) if own else assumed))
+    outline, remark = shape(record, own_placing(record) if own else assumed)
     notes = [remark] if remark else []
     if not own and outline:
-        names = " and ".join(Path(str(assumed[0]["profiles"][f"{which}_profile"])).name for which in ("wheel", "rail"))
+        names = " and ".join(Path(str(assumed.settings["profiles"][f"{which}_profile"])).name for which in ("wheel", "rail"))
         notes.append(f"the file does not name its profiles: drawn are {names}")
     if record.reconstruction:
         notes.append("profiles are reconstructions, not the organisers' files")
@@ -206,11 +207,12 @@ def place(outline: Shape | None, shapes: list[Shape]) -> int | None:
 
 
 def shape_entry(outline: Shape) -> dict[str, object]:
-    def points(x: np.ndarray) -> list[float]:
-        return x.ravel().round(7).tolist()
+    """For the page; sides that are mirror images go there once."""
+    def side(one: Side) -> dict[str, list[float]]:
+        return {name: getattr(one, name).ravel().round(7).tolist() for name in ("wheel", "rail", "flank", "gauge")}
 
-    return {"wheel": points(outline.wheel), "rail": points(outline.rail), "flank": points(outline.flank),
-            "gauge": points(outline.gauge), "axle": outline.axle}
+    left, right = side(outline.left), side(outline.right)
+    return {"sides": [left] if left == right else [left, right], "axle": outline.axle, "roll": outline.roll}
 
 
 def cell_entry(cell: Cell) -> dict[str, object]:

@@ -57,7 +57,7 @@ class Scene {
   // A point of the wheelset, from its centre, in the track frame, as it is drawn.
   placed(run, pose, [u, v]) {
     const {displacement, roll} = this.settings;
-    const angle = roll * pose.roll, c = Math.cos(angle), s = Math.sin(angle);
+    const angle = run.axleRoll + roll * pose.roll, c = Math.cos(angle), s = Math.sin(angle);
     return [displacement * pose.y + c * u - s * v, run.axle + displacement * pose.z + s * u + c * v];
   }
 
@@ -109,8 +109,8 @@ class Scene {
 
   drawRails(shape, outline = "") {
     const {context: g} = this;
-    for (const side of [1, -1]) {
-      const head = shape.rail.map(([y, z]) => [side * y, z]);
+    for (const [{rail}, side] of sidesOf(shape)) {
+      const head = rail.map(([y, z]) => [side * y, z]);
       const a = head[0], b = head.at(-1), low = Math.min(a[1], b[1]) - 0.09;
       this.path([...head, [b[0], low], [a[0], low]], true);
       g.strokeStyle = outline || this.colour.of("ink");
@@ -124,10 +124,10 @@ class Scene {
   }
 
   drawWheelset(shape, run, pose, filled) {
-    const {context: g} = this, half = shape.half;
-    const mirrored = [...shape.wheel, ...[...shape.wheel].reverse().map(([u, v]) => [u, -v])];
-    const bodies = [1, -1].map(side => mirrored.map(([u, v]) => [side * u, v]));
-    bodies.unshift([[-half, -0.08], [half, -0.08], [half, 0.08], [-half, 0.08]]);
+    const {context: g} = this, a = -shape.right.half, b = shape.left.half;
+    const bodies = sidesOf(shape).map(([{wheel}, side]) =>
+      [...wheel, ...[...wheel].reverse().map(([u, v]) => [u, -v])].map(([u, v]) => [side * u, v]));
+    bodies.unshift([[a, -0.08], [b, -0.08], [b, 0.08], [a, 0.08]]);
     g.lineWidth = filled ? 1.2 : 1.6;
     g.strokeStyle = filled ? this.colour.of("ink") : this.colour.run(run);
     g.fillStyle = this.colour.of("wheel");
@@ -148,12 +148,12 @@ class Scene {
   }
 
   // Horizontal gap between flange and rail where it is least, of the true position.
-  gap(shape, run, pose, side) {
-    const roll = side * pose.roll, c = Math.cos(roll), s = Math.sin(roll);
+  gap({flank, gauge}, run, pose, side) {
+    const roll = side * (run.axleRoll + pose.roll), c = Math.cos(roll), s = Math.sin(roll);
     let found = null;
-    for (const [u, v] of shape.flank) {
+    for (const [u, v] of flank) {
       const y = side * pose.y + c * u - s * v, z = run.axle + pose.z + s * u + c * v;
-      const rail = atHeight(shape.gauge, z);
+      const rail = atHeight(gauge, z);
       if (rail !== null && (!found || rail - y < found.gap)) found = {gap: rail - y, point: [side * u, v], rail};
     }
     return found;
@@ -161,8 +161,8 @@ class Scene {
 
   drawGaps(shape, run, pose) {
     const {context: g} = this;
-    for (const side of [1, -1]) {
-      const found = this.gap(shape, run, pose, side);
+    for (const [outline, side] of sidesOf(shape)) {
+      const found = this.gap(outline, run, pose, side);
       if (!found || found.gap < -2e-3) continue;
       const [, z] = this.placed(run, pose, found.point);
       const [x1, y] = this.px(this.placed(run, pose, found.point)[0], z), [x2] = this.px(side * found.rail, z);
@@ -287,6 +287,11 @@ class Scene {
     else this.words("force", right - 6, y + 4, "right");
     g.font = "12px system-ui, sans-serif";
   }
+}
+
+// Each with its direction: y of the right side is that of its mirror image, turned round.
+function sidesOf(shape) {
+  return [[shape.left, 1], [shape.right, -1]];
 }
 
 function decades(largest) {

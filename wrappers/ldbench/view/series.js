@@ -94,7 +94,7 @@ class Run {
       const inward = c[0] === "L" ? -1 : 1;
       angle = Math.atan2(inward * this.value("Fy_" + c, i), this.value("Fz_" + c, i));
     }
-    const roll = this.value("roll", i) || 0;
+    const roll = this.axleRoll + (this.value("roll", i) || 0);
     const dy = this.value("y_" + c, i) - (this.value("Y", i) || 0);
     const dz = this.value("z_" + c, i) - (this.value("Z", i) || 0) - this.axle;
     const cos = Math.cos(roll), sin = Math.sin(roll);

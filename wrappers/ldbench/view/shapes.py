@@ -1,14 +1,17 @@
 """Outlines of wheel and rail for the scene, placed as the core places them."""
 from __future__ import annotations
 
+import re
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from .._core import Error
+from ..outlines import find_profile, place_rail, read_profile
 from ..record import Record, Setting
 
 Settings = Mapping[str, Mapping[str, Setting]]
@@ -17,51 +20,78 @@ FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a fla
 
 
 @dataclass(frozen=True)
-class Shape:
-    """The left wheel, origin at the axle centre, and the left rail in the frame of the track, (n, 2) [m]; the right
-    side is the mirror image.  flank: the wheel's flange where it faces the rail; gauge: the rail's side that it
-    meets, from below; axle: height of the axle centre of the centred wheelset [m]."""
+class Side:
+    """A wheel, origin at the axle centre, and its rail in the frame of the track, (n, 2) [m], as on the left: the right
+    side is the mirror image of its own.  flank: the wheel's flange where it faces the rail; gauge: the rail's side that
+    it meets, from below."""
     wheel: np.ndarray
     rail: np.ndarray
     flank: np.ndarray
     gauge: np.ndarray
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Both sides, and height [m] and roll [rad] of the axle where the centred wheelset rests."""
+    left: Side
+    right: Side
     axle: float
+    roll: float
 
 
-def shape(record: Record, settings: Settings, axle: float = np.nan) -> tuple[Shape | None, str]:
-    """The outlines that `settings` name, looked for as `record` would; or None, and why.  A remark otherwise, if the
+class Placing(NamedTuple):
+    """Settings that name profiles and place them; height [m] and roll [rad] of the centred axle at rest, NaN where not
+    known."""
+    settings: Settings
+    axle: float = np.nan
+    roll: float = np.nan
+
+
+def shape(record: Record, placing: Placing) -> tuple[Shape | None, str]:
+    """The outlines that the settings name, looked for as `record` would; or None, and why.  A remark otherwise, if the
     files are not those of the run."""
-    from ..plots import find_profile, place_rail, read_profile
-
-    files = {which: find_profile(with_settings(record, settings), which) for which in ("wheel", "rail")}
-    missing = [str(settings.get("profiles", {}).get(f"{which}_profile", "?")) for which in files if not files[which]]
+    settings = placing.settings
+    found = {(which, right): find_profile(replace(record, settings=settings), which, right)
+             for right in (False, True) for which in ("wheel", "rail")}
+    named = settings.get("profiles", {})
+    missing = dict.fromkeys(str(right and named.get(f"{which}_profile_right") or named.get(f"{which}_profile", "?"))
+                            for (which, right), file in found.items() if not file)
     if missing:
         return None, f"no outlines: {' and '.join(missing)} not found"
-    stated = {which: record.profiles.get(which, record.profiles.get(f"left {which}", "")) for which in files}
-    changed = [file.name for which, file in files.items() if not fits(file, stated[which])]
+    changed = dict.fromkeys(file.name for (which, right), file in found.items()
+                            if not fits(file, stated_profile(record, which, right)))
     try:
-        profiles = settings.get("profiles", {})
-        rail = place_rail(read_profile(files["rail"], "rail", profiles), float(settings["track"]["gauge"]),
-                          float(settings["track"]["gauge_depth"]))
-        wheel = read_profile(files["wheel"], "wheel", profiles) + [float(settings["wheelset"]["back_to_back"])/2, 0.0]
-        wheel, rigid = place_wheel(wheel, rail, float(settings["wheelset"]["rolling_radius"]))
+        (left, height, y), (right, height_right, y_right) = (
+            place_side(found["wheel", right], found["rail", right], settings) for right in (False, True))
     except (Error, ValueError, IndexError):     # not profiles
-        return None, f"no outlines: {files['wheel'].name} and {files['rail'].name} cannot be placed"
-    remarks = [f"{' and '.join(changed)} changed since the run"] if changed else []
-    if any(settings.get("profiles", {}).get(f"{which}_profile_right") for which in files):
-        remarks.append("both sides are drawn with the profiles of the left one")
-    remark = "; ".join(remarks)
-    return Shape(wheel, rail, *facing(wheel, rail), rigid if np.isnan(axle) else axle), remark
+        names = " and ".join(dict.fromkeys(file.name for file in found.values()))
+        return None, f"no outlines: {names} cannot be placed"
+    remark = f"{' and '.join(changed)} changed since the run" if changed else ""
+    if np.isnan(placing.axle):          # rigid, on both rails; the sides' heights differ by some micrometres
+        axle, roll = (height*y_right + height_right*y)/(y + y_right), (height - height_right)/(y + y_right)
+        return Shape(left, right, axle, roll), remark
+    return Shape(left, right, placing.axle, placing.roll), remark
 
 
-def with_settings(record: Record, settings: Settings) -> Record:
-    return replace(record, settings=settings)
+def place_side(wheel_file: Path, rail_file: Path, settings: Settings) -> tuple[Side, float, float]:
+    """A side, the height of the axle at which its rigid centred wheel touches, and how far outward it does [m]."""
+    profiles = settings["profiles"]
+    rail = place_rail(read_profile(rail_file, "rail", profiles), float(settings["track"]["gauge"]),
+                      float(settings["track"]["gauge_depth"]))
+    wheel = read_profile(wheel_file, "wheel", profiles) + [float(settings["wheelset"]["back_to_back"])/2, 0.0]
+    wheel, height, y = place_wheel(wheel, rail, float(settings["wheelset"]["rolling_radius"]))
+    return Side(wheel, rail, *facing(wheel, rail)), height, y
+
+
+def stated_profile(record: Record, which: str, right: bool) -> str:
+    """What the header says of a profile: 'awprof.yz, CRC-32 9FA7E873'."""
+    return record.profiles.get(f"{'right' if right else 'left'} {which}", record.profiles.get(which, ""))
 
 
 def fits(file: Path, described: str) -> bool:
-    """Whether a profile has the checksum that the header gives: 'awprof.yz, CRC-32 9FA7E873'."""
-    stated = described.rpartition("CRC-32 ")[2]
-    return not stated or checksum(file) == stated
+    """Whether a profile has the checksum that the header gives, before what it says of format and mending."""
+    stated = re.search(r"CRC-32 ([0-9A-F]{8})", described)
+    return not stated or checksum(file) == stated[1]
 
 
 def checksum(file: Path) -> str:
@@ -76,16 +106,16 @@ def upper_side(points: np.ndarray, reach: float) -> np.ndarray:
     return top[np.argsort(top[:, 0], kind="stable")]
 
 
-def place_wheel(wheel: np.ndarray, rail: np.ndarray, radius: float) -> tuple[np.ndarray, float]:
-    """The wheel with its origin at the axle centre, and the height of the axle of the rigid centred wheelset: the
-    radius is that of the point which touches then."""
+def place_wheel(wheel: np.ndarray, rail: np.ndarray, radius: float) -> tuple[np.ndarray, float, float]:
+    """The wheel with its origin at the axle centre, the height of the axle of the rigid centred wheelset, and y of the
+    point which touches then: the radius is the point's."""
     by_y = wheel[np.argsort(wheel[:, 0], kind="stable")]
     head = upper_side(rail, 0.01)
     y = np.arange(head[0, 0], head[-1, 0], 1e-6)
     under = np.interp(y, by_y[:, 0], by_y[:, 1])
     on = np.interp(y, head[:, 0], head[:, 1])
     touching = int(np.argmin(under - on))
-    return wheel - [0.0, under[touching] + radius], radius + on[touching]
+    return wheel - [0.0, under[touching] + radius], radius + on[touching], y[touching]
 
 
 def facing(wheel: np.ndarray, rail: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

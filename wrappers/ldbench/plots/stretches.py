@@ -1,0 +1,95 @@
+"""Stretches of time of a run: which ones a page shows, and a long one as a band."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..record import Record
+
+ENVELOPE_ROWS = 20_000     # longer runs are drawn as bands
+BINS = 700                 # of a band
+COLUMNS = 2000             # of a curve: 250 to the inch where it goes from edge to edge
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of time that a column of panels shows."""
+    title: str
+    start: float                  # [s]
+    end: float                    # [s]
+    milliseconds: bool = False
+    band: bool = False            # smallest and largest value, not the curve
+
+    @property
+    def scale(self) -> float:
+        return 1e3 if self.milliseconds else 1.0
+
+    def rows(self, record: Record) -> slice:
+        """The rows inside and one more at either side."""
+        t = record.time
+        return slice(max(np.searchsorted(t, self.start) - 1, 0), np.searchsorted(t, self.end, "right") + 1)
+
+
+def first_episode(record: Record, contact: str) -> tuple[float, float] | None:
+    """Times [s] at which a contact first closes and opens again, to the spacing of the rows."""
+    if f"N_{contact}" not in record.columns:
+        return None
+    closed = record.values(f"N_{contact}") != 0
+    if not closed.any():
+        return None
+    first = int(np.argmax(closed))
+    opened = closed[first:].argmin()
+    last = first + int(opened) if opened else len(closed) - 1
+    return float(record.time[first]), float(record.time[last])
+
+
+def windows(record: Record) -> list[Window]:
+    """The stretches of time to show of a run."""
+    t = record.time
+    long = len(t) > ENVELOPE_ROWS
+    found = [Window("until the last second: smallest to largest value, and mean", t[0], t[-1] - 1, band=True) if long
+             else Window("whole run", t[0], t[-1])]
+    episode = first_episode(record, "LF")
+    impact = record.first_contact("LF")
+    if impact is not None and record.formulation == "unilateral":
+        episode = impact, impact + 0.01
+    if episode:
+        start, end = episode
+        length = max(end - start, 4*(t[1] - t[0]))
+        zoom = max(t[0], start - 0.6*length), min(t[-1], end + 1.2*length)
+        found.append(Window("first contact of the left flange", *zoom, milliseconds=True))
+    if long:
+        found.append(Window("last second", t[-1] - 1, t[-1]))
+    return found
+
+
+def band(t: np.ndarray, x: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, ...]:
+    """Bin centres, smallest, largest and mean value of x in `bins` equal numbers of rows; nan where
+    all are nan."""
+    edges = np.linspace(0, len(t), min(bins, len(t)) + 1).astype(int)[:-1]
+    known = ~np.isnan(x)
+    count = np.add.reduceat(known.astype(float), edges)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.add.reduceat(np.where(known, x, 0.0), edges)/count
+    low, high = np.fmin.reduceat(x, edges), np.fmax.reduceat(x, edges)
+    ends = np.append(edges[1:], len(t)) - 1
+    return (t[edges] + t[ends])/2, low, high, mean
+
+
+def thin(t: np.ndarray, x: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarray, np.ndarray]:
+    """A curve as it is drawn in so many columns of equal width: of each the first, last, smallest and largest value, in
+    their order, and the ends of gaps.  Nothing is cut off; a curve of few rows stays as it is."""
+    if len(t) <= 4*columns:
+        return t, x
+    column = np.minimum(((t - t[0])*(columns/(t[-1] - t[0]))).astype(int), columns - 1)
+    starts = np.flatnonzero(np.diff(column, prepend=-1))
+    group = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(t)))
+    keep = np.zeros(len(t), bool)
+    keep[starts] = keep[starts[1:] - 1] = keep[-1] = True
+    for extreme in np.fmin, np.fmax:
+        there = np.flatnonzero(x == extreme.reduceat(x, starts)[group])
+        keep[there[np.diff(group[there], prepend=-1) > 0]] = True       # the first of equals
+    gaps = np.flatnonzero(np.diff(np.isnan(x)))
+    keep[gaps] = keep[gaps + 1] = True
+    return t[keep], x[keep]
