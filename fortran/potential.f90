@@ -116,6 +116,7 @@ contains
     energy = 0
     gradient = 0
     hessian = 0
+    bend = 0
     status = inside
     do i = 1, size(t%zones)
       call zone_potential(t%zones(i), pose, roll, tangent, part, slope, bend, status)
@@ -168,6 +169,7 @@ contains
     f(1) = energy
     f(2) = q**3*(2.5_dp*v(1) + 0.5_dp*q*v(2))
     f(3:4) = q**5*v(3:4)
+    f(5:) = 0
     if (tangent) then
       f(5) = q*(3.75_dp*v(1) + 2.25_dp*q*v(2) + 0.25_dp*p*v(5))
       f(6:7) = q**3*(2.5_dp*v(3:4) + 0.5_dp*q*v(6:7))

@@ -21,7 +21,7 @@ module reach
     real(dp) :: clearance = 10e-3_dp    !! of the flanges, one side [m]
   end type extent_type
 
-  real(dp), parameter :: service_roll = 0.02_dp, service_shift = 3e-3_dp   ! beyond the clearance [rad, m]
+  real(dp), parameter :: service_roll = 0.02_dp, service_shift = 5e-3_dp   ! beyond the clearance [rad, m]
   real(dp), parameter :: last_roll = 0.33_dp                               ! of a wheelset that goes over [rad]
   real(dp), parameter :: sunk = 3e-3_dp, past = 1e-3_dp   ! derailed: as in `events`, and a little more [m]
   real(dp), parameter :: going_over = 10     ! errors allowed there, of those in service

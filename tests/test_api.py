@@ -705,11 +705,12 @@ def test_one_version():
 
 def test_build_lists_are_complete():
     """meson.build names every module that the Makefile and the package have."""
-    core, package = (set(ast.literal_eval(words)) for words in
+    core, package, plots = (set(ast.literal_eval(words)) for words in
                      re.findall(r"foreach m : (\[.*?\])", (REPO / "meson.build").read_text(), re.DOTALL))
     makefile = re.search(r"^MODULES = ((?:.*\\\n)*.*)", (REPO / "Makefile").read_text(), re.MULTILINE)[1]
     assert core == set(makefile.replace("\\", "").split()) - {"terminal"}
-    assert package == {path.stem for path in (REPO / "wrappers/ldbench").glob("*.py")}
+    for named, folder in (package, ""), (plots, "plots"):
+        assert named == {path.stem for path in (REPO / "wrappers/ldbench" / folder).glob("*.py")}
 
 
 def test_stack_is_not_executable():
