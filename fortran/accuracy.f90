@@ -14,7 +14,8 @@ module accuracy
   private
   public :: measure, direct_force
 
-  integer, parameter :: wanted(2) = [600, 200], tries = 60000   ! poses in service and going over
+  ! Poses in service and going over; half-spaces take a hundred times as long as strips.
+  integer, parameter :: of_strips(2) = [2400, 800], of_halfspaces(2) = [600, 200], tries = 240000
   ! Square roots of primes, less their whole part.
   real(dp), parameter :: steps(4) = [0.414213562373095_dp, 0.732050807568877_dp, 0.236067977499790_dp, &
     0.645751311064591_dp]
@@ -30,12 +31,17 @@ contains
     type(extent_type), intent(in) :: extent
     type(contact_table), intent(inout) :: table
     type(elements_type) :: elements
-    real(dp) :: pose(3, sum(wanted)), error(sum(wanted))
-    integer :: class(sum(wanted)), drawn(2), i, n
-    logical :: touching(2, sum(wanted))
+    real(dp), allocatable :: pose(:, :), error(:)
+    integer, allocatable :: class(:)
+    logical, allocatable :: touching(:, :)
+    integer :: wanted(2), drawn(2), i, n
 
     table%accuracy = accuracy_type()
     if (model == 'hertz') return
+    wanted = of_strips
+    if (model == 'halfspace') wanted = of_halfspaces
+    n = sum(wanted)
+    allocate (pose(3, n), error(n), class(n), touching(2, n))
     drawn = 0
     do i = 1, tries
       if (all(drawn >= wanted)) exit

@@ -16,7 +16,7 @@ module patches
   use kinds, only: dp, pi
   implicit none
   private
-  public :: elements_type, patches_type, new_elements, press_patches, keep_patches
+  public :: elements_type, patches_type, new_elements, press_patches, keep_patches, expect_area, pressed_area
 
   integer, parameter :: most_patches = 4
   real(dp), parameter :: least_cosine = 0.05_dp      ! of the normal in the overlap's length
@@ -44,6 +44,7 @@ module patches
     real(dp) :: deepest(most_patches) = 0      !! overlap [m]
     real(dp) :: box(3, most_patches) = 0       !! pressed: x, first and last s [m]
     type(mesh_type) :: mesh(most_patches)
+    real(dp) :: expected(3) = -1               !! of a single patch, as `pressed_area`; or nothing is known
     real(dp), allocatable :: p(:, :, :)        !! pressures (nx, ns, patch) [Pa]
     type(system_type) :: system
   end type patches_type
@@ -102,6 +103,12 @@ contains
     call find_overlaps(pair, first, last, work, patches, warm)
     n = patches%n
     if (n == 0) return
+    if (n == 1 .and. patches%expected(1) > 0) then
+      associate (lap => patches%lap(:, 1))
+        patches%box(:, 1) = [patches%expected(1)*patches%lap_x(1), lap(1) + patches%expected(2:)*(lap(2) - lap(1))]
+      end associate
+    end if
+    patches%expected = -1
     if (.not. allocated(patches%p)) then
       patches%system = new_system(elements%nx, elements%ns, most_patches)
       allocate (patches%p(elements%nx, elements%ns, most_patches))
@@ -187,7 +194,7 @@ contains
       if (ends(2) <= ends(1)) ends = [0.0_dp, real(elements%ns, dp)]
       box = [far*mesh(g)%dx, mesh(g)%low + ends*mesh(g)%ds]
       length = elements%ns*mesh(g)%ds
-      cut(1) = far > elements%nx .or. any(p(elements%nx, :, g) > 0) .and. far > elements%nx - 0.2_dp
+      cut(1) = far > elements%nx + 0.3_dp
       cut(2) = any(p(:, 1, g) > 0) .and. ends(1) < 0.1_dp .and. mesh(g)%low > patches%lap(1, g) + 1e-3_dp*length
       cut(3) = any(p(:, elements%ns, g) > 0) .and. ends(2) > elements%ns - 0.1_dp &
         .and. mesh(g)%low + length < patches%lap(2, g) - 1e-3_dp*length
@@ -196,7 +203,8 @@ contains
       if (cut(3)) box(3) = mesh(g)%low + enlarge*length
       box(2) = max(box(2), patches%lap(1, g))
       box(3) = min(box(3), patches%lap(2, g))
-      fits = fits .and. .not. any(cut) .and. far > least_fill*elements%nx .and. box(3) - box(2) > least_fill*length
+      fits = fits .and. .not. any(cut) .and. far < elements%nx .and. far > least_fill*elements%nx .and. &
+        box(3) - box(2) > least_fill*length
       if (fits .and. round < tight_rounds) fits = abs(far*(1 + 2*margin) - elements%nx) < slack*elements%nx .and. &
         abs(box(2) - max(mesh(g)%low + margin*length, patches%lap(1, g))) < slack*length .and. &
         abs(mesh(g)%low + length - min(box(3) + margin*length, patches%lap(2, g))) < slack*length
@@ -256,6 +264,25 @@ contains
     end function to_edge
 
   end subroutine press_patches
+
+  !> The area that a single patch pressed last, as shares of its overlap: half its length along x, both ends along s;
+  !> negative where there are several.
+  pure function pressed_area(patches) result(area)
+    type(patches_type), intent(in) :: patches
+    real(dp) :: area(3)
+
+    area = -1
+    if (patches%n == 1) area = [patches%box(1, 1)/patches%lap_x(1), &
+      (patches%box(2:, 1) - patches%lap(1, 1))/(patches%lap(2, 1) - patches%lap(1, 1))]
+  end function pressed_area
+
+  !> What the next pose is expected to press, found from poses around it: then it is likely to be solved at once.
+  pure subroutine expect_area(patches, area)
+    type(patches_type), intent(inout) :: patches
+    real(dp), intent(in) :: area(3)        !! as `pressed_area`
+
+    patches%expected = area
+  end subroutine expect_area
 
   !> The patches of one pose as a start for others.
   pure subroutine keep_patches(from, to)

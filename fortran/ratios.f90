@@ -25,6 +25,7 @@ module ratios
     type(axis_type) :: u, roll, q
     real(dp), allocatable :: c(:, :, :)      !! (q, u, roll)
     logical, allocatable :: there(:, :, :)   !! solved
+    real(dp), allocatable :: area(:, :, :, :)   !! pressed by a single patch: (3, q, u, roll)
     logical, allocatable :: done(:, :)       !! (u, roll): what there is to solve is solved
   end type ratio_type
 
@@ -99,7 +100,7 @@ contains
         call sample_ratios(pair, zones, z, elements(merge(2, 1, zones(z)%flange)), table, extent, &
           ratio(z)%roll%x(j), ratio(z)%u%x, &
           heights(table%zones(z), ratio(z)%u%x, ratio(z)%roll%x(j)), ratio(z)%q%x, ratio(z)%done(:, j), &
-          ratio(z)%c(:, :, j), ratio(z)%there(:, :, j))
+          ratio(z)%c(:, :, j), ratio(z)%there(:, :, j), ratio(z)%area(:, :, :, j))
       end do
     end subroutine solve_rows
 
@@ -145,7 +146,7 @@ contains
         u = r%u
         a = r%roll
         q = r%q
-        call halve_cells(u, of_u, merge(2*least_u, least_tread, table%zones(z)%flange), most(1), more(1))
+        call halve_cells(u, of_u, merge(4*least_u, least_tread, table%zones(z)%flange), most(1), more(1))
         call halve_cells(a, of_roll, 2*least_roll, most(2), more(2))
         more(3) = .false.
         if (round <= rounds_of_q) call halve_cells(q, of_q, 2*least_q, most(3), more(3))
@@ -193,6 +194,7 @@ contains
     r%q = new_axis(q)
     allocate (r%c(size(q), size(u), size(roll)), source=1.0_dp)
     allocate (r%there(size(q), size(u), size(roll)), source=.false.)
+    allocate (r%area(3, size(q), size(u), size(roll)), source=-1.0_dp)
     allocate (r%done(size(u), size(roll)), source=.false.)
   end subroutine start_ratio
 
@@ -227,6 +229,7 @@ contains
           if (new%q%x(m) < old%q%x(n)) cycle
           new%c(m, i, j) = old%c(n, k, l)
           new%there(m, i, j) = old%there(n, k, l)
+          new%area(:, m, i, j) = old%area(:, n, k, l)
         end do
         new%done(i, j) = new%q%n == old%q%n .and. old%done(k, l)
       end do

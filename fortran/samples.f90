@@ -4,7 +4,7 @@ module samples
   use contact, only: set_moduli, zone_energy, zone_type
   use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
-  use patches, only: elements_type, keep_patches, patches_type, press_patches
+  use patches, only: elements_type, expect_area, keep_patches, patches_type, press_patches, pressed_area
   use potential, only: contact_table, zone_pose, zone_table
   use reach, only: extent_type, find_reach, strictness
   implicit none
@@ -123,7 +123,8 @@ contains
 
   !> Energy of half-spaces over that of strips, of all that the branch (tread or flange) of a zone presses in the
   !> poses at u, one roll angle and the penetrations q^2 of the zone; where no run comes it is left.
-  subroutine sample_ratios(pair, zones, zone, elements, table, extent, roll, u, h, q, done, ratio, there)
+  subroutine sample_ratios(pair, zones, zone, elements, table, extent, roll, u, h, q, done, ratio, there, &
+    area)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
     integer, intent(in) :: zone
@@ -135,6 +136,7 @@ contains
     logical, intent(inout) :: done(:)          !! of u
     real(dp), intent(inout) :: ratio(:, :)     !! (q, u)
     logical, intent(inout) :: there(:, :)      !! solved, (q, u)
+    real(dp), intent(inout) :: area(:, :, :)   !! pressed, of a single patch; (3, q, u)
     type(scan_type) :: work
     type(patches_type) :: patches, deepest     ! of the deepest pose at the last u
     real(dp) :: pose(3), k(size(pair%s)), strip, exact, other
@@ -173,14 +175,39 @@ contains
             strip = strip + zone_energy(pair, zones(n), 'strip', elements%e_star, roll, work, k)
         end do
         if (strip <= 0) cycle
+        call expect_area(patches, between(m, i))
         call press_patches(pair, elements, first, last, pose(:2), roll, work, patches, exact, ok)
         if (.not. begun) call keep_patches(patches, deepest)
         begun = .true.
         if (.not. ok) cycle
         ratio(m, i) = exact/strip
         there(m, i) = .true.
+        area(:, m, i) = pressed_area(patches)
       end do
     end do
+
+  contains
+
+    !> Of poses on both sides of one: next to it along u, or along q.
+    pure function between(m, i) result(middle)
+      integer, intent(in) :: m, i
+      real(dp) :: middle(3)
+
+      middle = -1
+      if (i > 1 .and. i < size(u)) middle = weighted(area(:, m, i - 1), area(:, m, i + 1), &
+        (u(i) - u(i - 1))/(u(i + 1) - u(i - 1)))
+      if (middle(1) < 0 .and. m < size(q)) middle = weighted(area(:, m - 1, i), area(:, m + 1, i), &
+        (q(m) - q(m - 1))/(q(m + 1) - q(m - 1)))
+    end function between
+
+    pure function weighted(low, high, share) result(middle)
+      real(dp), intent(in) :: low(3), high(3), share
+      real(dp) :: middle(3)
+
+      middle = -1
+      if (low(1) > 0 .and. high(1) > 0) middle = low + share*(high - low)
+    end function weighted
+
   end subroutine sample_ratios
 
   !> Lateral shift of the wheelset at which a zone is expected to touch: 0 for
