@@ -14,8 +14,8 @@ module accuracy
   private
   public :: measure, direct_force
 
-  ! Poses in service and going over; half-spaces take a hundred times as long as strips.
-  integer, parameter :: of_strips(2) = [2400, 800], of_halfspaces(2) = [600, 200], tries = 240000
+  ! Poses in service and going over; half-spaces take far longer than strips.
+  integer, parameter :: of_strips(2) = [1600, 400], of_halfspaces(2) = [600, 200], tries = 240000
   ! Square roots of primes, less their whole part.
   real(dp), parameter :: steps(4) = [0.414213562373095_dp, 0.732050807568877_dp, 0.236067977499790_dp, &
     0.645751311064591_dp]
@@ -137,6 +137,7 @@ contains
     logical, intent(out) :: ok
     type(scan_type) :: work
     type(patches_type) :: patches
+    type(zone_type) :: pressed
     real(dp) :: k(size(pair%s)), part(3), energy
     integer :: z, branch, first, last
 
@@ -157,10 +158,17 @@ contains
     else
       do z = 1, size(zones)
         work%fresh = .true.
-        call set_moduli(pair, zones(z), e_star, pose(3), k)
         call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, work)
+        associate (sunk => work%depth(zones(z)%first:zones(z)%last) > 0)
+          if (.not. any(sunk)) cycle
+          ! The stations inside the rail and their neighbours.
+          pressed = zones(z)
+          pressed%first = max(zones(z)%first, zones(z)%first + findloc(sunk, .true., 1) - 2)
+          pressed%last = min(zones(z)%last, zones(z)%first + findloc(sunk, .true., 1, back=.true.))
+        end associate
+        call set_moduli(pair, pressed, e_star, pose(3), k)
         branch = merge(2, 1, zones(z)%flange)
-        part = zone_force(pair, zones(z), pose(3), work, k)
+        part = zone_force(pair, pressed, pose(3), work, k)
         force(:, branch) = force(:, branch) + part(:2)
       end do
     end if
