@@ -37,7 +37,9 @@ all:
 
 # One make at a time builds in a folder; another one waits for it, where the system has flock.
 LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
-built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(1)
+# As many compilers as cores, unless -j was given.
+CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
+built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@

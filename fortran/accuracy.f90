@@ -15,7 +15,7 @@ module accuracy
   public :: measure, direct_force
 
   ! Poses in service and going over; half-spaces take far longer than strips.
-  integer, parameter :: of_strips(2) = [1600, 400], of_halfspaces(2) = [600, 200], tries = 240000
+  integer, parameter :: of_strips(2) = [1000, 200], of_halfspaces(2) = [600, 200], tries = 240000
   ! Square roots of primes, less their whole part.
   real(dp), parameter :: steps(4) = [0.414213562373095_dp, 0.732050807568877_dp, 0.236067977499790_dp, &
     0.645751311064591_dp]

@@ -32,7 +32,7 @@ FORMULATIONS = "elastic", "bilateral", "unilateral"
 LEFT = {"wheel_profile": "awprof", "rail_profile": "arprof"}
 RIGHT = {"wheel_profile": "s1002", "rail_profile": "60e1"}
 NEGATIVE = "Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "delta_r"      # in the mirror
-COARSE = {"model": "strip", "n_lateral": 80, "n_roll": 21, "n_depth": 17}
+COARSE = {"model": "strip", "n_lateral": 80, "n_roll": 21, "n_depth": 17, "accuracy": 0.05}
 
 
 def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:

@@ -18,7 +18,7 @@ MODELS = "strip", "halfspace"
 IN_SERVICE = "tread", "flange", "both"
 PLACES = *IN_SERVICE, "going over"
 # Largest rms in service [of max(|F|, 5 kN)]: what is asked for; 1.5 times measured where the table's limits stop it.
-BARS = {("aw", "strip"): 1e-3, ("sw", "strip"): 1e-3, ("aw", "halfspace"): 4e-3, ("sw", "halfspace"): 2.5e-3}
+BARS = {("aw", "strip"): 1e-3, ("sw", "strip"): 1e-3, ("aw", "halfspace"): 2.7e-3, ("sw", "halfspace"): 2e-3}
 
 
 def modern() -> Case:
