@@ -128,7 +128,7 @@ DIFFERENCE_BARS = 1e-4, 1e-6, 1e-6
 # stiffness by 1e-4: three times its half for the lateral mode. Hertz's paraboloid against the circle: (7/254)^2/2.
 SHIPPED_BARS = 3e-4, 4e-4, 4e-4
 # Half-spaces: the table errs by 3e-4 of 90 kN, smoothly over some mm, of which 12 N/mm are little.
-HALFSPACE_BARS = 5e-2, 4e-4, 4e-4
+HALFSPACE_BARS = 2e-2, 4e-4, 4e-4
 EXACT_BARS = 3e-5, 4e-4, 4e-4           # the table's second derivatives in roll: 1e-5
 SLOPE_BARS = 0.02, 2e-3                 # 5e-7 of interpolation in a gap of 2e-5, over five powers of e
 
