@@ -8,7 +8,7 @@ module bspline
   use kinds, only: dp
   implicit none
   private
-  public :: axis_type, basis_type, new_axis, graded_points, uniform_points, axis_holds, axis_basis, &
+  public :: axis_type, basis_type, new_axis, graded_points, axis_holds, axis_basis, &
     fit_axis, fit_2d, fit_3d, third_jumps, spline_2d_value, spline_2d, spline_3d, spline_3d_value
 
   type :: axis_type
@@ -107,15 +107,6 @@ contains
     high = asinh((last - centre)/scale)
     x = [first, (centre + scale*sinh(low + (i - 1)*(high - low)/(n - 1)), i=2, n - 1), last]
   end function graded_points
-
-  pure function uniform_points(first, last, n) result(x)
-    real(dp), intent(in) :: first, last
-    integer, intent(in) :: n
-    real(dp) :: x(n)
-    integer :: i
-
-    x = [(first + (i - 1)*(last - first)/(n - 1), i=1, n - 1), last]
-  end function uniform_points
 
   pure logical function axis_holds(axis, x)
     type(axis_type), intent(in) :: axis

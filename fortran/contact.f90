@@ -18,7 +18,7 @@
 !> the pose.  The cut nearest to `split_angle` parts the tread from the flange.
 module contact
   use errors, only: error_type, fatal_error
-  use geometry, only: deepest, pair_type, rail_curvature, rolled, scan_type
+  use geometry, only: deepest, pair_type, rail_curvature, scan_type
   use hertz, only: hertz_stiffness, strip_modulus
   use kinds, only: dp, degree
   use text, only: str

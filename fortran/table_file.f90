@@ -1,7 +1,7 @@
 !> Contact tables in files.
 module table_file
   use, intrinsic :: iso_fortran_env, only: int64
-  use bspline, only: axis_type, new_axis
+  use bspline, only: new_axis
   use contact, only: max_zones
   use errors, only: error_type, fatal_error
   use kinds, only: dp
