@@ -9,7 +9,8 @@ module bspline
   implicit none
   private
   public :: axis_type, basis_type, new_axis, graded_points, axis_holds, axis_basis, &
-    fit_axis, fit_2d, fit_3d, third_jumps, spline_2d_value, spline_2d, spline_3d, spline_3d_value
+    fit_axis, fit_2d, fit_3d, third_jumps, spline_2d_value, spline_2d, spline_3d, &
+    spline_2d_at, spline_3d_at
 
   type :: axis_type
     integer :: n = 0              !! points
@@ -258,17 +259,57 @@ contains
     end do
   end function spline_2d_value
 
-  !> Value alone of sum c(i, j, k) X_i Y_j Z_k.
-  pure real(dp) function spline_3d_value(c, x, y, z) result(v)
-    real(dp), intent(in) :: c(:, :, :)
-    type(basis_type), intent(in) :: x, y, z
-    integer :: k
+  !> Values f(i, j) of the spline on x, y at points u, v.
+  pure subroutine spline_2d_at(x, y, c, u, v, f)
+    type(axis_type), intent(in) :: x, y
+    real(dp), intent(in) :: c(:, :), u(:), v(:)
+    real(dp), intent(out) :: f(:, :)
+    type(basis_type) :: bx(size(u)), by
+    integer :: i, j
 
-    v = 0
-    do k = 1, 4
-      v = v + z%b(k, 0)*spline_2d_value(c(:, :, z%i + k - 1), x, y)
+    do i = 1, size(u)
+      call axis_basis(x, u(i), bx(i), .false.)
     end do
-  end function spline_3d_value
+    do j = 1, size(v)
+      call axis_basis(y, v(j), by, .false.)
+      do i = 1, size(u)
+        f(i, j) = spline_2d_value(c, bx(i), by)
+      end do
+    end do
+  end subroutine spline_2d_at
+
+  !> Values f(i, j, k) of the spline on x, y, z at points u, v, w: sums over one axis after the other.
+  pure subroutine spline_3d_at(x, y, z, c, u, v, w, f)
+    type(axis_type), intent(in) :: x, y, z
+    real(dp), intent(in) :: c(:, :, :), u(:), v(:), w(:)
+    real(dp), intent(out) :: f(:, :, :)
+    real(dp) :: plane(size(c, 1), size(c, 2)), line(size(c, 1))
+    type(basis_type) :: bx(size(u)), by(size(v)), bz
+    integer :: i, j, k, l
+
+    do i = 1, size(u)
+      call axis_basis(x, u(i), bx(i), .false.)
+    end do
+    do j = 1, size(v)
+      call axis_basis(y, v(j), by(j), .false.)
+    end do
+    do k = 1, size(w)
+      call axis_basis(z, w(k), bz, .false.)
+      plane = 0
+      do l = 1, 4
+        plane = plane + bz%b(l, 0)*c(:, :, bz%i + l - 1)
+      end do
+      do j = 1, size(v)
+        line = 0
+        do l = 1, 4
+          line = line + by(j)%b(l, 0)*plane(:, by(j)%i + l - 1)
+        end do
+        do i = 1, size(u)
+          f(i, j, k) = dot_product(bx(i)%b(:, 0), line(bx(i)%i:bx(i)%i + 3))
+        end do
+      end do
+    end do
+  end subroutine spline_3d_at
 
   !> Value and gradient of sum c(i, j) X_i Y_j.
   pure subroutine spline_2d_gradient(c, x, y, v)

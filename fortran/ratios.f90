@@ -2,19 +2,19 @@
 !> function c(u, phi, q) of the pose, because the strips already carry the geometry.
 !>
 !> It is solved at the points of axes of its own, coarser than those of S, which are halved where
-!> the spline through it misses the accuracy asked for.
+!> the spline through it misses the accuracy asked for; of the new points those are solved around which it does,
+!> the spline gives the others.
 module ratios
-  use bspline, only: axis_basis, axis_type, basis_type, fit_3d, graded_points, new_axis, spline_2d_value, &
-    spline_3d_value
+  use bspline, only: axis_type, fit_2d, fit_3d, graded_points, new_axis, spline_2d_at, spline_3d_at
   use contact, only: zone_type
   use geometry, only: pair_type
   use kinds, only: dp
   use patches, only: elements_type, new_elements
-  use potential, only: contact_table, zone_pose, zone_table
+  use potential, only: bound_heights, contact_table, zone_pose, zone_table
   use progress, only: count_work, monitor_type, share_of_round
   use reach, only: extent_type, find_reach, least_force, lever, strictness
-  use refine, only: fine_flange, fine_roll, fine_tread, grading, halve_cells, judge_cells, least_q, least_roll, least_u, &
-    spread_roll, spread_u
+  use refine, only: cell_errors, fine_flange, fine_roll, fine_tread, grading, halve_cells, least_q, least_roll, least_u, &
+    spread_roll, spread_u, united
   use samples, only: sample_ratios
   implicit none
   private
@@ -24,9 +24,9 @@ module ratios
   type :: ratio_type
     type(axis_type) :: u, roll, q
     real(dp), allocatable :: c(:, :, :)      !! (q, u, roll)
-    logical, allocatable :: there(:, :, :)   !! solved
+    logical, allocatable :: open(:, :, :)    !! to be solved, if a run comes there
+    logical, allocatable :: there(:, :, :)   !! solved, or between such points
     real(dp), allocatable :: area(:, :, :, :)   !! pressed by a single patch: (3, q, u, roll)
-    logical, allocatable :: done(:, :)       !! (u, roll): what there is to solve is solved
   end type ratio_type
 
   integer, parameter :: first_points(3) = [21, 21, 7]          ! of u, roll, q
@@ -34,6 +34,7 @@ module ratios
   ! Grids of 6 x 24 elements over half a patch, as exact as their energies have to be.
   integer, parameter :: elements_x = 6, elements_s = 24
   real(dp), parameter :: tolerance(2) = [5e-4_dp, 1e-2_dp]      ! of tread and flange
+  real(dp), parameter :: enough = 0.25_dp    ! errors of the spline, of those allowed, with which points are not solved
   ! The tread's lateral stiffness is that of gravity, on which noise of finer cells would tell.
   real(dp), parameter :: least_tread = 0.1e-3_dp   ! [m]
 
@@ -99,7 +100,7 @@ contains
         j = row - n(z - 1)
         call sample_ratios(pair, zones, z, elements(merge(2, 1, zones(z)%flange)), table, extent, &
           ratio(z)%roll%x(j), ratio(z)%u%x, &
-          heights(table%zones(z), ratio(z)%u%x, ratio(z)%roll%x(j)), ratio(z)%q%x, ratio(z)%done(:, j), &
+          heights(table%zones(z), ratio(z)%u%x, ratio(z)%roll%x(j)), ratio(z)%q%x, ratio(z)%open(:, :, j), &
           ratio(z)%c(:, :, j), ratio(z)%there(:, :, j), ratio(z)%area(:, :, :, j))
       end do
     end subroutine solve_rows
@@ -110,8 +111,8 @@ contains
       integer, intent(in) :: z
       logical, intent(out) :: finer
       type(ratio_type) :: new
-      real(dp), allocatable, dimension(:, :, :) :: by_value
-      real(dp), allocatable :: of_u(:), of_roll(:), of_q(:)
+      real(dp), allocatable, dimension(:, :, :) :: by_value, of_u, of_roll, of_q
+      logical, allocatable :: counts(:, :, :)
       type(axis_type) :: u, a, q
       real(dp), allocatable :: h(:)
       real(dp) :: depth, other, pose(3), strict, force, c_h
@@ -120,6 +121,7 @@ contains
 
       associate (r => ratio(z))
         allocate (by_value(r%q%n, r%u%n, r%roll%n), source=0.0_dp)
+        allocate (counts(r%q%n, r%u%n, r%roll%n), source=.false.)
         do j = 1, r%roll%n
           h = heights(table%zones(z), r%u%x, r%roll%x(j))
           do i = 1, r%u%n
@@ -127,33 +129,31 @@ contains
               if (.not. r%there(m, i, j)) cycle
               depth = r%q%x(m)**2
               pose = zone_pose(table%zones(z), r%u%x(i), h(i) - depth, r%roll%x(j))
-              strict = strictness(pair, extent, pose, .false.)
+              strict = strictness(pair, extent, pose, .true.)
               if (strict <= 0) cycle
-              call find_reach(table, extent, z, depth, pose, .false., within, other)
+              call find_reach(table, extent, z, depth, pose, .true., within, other)
               if (.not. within) cycle
               c_h = 0.7_dp*e_star
               force = c_h*depth**1.5_dp
               by_value(m, i, j) = force/(aim*strict*max(force, least_force, c_h*max(other, 0.0_dp)**1.5_dp))
+              counts(m, i, j) = strictness(pair, extent, pose, .false.) > 0
+              if (counts(m, i, j)) call find_reach(table, extent, z, depth, pose, .false., counts(m, i, j), other)
             end do
           end do
         end do
-        allocate (of_u(r%u%n - 1), of_roll(r%roll%n - 1), of_q(r%q%n - 1), source=0.0_dp)
-        call judge_cells(r%u, spread_u(r%c), spread_u(by_value), spread_u(scaled(by_value, 0.4_dp*r%q%x**2)), of_u)
-        call judge_cells(r%roll, spread_roll(r%c), spread_roll(by_value), &
-          spread_roll(scaled(by_value, 0.4_dp*r%q%x**2))/lever, of_roll)
-        call judge_cells(r%q, reshape(r%c, [r%q%n, r%u%n*r%roll%n]), reshape(by_value, [r%q%n, r%u%n*r%roll%n]), &
-          reshape(scaled(by_value, 0.2_dp*r%q%x), [r%q%n, r%u%n*r%roll%n]), of_q)
+        call judge(r, merge(by_value, 0.0_dp, counts), of_u, of_roll, of_q)
         u = r%u
         a = r%roll
         q = r%q
-        call halve_cells(u, of_u, merge(4*least_u, least_tread, table%zones(z)%flange), most(1), more(1))
-        call halve_cells(a, of_roll, 2*least_roll, most(2), more(2))
+        call halve_cells(u, maxval(maxval(of_u, 3), 2), merge(4*least_u, least_tread, table%zones(z)%flange), most(1), more(1))
+        call halve_cells(a, maxval(maxval(of_roll, 3), 2), 2*least_roll, most(2), more(2))
         more(3) = .false.
-        if (round <= rounds_of_q) call halve_cells(q, of_q, 2*least_q, most(3), more(3))
+        if (round <= rounds_of_q) call halve_cells(q, maxval(maxval(of_q, 3), 2), 2*least_q, most(3), more(3))
         finer = any(more)
         if (.not. finer) return
         call start_ratio(new, u%x, a%x, q%x)
-        call carry_over(r, new)
+        call judge(r, by_value, of_u, of_roll, of_q)
+        call carry_over(r, by_value, of_u, of_roll, of_q, new)
         r = new
       end associate
     end subroutine refine_ratio
@@ -164,16 +164,30 @@ contains
   pure function heights(t, u, roll) result(h)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: u(:), roll
-    real(dp) :: h(size(u))
-    type(basis_type) :: bu, br
-    integer :: i
+    real(dp) :: h(size(u)), line(1, size(u))
 
-    call axis_basis(t%roll, roll, br, .false.)
-    do i = 1, size(u)
-      call axis_basis(t%u, u(i), bu, .false.)
-      h(i) = spline_2d_value(t%h, br, bu)
-    end do
+    call spline_2d_at(t%roll, t%u, t%h, [roll], u, line)
+    h = line(1, :)
   end function heights
+
+  !> Errors of the cells along u (u, q, roll), roll (roll, q, u), and q (q, u, roll), where c has the weights `by_value`
+  !> (q, u, roll) at the points, and its slopes those of the energy.
+  subroutine judge(r, by_value, of_u, of_roll, of_q)
+    type(ratio_type), intent(in) :: r
+    real(dp), intent(in) :: by_value(:, :, :)
+    real(dp), allocatable, dimension(:, :, :), intent(out) :: of_u, of_roll, of_q
+    integer :: nq, nu, nr
+
+    nq = r%q%n
+    nu = r%u%n
+    nr = r%roll%n
+    of_u = reshape(cell_errors(r%u, spread_u(r%c), spread_u(by_value), &
+      spread_u(scaled(by_value, 0.4_dp*r%q%x**2))), [nu - 1, nq, nr])
+    of_roll = reshape(cell_errors(r%roll, spread_roll(r%c), spread_roll(by_value), &
+      spread_roll(scaled(by_value, 0.4_dp*r%q%x**2))/lever), [nr - 1, nq, nu])
+    of_q = reshape(cell_errors(r%q, reshape(r%c, [nq, nu*nr]), reshape(by_value, [nq, nu*nr]), &
+      reshape(scaled(by_value, 0.2_dp*r%q%x), [nq, nu*nr])), [nq - 1, nu, nr])
+  end subroutine judge
 
   pure function scaled(f, factor)
     real(dp), intent(in) :: f(:, :, :), factor(:)
@@ -195,7 +209,7 @@ contains
     allocate (r%c(size(q), size(u), size(roll)), source=1.0_dp)
     allocate (r%there(size(q), size(u), size(roll)), source=.false.)
     allocate (r%area(3, size(q), size(u), size(roll)), source=-1.0_dp)
-    allocate (r%done(size(u), size(roll)), source=.false.)
+    allocate (r%open(size(q), size(u), size(roll)), source=.true.)
   end subroutine start_ratio
 
   !> Square roots of penetrations.  The strips' modulus is a mean over more than the smallest patches: the ratio
@@ -209,32 +223,84 @@ contains
     q = [0.0_dp, 0.06_dp*deepest, (((i - 2)/real(n - 2, dp))**grading*deepest, i=3, n)]
   end function first_depths
 
-  !> Keep what was solved at points of the finer axes.
-  pure subroutine carry_over(old, new)
+  !> Values at the points of finer axes, from the old ones and their errors: those of common points, and the
+  !> spline's where it errs little.
+  subroutine carry_over(old, by_value, of_u, of_roll, of_q, new)
     type(ratio_type), intent(in) :: old
+    real(dp), intent(in) :: by_value(:, :, :)
+    real(dp), intent(in) :: of_u(:, :, :)      !! of cells: (u, q, roll)
+    real(dp), intent(in) :: of_roll(:, :, :)   !! (roll, q, u)
+    real(dp), intent(in) :: of_q(:, :, :)      !! (q, u, roll)
     type(ratio_type), intent(inout) :: new
-    integer :: i, j, m, k, l, n
+    real(dp), allocatable :: c(:, :, :)
+    integer :: cell_u(2, new%u%n), cell_roll(2, new%roll%n), cell_q(2, new%q%n), wide(2, 3), i, j, m
+    real(dp) :: error
 
-    l = 1
+    allocate (c(new%q%n, new%roll%n, new%u%n))
+    call values_at(old, new%q%x, new%roll%x, new%u%x, c)
+    cell_u = places(old%u%x, new%u%x)
+    cell_roll = places(old%roll%x, new%roll%x)
+    cell_q = places(old%q%x, new%q%x)
     do j = 1, new%roll%n
-      if (new%roll%x(j) > old%roll%x(l)) l = l + 1
-      if (new%roll%x(j) < old%roll%x(l)) cycle
-      k = 1
       do i = 1, new%u%n
-        if (new%u%x(i) > old%u%x(k)) k = k + 1
-        if (new%u%x(i) < old%u%x(k)) cycle
-        n = 1
         do m = 1, new%q%n
-          if (new%q%x(m) > old%q%x(n)) n = n + 1
-          if (new%q%x(m) < old%q%x(n)) cycle
-          new%c(m, i, j) = old%c(n, k, l)
-          new%there(m, i, j) = old%there(n, k, l)
-          new%area(:, m, i, j) = old%area(:, n, k, l)
+          associate (k => cell_u(:, i), l => cell_roll(:, j), n => cell_q(:, m))
+            if (k(2) == k(1) .and. l(2) == l(1) .and. n(2) == n(1)) then
+              new%there(m, i, j) = old%there(n(1), k(1), l(1))
+              new%open(m, i, j) = old%open(n(1), k(1), l(1))
+              new%c(m, i, j) = old%c(n(1), k(1), l(1))
+              new%area(:, m, i, j) = old%area(:, n(1), k(1), l(1))
+              cycle
+            end if
+            wide = reshape([max(k(1) - 1, 1), min(k(2) + 1, old%u%n), max(l(1) - 1, 1), min(l(2) + 1, old%roll%n), &
+              max(n(1) - 1, 1), min(n(2) + 1, old%q%n)], [2, 3])
+            error = 0
+            if (k(2) > k(1)) error = maxval(of_u(wide(1, 1):wide(2, 1) - 1, wide(1, 3):wide(2, 3), wide(1, 2):wide(2, 2)))
+            if (l(2) > l(1)) error = max(error, &
+              maxval(of_roll(wide(1, 2):wide(2, 2) - 1, wide(1, 3):wide(2, 3), wide(1, 1):wide(2, 1))))
+            if (n(2) > n(1)) error = max(error, &
+              maxval(of_q(wide(1, 3):wide(2, 3) - 1, wide(1, 1):wide(2, 1), wide(1, 2):wide(2, 2))))
+            new%there(m, i, j) = error <= enough .and. all(old%there(n(1):n(2), k(1):k(2), l(1):l(2))) &
+              .and. all(by_value(n(1):n(2), k(1):k(2), l(1):l(2)) > 0)
+            new%open(m, i, j) = .not. new%there(m, i, j)
+            new%c(m, i, j) = c(m, j, i)
+            if (minval(old%area(1, n(1):n(2), k(1):k(2), l(1):l(2))) > 0) new%area(:, m, i, j) = &
+              sum(sum(sum(old%area(:, n(1):n(2), k(1):k(2), l(1):l(2)), 4), 3), 2) &
+              /((n(2) - n(1) + 1)*(k(2) - k(1) + 1)*(l(2) - l(1) + 1))
+          end associate
         end do
-        new%done(i, j) = new%q%n == old%q%n .and. old%done(k, l)
       end do
     end do
+
+  contains
+
+    !> First and last of the old points around every new one; they are the same where it is one of them.
+    pure function places(old, new) result(cell)
+      real(dp), intent(in) :: old(:), new(:)
+      integer :: cell(2, size(new))
+      integer :: i, k
+
+      k = 1
+      do i = 1, size(new)
+        if (k < size(old)) then
+          if (new(i) >= old(k + 1)) k = k + 1
+        end if
+        cell(:, i) = [k, k + merge(1, 0, new(i) > old(k))]
+      end do
+    end function places
+
   end subroutine carry_over
+
+  !> The ratio at other points, (q, roll, u).
+  subroutine values_at(r, q, roll, u, c)
+    type(ratio_type), intent(in) :: r
+    real(dp), intent(in) :: q(:), roll(:), u(:)
+    real(dp), intent(out) :: c(:, :, :)
+    real(dp), allocatable :: spline(:, :, :)
+
+    call fit_3d(r%q, r%roll, r%u, reshape(r%c, [r%q%n, r%roll%n, r%u%n], order=[1, 3, 2]), spline)
+    call spline_3d_at(r%q, r%roll, r%u, spline, q, roll, u, c)
+  end subroutine values_at
 
   !> Where no run comes the ratio goes on along roll, on which it hardly depends, else along u, else along q.
   pure subroutine fill_gaps(r)
@@ -294,28 +360,28 @@ contains
     known = .true.
   end subroutine continue_line
 
-  !> S of half-spaces from S of strips.
-  subroutine multiply(r, q, u, roll, s)
+  !> The table of half-spaces from that of strips, on axes that have the points of both; of q none below the first of
+  !> the strips, which patches smaller than the rounding of the profiles' points would give.
+  subroutine multiply(r, roll, most, t)
     type(ratio_type), intent(in) :: r
-    type(axis_type), intent(in) :: q, u, roll
-    real(dp), intent(inout) :: s(:, :, :)    !! (q, u, roll)
-    real(dp), allocatable :: c(:, :, :)
-    type(basis_type) :: bu, br, bq(q%n)
-    integer :: i, j, m
+    type(axis_type), intent(in) :: roll    !! the table's and the ratios' points
+    integer, intent(in) :: most(3)
+    type(zone_table), intent(inout) :: t
+    type(axis_type) :: u, q
+    real(dp), allocatable :: h(:, :), s(:, :, :), c(:, :, :)
 
-    call fit_3d(r%q, r%roll, r%u, reshape(r%c, [r%q%n, r%roll%n, r%u%n], order=[1, 3, 2]), c)
-    do m = 1, q%n
-      call axis_basis(r%q, q%x(m), bq(m), .false.)
-    end do
-    do j = 1, roll%n
-      call axis_basis(r%roll, roll%x(j), br, .false.)
-      do i = 1, u%n
-        call axis_basis(r%u, u%x(i), bu, .false.)
-        do m = 1, q%n
-          s(m, i, j) = s(m, i, j)*spline_3d_value(c, bq(m), br, bu)
-        end do
-      end do
-    end do
+    u = united(t%u, r%u, least_u, most(1))
+    q = united(t%q, new_axis([0.0_dp, pack(r%q%x, r%q%x > t%q%x(2))]), least_q, most(3))
+    allocate (h(roll%n, u%n), s(q%n, roll%n, u%n), c(q%n, roll%n, u%n))
+    call spline_2d_at(t%roll, t%u, t%h, roll%x, u%x, h)
+    call spline_3d_at(t%q, t%roll, t%u, t%s, q%x, roll%x, u%x, s)
+    call values_at(r, q%x, roll%x, u%x, c)
+    t%u = u
+    t%roll = roll
+    t%q = q
+    call fit_2d(roll, u, h, t%h)
+    call fit_3d(q, roll, u, s*c, t%s)
+    call bound_heights(t)
   end subroutine multiply
 
 end module ratios

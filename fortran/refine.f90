@@ -10,7 +10,7 @@ module refine
   implicit none
   private
   public :: fine_flange, fine_tread, fine_roll, grading, least_u, least_roll, least_q
-  public :: judge_cells, halve_cells, united, spread_u, spread_roll
+  public :: cell_errors, halve_cells, united, spread_u, spread_roll
 
   ! Extent of the finely spaced part of the first axes; on the throat a shift of 1 mm
   ! moves the patch by 10 mm, on the tread by about 1 mm.
@@ -22,15 +22,16 @@ module refine
 
 contains
 
-  !> Raise `error` of every cell to what the spline through lines f(n, m) misses there, weighted.
-  subroutine judge_cells(axis, f, of_value, of_slope, error)
+  !> What the spline through lines f(n, m) misses in every cell of each, weighted.
+  function cell_errors(axis, f, of_value, of_slope) result(error)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: f(:, :)
     real(dp), intent(in) :: of_value(:, :), of_slope(:, :)   !! weights at the points, like f
-    real(dp), intent(inout) :: error(:)                      !! (n - 1)
+    real(dp) :: error(size(f, 1) - 1, size(f, 2))
     real(dp) :: jump(size(f, 1), size(f, 2)), fourth, d
     integer :: i, j, k
 
+    error = 0
     call third_jumps(axis, f, jump)
     do j = 1, size(f, 2)
       do i = 2, axis%n - 1
@@ -40,11 +41,11 @@ contains
         fourth = abs(jump(k, j))*2/(axis%x(k + 1) - axis%x(k - 1))
         do k = i - 1, i
           d = axis%x(k + 1) - axis%x(k)
-          error(k) = max(error(k), fourth*d**3*(of_value(i, j)*d/384 + of_slope(i, j)*(sqrt(3.0_dp)/216)))
+          error(k, j) = max(error(k, j), fourth*d**3*(of_value(i, j)*d/384 + of_slope(i, j)*(sqrt(3.0_dp)/216)))
         end do
       end do
     end do
-  end subroutine judge_cells
+  end function cell_errors
 
   !> Halve the cells whose error exceeds 1, the worst first, while they are longer than `least` and there are
   !> at most `most` points.  A handful of cells of many is left unless one errs grossly: kinks of the

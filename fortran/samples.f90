@@ -123,7 +123,7 @@ contains
 
   !> Energy of half-spaces over that of strips, of all that the branch (tread or flange) of a zone presses in the
   !> poses at u, one roll angle and the penetrations q^2 of the zone; where no run comes it is left.
-  subroutine sample_ratios(pair, zones, zone, elements, table, extent, roll, u, h, q, done, ratio, there, &
+  subroutine sample_ratios(pair, zones, zone, elements, table, extent, roll, u, h, q, open, ratio, there, &
     area)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
@@ -133,9 +133,9 @@ contains
     type(extent_type), intent(in) :: extent
     real(dp), intent(in) :: roll, u(:), h(:)   !! [rad, m]; h(u, roll) [m]
     real(dp), intent(in) :: q(:)               !! from 0 up [sqrt(m)]
-    logical, intent(inout) :: done(:)          !! of u
+    logical, intent(inout) :: open(:, :)       !! to be solved, (q, u)
     real(dp), intent(inout) :: ratio(:, :)     !! (q, u)
-    logical, intent(inout) :: there(:, :)      !! solved, (q, u)
+    logical, intent(inout) :: there(:, :)      !! (q, u)
     real(dp), intent(inout) :: area(:, :, :)   !! pressed, of a single patch; (3, q, u)
     type(scan_type) :: work
     type(patches_type) :: patches, deepest     ! of the deepest pose at the last u
@@ -143,15 +143,14 @@ contains
     integer :: first, last, i, m, n
     logical :: ok, within, begun
 
-    if (all(done)) return
+    if (.not. any(open)) return
     first = minval(zones%first, zones%flange .eqv. zones(zone)%flange)
     last = maxval(zones%last, zones%flange .eqv. zones(zone)%flange)
     do i = 1, size(u)
-      if (done(i)) cycle
-      done(i) = .true.
       begun = .false.
       do m = size(q), 2, -1
-        if (there(m, i)) cycle
+        if (.not. open(m, i)) cycle
+        open(m, i) = .false.
         pose = zone_pose(table%zones(zone), u(i), h(i) - q(m)**2, roll)
         if (strictness(pair, extent, pose, .true.) <= 0) cycle
         ! The cell below it may be within reach where the point itself is not.

@@ -15,7 +15,7 @@ module table
   use progress, only: count_work, monitor_type, share_of_round
   use ratios, only: multiply, ratio_type, solve_ratios
   use reach, only: extent_type, find_reach, least_force, lever, strictness
-  use refine, only: fine_flange, fine_roll, fine_tread, grading, halve_cells, judge_cells, least_q, least_roll, least_u, &
+  use refine, only: cell_errors, fine_flange, fine_roll, fine_tread, grading, halve_cells, least_q, least_roll, least_u, &
     spread_roll, spread_u, united
   use samples, only: reference_shift, sample_row
   implicit none
@@ -84,15 +84,15 @@ contains
     if (model /= 'halfspace') return
 
     call solve_ratios(pair, zones, e_star, extent, accuracy*share_ratio, most, table, ratio, &
-      [work(2), 0.9_dp], stopped, watcher)
-    if (stopped) return
-    call unite(ratio, most, values, roll)
-    call sample_rows(pair, zones, law, e_star, table, roll, values, [0.9_dp, 1.0_dp], stopped, watcher)
+      [work(2), 1.0_dp], stopped, watcher)
     if (stopped) return
     do z = 1, size(zones)
-      call multiply(ratio(z), values(z)%q, values(z)%u, roll, values(z)%s)
+      roll = united(roll, ratio(z)%roll, least_roll, most(2))
     end do
-    call fit(values, roll, table)
+    !$omp parallel do schedule(dynamic)
+    do z = 1, size(zones)
+      call multiply(ratio(z), roll, most, table%zones(z))
+    end do
   end subroutine build_table
 
   !> Where the zone's coordinates are, and its first axes.
@@ -248,7 +248,6 @@ contains
         nu = v%u%n
         nr = roll%n
         allocate (by_value(nq, nu, nr), by_slope(nq, nu, nr), scale(nq, nu, nr), of_h(nu, nr), tilt_h(nu, nr))
-        allocate (of_u(nu - 1), of_q(nq - 1), source=0.0_dp)
         scale = 0
         of_h = 0
         tilt_h = 0
@@ -275,10 +274,11 @@ contains
           by_slope(m, :, :) = v%q%x(m)**5*scale(m, :, :)
         end do
         ! Along u: S with (u, q roll); h.
-        call judge_cells(v%u, spread_u(v%s), spread_u(by_value), spread_u(by_slope), of_u)
-        call judge_cells(v%u, v%h, of_h, tilt_h, of_u)
-        call judge_cells(roll, spread_roll(v%s), spread_roll(by_value), spread_roll(by_slope)/lever, of_roll(:, z))
-        call judge_cells(roll, transpose(v%h), transpose(of_h), transpose(tilt_h)/lever, of_roll(:, z))
+        of_u = max(maxval(cell_errors(v%u, spread_u(v%s), spread_u(by_value), spread_u(by_slope)), 2), &
+          maxval(cell_errors(v%u, v%h, of_h, tilt_h), 2))
+        of_roll(:, z) = max(maxval(cell_errors(roll, spread_roll(v%s), spread_roll(by_value), &
+          spread_roll(by_slope)/lever), 2), &
+          maxval(cell_errors(roll, transpose(v%h), transpose(of_h), transpose(tilt_h)/lever), 2))
         u(z) = v%u
         q(z) = v%q
         call halve_cells(u(z), of_u, least_u, most(1), any_finer(1, z))
@@ -287,33 +287,11 @@ contains
           by_slope(m, :, :) = 0.5_dp*v%q%x(m)**4*scale(m, :, :)
         end do
         flat = reshape(v%s, [nq, nu*nr])
-        call judge_cells(v%q, flat, reshape(by_value, [nq, nu*nr]), reshape(by_slope, [nq, nu*nr]), of_q)
+        of_q = maxval(cell_errors(v%q, flat, reshape(by_value, [nq, nu*nr]), reshape(by_slope, [nq, nu*nr])), 2)
         call halve_cells(q(z), of_q, least_q, most(3), any_finer(3, z))
       end associate
     end subroutine refine_zone
 
   end subroutine refine_axes
-
-  !> Axes that have the points of the ratios', too; of q none below the first of the strips, which patches smaller
-  !> than the rounding of the profiles' points would give.
-  subroutine unite(ratio, most, values, roll)
-    type(ratio_type), intent(in) :: ratio(:)
-    integer, intent(in) :: most(3)
-    type(samples_type), intent(inout) :: values(:)
-    type(axis_type), intent(inout) :: roll
-    type(axis_type) :: old, q
-    integer :: z
-
-    old = roll
-    do z = 1, size(ratio)
-      roll = united(roll, ratio(z)%roll, least_roll, most(2))
-    end do
-    do z = 1, size(ratio)
-      associate (v => values(z), r => ratio(z))
-        q = new_axis([0.0_dp, pack(r%q%x, r%q%x > v%q%x(2))])
-        call resize(v, united(v%u, r%u, least_u, most(1)), united(v%q, q, least_q, most(3)), old, roll)
-      end associate
-    end do
-  end subroutine unite
 
 end module table
