@@ -132,9 +132,9 @@ contains
     logical, intent(out) :: ok
     integer, intent(out) :: iterations
     integer, parameter :: most = 1000
-    real(dp), dimension(size(p, 1), size(p, 2)) :: d, t, q
+    real(dp), dimension(size(p, 1), size(p, 2)) :: d, t, q, aside
     real(dp) :: limit(size(p, 2)), g, g_old, tau, next
-    logical :: fresh, clipped
+    logical :: fresh
     integer :: i, k
 
     iterations = 0
@@ -159,11 +159,6 @@ contains
     g_old = 1
     fresh = .true.
     do iterations = 1, most
-      ! While nothing is clipped, the residual follows from the step itself.
-      if (fresh .and. iterations > 1) then
-        call displace(system, p, q)
-        r = d - q
-      end if
       ok = .true.
       g = 0
       do k = 1, system%n
@@ -181,7 +176,9 @@ contains
         ! Everything was clipped.
         p = max(r, 0.0_dp)
         call displace(system, p, q)
-        p = p*(sum(p*d)/sum(p*q))
+        tau = sum(p*d)/sum(p*q)
+        p = p*tau
+        r = d - q*tau
         fresh = .true.
         cycle
       end if
@@ -196,21 +193,26 @@ contains
       tau = sum(r*t)/sum(t*q)
       ! Where the surfaces overlap without pressure, pressure has to appear, and
       ! the directions start anew.
-      clipped = .false.
+      aside = 0
       do k = 1, system%n
         do i = 1, size(p, 1)
           if (p(i, k) > 0) then
             next = p(i, k) + tau*t(i, k)
-            clipped = clipped .or. next <= 0
             p(i, k) = max(next, 0.0_dp)
+            aside(i, k) = p(i, k) - next
           else if (r(i, k) > 0) then
-            clipped = .true.
             p(i, k) = tau*r(i, k)
+            aside(i, k) = p(i, k)
           end if
         end do
       end do
-      fresh = clipped
-      if (.not. fresh) r = r - tau*q
+      r = r - tau*q
+      fresh = any(abs(aside) > 0)
+      if (fresh) then
+        ! Few elements: their product costs little.
+        call displace(system, aside, q)
+        r = r - q
+      end if
     end do
     do k = 1, system%n
       p(:, k) = p(:, k)/(system%weight(k)*system%compliance(k))
@@ -223,7 +225,7 @@ contains
     type(system_type), intent(in) :: system
     real(dp), intent(in), contiguous :: p(:, :)
     real(dp), intent(out), contiguous :: q(:, :)
-    integer :: g, h, k, l, m, n, from
+    integer :: g, h, k, l, m, first, n, from
 
     q = 0
     m = system%nx*system%ns
@@ -231,12 +233,14 @@ contains
       do l = 1, system%ns
         from = (system%ns - l)*system%nx
         associate (load => p((l - 1)*system%nx + 1:l*system%nx, g), w => system%within(from + 1:from + m, :, g))
+          first = findloc(abs(load) > 0, .true., 1)
+          if (first == 0) cycle
           n = findloc(abs(load) > 0, .true., 1, back=.true.)
           ! Three columns at a time: q comes from memory and goes there once for all.
-          do k = 1, n - 2, 3
+          do k = first, n - 2, 3
             q(:, g) = q(:, g) + (load(k)*w(:, k) + load(k + 1)*w(:, k + 1) + load(k + 2)*w(:, k + 2))
           end do
-          do k = n - mod(n, 3) + 1, n
+          do k = n - mod(n - first + 1, 3) + 1, n
             q(:, g) = q(:, g) + load(k)*w(:, k)
           end do
         end associate

@@ -95,7 +95,7 @@ contains
     type(mesh_type) :: mesh(most_patches)
     integer :: n, g, round, iterations
     real(dp) :: box(3), self(most_patches)
-    logical :: warm, fits
+    logical :: warm, known, fits
 
     energy = 0
     ok = .true.
@@ -108,6 +108,7 @@ contains
         patches%box(:, 1) = [patches%expected(1)*patches%lap_x(1), lap(1) + patches%expected(2:)*(lap(2) - lap(1))]
       end associate
     end if
+    known = warm .or. (n == 1 .and. patches%expected(1) > 0)
     patches%expected = -1
     if (.not. allocated(patches%p)) then
       patches%system = new_system(elements%nx, elements%ns, most_patches)
@@ -132,7 +133,7 @@ contains
           d2 = reshape(depth(:, :, :n), [m, n])
           p2 = reshape(p(:, :, :n), [m, n])
           call solve_pressure(patches%system, d2, merge(elements%tolerance, max(rough, elements%tolerance), &
-            warm .or. round > 1), p2, r2, ok, iterations)
+            known .or. round > 1), p2, r2, ok, iterations)
           p(:, :, :n) = reshape(p2, [elements%nx, elements%ns, n])
           r(:, :, :n) = reshape(r2, [elements%nx, elements%ns, n])
         end block
@@ -142,7 +143,7 @@ contains
       patches%mesh(:n) = mesh(:n)
       patches%p(:, :, :n) = p(:, :, :n)
       if (.not. ok) exit
-      fits = warm .or. round > 1
+      fits = known .or. round > 1
       do g = 1, n
         call fit_box(g, box, fits)
         patches%box(:, g) = box
@@ -218,20 +219,24 @@ contains
       logical, intent(inout) :: fits
       integer, parameter :: looks = 12
       real(dp), parameter :: negligible = 1e-3_dp    ! of the overlap
-      real(dp) :: s, low, high, total, far
-      integer :: k, step
+      real(dp) :: s, low, high, total, middle, spread, away
+      integer :: i, j, k, step
 
       low = mesh(g)%low - mesh(g)%ds
       high = mesh(g)%low + (elements%ns + 1)*mesh(g)%ds
       if (low < patches%lap(1, g) .and. high > patches%lap(2, g)) return
-      total = 2*sum(p(:, :, g))*mesh(g)%dx*mesh(g)%ds
+      total = sum(p(:, :, g))
+      middle = mesh(g)%low + sum([(sum(p(:, j, g))*(j - 0.5_dp), j=1, elements%ns)])/total*mesh(g)%ds
+      spread = (sum([(sum(p(:, j, g))*(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds - middle)**2, j=1, elements%ns)]) &
+        + sum([(sum(p(i, :, g))*((i - 0.5_dp)*mesh(g)%dx)**2, i=1, elements%nx)]))/total
+      total = 2*total*mesh(g)%dx*mesh(g)%ds
       step = max(1, count(pair%s(first:last) > patches%lap(1, g) .and. pair%s(first:last) < patches%lap(2, g))/looks)
       do k = first, last, step
         s = pair%s(k)
         if (s < patches%lap(1, g) .or. s > patches%lap(2, g) .or. s > low .and. s < high) cycle
-        ! No element is farther away.
-        far = sqrt(max(abs(s - low), abs(s - high))**2 + (elements%nx*mesh(g)%dx)**2)
-        if (work%depth(k) <= negligible*patches%deepest(g) + total/(pi*elements%e_star*far)) cycle
+        ! The mean of 1/r is at least one over the root of the mean of r^2.
+        away = sqrt((s - middle)**2 + spread)
+        if (work%depth(k) <= negligible*patches%deepest(g) + total/(pi*elements%e_star*away)) cycle
         if (work%depth(k) <= negligible*patches%deepest(g) + displacement(s)) cycle
         if (s < low) box(2) = min(box(2), (s + patches%lap(1, g))/2)
         if (s > high) box(3) = max(box(3), (s + patches%lap(2, g))/2)
@@ -434,7 +439,7 @@ contains
     type(mesh_type), intent(in) :: mesh
     real(dp), intent(out) :: depth(:, :), normal(:, :, :), point(:, :, :)
     real(dp), dimension(size(depth, 1)) :: foot, rate, step
-    real(dp) :: s, x, r(2), d1(2), d2(2)
+    real(dp) :: s, x, r(2), d1(2), d2(2), base(2)
     integer :: interval(size(depth, 1)), i, j, k, node
 
     k = 1
@@ -446,12 +451,14 @@ contains
         if (pair%s(node + 1) > s) exit
         node = node + 1
       end do
-      foot = work%foot(node)
-      interval = work%interval(node)
+      base = rolled(pair%r(:, node), roll)
       do i = 1, size(depth, 1)
         x = min((i - 0.5_dp)*mesh%dx, -r(2))
         point(:, i, j) = rolled([r(1), -sqrt(r(2)**2 - x**2)], roll)
+        foot(i) = work%foot(node) + ((point(1, i, j) - base(1))*work%normal(2, node) &
+          - (point(2, i, j) - base(2))*work%normal(1, node))*work%rate(node)
       end do
+      interval = work%interval(node)
       call set_depth(pair%rail, size(foot), spread(centre, 2, size(foot)) + point(:, :, j), foot, interval, &
         depth(:, j), normal(:, :, j), rate, step)
     end do

@@ -174,7 +174,8 @@ contains
             strip = strip + zone_energy(pair, zones(n), 'strip', elements%e_star, roll, work, k)
         end do
         if (strip <= 0) cycle
-        call expect_area(patches, between(m, i))
+        if (area(1, m, i) < 0) area(:, m, i) = between(m, i)
+        call expect_area(patches, area(:, m, i))
         call press_patches(pair, elements, first, last, pose(:2), roll, work, patches, exact, ok)
         if (.not. begun) call keep_patches(patches, deepest)
         begun = .true.
