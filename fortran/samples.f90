@@ -93,11 +93,11 @@ contains
       integer :: m
 
       active = zone
-      call narrow(active, work%depth + q(size(q))**2)
+      call narrow(active%first, active%last, work%depth + q(size(q))**2)
       call keep_feet(work, active%first, active%last, pressed)
       do m = size(q), 2, -1
         call scan_depth(pair, centre - q(m)**2*across, roll, active%first, active%last, pressed)
-        call narrow(active, pressed%depth)
+        call narrow(active%first, active%last, pressed%depth)
         s(m) = zone_energy(pair, active, model, e_star, roll, pressed, k)/q(m)**5
       end do
       ! S(0) is a limit; patches that small would see the rounding of the profile's
@@ -105,19 +105,6 @@ contains
       s(1) = s(2)*q(3)*q(4)/((q(2) - q(3))*(q(2) - q(4))) + s(3)*q(2)*q(4)/((q(3) - q(2))*(q(3) - q(4))) &
         + s(4)*q(2)*q(3)/((q(4) - q(2))*(q(4) - q(3)))
     end subroutine fill_depths
-
-    !> Drop stations at both ends that are outside the rail.
-    subroutine narrow(active, depth)
-      type(zone_type), intent(inout) :: active
-      real(dp), intent(in) :: depth(:)
-
-      do while (active%first < active%last - 3 .and. all(depth(active%first:active%first + 2) < 0))
-        active%first = active%first + 1
-      end do
-      do while (active%last > active%first + 3 .and. all(depth(active%last - 2:active%last) < 0))
-        active%last = active%last - 1
-      end do
-    end subroutine narrow
 
   end subroutine sample_row
 
@@ -140,12 +127,11 @@ contains
     type(scan_type) :: work
     type(patches_type) :: patches, deepest     ! of the deepest pose at the last u
     real(dp) :: pose(3), k(size(pair%s)), strip, exact, other
+    type(zone_type) :: active
     integer :: first, last, i, m, n
     logical :: ok, within, begun
 
     if (.not. any(open)) return
-    first = minval(zones%first, zones%flange .eqv. zones(zone)%flange)
-    last = maxval(zones%last, zones%flange .eqv. zones(zone)%flange)
     do i = 1, size(u)
       begun = .false.
       do m = size(q), 2, -1
@@ -164,14 +150,22 @@ contains
         end if
         if (.not. begun) then
           work%fresh = .true.
+          first = minval(zones%first, zones%flange .eqv. zones(zone)%flange)
+          last = maxval(zones%last, zones%flange .eqv. zones(zone)%flange)
           call keep_patches(deepest, patches)
         end if
+        ! Deepest first: the stations inside the rail only become fewer.
         call scan_depth(pair, pose(:2), roll, first, last, work)
         work%fresh = .false.
+        call narrow(first, last, work%depth)
         strip = 0
         do n = 1, size(zones)
-          if (zones(n)%flange .eqv. zones(zone)%flange) &
-            strip = strip + zone_energy(pair, zones(n), 'strip', elements%e_star, roll, work, k)
+          if (zones(n)%flange .neqv. zones(zone)%flange) cycle
+          active = zones(n)
+          active%first = max(active%first, first)
+          active%last = min(active%last, last)
+          if (active%first < active%last) strip = strip &
+            + zone_energy(pair, active, 'strip', elements%e_star, roll, work, k)
         end do
         if (strip <= 0) cycle
         if (area(1, m, i) < 0) area(:, m, i) = between(m, i)
@@ -209,6 +203,19 @@ contains
     end function weighted
 
   end subroutine sample_ratios
+
+  !> Drop stations at both ends that are outside the rail.
+  pure subroutine narrow(first, last, depth)
+    integer, intent(inout) :: first, last
+    real(dp), intent(in) :: depth(:)
+
+    do while (first < last - 3 .and. all(depth(first:first + 2) < 0))
+      first = first + 1
+    end do
+    do while (last > first + 3 .and. all(depth(last - 2:last) < 0))
+      last = last - 1
+    end do
+  end subroutine narrow
 
   !> Lateral shift of the wheelset at which a zone is expected to touch: 0 for
   !> the tread; for a flange zone where it is as low as the running tread.
