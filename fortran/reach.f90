@@ -26,7 +26,7 @@ module reach
   real(dp), parameter :: sunk = 3e-3_dp, past = 1e-3_dp   ! derailed: as in `events`, and a little more [m]
   real(dp), parameter :: going_over = 10     ! errors allowed there, of those in service
   ! Penetrations of the largest: of the tread; of the shallower and the deeper of two zones at once; going over.
-  real(dp), parameter :: of_tread = 0.45_dp, of_two = 0.25_dp, of_deeper = 0.7_dp, of_going_over = 0.25_dp
+  real(dp), parameter :: of_tread = 0.45_dp, of_two = 0.25_dp, of_deeper = 0.7_dp, of_going_over = 0.33_dp
 
   real(dp), parameter :: least_force = 5e3_dp   ! that errors are compared with [N]
   real(dp), parameter :: lever = 0.75_dp        ! of a wheel's force about X [m]
