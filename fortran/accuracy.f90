@@ -14,7 +14,8 @@ module accuracy
   private
   public :: measure, direct_force
 
-  integer, parameter :: wanted(2) = [600, 200], tries = 240000   ! poses, in service and going over
+  ! Poses in service and going over; half-spaces take far longer than strips.
+  integer, parameter :: of_strips(2) = [1000, 200], of_halfspaces(2) = [600, 200], tries = 240000
   ! Square roots of primes, less their whole part.
   real(dp), parameter :: steps(4) = [0.414213562373095_dp, 0.732050807568877_dp, 0.236067977499790_dp, &
     0.645751311064591_dp]
@@ -33,10 +34,12 @@ contains
     real(dp), allocatable :: pose(:, :), error(:)
     integer, allocatable :: class(:)
     logical, allocatable :: touching(:, :)
-    integer :: drawn(2), i, n
+    integer :: wanted(2), drawn(2), i, n
 
     table%accuracy = accuracy_type()
     if (model == 'hertz') return
+    wanted = of_strips
+    if (model == 'halfspace') wanted = of_halfspaces
     n = sum(wanted)
     allocate (pose(3, n), error(n), class(n), touching(2, n))
     drawn = 0
