@@ -31,8 +31,9 @@ module ratios
 
   integer, parameter :: first_points(3) = [21, 21, 7]          ! of u, roll, q
   integer, parameter :: most_rounds = 6, rounds_of_q = 3
-  ! Grids of 6 x 24 elements over half a patch, as exact as their energies have to be.
-  integer, parameter :: elements_x(2) = [4, 6], elements_s(2) = [16, 20]
+  ! Grids over half a patch on tread and flange, as exact as their energies have to be: worn treads want more than the
+  ! 4 x 16 elements that do for new ones.
+  integer, parameter :: elements_x(2) = [5, 6], elements_s = 20
   real(dp), parameter :: tolerance(2) = [5e-4_dp, 1e-2_dp]      ! of tread and flange
   real(dp), parameter :: enough = 0.25_dp    ! errors of the spline, of those allowed, with which points are not solved
   ! The tread's lateral stiffness is that of gravity, on which noise of finer cells would tell.
@@ -57,8 +58,8 @@ contains
     integer :: z, round
     logical :: finer(size(zones))
 
-    elements(1) = new_elements(elements_x(1), elements_s(1), tolerance(1), e_star)
-    elements(2) = new_elements(elements_x(2), elements_s(2), tolerance(2), e_star)
+    elements(1) = new_elements(elements_x(1), elements_s, tolerance(1), e_star)
+    elements(2) = new_elements(elements_x(2), elements_s, tolerance(2), e_star)
     do z = 1, size(zones)
       call start_ratio(ratio(z), graded_points(table%zones(z)%u%low, table%zones(z)%u%high, 0.0_dp, &
         merge(fine_flange, fine_tread, zones(z)%flange), min(first_points(1), most(1))), &
