@@ -11,9 +11,9 @@
 !> limit of ever finer rounding.  What turns it is an impulse of the contacts.
 !>
 !> Between its poses the path is the Hermite cubic, so V is known with its derivative and energy is kept as the
-!> step keeps it: explicit, fourth order (see `newmark`), and no longer than from one pose to the next, which
-!> resolves the path.  The normal forces are the multipliers of the two
-!> constraints; a negative one is a rail that pulls.
+!> step keeps it: explicit, fourth order (see `newmark`).  V'' jumps at the poses, where a step over one would lose its
+!> order: each is made on one cubic and ends at the latest where that does.  The normal forces are the multipliers of
+!> the two constraints; a negative one is a rail that pulls.
 module bilateral
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use bracket, only: bracket_type
@@ -26,8 +26,8 @@ module bilateral
   use wheelset, only: contact_state, external_force, wheelset_type
   implicit none
   private
-  public :: path_type, point_type, follow_path, path_end, path_state, start_at, advance_along, between_poses, &
-    turn_corner, lowest_point, small_motion, tangent
+  public :: path_type, point_type, follow_path, path_end, path_state, start_at, advance_along, turn_corner, &
+    lowest_point, small_motion, tangent
 
   !> The path on the left of the centre; that on the right is the same of the mirrored wheelset.
   type :: path_type
@@ -36,17 +36,23 @@ module bilateral
     real(dp), allocatable :: q(:, :)       !! (3, n) y, z [m], roll [rad]
     real(dp), allocatable :: t(:, :)       !! dq/ds, (3, n)
     integer, allocatable :: stretch(:)     !! between corners, of each pose
-    integer, allocatable :: last(:)        !! pose of each stretch, (0:)
     type(gap_type), allocatable :: c(:, :) !! the contacts, left and right, at each pose, (2, n)
     real(dp) :: stuck = 0                  !! the step that failed at its end [m]; 0: it goes all the way
   end type path_type
 
-  !> Where on the path, and how fast; s < 0 is on the right of the centre.
+  !> Where on the path, and how fast.
   type :: point_type
-    real(dp) :: s = 0, v = 0               !! [m kg^1/2, and per s]
-    integer :: stretch = 1                 !! |s| is on this stretch
-    integer :: at = 1                      !! the pose before |s|
+    real(dp) :: s = 0, v = 0               !! positive to the left [m kg^1/2, and per s]
+    integer :: half = 1                    !! of the path: 1 to the left of the centre, 2 to the right
+    integer :: at = 1                      !! the pose of that half before |s|; at a pose it may be the one after it
   end type point_type
+
+  !> The path between two poses: a polynomial of u = (s - s0)/length, 0 to 1.
+  type :: piece_type
+    real(dp) :: power(3, 0:3)              !! coefficients of y, z [m], roll [rad]
+    real(dp) :: s0                         !! [m kg^1/2]
+    real(dp) :: per_s                      !! 1/length, negative to the right of the centre
+  end type piece_type
 
   real(dp), parameter :: accuracy = 1e-12_dp     ! of the interpolated path [m]
   real(dp), parameter :: longest = 1e-4_dp       ! between two poses [m]
@@ -65,7 +71,7 @@ contains
     type(gap_type) :: c(2), new(2), middle(2), last(2)
     real(dp) :: q(3), t(3), q_new(3), t_new(3), q_mid(3), q_end(3), h, scale, error, length, gap
     type(bracket_type) :: range
-    integer :: k(2), wheel, other, iter, i
+    integer :: k(2), wheel, other, iter
     logical, allocatable :: held(:)
     logical :: ok, corner
 
@@ -152,10 +158,6 @@ contains
       if (path%n > 100000) ok = .false.
     end do
     if (.not. ok .or. q(1) < beyond) path%stuck = h/scale
-    allocate (path%last(0:path%stretch(path%n)))
-    do i = 0, ubound(path%last, 1)
-      path%last(i) = count(path%stretch(:path%n) <= i)
-    end do
 
   contains
 
@@ -176,14 +178,17 @@ contains
     real(dp) function miss(c, x)
       type(gap_type), intent(in) :: c(2)
       real(dp), intent(in) :: x(3)
-      real(dp) :: ahead(3), d(3), u
+      type(piece_type) :: piece
+      real(dp) :: ahead(3), d(3), at(3), dat(3), s
       integer :: i
 
       ahead = tangent(inertia, c, t)
-      u = length*sum(inertia*t*(x - q))/sum(inertia*t*(q_new - q))
+      piece = hermite(q, t, q_new, t_new, 0.0_dp, length)
+      s = length*sum(inertia*t*(x - q))/sum(inertia*t*(q_new - q))
       do i = 1, 4
-        d = x - hermite(q, t, q_new, t_new, length, u)
-        u = u + sum(inertia*ahead*d)
+        call pose_at(piece, s, at, dat)
+        d = x - at
+        s = s + sum(inertia*ahead*d)
       end do
       miss = size_of(d - ahead*sum(inertia*ahead*d))/scale
     end function miss
@@ -268,14 +273,47 @@ contains
     end associate
   end function path_end
 
-  !> The Hermite cubic through a and b with the tangents da and db, `length` apart, at x from a.
-  pure function hermite(a, da, b, db, length, x) result(q)
-    real(dp), intent(in) :: a(3), da(3), b(3), db(3), length, x
-    real(dp) :: q(3), u
+  !> The Hermite cubic through a at s0 and b with the tangents da and db, `length` apart.
+  pure function hermite(a, da, b, db, s0, length) result(piece)
+    real(dp), intent(in) :: a(3), da(3), b(3), db(3), s0, length
+    type(piece_type) :: piece
 
-    u = x/length
-    q = a + u*(length*da + u*((3*(b - a) - length*(2*da + db)) + u*(length*(da + db) - 2*(b - a))))
+    piece%power(:, 0) = a
+    piece%power(:, 1) = length*da
+    piece%power(:, 2) = 3*(b - a) - length*(2*da + db)
+    piece%power(:, 3) = length*(da + db) - 2*(b - a)
+    piece%s0 = s0
+    piece%per_s = 1/length
   end function hermite
+
+  !> The path about a point.
+  pure function piece_at(path, p) result(piece)
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
+    type(point_type), intent(in) :: p
+    type(piece_type) :: piece
+
+    associate (i => p%at, own => path(p%half))
+      piece = hermite(own%q(:, i), own%t(:, i), own%q(:, i + 1), own%t(:, i + 1), own%s(i), own%s(i + 1) - own%s(i))
+    end associate
+    if (p%half == 1) return
+    piece%power = spread(mirror, 2, 4)*piece%power
+    piece%s0 = -piece%s0
+    piece%per_s = -piece%per_s
+  end function piece_at
+
+  !> Pose and dq/ds at s.
+  pure subroutine pose_at(piece, s, q, t)
+    type(piece_type), intent(in) :: piece
+    real(dp), intent(in) :: s
+    real(dp), intent(out) :: q(3), t(3)
+    real(dp) :: u
+
+    u = (s - piece%s0)*piece%per_s
+    associate (a => piece%power(:, 0), b => piece%power(:, 1), c => piece%power(:, 2), d => piece%power(:, 3))
+      q = a + u*(b + u*(c + u*d))
+      t = (b + u*(2*c + u*(3*d)))*piece%per_s
+    end associate
+  end subroutine pose_at
 
   !> Unit tangent dq/ds of the path at two contacts, on the side of `ahead`.
   pure function tangent(inertia, c, ahead) result(t)
@@ -291,122 +329,101 @@ contains
     if (sum(inertia*t*ahead) < 0) t = -t
   end function tangent
 
-  !> Which half of the path a point is on: 1 to the left, 2 to the right.
-  pure integer function half(p)
+  !> The sign of s where a point is.
+  pure integer function outwards(p)
     type(point_type), intent(in) :: p
 
-    half = merge(2, 1, p%s < 0)
-  end function half
+    outwards = merge(1, -1, p%half == 1)
+  end function outwards
 
-  !> The pose before |s| on the point's stretch.
-  pure subroutine locate(path, p)
-    type(path_type), intent(in) :: path
-    type(point_type), intent(inout) :: p
-    integer :: first, last
-
-    first = path%last(p%stretch - 1) + 1
-    last = path%last(p%stretch) - 1
-    p%at = max(first, min(p%at, last))
-    do while (p%at < last .and. abs(p%s) >= path%s(p%at + 1))
-      p%at = p%at + 1
-    end do
-    do while (p%at > first .and. abs(p%s) < path%s(p%at))
-      p%at = p%at - 1
-    end do
-  end subroutine locate
-
-  !> Between the poses on both sides of a point [m kg^1/2].
-  pure real(dp) function between_poses(path, p) result(length)
-    type(path_type), intent(in) :: path(:)      !! to the left, to the right
-    type(point_type), intent(in) :: p
-    type(point_type) :: x
-
-    x = p
-    associate (own => path(half(p)))
-      call locate(own, x)
-      length = own%s(x%at + 1) - own%s(x%at)
-    end associate
-  end function between_poses
-
-  !> Pose of a point and dq/ds there, by the cubic of its stretch.
-  pure subroutine path_pose(path, p, q, t)
-    type(path_type), intent(in) :: path(:)      !! to the left, to the right
-    type(point_type), intent(inout) :: p
-    real(dp), intent(out) :: q(3), t(3)
-    real(dp) :: h, u, d(3), e(3)
-
-    call locate(path(half(p)), p)
-    associate (i => p%at, own => path(half(p)))
-      h = own%s(i + 1) - own%s(i)
-      u = (abs(p%s) - own%s(i))/h
-      d = 3*(own%q(:, i + 1) - own%q(:, i)) - h*(2*own%t(:, i) + own%t(:, i + 1))
-      e = h*(own%t(:, i) + own%t(:, i + 1)) - 2*(own%q(:, i + 1) - own%q(:, i))
-      q = own%q(:, i) + u*(h*own%t(:, i) + u*(d + u*e))
-      t = own%t(:, i) + u*(2*d + u*3*e)/h
-    end associate
-    if (p%s < 0) then
-      q = mirror*q
-      t = -mirror*t
-    end if
-  end subroutine path_pose
-
-  !> The point nearest to the centre with the lateral displacement y; ok: the path goes so far.
+  !> The point nearest to the centre with the lateral displacement y, at a pose if that is within rounding of it; ok:
+  !> the path goes so far.
   pure subroutine start_at(path, y, p, ok)
     type(path_type), intent(in) :: path(:)      !! to the left, to the right
     real(dp), intent(in) :: y
     type(point_type), intent(out) :: p
     logical, intent(out) :: ok
     real(dp) :: low, high, q(3), t(3)
-    integer :: i, iter
+    integer :: i, near, iter
 
-    associate (side => path(merge(2, 1, y < 0)))
-      i = findloc(side%q(1, 2:side%n) >= abs(y), .true., 1)
+    p%half = merge(2, 1, y < 0)
+    associate (own => path(p%half))
+      i = findloc(own%q(1, 2:own%n) >= abs(y), .true., 1)
       ok = i > 0
       if (.not. ok) return
-      p%stretch = side%stretch(i)
       p%at = i
-      low = side%s(i)
-      high = side%s(i + 1)
+      low = own%s(i)
+      high = own%s(i + 1)
     end associate
     do iter = 1, 60
-      p%s = sign((low + high)/2, y)
-      call path_pose(path, p, q, t)
+      p%s = outwards(p)*(low + high)/2
+      call pose_at(piece_at(path, p), p%s, q, t)
       if (abs(q(1)) < abs(y)) then
         low = abs(p%s)
       else
         high = abs(p%s)
       end if
     end do
-    if (abs(y) <= 0) p%s = 0
+    associate (ends => path(p%half)%s(i:i + 1))
+      near = minloc(abs(ends - abs(p%s)), 1)
+      if (abs(ends(near) - abs(p%s)) < 1e-12_dp) p%s = outwards(p)*ends(near)
+    end associate
   end subroutine start_at
 
-  !> One step dt, or less: up to a corner of the path (-1, 1: towards, away from the centre) or, `corner` = 2, its
-  !> end.  `work` grows by that of the lateral force.
+  !> One step dt, or less: up to the next pose of the path, beyond which V is another polynomial.  `corner`: that pose
+  !> is a corner (-1, 1: towards, away from the centre) or, 2, the path's end.  `work` grows by that of the lateral
+  !> force.
   pure subroutine advance_along(path, w, p, time, dt, work, corner)
     type(path_type), intent(in) :: path(:)      !! to the left, to the right
     type(wheelset_type), intent(in) :: w
     type(point_type), intent(inout) :: p
     real(dp), intent(inout) :: time, dt, work
     integer, intent(out) :: corner
-    type(point_type) :: new, turning
-    real(dp) :: done, turn, level
+    type(piece_type) :: piece
+    type(point_type) :: new, beyond, turning
+    real(dp) :: ends(2), done, rate, turn
+    integer :: out
 
-    call step(dt, new, done)
-    call leave(new, corner, level)
-    if (corner == 0 .and. p%v*new%v < 0) then
-      ! It may have been beyond a corner and back.
-      turn = root(dt, 0.0_dp)
-      call step(turn, turning, done)
-      call leave(turning, corner, level)
-      if (corner /= 0) new = turning
-      if (corner /= 0) dt = turn
-      if (corner == 0) call step(dt, new, done)
+    corner = 0
+    out = way_out(p)
+    if (out /= 0) then
+      new = p
+      call pass(new, out, corner)
+      beyond = new
+      beyond%at = beyond%at + 2*mod(corner, 2)
+      if (abs(p%v) <= 0 .and. corner < 2 .and. way_out(beyond) /= 0) then
+        ! Pushed back from the other side as well: it stays.
+        corner = 0
+        time = time + dt
+      else
+        p = new
+        dt = 0
+      end if
+      return
     end if
-    if (corner /= 0) then
-      dt = root(dt, level)
-      call step(dt, new, done)
-      new%s = sign(level, new%s)
-      if (corner == 1 .and. p%stretch == size(path(half(new))%last) - 1) corner = 2
+    piece = piece_at(path, p)
+    ends = path(p%half)%s(p%at:p%at + 1)
+    dt = time_to_end()
+    call step(dt, new, done, rate)
+    out = side_of(new)
+    turn = 0
+    if (p%v*new%v < 0) then
+      turning = new
+      turn = dt
+      call find(0.0_dp, turn, turning, done, rate)
+      if (side_of(turning) /= 0) then
+        new = turning
+        out = side_of(turning)
+        dt = turn
+        turn = 0
+      else
+        call step(dt, new, done, rate)
+      end if
+    end if
+    if (out /= 0) then
+      call find(turn, dt, new, done, rate, ends(merge(2, 1, out > 0)))
+      new%s = outwards(p)*ends(merge(2, 1, out > 0))
+      call pass(new, out, corner)
     end if
     p = new
     time = time + dt
@@ -414,23 +431,24 @@ contains
 
   contains
 
-    pure subroutine step(h, new, done)
+    !> A step h on the polynomial where p is; `rate`: the acceleration at its end.
+    pure subroutine step(h, new, done, rate)
       real(dp), intent(in) :: h
       type(point_type), intent(out) :: new
-      real(dp), intent(out) :: done
+      real(dp), intent(out) :: done, rate
       real(dp) :: q(3), t(3), y, f(3), now
       integer :: i
 
       new = p
       now = time
       done = 0
-      call path_pose(path, new, q, t)
+      call pose_at(piece, new%s, q, t)
       y = q(1)
       do i = 1, size(drift)
         f = external_force(w, now)
         new%v = new%v + kick(i)*h*sum(f*t)
         new%s = new%s + drift(i)*h*new%v
-        call path_pose(path, new, q, t)
+        call pose_at(piece, new%s, q, t)
         ! Time is a coordinate of the step like s: its momentum, the energy, grows by kicks.
         f = external_force(w, time + sum(kick(:i))*h)
         done = done + f(1)*(q(1) - y)
@@ -438,57 +456,130 @@ contains
         now = now + drift(i)*h
       end do
       f = external_force(w, time + h)
-      new%v = new%v + kick(size(kick))*h*sum(f*t)
+      rate = sum(f*t)
+      new%v = new%v + kick(size(kick))*h*rate
     end subroutine step
 
-    !> Over which corner a point is, and |s| there.
-    pure subroutine leave(x, corner, level)
+    !> Where a point is: before (-1), between (0) or after (1) the two poses.
+    pure integer function side_of(x)
       type(point_type), intent(in) :: x
+
+      side_of = merge(1, 0, outwards(x)*x%s > ends(2)) - merge(1, 0, outwards(x)*x%s < ends(1))
+    end function side_of
+
+    !> At which pose a point leaves at once: towards the centre (-1), away from it (1), none (0).
+    pure integer function way_out(x)
+      type(point_type), intent(in) :: x
+      real(dp) :: q(3), t(3), along, r
+
+      way_out = 0
+      associate (s => path(x%half)%s)
+        r = outwards(x)*x%s
+        if (r > s(x%at) .and. r < s(x%at + 1)) return
+        along = x%v
+        if (abs(along) <= 0) then
+          call pose_at(piece_at(path, x), x%s, q, t)
+          along = sum(external_force(w, time)*t)
+        end if
+        along = outwards(x)*along
+        if (r <= s(x%at) .and. along < 0) way_out = -1
+        if (r >= s(x%at + 1) .and. along > 0) way_out = 1
+      end associate
+    end function way_out
+
+    !> Over a pose: to the next polynomial, unless it is a corner or the end.
+    pure subroutine pass(x, out, corner)
+      type(point_type), intent(inout) :: x
+      integer, intent(in) :: out                 !! -1 towards, 1 away from the centre
       integer, intent(out) :: corner
-      real(dp), intent(out) :: level
 
       corner = 0
-      associate (side => path(half(x)))
-        level = side%s(side%last(p%stretch))
-        if (abs(x%s) > level) corner = 1
-      end associate
-      if (p%stretch == 1) return
-      associate (side => path(half(p)))
-        if (abs(x%s) < side%s(side%last(p%stretch - 1) + 1) .or. x%s*p%s < 0) corner = -1
-        if (corner == -1) level = side%s(side%last(p%stretch - 1) + 1)
-      end associate
-    end subroutine leave
-
-    !> The step up to h at which |s| passes `level`, or, level 0, the velocity turns.
-    pure real(dp) function root(h, level)
-      real(dp), intent(in) :: h, level
-      type(bracket_type) :: range
-      real(dp) :: f
-      integer :: iter
-
-      root = h
-      range = bracket_type(0.0_dp, value(0.0_dp, level), h, value(h, level))
-      if (range%fa*range%fb >= 0) then
-        if (range%fa*range%fb > 0) root = 0
+      if (out < 0 .and. x%at == 1) then
+        x%half = 3 - x%half
         return
       end if
+      associate (own => path(x%half))
+        if (out > 0 .and. x%at + 1 == own%n) then
+          corner = 2
+        else if (own%stretch(x%at + merge(2, -1, out > 0)) /= own%stretch(x%at)) then
+          corner = out
+        else
+          x%at = x%at + out
+        end if
+      end associate
+    end subroutine pass
+
+    !> The time to the next pose by Taylor's formula, and a little, at most dt [s].
+    pure real(dp) function time_to_end() result(h)
+      real(dp) :: q(3), t(3), bend(3), f(3), r, v, a, growth, ahead, root, move
+
+      call pose_at(piece, p%s, q, t)
+      bend = (2*piece%power(:, 2) + 6*piece%power(:, 3)*(p%s - piece%s0)*piece%per_s)*piece%per_s**2
+      f = external_force(w, time)
+      r = outwards(p)*p%s
+      v = outwards(p)*p%v
+      a = outwards(p)*sum(f*t)
+      growth = v*sum(f*bend)
+      ahead = ends(2) - r
+      if (v < 0 .or. v <= 0 .and. a < 0) then
+        v = -v
+        a = -a
+        growth = -growth
+        ahead = r - ends(1)
+      end if
+      root = v**2 + 2*a*ahead
+      h = dt
+      if (root < 0) then
+        ! It turns before, and comes to the other one.
+        ahead = ends(2) - ends(1) - ahead
+        h = 1.02_dp*(v + sqrt(v**2 - 2*a*ahead))/(-a)
+      else if (ahead < dt*(v + sqrt(root))) then
+        h = 2*ahead/(v + sqrt(root))
+        move = growth*h**3/6
+        if (abs(move) < 0.3_dp*h*sqrt(root)) h = h - move/sqrt(root)
+        h = 1.002_dp*h
+      end if
+      h = min(h, dt)
+    end function time_to_end
+
+    !> Cut the step h, at whose end `new`, `done` and `rate` are known, to where |s| passes `level` or, without it, the
+    !> velocity turns, but not before `low`: Newton's method with second derivatives, bisection where that leaves.
+    pure subroutine find(low, h, new, done, rate, level)
+      real(dp), intent(in) :: low
+      real(dp), intent(inout) :: h
+      type(point_type), intent(inout) :: new
+      real(dp), intent(inout) :: done, rate
+      real(dp), intent(in), optional :: level
+      real(dp) :: a, b, f, slope, beyond, small, move
+      integer :: iter
+
+      a = low
+      b = h
+      small = 1e-9_dp*max(abs(p%v), abs(new%v))
+      if (present(level)) small = 4*epsilon(level)*ends(2)
       do iter = 1, 100
-        root = range%guess()
-        f = value(root, level)
-        if (abs(f) <= 4*epsilon(level)*level .or. abs(range%b - range%a) <= epsilon(h)*h) exit
-        call range%narrow(root, f)
+        f = new%v
+        slope = rate
+        if (present(level)) f = outwards(new)*new%s - level
+        if (present(level)) slope = outwards(new)*new%v
+        if (abs(f) <= small) exit
+        if (iter == 1) beyond = f
+        if (f*beyond > 0) then
+          b = h
+        else
+          a = h
+        end if
+        if (b - a <= epsilon(h)*b) exit
+        move = (a + b)/2 - h
+        if (abs(slope)*(b - a) > abs(f)) then
+          move = -f/slope
+          if (present(level)) move = -f/(slope + outwards(new)*rate*move/2)
+          if (h + move <= a .or. h + move >= b) move = (a + b)/2 - h
+        end if
+        h = h + move
+        call step(h, new, done, rate)
       end do
-    end function root
-
-    pure real(dp) function value(h, level)
-      real(dp), intent(in) :: h, level
-      type(point_type) :: x
-      real(dp) :: done
-
-      call step(h, x, done)
-      value = x%v
-      if (level > 0) value = sign(1.0_dp, merge(p%s, new%s, corner < 0))*x%s - level
-    end function value
+    end subroutine find
 
   end subroutine advance_along
 
@@ -505,11 +596,11 @@ contains
     logical :: ok
 
     impulse = 0
-    associate (own => path(half(p)))
-      i = own%last(merge(p%stretch, p%stretch - 1, corner > 0))
+    associate (own => path(p%half))
+      i = merge(p%at + 1, p%at - 1, corner > 0)     ! the first of the corner's two poses
       before = own%c(:, merge(i, i + 1, corner > 0))
       after = own%c(:, merge(i + 1, i, corner > 0))
-      p%stretch = p%stretch + corner
+      p%at = p%at + 2*corner
       change = inertia*abs(p%v)*(own%t(:, i + 1) - own%t(:, i))
     end associate
     side = merge(1, 2, abs(before(1)%s - after(1)%s) > 0)
@@ -518,7 +609,7 @@ contains
       a(:, i) = c(i)%slope
     end do
     call eliminate(a, change, ok)
-    if (p%s < 0) c%contact = mod(c%contact + 1, 4) + 1
+    if (p%half == 2) c%contact = mod(c%contact + 1, 4) + 1
     do i = 1, 3
       impulse(c(i)%contact) = impulse(c(i)%contact) + change(i)
     end do
@@ -538,9 +629,9 @@ contains
     integer :: k
     logical :: ok
 
-    call path_pose(path, p, q, t)
-    c = path(half(p))%c(:, p%at)
-    if (p%s < 0) then
+    call pose_at(piece_at(path, p), p%s, q, t)
+    c = path(p%half)%c(:, p%at)
+    if (p%half == 2) then
       c%wheel = 3 - c%wheel
       c%contact = mod(c%contact + 1, 4) + 1
     end if
@@ -558,24 +649,23 @@ contains
     type(point_type), intent(out) :: p
     logical, intent(out) :: ok
     real(dp) :: low, high, q(3), t(3)
-    integer :: i, side, iter
+    integer :: i, iter
 
-    side = merge(1, 2, path(1)%t(2, 1) < 0)
-    associate (own => path(side))
+    p%half = merge(1, 2, path(1)%t(2, 1) < 0)
+    associate (own => path(p%half))
       i = findloc(own%t(2, :own%n) >= 0, .true., 1)
       ok = i > 0
-      p%stretch = own%stretch(max(1, i))
       if (i <= 1) return
-      ! At a corner, or on a stretch.
-      p%stretch = own%stretch(i - 1)
+      ! At a corner, or between poses.
       low = own%s(i - 1)
       high = own%s(i)
+      p%at = merge(i - 1, i - 2, own%stretch(i - 1) == own%stretch(i))
     end associate
     do iter = 1, 60
-      p%s = merge(1, -1, side == 1)*(low + high)/2
-      call path_pose(path, p, q, t)
+      p%s = outwards(p)*(low + high)/2
+      call pose_at(piece_at(path, p), p%s, q, t)
       ! In the half's own direction.
-      if (merge(t(2), -t(2), side == 1) < 0) then
+      if (outwards(p)*t(2) < 0) then
         low = abs(p%s)
       else
         high = abs(p%s)
@@ -598,9 +688,9 @@ contains
     logical :: ok
 
     ! At unit speed and without load the path's curvature is the acceleration.
-    call path_pose(path, p, q, shape)
-    c = path(half(p))%c(:, p%at)
-    if (p%s < 0) c%wheel = 3 - c%wheel
+    call pose_at(piece_at(path, p), p%s, q, shape)
+    c = path(p%half)%c(:, p%at)
+    if (p%half == 2) c%wheel = 3 - c%wheel
     if (abs(p%s) > 0) then
       do k = 1, 2
         call find_gap(side, q, c(k))
@@ -609,8 +699,10 @@ contains
     call closing_forces(w%inertia(), [0.0_dp, 0.0_dp, 0.0_dp], shape, c, force, ok)
     bend = w%weight()*sum(force*c%slope(2))/w%mass
     frequency = sign(sqrt(abs(bend)), bend)/(2*pi)
-    associate (own => path(half(p)))
-      if (abs(p%s) >= own%s(own%last(p%stretch))) frequency = ieee_value(1.0_dp, ieee_quiet_nan)
+    associate (own => path(p%half))
+      if (p%at + 1 < own%n .and. abs(p%s) >= own%s(p%at + 1)) then
+        if (own%stretch(p%at + 2) /= own%stretch(p%at)) frequency = ieee_value(1.0_dp, ieee_quiet_nan)
+      end if
     end associate
   end subroutine small_motion
 

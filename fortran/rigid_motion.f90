@@ -1,6 +1,6 @@
 !> The motion of a wheelset with rigid contacts, bilateral or unilateral: how it starts, and its steps.
 module rigid_motion
-  use bilateral, only: advance_along, between_poses, path_state, path_type, point_type, start_at, tangent, turn_corner
+  use bilateral, only: advance_along, path_state, path_type, point_type, start_at, tangent, turn_corner
   use case, only: case_type
   use contact, only: side_type
   use errors, only: error_type, fatal_error
@@ -198,7 +198,7 @@ contains
     evaluations = 0
     q = r%own%q
     work = r%own%work
-    h = min(dt, between_poses(path, r%point)/max(abs(r%point%v), tiny(h)))
+    h = dt
     do halved = 0, r%rule%halvings
       dt = h
       p = r%point

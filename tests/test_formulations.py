@@ -50,12 +50,9 @@ def test_turning_point_is_where_the_energy_says(name: str):
     assert top(t, z) == pytest.approx(energy/WEIGHT, abs=1e-9)
     if name in ("ex2_aw", "ex3_aw"):
         return
-    low, high = done.table.clearance, y.max() + 1e-4
-    for _ in range(60):
-        middle = (low + high)/2
-        rise = done.table.geometry([middle])["Z"][0]
-        low, high = (middle, high) if rise*WEIGHT < energy else (low, middle)
-    assert top(t, y) == pytest.approx(low, abs=1e-9)
+    turn = top(t, y)
+    below, above = WEIGHT*done.table.geometry([turn - 1e-9, turn + 1e-9])["Z"]
+    assert done.table.clearance < turn and below < energy < above
 
 
 @pytest.mark.parametrize("pair", PAIRS)
@@ -90,7 +87,7 @@ def test_path_passes_over_hollows():
     assert len(c) > 300 and c.Y.max() > 1.2*done.table.clearance
     for column in "Z", "roll":
         assert np.abs(geometry[column].to_numpy() - c[column].to_numpy()).max() < 2e-9
-    assert done.summary["drift"] < 1e-9*done.summary["kinetic_energy"]
+    assert done.summary["drift"] < 1e-11*done.summary["kinetic_energy"]
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.5, 0.0])
@@ -113,6 +110,31 @@ def test_lifting_over_the_flange_takes_more_than_exercise_3_has():
     tip = (c.PE_grav + c.PE_load).max()
     assert 0.5*MASS*1.0**2 < 2100 < tip < 2400 < 0.5*MASS*2.0**2
     assert exercise("ex4_aw", "bilateral").summary["derailed"]
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_bilateral_energy_is_kept(name: str):
+    """To 1e-11 of the kinetic energy: steps end where the polynomial does on which V is known."""
+    done = exercise(name, "bilateral")
+    assert done.summary["drift"] < 1e-11*done.summary["kinetic_energy"]
+
+
+def test_a_wheelset_rests_in_a_corner():
+    """Between tread and flange, with a lateral force that is too small for the flange and too large for the tread. The
+    corner is where the paths on both sides of it, straight over nanometres, meet."""
+    case = Case.exercise(1).replace(formulation="bilateral", vY=0.0, roll_rate=0.0, lateral_force=2e4, t_end=5e-3,
+                                    stop_at="t_end")
+    near = run(case).table.clearance
+    y = near + np.array([-2e-9, -1e-9, 1e-9, 2e-9])
+    z = np.array([run(case.replace(Y=at, t_end=1e-4)).columns.Z.iloc[0] for at in y])
+    slopes = (z[1] - z[0])/1e-9, (z[3] - z[2])/1e-9
+    corner = y[1] + (z[2] - z[1] - slopes[1]*2e-9)/(slopes[0] - slopes[1])
+    still = run(case.replace(Y=corner)).columns
+    assert slopes[0] < 2e4/WEIGHT < slopes[1]
+    assert (still.Y == still.Y.iloc[0]).all() and (still.vY == 0).all()
+    # A micrometre beside it, it comes back to where it was.
+    moved = run(case.replace(Y=corner - 1e-6)).columns
+    assert moved.Y.max() > corner and (moved.Y - corner).abs().max() < 1.001e-6
 
 
 def cone_case(folder: Path, amplitude: float) -> tuple[Case, object]:
@@ -340,10 +362,10 @@ def test_unilateral_energy_is_kept(name: str):
 def test_energy_is_kept_to_derailment(pair: str):
     """Exercise 5: up to 59 kJ of work. With impacts that lose energy, the wheelset rolls over the edge of the rail's crown
     at the end, where contact jumps over hollows of the spline; bilateral, the wheelset falls back from the flange some
-    thousand times, and what there is of energy is that of these falls."""
+    thousand times, over a million poses of the path, and the work is a few hundred J."""
     for formulation, bar in ("unilateral, e = 1", 1e-12), ("unilateral, e = 0.5", 1e-9), ("unilateral, e = 0", 1e-9), (
-            "bilateral", 2e-6):
-        done = rigid_reference.ramp(pair, formulation)
+            "bilateral", 1e-10):
+        done = rigid_reference.ramps(pair)[formulation]
         assert done.summary["derailed"] == (formulation != "bilateral")
         assert done.summary["drift"] < bar*done.columns.W_ext.abs().max(), formulation
 
@@ -407,6 +429,7 @@ def test_motions_are_the_stored_ones(name: str, stored: pd.DataFrame):
 @pytest.mark.parametrize("pair", PAIRS)
 def test_exercise_5_ends_as_stored(pair: str, formulation: str):
     stored = pd.read_csv(rigid_reference.ENDS)
+    rigid_reference.ramps(pair)
     moved = rigid_reference.end_moves(stored, pair, formulation)
     assert not moved, "\n".join(moved)
     own = stored[(stored.pair == pair) & (stored.formulation == formulation)].set_index("quantity")
