@@ -19,10 +19,10 @@ endif
 PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
-MODULES = kinds errors system text progress terminal case curve formats parts mending profile measures hertz \
+MODULES = kinds errors system text progress terminal memory case curve formats parts mending profile measures hertz \
           geometry halfspace patches contact bspline potential reach samples refine ratios table accuracy table_file \
           bracket rigid wheelset modes newmark \
-          gaps bilateral unilateral rigid_motion events columns simulation report
+          gaps bilateral unilateral rigid_motion events rows columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
 WRAPPER = build/wrapper/installed
@@ -46,6 +46,9 @@ $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 
 $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
+
+# It has the name of a procedure of gfortran's library, and fewer arguments.
+$(BUILD)/memory.o: FFLAGS += -fno-lto
 
 $(BUILD):
 	mkdir -p $@
