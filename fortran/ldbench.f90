@@ -1,6 +1,6 @@
 !> The command `ldbench`: one namelist file in, one column file out.
 program ldbench
-  use, intrinsic :: iso_fortran_env, only: error_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, right_table_path, value_text, &
     variable_type
   use columns, only: column_file
@@ -10,7 +10,7 @@ program ldbench
   use simulation, only: prepare, run_type, setup_type, simulate
   use system, only: say, survive_long_files
   use terminal, only: terminal_monitor
-  use text, only: line_type, read_lines
+  use text, only: line_type, read_lines, str
   implicit none
   type(error_type), allocatable :: error
   character(:), allocatable :: argument
@@ -63,6 +63,7 @@ contains
     if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
+    if (.not. allocated(error)) call check_stacks(file, error)
     if (allocated(error)) return
     call prepare(c, setup, error, watcher)
     if (.not. allocated(error)) call begin_columns(c, output_path(c), columns, error)
@@ -80,6 +81,21 @@ contains
     end if
     call answer(summary(c, setup, result))
   end subroutine run
+
+  !> Where libgomp finds no room for a thread it ends the program in words of its own: look for it before.
+  subroutine check_stacks(file, error)
+    !$ use omp_lib, only: omp_get_max_threads
+    character(*), intent(in) :: file           !! for the message
+    type(error_type), allocatable, intent(out) :: error
+    integer(int64), parameter :: stack = 2_int64**23   ! of a thread, as systems have it [bytes]
+    character(:), allocatable :: room
+    integer :: threads, stat
+
+    threads = 1
+    !$ threads = omp_get_max_threads()
+    allocate (character(stack*threads) :: room, stat=stat)
+    if (stat /= 0) call fatal_error(error, file//': expected memory for OMP_NUM_THREADS = '//str(threads)//' threads, found less')
+  end subroutine check_stacks
 
   subroutine get_argument(i, value)
     integer, intent(in) :: i
