@@ -5,6 +5,11 @@ WARN    = -Wall -Wextra -std=f2018 -fimplicit-none
 ifeq ($(DEBUG),1)
   BUILD  = build/debug
   FFLAGS = -Og -g -fopenmp -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
+else ifeq ($(SANITIZE),1)
+  BUILD  = build/sanitize
+  FFLAGS = -O1 -g -fopenmp -frecursive -ffp-contract=off -fsanitize=address,undefined -fno-sanitize-recover -fno-omit-frame-pointer
+  # gfortran takes descriptors for uninitialised there that it never reads.
+  WARN  += -Wno-uninitialized -Wno-maybe-uninitialized
 else
   BUILD  = build/release
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
@@ -24,14 +29,14 @@ MODULES = kinds errors system text progress terminal memory case curve formats p
           bracket rigid wheelset modes newmark \
           gaps bilateral unilateral rigid_motion events rows columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
-EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
+EXE     = ldbench$(if $(filter 1,$(DEBUG)),-debug,$(if $(filter 1,$(SANITIZE)),-sanitize))
 WRAPPER = build/wrapper/installed
 
 # For what Python runs.
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
 
-.PHONY: all wrapper test report validate bench wheel reference clean help
+.PHONY: all wrapper test fuzz report validate bench wheel reference clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -98,6 +103,12 @@ test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(PYTHON) -m pytest tests
 
+N    = 2000
+SEED = 0
+fuzz:
+	$(call built,$(EXE) $(BUILD)/tests/load_tables $(WRAPPER))
+	$(PYTHON) tests/fuzz.py $(N) --seed $(SEED)
+
 report:
 	$(call built,$(EXE) $(WRAPPER))
 	$(PYTHON) -m ldbench report
@@ -125,17 +136,18 @@ wheel: .venv/stamp
 
 reference:
 	$(call built,$(EXE) $(WRAPPER))
-	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
+	$(if $(filter 1,$(DEBUG) $(SANITIZE)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
 	$(PYTHON) tests/rigid_reference.py --store
 
 clean:
-	rm -rf build dist ldbench ldbench-debug wrappers/ldbench/_flat*.so
+	rm -rf build dist ldbench ldbench-debug ldbench-sanitize wrappers/ldbench/_flat*.so
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
 	@echo 'make wrapper    the Python extension (after ./bootstrap)'
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
+	@echo 'make fuzz       N=100000 mutated inputs from seed SEED=0 on'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
 	@echo '                FULL=1: all cases, methods and members'
@@ -143,3 +155,4 @@ help:
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'
+	@echo 'SANITIZE=1      with make, test: every access to memory and every leak is looked at'

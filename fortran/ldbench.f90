@@ -7,7 +7,7 @@ program ldbench
   use errors, only: error_type, fatal_error
   use kinds, only: version
   use report, only: begin_columns, check_writable, finish_columns, summary, write_geometry
-  use simulation, only: prepare, run_type, setup_type, simulate
+  use simulation, only: free_tables, prepare, run_type, setup_type, simulate
   use system, only: say, survive_long_files
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines, str
@@ -34,6 +34,7 @@ program ldbench
       call run(argument)
     end if
   end select
+  deallocate (argument)
   if (allocated(error)) then
     write (error_unit, '(a)') 'ldbench: error: '//error%message
     stop 1, quiet=.true.
@@ -46,8 +47,6 @@ contains
     type(line_type), allocatable :: lines(:)
     type(case_type) :: c
     type(setup_type) :: setup
-    type(column_file) :: columns
-    type(run_type) :: result
     character(:), allocatable :: file
 
     file = argument
@@ -65,22 +64,33 @@ contains
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
     if (.not. allocated(error)) call check_stacks(file, error)
     if (allocated(error)) return
+    call compute(c, setup)
+    call free_tables(setup)
+    call watcher%clear()
+    if (allocated(error)) error%message = file//': '//error%message
+  end subroutine run
+
+  !> From a case that was checked to its files.
+  subroutine compute(c, setup)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(inout) :: setup
+    type(column_file) :: columns
+    type(run_type) :: result
+
     call prepare(c, setup, error, watcher)
     if (.not. allocated(error)) call begin_columns(c, output_path(c), columns, error)
-    if (.not. allocated(error)) then
-      call simulate(c, setup, columns, result, error, watcher)
-      if (allocated(error)) call columns%abandon()
-    end if
-    if (.not. allocated(error)) call finish_columns(c, setup, result, columns, error)
-    if (.not. allocated(error) .and. c%geometry_file /= '') &
-      call write_geometry(c, setup, trim(c%geometry_file), error)
-    call watcher%clear()
+    if (allocated(error)) return
+    call simulate(c, setup, columns, result, error, watcher)
     if (allocated(error)) then
-      error%message = file//': '//error%message
+      call columns%abandon()
       return
     end if
+    call finish_columns(c, setup, result, columns, error)
+    if (.not. allocated(error) .and. c%geometry_file /= '') call write_geometry(c, setup, trim(c%geometry_file), error)
+    if (allocated(error)) return
+    call watcher%clear()
     call answer(summary(c, setup, result))
-  end subroutine run
+  end subroutine compute
 
   !> Where libgomp finds no room for a thread it ends the program in words of its own: look for it before.
   subroutine check_stacks(file, error)

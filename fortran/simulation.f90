@@ -30,7 +30,7 @@ module simulation
   use wheelset, only: find_rest, hold, settle, wheelset_type
   implicit none
   private
-  public :: setup_type, run_type, prepare_geometry, prepare, set_wheelset, simulate
+  public :: setup_type, run_type, prepare_geometry, prepare, set_wheelset, free_tables, simulate
 
   !> What is the same for every run with one table.
   type :: setup_type
@@ -96,8 +96,8 @@ contains
     end if
     setup%symmetric = same_pair(setup%side(1)%pair, setup%side(2)%pair)
     do k = 1, merge(1, 2, setup%symmetric)
-      ! Of the right side: to the left in the mirror.
-      call clearance(setup%side([k, 3 - k]), setup%side(k)%clearance, ok)
+      ! Of the right side: to the left in the mirror. (Of an array by a list of places, gfortran never frees the copy.)
+      call clearance(setup%side(k:3 - k:3 - 2*k), setup%side(k)%clearance, ok)
       if (ok) cycle
       call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
         str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
@@ -220,12 +220,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(contact_table), pointer :: table
       type(extent_type) :: extent
+      type(side_type) :: both(2)
       real(dp) :: e_star, own
       logical :: ok
 
       table => table_of(k)
       ! Whatever is on the other side, a pair has one table: that of a wheelset which has it on both.
-      call clearance(setup%side([k, k]), own, ok)
+      both(1) = setup%side(k)
+      both(2) = setup%side(k)
+      call clearance(both, own, ok)
       extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth)
       if (ok) extent%clearance = own
       e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
@@ -244,6 +247,17 @@ contains
     end subroutine build_side
 
   end subroutine prepare
+
+  !> Free the tables that `prepare` made.
+  subroutine free_tables(setup)
+    type(setup_type), intent(inout) :: setup
+
+    associate (w => setup%wheelset)
+      if (associated(w%right_table) .and. .not. associated(w%right_table, w%table)) deallocate (w%right_table)
+      if (associated(w%table)) deallocate (w%table)
+      nullify (w%right_table)
+    end associate
+  end subroutine free_tables
 
   !> Inertia and loads of the case on a table that is there, or on rigid contacts: equilibrium and
   !> eigenfrequencies.

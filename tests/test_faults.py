@@ -390,3 +390,31 @@ def test_a_clock_that_jumps_changes_nothing(tmp_path):
     # The calendar's time is nowhere asked for.
     folder = Path(ldbench.__file__).parent
     assert not [path.name for path in folder.rglob("*.py") if re.search(r"time\.time\(|datetime\.now", path.read_text())]
+
+
+# ---- what is made is freed -----------------------------------------------------------
+def test_tables_and_runs_made_and_freed_take_no_memory(tmp_path):
+    """In a process of its own, whose size does not grow by what a hundredth of a table takes, each time."""
+    script = f"""
+import gc, resource, ldbench
+case = ldbench.Case.exercise(2).replace(model='strip', table_file={str(tmp_path/"pair.table")!r}, t_end=2e-3, **{TINY})
+def size():
+    gc.collect()
+    return int(open('/proc/self/statm').read().split()[1])*resource.getpagesize()
+def use(n):
+    for k in range(n):
+        table = ldbench.ContactTable(case.replace(formulation='elastic' if k % 4 else 'unilateral'))
+        ldbench.run(table.case, table=table).summary
+        try:
+            ldbench.ContactTable(case.replace(vertical_load=1e9))
+        except ldbench.Error:
+            pass
+use(20)
+before = size()
+use({1000 if SLOW else 40})
+print(size() - before)
+"""
+    if not Path("/proc/self/statm").exists():
+        pytest.skip("this system does not tell the size of a process")
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=HANG, check=True)
+    assert int(done.stdout) < 4e6

@@ -39,6 +39,7 @@ program progress_reports
   use simulation, only: prepare, run_type, setup_type, simulate
   use text, only: line_type, read_lines
   implicit none
+  save
   type(listening_monitor) :: watcher
   type(error_type), allocatable :: error
   type(line_type), allocatable :: lines(:)

@@ -12,6 +12,7 @@ program table_damage
   use simulation, only: setup_type
   use table_file, only: load_table
   implicit none
+  save
   type(case_type) :: c
   type(setup_type) :: setup
   character(256) :: file

@@ -26,7 +26,11 @@ STAGES = "", "table", "integration"
 
 
 class Error(RuntimeError):
-    """What the core refuses; the text is that of the executable after `ldbench: error: `."""
+    """What the core refuses; the text is that of the executable after `ldbench: error: `: one line, for any terminal."""
+
+    def __init__(self, message: str) -> None:
+        line = "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in message)
+        super().__init__(line if len(line) < 2048 else f"{line[:2044]}...")
 
 
 def text(buffer: bytes, length: int) -> str:

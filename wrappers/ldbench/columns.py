@@ -201,6 +201,8 @@ def _read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError:
         raise Error(f"{path}: cannot be opened for reading") from None
+    except UnicodeDecodeError as error:
+        raise Error(f"{path}: expected UTF-8, found byte {error.object[error.start]} at {error.start}") from None
     except tomllib.TOMLDecodeError as error:
         raise Error(f"{path}: {error}") from None
 

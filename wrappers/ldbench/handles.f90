@@ -14,7 +14,7 @@ module handles
   use progress, only: monitor_type
   use report, only: begin_columns, finish_columns
   use rows, only: row_list
-  use simulation, only: prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
+  use simulation, only: free_tables, prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
   use text, only: checksum, line_type, read_lines
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
@@ -307,12 +307,7 @@ contains
     type(prepared_type), pointer :: p
 
     p => prepared_at(handle)
-    associate (w => p%setup%wheelset)
-      if (p%owns_table) then
-        if (associated(w%right_table) .and. .not. associated(w%right_table, w%table)) deallocate (w%right_table)
-        if (associated(w%table)) deallocate (w%table)
-      end if
-    end associate
+    if (p%owns_table) call free_tables(p%setup)
     deallocate (p)
   end subroutine free_prepared_at
 
