@@ -99,9 +99,18 @@ build/wrapper/build.ninja: meson.build .venv/stamp
 .venv/stamp:
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
 
+# With SANITIZE=1 those that lead everywhere in the core.
+CHECKS = tests
+ifeq ($(SANITIZE),1)
+  CHECKS = tests/test_measured.py::test_mutated_files \
+           $(addprefix tests/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes \
+             a_run_stops_where_its_watcher_wants_it) \
+           $(addprefix tests/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
+             closed_and_full_streams)
+endif
 test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
-	$(PYTHON) -m pytest tests
+	$(PYTHON) -m pytest $(CHECKS)
 
 N    = 2000
 SEED = 0
