@@ -240,7 +240,7 @@ store.restore(store.Path('sweep.zarr'))
 with xr.open_zarr('sweep.zarr') as stored:
     stored = stored.load()
 assert stored.mass.values.tolist() in masses and not stored.peak_N_LT.isnull().any() and not any(stored.error.values)
-""", KILLS if SLOW else 3)
+""", KILLS if SLOW else 2)
     assert {path.name for path in tmp_path.iterdir()} == {"case.nml", "pair.table", "sweep.zarr", "sweep.zarr.parts"}
     assert all(path.suffix == ".npz" for path in (tmp_path/"sweep.zarr.parts").iterdir())
 
@@ -367,11 +367,11 @@ def test_no_damaged_table_is_used(case):
     assert used == 0 and refused == len("ldbench contact table") and refused + missing == 2*size
 
 
-@pytest.mark.parametrize("groups", [
-    {"contact": {"formulation": "bilateral"}}, {"contact": {"formulation": "unilateral", "restitution": 0.5}},
-    {"contact": {"model": "halfspace"}}, {"contact": {"model": "hertz"}, "integrator": {"scheme": "energy", "dt": 2e-5}}],
+@pytest.mark.parametrize("groups,right", [
+    ({"contact": {"formulation": "bilateral"}}, True), ({"contact": {"formulation": "unilateral", "restitution": 0.5}}, True),
+    ({"contact": {"model": "halfspace"}}, False),
+    ({"contact": {"model": "hertz"}, "integrator": {"scheme": "energy", "dt": 2e-5}}, True)],
     ids=["bilateral", "unilateral", "halfspace", "hertz"])
-@pytest.mark.parametrize("right", ["", "s"], ids=["symmetric", "asymmetric"])
 def test_every_kind_of_run_ends_well(groups, right, tmp_path):
     """Above all in the build that looks at every access to memory and every leak: SANITIZE=1."""
     profiles = {f"{what}_profile_right": REPO/f"profiles/s{what[0]}prof.yz" for what in ("wheel", "rail")} if right else {}
@@ -430,9 +430,9 @@ def use(n):
             ldbench.ContactTable(case.replace(vertical_load=1e9))
         except ldbench.Error:
             pass
-use(20)
+use(8)
 before = size()
-use({1000 if SLOW else 40})
+use({1000 if SLOW else 24})
 print(size() - before)
 """
     if not Path("/proc/self/statm").exists():
