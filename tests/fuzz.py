@@ -259,7 +259,7 @@ def watch(seeds: range) -> list[str]:
     return failures
 
 
-def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, int], None] = lambda done, failed: None) -> list[str]:
+def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, list[str]], None] = lambda done, found: None) -> list[str]:
     """Failures of inputs first ... first + n - 1."""
     from concurrent.futures import ThreadPoolExecutor
 
@@ -269,7 +269,7 @@ def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, int], None] = lambd
         for piece, found in zip(pieces, pool.map(watch, pieces), strict=True):
             failures += found
             done += len(piece)
-            tell(done, len(failures))
+            tell(done, found)
     return failures
 
 
@@ -286,9 +286,12 @@ def main() -> int:
         args.keep.mkdir(exist_ok=True)
         Child(args.keep).run(args.seed)
         return 0
-    failures = fuzz(args.n, args.seed, args.jobs, lambda done, failed: print(f"\r{done} inputs, {failed} failures", end="", flush=True))
-    print()
-    print("\n".join(failures))
+
+    def tell(done: int, found: list[str]) -> None:
+        print("".join(f"\n{failure}" for failure in found) + "\n"*bool(found), end=f"\r{done} inputs", flush=True)
+
+    failures = fuzz(args.n, args.seed, args.jobs, tell)
+    print(f", {len(failures)} failures")
     return bool(failures)
 
 

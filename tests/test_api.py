@@ -641,6 +641,8 @@ def test_empty_cells_of_open_contacts_are_nan(tmp_path):
     ("t Y\n0 1\n", {"Y": 3}, "expected a column 3, found t, Y"),
     ("t Y\n0 1\n", {"Y": {"column": "Y", "unit": "furlong"}}, "expected a unit among .*, found furlong"),
     ("t Y\n0 1\n", {"Y": {"name": "Y"}}, "Y: expected column, unit, factor, offset, found"),
+    *(("t Y\n0 1\n", {"Y": wrong}, "Y: expected column, unit, factor, offset, found") for wrong in (
+        2.0, {"column": "Y", "unit": 1}, {"column": "Y", "factor": "2"}, {"column": "Y", "offset": float("nan")})),
 ])
 def test_unreadable_columns_are_refused(content, columns, words, tmp_path):
     if content is not None:
