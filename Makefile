@@ -5,6 +5,11 @@ WARN    = -Wall -Wextra -std=f2018 -fimplicit-none
 ifeq ($(DEBUG),1)
   BUILD  = build/debug
   FFLAGS = -Og -g -fopenmp -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
+else ifeq ($(SANITIZE),1)
+  BUILD  = build/sanitize
+  FFLAGS = -O1 -g -fopenmp -frecursive -ffp-contract=off -fsanitize=address,undefined -fno-sanitize-recover -fno-omit-frame-pointer
+  # gfortran takes descriptors for uninitialised there that it never reads.
+  WARN  += -Wno-uninitialized -Wno-maybe-uninitialized
 else
   BUILD  = build/release
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
@@ -19,19 +24,19 @@ endif
 PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
-MODULES = kinds errors system text progress terminal case curve formats parts mending profile measures hertz \
+MODULES = kinds errors system text progress terminal memory case curve formats parts mending profile measures hertz \
           geometry halfspace patches contact bspline potential reach samples refine ratios table accuracy table_file \
           bracket rigid wheelset modes newmark \
-          gaps bilateral unilateral rigid_motion events columns simulation report
+          gaps bilateral unilateral rigid_motion events rows columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
-EXE     = $(if $(filter 1,$(DEBUG)),ldbench-debug,ldbench)
+EXE     = ldbench$(if $(filter 1,$(DEBUG)),-debug,$(if $(filter 1,$(SANITIZE)),-sanitize))
 WRAPPER = build/wrapper/installed
 
 # For what Python runs.
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
 
-.PHONY: all wrapper test report validate bench wheel reference clean help
+.PHONY: all wrapper test fuzz report validate bench wheel reference clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -46,6 +51,9 @@ $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 
 $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
+
+# It has the name of a procedure of gfortran's library, and fewer arguments.
+$(BUILD)/memory.o: FFLAGS += -fno-lto
 
 $(BUILD):
 	mkdir -p $@
@@ -91,9 +99,24 @@ build/wrapper/build.ninja: meson.build .venv/stamp
 .venv/stamp:
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
 
+# With SANITIZE=1 those that lead everywhere in the core.
+CHECKS = tests
+ifeq ($(SANITIZE),1)
+  CHECKS = tests/test_measured.py::test_mutated_files \
+           $(addprefix tests/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes \
+             a_run_stops_where_its_watcher_wants_it) \
+           $(addprefix tests/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
+             closed_and_full_streams)
+endif
 test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
-	$(PYTHON) -m pytest tests
+	$(PYTHON) -m pytest $(CHECKS)
+
+N    = 2000
+SEED = 0
+fuzz:
+	$(call built,$(EXE) $(BUILD)/tests/load_tables $(WRAPPER))
+	$(PYTHON) tests/fuzz.py $(N) --seed $(SEED)
 
 report:
 	$(call built,$(EXE) $(WRAPPER))
@@ -122,17 +145,18 @@ wheel: .venv/stamp
 
 reference:
 	$(call built,$(EXE) $(WRAPPER))
-	$(if $(filter 1,$(DEBUG)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
+	$(if $(filter 1,$(DEBUG) $(SANITIZE)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
 	$(PYTHON) tests/rigid_reference.py --store
 
 clean:
-	rm -rf build dist ldbench ldbench-debug wrappers/ldbench/_flat*.so
+	rm -rf build dist ldbench ldbench-debug ldbench-sanitize wrappers/ldbench/_flat*.so
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
 	@echo 'make wrapper    the Python extension (after ./bootstrap)'
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
+	@echo 'make fuzz       N=100000 mutated inputs from seed SEED=0 on'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
 	@echo '                FULL=1: all cases, methods and members'
@@ -140,3 +164,4 @@ help:
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'
+	@echo 'SANITIZE=1      with make, test: every access to memory and every leak is looked at'

@@ -16,19 +16,39 @@ module columns
   use geometry, only: pair_type, rolled, wheel_station
   use kinds, only: dp, gravity
   use newmark, only: motion_type
-  use system, only: finish_file, make_folder, scratch_name
+  use rows, only: row_taker
+  use system, only: scratch_file
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use wheelset, only: closed, contact_name, contact_state, external_force, right_tread, &
     wheelset_type
   implicit none
   private
-  public :: n_columns, n_rigid_columns, elastic_columns, column_names, column_units, fill_row, write_table_file
+  public :: n_columns, n_rigid_columns, elastic_columns, column_names, column_units, fill_row, column_file
 
   integer, parameter :: n_columns = 56          !! of elastic contacts
   integer, parameter :: n_rigid_columns = 61    !! of rigid ones: the same and five more
   integer, parameter :: elastic_columns(2) = [52, 53]   !! PE_elastic_L, PE_elastic_R
   integer, parameter :: width = 16
+
+  !> A column file. Its rows are written as they come, to a file without a name beside it: what its header says is known
+  !> when the last of them is. Then it is put together: the line of names, the header's lines and the units as comments, the
+  !> fixed-width numbers. The names come first because that is where numpy.genfromtxt(names=True) and
+  !> pandas.read_csv(comment='#') look. The file appears under its name only when it is complete.
+  type, extends(row_taker) :: column_file
+    private
+    character(:), allocatable :: name
+    type(scratch_file) :: rows
+    character(:), allocatable :: waiting   !! rows as text, the first `filled` characters of it
+    integer :: filled = 0
+  contains
+    procedure :: begin
+    procedure :: take
+    procedure :: finish
+    procedure :: abandon
+  end type column_file
+
+  integer, parameter :: at_once = 2**16   ! that is written [bytes], and a row more
 
 contains
 
@@ -147,97 +167,157 @@ contains
     row(2) = push*row(2)
   end subroutine contact_columns
 
-  !> Write rows under a header: the line of names, the header's lines and the units
-  !> as comments, then fixed-width numbers.  The names come first because that is
-  !> where numpy.genfromtxt(names=True) and pandas.read_csv(comment='#') look.
-  !> The file appears under its name only when it is complete; the default folder is made for it.
-  subroutine write_table_file(file, header, names, units, rows, error)
+  !> Begin a file with so many columns.
+  subroutine begin(this, file, n, error)
+    class(column_file), intent(inout) :: this
     character(*), intent(in) :: file
+    integer, intent(in) :: n
+    type(error_type), allocatable, intent(out) :: error
+
+    this%name = file
+    allocate (character(at_once + width*n + 1) :: this%waiting)
+    call this%rows%begin(file//'.rows', nameless=.true.)
+    if (.not. this%rows%ok) call fatal_error(error, file//': cannot be written')
+  end subroutine begin
+
+  subroutine take(this, row, error)
+    class(column_file), intent(inout) :: this
+    real(dp), intent(in) :: row(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: length
+
+    length = width*size(row)
+    call put(size(row), row, this%waiting(this%filled + 1:this%filled + length))
+    this%filled = this%filled + length + 1
+    this%waiting(this%filled:this%filled) = new_line('a')
+    if (this%filled < at_once) return
+    call this%rows%put(this%waiting(:this%filled))
+    this%filled = 0
+    if (this%rows%ok) return
+    call this%abandon()
+    call incomplete(this%name, error)
+  end subroutine take
+
+  subroutine finish(this, header, names, units, error)
+    class(column_file), intent(inout) :: this
     character(*), intent(in) :: header         !! lines ended by newline
     character(*), intent(in) :: names(:), units(:)
-    real(dp), intent(in) :: rows(:, :)         !! (column, row)
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: scratch
-    character(len=width*size(names)) :: line
-    integer :: unit, stat, i, k, from, to
-    character(200) :: iomsg
+    type(scratch_file) :: whole
+    character(:), allocatable :: line
+    integer :: from, to
 
-    call make_folder(file)
-    scratch = scratch_name(file)
-    open (newunit=unit, file=scratch, action='write', status='replace', iostat=stat, iomsg=iomsg, &
-      recl=max(4096, width*size(names) + 1))
-    if (stat /= 0) then
-      call fatal_error(error, file//': cannot be written: '//trim(iomsg))
-      return
-    end if
-    write (line, '(*(a16))') (adjustr(fit(names(i))), i=1, size(names))
-    write (unit, '(a)', iostat=stat) line
+    call this%rows%put(this%waiting(:this%filled))
+    call whole%begin(this%name)
+    call whole%put(cells(names)//new_line('a'))
     from = 1
     do while (from <= len(header))
       to = from + index(header(from:), new_line('a')) - 2
-      if (stat == 0) write (unit, '(a)', iostat=stat) trim('# '//header(from:to))
+      call whole%put(trim('# '//header(from:to))//new_line('a'))
       from = to + 2
     end do
-    write (line, '(*(a16))') (adjustr(fit(units(i))), i=1, size(units))
+    line = cells(units)
     line(1:1) = '#'
-    if (stat == 0) write (unit, '(a)', iostat=stat) line
-    do i = 1, size(rows, 2)
-      do k = 1, size(rows, 1)
-        call put(rows(k, i), line(1 + (k - 1)*width:k*width))
-      end do
-      if (stat == 0) write (unit, '(a)', iostat=stat) line
+    call whole%put(line//new_line('a'))
+    call whole%append(this%rows)
+    call whole%finish()
+    if (.not. whole%ok) call incomplete(this%name, error)
+    call this%abandon()
+  end subroutine finish
+
+  subroutine incomplete(file, error)
+    character(*), intent(in) :: file
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, file//': cannot be written completely')
+  end subroutine incomplete
+
+  !> Forget the rows.
+  subroutine abandon(this)
+    class(column_file), intent(inout) :: this
+
+    call this%rows%abandon()
+    if (allocated(this%waiting)) deallocate (this%waiting)
+    this%filled = 0
+  end subroutine abandon
+
+  !> Words as they stand above the numbers.
+  pure function cells(words) result(line)
+    character(*), intent(in) :: words(:)
+    character(width*size(words)) :: line
+    character(width) :: cell
+    integer :: i
+
+    do i = 1, size(words)
+      cell = words(i)
+      line(1 + (i - 1)*width:i*width) = adjustr(cell)
     end do
-    call finish_file(unit, scratch, file, stat)
-    if (stat /= 0) call fatal_error(error, file//': cannot be written completely')
+  end function cells
 
-  contains
-
-    pure function fit(word) result(cell)
-      character(*), intent(in) :: word
-      character(width) :: cell
-
-      cell = word
-    end function fit
-
-  end subroutine write_table_file
-
-  !> A number as es16.8 would write it, in a tenth of the time.  Numbers too small for
+  !> Numbers as es16.8 would write them, in a tenth of the time.  Numbers too small for
   !> a two-digit exponent are written as zero.
-  pure subroutine put(x, cell)
-    real(dp), intent(in) :: x
-    character(width), intent(out) :: cell
-    integer :: i, k, decade
+  pure subroutine put(n, x, cells)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: x(n)
+    character(width), intent(out) :: cells(n)
+    integer :: i, k, decade, high, low, hundreds
     integer, parameter :: most = 99
     real(dp), parameter :: power(-most:most + 8) = [(10.0_dp**i, i=-most, most + 8)]
     character(2), parameter :: pairs(0:99) = [((achar(48 + i)//achar(48 + k), k=0, 9), i=0, 9)]
-    integer(int64) :: digits, rest
+    character(4), parameter :: exponents(-most:most) = [('E-'//pairs(-i), i=-most, -1), ('E+'//pairs(i), i=0, most)]
+    character(4), parameter :: first(0:9) = [('  '//achar(48 + i)//'.', i=0, 9)]
+    real(dp) :: magnitude
+    integer(int64) :: digits
+
+    do k = 1, n
+      magnitude = abs(x(k))
+      if (.not. (magnitude >= 1e-98_dp .and. magnitude < 1e98_dp)) then
+        cells(k) = '  0.00000000E+00'
+        if (.not. magnitude <= 0) cells(k) = rare(x(k))
+        cycle
+      end if
+      ! From the power of two, which the power of ten may exceed by one; 1233/4096 is log10(2) as far as that goes.
+      decade = shifta((exponent_of(magnitude) - 1)*1233, 12)
+      digits = int(magnitude*power(8 - decade) + 0.5_dp, int64)
+      if (digits >= 1000000000_int64) then
+        decade = decade + 1
+        digits = int(magnitude*power(8 - decade) + 0.5_dp, int64)
+      end if
+      high = int(digits/10000)
+      low = int(digits - 10000*int(high, int64))
+      i = high/10000
+      high = high - 10000*i
+      cells(k)(1:4) = first(i)
+      if (x(k) < 0) cells(k)(2:2) = '-'
+      hundreds = high/100
+      cells(k)(5:6) = pairs(hundreds)
+      cells(k)(7:8) = pairs(high - 100*hundreds)
+      hundreds = low/100
+      cells(k)(9:10) = pairs(hundreds)
+      cells(k)(11:12) = pairs(low - 100*hundreds)
+      cells(k)(13:16) = exponents(decade)
+    end do
+  end subroutine put
+
+  !> A number that is none, too small or too large for two digits of the exponent.
+  pure function rare(x) result(cell)
+    real(dp), intent(in) :: x
+    character(width) :: cell
 
     if (ieee_is_nan(x)) then
       cell = '             NaN'
-      return
-    end if
-    cell = '  0.00000000E+00'
-    if (abs(x) < 1e-98_dp) return
-    if (abs(x) >= 1e98_dp) then
+    else if (abs(x) < 1) then
+      cell = '  0.00000000E+00'
+    else
       write (cell, '(es16.8e3)') x
-      return
     end if
-    ! From the power of two, which the power of ten may exceed by one.
-    decade = floor((exponent(x) - 1)*log10(2.0_dp))
-    digits = int(abs(x)*power(8 - decade) + 0.5_dp, int64)
-    if (digits >= 1000000000_int64) then
-      decade = decade + 1
-      digits = int(abs(x)*power(8 - decade) + 0.5_dp, int64)
-    end if
-    if (x < 0) cell(2:2) = '-'
-    do i = 11, 5, -2
-      rest = digits/100
-      cell(i:i + 1) = pairs(digits - 100*rest)
-      digits = rest
-    end do
-    cell(3:3) = achar(48 + int(digits))
-    if (decade < 0) cell(14:14) = '-'
-    cell(15:16) = pairs(abs(decade))
-  end subroutine put
+  end function rare
+
+  !> `exponent` of a positive number, from its bits.
+  elemental integer function exponent_of(x)
+    real(dp), intent(in) :: x
+
+    exponent_of = int(shiftr(transfer(x, 0_int64), 52)) - 1022
+  end function exponent_of
 
 end module columns

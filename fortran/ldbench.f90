@@ -1,26 +1,30 @@
 !> The command `ldbench`: one namelist file in, one column file out.
 program ldbench
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, right_table_path, value_text, &
     variable_type
+  use columns, only: column_file
   use errors, only: error_type, fatal_error
   use kinds, only: version
-  use report, only: check_writable, summary, write_columns, write_geometry
-  use simulation, only: prepare, run_type, setup_type, simulate
+  use report, only: begin_columns, check_writable, finish_columns, summary, write_geometry
+  use simulation, only: free_tables, prepare, run_type, setup_type, simulate
+  use system, only: say, survive_long_files
   use terminal, only: terminal_monitor
-  use text, only: line_type, read_lines
+  use text, only: line_type, read_lines, str
   implicit none
   type(error_type), allocatable :: error
   character(:), allocatable :: argument
   type(terminal_monitor) :: watcher
+  character, parameter :: nl = new_line('a')
 
+  call survive_long_files()
   call watcher%begin()
   call get_argument(1, argument)
   select case (argument)
   case ('--help', '-h')
-    call print_help()
+    call answer(help())
   case ('--version')
-    write (output_unit, '(a)') 'ldbench '//version
+    call answer('ldbench '//version//nl)
   case default
     if (command_argument_count() > 1) then
       call fatal_error(error, 'expected at most one argument, a namelist file; see ldbench --help')
@@ -30,6 +34,7 @@ program ldbench
       call run(argument)
     end if
   end select
+  deallocate (argument)
   if (allocated(error)) then
     write (error_unit, '(a)') 'ldbench: error: '//error%message
     stop 1, quiet=.true.
@@ -42,7 +47,6 @@ contains
     type(line_type), allocatable :: lines(:)
     type(case_type) :: c
     type(setup_type) :: setup
-    type(run_type) :: result
     character(:), allocatable :: file
 
     file = argument
@@ -58,19 +62,50 @@ contains
     if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
+    if (.not. allocated(error)) call check_stacks(file, error)
     if (allocated(error)) return
-    call prepare(c, setup, error, watcher)
-    if (.not. allocated(error)) call simulate(c, setup, result, error, watcher)
-    if (.not. allocated(error)) call write_columns(c, setup, result, output_path(c), error)
-    if (.not. allocated(error) .and. c%geometry_file /= '') &
-      call write_geometry(c, setup, trim(c%geometry_file), error)
+    call compute(c, setup)
+    call free_tables(setup)
     call watcher%clear()
+    if (allocated(error)) error%message = file//': '//error%message
+  end subroutine run
+
+  !> From a case that was checked to its files.
+  subroutine compute(c, setup)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(inout) :: setup
+    type(column_file) :: columns
+    type(run_type) :: result
+
+    call prepare(c, setup, error, watcher)
+    if (.not. allocated(error)) call begin_columns(c, output_path(c), columns, error)
+    if (allocated(error)) return
+    call simulate(c, setup, columns, result, error, watcher)
     if (allocated(error)) then
-      error%message = file//': '//error%message
+      call columns%abandon()
       return
     end if
-    write (output_unit, '(a)', advance='no') summary(c, setup, result)
-  end subroutine run
+    call finish_columns(c, setup, result, columns, error)
+    if (.not. allocated(error) .and. c%geometry_file /= '') call write_geometry(c, setup, trim(c%geometry_file), error)
+    if (allocated(error)) return
+    call watcher%clear()
+    call answer(summary(c, setup, result))
+  end subroutine compute
+
+  !> Where libgomp finds no room for a thread it ends the program in words of its own: look for it before.
+  subroutine check_stacks(file, error)
+    !$ use omp_lib, only: omp_get_max_threads
+    character(*), intent(in) :: file           !! for the message
+    type(error_type), allocatable, intent(out) :: error
+    integer(int64), parameter :: stack = 2_int64**23   ! of a thread, as systems have it [bytes]
+    character(:), allocatable :: room
+    integer :: threads, stat
+
+    threads = 1
+    !$ threads = omp_get_max_threads()
+    allocate (character(stack*threads) :: room, stat=stat)
+    if (stat /= 0) call fatal_error(error, file//': expected memory for OMP_NUM_THREADS = '//str(threads)//' threads, found less')
+  end subroutine check_stacks
 
   subroutine get_argument(i, value)
     integer, intent(in) :: i
@@ -82,29 +117,39 @@ contains
     if (length > 0) call get_command_argument(i, value)
   end subroutine get_argument
 
-  subroutine print_help()
+  !> To standard output.
+  subroutine answer(text)
+    character(*), intent(in) :: text
+    logical :: ok
+
+    call say(text, ok)
+    if (.not. ok) call fatal_error(error, 'standard output: cannot be written completely')
+  end subroutine answer
+
+  function help() result(lines)
+    character(:), allocatable :: lines
     type(case_type), target :: c
     type(variable_type), allocatable :: list(:)
     character(:), allocatable :: group
+    character(20) :: name
     integer :: k
 
-    write (output_unit, '(a)') &
-      'ldbench '//version//': a railway wheelset without friction between its flanges', '', &
-      'usage: ldbench < input.nml', &
-      '       ldbench input.nml', &
-      '       ldbench --help | --version', '', &
-      'Reads one namelist file, writes one column file and a summary.', &
-      'Exit status: 0, or 1 with one line on standard error.', '', &
-      'Variables, all optional, SI units [range or words] (default):'
+    lines = 'ldbench '//version//': a railway wheelset without friction between its flanges'//nl//nl// &
+      'usage: ldbench < input.nml'//nl// &
+      '       ldbench input.nml'//nl// &
+      '       ldbench --help | --version'//nl//nl// &
+      'Reads one namelist file, writes one column file and a summary.'//nl// &
+      'Exit status: 0, or 1 with one line on standard error.'//nl//nl// &
+      'Variables, all optional, SI units [range or words] (default):'//nl
     call list_variables(c, list)
     group = ''
     do k = 1, size(list)
-      if (list(k)%group /= group) write (output_unit, '(a)') '&'//list(k)%group
+      if (list(k)%group /= group) lines = lines//'&'//list(k)%group//nl
       group = list(k)%group
-      write (output_unit, '(2x,a,t23,a)') list(k)%name, '('//value_text(list(k))//') '// &
-        range_text(list(k))//about(list(k)%meaning)
+      name = list(k)%name
+      lines = lines//'  '//name//'('//value_text(list(k))//') '//range_text(list(k))//about(list(k)%meaning)//nl
     end do
-  end subroutine print_help
+  end function help
 
   function about(meaning) result(words)
     character(*), intent(in) :: meaning

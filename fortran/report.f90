@@ -2,7 +2,7 @@
 !> terminal.
 module report
   use case, only: case_type, list_variables, output_path, value_text, variable_type
-  use columns, only: column_names, column_units, n_rigid_columns, write_table_file
+  use columns, only: column_file, column_names, column_units, n_columns, n_rigid_columns
   use errors, only: error_type, fatal_error
   use events, only: elastic_kinds, event_kinds, kept_impacts
   use kinds, only: dp, version
@@ -10,12 +10,12 @@ module report
   use profile, only: profile_type
   use rigid, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use simulation, only: run_type, setup_type
-  use system, only: default_folder, lacks_folder, scratch_name
+  use system, only: default_folder, lacks_folder, scratch_file
   use text, only: str, with_zero
   use wheelset, only: contact_name
   implicit none
   private
-  public :: summary, write_columns, write_geometry, check_writable
+  public :: summary, begin_columns, finish_columns, write_geometry, check_writable
 
   character, parameter :: nl = new_line('a')
 
@@ -27,16 +27,16 @@ contains
     character(*), intent(in) :: path
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: first         ! that is written
-    integer :: unit, stat
+    type(scratch_file) :: probe
     logical :: folder
 
     if (path == '') return
     inquire (file=path//'/.', exist=folder)
     first = path
     if (lacks_folder(path)) first = default_folder
-    open (newunit=unit, file=scratch_name(first), status='replace', action='write', iostat=stat)
-    if (stat == 0) close (unit, status='delete', iostat=stat)
-    if (stat /= 0 .or. folder) call fatal_error(error, file//', '//variable// &
+    call probe%begin(first)
+    call probe%abandon()
+    if (.not. probe%ok .or. folder) call fatal_error(error, file//', '//variable// &
       ': expected a path that can be written, found '//path)
   end subroutine check_writable
 
@@ -240,14 +240,14 @@ contains
         if (run%blow(k) > 0) lines = lines//' at '//fixed(run%blow_time(k), 6)//' s'
         if (k < 4) lines = lines//','
       end do
-      lines = lines//nl//'energy lost in impacts [J]: '//fixed(run%rows(size(run%rows, 1), size(run%rows, 2)), 6)
+      lines = lines//nl//'energy lost in impacts [J]: '//fixed(run%last(size(run%last)), 6)
     end if
     lines = lines//nl//'energy drift, largest [J]: '//scientific(run%drift)
     if (run%kinetic_energy > 0) lines = lines//', of initial kinetic energy '// &
       scientific(run%drift/run%kinetic_energy)
     lines = lines//nl//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, '//str(run%cuts)// &
       ' cut; contact evaluations: '//str(run%evaluations)//nl
-    lines = lines//'ended at t = '//fixed(run%rows(1, size(run%rows, 2)), 6)//' s: '//reason(c, run)//nl
+    lines = lines//'ended at t = '//fixed(run%last(1), 6)//' s: '//reason(c, run)//nl
   end function outcome
 
   !> Impulses and loss of an impact.
@@ -297,7 +297,7 @@ contains
     lines = lines//frequencies(setup)//tables(c, setup)//outcome(c, run, 5)// &
       'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
-      'columns: '//output_path(c)//', '//str(size(run%rows, 2))//' rows'//nl
+      'columns: '//output_path(c)//', '//str(run%rows)//' rows'//nl
   end function summary
 
   !> Whether something is to be said of a profile.
@@ -307,21 +307,31 @@ contains
     remarkable = p(1)%taken//p(1)%mended//p(2)%taken//p(2)%mended /= '' .or. p(1)%file /= p(2)%file
   end function remarkable
 
-  subroutine write_columns(c, setup, run, file, error)
+  !> Begin the column file of a run, which is to take its rows.
+  subroutine begin_columns(c, file, columns, error)
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: file
+    type(column_file), intent(inout) :: columns
+    type(error_type), allocatable, intent(out) :: error
+
+    call columns%begin(file, merge(n_columns, n_rigid_columns, c%formulation == 'elastic'), error)
+  end subroutine begin_columns
+
+  subroutine finish_columns(c, setup, run, columns, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     type(run_type), intent(in) :: run
-    character(*), intent(in) :: file
+    type(column_file), intent(inout) :: columns
     type(error_type), allocatable, intent(out) :: error
 
     character(16) :: names(n_rigid_columns), units(n_rigid_columns)
     integer :: n
 
-    n = size(run%rows, 1)
+    n = size(run%last)
     names = column_names()
     units = column_units()
-    call write_table_file(file, header(c, setup)//outcome(c, run, kept_impacts), names(:n), units(:n), run%rows, error)
-  end subroutine write_columns
+    call columns%finish(header(c, setup)//outcome(c, run, kept_impacts), names(:n), units(:n), error)
+  end subroutine finish_columns
 
   !> Geometry functions over the lateral displacements at which the wheelset stands
   !> on both rails.
@@ -332,7 +342,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: rows(:, :)
     character(:), allocatable :: about
-    integer :: n, last
+    type(column_file) :: columns
+    integer :: n, last, i
 
     about = ''
     if (.not. setup%symmetric) about = ' about where the mean of delta_r is 0'
@@ -343,9 +354,13 @@ contains
       call fatal_error(error, file//': the rigid wheelset does not stand on both rails')
       return
     end if
-    call write_table_file(file, header(c, setup)// &
+    call columns%begin(file, size(rows, 1), error)
+    do i = -last, last
+      if (.not. allocated(error)) call columns%take(rows(:, i), error)
+    end do
+    if (.not. allocated(error)) call columns%finish(header(c, setup)// &
       'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'//about//nl, &
-      geometry_names, geometry_units, rows(:, -last:last), error)
+      geometry_names, geometry_units, error)
   end subroutine write_geometry
 
   function fixed(x, digits) result(word)

@@ -22,6 +22,7 @@ module simulation
   use progress, only: monitor_type
   use rigid, only: clearance, rigid_contact
   use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
+  use rows, only: row_taker
   use reach, only: extent_type
   use table, only: build_table
   use table_file, only: load_table, save_table
@@ -29,7 +30,7 @@ module simulation
   use wheelset, only: find_rest, hold, settle, wheelset_type
   implicit none
   private
-  public :: setup_type, run_type, prepare_geometry, prepare, set_wheelset, simulate
+  public :: setup_type, run_type, prepare_geometry, prepare, set_wheelset, free_tables, simulate
 
   !> What is the same for every run with one table.
   type :: setup_type
@@ -50,7 +51,8 @@ module simulation
 
   !> The outcome of a run.
   type :: run_type
-    real(dp), allocatable :: rows(:, :)    !! (n_columns or n_rigid_columns, number of rows)
+    integer :: rows = 0                    !! their number
+    real(dp), allocatable :: last(:)       !! of them, (n_columns or n_rigid_columns)
     character(:), allocatable :: changes   !! of the initial conditions, which follow rigid constraints
     type(event_log) :: log
     real(dp) :: step = 0                   !! in force, a whole fraction of the output interval [s]
@@ -94,8 +96,8 @@ contains
     end if
     setup%symmetric = same_pair(setup%side(1)%pair, setup%side(2)%pair)
     do k = 1, merge(1, 2, setup%symmetric)
-      ! Of the right side: to the left in the mirror.
-      call clearance(setup%side([k, 3 - k]), setup%side(k)%clearance, ok)
+      ! Of the right side: to the left in the mirror. (Of an array by a list of places, gfortran never frees the copy.)
+      call clearance(setup%side(k:3 - k:3 - 2*k), setup%side(k)%clearance, ok)
       if (ok) cycle
       call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
         str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
@@ -218,12 +220,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(contact_table), pointer :: table
       type(extent_type) :: extent
+      type(side_type) :: both(2)
       real(dp) :: e_star, own
       logical :: ok
 
       table => table_of(k)
       ! Whatever is on the other side, a pair has one table: that of a wheelset which has it on both.
-      call clearance(setup%side([k, k]), own, ok)
+      both(1) = setup%side(k)
+      both(2) = setup%side(k)
+      call clearance(both, own, ok)
       extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth)
       if (ok) extent%clearance = own
       e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
@@ -242,6 +247,17 @@ contains
     end subroutine build_side
 
   end subroutine prepare
+
+  !> Free the tables that `prepare` made.
+  subroutine free_tables(setup)
+    type(setup_type), intent(inout) :: setup
+
+    associate (w => setup%wheelset)
+      if (associated(w%right_table) .and. .not. associated(w%right_table, w%table)) deallocate (w%right_table)
+      if (associated(w%table)) deallocate (w%table)
+      nullify (w%right_table)
+    end associate
+  end subroutine free_tables
 
   !> Inertia and loads of the case on a table that is there, or on rigid contacts: equilibrium and
   !> eigenfrequencies.
@@ -331,20 +347,22 @@ contains
   end function table_key
 
   !> Integrate from the initial conditions to the stop condition.
-  subroutine simulate(c, setup, run, error, watcher)
+  subroutine simulate(c, setup, taker, run, error, watcher)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
+    class(row_taker), intent(inout) :: taker   !! of the rows
     type(run_type), intent(out) :: run
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
     type(scheme_type) :: scheme
     type(motion_type) :: motion
     type(rigid_type) :: rigid
-    real(dp), allocatable :: grown(:, :)
+    real(dp) :: recent(n_rigid_columns, 3) ! rows: the last that was given away, one to be kept or left out, the new one
     real(dp) :: first_energy, from, to
     real(dp) :: seen(4, 3), seen_at(3)     ! normal forces at the last three steps
-    integer :: substeps, last_row, report_rows, row, n, i, status, width
-    logical :: done
+    integer :: substeps, last_row, report_rows, row, i, status, width
+    integer :: given, last, new            ! where they are
+    logical :: elastic, until_return
 
     call cpu_time(from)
     scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
@@ -352,11 +370,12 @@ contains
     run%step = c%interval/substeps
     report_rows = max(1, min(100, 10000/substeps))
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
-    width = merge(n_columns, n_rigid_columns, c%formulation == 'elastic')
-    allocate (run%rows(width, 1024))
+    elastic = c%formulation == 'elastic'
+    until_return = c%stop_at == 'return_to_centre'
+    width = merge(n_columns, n_rigid_columns, elastic)
 
     run%changes = ''
-    if (c%formulation == 'elastic') then
+    if (elastic) then
       motion%q = setup%equilibrium + [c%y, c%z, c%roll]
       motion%v = [c%vy, c%vz, c%roll_rate]
       call start_motion(setup%wheelset, motion, status)
@@ -369,16 +388,17 @@ contains
     seen_at = [-2, -1, 0]*run%step
     run%peak = seen(:, 3)
     run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
+    given = 1
+    last = 2
+    new = 3
     first_energy = 0
-    call write_row(1)
-    first_energy = run%rows(n_columns, 1)
-    run%rows(n_columns, 1) = 0
-    n = 1
-    done = .false.
+    call fill(recent(:width, last))
+    first_energy = recent(n_columns, last)
+    recent(n_columns, last) = 0
     do row = 1, last_row
       do i = 1, substeps
         motion%t = (row - 1)*c%interval + (i - 1)*run%step
-        if (c%formulation == 'elastic') then
+        if (elastic) then
           call step(run%step, 0)
         else
           call rigid_step(run%step)
@@ -392,25 +412,26 @@ contains
         exit
       end if
       motion%t = row*c%interval
-      n = n + 1
-      if (n > size(run%rows, 2)) then
-        allocate (grown(width, 2*n))
-        grown(:, :n - 1) = run%rows(:, :n - 1)
-        call move_alloc(grown, run%rows)
+      call fill(recent(:width, new))
+      if (.not. spare()) then
+        call give_last()
+        if (allocated(error)) return
+        i = given
+        given = last
+        last = i
       end if
-      call write_row(n)
-      if (spare(n - 1)) then
-        run%rows(:, n - 1) = run%rows(:, n)
-        n = n - 1
-      end if
-      done = run%log%derailed .or. (c%stop_at == 'return_to_centre' .and. run%log%returned)
+      i = last
+      last = new
+      new = i
       if (present(watcher)) then
         if (mod(row, report_rows) == 0) call watcher%report('integration', row/real(last_row, dp))
         run%cancelled = watcher%stop
       end if
-      if (done .or. run%cancelled) exit
+      if (run%log%derailed .or. (until_return .and. run%log%returned) .or. run%cancelled) exit
     end do
-    run%rows = run%rows(:, :n)
+    call give_last()
+    if (allocated(error)) return
+    run%last = recent(:width, last)
     call cpu_time(to)
     run%seconds = to - from
 
@@ -540,26 +561,29 @@ contains
       run%peak_time(k) = t
     end subroutine note_peak
 
-    subroutine write_row(n)
-      integer, intent(in) :: n
+    subroutine fill(to)
+      real(dp), intent(out) :: to(:)
 
-      call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, &
-        first_energy, run%rows(:, n))
-    end subroutine write_row
+      call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, first_energy, to)
+    end subroutine fill
 
-    !> Whether a row may be left out: in free flight, with neighbours near enough.
-    logical function spare(n)
-      integer, intent(in) :: n
+    subroutine give_last()
+      call taker%take(recent(:width, last), error)
+      run%rows = run%rows + 1
+    end subroutine give_last
+
+    !> Whether the last row may be left out: in free flight, with neighbours near enough.
+    logical function spare()
+      integer, parameter :: forces(4) = [16, 23, 30, 37]
 
       spare = .false.
-      if (n == 1 .or. c%flight_interval <= c%interval) return
-      if (width == n_rigid_columns) then
-        spare = all(run%rows([16, 23, 30, 37], n - 1:n + 1) <= 0 .and. run%rows([16, 23, 30, 37], n - 1:n + 1) >= 0)
+      if (run%rows == 0 .or. c%flight_interval <= c%interval) return
+      if (elastic) then
+        spare = all(recent(elastic_columns, :) <= 0)
       else
-        spare = all(run%rows(elastic_columns, n - 1:n + 1) <= 0)
+        spare = all(recent(forces, :) <= 0 .and. recent(forces, :) >= 0)
       end if
-      spare = spare &
-        .and. run%rows(1, n + 1) - run%rows(1, n - 1) <= c%flight_interval*(1 + 1e-9_dp)
+      spare = spare .and. recent(1, new) - recent(1, given) <= c%flight_interval*(1 + 1e-9_dp)
     end function spare
 
     subroutine report_rigid_failure()

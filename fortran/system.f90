@@ -1,13 +1,44 @@
 !> The little that is needed of the operating system.
 module system
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funptr, c_int, c_intptr_t, c_loc, &
+    c_long, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
-  public :: on_terminal, read_file, finish_file, scratch_name, same_file, lacks_folder, make_folder
+  public :: on_terminal, read_file, say, survive_long_files, scratch_file, same_file, lacks_folder
 
   !> Of outputs that are given no name; no other folder is made.
   character(*), parameter, public :: default_folder = 'outputs'
+
+  !> A file that is written under another name beside its own, `file.part` and the process, and renamed over the old
+  !> one, in one step, when it is complete. It is locked while it is written: what was left by a process that is dead,
+  !> here or on another machine with the same folder, is known by that, and removed.
+  type :: scratch_file
+    private
+    character(:), allocatable :: name     !! that it gets
+    character(:), allocatable :: scratch  !! that it has until then
+    type(c_ptr) :: stream = c_null_ptr
+    logical :: named = .false.            !! it is in its folder
+    logical, public :: ok = .false.       !! all went well so far
+  contains
+    procedure :: begin
+    procedure, private :: put_text, put_words
+    generic :: put => put_text, put_words
+    procedure :: append
+    procedure :: finish
+    procedure :: abandon
+  end type scratch_file
+
+  character(*), parameter :: part = '.part'
+  integer(c_int), parameter :: lock_now = 2 + 4   ! LOCK_EX + LOCK_NB
+  integer, parameter :: block = 2**20     ! copied at once [bytes]
+
+  !> The beginning of C's glob_t, as glibc and musl have it, and room for the rest.
+  type, bind(c) :: glob_type
+    integer(c_size_t) :: n = 0
+    type(c_ptr) :: paths = c_null_ptr
+    type(c_ptr) :: rest(14) = c_null_ptr
+  end type glob_type
 
   interface
     integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
@@ -54,6 +85,60 @@ module system
       import :: c_int, c_ptr
       type(c_ptr), value :: file
     end function c_fclose
+    integer(c_size_t) function c_fwrite(buffer, size, n, file) bind(c, name='fwrite')
+      import :: c_ptr, c_size_t
+      type(c_ptr), value :: buffer
+      integer(c_size_t), value :: size, n
+      type(c_ptr), value :: file
+    end function c_fwrite
+    integer(c_int) function c_fseek(file, offset, whence) bind(c, name='fseek')
+      import :: c_int, c_long, c_ptr
+      type(c_ptr), value :: file
+      integer(c_long), value :: offset
+      integer(c_int), value :: whence
+    end function c_fseek
+    integer(c_int) function c_fileno(file) bind(c, name='fileno')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: file
+    end function c_fileno
+    integer(c_int) function c_remove(path) bind(c, name='remove')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_remove
+    integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
+      import :: c_int
+      integer(c_int), value :: descriptor, operation
+    end function c_flock
+    integer(c_int) function c_getpgid(process) bind(c, name='getpgid')
+      import :: c_int
+      integer(c_int), value :: process
+    end function c_getpgid
+    integer(c_int) function c_glob(pattern, flags, on_error, found) bind(c, name='glob')
+      import :: c_char, c_funptr, c_int, glob_type
+      character(kind=c_char), intent(in) :: pattern(*)
+      integer(c_int), value :: flags
+      type(c_funptr), value :: on_error
+      type(glob_type), intent(inout) :: found
+    end function c_glob
+    subroutine c_globfree(found) bind(c, name='globfree')
+      import :: glob_type
+      type(glob_type), intent(inout) :: found
+    end subroutine c_globfree
+    integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
+      import :: c_ptr, c_size_t
+      type(c_ptr), value :: text
+    end function c_strlen
+    integer(c_size_t) function c_write(descriptor, buffer, n) bind(c, name='write')
+      import :: c_char, c_int, c_size_t
+      integer(c_int), value :: descriptor
+      character(kind=c_char), intent(in) :: buffer(*)
+      integer(c_size_t), value :: n
+    end function c_write
+    type(c_funptr) function c_signal(number, handler) bind(c, name='signal')
+      import :: c_funptr, c_int
+      integer(c_int), value :: number
+      type(c_funptr), value :: handler
+    end function c_signal
   end interface
 
 contains
@@ -145,27 +230,170 @@ contains
     character(12) :: process
 
     write (process, '(i0)') c_getpid()
-    name = file//'.part'//trim(process)
+    name = file//part//trim(process)
   end function scratch_name
 
-  !> Close a file that was written under the name `scratch` and rename it over the old one, in one
-  !> step; where it could not be written to its end, or renamed, it is removed.
-  subroutine finish_file(unit, scratch, file, stat)
-    integer, intent(in) :: unit
-    character(*), intent(in) :: scratch, file
-    integer, intent(inout) :: stat         !! of the writing so far; not 0 if it failed
-    integer(int64) :: written, stored
-    integer :: again, ignored
+  !> Begin a file; the default folder is made for it. One that is `nameless` is for the process alone: it has space on
+  !> the disk, but no entry in the folder, and goes with the process.
+  subroutine begin(this, file, nameless)
+    class(scratch_file), intent(inout) :: this
+    character(*), intent(in) :: file
+    logical, intent(in), optional :: nameless
+    integer(c_int) :: ignored
 
-    ! Neither writing nor closing tells that the disk is full: libgfortran buffers.
-    inquire (unit=unit, size=written)
-    close (unit, iostat=ignored)
-    inquire (file=scratch, size=stored)
-    if (stored < written) stat = -1
-    if (stat == 0) stat = int(c_rename(scratch//c_null_char, file//c_null_char))
-    if (stat == 0) return
-    open (newunit=again, file=scratch, iostat=ignored)
-    if (ignored == 0) close (again, status='delete', iostat=ignored)
-  end subroutine finish_file
+    call make_folder(file)
+    call remove_left(file)
+    this%name = file
+    this%scratch = scratch_name(file)
+    ! A new one: no other thread may be at it.
+    this%stream = c_fopen(this%scratch//c_null_char, 'w+x'//c_null_char)
+    this%ok = c_associated(this%stream)
+    if (this%ok) ignored = c_flock(c_fileno(this%stream), lock_now)
+    this%named = this%ok
+    if (.not. present(nameless) .or. .not. this%ok) return
+    if (nameless) this%named = c_remove(this%scratch//c_null_char) /= 0
+  end subroutine begin
+
+  subroutine put_text(this, text)
+    class(scratch_file), intent(inout) :: this
+    character(*), target, intent(in) :: text
+
+    if (this%ok .and. len(text) > 0) &
+      this%ok = c_fwrite(c_loc(text), 1_c_size_t, len(text, c_size_t), this%stream) == len(text, c_size_t)
+  end subroutine put_text
+
+  subroutine put_words(this, words)
+    class(scratch_file), intent(inout) :: this
+    integer(int64), contiguous, target, intent(in) :: words(:)
+
+    if (this%ok) this%ok = c_fwrite(c_loc(words), 8_c_size_t, size(words, kind=c_size_t), this%stream) == size(words)
+  end subroutine put_words
+
+  !> Add all that is in another one.
+  subroutine append(this, other)
+    class(scratch_file), intent(inout) :: this
+    type(scratch_file), intent(inout) :: other
+    character(:), allocatable :: bytes
+    integer(c_size_t) :: got
+    integer :: stat
+
+    ! Rewinding writes what is in the buffer: here it comes out that the disk is full.
+    this%ok = this%ok .and. other%ok
+    if (this%ok) this%ok = c_fseek(other%stream, 0_c_long, 0_c_int) == 0
+    if (.not. this%ok) return
+    allocate (character(block) :: bytes, stat=stat)
+    this%ok = stat == 0
+    do while (this%ok)
+      got = c_fread(bytes, 1_c_size_t, int(block, c_size_t), other%stream)
+      if (got == 0) exit
+      call this%put(bytes(:got))
+    end do
+    if (c_ferror(other%stream) /= 0) this%ok = .false.
+  end subroutine append
+
+  !> Give a file that is complete its name; where it could not be written to its end, it is removed.
+  subroutine finish(this)
+    class(scratch_file), intent(inout) :: this
+    integer(c_int) :: ignored
+
+    if (.not. c_associated(this%stream)) return
+    if (c_fclose(this%stream) /= 0) this%ok = .false.
+    this%stream = c_null_ptr
+    if (this%ok) this%ok = c_rename(this%scratch//c_null_char, this%name//c_null_char) == 0
+    if (.not. this%ok) ignored = c_remove(this%scratch//c_null_char)
+  end subroutine finish
+
+  !> Remove what has been written.
+  subroutine abandon(this)
+    class(scratch_file), intent(inout) :: this
+    integer(c_int) :: ignored
+
+    if (.not. c_associated(this%stream)) return
+    if (this%named) ignored = c_remove(this%scratch//c_null_char)
+    ignored = c_fclose(this%stream)
+    this%stream = c_null_ptr
+  end subroutine abandon
+
+  !> Remove what dead processes have left of a file that they wrote.
+  subroutine remove_left(file)
+    character(*), intent(in) :: file
+    type(glob_type) :: found
+    type(c_ptr), pointer :: paths(:)
+    character(kind=c_char), pointer :: letters(:)
+    character(:), allocatable :: path
+    integer :: i, k
+
+    if (c_glob(escaped(file)//part//'[0-9]*'//c_null_char, 0_c_int, c_null_funptr, found) == 0) then
+      call c_f_pointer(found%paths, paths, [found%n])
+      do i = 1, size(paths)
+        call c_f_pointer(paths(i), letters, [c_strlen(paths(i))])
+        allocate (character(size(letters)) :: path)
+        do k = 1, size(letters)
+          path(k:k) = letters(k)
+        end do
+        if (is_left(path)) k = c_remove(path//c_null_char)
+        deallocate (path)
+      end do
+    end if
+    call c_globfree(found)
+  end subroutine remove_left
+
+  !> Whether nobody writes a file of this name: its process is none of this machine's, or this one, and nobody has it
+  !> locked.
+  logical function is_left(path)
+    character(*), intent(in) :: path
+    type(c_ptr) :: stream
+    integer(c_int) :: process, own, ignored
+    integer :: stat
+    logical :: alive
+
+    is_left = .false.
+    read (path(index(path, part, back=.true.) + len(part):), '(i12)', iostat=stat) process
+    if (stat /= 0) return
+    own = c_getpid()
+    alive = c_getpgid(process) >= 0
+    if (alive .and. process /= own) return
+    stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
+    if (.not. c_associated(stream)) return
+    is_left = c_flock(c_fileno(stream), lock_now) == 0
+    ignored = c_fclose(stream)
+  end function is_left
+
+  !> A path in which `glob` finds nothing to expand.
+  pure function escaped(path) result(pattern)
+    character(*), intent(in) :: path
+    character(:), allocatable :: pattern
+    character, parameter :: backslash = achar(92)
+    integer :: i
+
+    pattern = ''
+    do i = 1, len(path)
+      if (scan(path(i:i), '*?['//backslash) > 0) pattern = pattern//backslash
+      pattern = pattern//path(i:i)
+    end do
+  end function escaped
+
+  !> Write a text to standard output; `ok` tells whether all of it got there.
+  subroutine say(text, ok)
+    character(*), intent(in) :: text
+    logical, intent(out) :: ok
+    integer(c_size_t) :: from, got
+
+    from = 1
+    do while (from <= len(text))
+      got = c_write(1_c_int, text(from:), len(text, c_size_t) - from + 1)
+      if (got <= 0) exit
+      from = from + got
+    end do
+    ok = from > len(text)
+  end subroutine say
+
+  !> A file larger than the process may write is an error as others are, and no end by a signal.
+  subroutine survive_long_files()
+    integer(c_int), parameter :: sigxfsz = 25
+    type(c_funptr) :: ignored
+
+    ignored = c_signal(sigxfsz, transfer(1_c_intptr_t, c_null_funptr))   ! SIG_IGN
+  end subroutine survive_long_files
 
 end module system

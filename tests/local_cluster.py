@@ -17,11 +17,12 @@ HANG = 1800     # without a sign of life [s]
 class Cluster:
     """A scheduler and workers of one thread as processes on the loopback."""
 
-    def __init__(self, folder: Path, workers: int) -> None:
+    def __init__(self, folder: Path, workers: int, protocol: str = "tcp", configuration: dict[str, str] | None = None) -> None:
         self.folder = folder
+        self.configuration = configuration or {}
         self.processes: list[subprocess.Popen] = []
-        self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
-        self.address = self._wait(0, r"Scheduler at:\s+(tcp://\S+)")
+        self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--protocol", protocol)
+        self.address = self._wait(0, rf"Scheduler at:\s+({protocol}://\S+)")
         for k in range(workers):
             self._start("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host",
                         "127.0.0.1", "--local-directory", str(folder/f"worker{k}"))
@@ -30,7 +31,7 @@ class Cluster:
 
     def _start(self, *arguments: str) -> None:
         log = open(self.folder/f"{len(self.processes)}.log", "w")
-        environment = os.environ | {"PYTHONPATH": str(Path(ldbench.__file__).parents[1])}
+        environment = os.environ | self.configuration | {"PYTHONPATH": str(Path(ldbench.__file__).parents[1])}
         self.processes.append(subprocess.Popen([sys.executable, "-m", "dask", *arguments], stdout=log, stderr=log,
                                                cwd=self.folder, env=environment))
         log.close()

@@ -365,6 +365,45 @@ def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
     assert counted["runs"] == runs
 
 
+@pytest.fixture
+def closed(tmp_path: Path) -> Iterator[tuple[Cluster, dict[str, str]]]:
+    """A cluster that only knows who has a certificate of its own authority; and Dask's configuration that has one."""
+    pytest.importorskip("distributed")
+    if not shutil.which("openssl"):
+        pytest.skip("no openssl to make certificates with")
+    certificate, key = tmp_path/"certificate.pem", tmp_path/"key.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=ldbench-test",
+                    "-keyout", key, "-out", certificate], check=True, capture_output=True)
+    configuration = {"DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "True",
+                     "DASK_DISTRIBUTED__COMM__TLS__CA_FILE": str(certificate)}
+    for role in "SCHEDULER", "WORKER", "CLIENT":
+        configuration[f"DASK_DISTRIBUTED__COMM__TLS__{role}__CERT"] = str(certificate)
+        configuration[f"DASK_DISTRIBUTED__COMM__TLS__{role}__KEY"] = str(key)
+    cluster = Cluster(tmp_path, 1, "tls", configuration)
+    yield cluster, configuration
+    cluster.stop()
+
+
+def test_a_closed_cluster_works_for_those_it_knows(closed, tmp_path):
+    """With TLS in Dask's configuration, as scheduler and workers have it; a stranger gets one line."""
+    cluster, configuration = closed
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+
+    def sweep(address: str, configuration: dict[str, str]) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([sys.executable, "-m", "ldbench", "ensemble", "case.nml", "--over", "mass=1400,1500",
+                               "--scheduler", address], cwd=tmp_path, capture_output=True, text=True, timeout=HANG,
+                              env=os.environ | configuration | {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "5s"})
+
+    done = sweep(cluster.address, configuration)
+    assert (done.returncode, done.stderr) == (0, "") and done.stdout.startswith("2 mass: 2 runs, 0 failed\n")
+    plain = cluster.address.replace("tls", "tcp")
+    for address, known, words in ((cluster.address, {}, "expected certificates in Dask's configuration"),
+                                  (plain, {}, "expected a Dask scheduler, found none"),
+                                  (plain, configuration, "expected tls://")):
+        done = sweep(address, known)
+        assert done.returncode == 1 and re.fullmatch(rf"ldbench: error: {address}: {words}[^\n]*\n", done.stderr), done.stderr
+
+
 def test_workers_get_the_table_of_the_file(tmp_path):
     """Or build it, where the file holds another one, a damaged one or none."""
     case = short(table_file=tmp_path/"kept.table")

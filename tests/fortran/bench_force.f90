@@ -16,6 +16,7 @@ program bench_force
   use simulation, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
+  save
   real(dp), parameter :: mirror(3) = [-1, 1, -1]
   type(case_type) :: c
   type(setup_type) :: setup

@@ -11,6 +11,7 @@ program contact_state
   use simulation, only: setup_type
   use wheelset, only: state_type => contact_state, contacts
   implicit none
+  save
   type(case_type) :: c
   type(setup_type) :: setup
   type(state_type) :: state

@@ -8,6 +8,7 @@ program curve_points
   use errors, only: error_type
   use kinds, only: dp
   implicit none
+  save
   type(curve_type) :: c
   type(error_type), allocatable :: error
   real(dp), allocatable :: points(:, :)

@@ -11,6 +11,7 @@ program force_loop
   use simulation, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
+  save
   type(case_type) :: c
   type(setup_type) :: setup
   type(contact_state) :: state

@@ -11,6 +11,7 @@ program halfspace_direct
   use simulation, only: setup_type
   use wheelset, only: contact_state, wheel_contacts
   implicit none
+  save
   type(case_type) :: c
   type(setup_type) :: setup
   type(direct_type) :: direct

@@ -8,6 +8,7 @@ program halfspace_pressure
   use halfspace, only: mesh_type, new_system, set_influence, solve_pressure, system_type, unit_influence
   use kinds, only: dp
   implicit none
+  save
   type(system_type) :: system
   real(dp), allocatable :: depth(:, :), p(:, :), r(:, :)
   real(dp) :: dx, ds, e_star, self

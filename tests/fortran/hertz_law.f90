@@ -8,6 +8,7 @@ program hertz_law
   use hertz, only: contact_modulus, hertz_contact, hertz_stiffness, strip_modulus
   use kinds, only: dp
   implicit none
+  save
   type(case_type) :: c
   real(dp) :: curvature(2), force, e_star, approach, semi(2), p0
   integer :: stat

@@ -13,6 +13,7 @@ program press_wheel
   use patches, only: elements_type, new_elements, patches_type, press_patches
   use profile, only: profile_type, read_profile
   implicit none
+  save
   type(error_type), allocatable :: error
   type(case_type) :: c
   type(profile_type) :: wheel, rail

@@ -27,6 +27,7 @@ program progress_line
   use kinds, only: dp
   use terminal, only: terminal_monitor
   implicit none
+  save
   type(terminal_monitor) :: watcher
   character(16) :: word, stage
   real(dp) :: share

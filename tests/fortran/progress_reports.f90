@@ -34,15 +34,18 @@ program progress_reports
   use case, only: case_type, read_case
   use errors, only: error_type
   use listener, only: listening_monitor
+  use rows, only: row_list
   use shared, only: integer_argument
   use simulation, only: prepare, run_type, setup_type, simulate
   use text, only: line_type, read_lines
   implicit none
+  save
   type(listening_monitor) :: watcher
   type(error_type), allocatable :: error
   type(line_type), allocatable :: lines(:)
   type(case_type) :: c
   type(setup_type) :: setup
+  type(row_list) :: kept
   type(run_type) :: run
   character(256) :: file
 
@@ -55,7 +58,7 @@ program progress_reports
     write (*, '(a)') 'none 0'
     stop
   end if
-  if (.not. allocated(error)) call simulate(c, setup, run, error, watcher)
+  if (.not. allocated(error)) call simulate(c, setup, kept, run, error, watcher)
   if (allocated(error)) error stop error%message
-  write (*, '(a,i0)') 'rows ', size(run%rows, 2)
+  write (*, '(a,i0)') 'rows ', kept%n
 end program progress_reports

@@ -13,6 +13,7 @@ program read_profiles
   use rigid, only: clearance
   use simulation, only: setup_type
   implicit none
+  save
   type(error_type), allocatable :: error
   type(setup_type) :: setup
   type(case_type) :: c

@@ -11,6 +11,7 @@ program spline_values
     spline_2d_value, spline_3d
   use kinds, only: dp
   implicit none
+  save
   type(axis_type) :: axis(3)
   type(basis_type) :: b(3), b1(3)
   real(dp), allocatable :: f(:, :, :), space(:, :, :), plane(:, :, :)

@@ -11,6 +11,7 @@ program table_direct
   use simulation, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
+  save
   type(case_type) :: c
   type(setup_type) :: setup
   type(direct_type) :: direct

@@ -19,6 +19,7 @@ program table_error
   use shared, only: integer_argument, read_prepared
   use simulation, only: setup_type
   implicit none
+  save
   real(dp), parameter :: least_force = 5e3_dp   ! [N]
   type(case_type) :: c
   type(setup_type) :: setup

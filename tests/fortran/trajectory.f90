@@ -14,6 +14,7 @@ program trajectory
   use simulation, only: setup_type
   use text, only: str
   implicit none
+  save
   type(case_type) :: c
   type(setup_type) :: setup
   type(scheme_type) :: scheme

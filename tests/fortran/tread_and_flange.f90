@@ -13,6 +13,7 @@ program tread_and_flange
   use shared, only: direct_type, new_direct, read_prepared
   use simulation, only: setup_type
   implicit none
+  save
   type(case_type) :: c
   type(setup_type) :: setup
   type(direct_type) :: direct

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from importlib import import_module
 
@@ -43,18 +44,24 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    args = parse(sys.argv[1:] if arguments is None else arguments)
     try:
-        return import_module(f".{args.command}", __package__).main(args)
+        args = parse(sys.argv[1:] if arguments is None else arguments)
+        status = import_module(f".{args.command}", __package__).main(args)
+        sys.stdout.flush()
+        return status
     except Error as error:
-        print(f"ldbench: error: {error}", file=sys.stderr)
-        return 1
+        reason = str(error)
     except OSError as error:
-        print(f"ldbench: error: {error.filename}: {error.strerror}", file=sys.stderr)
-        return 1
+        reason = f"{error.filename or 'standard output'}: {error.strerror or error}"
+        if error.filename is None:      # what it still holds cannot be written at the end either
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    except MemoryError:
+        reason = "expected more memory, found none left"
     except KeyboardInterrupt:
         print("ldbench: stopped", file=sys.stderr)
         return 130
+    print(f"ldbench: error: {' '.join(reason.split())}", file=sys.stderr)
+    return 1
 
 
 if __name__ == "__main__":

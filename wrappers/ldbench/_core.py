@@ -2,12 +2,13 @@
 from __future__ import annotations
 
 import functools
+import glob
 import hashlib
 import os
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -25,7 +26,11 @@ STAGES = "", "table", "integration"
 
 
 class Error(RuntimeError):
-    """What the core refuses; the text is that of the executable after `ldbench: error: `."""
+    """What the core refuses; the text is that of the executable after `ldbench: error: `: one line, for any terminal."""
+
+    def __init__(self, message: str) -> None:
+        line = "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in message)
+        super().__init__(line if len(line) < 2048 else f"{line[:2044]}...")
 
 
 def text(buffer: bytes, length: int) -> str:
@@ -93,12 +98,48 @@ def side_by_side(word: str) -> int:
 def complete(target: Path) -> Iterator[Path]:
     """A file to write beside `target`, which takes its name when all went well; its folder is made."""
     target.parent.mkdir(parents=True, exist_ok=True)
+    for left in left_by_dead(target, ".part*"):
+        left.unlink(missing_ok=True)
     scratch = target.with_name(f"{target.name}.part{os.getpid()}")
     try:
-        yield scratch
-        os.replace(scratch, target)
+        with failing_as(target, scratch):
+            yield scratch
+            os.replace(scratch, target)
     finally:
-        scratch.unlink(missing_ok=True)
+        with suppress(OSError):         # as in a folder that may not be written
+            scratch.unlink(missing_ok=True)
+
+
+@contextmanager
+def failing_as(target: Path, scratch: Path) -> Iterator[None]:
+    """An Error that names `target`, where `scratch`, which is to become it, cannot be written."""
+    try:
+        yield
+    except Exception as error:
+        # Some libraries raise something else when they close what they could not write.
+        cause = error if isinstance(error, OSError) else error.__context__
+        if not isinstance(cause, OSError) or cause.filename not in (None, str(scratch)):
+            raise
+        raise Error(f"{target}: cannot be written completely: {cause.strerror or cause}") from None
+
+
+def left_by_dead(target: Path, ends: str) -> Iterator[Path]:
+    """What dead processes left of a file or folder that they wrote: its name, and `ends` with * for the process."""
+    before, after = ends.split("*")
+    for path in sorted(target.parent.glob(glob.escape(target.name) + ends)):
+        process = path.name[len(target.name) + len(before):len(path.name) - len(after)]
+        if process.isdecimal() and not is_alive(int(process)):
+            yield path
+
+
+def is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:

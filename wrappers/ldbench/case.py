@@ -13,7 +13,7 @@ import f90nml
 import numpy as np
 
 from . import _flat
-from ._core import Error, check, path_bytes, text
+from ._core import Error, check, complete, path_bytes, text
 from .notebook import html_table
 
 Value = float | int | str
@@ -159,7 +159,8 @@ class Case:
         """
         source = f"{self.namelist()}\n"
         if path is not None:
-            Path(path).write_text(source)
+            with complete(Path(path)) as scratch:
+                scratch.write_text(source)
         return source
 
     def find(self, name: str) -> str:

@@ -11,11 +11,15 @@ import threading
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ._core import Error, digest, needed
 from .case import Case
 from .members import Member, Record, Wanted, by_table, run_member
 from .table import ContactTable
+
+if TYPE_CHECKING:
+    import distributed
 
 PIECE = 16                  # members of a task, at most
 TABLES_KEPT = 4             # by a worker process
@@ -108,6 +112,7 @@ def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) ->
     """Members and their records as they come."""
     distributed = needed("distributed", "ensemble", "dask[distributed]")
     try:
+        check_security(scheduler, distributed.Security())
         client = distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise Error(f"{scheduler}: expected a Dask scheduler, found none: {error}") from None
@@ -131,6 +136,16 @@ def run_on_cluster(members: Sequence[Member], scheduler: str, wanted: Wanted) ->
                 yield from zip(pieces.pop(future), records, strict=True)
         except distributed.KilledWorker as error:
             raise Error(f"{scheduler}: workers died again and again at the same task: {error}") from None
+
+
+def check_security(scheduler: str, security: distributed.Security) -> None:
+    """Find out what a client of Dask's configuration would trip over, and then try to close for a minute."""
+    found = security.get_connection_args("client")
+    if scheduler.startswith("tls://"):
+        if not found.get("ssl_context"):
+            raise Error(f"{scheduler}: expected certificates in Dask's configuration, distributed.comm.tls, found none")
+    elif found.get("require_encryption"):
+        raise Error(f"{scheduler}: expected tls://, which Dask's configuration requires")
 
 
 def table_source(member: Member) -> TableFile:

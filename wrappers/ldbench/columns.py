@@ -6,6 +6,7 @@ import re
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -186,10 +187,19 @@ def _sources(columns: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, S
     sources = {}
     for name, value in columns.items():
         try:
-            sources[name] = Source(**value) if isinstance(value, Mapping) else Source(value)
+            sources[name] = _checked(Source(**value) if isinstance(value, Mapping) else Source(value))
         except TypeError:
             raise Error(f"{where}, {name}: expected column, unit, factor, offset, found {value}") from None
     return sources
+
+
+def _checked(source: Source) -> Source:
+    """What a map says may be of any type: TypeError where it is none of these."""
+    numbers = source.factor, source.offset
+    if not (isinstance(source.column, str | int) and isinstance(source.unit, str | None)
+            and all(isinstance(x, Real) and np.isfinite(x) for x in numbers)):
+        raise TypeError
+    return source
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
@@ -201,6 +211,8 @@ def _read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError:
         raise Error(f"{path}: cannot be opened for reading") from None
+    except UnicodeDecodeError as error:
+        raise Error(f"{path}: expected UTF-8, found byte {error.object[error.start]} at {error.start}") from None
     except tomllib.TOMLDecodeError as error:
         raise Error(f"{path}: {error}") from None
 

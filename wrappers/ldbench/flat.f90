@@ -212,8 +212,7 @@ end subroutine table_accuracy
 !> Integrate a prepared case.
 subroutine simulate_case(prepared, progress, stop_asked, handle, message, length)
   use errors, only: error_type
-  use handles, only: free_run_at, give_error, new_run, prepared_at, simulate_watched
-  use simulation, only: run_type
+  use handles, only: finished_type, free_run_at, give_error, new_run, prepared_at, simulate_watched
   implicit none
   integer(8), intent(in) :: prepared
   real(8), intent(inout) :: progress(2)
@@ -222,7 +221,7 @@ subroutine simulate_case(prepared, progress, stop_asked, handle, message, length
   character(2048), intent(out) :: message
   integer, intent(out) :: length
   !f2py threadsafe
-  type(run_type), pointer :: run
+  type(finished_type), pointer :: run
   type(error_type), allocatable :: error
 
   call new_run(run, handle)
@@ -241,24 +240,22 @@ end subroutine free_run
 
 !> Numbers of columns, rows and recorded events.
 subroutine run_size(handle, n_columns, n_rows, n_events)
-  use handles, only: run_at
-  use simulation, only: run_type
+  use handles, only: finished_type, run_at
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(out) :: n_columns, n_rows, n_events
-  type(run_type), pointer :: run
+  type(finished_type), pointer :: run
 
   run => run_at(handle)
-  n_columns = size(run%rows, 1)
-  n_rows = size(run%rows, 2)
+  n_columns = size(run%last)
+  n_rows = run%rows
   n_events = run%log%n
 end subroutine run_size
 
 !> The columns, (column, row), and the events: time [s], kind counted from 1, lateral force [N], impulses of the
 !> contacts [N s] and energy lost [J].
 subroutine run_results(handle, n_columns, n_rows, n_events, rows, t, kind, force, impulse, loss)
-  use handles, only: run_at
-  use simulation, only: run_type
+  use handles, only: finished_type, run_at
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: n_columns, n_rows, n_events
@@ -266,11 +263,11 @@ subroutine run_results(handle, n_columns, n_rows, n_events, rows, t, kind, force
   real(8), intent(out) :: t(n_events), force(n_events), impulse(4, n_events), loss(n_events)
   integer, intent(out) :: kind(n_events)
   !f2py threadsafe
-  type(run_type), pointer :: run
+  type(finished_type), pointer :: run
   integer :: k
 
   run => run_at(handle)
-  rows = run%rows
+  rows = run%kept%values(:, :n_rows)
   t = run%log%list(:n_events)%t
   kind = run%log%list(:n_events)%kind
   force = run%log%list(:n_events)%force
@@ -284,12 +281,11 @@ end subroutine run_results
 !> returned, derailed, cancelled; peak force [N] and its time [s] of four contacts; counts of ten kinds
 !> of events; largest impulse [N s] and its time [s] of four contacts.
 subroutine run_numbers(handle, numbers)
-  use handles, only: run_at
-  use simulation, only: run_type
+  use handles, only: finished_type, run_at
   implicit none
   integer(8), intent(in) :: handle
   real(8), intent(out) :: numbers(36)
-  type(run_type), pointer :: run
+  type(finished_type), pointer :: run
 
   run => run_at(handle)
   numbers(:7) = [run%step, dble(run%steps), dble(run%evaluations), dble(run%cuts), run%drift, &
@@ -304,33 +300,32 @@ end subroutine run_numbers
 
 !> The text for the terminal.
 subroutine run_summary(prepared, handle, listing, length)
-  use handles, only: give, prepared_at, prepared_type, run_at
+  use handles, only: finished_type, give, prepared_at, prepared_type, run_at
   use report, only: summary
   implicit none
   integer(8), intent(in) :: prepared, handle
   character(32768), intent(out) :: listing
   integer, intent(out) :: length
   type(prepared_type), pointer :: p
+  type(finished_type), pointer :: run
 
   p => prepared_at(prepared)
-  call give(summary(p%c, p%setup, run_at(handle)), listing, length)
+  run => run_at(handle)
+  call give(summary(p%c, p%setup, run%run_type), listing, length)
 end subroutine run_summary
 
 subroutine write_run(prepared, handle, path, message, length)
   use errors, only: error_type
-  use handles, only: give_error, prepared_at, prepared_type, run_at
-  use report, only: write_columns
+  use handles, only: give_error, prepared_at, run_at, write_finished
   implicit none
   integer(8), intent(in) :: prepared, handle
   character(*), intent(in) :: path
   character(2048), intent(out) :: message
   integer, intent(out) :: length
   !f2py threadsafe
-  type(prepared_type), pointer :: p
   type(error_type), allocatable :: error
 
-  p => prepared_at(prepared)
-  call write_columns(p%c, p%setup, run_at(handle), path, error)
+  call write_finished(prepared_at(prepared), run_at(handle), path, error)
   call give_error(error, message, length)
 end subroutine write_run
 

@@ -5,19 +5,22 @@ module handles
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, list_variables, text_length, variable_type
+  use columns, only: column_file
   use curve, only: curve_type, fit_curve
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use measures, only: survey, survey_type
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
-  use simulation, only: prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
+  use report, only: begin_columns, finish_columns
+  use rows, only: row_list
+  use simulation, only: free_tables, prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
   use text, only: checksum, line_type, read_lines
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
-  public :: prepare_rigid, new_run, run_at, free_run_at, simulate_watched
+  public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
   public :: inspected_type, new_inspected, inspected_at, free_inspected_at, inspect
   public :: export_case, import_case, give, give_error, find_state
 
@@ -27,6 +30,11 @@ module handles
     type(setup_type) :: setup
     logical :: owns_table = .false.
   end type prepared_type
+
+  !> A run with its rows.
+  type, extends(run_type) :: finished_type
+    type(row_list) :: kept
+  end type finished_type
 
   !> A profile as read, and what it measures before and after smoothing.
   type :: inspected_type
@@ -180,7 +188,7 @@ contains
 
   subroutine simulate_watched(p, run, progress, stop_asked, error)
     type(prepared_type), intent(in) :: p
-    type(run_type), intent(out) :: run
+    type(finished_type), intent(inout) :: run
     real(dp), target, intent(inout) :: progress(:)
     integer, target, intent(inout) :: stop_asked(:)
     type(error_type), allocatable, intent(out) :: error
@@ -188,8 +196,24 @@ contains
 
     watcher%progress => progress
     watcher%stop_asked => stop_asked
-    call simulate(p%c, p%setup, run, error, watcher)
+    call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
   end subroutine simulate_watched
+
+  !> The column file of a run.
+  subroutine write_finished(p, run, path, error)
+    type(prepared_type), intent(in) :: p
+    type(finished_type), intent(in) :: run
+    character(*), intent(in) :: path
+    type(error_type), allocatable, intent(out) :: error
+    type(column_file) :: columns
+    integer :: i
+
+    call begin_columns(p%c, path, columns, error)
+    do i = 1, run%rows
+      if (.not. allocated(error)) call columns%take(run%kept%values(:, i), error)
+    end do
+    if (.not. allocated(error)) call finish_columns(p%c, p%setup, run%run_type, columns, error)
+  end subroutine write_finished
 
   !> The contacts of one wheel (1 left, 2 right) or of both (0) in a pose.
   pure subroutine find_state(w, wheel, q, state, tangent)
@@ -283,12 +307,7 @@ contains
     type(prepared_type), pointer :: p
 
     p => prepared_at(handle)
-    associate (w => p%setup%wheelset)
-      if (p%owns_table) then
-        if (associated(w%right_table) .and. .not. associated(w%right_table, w%table)) deallocate (w%right_table)
-        if (associated(w%table)) deallocate (w%table)
-      end if
-    end associate
+    if (p%owns_table) call free_tables(p%setup)
     deallocate (p)
   end subroutine free_prepared_at
 
@@ -316,7 +335,7 @@ contains
   end subroutine free_inspected_at
 
   subroutine new_run(run, handle)
-    type(run_type), pointer, intent(out) :: run
+    type(finished_type), pointer, intent(out) :: run
     integer(int64), intent(out) :: handle
 
     allocate (run)
@@ -325,14 +344,14 @@ contains
 
   function run_at(handle) result(run)
     integer(int64), intent(in) :: handle
-    type(run_type), pointer :: run
+    type(finished_type), pointer :: run
 
     call c_f_pointer(transfer(handle, c_null_ptr), run)
   end function run_at
 
   subroutine free_run_at(handle)
     integer(int64), intent(in) :: handle
-    type(run_type), pointer :: run
+    type(finished_type), pointer :: run
 
     run => run_at(handle)
     deallocate (run)

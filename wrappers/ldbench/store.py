@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._core import Error, complete, descriptions, digest, needed
+from ._core import Error, complete, descriptions, digest, left_by_dead, needed
 from .dataset import to_dataset
 from .members import Record
 
@@ -36,6 +36,7 @@ class Store:
         self.parts = self.path.with_name(self.path.name + ".parts")
         self.waiting: dict[str, Record] = {}
         self.flushed = time.monotonic()
+        restore(self.path)
         # Another process may just be putting its own there.
         if not self._is_zarr() and self.path.exists() and not self._is_zarr():
             raise Error(f"{self.path}: expected a Zarr directory or nothing, found something else")
@@ -70,8 +71,12 @@ class Store:
         """Write the complete Dataset, and one part in place of all."""
         scratch = self.path.with_name(f"{self.path.name}.{os.getpid()}.new")
         shutil.rmtree(scratch, ignore_errors=True)
-        dataset.to_zarr(scratch, zarr_format=2)
-        replace_folder(scratch, self.path)
+        try:
+            dataset.to_zarr(scratch, zarr_format=2)
+            replace_folder(scratch, self.path)
+        except OSError as error:
+            shutil.rmtree(scratch, ignore_errors=True)
+            raise Error(f"{self.path}: cannot be written completely: {error.strerror or error}") from None
         earlier = [part for part in self.parts.glob("*.npz") if read_part(part).keys() <= records.keys()]
         if len(earlier) > 1:
             whole = self._write(records)
@@ -94,13 +99,26 @@ def replace_folder(new: Path, target: Path) -> None:
     while True:
         try:
             new.rename(target)
-            return
+            break
         except OSError as error:
             if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                 raise
+        shutil.rmtree(old, ignore_errors=True)      # not before another one is there
         with suppress(FileNotFoundError):
             target.rename(old)
-            shutil.rmtree(old)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def restore(target: Path) -> None:
+    """Remove what `replace_folder` left where it was killed; give the folder back that it had put aside."""
+    for old in left_by_dead(target, ".*.old"):
+        if target.exists():
+            shutil.rmtree(old, ignore_errors=True)
+        else:
+            with suppress(OSError):         # another process does the same
+                old.rename(target)
+    for new in left_by_dead(target, ".*.new"):
+        shutil.rmtree(new, ignore_errors=True)
 
 
 def read_part(path: Path) -> dict[str, Record]:

@@ -15,7 +15,7 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from pypdf import PdfReader, PdfWriter
 
-from .._core import check_written, complete, usable_cores
+from .._core import check_written, complete, failing_as, usable_cores
 from ..record import Record, read_records, summary_row
 from ..style import ldbench_style
 from .geometry import geometry_page
@@ -47,7 +47,7 @@ def case_figures(record: Record) -> Iterable[tuple[str, Figure]]:
 
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
     titles = []
-    with PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
+    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
         for title, figure in figures:
             simplify_ticks(figure)
             pdf.savefig(figure)

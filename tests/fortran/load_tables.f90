@@ -1,0 +1,42 @@
+!> Files as the contact table of a case, whatever they hold.
+!>
+!> usage: load_tables case.nml < paths
+!> Answers for each path, one a line: used, missing, or the error.
+program load_tables
+  use case, only: case_type
+  use errors, only: error_type
+  use potential, only: contact_table
+  use shared, only: read_prepared
+  use simulation, only: setup_type
+  use table_file, only: load_table
+  implicit none
+  save
+  type(case_type) :: c
+  type(setup_type) :: setup
+  character(256) :: path
+  integer :: status
+
+  call read_prepared(c, setup)
+  do
+    read (*, '(a)', iostat=status) path
+    if (status /= 0) exit
+    call answer()
+  end do
+
+contains
+
+  subroutine answer()
+    type(contact_table) :: table
+    type(error_type), allocatable :: error
+    logical :: found
+
+    call load_table(trim(path), setup%wheelset%table%key, table, found, error)
+    if (allocated(error)) then
+      print '(a)', error%message
+    else
+      print '(a)', trim(merge('used   ', 'missing', found))
+    end if
+    flush (6)
+  end subroutine answer
+
+end program load_tables
