@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -21,10 +22,11 @@ pytest.importorskip("zarr")
 
 import ldbench  # noqa: E402
 from ldbench.__main__ import main  # noqa: E402
-from ldbench.cluster import pieces_of, table_source  # noqa: E402
+from ldbench.cluster import PIECE, RATE, SHORTEST, Pieces, table_source  # noqa: E402
 from ldbench.ensemble import draws, parse_values  # noqa: E402
 from ldbench import members, store as stores, threads  # noqa: E402
-from ldbench.store import Store, replace_folder  # noqa: E402
+from ldbench.members import Group, join, stack  # noqa: E402
+from ldbench.store import read_places, replace_folder  # noqa: E402
 from conftest import HANG  # noqa: E402
 from local_cluster import Cluster  # noqa: E402
 
@@ -202,7 +204,21 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
     finally:
         process.kill()
     assert (out.splitlines()[-1], process.returncode, err) == ("stopped []", 0, "")
-    assert len(Store(tmp_path/"sweep.zarr").read()) == 1
+    assert len(read_places(tmp_path/"sweep.zarr.parts")) == 1
+
+
+# ---- batches ------------------------------------------------------------------------
+def test_batches_are_joined():
+    """As records are stacked: shorter rows and what failed are filled up."""
+    good = [{"t": 1.0, "end": "a", "returned": True, "time": np.arange(3.0), "error": ""},
+            {"t": 2.0, "end": "longer", "returned": False, "time": np.arange(5.0), "error": ""}]
+    records = [good[0], {"error": "failed"}, good[1]]
+    whole = stack(records)
+    for cuts in (1, 2), (1,), (2,):
+        some = join([stack(part) for part in np.split(np.array(records, object), cuts)])
+        assert some.keys() == whole.keys()
+        assert all(np.array_equal(some[name], whole[name], equal_nan=whole[name].dtype.kind == "f") for name in whole)
+    assert whole["error"].tolist() == ["", "failed", ""] and whole["end"].tolist() == ["a", "", "longer"]
 
 
 # ---- store ---------------------------------------------------------------------------
@@ -217,6 +233,30 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     with xr.open_zarr(store) as stored:
         assert stored.load().identical(more)
     assert [path.suffix for path in (tmp_path/"sweep.zarr.parts").iterdir()] == [".npz"]
+
+
+@pytest.mark.parametrize("sizes", [(7,), (2, 3), (3, 2), (2, 2, 2)])
+def test_blocks_on_disk_are_the_whole(sizes, tmp_path, table, monkeypatch):
+    """Written in blocks of at most two members and read back from parts, the Dataset is that of memory; rows
+    grow with the longest member so far; it stays on disk where it is large."""
+    monkeypatch.setattr(stores, "BLOCK", 2)
+    monkeypatch.setattr(stores, "IN_MEMORY", 0)
+    times, masses, speeds = np.linspace(1e-3, 2e-3, 7), [1300.0, -1.0, 1700.0], [0.5, 0.7]
+    over = dict(zip(("t_end", "mass", "vY"), (times[:sizes[0]], masses, speeds), strict=False))
+    over = {name: list(values)[:size] for (name, values), size in zip(over.items(), sizes, strict=False)}
+    here = ldbench.ensemble(short(t_end=1e-3), over, columns=["Y"], tables=[table])
+    assert ldbench.ensemble(short(t_end=1e-3), over, columns=["Y"], tables=[table], store=tmp_path/"s.zarr").identical(here)
+    assert not list((tmp_path/"s.zarr.parts").glob("*.zarr"))
+
+
+def test_what_a_killed_process_left_is_removed(tmp_path, table):
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    left, others = (tmp_path/"s.zarr.parts"/name for name in (f"{socket.gethostname()}.{gone.pid}.zarr", "elsewhere.1.zarr"))
+    for folder in left, others:
+        folder.mkdir(parents=True)
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"s.zarr")
+    assert others.exists() and not left.exists()
 
 
 def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
@@ -259,7 +299,7 @@ def test_parts_come_while_it_runs(tmp_path, table, monkeypatch):
     written = []
 
     def look(stage: str, share: float) -> None:
-        written.append(len(Store(tmp_path/"sweep.zarr").read()))
+        written.append(len(read_places(tmp_path/"sweep.zarr.parts")))
 
     monkeypatch.setattr(stores, "FLUSH", 0.0)
     ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table], progress=look)
@@ -281,7 +321,7 @@ def test_what_is_told_is_kept(last, tmp_path, table, counted, monkeypatch):
         ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table],
                          progress=stop)
     assert not (tmp_path/"sweep.zarr").exists()
-    assert len(Store(tmp_path/"sweep.zarr").read()) == last
+    assert len(read_places(tmp_path/"sweep.zarr.parts")) == last
     before = counted["runs"]
     ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table])
     assert counted["runs"] == before + 3 - last
@@ -407,11 +447,10 @@ def test_a_closed_cluster_works_for_those_it_knows(closed, tmp_path):
 def test_workers_get_the_table_of_the_file(tmp_path):
     """Or build it, where the file holds another one, a damaged one or none."""
     case = short(table_file=tmp_path/"kept.table")
-    member, = members.members_of([case], members.Wanted(), case)
 
     def place(folder: str) -> tuple[bool, bytes]:
         (tmp_path/folder).mkdir()
-        table = ldbench.ContactTable(table_source(member).place(tmp_path/folder))
+        table = ldbench.ContactTable(table_source(case).place(tmp_path/folder))
         return table._found, (tmp_path/folder/"table_file").read_bytes()
 
     none = place("none")
@@ -424,14 +463,34 @@ def test_workers_get_the_table_of_the_file(tmp_path):
     assert [none, other, kept, place("damaged")] == [(False, whole), (False, whole), (True, whole), (False, whole)]
 
 
-def test_pieces_of_a_sweep():
-    """All members in order; never larger, at most 16, single ones at the end."""
-    for n, workers in (1, 1), (7, 3), (100, 2), (1000, 2), (1000, 300):
-        pieces = list(pieces_of(list(range(n)), workers))
-        sizes = [len(piece) for piece in pieces]
-        assert sum(pieces, []) == list(range(n))
-        assert sizes == sorted(sizes, reverse=True) and sizes[0] <= 16 and sizes[-1] == 1
-        assert sizes[0] <= max(1, n/(2*workers))
+@pytest.mark.parametrize(("n", "threads", "seconds"), [(1, 1, 0.01), (7, 3, 1e-4), (500, 2, 0.01), (500, 2, 20.0),
+                                                       (20000, 40, 0.01), (10**6, 1000, 0.02)])
+def test_pieces_of_a_sweep(n, threads, seconds):
+    """All members in order: single ones until it is known how long they take; then of a second, ever shorter at the end,
+    or of as long as the scheduler needs for all threads."""
+    pieces = Pieces([Group(short(), range(n))])
+    sizes, numbers = [], []
+    while piece := pieces.next(threads):
+        own, some = piece
+        sizes.append(len(some))
+        numbers += some
+        if len(sizes) == min(n, threads):
+            assert not pieces.next(threads)
+            own.add(len(numbers), seconds*len(numbers))
+    assert numbers == list(range(n))
+    trials, rest = sizes[:threads], sizes[threads:]
+    assert set(trials) == {1} and rest == sorted(rest, reverse=True)
+    assert all(size == 1 or size*seconds <= PIECE or (size - 1)*seconds < threads/RATE for size in sizes)
+    assert all((size + 1)*seconds > SHORTEST and size*seconds >= threads/RATE for size in rest[:-1])
+
+
+def test_tables_are_made_a_few_ahead():
+    """A member of each, of one table more than there are threads; the others follow when they are measured."""
+    pieces = Pieces([Group(short(), [k, k + 10]) for k in range(0, 100, 20)])
+    first = [pieces.next(2) for _ in range(3)]
+    assert [numbers for _, numbers in first] == [[0], [20], [40]] and pieces.next(2) is None
+    first[1][0].add(1, 1.0)
+    assert [pieces.next(2)[1], pieces.next(2)[1], pieces.next(2)] == [[30], [60], None]
 
 
 # ---- command -------------------------------------------------------------------------

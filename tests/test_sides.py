@@ -1,4 +1,5 @@
 """Left and right may differ: wheel_profile_right, rail_profile_right."""
+import pickle
 import re
 import shutil
 import sys
@@ -370,18 +371,20 @@ def test_an_ensemble_over_the_right_wheel():
 def test_a_worker_without_the_files_runs_the_same():
     """What a cluster's worker is sent: profiles and tables of both sides."""
     from ldbench import cluster
-    from ldbench.ensemble import Member, Wanted
+    from ldbench.members import Member, Wanted
+
+    def there(case: Case, tables: set[str]) -> dict[str, float]:
+        source = cluster.build_table(cluster.table_source(case))
+        assert source.error == "" and set(source.tables) == tables
+        batch, _ = pickle.loads(cluster.run_piece(pickle.dumps([Member(case)]), source, Wanted()))
+        return {name: array[0] for name, array in batch.items()}
 
     case = two_sided(t_end=5e-3)
-    source = cluster.build_table(cluster.table_source(Member(0, case)))
-    assert source.error == "" and set(source.tables) == {"", ".right"}
-    found, = cluster.run_piece([case], source, Wanted())
-    here = run(case).summary
+    found, here = there(case, {"", ".right"}), run(case).summary
     assert found["drift"] == here["drift"] and found["rest_Y"] == here["rest_Y"] != 0
     # A right side that is named and the same goes without a table of its own.
-    same = cluster.build_table(cluster.table_source(Member(0, two_sided(t_end=1e-3, **profiles(LEFT, LEFT)))))
-    found, = cluster.run_piece([two_sided(t_end=1e-3, **profiles(LEFT, LEFT))], same, Wanted())
-    assert set(same.tables) == {""} and found["clearance"] == found["clearance_right"]
+    found = there(two_sided(t_end=1e-3, **profiles(LEFT, LEFT)), {""})
+    assert found["clearance"] == found["clearance_right"]
 
 
 def test_profile_command_of_two_sides(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

@@ -1,42 +1,95 @@
 """How a sweep scales: threads of one process, and processes on a Dask cluster."""
 from __future__ import annotations
 
+import re
+import sys
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 import ldbench
 from checks import Table
 from ldbench import Case, ContactTable
 from local_cluster import Cluster
 from measure import Form, Section, measure, ratio
+from programs import resources
+from scheduler import measured_costs, simulate
 
 MEMBERS = {Form.SHORT: 8, Form.USUAL: 500, Form.FULL: 1000}
 ROUNDS = {Form.SHORT: 2, Form.USUAL: 2, Form.FULL: 3}
 WORKERS = 2
 
-TEXT = """Exercise 3 in full, actual profiles, with as many masses between 1000 and 2000 kg as there are members. Wall
-time of the sweep less that of a sweep with one member: with one and with two threads, and with one and with two worker
-processes of one thread on a Dask cluster on this machine, scheduler and client on the same cores. The contact table is
-there. Rounds alternate between them. A member: one run with its summary.
+TEXT = """Exercise 3 in full, actual profiles, with as many masses between 1000 and 2000 kg as there are members: with one
+and with two threads, and with one and with two worker processes of one thread on a Dask cluster on this machine,
+scheduler and client on the same cores. The contact table is there. Rounds alternate between them. A member: one run with
+its summary. Wall time less that of a sweep with one member, and as it is, with the start: the client connects, each worker
+gets the table. Processor time is that of all processes, and does not depend on what else the machine does.
 
-Cost model: n members on p workers take about table + n member/p + 10 MB per worker over the network + 1 ms per task in
-the scheduler. Tasks are pieces of up to 16 members, so one scheduler feeds as many workers as a piece takes
-milliseconds."""
-
-
-def difference(sweep: Callable[[list[float]], object], masses: list[float]) -> float:
-    """Wall time of a sweep less that of its first member [s]."""
-    return wall(lambda: sweep(masses)) - wall(lambda: sweep(masses[:1]))
+Tasks are of about a second. Processor time of scheduler and client for a task, and for the record of a member in it, is
+measured with tasks that only bring records. With it a sweep is simulated that takes each worker a minute, in the pieces
+that would be sent: scheduler and client do one thing at a time. Where workers are many, tasks are longer, 200 in a second
+at most; where members are short, the client is what ends it, for it takes in every record."""
+SIMULATED = (2, 10, 100, 300, 1000, 3000)       # workers
+SHORT, LONG = 0.011, 1.0                        # members [s]
+SWEEP = 60.0                                    # of every worker [s]
 
 
 def wall(call: Callable[[], object]) -> float:
     begin = time.perf_counter()
     call()
     return time.perf_counter() - begin
+
+
+def processor_time(cluster: Cluster | None) -> float:
+    """Of this process and a cluster's [s]."""
+    times = [psutil.Process(process.pid).cpu_times() for process in (cluster.processes if cluster else ())]
+    return time.process_time() + sum(x.user + x.system for x in times)
+
+
+def beyond(clusters: list[Cluster], out: Section, case: Case) -> None:
+    """How many workers a scheduler and a client keep at work."""
+    costs = measured_costs(clusters[-1])
+    for what, value in ("scheduler, task", costs.scheduler), ("scheduler, record", costs.scheduler_record), (
+            "client, task", costs.client), ("client, record", costs.client_record):
+        out.measures.append(measure(case.case_name, what, "processor time", "s", value))
+    rows = []
+    for seconds in SHORT, LONG:
+        for workers in SIMULATED:
+            found = simulate(workers, seconds, round(workers*SWEEP/seconds), costs)
+            rows.append([f"{seconds:g}", f"{workers}", f"{100*found.busy:.0f} %", f"{found.rate:.3g}",
+                         f"{100*found.scheduler:.0f} %", f"{100*found.client:.0f} %"])
+    out.tables.append(Table(f"Simulated: {SWEEP:.0f} s of work for every worker", [
+        "member [s]", "workers", "at work", "tasks per second", "scheduler busy", "client busy"], rows))
+
+
+MANY = """
+import sys
+import ldbench
+case = ldbench.Case.exercise(3).replace(model="strip", n_lateral=40, n_roll=9, n_depth=9, table_file="", dt=1e-4,
+                                        interval=1e-4, t_end=2e-4)
+n = int(sys.argv[2])
+ldbench.ensemble(case, {"mass": [1000 + 1000*k/n for k in range(n)]}, scheduler=sys.argv[1], store="many.zarr")
+"""
+
+
+def memory(folder: Path, out: Section) -> None:
+    """Peaks of a client's and a scheduler's memory, with few members of two steps and with many."""
+    for count in 100, 100_000:
+        own = folder/str(count)
+        own.mkdir()
+        cluster = Cluster(own, WORKERS)
+        try:
+            client = resources([sys.executable, "-c", MANY, cluster.address, str(count)], own)[2]
+            status = Path(f"/proc/{cluster.processes[0].pid}/status").read_text()
+        finally:
+            cluster.stop()
+        scheduler = int(re.search(r"VmHWM:\s*(\d+)", status)[1])/1024
+        out.measures += [measure("exercise 3, two steps", f"{count} members, {who}", "peak memory", "MB", peak)
+                         for who, peak in (("client", client), ("scheduler", scheduler))]
 
 
 def section(form: Form) -> Section:
@@ -59,15 +112,36 @@ def section(form: Form) -> Section:
                     case, {"mass": some}, scheduler=address)
             for sweep in kinds.values():     # the modules are there afterwards
                 sweep(masses[:2*WORKERS])
-            seconds = np.array([[difference(sweep, masses) for sweep in kinds.values()] for _ in range(rounds)]).T
+            owners = [next((c for c in clusters if kind.startswith(f"{len(c.processes) - 1} process")), None) for kind in kinds]
+
+            def spent(sweep: Callable[[list[float]], object], owner: Cluster | None) -> list[list[float]]:
+                """Wall and processor time of a sweep, and of one of a member."""
+                found = []
+                for some in masses, masses[:1]:
+                    begin = processor_time(owner)
+                    found.append([wall(lambda some=some: sweep(some)), processor_time(owner) - begin])
+                return found
+
+            # Kind, sweep or its start, wall or processor time, round.
+            seconds = np.moveaxis([[spent(*each) for each in zip(kinds.values(), owners, strict=True)]
+                                   for _ in range(rounds)], 0, -1)
+            if clusters:
+                beyond(clusters, out, case)
+            if form is Form.FULL:
+                memory(Path(name), out)
         finally:
             for cluster in clusters:
                 cluster.stop()
-    times = dict(zip(kinds, seconds, strict=True))
-    out.measures += [measure(case.case_name, kind, "wall time of a member", "s", x/count) for kind, x in times.items()]
+    names = list(kinds)
+    for kind, (whole, start) in zip(names, seconds, strict=True):
+        out.measures += [measure(case.case_name, kind, "wall time of a member", "s", (whole[0] - start[0])/count),
+                         measure(case.case_name, kind, "start", "s", start[0]),
+                         measure(case.case_name, kind, "processor time of a member", "s", (whole[1] - start[1])/count)]
     for one, two in ("1 thread", "2 threads"), ("1 process", "2 processes"):
-        if two in times:
-            out.measures.append(ratio(case.case_name, two, f"times faster than {one}", times[one], times[two]))
+        if two in names:
+            (a, a_start), (b, b_start) = (seconds[names.index(kind)][:, 0] for kind in (one, two))
+            out.measures += [ratio(case.case_name, two, f"with the start, times faster than {one}", a, b),
+                             ratio(case.case_name, two, f"times faster than {one}", a - a_start, b - b_start)]
     rows = [[m.subject, m.quantity, m.text()] for m in out.measures]
-    out.tables.append(Table(f"{count} members: median (quartiles)", ["kind", "quantity", "[s] or ratio"], rows))
+    out.tables.append(Table(f"{count} members: median (quartiles)", ["kind", "quantity", "[s], [MB] or ratio"], rows))
     return out

@@ -116,13 +116,17 @@ class Case:
 
     def replace(self, **changes: Value) -> Case:
         """A case with other values: `case.replace(vY=0.3, dt=5e-6, output_file="fast.txt")`."""
+        changed = self._with(changes)
+        check(*_flat.check_values(path_bytes(self.label), *changed.arrays()))
+        return changed
+
+    def _with(self, changes: Mapping[str, Value]) -> Case:
+        """The same before the core has checked it."""
         values = list(self.values)
         for name, value in changes.items():
             k = find_variable(name)
             values[k] = self._coerced(variables()[k], value)
-        changed = Case(tuple(values), self.label, self.folder)
-        check(*_flat.check_values(path_bytes(self.label), *changed.arrays()))
-        return changed
+        return Case(tuple(values), self.label, self.folder)
 
     def _coerced(self, variable: Variable, value: Value) -> Value:
         """A value of the variable's kind; its range is left to the core."""

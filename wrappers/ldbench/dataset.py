@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._core import descriptions, needed
-from .members import EVENTS, OCCURRENCES, Coordinates, Record
+from .members import EVENTS, OCCURRENCES, Batch, Coordinates, join, row_names
 from .run import _event_kinds
 
 if TYPE_CHECKING:
@@ -18,35 +18,48 @@ UNITS = {"clearance": "m", "clearance_right": "m", "equilibrium": "m", "equilibr
          "drift": "J", "step": "s", "t": "s", "event_time": "s", "event_force": "N"}
 
 
-def to_dataset(records: Sequence[Record], dims: Mapping[str, int], coordinates: Coordinates) -> xr.Dataset:
-    """Records in the order of the dimensions; columns are padded with NaN."""
+class Memory:
+    """The records of an ensemble in memory, by member's number."""
+
+    def __init__(self, dims: Mapping[str, int], coordinates: Coordinates) -> None:
+        self.dims, self.coordinates = dims, coordinates
+        self.numbers: list[int] = []
+        self.batches: list[Batch] = []
+
+    def __contains__(self, number: int) -> bool:
+        return False
+
+    def add(self, numbers: Sequence[int], batch: Batch) -> None:
+        self.numbers += numbers
+        self.batches.append(batch)
+
+    def flush(self) -> None:
+        """Nothing waits."""
+
+    def finish(self) -> xr.Dataset:
+        order = np.argsort(self.numbers)
+        batch = {name: array[order] for name, array in join(self.batches).items()}
+        return to_dataset(batch, self.dims, self.coordinates)
+
+    def abandon(self) -> None:
+        """Nothing is left."""
+
+
+def to_dataset(batch: Batch, dims: Mapping[str, int], coordinates: Coordinates) -> xr.Dataset:
+    """Members in the order of the dimensions."""
     shape = tuple(dims.values())
-    names = next((list(r) for r in records if not r["error"]), ["error"])
-    columns = set(descriptions()[0].split())
-    rows = max((len(r["time"]) for r in records if "time" in r), default=0)
     of_columns = dict(zip(*(line.split() for line in descriptions()[:2]), strict=True))
+    of_rows = row_names()
     coordinates = dict(coordinates)
     data = {}
-    for name in names:
-        inner: tuple[str, ...] = ()
-        if name in columns:
-            inner, values = ("row",), [_padded(r.get(name, ()), rows) for r in records]
-        elif name in EVENTS:
+    for name, array in batch.items():
+        inner: tuple[str, ...] = ("row",) if name in of_rows else ()
+        if name in EVENTS:
             inner = "kind", "occurrence"
-            blank = np.full((len(_event_kinds()), OCCURRENCES), np.nan)
-            values = [r.get(name, blank) for r in records]
             coordinates["kind"] = ("kind",), np.array(_event_kinds()), {}
             coordinates["occurrence"] = ("occurrence",), np.arange(1, OCCURRENCES + 1), {}
-        else:
-            kind = type(next(r[name] for r in records if name in r))
-            values = [r.get(name, {bool: False, str: ""}.get(kind, np.nan)) for r in records]
-        array = np.array(values)
         data[name] = ((*dims, *inner), array.reshape(shape + array.shape[1:]), _units(name, array, of_columns))
     return needed("xarray", "ensemble").Dataset(data, coordinates)
-
-
-def _padded(values: Sequence[float], n: int) -> np.ndarray:
-    return np.concatenate([values, np.full(n - len(values), np.nan)])
 
 
 def _units(name: str, array: np.ndarray, of_columns: Mapping[str, str]) -> dict[str, str]:

@@ -20,15 +20,14 @@ import numpy as np
 
 from ._core import Error, side_by_side
 from .case import Case, Value
-from .members import Member, Wanted, draws
+from .members import draws
 from .run import parse_setting
-from .store import Store
 from .sweep import ensemble
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Member", "Store", "Wanted", "draws", "ensemble"]
+__all__ = ["draws", "ensemble"]
 
 
 def parse_values(setting: str) -> tuple[str, list[Value]]:

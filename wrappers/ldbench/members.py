@@ -4,7 +4,7 @@ from __future__ import annotations
 import functools
 import itertools
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,11 +12,12 @@ import numpy as np
 
 from . import _flat
 from ._core import Error, Progress, descriptions, digest
-from .case import Case, Value, find_variable, variables
+from .case import Case, Value, Variable, find_variable, variables
 from .run import Event, Run, _event_kinds, run
 from .table import FREE_GROUPS, FREE_NAMES, ContactTable
 
 Record = dict[str, object]              # what is kept of a run, by name; of one that failed its `error` alone
+Batch = dict[str, np.ndarray]           # records of some members, by name, the first axis over members
 TableKey = tuple[object, ...]
 Coordinates = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]
 
@@ -27,19 +28,21 @@ NOT_KEPT = "table_seconds", "seconds", "table_found"        # of the summary: no
 
 @dataclass(frozen=True)
 class Member:
-    """One run of an ensemble."""
+    """One run of an ensemble: a case with other values of some variables. Small: the case is many members'."""
 
-    number: int
-    case: Case | None           # None where the values are refused
-    key: str = ""               # changes with anything that the result depends on
-    table: TableKey = ()        # equal for members that share a contact table
-    in_file: bool = False       # whether that is the one that the case's table file holds
-    error: str = ""
+    base: Case
+    changes: tuple[tuple[str, Value], ...] = ()
 
-    @property
-    def table_case(self) -> Case:
-        """The case to build the table for."""
-        return self.case if self.in_file else self.case.replace(table_file="")
+    def case(self) -> Case:
+        """Raises Error where the values are refused."""
+        return self.base.replace(**dict(self.changes)) if self.changes else self.base
+
+    def unchecked(self) -> Case:
+        """The same for names and keys."""
+        try:
+            return self.base._with(dict(self.changes))
+        except Error:
+            return self.base
 
 
 @dataclass(frozen=True)
@@ -53,14 +56,14 @@ class Wanted:
 # What to run ------------------------------------------------------------------------------
 
 def plan(case: Case | Sequence[Case], over: dict[str, Sequence[Value]], n: int | None, seed: int, draw: str,
-          ) -> tuple[list[Case | str], dict[str, int], Coordinates]:
-    """The cases, or why one is refused; sizes of the dimensions; coordinates."""
+          ) -> tuple[Sequence[Member], dict[str, int], Coordinates]:
+    """The members; sizes of the dimensions; coordinates."""
     if not isinstance(case, Case):
         if over or n is not None:
             raise Error("ensemble: expected one case with `over` and n, found a list of cases")
         if not case:
             raise Error("ensemble: expected at least one case, found none")
-        return list(case), {"member": len(case)}, {}
+        return [Member(each) for each in case], {"member": len(case)}, {}
     for name in over:
         find_variable(name)
     if n is None:
@@ -74,14 +77,22 @@ def plan(case: Case | Sequence[Case], over: dict[str, Sequence[Value]], n: int |
         dims = {"member": n}
         coordinates = {name: (("member",), np.array(drawn), _described(name))
                        for name, drawn in zip(over, zip(*values, strict=True), strict=True)}
+    return Variations(case, tuple(over), values), dims, coordinates
 
-    def changed(changes: tuple[Value, ...]) -> Case | str:
-        try:
-            return case.replace(**dict(zip(over, changes, strict=True)))
-        except Error as error:
-            return str(error)
 
-    return [changed(v) for v in values], dims, coordinates
+@dataclass(frozen=True)
+class Variations(Sequence[Member]):
+    """A case with each of many values, of which a member is made when it is asked for."""
+
+    base: Case
+    names: tuple[str, ...]
+    values: Sequence[tuple[Value, ...]]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, k: int) -> Member:
+        return Member(self.base, tuple(zip(self.names, self.values[k], strict=True)))
 
 
 def draws(over: Mapping[str, Sequence[float]], n: int, seed: int, draw: str) -> list[tuple[float, ...]]:
@@ -126,35 +137,85 @@ def check_wanted(wanted: Wanted, over: Mapping[str, object]) -> None:
         raise Error(f"ensemble: expected rows of at least 2, found {wanted.rows}")
 
 
-def members_of(cases: Sequence[Case | str], wanted: Wanted, base: Case | None = None) -> list[Member]:
-    """The members. A table file holds the table of the first case that names it, `base` before all."""
-    @functools.cache
-    def contents(path: str) -> str:
-        try:
-            return digest(Path(path).read_bytes())
-        except OSError:
-            return ""           # the run will say so
-
-    def profiles(case: Case) -> list[str]:
-        files = case.profile_files()
-        return [contents(files.get(f"{which}_right", files[which]) if right else files[which])
+def table_key(case: Case, contents: Callable[[str], str]) -> TableKey:
+    """Equal for cases that share a contact table; `contents`: what stands for that of a file."""
+    files = case.profile_files()
+    profiles = [contents(files.get(f"{which}_right", files[which]) if right else files[which])
                 for right in (False, True) for which in ("wheel_profile", "rail_profile")]
+    return (*(value for variable, value in zip(variables(), case.values, strict=True) if of_table(variable)), *profiles)
 
-    def table_key(case: Case) -> TableKey:
-        return (*(value for variable, value in zip(variables(), case.values, strict=True)
-                  if variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES), *profiles(case))
 
-    files = {base.table_file: table_key(base)} if base else {}
-    members: list[Member] = []
-    for number, case in enumerate(cases):
-        if isinstance(case, str):
-            members.append(Member(number, None, error=case))
+def of_table(variable: Variable) -> bool:
+    return variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES
+
+
+def contents(path: str) -> str:
+    try:
+        return digest(Path(path).read_bytes())
+    except OSError:
+        return ""               # the run will say so
+
+
+class TableKeys:
+    """The key of a member's table. Most that varies does not matter for it, nor do files change meanwhile."""
+
+    def __init__(self) -> None:
+        self.contents = functools.cache(contents)
+        self.known: dict[tuple[object, ...], TableKey] = {}
+
+    def __call__(self, member: Member) -> TableKey:
+        what = id(member.base), tuple(change for change in member.changes if matters(change[0]))
+        if what not in self.known:
+            self.known[what] = table_key(member.unchecked(), self.contents)
+        return self.known[what]
+
+
+@functools.cache
+def matters(name: str) -> bool:
+    """Whether the contact table or its file depends on a variable."""
+    variable = variables()[find_variable(name)]
+    return of_table(variable) or variable.kind == "text"
+
+
+def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
+    """Of each member; it changes with anything that the result depends on."""
+    table = TableKeys()
+    tail = json.dumps([core_digest(), wanted.columns, wanted.rows])
+
+    def key(member: Member) -> str:
+        case = member.unchecked()
+        refused = member.changes if case is member.base else ()
+        return digest((json.dumps([case.values, refused, table(member)], default=str) + tail).encode())
+
+    return [key(member) for member in members]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Members that share a contact table."""
+
+    case: Case | None           # to build it for, with the table file that holds it, or none; None where all are refused
+    numbers: list[int]
+
+
+def groups_of(members: Sequence[Member], numbers: Iterable[int], base: Case | None = None) -> list[Group]:
+    """The numbered members by table. A table file holds the table of the first case that names it, `base` before all."""
+    key = TableKeys()
+    files = {base.table_file: key(Member(base))} if base else {}
+    found: dict[TableKey, list[int]] = {}
+    for number in numbers:
+        found.setdefault(key(members[number]), []).append(number)
+    return [Group(_first_case((members[number] for number in own), files, table), own) for table, own in found.items()]
+
+
+def _first_case(members: Iterable[Member], files: dict[str, TableKey], table: TableKey) -> Case | None:
+    for member in members:
+        try:
+            case = member.case()
+        except Error:
             continue
-        table = table_key(case)
-        key = json.dumps([case.values, table, core_digest(), wanted.columns, wanted.rows])
-        members.append(Member(number, case, digest(key.encode()), table,
-                              files.setdefault(case.table_file, table) == table))
-    return members
+        return case if files.setdefault(case.table_file, table) == table else case.replace(table_file="")
+    return None
 
 
 @functools.cache
@@ -163,18 +224,13 @@ def core_digest() -> str:
     return digest(Path(_flat.__file__).read_bytes())
 
 
-def by_table(members: Iterable[Member]) -> dict[TableKey, list[Member]]:
-    groups: dict[TableKey, list[Member]] = {}
-    for member in members:
-        groups.setdefault(member.table, []).append(member)
-    return groups
-
-
 # One run ----------------------------------------------------------------------------------
 
-def run_member(case: Case, table: ContactTable, wanted: Wanted, progress: Progress | None = None) -> Record:
+def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progress: Progress | None = None,
+               place: Callable[[Case], Case] = lambda case: case) -> Record:
+    """Run a member, its case after `place`; without a table: one whose values are refused."""
     try:
-        return record(run(case, progress, table), wanted)
+        return record(run(place(member.case()), progress, table), wanted)
     except Error as error:
         return {"error": str(error)}
 
@@ -206,3 +262,56 @@ def _event_tables(events: Iterable[Event]) -> tuple[np.ndarray, np.ndarray]:
         if place[1] < OCCURRENCES:
             times[place], forces[place] = event.t, event.force
     return times, forces
+
+
+# Many of them -----------------------------------------------------------------------------
+
+def stack(records: Sequence[Record]) -> Batch:
+    """Records as arrays. Rows of columns are padded with NaN; what failed has NaN, False and ''."""
+    names = next((list(r) for r in records if not r["error"]), ["error"])
+    rows = max((len(r["time"]) for r in records if "time" in r), default=0)
+    of_rows, batch = row_names(), {}
+    for name in names:
+        like = next(r[name] for r in records if name in r)
+        if name in of_rows:
+            batch[name] = np.array([_padded(r.get(name, ()), rows) for r in records])
+            continue
+        blank = np.full_like(like, np.nan) if isinstance(like, np.ndarray) else _blank(type(like))
+        batch[name] = np.array([r.get(name, blank) for r in records])
+    return batch
+
+
+def join(batches: Sequence[Batch]) -> Batch:
+    """Batches one after another."""
+    names = dict.fromkeys(name for batch in batches for name in batch)
+    of_rows, joined = row_names(), {}
+    for name in names:
+        like = next(batch[name] for batch in batches if name in batch)
+        inner = like.shape[1:]
+        if name in of_rows:
+            inner = (max(batch[name].shape[1] for batch in batches if name in batch),)
+        blank = _blank({"f": float, "b": bool, "U": str}[like.dtype.kind])
+        parts = []
+        for batch in batches:
+            part = batch.get(name)
+            if part is None or part.shape[1:] != inner:
+                whole = np.full((len(batch["error"]), *inner), blank)
+                if part is not None:
+                    whole[:, :part.shape[1]] = part
+                part = whole
+            parts.append(part)
+        joined[name] = np.concatenate(parts)
+    return joined
+
+
+def row_names() -> set[str]:
+    """Of the columns: arrays over rows."""
+    return set(descriptions()[0].split())
+
+
+def _blank(kind: type) -> Value:
+    return {bool: False, str: ""}.get(kind, np.nan)
+
+
+def _padded(values: Sequence[float], n: int) -> np.ndarray:
+    return np.concatenate([values, np.full(n - len(values), np.nan)])

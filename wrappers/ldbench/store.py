@@ -2,41 +2,56 @@
 from __future__ import annotations
 
 import errno
+import functools
+import math
 import os
 import shutil
+import socket
 import time
 import zipfile
 import zlib
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._core import Error, complete, descriptions, digest, left_by_dead, needed
+from ._core import Error, complete, digest, is_alive, left_by_dead, needed
 from .dataset import to_dataset
-from .members import Record
+from .members import Batch, Coordinates, join
 
 if TYPE_CHECKING:
     import xarray as xr
+    import zarr
 
 FLUSH = 10.0                            # work that a store may lose when the process dies [s]
+BLOCK = 4096                            # members of a part, about, and of a block of the Dataset, at most
+HELD = 3e7                              # of their arrays, about [bytes]
+IN_MEMORY = 1e8                         # a larger Dataset is left on disk [bytes]
+UNREADABLE = OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error
 
 
 class Store:
-    """An ensemble on disk: the complete Dataset, and beside it what is done of it, by keys.
+    """An ensemble on disk: the Dataset, written block by block, and beside it what is done of it, by keys.
 
     A part holds the arrays of some members. It comes under its name when it is complete, so that a process may die
-    at any time; one that cannot be read counts as missing.
+    at any time; one that cannot be read counts as missing. The Dataset grows in the folder of the parts, as far as
+    all members before are done, and takes its own name at the end.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], dims: Mapping[str, int], coordinates: Coordinates,
+                 keys: Sequence[str]) -> None:
+        """`keys`: of all members of the ensemble, in the order of the dimensions."""
         needed("zarr", "ensemble")
         self.path = Path(path)
         self.parts = self.path.with_name(self.path.name + ".parts")
-        self.waiting: dict[str, Record] = {}
+        self.dims, self.coordinates, self.keys = dims, coordinates, keys
+        self.waiting: list[tuple[Sequence[str], Batch]] = []
+        self.members = self.held = 0                    # that wait, and their bytes
         self.flushed = time.monotonic()
         restore(self.path)
+        self.growing: Growing | None = None
         # Another process may just be putting its own there.
         if not self._is_zarr() and self.path.exists() and not self._is_zarr():
             raise Error(f"{self.path}: expected a Zarr directory or nothing, found something else")
@@ -44,53 +59,195 @@ class Store:
             self.parts.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise Error(f"{self.parts}: cannot be made: {error.strerror}") from None
+        clear_scratch(self.parts)
+        self.places = read_places(self.parts)
+        self._part = functools.lru_cache(maxsize=4)(read_part)
 
     def _is_zarr(self) -> bool:
         return any((self.path/name).exists() for name in (".zgroup", "zarr.json"))
 
-    def read(self) -> dict[str, Record]:
-        """Records of all members that are done, of this ensemble or another one, by their keys."""
-        found: dict[str, Record] = {}
-        for part in sorted(self.parts.glob("*.npz")):
-            found |= read_part(part)
-        return found
+    def __contains__(self, key: str) -> bool:
+        return key in self.places
 
-    def add(self, key: str, done: Record) -> None:
-        self.waiting[key] = done
-        if time.monotonic() >= self.flushed + FLUSH:
+    def add(self, keys: Sequence[str], batch: Batch) -> None:
+        self.waiting.append((keys, batch))
+        self.members += len(keys)
+        self.held += size_of(batch)
+        if time.monotonic() >= self.flushed + FLUSH or self.members >= BLOCK or self.held >= HELD:
             self.flush()
 
     def flush(self) -> None:
-        """Write what waits."""
+        """Write what waits, and the blocks of the Dataset that are complete."""
         if self.waiting:
-            self._write(self.waiting)
-        self.waiting = {}
+            keys = [key for some, _ in self.waiting for key in some]
+            self._write(keys, join([batch for _, batch in self.waiting]))
+        self.waiting = []
+        self.members = self.held = 0
+        try:
+            self._grow()
+        except OSError as error:
+            raise Error(f"{self.path}: cannot be written completely: {error.strerror or error}") from None
         self.flushed = time.monotonic()
 
-    def finish(self, dataset: xr.Dataset, records: dict[str, Record]) -> None:
-        """Write the complete Dataset, and one part in place of all."""
-        scratch = self.path.with_name(f"{self.path.name}.{os.getpid()}.new")
-        shutil.rmtree(scratch, ignore_errors=True)
-        try:
-            dataset.to_zarr(scratch, zarr_format=2)
-            replace_folder(scratch, self.path)
-        except OSError as error:
-            shutil.rmtree(scratch, ignore_errors=True)
-            raise Error(f"{self.path}: cannot be written completely: {error.strerror or error}") from None
-        earlier = [part for part in self.parts.glob("*.npz") if read_part(part).keys() <= records.keys()]
-        if len(earlier) > 1:
-            whole = self._write(records)
-            for part in earlier:
-                if part != whole:
-                    part.unlink(missing_ok=True)        # another process may do the same
-
-    def _write(self, records: dict[str, Record]) -> Path:
-        part = self.parts/f"{digest(' '.join(sorted(records)).encode())[:16]}.npz"
-        keys = {"key": (("member",), np.array(list(records)), {})}
-        members = to_dataset(list(records.values()), {"member": len(records)}, keys)
+    def _write(self, keys: Sequence[str], batch: Batch) -> Path:
+        part = self.parts/f"{digest(' '.join(sorted(keys)).encode())[:16]}.npz"
         with complete(part) as scratch, open(scratch, "wb") as file:
-            np.savez_compressed(file, **{name: variable.values for name, variable in members.variables.items()})
+            np.savez_compressed(file, key=np.array(keys), **batch)
+        self.places |= {key: (part, k) for k, key in enumerate(keys)}
         return part
+
+    def _grow(self) -> None:
+        if not self.growing:
+            scratch = self.parts/f"{socket.gethostname()}.{os.getpid()}.zarr"
+            first = next((key for key in self.keys if key in self.places), None)
+            block = min(BLOCK, HELD//size_of(self._records([first]))) if first else BLOCK
+            self.growing = Growing(scratch, self.dims, self.coordinates, max(1, int(block)))
+        while (block := self.growing.next_block()) and all(self.keys[k] in self.places for k in block):
+            self.growing.write(block, self._records([self.keys[k] for k in block]))
+
+    def _records(self, keys: Sequence[str]) -> Batch:
+        try:
+            return self._gather(keys)
+        except UNREADABLE:
+            # Another process may have put the parts together.
+            self.places = read_places(self.parts)
+            try:
+                return self._gather(keys)
+            except UNREADABLE:
+                raise Error(f"{self.parts}: expected the parts that were there, found one gone or damaged") from None
+
+    def _gather(self, keys: Sequence[str]) -> Batch:
+        by_part: dict[Path, list[int]] = {}
+        for number, key in enumerate(keys):
+            by_part.setdefault(self.places[key][0], []).append(number)
+        batches = [{name: array[[self.places[keys[number]][1] for number in numbers]]
+                    for name, array in self._part(part).items() if name != "key"} for part, numbers in by_part.items()]
+        order = np.argsort([number for numbers in by_part.values() for number in numbers])
+        return {name: array[order] for name, array in join(batches).items()}
+
+    def finish(self) -> xr.Dataset:
+        """The complete Dataset, under its name; and few parts in place of many."""
+        try:
+            self.growing.close()
+            replace_folder(self.growing.folder, self.path)
+        except OSError as error:
+            raise Error(f"{self.path}: cannot be written completely: {error.strerror or error}") from None
+        self._put_together(set(self.keys))
+        dataset = needed("xarray", "ensemble").open_zarr(self.path, chunks=None)
+        return dataset.load() if dataset.nbytes <= IN_MEMORY else dataset
+
+    def abandon(self) -> None:
+        if self.growing:
+            shutil.rmtree(self.growing.folder, ignore_errors=True)
+
+    def _put_together(self, keys: set[str]) -> None:
+        small: list[tuple[Path, Batch]] = []
+        for path in sorted(self.parts.glob("*.npz")):
+            try:
+                part = read_part(path)
+            except UNREADABLE:
+                continue
+            if not keys.issuperset(part["key"].tolist()) or len(part["key"]) >= BLOCK:
+                continue
+            small.append((path, part))
+            if sum(len(some["key"]) for _, some in small) >= BLOCK or sum(size_of(some) for _, some in small) >= HELD:
+                self._merge(small)
+                small = []
+        self._merge(small)
+
+    def _merge(self, small: Sequence[tuple[Path, Batch]]) -> None:
+        if len(small) < 2:
+            return
+        records = join([{name: array for name, array in part.items() if name != "key"} for _, part in small])
+        whole = self._write([key for _, part in small for key in part["key"].tolist()], records)
+        for path, _ in small:
+            if path != whole:
+                path.unlink(missing_ok=True)        # another process may do the same
+
+
+class Growing:
+    """A Zarr group that is written in blocks of members, each a row of chunks, from the first member on."""
+
+    def __init__(self, folder: Path, dims: Mapping[str, int], coordinates: Coordinates, members: int) -> None:
+        """`members`: of a block, at most."""
+        self.folder, self.dims, self.done = folder, dims, 0
+        self.shape = tuple(dims.values())
+        # Trailing dimensions as a whole while they fit, a slice of the one before, one of all others.
+        chunk, size = [], 1
+        for n in reversed(self.shape):
+            chunk.insert(0, max(1, min(n, members//size)))
+            size *= n
+        self.chunk = tuple(chunk)
+        shutil.rmtree(folder, ignore_errors=True)
+        needed("xarray", "ensemble").Dataset(coords=coordinates).to_zarr(folder, zarr_format=2, consolidated=False)
+        self.group: zarr.Group = needed("zarr", "ensemble").open_group(folder, mode="r+", zarr_format=2)
+
+    def next_block(self) -> range:
+        """Numbers of the members of the next one; none at the end."""
+        if self.done >= math.prod(self.shape):
+            return range(0)
+        return range(self.done, self.done + math.prod(piece.stop - piece.start for piece in self._region()))
+
+    def _region(self) -> tuple[slice, ...]:
+        starts = np.unravel_index(self.done, self.shape)
+        return tuple(slice(int(a), min(int(a) + c, n)) for a, c, n in zip(starts, self.chunk, self.shape, strict=True))
+
+    def write(self, block: range, batch: Batch) -> None:
+        region = self._region()
+        dataset = to_dataset(batch, {"member of block": len(block)}, {})
+        for name, variable in dataset.variables.items():
+            values, of_members = variable.values, variable.dims[0] == "member of block"
+            inner = values.shape[1:] if of_members else values.shape
+            if name not in self.group:
+                self._new_array(str(name), variable.dims[of_members:], variable, inner, of_members)
+            array = self.group[str(name)]
+            if not of_members:
+                array[...] = values
+                continue
+            if array.shape[len(self.shape):] < inner:
+                array.resize(self.shape + inner)        # more rows than any member before
+            pieces = *region, *(slice(0, n) for n in inner)
+            array[pieces] = values.reshape(tuple(piece.stop - piece.start for piece in pieces))
+        self.done = block.stop
+
+    def _new_array(self, name: str, inner: Iterable[object], variable: xr.Variable, size: tuple[int, ...],
+                   of_members: bool) -> None:
+        text = variable.dtype.kind == "U"
+        self.group.create_array(
+            name, shape=self.shape + size if of_members else size, dtype=str if text else variable.dtype,
+            chunks=self.chunk + tuple(max(1, n) for n in size) if of_members else size,
+            fill_value=np.nan if variable.dtype.kind == "f" else None,       # xarray takes any other for "missing"
+            attributes={"_ARRAY_DIMENSIONS": [*(self.dims if of_members else ()), *inner], **variable.attrs})
+
+    def close(self) -> None:
+        needed("zarr", "ensemble").consolidate_metadata(self.folder, zarr_format=2)
+
+
+def size_of(batch: Batch) -> int:
+    return sum(array.nbytes for array in batch.values())
+
+
+def clear_scratch(parts: Path) -> None:
+    """Remove what processes of this machine that were killed have left."""
+    for folder in parts.glob(f"{socket.gethostname()}.*.zarr"):
+        process = folder.suffixes[-2].removeprefix(".")
+        if process.isdecimal() and not is_alive(int(process)):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def read_places(parts: Path) -> dict[str, tuple[Path, int]]:
+    """Part and place in it of all members that are done, of this ensemble or another one, by their keys."""
+    found: dict[str, tuple[Path, int]] = {}
+    for part in sorted(parts.glob("*.npz")):
+        with suppress(*UNREADABLE):
+            found |= {key: (part, k) for k, key in enumerate(read_part(part)["key"].tolist())}
+    return found
+
+
+def read_part(path: Path) -> Batch:
+    """A part's arrays, the keys among them."""
+    with np.load(path) as part:
+        return dict(part)
 
 
 def replace_folder(new: Path, target: Path) -> None:
@@ -117,26 +274,3 @@ def restore(target: Path) -> None:
         else:
             with suppress(OSError):         # another process does the same
                 old.rename(target)
-    for new in left_by_dead(target, ".*.new"):
-        shutil.rmtree(new, ignore_errors=True)
-
-
-def read_part(path: Path) -> dict[str, Record]:
-    """Records by key; none of a file that cannot be read."""
-    try:
-        with np.load(path) as part:
-            arrays = dict(part)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-        return {}
-    in_rows = arrays.keys() & set(descriptions()[0].split())
-    for name in "kind", "occurrence":
-        arrays.pop(name, None)
-    found = {}
-    for k, key in enumerate(arrays.pop("key").tolist()):
-        if arrays["error"][k]:
-            found[key] = {"error": str(arrays["error"][k])}
-            continue
-        found[key] = {name: array[k] if array.ndim > 1 else array[k].item() for name, array in arrays.items()}
-        for name in in_rows:
-            found[key][name] = found[key][name][:int(found[key]["rows"])]
-    return found

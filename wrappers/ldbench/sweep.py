@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Literal
 from ._core import Error, Progress, needed, usable_cores
 from .case import Case, Value
 from .cluster import run_on_cluster
-from .dataset import to_dataset
-from .members import Record, Wanted, check_wanted, members_of, plan
+from .dataset import Memory
+from .members import Wanted, check_wanted, groups_of, keys_of, plan, run_member, stack
 from .store import Store
 from .table import ContactTable
 from .threads import run_in_threads
@@ -40,9 +40,10 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     find at hand. The case's table file serves the members that keep its table.
 
     threads: all cores by default. scheduler: address of a Dask scheduler, whose workers then do it all.
-    store: the Dataset goes to this Zarr directory when it is complete. Members that are done are kept beside it, in
-    STORE.parts; when the ensemble is run again, only what is missing or has changed is computed. A progress
-    function is called as `progress("ensemble", share)`. Ctrl-C stops the runs.
+    store: the Dataset goes to this Zarr directory, under its name when it is complete. Members that are done are kept
+    beside it, in STORE.parts; when the ensemble is run again, only what is missing or has changed is computed. Then
+    memory does not grow with the number of members, and a Dataset of more than 100 MB is read from the store when it
+    is used. A progress function is called as `progress("ensemble", share)`. Ctrl-C stops the runs.
     """
     needed("xarray", "ensemble")
     if threads is not None and threads < 1:
@@ -50,31 +51,30 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     over = dict(over or {})
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
     check_wanted(wanted, over)
-    cases, dims, coordinates = plan(case, over, n, seed, draw)
-    members = members_of(cases, wanted, case if isinstance(case, Case) else None)
-    records: dict[int, Record] = {m.number: {"error": m.error} for m in members if m.error}
-    kept = Store(store) if store else None
-    found = kept.read() if kept else {}
-    records |= {m.number: found[m.key] for m in members if m.key in found}
-    missing = [m for m in members if m.number not in records]
-    if scheduler and missing:
-        results = run_on_cluster(missing, scheduler, wanted)
+    members, dims, coordinates = plan(case, over, n, seed, draw)
+    keys = keys_of(members, wanted) if store else range(len(members))
+    kept = Store(store, dims, coordinates, keys) if store else Memory(dims, coordinates)
+    missing = [number for number, key in enumerate(keys) if key not in kept]
+    groups = groups_of(members, missing, case if isinstance(case, Case) else None)
+    refused = (([number], stack([run_member(members[number], None, wanted)]))
+               for group in groups if not group.case for number in group.numbers)
+    groups = [group for group in groups if group.case]
+    if scheduler and groups:
+        results = run_on_cluster(members, groups, scheduler, wanted)
     else:
-        results = run_in_threads(missing, tables, threads or usable_cores(), wanted)
+        results = run_in_threads(members, groups, tables, threads or usable_cores(), wanted)
     try:
-        with closing(results), _counted(len(records), len(members), progress) as tell:
-            for member, record in results:
-                records[member.number] = record
-                if kept:
-                    kept.add(member.key, record)
-                tell()              # what is told is kept, whatever comes then
-    finally:
-        if kept:
+        try:
+            with closing(results), _counted(len(members) - len(missing), len(members), progress) as tell:
+                for numbers, batch in itertools.chain(refused, results):
+                    kept.add([keys[number] for number in numbers], batch)
+                    for _ in numbers:
+                        tell()          # what is told is kept, whatever comes then
+        finally:
             kept.flush()
-    dataset = to_dataset([records[k] for k in range(len(members))], dims, coordinates)
-    if kept:
-        kept.finish(dataset, {m.key: records[m.number] for m in members if m.key})
-    return dataset
+        return kept.finish()
+    finally:
+        kept.abandon()
 
 
 @contextmanager

@@ -3,10 +3,11 @@ from __future__ import annotations
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Generator, Iterable, Sequence
 
 from ._core import Error
-from .members import Member, Record, Wanted, by_table, members_of, run_member
+from .members import Batch, Group, Member, Wanted, contents, run_member, stack, table_key
 from .table import ContactTable
 
 
@@ -21,41 +22,43 @@ class Schedule:
     than one table is made ahead.
     """
 
-    def __init__(self, members: Sequence[Member], tables: Iterable[ContactTable]) -> None:
+    def __init__(self, groups: Sequence[Group], tables: Iterable[ContactTable]) -> None:
         self.condition = threading.Condition()
         self.stopped = False
         self.building = False
-        self.unbuilt = by_table(members)
-        self.ready: list[tuple[ContactTable, list[Member]]] = []
-        at_hand = {member.table: table for table in tables for member in members_of([table.case], Wanted())}
-        for key in list(self.unbuilt):
-            if key in at_hand:
-                self.ready.append((at_hand[key], self.unbuilt.pop(key)))
+        self.unbuilt: deque[Group] = deque()
+        self.ready: deque[tuple[ContactTable, deque[int]]] = deque()
+        at_hand = {table_key(table.case, contents): table for table in tables}
+        for group in groups:
+            if at_hand and (table := at_hand.get(table_key(group.case, contents))):
+                self.ready.append((table, deque(group.numbers)))
+            else:
+                self.unbuilt.append(group)
 
-    def next(self) -> tuple[ContactTable | None, list[Member]]:
-        """A table and one member to run, or no table and the members to build one for; nothing at the end."""
+    def next(self) -> tuple[ContactTable, int] | Group | None:
+        """A table and the member to run, or a group to build one for; nothing at the end."""
         with self.condition:
             while True:
                 if self.stopped:
                     raise Stopped
                 if self.unbuilt and not self.building and len(self.ready) < 2:
                     self.building = True
-                    return None, self.unbuilt.pop(next(iter(self.unbuilt)))
+                    return self.unbuilt.popleft()
                 if self.ready:
-                    table, members = self.ready[0]
-                    member = members.pop(0)
-                    if not members:
-                        self.ready.pop(0)
-                    return table, [member]
+                    table, numbers = self.ready[0]
+                    number = numbers.popleft()
+                    if not numbers:
+                        self.ready.popleft()
+                    return table, number
                 if not self.building and not self.unbuilt:
-                    return None, []
+                    return None
                 self.condition.wait()
 
-    def built(self, table: ContactTable | None, members: list[Member]) -> None:
+    def built(self, table: ContactTable | None, group: Group) -> None:
         with self.condition:
             self.building = False
             if table:
-                self.ready.append((table, list(members)))
+                self.ready.append((table, deque(group.numbers)))
             self.condition.notify_all()
 
     def stop(self) -> None:
@@ -69,45 +72,44 @@ class Schedule:
             raise Stopped
 
 
-def run_in_threads(members: Sequence[Member], tables: Iterable[ContactTable], threads: int, wanted: Wanted,
-                   ) -> Generator[tuple[Member, Record]]:
-    """Members and their records as they come."""
-    schedule = Schedule(members, tables)
-    done: queue.SimpleQueue[tuple[Member, Record] | BaseException] = queue.SimpleQueue()
+def run_in_threads(members: Sequence[Member], groups: Sequence[Group], tables: Iterable[ContactTable], threads: int,
+                   wanted: Wanted) -> Generator[tuple[list[int], Batch]]:
+    """Numbers of members and their records as they come."""
+    schedule = Schedule(groups, tables)
+    total = sum(len(group.numbers) for group in groups)
+    done: queue.SimpleQueue[tuple[list[int], Batch] | BaseException] = queue.SimpleQueue()
 
-    def build(group: list[Member]) -> None:
+    def build(group: Group) -> None:
         table = None
         try:
-            table = ContactTable(group[0].table_case, schedule.tell)
+            table = ContactTable(group.case, schedule.tell)
         except Error as error:
-            for member in group:
-                done.put((member, {"error": str(error)}))
+            done.put((group.numbers, stack([{"error": str(error)}]*len(group.numbers))))
         finally:
             schedule.built(table, group)
 
     def work() -> None:
         try:
-            while True:
-                table, group = schedule.next()
-                if table:
-                    done.put((group[0], run_member(group[0].case, table, wanted, schedule.tell)))
-                elif group:
-                    build(group)
+            while todo := schedule.next():
+                if isinstance(todo, Group):
+                    build(todo)
                 else:
-                    return
+                    table, number = todo
+                    done.put(([number], stack([run_member(members[number], table, wanted, schedule.tell)])))
         except Stopped:
             pass
         except BaseException as error:
             done.put(error)
 
-    pool = [threading.Thread(target=work, name="ldbench ensemble") for _ in range(min(threads, len(members)))]
+    pool = [threading.Thread(target=work, name="ldbench ensemble") for _ in range(min(threads, total))]
     try:
         for thread in pool:
             thread.start()
-        for _ in members:
+        while total:
             result = done.get()
             if isinstance(result, BaseException):
                 raise result
+            total -= len(result[0])
             yield result
     finally:
         schedule.stop()
