@@ -214,7 +214,7 @@ def test_no_processes_at_all_are_refused(command: list[str], capsys: pytest.Capt
 def test_a_file_that_fails_leaves_the_earlier_one(tmp_path: Path):
     target = tmp_path/"table.csv"
     target.write_text("earlier")
-    with pytest.raises(OSError), complete(target) as scratch:
+    with pytest.raises(Error), complete(target) as scratch:
         scratch.write_text("half")
         raise OSError
     assert [file.name for file in tmp_path.iterdir()] == ["table.csv"] and target.read_text() == "earlier"

@@ -118,7 +118,7 @@ def test_order_in_contact(scheme: str, order: int, shipped: dict[str, Run], tmp_
 
     'energy' keeps the energy to round-off at any step instead.
     """
-    initial = {"Z": 6e-5, "roll": 3e-5}
+    initial = {"Z": 5e-5, "roll": 3e-5}
     steps = (2e-4, 1e-4, 5e-5)
     reference, = motions(shipped, tmp_path, "newmark", 4, (1e-6,), 8e-3, initial)
     found = motions(shipped, tmp_path, scheme, order, steps, 8e-3, initial)
@@ -245,7 +245,7 @@ def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
 
 def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):
     """The explicit step counts the work to its order: pushed and bouncing, a wheelset's drift falls with dt^4."""
-    pushed = ldbench.Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, Z=5e-5,
+    pushed = ldbench.Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, Z=4e-5,
                                                     lateral_ramp=2e6)
     runs = [ldbench.run(pushed.replace(dt=dt), table=actual) for dt in (2e-4, 1e-4)]
     assert runs[0].columns.W_ext.iloc[-1] > 50

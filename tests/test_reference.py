@@ -131,7 +131,7 @@ def test_another_outcome_is_found(change, found, stored, run):
 
 def test_a_moved_event_is_found(stored, run):
     old = stored.facts["right flange contact 1 [s]"][0]
-    changed(f"{old:.6f} s  right flange contact", f"{old + 1e-4:.6f} s  right flange contact")(run)
+    changed(f"{old:.6f} s  right flange contact", f"{old + 1.5e-4:.6f} s  right flange contact")(run)
     assert [move.what for move in beyond(stored, run)] == ["right flange contact 1 [s]"]
 
 
