@@ -108,9 +108,10 @@ ifeq ($(SANITIZE),1)
            $(addprefix tests/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
              closed_and_full_streams)
 endif
+# As many tests at once as there are cores, each in one thread where it does not ask for more.
 test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
-	$(PYTHON) -m pytest $(CHECKS)
+	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
 N    = 2000
 SEED = 0

@@ -81,18 +81,19 @@ contains
         roll, finer)
       if (.not. finer) exit
     end do
-    if (model /= 'halfspace') return
-
-    call solve_ratios(pair, zones, e_star, extent, accuracy*share_ratio, most, table, ratio, &
-      [work(2), 1.0_dp], stopped, watcher)
-    if (stopped) return
-    do z = 1, size(zones)
-      roll = united(roll, ratio(z)%roll, least_roll, most(2))
-    end do
-    !$omp parallel do schedule(dynamic)
-    do z = 1, size(zones)
-      call multiply(ratio(z), roll, most, table%zones(z))
-    end do
+    if (model == 'halfspace') then
+      call solve_ratios(pair, zones, e_star, extent, accuracy*share_ratio, most, table, ratio, [work(2), 1.0_dp], &
+        stopped, watcher)
+      if (stopped) return
+      do z = 1, size(zones)
+        roll = united(roll, ratio(z)%roll, least_roll, most(2))
+      end do
+      !$omp parallel do schedule(dynamic)
+      do z = 1, size(zones)
+        call multiply(ratio(z), roll, most, table%zones(z))
+      end do
+    end if
+    if (present(watcher)) call watcher%tell('table', 1.0_dp)
   end subroutine build_table
 
   !> Where the zone's coordinates are, and its first axes.
