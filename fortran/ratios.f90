@@ -142,6 +142,7 @@ contains
             end do
           end do
         end do
+        ! Axes are halved for what a run comes to, points are solved for its surroundings, too.
         call judge(r, merge(by_value, 0.0_dp, counts), of_u, of_roll, of_q)
         u = r%u
         a = r%roll
@@ -228,7 +229,7 @@ contains
   !> spline's where it errs little.
   subroutine carry_over(old, by_value, of_u, of_roll, of_q, new)
     type(ratio_type), intent(in) :: old
-    real(dp), intent(in) :: by_value(:, :, :)
+    real(dp), intent(in) :: by_value(:, :, :)  !! (q, u, roll), weights of c; 0 where none is known
     real(dp), intent(in) :: of_u(:, :, :)      !! of cells: (u, q, roll)
     real(dp), intent(in) :: of_roll(:, :, :)   !! (roll, q, u)
     real(dp), intent(in) :: of_q(:, :, :)      !! (q, u, roll)
@@ -253,6 +254,7 @@ contains
               new%area(:, m, i, j) = old%area(:, n(1), k(1), l(1))
               cycle
             end if
+            ! The next cells and lines count, too: on coarse axes a bend shows at a few points only.
             wide = reshape([max(k(1) - 1, 1), min(k(2) + 1, old%u%n), max(l(1) - 1, 1), min(l(2) + 1, old%roll%n), &
               max(n(1) - 1, 1), min(n(2) + 1, old%q%n)], [2, 3])
             error = 0
