@@ -270,10 +270,15 @@ contains
     integer(int64) :: digits
 
     do k = 1, n
+      ! First, for a comparison with what is no number traps in the debug build.
+      if (ieee_is_nan(x(k))) then
+        cells(k) = '             NaN'
+        cycle
+      end if
       magnitude = abs(x(k))
-      if (.not. (magnitude >= 1e-98_dp .and. magnitude < 1e98_dp)) then
+      if (magnitude < 1e-98_dp .or. magnitude >= 1e98_dp) then
         cells(k) = '  0.00000000E+00'
-        if (.not. magnitude <= 0) cells(k) = rare(x(k))
+        if (magnitude > 1) write (cells(k), '(es16.8e3)') x(k)
         cycle
       end if
       ! From the power of two, which the power of ten may exceed by one; 1233/4096 is log10(2) as far as that goes.
@@ -298,20 +303,6 @@ contains
       cells(k)(13:16) = exponents(decade)
     end do
   end subroutine put
-
-  !> A number that is none, too small or too large for two digits of the exponent.
-  pure function rare(x) result(cell)
-    real(dp), intent(in) :: x
-    character(width) :: cell
-
-    if (ieee_is_nan(x)) then
-      cell = '             NaN'
-    else if (abs(x) < 1) then
-      cell = '  0.00000000E+00'
-    else
-      write (cell, '(es16.8e3)') x
-    end if
-  end function rare
 
   !> `exponent` of a positive number, from its bits.
   elemental integer function exponent_of(x)

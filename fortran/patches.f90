@@ -225,7 +225,7 @@ contains
       low = mesh(g)%low - mesh(g)%ds
       high = mesh(g)%low + (elements%ns + 1)*mesh(g)%ds
       if (low < patches%lap(1, g) .and. high > patches%lap(2, g)) return
-      total = sum(p(:, :, g))
+      total = max(sum(p(:, :, g)), tiny(total))
       middle = mesh(g)%low + sum([(sum(p(:, j, g))*(j - 0.5_dp), j=1, elements%ns)])/total*mesh(g)%ds
       spread = (sum([(sum(p(:, j, g))*(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds - middle)**2, j=1, elements%ns)]) &
         + sum([(sum(p(i, :, g))*((i - 0.5_dp)*mesh(g)%dx)**2, i=1, elements%nx)]))/total
