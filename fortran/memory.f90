@@ -1,17 +1,12 @@
 !> What happens in the executable when there is no memory left: one line, and no backtrace.
 module memory
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_new_line, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_int, c_new_line, c_size_t
+  use system, only: c_write
   implicit none
   private
   public :: no_memory
 
   interface
-    integer(c_size_t) function c_write(descriptor, buffer, n) bind(c, name='write')
-      import :: c_char, c_int, c_size_t
-      integer(c_int), value :: descriptor
-      character(kind=c_char), intent(in) :: buffer(*)
-      integer(c_size_t), value :: n
-    end function c_write
     subroutine c_exit(status) bind(c, name='_exit')
       import :: c_int
       integer(c_int), value :: status

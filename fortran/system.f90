@@ -5,7 +5,7 @@ module system
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
-  public :: on_terminal, read_file, say, survive_long_files, scratch_file, same_file, lacks_folder
+  public :: on_terminal, read_file, say, c_write, survive_long_files, scratch_file, same_file, lacks_folder
 
   !> Of outputs that are given no name; no other folder is made.
   character(*), parameter, public :: default_folder = 'outputs'

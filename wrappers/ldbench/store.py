@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._core import Error, complete, digest, is_alive, left_by_dead, needed
+from ._core import Error, complete, digest, left_by_dead, needed
 from .dataset import to_dataset
 from .members import Batch, Coordinates, join
 
@@ -59,7 +59,9 @@ class Store:
             self.parts.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise Error(f"{self.parts}: cannot be made: {error.strerror}") from None
-        clear_scratch(self.parts)
+        # What processes of this machine that were killed have left.
+        for folder in left_by_dead(self.parts/socket.gethostname(), ".*.zarr"):
+            shutil.rmtree(folder, ignore_errors=True)
         self.places = read_places(self.parts)
         self._part = functools.lru_cache(maxsize=4)(read_part)
 
@@ -225,14 +227,6 @@ class Growing:
 
 def size_of(batch: Batch) -> int:
     return sum(array.nbytes for array in batch.values())
-
-
-def clear_scratch(parts: Path) -> None:
-    """Remove what processes of this machine that were killed have left."""
-    for folder in parts.glob(f"{socket.gethostname()}.*.zarr"):
-        process = folder.suffixes[-2].removeprefix(".")
-        if process.isdecimal() and not is_alive(int(process)):
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 def read_places(parts: Path) -> dict[str, tuple[Path, int]]:
