@@ -17,7 +17,7 @@ module bspline
     real(dp), allocatable :: x(:) !! ascending
     real(dp) :: low = 0, high = 0 !! the first and the last
     real(dp), allocatable :: cell(:, :, :)   !! (B-spline, power of x - x(i), cell i)
-    integer, allocatable :: bin(:)           !! the cell in which each of equal steps begins
+    integer, allocatable :: bin(:)           !! the last cell that begins before each of equal steps
     real(dp) :: per_bin = 0       !! steps per length
   end type axis_type
 
@@ -87,13 +87,13 @@ contains
       axis%cell(:, :, i) = b(:4, :)
     end do
     axis%per_bin = n_bins*(1 - epsilon(1.0_dp))/(axis%high - axis%low)
-    i = 1
-    do k = 1, n_bins
-      do while (i < n - 1 .and. points(i + 1) <= axis%low + (k - 1)/axis%per_bin)
-        i = i + 1
-      end do
-      ! One less, for rounding.
-      axis%bin(k) = max(i - 1, 1)
+    ! With the rounding of `axis_basis`, a point that lies in a later bin is never below the cell's beginning.
+    k = 1
+    do i = 1, n - 1
+      l = n_bins
+      if (i < n - 1) l = int((points(i + 1) - axis%low)*axis%per_bin) + 1
+      axis%bin(k:l) = i
+      k = l + 1
     end do
   end function new_axis
 
@@ -319,9 +319,9 @@ contains
     real(dp) :: t(4), ty(4)
     integer :: i, j
 
-    t = 0
-    ty = 0
-    do j = 1, 4
+    t = y%b(1, 0)*c(x%i:x%i + 3, y%i)
+    ty = y%b(1, 1)*c(x%i:x%i + 3, y%i)
+    do j = 2, 4
       do i = 1, 4
         t(i) = t(i) + y%b(j, 0)*c(x%i + i - 1, y%i + j - 1)
         ty(i) = ty(i) + y%b(j, 1)*c(x%i + i - 1, y%i + j - 1)
@@ -361,19 +361,25 @@ contains
     real(dp), intent(in), contiguous :: c(:, :, :)
     type(basis_type), intent(in) :: x, y, z
     real(dp), intent(out) :: v(4)          !! f, fx, fy, fz
-    real(dp) :: b(4, 4, 4), s(4, 4), sy(4, 4), t(4), ty(4), tz(4)
-    integer :: j, k
+    real(dp) :: s(4), sy(4), t(4), ty(4), tz(4)
+    integer :: i, j, k
 
+    t = 0
+    ty = 0
+    tz = 0
     do k = 1, 4
-      do j = 1, 4
-        b(:, k, j) = c(x%i:x%i + 3, y%i + j - 1, z%i + k - 1)
+      s = y%b(1, 0)*c(x%i:x%i + 3, y%i, z%i + k - 1)
+      sy = y%b(1, 1)*c(x%i:x%i + 3, y%i, z%i + k - 1)
+      do j = 2, 4
+        do i = 1, 4
+          s(i) = s(i) + y%b(j, 0)*c(x%i + i - 1, y%i + j - 1, z%i + k - 1)
+          sy(i) = sy(i) + y%b(j, 1)*c(x%i + i - 1, y%i + j - 1, z%i + k - 1)
+        end do
       end do
+      t = t + z%b(k, 0)*s
+      ty = ty + z%b(k, 0)*sy
+      tz = tz + z%b(k, 1)*s
     end do
-    s = y%b(1, 0)*b(:, :, 1) + y%b(2, 0)*b(:, :, 2) + y%b(3, 0)*b(:, :, 3) + y%b(4, 0)*b(:, :, 4)
-    sy = y%b(1, 1)*b(:, :, 1) + y%b(2, 1)*b(:, :, 2) + y%b(3, 1)*b(:, :, 3) + y%b(4, 1)*b(:, :, 4)
-    t = z%b(1, 0)*s(:, 1) + z%b(2, 0)*s(:, 2) + z%b(3, 0)*s(:, 3) + z%b(4, 0)*s(:, 4)
-    ty = z%b(1, 0)*sy(:, 1) + z%b(2, 0)*sy(:, 2) + z%b(3, 0)*sy(:, 3) + z%b(4, 0)*sy(:, 4)
-    tz = z%b(1, 1)*s(:, 1) + z%b(2, 1)*s(:, 2) + z%b(3, 1)*s(:, 3) + z%b(4, 1)*s(:, 4)
     v = [dot_product(t, x%b(:, 0)), dot_product(t, x%b(:, 1)), dot_product(ty, x%b(:, 0)), dot_product(tz, x%b(:, 0))]
   end subroutine spline_3d_gradient
 

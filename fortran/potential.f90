@@ -28,7 +28,7 @@ module potential
     type(axis_type) :: u, roll, q
     real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u)
     real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u)
-    real(dp), allocatable :: highest(:, :)   !! bound of h over (cell of roll, equal steps of u)
+    real(dp), allocatable :: highest(:, :)   !! bound of h over (equal steps of u, cell of roll)
     real(dp) :: steps = 0               !! of u per metre
   end type zone_table
 
@@ -66,17 +66,17 @@ contains
     type(basis_type) :: first, last
     integer :: i, j
 
-    t%steps = n_steps/(t%u%high - t%u%low)
+    t%steps = n_steps*(1 - epsilon(1.0_dp))/(t%u%high - t%u%low)
     if (allocated(t%highest)) deallocate (t%highest)
-    allocate (t%highest(t%roll%n - 1, n_steps))
+    allocate (t%highest(n_steps, t%roll%n - 1))
     do j = 1, n_steps
       call axis_basis(t%u, t%u%low + (j - 1)/t%steps, first)
-      call axis_basis(t%u, t%u%low + j/t%steps, last)
+      call axis_basis(t%u, min(t%u%low + j/t%steps, t%u%high), last)
       ! One more to either side, for rounding.
       first%i = max(first%i - 1, 1)
       last%i = min(last%i + 1, t%u%n - 1)
       do i = 1, t%roll%n - 1
-        t%highest(i, j) = maxval(t%h(i:i + 3, first%i:last%i + 3))
+        t%highest(j, i) = maxval(t%h(i:i + 3, first%i:last%i + 3))
       end do
     end do
   end subroutine bound_heights
@@ -144,13 +144,12 @@ contains
     energy = 0
     status = inside
     arm = pole_arm(t, roll)
-    if (pose(2) + arm(2) > t%ceiling) return
     call zone_coordinates(t, pose, arm, u, w)
     if (.not. axis_holds(t%u, u)) then
-      status = outside_lateral
+      if (pose(2) + arm(2) <= t%ceiling) status = outside_lateral
       return
     end if
-    if (w >= t%highest(roll%basis%i, min(int((u - t%u%low)*t%steps) + 1, size(t%highest, 2)))) return
+    if (w >= t%highest(int((u - t%u%low)*t%steps) + 1, roll%basis%i)) return
     call axis_basis(t%u, u, bu, tangent)
     call spline_2d(t%h, roll%basis, bu, tangent, h)      ! h, h_r, h_u, h_rr, h_ru, h_uu
     p = h(1) - w

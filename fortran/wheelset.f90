@@ -89,7 +89,7 @@ contains
     if (state%status /= inside) return
     call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), left, state%status)
     call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), right, status)
-    state%hessian = left + right
+    if (wanted(tangent)) state%hessian = left + right
     if (status /= inside) state%status = status
     state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
       + (state%slope(:, right_tread) + state%slope(:, right_flange))
@@ -153,7 +153,7 @@ contains
     do i = 1, 2
       slope(:, i) = mirror*slope(:, i)
     end do
-    hessian = mirror_2*hessian
+    if (tangent) hessian = mirror_2*hessian
   end subroutine right_potential
 
   !> Height z of the axle centre at which the centred wheelset, held at a roll angle, is in equilibrium,
