@@ -34,6 +34,8 @@ module table
   integer, parameter :: most_rounds = 9, rounds_of_q = 4, rounds_of_hertz = 4
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and misses more than is estimated.
   real(dp), parameter :: of_kinks = 3
+  ! Errors of strips going over, of those that are allowed: the crown and the corner of a rail touch at once there.
+  real(dp), parameter :: stricter_over = 0.5_dp
   ! Shares of the accuracy that the splines of strips and of the ratio may use up.
   real(dp), parameter :: share_strip = 0.7_dp, share_ratio = 0.3_dp
 
@@ -77,8 +79,9 @@ contains
       call fit(values, roll, table)
       ! One Hertz spring jumps with the station: no cell is small enough.
       if (round == merge(rounds_of_hertz, most_rounds, model == 'hertz')) exit
-      call refine_axes(pair, extent, e_star, accuracy*share_strip, most, round <= rounds_of_q, table, values, &
-        roll, finer)
+      ! Of half-spaces the ratio needs the points more.
+      call refine_axes(pair, extent, e_star, accuracy*share_strip, merge(1.0_dp, stricter_over, model == 'halfspace'), &
+        most, round <= rounds_of_q, table, values, roll, finer)
       if (.not. finer) exit
     end do
     if (model == 'halfspace') then
@@ -205,11 +208,11 @@ contains
     end do
   end subroutine fit
 
-  !> Halve the cells of all axes in which the force errs by more than `aim`.
-  subroutine refine_axes(pair, extent, e_star, aim, most, depths, table, values, roll, finer)
+  !> Halve the cells of all axes in which the force errs by more than `aim`; `over`: of what is allowed going over.
+  subroutine refine_axes(pair, extent, e_star, aim, over, most, depths, table, values, roll, finer)
     type(pair_type), intent(in) :: pair
     type(extent_type), intent(in) :: extent
-    real(dp), intent(in) :: e_star, aim
+    real(dp), intent(in) :: e_star, aim, over
     integer, intent(in) :: most(3)
     logical, intent(in) :: depths          !! whether q may be halved, too
     type(contact_table), intent(in) :: table
@@ -260,6 +263,7 @@ contains
               pose = zone_pose(table%zones(z), v%u%x(i), v%h(i, j) - depth, roll%x(j))
               strict = strictness(pair, extent, pose, .false.)
               if (strict <= 0) cycle
+              if (strict > 1) strict = over*strict
               call find_reach(table, extent, z, depth, pose, .false., within, other)
               if (.not. within) cycle
               force = 2.5_dp*v%q%x(m)**3*v%s(m, i, j)
