@@ -21,7 +21,7 @@ module bilateral
   use gaps, only: close_gaps, closing_forces, contacts_type, eliminate, find_gap, gap_type, new_contacts, &
     search_rivals, set_state, tightest
   use kinds, only: dp, pi
-  use newmark, only: drift, kick
+  use newmark, only: drift => drift_4, kick => kick_4
   use text, only: str
   use wheelset, only: contact_state, external_force, wheelset_type
   implicit none

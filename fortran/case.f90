@@ -161,7 +161,7 @@ contains
     call add_integer('table', 'n_roll', c%n_roll, 5, 1000, 'points over roll, at most')
     call add_integer('table', 'n_depth', c%n_depth, 5, 1000, 'points over the root of the penetration, at most')
     call add_text('integrator', 'scheme', c%scheme, 'newmark energy', '')
-    call add_integer('integrator', 'order', c%order, 2, 4, '2, or 4 by composition')
+    call add_integer('integrator', 'order', c%order, 2, 6, '2; 4, or 6 if explicit, by composition')
     call add_real('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'Newmark; 0 is explicit')
     call add_real('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'Newmark')
     call add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step')
@@ -490,10 +490,12 @@ contains
     if (len_trim(c%name) == 0 .or. scan(trim(c%name), '/ ') > 0) then
       call fatal_error(error, file//", &case name: expected a word that can name a file, found '"// &
         trim(c%name)//"'")
-    else if (c%order == 3) then
-      call fatal_error(error, file//', &integrator order: expected 2 or 4, found 3')
-    else if (c%scheme == 'newmark' .and. c%order == 4 .and. c%gamma > 0.5_dp) then
-      call fatal_error(error, file//', &integrator gamma: expected 0.5 with order = 4, found '//str(c%gamma))
+    else if (all(c%order /= [2, 4, 6])) then
+      call fatal_error(error, file//', &integrator order: expected 2, 4 or 6, found '//str(c%order))
+    else if (c%order == 6 .and. .not. (c%scheme == 'newmark' .and. c%beta <= 0)) then
+      call fatal_error(error, file//', &integrator order: expected 2 or 4 unless scheme = ''newmark'' with beta = 0, found 6')
+    else if (c%scheme == 'newmark' .and. c%order > 2 .and. c%gamma > 0.5_dp) then
+      call fatal_error(error, file//', &integrator gamma: expected 0.5 with order = '//str(c%order)//', found '//str(c%gamma))
     else if (c%formulation /= 'unilateral' .and. c%restitution < 1) then
       call fatal_error(error, file//', &contact restitution: expected 1, for only formulation = ''unilateral'''// &
         ' has impacts, found '//str(c%restitution)//' with '''//trim(c%formulation)//'''')

@@ -9,10 +9,11 @@
 !>            replaced by the discrete gradient of U: O. Gonzalez, J. Nonlinear Sci. 6
 !>            (1996) 449-467.  Total energy is then kept exactly, at any step.
 !>
-!> Fourth order by symmetric composition, which keeps what the second-order step keeps:
-!> of five steps (M. Suzuki, Phys. Lett. A 146 (1990) 319-323); of the explicit member,
-!> which consists of kicks (force) and drifts (motion), with the coefficients of S. Blanes
-!> and P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313-330, for second-order equations.
+!> Higher order by symmetric composition, which keeps what the second-order step keeps: fourth
+!> of five steps (M. Suzuki, Phys. Lett. A 146 (1990) 319-323); fourth and sixth of the explicit
+!> member, which consists of kicks (force) and drifts (motion), with the coefficients of S. Blanes
+!> and P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313-330, for second-order equations: six and
+!> eleven forces per step.
 !>
 !> The implicit equations are solved by Newton's method on the exact tangent.
 module newmark
@@ -22,11 +23,11 @@ module newmark
   implicit none
   private
   public :: scheme_type, motion_type, start_motion, advance, energy_change, energy_rounding, step_ok, step_diverged, &
-    kick, drift
+    kick_4, drift_4
 
   type :: scheme_type
     character(16) :: name = 'newmark'  !! or 'energy'
-    integer :: order = 2               !! or 4
+    integer :: order = 2               !! or 4, or 6 if explicit
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
     real(dp) :: tolerance = 1e-10_dp   !! of the last Newton correction [m, rad]; the next would be
                                        !! its square times about 1/m
@@ -52,11 +53,17 @@ module newmark
   ! the step it would act as a force; there the midpoint's gradient is used alone.
   real(dp), parameter :: least_square = 1e-12_dp   ! d.M d [kg m2]
 
-  ! The scheme SRKN 6b of Blanes and Moan: shares of a step.
-  real(dp), parameter :: b(3) = [0.0829844064174052_dp, 0.396309801498368_dp, -0.0390563049223486_dp]
-  real(dp), parameter :: a(2) = [0.245298957184271_dp, 0.604872665711080_dp]
-  real(dp), parameter :: kick(7) = [b, 1 - 2*sum(b), b(3:1:-1)]
-  real(dp), parameter :: drift(6) = [a, 0.5_dp - sum(a), 0.5_dp - sum(a), a(2:1:-1)]
+  ! The schemes SRKN 6b (fourth order) and 11b (sixth) of Blanes and Moan: shares of a step.
+  real(dp), parameter :: b4(3) = [0.0829844064174052_dp, 0.396309801498368_dp, -0.0390563049223486_dp]
+  real(dp), parameter :: a4(2) = [0.245298957184271_dp, 0.604872665711080_dp]
+  real(dp), parameter :: kick_4(7) = [b4, 1 - 2*sum(b4), b4(3:1:-1)]
+  real(dp), parameter :: drift_4(6) = [a4, 0.5_dp - sum(a4), 0.5_dp - sum(a4), a4(2:1:-1)]
+  real(dp), parameter :: b6(5) = [0.0414649985182624_dp, 0.198128671918067_dp, -0.0400061921041533_dp, &
+    0.0752539843015807_dp, -0.0115113874206879_dp]
+  real(dp), parameter :: a6(5) = [0.123229775946271_dp, 0.290553797799558_dp, -0.127049212625417_dp, &
+    -0.246331761062075_dp, 0.357208872795928_dp]
+  real(dp), parameter :: kick_6(12) = [b6, 0.5_dp - sum(b6), 0.5_dp - sum(b6), b6(5:1:-1)]
+  real(dp), parameter :: drift_6(11) = [a6, 1 - 2*sum(a6), a6(5:1:-1)]
 
   integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `potential`
 
@@ -91,8 +98,10 @@ contains
 
     if (scheme%order == 2) then
       call second_order_step(w, scheme, old, dt, new, evaluations, status)
+    else if (scheme%order == 6) then
+      call kick_and_drift(w, kick_6, drift_6, old, dt, new, evaluations, status)
     else if (scheme%name == 'newmark' .and. scheme%beta <= 0) then
-      call kick_and_drift(w, old, dt, new, evaluations, status)
+      call kick_and_drift(w, kick_4, drift_4, old, dt, new, evaluations, status)
     else
       evaluations = 0
       new = old
@@ -129,9 +138,10 @@ contains
     energy_rounding = 4*epsilon(1.0_dp)*dot_product(forces, abs(motion%q))
   end function energy_rounding
 
-  !> The explicit step of fourth order.
-  pure subroutine kick_and_drift(w, old, dt, new, evaluations, status)
+  !> The explicit step of a higher order.
+  pure subroutine kick_and_drift(w, kick, drift, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: kick(:), drift(:)      !! shares of the step; one kick more than drifts
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(inout) :: new

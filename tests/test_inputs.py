@@ -167,6 +167,8 @@ def test_limit_itself_is_admissible(variable, value, tmp_path):
         interval = times.pop("interval")
         text = short_case(tmp_path, profiles={"wheel_profile": "missing.yz"}, output={"interval": interval},
                           integrator=times)
+    elif variable.name == "order":
+        text = short_case(tmp_path, profiles={"wheel_profile": "missing.yz"}, integrator={"order": int(value), "beta": 0.0})
     else:
         text = with_value(variable, value, tmp_path).replace(str(REPO / "profiles/awprof.yz"), "missing.yz")
     assert "missing.yz: cannot be opened for reading" in refusal(text, tmp_path)
@@ -185,6 +187,7 @@ UNPHYSICAL = [
     ("integrator", "dt", "0.0"), ("integrator", "dt", "-1e-5"), ("integrator", "t_end", "0.0"),
     ("integrator", "t_end", "-1.0"), ("integrator", "max_iterations", "0"), ("integrator", "tolerance", "0.0"),
     ("integrator", "energy_tolerance", "-1e-9"), ("integrator", "order", "3"), ("integrator", "order", "1"),
+    ("integrator", "order", "5"),
     ("output", "interval", "0.0"), ("output", "flight_interval", "-1e-3"),
     ("contact", "stiffness_scale", "0.0"), ("contact", "split_angle", "10.0"), ("profiles", "smoothing_mm", "-0.1"),
 ]
@@ -214,6 +217,8 @@ def test_unphysical_value(group, name, value, tmp_path):
     ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}},
      ["&output interval", "1e7 rows", "found 1.0E+8"]),
     ({"integrator": {"order": 4, "gamma": 0.6}}, ["&integrator gamma: expected 0.5 with order = 4, found 0.6"]),
+    ({"integrator": {"order": 6, "beta": 0.25}}, ["&integrator order: expected 2 or 4 unless", "beta = 0, found 6"]),
+    ({"integrator": {"order": 6, "beta": 0.0, "scheme": "energy"}}, ["&integrator order: expected 2 or 4 unless"]),
     ({"case": {"name": "a/b"}}, ["&case name", "expected a word that can name a file", "a/b"]),
     ({"case": {"name": "two words"}}, ["&case name", "expected a word that can name a file", "two words"]),
     ({"case": {"name": ""}}, ["&case name", "expected a word that can name a file"]),

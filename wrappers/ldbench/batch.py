@@ -51,7 +51,7 @@ class Job:
     @property
     def cost(self) -> float:
         """About how often it may evaluate the contacts."""
-        stages = 6 if self.value("integrator", "order", 2) == 4 else 1
+        stages = {4: 6, 6: 11}.get(self.value("integrator", "order", 2), 1)
         return stages*float(self.value("integrator", "t_end", 1.0))/float(self.value("integrator", "dt", 2e-6))
 
     def sources(self, executable: Path | None) -> dict[str, str]:
