@@ -1,7 +1,7 @@
 # ldbench.  `make` needs gfortran and LAPACK only; the rest uses .venv, made by ./bootstrap.
 FC      = gfortran
 LIBS    = -llapack -lblas
-WARN    = -Wall -Wextra -std=f2018 -fimplicit-none
+WARN    = -Wall -Wextra -Wconversion -Wimplicit-interface -std=f2018 -fimplicit-none
 ifeq ($(DEBUG),1)
   BUILD  = build/debug
   FFLAGS = -Og -g -fopenmp -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
@@ -36,7 +36,7 @@ WRAPPER = build/wrapper/installed
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
 
-.PHONY: all wrapper test fuzz report validate bench wheel reference clean help
+.PHONY: all wrapper test lint compiled fuzz report validate bench wheel reference clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -113,6 +113,19 @@ test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
+# Python by the rules of pyproject.toml; every Fortran source compiled, a warning being an error.
+lint: .venv/stamp
+	$(PYTHON) -m ruff check
+	$(PYTHON) -m mypy
+	$(call built,compiled BUILD=build/lint FFLAGS='-O1 -fopenmp -frecursive' WARN='$(WARN) -Werror')
+
+compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)
+
+$(BUILD)/flat.o: $(BUILD)/handles.o
+
+$(BUILD)/%.o: wrappers/ldbench/%.f90 $(OBJECTS)
+	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
+
 N    = 2000
 SEED = 0
 fuzz:
@@ -156,6 +169,7 @@ help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
 	@echo 'make wrapper    the Python extension (after ./bootstrap)'
 	@echo 'make test       the tests (after ./bootstrap)'
+	@echo 'make lint       ruff, mypy, and the Fortran sources without a warning'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
 	@echo 'make fuzz       N=100000 mutated inputs from seed SEED=0 on'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'

@@ -7,11 +7,15 @@ import sys
 import zlib
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
-import ldbench
 import numpy as np
 import pytest
+
+import ldbench
+from browser import Browser, started
+from conftest import CASES, Run
 from ldbench.__main__ import main
 from ldbench.outlines import section
 from ldbench.record import read_record
@@ -19,9 +23,6 @@ from ldbench.view import film, results
 from ldbench.view.pack import BINS, FINE_LEVELS, LEVELS, decimals, keep_rows, pack, value_of
 from ldbench.view.page import Page, make_page, own_placing
 from ldbench.view.shapes import Placing, shape
-
-from browser import Browser, started
-from conftest import CASES, Run
 
 HOSTILE = ('<img src=x onerror="document.title=1;window.harmed=1">', "</script><script>window.harmed=2</script>",
            "\"quoted' {{data}} ${1} `", "Größe 力 \u2028 ñ", "__proto__", "</title><h1>")
@@ -583,7 +584,7 @@ def test_film(ending: str, shipped: dict[str, Run], tmp_path: Path, capsys: pyte
         assert about["codec"] == "h264" and about["fps"] == rate
         frames = [np.frombuffer(frame, np.uint8) for frame in reader]
     assert len(frames) == 8
-    assert all(np.any(a != b) for a, b in zip(frames, frames[1:], strict=False))
+    assert all(np.any(a != b) for a, b in pairwise(frames))
 
 
 def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
@@ -599,7 +600,7 @@ def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
 
 # Refusals --------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize("arguments, expected", [
+@pytest.mark.parametrize(("arguments", "expected"), [
     (["{file}", "-o", "{file}"], "expected a file of its own to write"),
     (["{file}", "--from", "0"], "--from: expected with --film"),
     (["{file}", "--film", "{folder}/film.avi"], "expected a film .mp4 or .gif, found .avi"),

@@ -26,7 +26,6 @@ if TYPE_CHECKING:       # what draws and reads is imported where it is needed: i
     from ..record import Record
     from ..run import Run
     from .page import Page
-    from .shapes import Settings
 
 
 def view(runs: Run | str | PathLike[str] | Sequence[Run | str | PathLike[str]], title: str = "",

@@ -15,8 +15,9 @@ from matplotlib.lines import Line2D
 from tqdm import tqdm
 
 from .._core import Error, complete, needed
-from ..record import CONTACT_NAMES, CONTACTS, Record
+from ..record import Record
 from ..style import BLACK, CONTACT_LINES, GREY, SERIES, Line, ldbench_style
+from ..table import CONTACT_NAMES, CONTACTS
 from .labels import label
 from .page import assumed_placing, checked, own_placing
 from .shapes import Placing, Settings, Shape, shape
@@ -147,8 +148,9 @@ class Picture:
         for rail, s in (outline.left.rail, 1), (outline.right.rail, -1):
             foot = [[rail[-1, 0], -0.2], [rail[0, 0], -0.2]]
             ax.fill(*(np.vstack([rail, foot])*[s, 1]).T, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.8)
-        for actor in reversed([actor for actor in self.actors if actor.shape]):
-            self.movers.append(actor.draw(ax, side, filled=actor is self.actors[0], arrow=arrow/self.largest))
+        for actor in reversed(self.actors):
+            if actor.shape:
+                self.movers.append(actor.draw(actor.shape, ax, side, filled=actor is self.actors[0], arrow=arrow/self.largest))
 
     def draw_chart(self, ax: Axes, columns: Sequence[str], start: float, end: float) -> Line2D:
         """Columns over the time of the film; returns the cursor."""
@@ -200,10 +202,10 @@ class Actor:
         """Linear between rows; 0 for what the file lacks."""
         return float(np.interp(t, self.time, self.columns[column])) if column in self.columns else 0.0
 
-    def draw(self, ax: Axes, side: float, filled: bool,
+    def draw(self, shape: Shape, ax: Axes, side: float, filled: bool,
              arrow: float) -> Callable[[float], Iterable[tuple[Axes, Artist]]]:
         """The wheelset in `ax`; the function moves it and gives what is to draw.  arrow: length of a force [m/N]."""
-        left, right = (np.vstack([side.wheel, side.wheel[::-1]*[1, -1]]) for side in (self.shape.left, self.shape.right))
+        left, right = (np.vstack([side.wheel, side.wheel[::-1]*[1, -1]]) for side in (shape.left, shape.right))
         ends = [-right[:, 0].min(), left[:, 0].min()]       # of the axle, between the wheels
         bodies = [np.array([[ends[k], z] for k, z in ((0, -0.08), (1, -0.08), (1, 0.08), (0, 0.08))]), left, right*[-1, 1]]
         looks = ({"facecolor": WHEEL_GREY, "edgecolor": BLACK, "linewidth": 1.0} if filled else
@@ -222,8 +224,8 @@ class Actor:
             artist.set_animated(True)
 
         def move(t: float) -> Iterable[tuple[Axes, Artist]]:
-            y, z, roll = self.at("Y", t), self.shape.axle + self.at("Z", t), self.at("roll", t)
-            c, s = np.cos(self.shape.roll + roll), np.sin(self.shape.roll + roll)
+            y, z, roll = self.at("Y", t), shape.axle + self.at("Z", t), self.at("roll", t)
+            c, s = np.cos(shape.roll + roll), np.sin(shape.roll + roll)
             for polygon, body in zip(polygons, bodies, strict=True):
                 polygon.set_xy(body @ np.array([[c, s], [-s, c]]) + [y, z])
             text = [] if side else [f"Y {1e3*y:.2f} mm, Z {1e3*self.at('Z', t):.2f} mm, Φ {1e3*roll:.2f} mrad"]
