@@ -4,12 +4,21 @@ LIBS    = -llapack -lblas
 WARN    = -Wall -Wextra -Wconversion -Wimplicit-interface -std=f2018 -fimplicit-none
 ifeq ($(DEBUG),1)
   BUILD  = build/debug
+  SUFFIX = -debug
   FFLAGS = -Og -g -fopenmp -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
 else ifeq ($(SANITIZE),1)
   BUILD  = build/sanitize
+  SUFFIX = -sanitize
   FFLAGS = -O1 -g -fopenmp -frecursive -ffp-contract=off -fsanitize=address,undefined -fno-sanitize-recover -fno-omit-frame-pointer
   # gfortran takes descriptors for uninitialised there that it never reads.
   WARN  += -Wno-uninitialized -Wno-maybe-uninitialized
+else ifneq ($(findstring flang,$(FC)),)
+  BUILD  = build/flang
+  SUFFIX = -flang
+  FFLAGS = -O2 -g -fopenmp -ffp-contract=off -mmlir -fdynamic-heap-array
+  WARN   = -std=f2018 -fimplicit-none
+  # The Python extension stays with gfortran.
+  unexport FC
 else
   BUILD  = build/release
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
@@ -21,6 +30,7 @@ ifneq ($(findstring gfortran,$(FC)),)
 endif
 # -frecursive: no local variable is static, runs may go on in several threads.
 # -ffp-contract=off: the same numbers whatever was inlined where.
+# -fdynamic-heap-array: local arrays may be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
@@ -29,7 +39,7 @@ MODULES = kinds errors system text progress terminal memory case curve formats p
           bracket rigid wheelset modes newmark \
           gaps bilateral unilateral rigid_motion events rows columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
-EXE     = ldbench$(if $(filter 1,$(DEBUG)),-debug,$(if $(filter 1,$(SANITIZE)),-sanitize))
+EXE     = ldbench$(SUFFIX)
 WRAPPER = build/wrapper/installed
 
 # For what Python runs.
@@ -159,11 +169,11 @@ wheel: .venv/stamp
 
 reference:
 	$(call built,$(EXE) $(WRAPPER))
-	$(if $(filter 1,$(DEBUG) $(SANITIZE)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
+	$(if $(SUFFIX),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
 	$(PYTHON) tests/rigid_reference.py --store
 
 clean:
-	rm -rf build dist ldbench ldbench-debug ldbench-sanitize wrappers/ldbench/_flat*.so
+	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang wrappers/ldbench/_flat*.so
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
@@ -179,4 +189,5 @@ help:
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'
+	@echo 'FC=flang-new-19 with make, test: the executable ldbench-flang by another compiler'
 	@echo 'SANITIZE=1      with make, test: every access to memory and every leak is looked at'

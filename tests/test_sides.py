@@ -15,7 +15,7 @@ from scipy.optimize import brentq, fsolve
 import ldbench
 import shapes
 from browser import started
-from conftest import REPO, columns, header, refusal, rows, run_case, short_case
+from conftest import REPO, columns, header, refusal, rows, run_case, same_build, short_case
 from ldbench import Case, ContactTable, run
 from ldbench._core import Error
 from ldbench.outlines import pose, section
@@ -336,6 +336,7 @@ def test_the_right_table_has_a_file_of_its_own(tmp_path: Path):
 
 
 # ---- Python --------------------------------------------------------------------------
+@same_build
 def test_the_executable_and_python_agree(tmp_path: Path):
     case = two_sided(t_end=5e-3, output_file=str(tmp_path / "columns.txt"))
     assert run_case(case.to_namelist(), tmp_path).returncode == 0
