@@ -19,6 +19,7 @@ from conftest import CASES, Run
 from ldbench.__main__ import main
 from ldbench.outlines import section
 from ldbench.record import read_record
+from ldbench.style import ldbench_style
 from ldbench.view import film, results
 from ldbench.view.pack import BINS, FINE_LEVELS, LEVELS, decimals, keep_rows, pack, value_of
 from ldbench.view.page import Page, make_page, own_placing
@@ -598,12 +599,25 @@ def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
     assert any(f"left flange {1e-3*record.values('N_LF')[k]:.0f} kN" in text for text in words)
 
 
+def test_a_picture_of_a_moment(shipped: dict[str, Run], tmp_path: Path):
+    """Is the frame of that moment, with charts of the whole run."""
+    from PIL import Image
+
+    file, target = shipped["ex2_aw"].file, tmp_path/"moment.png"
+    assert main(["view", str(file), "--film", str(target), "--from", "0.0217"]) == 0
+    record = read_record(file)
+    with ldbench_style():
+        frame = film.Picture([record], record.time[0], record.time[-1], None, None).frame(0.0217)
+    assert np.array_equal(np.array(Image.open(target)), frame)
+
+
 # Refusals --------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize(("arguments", "expected"), [
     (["{file}", "-o", "{file}"], "expected a file of its own to write"),
     (["{file}", "--from", "0"], "--from: expected with --film"),
-    (["{file}", "--film", "{folder}/film.avi"], "expected a film .mp4 or .gif, found .avi"),
+    (["{file}", "--film", "{folder}/film.avi"], "expected a film .mp4 or .gif, or a picture .png, found .avi"),
+    (["{file}", "--film", "{folder}/film.png", "--to", "0.02"], "--to: expected with a film"),
     (["{file}", "--film", "{folder}/film.gif", "--from", "7"], "expected times from 0 to 0.1"),
     (["{file}", "--film", "{folder}/film.gif", "--speed", "1e-12"], "expected at most 20000 frames"),
     (["{folder}/none.txt"], "cannot be opened for reading"),

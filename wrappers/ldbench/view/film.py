@@ -24,6 +24,7 @@ from .shapes import Placing, Settings, Shape, shape
 
 INCHES, DPI = (12.8, 7.2), 100
 RATES = {".mp4": 30, ".gif": 20}    # frames per second
+PICTURE = ".png"                    # one moment
 SECONDS = 20                        # of a film of which nobody says the speed
 FRAMES = 20_000                     # at most
 ARROW = 0.045                       # of the largest force, in the pictures of a contact [m]
@@ -34,21 +35,28 @@ Frame = np.ndarray
 
 def check_film(target: Path) -> None:
     """Find out before the work that the film cannot be written."""
-    if target.suffix.lower() not in RATES:
-        raise Error(f"{target}: expected a film .mp4 or .gif, found {target.suffix or 'no ending'}")
+    if target.suffix.lower() not in (*RATES, PICTURE):
+        raise Error(f"{target}: expected a film .mp4 or .gif, or a picture .png, found {target.suffix or 'no ending'}")
     if target.suffix.lower() == ".mp4":
         encoder()
 
 
 def make_film(records: Sequence[Record], target: Path, start: float | None = None, end: float | None = None,
               speed: float | None = None, settings: Settings | None = None) -> int:
-    """Write the film of some runs from `start` to `end` [s], `speed` seconds of them per second; its frames."""
+    """Write the film of some runs from `start` to `end` [s], `speed` seconds of them per second; its frames.
+
+    A picture is that of the moment `start`.
+    """
     check_film(target)
     first, last = min(float(r.time[0]) for r in records), max(float(r.time[-1]) for r in records)
     start, end = first if start is None else start, last if end is None else end
     if not first <= start < end <= last:
         raise Error(f"{target}: expected times from {first:g} to {last:g} s in ascending order, "
                     f"found {start:g} to {end:g} s")
+    if target.suffix.lower() == PICTURE:
+        with ldbench_style(), complete(target) as scratch:
+            write_picture(scratch, Picture(records, first, last, None, settings).frame(start))
+        return 1
     rate = RATES[target.suffix.lower()]
     speed = speed or (end - start)/SECONDS
     count = int(np.ceil((end - start)/speed*rate)) + 1
@@ -104,10 +112,16 @@ def gif_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
     frames[0].save(path, format="GIF", save_all=True, append_images=frames[1:], duration=1000//rate, loop=0)
 
 
+def write_picture(path: Path, frame: Frame) -> None:
+    from PIL import Image
+
+    Image.fromarray(frame).save(path, format="PNG", optimize=True)
+
+
 class Picture:
     """A figure whose moving parts are set to a time: wheelset, both contacts, displacement and flange forces."""
 
-    def __init__(self, records: Sequence[Record], start: float, end: float, speed: float,
+    def __init__(self, records: Sequence[Record], start: float, end: float, speed: float | None,
                  settings: Settings | None) -> None:
         assumed = assumed_placing(records, settings)
         self.actors = [Actor(record, line, own_placing(record) if record.settings else assumed)
@@ -122,7 +136,7 @@ class Picture:
         title = ", ".join(actor.record.heading for actor in self.actors)
         self.figure.text(0.025, 0.965, title, fontsize=13, weight="bold", va="top")
         self.clock = self.figure.text(0.985, 0.965, "", fontsize=13, va="top", ha="right", family="DejaVu Sans Mono")
-        self.speed = f"1:{1/speed:,.0f}" if speed < 0.7 else f"{speed:g}×"
+        self.speed = "" if speed is None else f"1:{1/speed:,.0f}" if speed < 0.7 else f"{speed:g}×"
         self.movers: list[Callable[[float], Iterable[tuple[Axes, Artist]]]] = []
         self.draw_scene(whole, 0.0, (1.1, -1.1), (-0.16, 1.02), 6*ARROW)
         self.draw_scene(details[0], 1, (0.85, 0.655), (-0.045, 0.06), ARROW)
@@ -183,7 +197,7 @@ class Picture:
         for cursor in self.cursors:
             cursor.set_xdata([t, t])
             cursor.axes.draw_artist(cursor)
-        self.clock.set_text(f"{1e3*t:10.3f} ms   {self.speed}")
+        self.clock.set_text(f"{1e3*t:10.3f} ms   {self.speed}".rstrip())
         self.figure.draw_artist(self.clock)
         return np.asarray(self.canvas.buffer_rgba())[:, :, :3].copy()
 
