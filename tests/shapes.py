@@ -9,6 +9,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "profiles"))
 
 import make_profiles as arcs
 
+REPO = Path(__file__).resolve().parents[1]
 Points = np.ndarray     # (n, 2) y, z [mm], left side, z up
 
 
