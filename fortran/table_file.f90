@@ -67,13 +67,14 @@ contains
     logical, intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
     character(len(magic)) :: mark
-    character(8*words_for(len(key))) :: stored
+    character(:), allocatable :: stored
     real(dp), allocatable :: u(:), roll(:), q(:)
     real(dp) :: numbers(8)
     integer(int64) :: bytes, mix, head(6)
     integer :: unit, stat, n, i
 
     found = .false.
+    stored = repeat(' ', 8*words_for(len(key)))
     open (newunit=unit, file=file, access='stream', form='unformatted', action='read', &
       status='old', iostat=stat)
     if (stat /= 0) return

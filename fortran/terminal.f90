@@ -13,7 +13,7 @@ module terminal
     logical :: visible = .false.         !! standard error is a terminal
     logical :: shown = .false.           !! there is a line to clear
     integer(int64) :: started = 0        !! by its clock
-    procedure(clock_time), pointer, nopass :: clock => system_time
+    procedure(clock_time), pointer, nopass :: clock => null()   !! system_time unless `begin` finds another one
   contains
     procedure :: begin
     procedure :: report
@@ -33,6 +33,7 @@ contains
     class(terminal_monitor), intent(inout) :: this
     integer(int64) :: rate
 
+    if (.not. associated(this%clock)) this%clock => system_time
     this%visible = on_terminal()
     call this%clock(this%started, rate)
   end subroutine begin

@@ -86,7 +86,7 @@ contains
     ! Fewest digits that read back to the same number.
     plain = abs(x) >= 1e-3_dp .and. abs(x) < 1e7_dp .or. abs(x) <= 0
     do digits = 1, 20
-      write (form, '(a,i0,a)') merge('(f0. ', '(es0.', plain), digits, ')'
+      write (form, '(a,i0,a)') merge('(f0. ', '(es0.', plain), digits, merge(')  ', 'e0)', plain)
       write (buffer, form) x
       call to_real(trim(buffer), back, ok)
       if (.not. ok .or. abs(back - x) <= 0) exit

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Write the reconstructed wheel and rail profiles of the benchmark, and the pair S1002 on 60E1.
 
     python make_profiles.py [--out DIR]
@@ -16,6 +15,7 @@ clearance the call publishes.
 """
 import argparse
 from dataclasses import dataclass
+from itertools import pairwise
 from math import asin, atan, cos, degrees, inf, pi, radians, sin, sqrt, tan
 from pathlib import Path
 
@@ -178,7 +178,8 @@ def s1002():
     starts = {name: part[0] for name, part in (S1002_POLYNOMIALS | S1002_ARCS).items()}
     names = sorted(starts, key=starts.get)
     points = []
-    for name, low, high in zip(names, [S1002_END, *(starts[n] for n in names[:-1])], (starts[n] for n in names)):
+    edges = [S1002_END, *(starts[name] for name in names)]
+    for name, (low, high) in zip(names, pairwise(edges), strict=True):
         s = low + (high - low) * (1 - np.cos(np.linspace(0, pi, 20001))) / 2     # dense at both ends
         along = np.concatenate([[0], np.cumsum(np.hypot(np.diff(s), np.diff(s1002_section(name, s))))])
         s = np.interp(np.linspace(0, along[-1], max(1, round(along[-1] / STEP)) + 1), along, s)

@@ -9,7 +9,6 @@ The input of one seed again: python tests/fuzz.py 1 --seed SEED --keep FOLDER
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import random
 import select
@@ -89,14 +88,16 @@ def check_message(message: str) -> None:
 class Child:
     """What a process needs to do many inputs."""
 
-    def __init__(self, folder: Path) -> None:
-        import ldbench          # not where the parent only counts
+    def __init__(self, folder: Path, keep: bool = False) -> None:
+        """keep: what the inputs leave."""
+        import ldbench  # not where the parent only counts
         import ldbench.profile
 
         self.ldbench = ldbench
         self.folder = folder
+        self.keep = keep
         inputs = [(REPO/"inputs"/f"{name}.nml").read_bytes() for name in CASES]
-        made = short_case(Path("."), initial={"vY": 0.5}).encode()
+        made = short_case(Path(), initial={"vY": 0.5}).encode()
         self.namelists = [*inputs, made, namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode()]
         self.profiles = [form(points, kind).encode("latin-1") for form in shapes.FORMATS.values() for points, kind in (
             (shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"), (shapes.shape("arprof", 1.0), "rail"))]
@@ -105,7 +106,8 @@ class Child:
         rows = [[f"{x:.6g}" for x in row] for row in values]
         self.columns = [
             *(f"{mark.join(names)}\n{units}".encode() + "\n".join(map(mark.join, rows)).encode() + b"\n"
-              for mark, names, units in ((",", ["t [s]", "ylat [mm]", "phi", "N"], ""), (";", ["t", "ylat", "phi", "N"], "s;mm;mrad;kN\n"),
+              for mark, names, units in ((",", ["t [s]", "ylat [mm]", "phi", "N"], ""),
+                                         (";", ["t", "ylat", "phi", "N"], "s;mm;mrad;kN\n"),
                                          (" ", ["t", "ylat", "phi", "N"], "# s mm mrad kN\n")))]
         self.map = (b'time = "t"\nY = { column = "ylat", unit = "mm" }\nroll = { column = "phi", unit = "mrad", factor = -1 }\n'
                     b'Z = { column = 4, unit = "mm", offset = -0.457 }\n')
@@ -135,9 +137,9 @@ class Child:
         except self.ldbench.Error as error:
             check_message(str(error))
         for left in ("mutant", "columns.txt"):
-            if not KEEP:
+            if not self.keep:
                 (self.folder/left).unlink(missing_ok=True)
-        assert KEEP or self._listing() == self.known, f"files made: {self._listing()}"
+        assert self.keep or self._listing() == self.known, f"files made: {self._listing()}"
 
     def mutant(self, data: bytes) -> Path:
         path = self.folder/"mutant"
@@ -157,7 +159,7 @@ class Child:
         assert self.ldbench.Case.from_namelist(case.to_namelist()) == case
         if rng.random() < 0.1:
             case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3, stop_at="t_end", table_file="",
-                                **{name: "profiles/" + f"{name[0] == 'w' and 'aw' or 'ar'}prof.yz" for name in ("wheel_profile", "rail_profile")},
+                                wheel_profile="profiles/awprof.yz", rail_profile="profiles/arprof.yz",
                                 wheel_profile_right="", rail_profile_right="")
             run = self.ldbench.run(case)
             run.write(self.folder/"columns.txt")
@@ -180,11 +182,11 @@ class Child:
         path = self.mutant(mutate(rng.choice(self.columns), rng))
         mapped = rng.choice([None, {"time": 1, "Y": {"column": 2, "unit": "mm"}}])
         frame = self.ldbench.read_columns(path, mapped)
-        assert len(frame) and len(frame.columns) and all(kind == float for kind in frame.dtypes)
+        assert len(frame) and len(frame.columns) and all(kind == np.dtype(float) for kind in frame.dtypes)
 
     def column_map(self, rng: random.Random) -> None:
         frame = self.ldbench.read_columns(self.folder/"other.csv", self.mutant(mutate(self.map, rng)))
-        assert all(kind == float for kind in frame.dtypes) and (len(frame) == 30 or not len(frame.columns))
+        assert all(kind == np.dtype(float) for kind in frame.dtypes) and (len(frame) == 30 or not len(frame.columns))
 
     def table_file(self, rng: random.Random) -> None:
         """As damage leaves it, or with a checksum that is right: then it may be used, and has to be survived."""
@@ -195,7 +197,8 @@ class Child:
             words = list(struct.unpack(f"={len(self.table)//8}q", self.table))
             for _ in range(rng.choice([1, 1, 2, 5])):
                 k = rng.choice([rng.randrange(len(words)), rng.randrange(min(120, len(words)))])
-                words[k] = rng.choice([0, 1, -1, 4, 5, 6, 10000, 2**31, 2**62, -2**63, words[k] + 1, words[k] ^ 1 << rng.randrange(62)])
+                words[k] = rng.choice([0, 1, -1, 4, 5, 6, 10000, 2**31, 2**62, -2**63, words[k] + 1,
+                                       words[k] ^ 1 << rng.randrange(62)])
             data = struct.pack(f"={len(words)}q", *(max(-2**63, min(word, 2**63 - 1)) for word in words))
         if not honest and len(data) >= 16:
             data = with_checksum(data)
@@ -209,7 +212,6 @@ KIND: dict[str, Callable[[Child, random.Random], None]] = {
     "namelist": Child.namelist, "profile": Child.profile, "columns": Child.column_file, "map": Child.column_map,
     "table": Child.table_file}
 KINDS = list(KIND)
-KEEP = False
 
 
 def be_child(seeds: range) -> None:
@@ -281,10 +283,8 @@ def main() -> int:
     parser.add_argument("--keep", type=Path)
     args = parser.parse_args()
     if args.keep:
-        global KEEP
-        KEEP = True
         args.keep.mkdir(exist_ok=True)
-        Child(args.keep).run(args.seed)
+        Child(args.keep, keep=True).run(args.seed)
         return 0
 
     def tell(done: int, found: list[str]) -> None:

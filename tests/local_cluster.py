@@ -10,7 +10,6 @@ from pathlib import Path
 
 import ldbench
 
-
 HANG = 1800     # without a sign of life [s]
 
 
@@ -30,11 +29,10 @@ class Cluster:
             self._wait(1 + k, r"(Registered to)")
 
     def _start(self, *arguments: str) -> None:
-        log = open(self.folder/f"{len(self.processes)}.log", "w")
         environment = os.environ | self.configuration | {"PYTHONPATH": str(Path(ldbench.__file__).parents[1])}
-        self.processes.append(subprocess.Popen([sys.executable, "-m", "dask", *arguments], stdout=log, stderr=log,
-                                               cwd=self.folder, env=environment))
-        log.close()
+        with open(self.folder/f"{len(self.processes)}.log", "w") as log:
+            self.processes.append(subprocess.Popen([sys.executable, "-m", "dask", *arguments], stdout=log, stderr=log,
+                                                   cwd=self.folder, env=environment))
 
     def _wait(self, process: int, pattern: str) -> str:
         give_up = time.monotonic() + HANG

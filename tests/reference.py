@@ -29,9 +29,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from ldbench._core import complete
 
 from conftest import CASES, REPO, Columns, Run, columns, for_all_cases, header, run_shipped
+from ldbench._core import complete
 
 FOLDER = REPO / "outputs/reference"
 ROWS = 100
@@ -228,8 +228,8 @@ def compare(reference: Reference, run: Run) -> list[Move]:
                   f", the first at t = {times[~there][0]:.6g} s")] if not np.all(there) else []
     if list(run.columns) != list(reference.columns):
         return [*moves, Move("columns", float(len(set(run.columns) ^ set(reference.columns))), 0.0)]
-    for name in reference.columns:
-        moves.append(compare_column(name, reference, {n: x[rows[there]] for n, x in run.columns.items()}, there))
+    found = {n: x[rows[there]] for n, x in run.columns.items()}
+    moves += [compare_column(name, reference, found, there) for name in reference.columns]
     facts = read_facts(run.header)
     for what, (value, tolerance) in reference.facts.items():
         if np.isfinite(tolerance):

@@ -20,10 +20,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pandas as pd
-from ldbench import Case, Run, formulations, run
-from ldbench._core import complete
 
 from conftest import CASES, PAIRS, REPO
+from ldbench import Case, Run, formulations, run
+from ldbench._core import complete
 
 FILE = REPO / "outputs/reference/formulations.csv"
 ENDS = REPO / "outputs/reference/formulations_ex5.csv"
@@ -140,7 +140,8 @@ def main() -> int:
         for file, compared, work in (FILE, moves, todo), (ENDS, end_moves, ends):
             if file.is_file():
                 stored = pd.read_csv(file)
-                found += [line for lines in pool.map(lambda x: compared(stored, *x), work) for line in lines]
+                moved = pool.map(functools.partial(compared, stored), *zip(*work, strict=True))
+                found += [line for lines in moved for line in lines]
         if args.store:
             for target, work, cases, digits in (FILE, reference, todo, 10), (ENDS, end_reference, ends, 12):
                 rows = pd.concat(pool.map(lambda x, work=work: work(*x), cases))

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-REPO = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(REPO / "profiles"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "profiles"))
 
-import make_profiles as arcs  # noqa: E402
+import make_profiles as arcs
 
+REPO = Path(__file__).resolve().parents[1]
 Points = np.ndarray     # (n, 2) y, z [mm], left side, z up
 
 

@@ -9,8 +9,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conftest import (FORTRAN_TESTS, HANG, LDBENCH, REPO, columns, contents, header, namelist, read_until, refusal, run_case,
-                      same_build, short_case, wait_for)
+from conftest import (
+    FORTRAN_TESTS,
+    HANG,
+    LDBENCH,
+    REPO,
+    columns,
+    contents,
+    header,
+    namelist,
+    read_until,
+    refusal,
+    run_case,
+    same_build,
+    short_case,
+    wait_for,
+)
 
 CONTACT_COLUMNS = [f"{quantity}_{contact}" for contact in ("LT", "LF", "RT", "RF")
                    for quantity in ("angle", "N", "Fy", "Fz", "y", "z", "radius")]
@@ -228,7 +242,7 @@ def test_a_finished_run_leaves_no_progress_line(tmp_path, terminal):
     os.write(theirs, b"end")
     *lines, last = read_until(ours, b"end").split(b"\r")
     assert done.returncode == 0 and last == b"end"
-    assert not lines or not lines[-1].strip() and all(len(line) <= len(lines[-1]) for line in lines)
+    assert not lines or (not lines[-1].strip() and all(len(line) <= len(lines[-1]) for line in lines))
 
 
 def progress_line(*reports: tuple[float, str, float], visible: bool = True) -> str:

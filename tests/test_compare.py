@@ -9,16 +9,15 @@ import f90nml
 import numpy as np
 import pandas as pd
 import pytest
-from ldbench import Error
-from ldbench import compare as cmp
+from pypdf import PdfReader
+
+from conftest import LDBENCH, REPO, namelist
+from ldbench import Error, compare as cmp
 from ldbench.__main__ import main
 from ldbench._core import complete
 from ldbench.plots import first_episode
 from ldbench.record import Event, Record
 from ldbench.style import ldbench_style
-from pypdf import PdfReader
-
-from conftest import LDBENCH, REPO, namelist
 
 SPEED = 0.5        # of the invented wheelset [m/s]
 TOUCH = 0.02       # when its flange touches [s]

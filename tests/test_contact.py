@@ -5,9 +5,25 @@ import numpy as np
 import pytest
 
 from conftest import PAIRS, Run, columns, run_case
-from probes import (BACK_TO_BACK, GAUGE, MIRROR, ROLLING_RADIUS, TAPER, WEIGHT, Pendulum, States,
-                    contact_states, gaps, left_rail, left_wheel, poses, probe, table_file, tangent_angles, text,
-                    turned, write_case)
+from probes import (
+    MIRROR,
+    ROLLING_RADIUS,
+    TAPER,
+    WEIGHT,
+    Pendulum,
+    States,
+    contact_states,
+    gaps,
+    left_rail,
+    left_wheel,
+    poses,
+    probe,
+    table_file,
+    tangent_angles,
+    text,
+    turned,
+    write_case,
+)
 
 CLEARANCE = {"aw": 10.18e-3, "sw": 16.94e-3}     # published [m]
 

@@ -17,18 +17,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-xr = pytest.importorskip("xarray")
+pytest.importorskip("xarray")
 pytest.importorskip("zarr")
 
-import ldbench  # noqa: E402
-from ldbench.__main__ import main  # noqa: E402
-from ldbench.cluster import PIECE, RATE, SHORTEST, Pieces, table_source  # noqa: E402
-from ldbench.ensemble import draws, parse_values  # noqa: E402
-from ldbench import members, store as stores, threads  # noqa: E402
-from ldbench.members import Group, join, stack  # noqa: E402
-from ldbench.store import read_places, replace_folder  # noqa: E402
-from conftest import HANG  # noqa: E402
-from local_cluster import Cluster  # noqa: E402
+import xarray as xr
+
+import ldbench
+from conftest import HANG
+from ldbench import members, store as stores, threads
+from ldbench.__main__ import main
+from ldbench.cluster import PIECE, RATE, SHORTEST, Pieces, table_source
+from ldbench.ensemble import draws, parse_values
+from ldbench.members import Group, join, stack
+from ldbench.store import read_places, replace_folder
+from local_cluster import Cluster
 
 COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 MASSES = [1300.0, 1500.0, 1700.0]

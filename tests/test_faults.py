@@ -55,7 +55,7 @@ def dead_process() -> int:
 def case(tmp_path: Path) -> Path:
     """A folder with a case that writes a table, columns and geometry functions; and these, in `whole`."""
     (tmp_path/"case.nml").write_text(short_case(
-        Path("."), table=TINY | {"file": "pair.table"},
+        Path(), table=TINY | {"file": "pair.table"},
         output={"file": "columns.txt", "geometry_file": "geometry.txt"}))
     assert run(tmp_path).returncode == 0
     return tmp_path
@@ -155,7 +155,7 @@ def test_what_dead_processes_left_is_removed(case):
 def test_names_with_wildcards_match_nothing_else(tmp_path):
     dead = dead_process()
     (tmp_path/f"columns.txt.part{dead}").write_text("of another file")
-    (tmp_path/"case.nml").write_text(short_case(Path("."), output={"file": "[a-c]olum*.txt"}))
+    (tmp_path/"case.nml").write_text(short_case(Path(), output={"file": "[a-c]olum*.txt"}))
     (tmp_path/f"[a-c]olum*.txt.part{dead}").write_text("half")
     assert run(tmp_path).returncode == 0
     assert bytes_of(tmp_path).keys() == {"[a-c]olum*.txt", f"columns.txt.part{dead}"}
@@ -320,7 +320,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
 TOLD = "cannot be written completely: File too large"
 
 
-@pytest.mark.parametrize("product,command", [
+@pytest.mark.parametrize(("product", "command"), [
     ("new.txt", ["run", "{case}", "--output", "{out}/new.txt"]),
     ("geometry.txt", ["table", "{case}", "--geometry", "{out}/geometry.txt"]),
     ("plot.pdf", ["plot", "{columns}", "-o", "{out}/plot.pdf"]),
@@ -367,7 +367,7 @@ def test_no_damaged_table_is_used(case):
     assert used == 0 and refused == len("ldbench contact table") and refused + missing == 2*size
 
 
-@pytest.mark.parametrize("groups,right", [
+@pytest.mark.parametrize(("groups", "right"), [
     ({"contact": {"formulation": "bilateral"}}, True), ({"contact": {"formulation": "unilateral", "restitution": 0.5}}, True),
     ({"contact": {"model": "halfspace"}}, False),
     ({"contact": {"model": "hertz"}, "integrator": {"scheme": "energy", "dt": 2e-5}}, True)],
@@ -376,7 +376,7 @@ def test_every_kind_of_run_ends_well(groups, right, tmp_path):
     """Above all in the build that looks at every access to memory and every leak: SANITIZE=1."""
     profiles = {f"{what}_profile_right": REPO/f"profiles/s{what[0]}prof.yz" for what in ("wheel", "rail")} if right else {}
     (tmp_path/"case.nml").write_text(short_case(
-        Path("."), **{"table": TINY, "profiles": profiles, "output": {"geometry_file": "geometry.txt"},
+        Path(), **{"table": TINY, "profiles": profiles, "output": {"geometry_file": "geometry.txt"},
                       "initial": {"vY": 1.0, "roll_rate": 0.0333}, **groups}))
     done = run(tmp_path)
     assert (done.returncode, done.stderr) == (0, "") and bytes_of(tmp_path).keys() == {"columns.txt", "geometry.txt"}

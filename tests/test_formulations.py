@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from ldbench import Case, Run, formulations, run
 from scipy.integrate import quad
 
 import rigid_reference
-from conftest import CASES, PAIRS, REPO, columns, header, refusal, rows, run_case, short_case, shipped_text
-from rigid_reference import RIGID
+from conftest import CASES, PAIRS, REPO, columns, header, refusal, rows, run_case, shipped_text, short_case
+from ldbench import Case, Run, formulations, run
 from probes import MASS, MIRROR, ROLL_INERTIA, WEIGHT, gaps, left_rail, left_wheel, turned
+from rigid_reference import RIGID
 
 sys.path.insert(0, str(REPO / "tests/validation"))
 INERTIA = np.array([MASS, MASS, ROLL_INERTIA])

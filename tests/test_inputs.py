@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from conftest import CASES, LDBENCH, REPO, header, namelist, refusal, rows, run_case, short_case
+from conftest import CASES, LDBENCH, REPO, namelist, refusal, rows, run_case, short_case
 
 
 @dataclass
@@ -358,7 +358,7 @@ def test_omitted_variables_take_their_defaults(tmp_path):
                                 if v.group == group and (v.group, v.name) != ("output", "file"))
         + "FILE" * (group == "output") + "/\n" for group in dict.fromkeys(v.group for v in VARIABLES))
     short = {"table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9}, "integrator": {"t_end": 2e-3}}
-    for group, variables in short.items():
+    for variables in short.values():
         for name, value in variables.items():
             spelt = re.sub(rf"  {name} = .*\n", f"  {name} = {value}\n", spelt)
     assert run_case(spelt.replace("FILE", f"  file = '{file}'\n"), tmp_path).returncode == 0

@@ -9,12 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from ldbench.__main__ import main
-from ldbench._core import needed
-from ldbench import Case, Error, abstract
-from ldbench.columns import _read_toml
 
 from conftest import HANG, LDBENCH, REPO
+from ldbench import Case, Error, abstract
+from ldbench.__main__ import main
+from ldbench._core import needed
+from ldbench.columns import _read_toml
 
 PROJECT = _read_toml(REPO/"pyproject.toml")["project"]
 
@@ -42,7 +42,8 @@ def test_missing_package_is_one_line_with_the_command(module, extra, command, tm
 
 @pytest.mark.parametrize(("program", "module"), [("validation", "scipy"), ("bench", "scipy"), ("bench", "sksundae")])
 def test_checks_say_what_they_lack(program, module, tmp_path):
-    script = f"import runpy, sys; sys.modules[{module!r}] = None; runpy.run_path({str(REPO/'tests'/program)!r}, run_name='__main__')"
+    script = (f"import runpy, sys; sys.modules[{module!r}] = None; "
+              f"runpy.run_path({str(REPO/'tests'/program)!r}, run_name='__main__')")
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 1 and done.stdout == "" and not list(tmp_path.iterdir())
     assert re.fullmatch(r"ldbench: error: needs \S+, which is not installed: pip install 'ldbench\[validate\]'\n", done.stderr)
@@ -80,7 +81,7 @@ def test_shipped_inputs_are_found_from_any_folder(tmp_path, monkeypatch):
     Path("inputs").mkdir()
     Path("inputs/ex4_sw.nml").write_text("&initial vY = 0.25 /\n")
     assert Case.from_namelist("inputs/ex4_sw.nml").vY == 0.25
-    with pytest.raises(Error, match="inputs/ex6_sw.nml"):
+    with pytest.raises(Error, match=r"inputs/ex6_sw\.nml"):
         Case.from_namelist("inputs/ex6_sw.nml")
 
 

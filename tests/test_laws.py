@@ -176,7 +176,7 @@ def test_smoothing_follows_the_noise_not_a_smaller_distance():
     points = normal*(R + noise*np.random.default_rng(3).normal(size=(len(t), 1)))
     s = np.linspace(0.005, 0.055, 400)
     for asked, worst in (0.5*noise, None), (0.85*noise, 1.0), (noise, 1.0), (1.2*noise, 1.0):
-        y, z, _, curvature = curve(points, asked, s).T
+        _y, _z, _, curvature = curve(points, asked, s).T
         # Of 10 per metre; an interpolating spline errs by hundreds.
         error = np.sqrt(np.mean((curvature + 1/R)**2))
         assert error < worst if worst else error > 1.5

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import shapes
-from conftest import FORTRAN_TESTS, REPO, columns, header, refusal, run_case, short_case
+from conftest import FORTRAN_TESTS, columns, header, refusal, run_case, short_case
 
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
 
@@ -40,14 +40,14 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, np.ndarray, 
 
 
 # ---- the same shapes in other clothes ------------------------------------------------
-@pytest.mark.parametrize("format", shapes.FORMATS)
-def test_format_is_told_by_its_contents(format, clean, tmp_path):
-    write = shapes.FORMATS[format]
+@pytest.mark.parametrize("written", shapes.FORMATS)
+def test_format_is_told_by_its_contents(written, clean, tmp_path):
+    write = shapes.FORMATS[written]
     clearance, y, said = run(tmp_path, write(WHEEL, "wheel"), write(RAIL, "rail"))
     assert clearance == clean[0]
     assert y == pytest.approx(clean[1], abs=2e-9)      # points are rounded to 1e-7 mm of another origin
-    if format != "plain":
-        assert f", {format.split()[-1]}" in said
+    if written != "plain":
+        assert f", {written.split()[-1]}" in said
 
 
 CLOTHES = {
@@ -77,7 +77,7 @@ def test_namelist_overrides_the_shape(clean, tmp_path):
     assert right == clean[0]
     other, _, said = run(tmp_path / "b", **files(wheel=WHEEL, rail=RAIL*[-1, 1] + [75.6, 0]), rail_flip="none")
     assert abs(other - right) > 0.05 and "turned over" not in said
-    forced, y, _ = run(tmp_path / "c", **files(wheel=WHEEL*1e-3, rail=RAIL), wheel_unit="m")
+    forced, _y, _ = run(tmp_path / "c", **files(wheel=WHEEL*1e-3, rail=RAIL), wheel_unit="m")
     assert forced == clean[0]
     text = short_case(tmp_path, profiles={"wheel_profile": tmp_path / "c" / "wheel", "wheel_unit": "mm"})
     assert "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 0.135" in refusal(text, tmp_path)
@@ -133,7 +133,7 @@ def test_worn_wheel(worn, tmp_path):
     """It runs, on a new and on a worn rail, and with faces, noise and in another format as it does clean."""
     wheel = shapes.WORN_WHEELS[worn](WHEEL)
     for folder, rail in ("new", RAIL), ("side worn", shapes.side_worn(RAIL)):
-        clearance, y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail))
+        clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail))
         assert 5 < clearance < 16
     again, _, _ = run(tmp_path / "again", shapes.miniprof_new(shapes.with_faces(wheel), "wheel"),
                       shapes.simpack(shapes.side_worn(RAIL), "rail"))
@@ -234,14 +234,14 @@ def mutated(text: str, chance: random.Random) -> str:
     return "\n".join(lines)
 
 
-@pytest.mark.parametrize("format", shapes.FORMATS)
-def test_mutated_files(format, tmp_path):
+@pytest.mark.parametrize("written", shapes.FORMATS)
+def test_mutated_files(written, tmp_path):
     """A run or one true line of error, for 1000 files."""
     chance = random.Random(7)
     rail = tmp_path / "rail"
     rail.write_text(shapes.rows(shapes.shape("arprof", 1.0)))
-    base = {1: shapes.FORMATS[format](shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"),
-            2: shapes.FORMATS[format](shapes.shape("arprof", 1.0), "rail")}
+    base = {1: shapes.FORMATS[written](shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"),
+            2: shapes.FORMATS[written](shapes.shape("arprof", 1.0), "rail")}
     for kind, other in (1, rail), (2, tmp_path / "wheel"):
         other.write_text(shapes.rows(shapes.shape("arprof" if kind == 1 else "awprof", 1.0)))
         texts = [mutated(base[kind], chance) for _ in range(500)]

@@ -8,8 +8,21 @@ import pytest
 
 import ldbench
 from conftest import PAIRS, Run, columns, run_case, shipped_text
-from probes import (MASS, MIRROR, ROLLING_RADIUS, TAPER, WEIGHT, Motion, Pendulum, contact_states, probe,
-                    table_file, text, trajectory, write_case)
+from probes import (
+    MASS,
+    MIRROR,
+    ROLLING_RADIUS,
+    TAPER,
+    WEIGHT,
+    Motion,
+    Pendulum,
+    contact_states,
+    probe,
+    table_file,
+    text,
+    trajectory,
+    write_case,
+)
 
 # A small, quickly built table for motions near the centre.
 NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "roll": 0.01, "depth": 1e-3,
@@ -275,7 +288,7 @@ def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):
 
 
 # ---- events and peaks --------------------------------------------------------------------
-@pytest.mark.parametrize("tolerance, within, rel", [(0, 5e-6, 2e-4), (1e-9, 2e-8, 1e-6)], ids=["uniform", "cut"])
+@pytest.mark.parametrize(("tolerance", "within", "rel"), [(0, 5e-6, 2e-4), (1e-9, 2e-8, 1e-6)], ids=["uniform", "cut"])
 def test_events_and_peaks_between_steps(tolerance: float, within: float, rel: float, actual: ldbench.ContactTable):
     """Steps of 0.1 ms tell the events and peaks of steps of 1 us: to a twentieth of a step, cut to 0.02 us."""
     fine = cut_run(actual, t_end=0.03, dt=1e-6, energy_tolerance=0)
@@ -317,7 +330,7 @@ def mirrored_name(name: str) -> str:
 ODD = ("Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "Fy", "y")
 
 
-@pytest.mark.parametrize("case, sign_of", [("ex2_aw", ("vY", "roll_rate")), ("ex3_sw", ("vY", "roll_rate")),
+@pytest.mark.parametrize(("case", "sign_of"), [("ex2_aw", ("vY", "roll_rate")), ("ex3_sw", ("vY", "roll_rate")),
                                            ("ex5_aw", ("lateral_ramp",))])
 def test_mirror(case: str, sign_of: tuple[str, ...], shipped: dict[str, Run], tmp_path: Path):
     """Thrown or pushed to the right, the wheelset makes the mirrored run, to the last printed digit."""

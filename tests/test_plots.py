@@ -6,12 +6,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from ldbench import plots
-from ldbench.columns import read_columns
-from ldbench.outlines import section
-from ldbench.plots.ticks import simplify_ticks
-from ldbench.record import CONTACT_NAMES, CONTACTS, Event, Record, read_record, summary_row
-from ldbench.style import CONTACT_LINES, ldbench_style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
@@ -20,6 +14,13 @@ from matplotlib.quiver import Quiver
 from matplotlib.text import Text
 
 from conftest import REPO, namelist, run_case
+from ldbench import plots
+from ldbench.columns import read_columns
+from ldbench.outlines import section
+from ldbench.plots.ticks import simplify_ticks
+from ldbench.record import Event, Record, read_record, summary_row
+from ldbench.style import ldbench_style
+from ldbench.table import CONTACT_NAMES, CONTACTS
 
 # What the call asks for, as columns.
 KINEMATICS = ["Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc"]

@@ -64,7 +64,7 @@ def beyond(stored: Reference, run: Run) -> list[Move]:
     return [move for move in compare(stored, run) if move.share > 1]
 
 
-@pytest.mark.parametrize("name", "Y Z roll vX vY aZ N_LF angle_LT y_RT radius_LT E_total".split())
+@pytest.mark.parametrize("name", ["Y", "Z", "roll", "vX", "vY", "aZ", "N_LF", "angle_LT", "y_RT", "radius_LT", "E_total"])
 @pytest.mark.parametrize("amount", [-2.5, 2.5])
 def test_a_changed_number_is_found_and_named(name, amount, stored, run, capsys):
     """2.5 tolerances away from the reference, in one row, which is the nearest to the middle that has a number."""

@@ -14,14 +14,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from ldbench import Error, abstract, batch, plots
-from ldbench.batch import (Job, case_job, find_executable, is_up_to_date, run_jobs, run_stale, stamp_of,
-                           write_stamp)
-from ldbench.record import Event, read_record, summary_row
-from ldbench.report import geometry_jobs, make_report
 from pypdf import PdfReader
 
 from conftest import CASES, LDBENCH, REPO, namelist, same_build
+from ldbench import Error, abstract, batch, plots
+from ldbench.batch import Job, case_job, find_executable, is_up_to_date, run_jobs, run_stale, stamp_of, write_stamp
+from ldbench.record import Event, read_record, summary_row
+from ldbench.report import geometry_jobs, make_report
 
 SMALL = {"n_lateral": 60, "n_roll": 9, "n_depth": 9}
 

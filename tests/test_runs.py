@@ -6,8 +6,22 @@ import numpy as np
 import pytest
 
 from conftest import CASES, PAIRS, Columns, Run, columns, header, run_case, shipped_text
-from probes import (GAUGE, MASS, MIRROR, PITCH_INERTIA, ROLL_INERTIA, WEIGHT, contact_states, gaps, left_rail,
-                    left_wheel, poses, rest_height, table_file, turned, write_case)
+from probes import (
+    GAUGE,
+    MASS,
+    PITCH_INERTIA,
+    ROLL_INERTIA,
+    WEIGHT,
+    contact_states,
+    gaps,
+    left_rail,
+    left_wheel,
+    poses,
+    rest_height,
+    table_file,
+    turned,
+    write_case,
+)
 
 CONTACTS = "LT", "LF", "RT", "RF"
 DIGITS = 1e-8      # two units in the last of the files' nine digits

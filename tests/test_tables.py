@@ -199,7 +199,7 @@ def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):
     for threads in 1, 2, 5:
         work = tmp_path / str(threads)
         work.mkdir()
-        (work / "case.nml").write_text(short_case(Path("."), contact={"model": model}, table=COARSE | {"file": "a.table"}))
+        (work / "case.nml").write_text(short_case(Path(), contact={"model": model}, table=COARSE | {"file": "a.table"}))
         for words in "(built)", "(found)":
             done = subprocess.run([LDBENCH, "case.nml"], cwd=work, capture_output=True, text=True, timeout=HANG,
                                   env=os.environ | {"OMP_NUM_THREADS": str(threads)})

@@ -7,21 +7,23 @@ import sys
 import zlib
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
-import ldbench
 import numpy as np
 import pytest
+
+import ldbench
+from browser import Browser, started
+from conftest import CASES, Run
 from ldbench.__main__ import main
 from ldbench.outlines import section
 from ldbench.record import read_record
+from ldbench.style import ldbench_style
 from ldbench.view import film, results
 from ldbench.view.pack import BINS, FINE_LEVELS, LEVELS, decimals, keep_rows, pack, value_of
 from ldbench.view.page import Page, make_page, own_placing
 from ldbench.view.shapes import Placing, shape
-
-from browser import Browser, started
-from conftest import CASES, Run
 
 HOSTILE = ('<img src=x onerror="document.title=1;window.harmed=1">', "</script><script>window.harmed=2</script>",
            "\"quoted' {{data}} ${1} `", "Größe 力 \u2028 ñ", "__proto__", "</title><h1>")
@@ -583,7 +585,7 @@ def test_film(ending: str, shipped: dict[str, Run], tmp_path: Path, capsys: pyte
         assert about["codec"] == "h264" and about["fps"] == rate
         frames = [np.frombuffer(frame, np.uint8) for frame in reader]
     assert len(frames) == 8
-    assert all(np.any(a != b) for a, b in zip(frames, frames[1:], strict=False))
+    assert all(np.any(a != b) for a, b in pairwise(frames))
 
 
 def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
@@ -597,12 +599,25 @@ def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
     assert any(f"left flange {1e-3*record.values('N_LF')[k]:.0f} kN" in text for text in words)
 
 
+def test_a_picture_of_a_moment(shipped: dict[str, Run], tmp_path: Path):
+    """Is the frame of that moment, with charts of the whole run."""
+    from PIL import Image
+
+    file, target = shipped["ex2_aw"].file, tmp_path/"moment.png"
+    assert main(["view", str(file), "--film", str(target), "--from", "0.0217"]) == 0
+    record = read_record(file)
+    with ldbench_style():
+        frame = film.Picture([record], record.time[0], record.time[-1], None, None).frame(0.0217)
+    assert np.array_equal(np.array(Image.open(target)), frame)
+
+
 # Refusals --------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize("arguments, expected", [
+@pytest.mark.parametrize(("arguments", "expected"), [
     (["{file}", "-o", "{file}"], "expected a file of its own to write"),
     (["{file}", "--from", "0"], "--from: expected with --film"),
-    (["{file}", "--film", "{folder}/film.avi"], "expected a film .mp4 or .gif, found .avi"),
+    (["{file}", "--film", "{folder}/film.avi"], "expected a film .mp4 or .gif, or a picture .png, found .avi"),
+    (["{file}", "--film", "{folder}/film.png", "--to", "0.02"], "--to: expected with a film"),
     (["{file}", "--film", "{folder}/film.gif", "--from", "7"], "expected times from 0 to 0.1"),
     (["{file}", "--film", "{folder}/film.gif", "--speed", "1e-12"], "expected at most 20000 frames"),
     (["{folder}/none.txt"], "cannot be opened for reading"),

@@ -14,10 +14,10 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import ldbench
 import numpy as np
 from tqdm import tqdm
 
+import ldbench
 from browser import Browser, find_browser, started
 
 CATEGORIES = ("blink.user_timing,devtools.timeline,disabled-by-default-devtools.timeline,"

@@ -10,17 +10,17 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-TESTS = Path(__file__).resolve().parents[1]
-sys.path += [str(TESTS), str(TESTS/"validation")]       # whose cluster, pages, tables and command serve here
+# Whose cluster, pages, tables and command serve here.
+sys.path.extend(str(Path(__file__).resolve().parents[1]/folder) for folder in ("", "validation"))
 
-from matplotlib.backends.backend_pdf import PdfPages  # noqa: E402
+from matplotlib.backends.backend_pdf import PdfPages
 
-import pages  # noqa: E402
-from command import arguments, run_sections, write_csv  # noqa: E402
-from ldbench._core import complete  # noqa: E402
-from ldbench.style import ldbench_style  # noqa: E402
-from measure import Form, Section  # noqa: E402
-from summary import summary  # noqa: E402
+import pages
+from command import arguments, run_sections, write_csv
+from ldbench._core import complete
+from ldbench.style import ldbench_style
+from measure import Form, Section
+from summary import summary
 
 SECTIONS = "precision", "steps", "evaluation", "instructions", "cases", "ensemble"
 HEAD = "section", "case", "subject", "quantity", "unit", "median", "lower quartile", "upper quartile", "rounds", "note"

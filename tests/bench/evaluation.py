@@ -11,7 +11,7 @@ import numpy as np
 import ldbench
 from checks import Table
 from ldbench import Case, Run, _flat
-from measure import Form, Measure, Section, measure, ratio
+from measure import Form, Section, measure, ratio
 from problem import numpy_law
 from programs import fortran_test
 

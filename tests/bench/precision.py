@@ -13,8 +13,7 @@ from checks import Table, page
 from ldbench import Case, ContactTable, _flat
 from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style
 from measure import Form, Measure, Section, measure, ratio
-from problem import (ROWS, Problem, Reference, Solution, by_cvode, by_ldbench, by_scipy, problem, python_alone,
-                     reference)
+from problem import ROWS, Problem, Reference, Solution, by_cvode, by_ldbench, by_scipy, problem, python_alone, reference
 
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4) for pair in ("aw", "sw")]
 SHORT = [(2, "aw")]
@@ -319,7 +318,7 @@ def precision_figure(found: list[Comparison], methods: tuple[Method, ...], way: 
         ax = axes[k % 2, k//2]
         for method in methods:
             points = case.curves[method.name]
-            if not points or way == "compiled" and method.own:
+            if not points or (way == "compiled" and method.own):
                 continue
             cost = case.measured if way == "measured" else case.compiled
             times = np.array([cost(method, x) for x in points])

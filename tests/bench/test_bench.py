@@ -11,8 +11,8 @@ from pypdf import PdfReader
 from conftest import REPO, LongProgram
 
 sys.path += [str(REPO/"tests/validation"), str(REPO/"tests/bench")]
-from programs import resources  # noqa: E402
-from scheduler import Costs, simulate  # noqa: E402
+from programs import resources
+from scheduler import Costs, simulate
 
 Lines = list[dict[str, str]]
 

@@ -39,7 +39,7 @@ program trajectory
   motion%q = setup%equilibrium + [c%y, c%z, c%roll]
   motion%v = [c%vy, c%vz, c%roll_rate]
   do leg = 1, merge(2, 1, reverse)
-    if (leg == 2) motion = motion_type(t=motion%t, q=motion%q, v=-motion%v)
+    if (leg == 2) motion = motion_type(t=motion%t, q=motion%q, v=-motion%v, contact=motion%contact)
     call start_motion(setup%wheelset, motion, status)
     if (status /= step_ok) error stop 'the start is not on the table: status '//str(status)
     call write_state()

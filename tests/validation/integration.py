@@ -260,7 +260,7 @@ def event_checks(found: Trajectories, run: Run, references: list[Reference]) -> 
                                    touch_error(fine, run.table, contact, t, longest_step(run, t)) + motion_bar(t)
                                    + abs(t - coarse.touches[contact])))
     ours = [e.t for e in run.events if e.kind == "centre passage"]
-    for k, (a, b, c) in enumerate(zip(ours, fine.passages, coarse.passages), 1):
+    for k, (a, b, c) in enumerate(zip(ours, fine.passages, coarse.passages, strict=False), 1):
         if b < found.last:
             v, curve = fine.state(b)[3], fine.acceleration(b)[0]
             checks.append(absolute(f"{found.name} centre passage {k} [s]", a, b,
@@ -354,7 +354,7 @@ def summary_cells(runs: list[Run], rows: list[pd.DataFrame], rattles: bool) -> d
     cells = {}
     results = [numbers(run, of_run) for run, of_run in zip(runs, rows, strict=True)][SHIPPED - 1:SHIPPED + 2]
     for name, value in numbers(runs[SHIPPED], runs[SHIPPED].columns).items():
-        unit, scale = NUMBERS[name]
+        _unit, scale = NUMBERS[name]
         if any(name not in r for r in results):
             cells[name] = [f"{scale*value:.6g}", "", "chaotic"]     # it does not happen with every setting
             continue

@@ -32,7 +32,7 @@ from ldbench.style import BLACK, BLUE, DASHED, GREEN, GREY, RED, ldbench_style
 from quasistatic import PAIRS, SHAPES, arcs
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
-from probes import MASS, ROLL_INERTIA, ROLLING_RADIUS, TAPER, WEIGHT, Pendulum    # noqa: E402
+from probes import MASS, ROLL_INERTIA, ROLLING_RADIUS, TAPER, WEIGHT, Pendulum
 
 MODES = "lateral", "bounce", "roll"         # in the order of their frequencies
 M = np.diag([MASS, MASS, ROLL_INERTIA])

@@ -6,7 +6,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-
 from scipy.optimize import fsolve
 
 import ldbench
@@ -16,8 +15,8 @@ from programs import fortran_test
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-import shapes  # noqa: E402
-from tables import modern  # noqa: E402
+import shapes
+from tables import modern
 
 PAIRS = {"aw": ("awprof", "arprof"), "sw": ("swprof", "srprof")}
 NOISES = 0.01, 0.03                     # [mm]

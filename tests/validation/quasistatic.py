@@ -29,7 +29,7 @@ from ldbench import Case, ContactTable
 from ldbench.style import BLACK, BLUE, CONTACT_LINES, DASHED, GREEN, GREY, ORANGE, RED, ldbench_style
 
 sys.path.append(str(Path(__file__).resolve().parents[2]/"profiles"))
-import make_profiles as arcs    # noqa: E402  the exact pieces of the shipped profiles
+import make_profiles as arcs  # the exact pieces of the shipped profiles
 
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
 MM, KN, DEG = 1e3, 1e-3, 180/np.pi
@@ -325,8 +325,10 @@ def text(curves: dict[str, Curve], rigid: dict[str, Overturning]) -> str:
     def both(form: str, value: Callable[[str], float]) -> str:
         return f"{value('aw'):{form}} and {value('sw'):{form}}"
 
-    angle, b, h = (both(form, lambda p: scale*getattr(rigid[p], name)) for name, scale, form in
-                   (("angle", DEG, ".1f"), ("b", MM, ".0f"), ("h", MM, ".0f")))
+    def at_overturning(name: str, scale: float, form: str) -> str:
+        return both(form, lambda p: scale*getattr(rigid[p], name))
+
+    angle, b, h = at_overturning("angle", DEG, ".1f"), at_overturning("b", MM, ".0f"), at_overturning("h", MM, ".0f")
     nadal = both(".2f", lambda p: np.tan(np.radians(FACE[p])))
     return f"""
 Exercise 5 without its impacts: the equilibria of the wheelset under a lateral force F at its centre of gravity,

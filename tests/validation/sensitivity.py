@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 
 import ldbench
 from checks import Check, Section, Table, absolute, limit, page, relative
+from integration import refined
 from ldbench import Case, ContactTable
 from ldbench.case import Value, data_folder
 from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, ldbench_style
-from integration import refined
 from quasistatic import arcs as mp
 
 PAIRS = {"aw": 10.18e-3, "sw": 16.94e-3}    # published clearances [m]

@@ -11,7 +11,7 @@ from ldbench import Case, ContactTable
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-import shapes  # noqa: E402
+import shapes
 
 SHIPPED = "aw", "sw"
 MODELS = "strip", "halfspace"

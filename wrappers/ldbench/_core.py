@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -104,7 +104,7 @@ def complete(target: Path) -> Iterator[Path]:
     try:
         with failing_as(target, scratch):
             yield scratch
-            os.replace(scratch, target)
+            scratch.replace(target)
     finally:
         with suppress(OSError):         # as in a folder that may not be written
             scratch.unlink(missing_ok=True)
@@ -159,19 +159,20 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
     terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
     """
     shared = np.zeros(2), np.zeros(1, np.intc)
-    outcome: dict[str, Result | BaseException] = {}
+    results: list[Result] = []
+    errors: list[BaseException] = []
     done = threading.Event()        # Thread.join takes a thread for finished when Ctrl-C interrupts it (Python 3.11)
 
     def keep_outcome() -> None:
         try:
-            outcome["result"] = work(shared)
+            results.append(work(shared))
         except BaseException as error:
-            outcome["error"] = error
+            errors.append(error)
         finally:
             done.set()
 
     bar = Bar() if progress is True else None
-    tell = bar or progress or None
+    tell = bar or (progress if callable(progress) else None)
     worker = threading.Thread(target=keep_outcome, name="ldbench")
     try:
         worker.start()
@@ -189,9 +190,9 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
             worker.join()       # it only has to end
         if bar:
             bar.close()
-    if "error" in outcome:
-        raise outcome["error"]
-    return outcome["result"]
+    if errors:
+        raise errors[0]
+    return results[0]
 
 
 class Bar:
@@ -199,7 +200,7 @@ class Bar:
 
     def __init__(self) -> None:
         self.stage = ""
-        self.bar = None
+        self.bar: Any = None        # of tqdm
 
     def __call__(self, stage: str, share: float) -> None:
         from tqdm import tqdm

@@ -6,6 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -50,8 +51,8 @@ SCALES = {"F_derailment": 1e-3, "Y_max": 1e3, "Z_max": 1e3, "N_max_LT": 1e-3, "N
 def make_abstract(records: Sequence[Record], target: Path, outcomes: Sequence[formulations.Outcome] = ()) -> None:
     """Typeset the abstract of the ten runs; outcomes: those of the formulations, if the abstract shall tell."""
     typst = needed("typst", "report")
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         shutil.copytree(TEMPLATE.parent, folder, dirs_exist_ok=True)
         data = facts(records)
         data["formulations"] = formulations.words(outcomes) if outcomes else None
@@ -67,7 +68,7 @@ def make_abstract(records: Sequence[Record], target: Path, outcomes: Sequence[fo
             shutil.copy(folder/"abstract.pdf", scratch)
 
 
-def facts(records: Sequence[Record]) -> dict[str, object]:
+def facts(records: Sequence[Record]) -> dict[str, Any]:
     """What the text says about the runs, ready to print."""
     rows = [summary_row(run) for run in records]
     first = records[0]
@@ -112,7 +113,7 @@ def number(record: Record, group: str, name: str) -> float:
     return float(record.setting(group, name))
 
 
-def cell(key: str, value: object) -> str:
+def cell(key: str, value: float | str | None) -> str:
     if value is None:
         return "–"
     if key == "E_drift_relative":

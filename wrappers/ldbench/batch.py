@@ -16,6 +16,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import f90nml
 
@@ -40,7 +41,7 @@ class Job:
     def namelist(self) -> f90nml.Namelist:
         return f90nml.reads(self.text)
 
-    def value(self, group: str, name: str, default: object = None) -> object:
+    def value(self, group: str, name: str, default: object = None) -> Any:
         return self.namelist.get(group, {}).get(name, default)
 
     @property
@@ -67,7 +68,7 @@ class RootedCase(Case):
     """A case whose relative names are in its folder, as for the executable that runs there; but for shipped profiles."""
 
     def find(self, name: str) -> str:
-        return str(profile_in(self.folder, name))
+        return str(profile_in(self.folder or Path(), name))
 
     def table_path(self) -> str:
         return str(self.folder/self.table_file) if self.table_file else ""

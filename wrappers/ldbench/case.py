@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import f90nml
 import numpy as np
@@ -192,7 +192,7 @@ class Case:
         made = folder == Path(DEFAULT_FOLDER) and not folder.exists() and os.access(".", os.W_OK)
         return found if made or folder.is_dir() else ""
 
-    def __getattr__(self, name: str) -> Value:
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)
         try:

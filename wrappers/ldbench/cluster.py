@@ -19,6 +19,7 @@ import threading
 import time
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -190,7 +191,7 @@ def run_on_cluster(members: Sequence[Member], groups: Sequence[Group], scheduler
                 threads, counted = max(1, sum(client.nthreads().values())), time.monotonic()
             todo: dict[Left, list[list[int]]] = {}
             n = AHEAD*threads - len(under_way)
-            for own, numbers in itertools.islice(iter(lambda: pieces.next(threads), None), max(0, n)):
+            for own, numbers in itertools.islice(iter(partial(pieces.next, threads), None), max(0, n)):
                 todo.setdefault(own, []).append(numbers)
             for own, some in todo.items():
                 try:

@@ -25,9 +25,11 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
@@ -35,8 +37,9 @@ from . import formulations
 from ._core import Error, check_written, side_by_side, usable_cores
 from .batch import Job, find_executable, find_namelists, inside, project_root, run_stale, shipped_inputs, with_values
 from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages, thin
-from .record import CONTACT_NAMES, CONTACTS, Record, read_record, write_frame
+from .record import Record, read_record, write_frame
 from .style import SERIES, ldbench_style
+from .table import CONTACT_NAMES, CONTACTS
 
 # How quantities are shown: unit and factor from SI, by the beginning of the column's name.
 SHOWN = {
@@ -142,17 +145,17 @@ def event_table(records: Sequence[Record]) -> pd.DataFrame:
     times, forces = event_times(records[0]), peaks(records[0])
     for other in records[1:]:
         mine = event_times(other)
-        for name in [*times, *(n for n in mine if n not in times)]:
-            rows.append(pair_row(other, "event [s]", name, times.get(name), mine.get(name)))
+        rows += [pair_row(other, "event [s]", name, times.get(name), mine.get(name))
+                 for name in [*times, *(n for n in mine if n not in times)]]
         tops = peaks(other)
-        for name in [n for n in (f"N_{c}" for c in CONTACTS) if n in forces or n in tops]:
-            rows.append(pair_row(other, "peak [N]", name, forces.get(name, (None,))[0], tops.get(name, (None,))[0]))
+        rows += [pair_row(other, "peak [N]", name, forces.get(name, (None,))[0], tops.get(name, (None,))[0])
+                 for name in (f"N_{c}" for c in CONTACTS) if name in forces or name in tops]
     return pd.DataFrame(rows)
 
 
-def pair_row(other: Record, what: str, name: str, reference: float | None, value: float | None) -> dict[str, object]:
+def pair_row(other: Record, what: str, name: str, reference: float | None, value: float | None) -> dict[str, Any]:
     return {"file": other.name, "what": what, "quantity": name, "reference": reference, "value": value,
-            "difference": value - reference if None not in (reference, value) else np.nan}
+            "difference": np.nan if reference is None or value is None else value - reference}
 
 
 # Pages ------------------------------------------------------------------------------------
@@ -176,7 +179,7 @@ def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figu
     return figure
 
 
-def draw_overlay(ax, found: Comparison, column: str) -> None:
+def draw_overlay(ax: Axes, found: Comparison, column: str) -> None:
     unit, scale = shown(column)
     for k, (record, line) in enumerate(zip(found.records, itertools.cycle(SERIES), strict=False)):
         t, x = thin(found.time, scale*found.values[k][column])
@@ -184,7 +187,7 @@ def draw_overlay(ax, found: Comparison, column: str) -> None:
     label_y(ax, f"{column} [{unit}]")
 
 
-def draw_difference(ax, found: Comparison, column: str) -> None:
+def draw_difference(ax: Axes, found: Comparison, column: str) -> None:
     unit, scale = shown(column)
     for k, line in zip(range(1, len(found.records)), itertools.cycle(SERIES[1:]), strict=False):
         t, x = thin(found.time, scale*found.difference(k, column))
@@ -225,7 +228,7 @@ def table_page(title: str, subtitle: str, header: Sequence[str], rows: Sequence[
     return figure
 
 
-def short(x: object) -> str:
+def short(x: float | None) -> str:
     return "–" if x is None or not np.isfinite(x) else f"{x:.4g}"
 
 
@@ -268,7 +271,7 @@ def write_tables(found: Comparison, target: Path) -> None:
 # The study --------------------------------------------------------------------------------
 
 REFERENCE = "fine"
-VARIANTS: dict[str, dict[str, dict[str, object]]] = {
+VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
     "fine": {},
     "law": {"contact": {"model": "hertz"}},
     "step": {"integrator": {"scheme": "newmark", "order": 2, "beta": 0.25, "dt": 1e-4, "energy_tolerance": 0.0}},
@@ -282,7 +285,7 @@ def study_jobs(namelist: Path, folder: Path, root: Path, ramp_end: float = SHORT
     """The runs of one exercise, by variant.  Exercise 5 is cut short; all are written every 0.1 ms."""
     text = namelist.read_text()
     plain = Job(namelist.stem, text, namelist, root)
-    base: dict[str, dict[str, object]] = {
+    base: dict[str, dict[str, Any]] = {
         "output": {"interval": 1e-4, "geometry_file": ""},
         "integrator": {"dt": min(1e-4, float(plain.value("integrator", "dt", 1e-4)))}}
     if plain.value("integrator", "stop_at") == "derailment":
@@ -301,12 +304,12 @@ def study_jobs(namelist: Path, folder: Path, root: Path, ramp_end: float = SHORT
     return found
 
 
-def study_row(found: Comparison, variant: str) -> dict[str, object]:
+def study_row(found: Comparison, variant: str) -> dict[str, Any]:
     """What a variant changes in one exercise: up to the end of the first flange contact, and overall."""
     reference, other = found.records
     episode = first_episode(reference, "LF")
     early = found.time <= (episode[1] if episode else found.time[-1])
-    row: dict[str, object] = {"case": reference.name, "variant": variant}
+    row: dict[str, Any] = {"case": reference.name, "variant": variant}
     for column in ("Y", "Z", "roll", "N_LF", "N_LT"):
         d, x = found.difference(1, column), found.values[0][column]
         row[f"{column} rms, first contact"] = float(np.sqrt(np.mean(d[early]**2)))
@@ -314,7 +317,7 @@ def study_row(found: Comparison, variant: str) -> dict[str, object]:
         row[f"{column} rms of the reference"] = float(np.sqrt(np.mean(x**2)))
     for name in ("first left flange contact", "first right flange contact", "end"):
         a, b = event_times(reference).get(name), event_times(other).get(name)
-        row[f"{name} [s]"] = b - a if None not in (a, b) else np.nan
+        row[f"{name} [s]"] = np.nan if a is None or b is None else b - a
     row["N_LF peak of the first contact, relative"] = relative(first_peak(reference), first_peak(other))
     a, b = (peaks(record).get("N_LF", (np.nan,))[0] for record in (reference, other))
     row["N_LF largest, relative"] = relative(a, b)

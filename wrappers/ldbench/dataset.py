@@ -19,18 +19,18 @@ UNITS = {"clearance": "m", "clearance_right": "m", "equilibrium": "m", "equilibr
 
 
 class Memory:
-    """The records of an ensemble in memory, by member's number."""
+    """The records of an ensemble in memory, by member's number as its key."""
 
     def __init__(self, dims: Mapping[str, int], coordinates: Coordinates) -> None:
         self.dims, self.coordinates = dims, coordinates
         self.numbers: list[int] = []
         self.batches: list[Batch] = []
 
-    def __contains__(self, number: int) -> bool:
+    def __contains__(self, key: str) -> bool:
         return False
 
-    def add(self, numbers: Sequence[int], batch: Batch) -> None:
-        self.numbers += numbers
+    def add(self, keys: Sequence[str], batch: Batch) -> None:
+        self.numbers += map(int, keys)
         self.batches.append(batch)
 
     def flush(self) -> None:

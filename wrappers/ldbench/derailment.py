@@ -1,19 +1,19 @@
 """A demonstration of ensembles: peak flange force and derailment force over mass, gauge and flange angle."""
 from __future__ import annotations
 
-import importlib.util
+from importlib.machinery import SourceFileLoader
 from math import cos, radians, sin
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from ._core import Progress, complete
+from ._core import Error, Progress, complete
 from .case import Case, data_folder
-from .sweep import ensemble
 from .style import BLACK, BLUE, DASHED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED, SKY, ldbench_style
+from .sweep import ensemble
 from .table import ContactTable
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", schedule
     """
     output = Path(output)
     output.parent.mkdir(parents=True, exist_ok=True)
-    how = {"scheduler": scheduler, "threads": threads, "progress": progress}
-    impact = ensemble(Case.exercise(3), {"gauge": GAUGES, "mass": MASSES},
+    how: dict[str, Any] = {"scheduler": scheduler, "threads": threads, "progress": progress}
+    impact = ensemble(Case.exercise(3), {"gauge": GAUGES, "mass": MASSES.tolist()},
                       store=output.with_name("demo_impact.zarr"), **how)
     profiles = flange_profiles(output.parent/"demo_profiles")
     tables = [ContactTable(Case.exercise(5).replace(wheel_profile=str(profiles[angle]), table_file=""))
@@ -63,9 +63,9 @@ def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", schedule
 def make_profiles() -> ModuleType:
     """The generator of the shipped profiles, which lies beside them."""
     path = data_folder()/"profiles"/"make_profiles.py"
-    spec = importlib.util.spec_from_file_location("make_profiles", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    loader = SourceFileLoader("make_profiles", str(path))
+    module = ModuleType(loader.name)
+    loader.exec_module(module)
     return module
 
 
@@ -81,7 +81,7 @@ def flange_profiles(folder: Path) -> dict[float, Path]:
         a, b = radians(angle), radians(25)
         face = 3.1 + (10 + 17.4625)*(cos(a) - cos(radians(75)))     # height of the straight face [mm]
 
-        def wheel(y: float, a: float = a, b: float = b, face: float = face) -> list:
+        def wheel(y: float, a: float = a, b: float = b, face: float = face) -> list[Any]:
             return mp.wheel(y, 78, mp.arc(-10, 0, a), mp.line(a, face/sin(a)), mp.arc(17.4625, a, b),
                             mp.arc(38.1, b, mp.TAPER))
 
@@ -113,15 +113,18 @@ def press(table: ContactTable, short_of: float) -> tuple[float, np.ndarray]:
     path = [(F, q)]
     while step > 1e-9:
         new = standing(table, q + [step, 0, 0])
-        force = -table.force(*new)[0] if new is not None else 0.0
-        if force <= F:
+        force = 0.0 if new is None else -table.force(*new)[0]
+        if new is None or force <= F:
             step /= 2
             continue
         F, q = force, new
         path.append((F, q))
         step = min(1.5*step, 1e-5 if q[0] > table.clearance - 1e-4 else 1e-4)
     below = next(pose for load, pose in reversed(path) if load <= F - short_of)
-    return F, standing(table, below, F - short_of)
+    found = standing(table, below, F - short_of)
+    if found is None:
+        raise Error(f"{table.case.label}: expected an equilibrium {short_of:g} N below the limit load, found none")
+    return F, found
 
 
 def ramp_case(table: ContactTable, mass: float) -> tuple[Case, float]:

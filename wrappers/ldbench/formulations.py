@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,7 +30,7 @@ from .run import Run, run
 from .style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
 from .table import ContactTable
 
-FORMULATIONS: dict[str, dict[str, object]] = {
+FORMULATIONS: dict[str, dict[str, Any]] = {
     "elastic": {},
     "bilateral": {"formulation": "bilateral"},
     "unilateral, e = 1": {"formulation": "unilateral", "restitution": 1.0},
@@ -357,7 +358,7 @@ def climb(case: Case) -> pd.DataFrame:
                             dt=2e-5, t_end=0.1, stop_at="derailment")).columns
 
 
-def words(found: Sequence[Outcome]) -> dict[str, object]:
+def words(found: Sequence[Outcome]) -> dict[str, Any]:
     """What the abstract says: per case how each formulation ends, and when; where a rail begins to pull."""
     cases = list(dict.fromkeys(o.case for o in found))
     rows = [[case, *(ending_in_short(o) for o in found if o.case == case)] for case in cases]

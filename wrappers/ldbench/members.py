@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from .case import Case, Value, Variable, find_variable, variables
 from .run import Event, Run, _event_kinds, run
 from .table import FREE_GROUPS, FREE_NAMES, ContactTable
 
-Record = dict[str, object]              # what is kept of a run, by name; of one that failed its `error` alone
+Record = dict[str, Any]              # what is kept of a run, by name; of one that failed its `error` alone
 Batch = dict[str, np.ndarray]           # records of some members, by name, the first axis over members
 TableKey = tuple[object, ...]
 Coordinates = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]
@@ -67,11 +68,11 @@ def plan(case: Case | Sequence[Case], over: dict[str, Sequence[Value]], n: int |
     for name in over:
         find_variable(name)
     if n is None:
-        values = list(itertools.product(*over.values()))
+        values: Sequence[tuple[Value, ...]] = list(itertools.product(*over.values()))
         if not values:
             raise Error("ensemble: expected at least one value of every variable, found none")
         dims = {name: len(listed) for name, listed in over.items()}
-        coordinates = {name: ((name,), np.array(listed), _described(name)) for name, listed in over.items()}
+        coordinates: Coordinates = {name: ((name,), np.array(listed), _described(name)) for name, listed in over.items()}
     else:
         values = draws(over, n, seed, draw)
         dims = {"member": n}
@@ -91,11 +92,11 @@ class Variations(Sequence[Member]):
     def __len__(self) -> int:
         return len(self.values)
 
-    def __getitem__(self, k: int) -> Member:
+    def __getitem__(self, k: int) -> Member:    # type: ignore[override]  # no slices
         return Member(self.base, tuple(zip(self.names, self.values[k], strict=True)))
 
 
-def draws(over: Mapping[str, Sequence[float]], n: int, seed: int, draw: str) -> list[tuple[float, ...]]:
+def draws(over: Mapping[str, Sequence[Value]], n: int, seed: int, draw: str) -> list[tuple[float, ...]]:
     """n points of the box with the sides (low, high).
 
     'even' is the additive recurrence of Roberts (2018) with the root of x^(d+1) = x + 1, shifted at random.
@@ -194,18 +195,29 @@ def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
 class Group:
     """Members that share a contact table."""
 
-    case: Case | None           # to build it for, with the table file that holds it, or none; None where all are refused
+    case: Case                  # to build it for, with the table file that holds it, or none
     numbers: list[int]
 
 
-def groups_of(members: Sequence[Member], numbers: Iterable[int], base: Case | None = None) -> list[Group]:
-    """The numbered members by table. A table file holds the table of the first case that names it, `base` before all."""
+def groups_of(members: Sequence[Member], numbers: Iterable[int], base: Case | None = None,
+              ) -> tuple[list[Group], list[int]]:
+    """The numbered members by table, and those of which all that would share one are refused.
+
+    A table file holds the table of the first case that names it, `base` before all.
+    """
     key = TableKeys()
     files = {base.table_file: key(Member(base))} if base else {}
     found: dict[TableKey, list[int]] = {}
     for number in numbers:
         found.setdefault(key(members[number]), []).append(number)
-    return [Group(_first_case((members[number] for number in own), files, table), own) for table, own in found.items()]
+    groups: list[Group] = []
+    refused: list[int] = []
+    for table, own in found.items():
+        if case := _first_case((members[number] for number in own), files, table):
+            groups.append(Group(case, own))
+        else:
+            refused += own
+    return groups, refused
 
 
 def _first_case(members: Iterable[Member], files: dict[str, TableKey], table: TableKey) -> Case | None:
@@ -237,7 +249,7 @@ def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progr
 
 def record(done: Run, wanted: Wanted) -> Record:
     """Summary, events and wanted columns of a run."""
-    found = {name: value if isinstance(value, (bool, str)) else float(value)
+    found: Record = {name: value if isinstance(value, (bool, str)) else float(value)
              for name, value in done.summary.items() if name not in NOT_KEPT}
     found |= dict(zip(EVENTS, _event_tables(done.events), strict=True))
     if wanted.columns:
@@ -310,7 +322,7 @@ def row_names() -> set[str]:
 
 
 def _blank(kind: type) -> Value:
-    return {bool: False, str: ""}.get(kind, np.nan)
+    return False if kind is bool else "" if kind is str else np.nan
 
 
 def _padded(values: Sequence[float], n: int) -> np.ndarray:

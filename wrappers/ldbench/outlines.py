@@ -55,10 +55,10 @@ def find_profile(record: Record, which: str, right: bool = False) -> Path | None
 
 def section(record: Record) -> Section | None:
     """Wheel and rail of a run, placed as the program places them; None if a file is missing."""
-    left, right = side_section(record), (None, None)
-    if any(record.setting("profiles", f"{which}_profile_right") for which in ("wheel", "rail")):
-        right = side_section(record, right=True)
-    return Section(*left, *right) if left and right else None
+    two_sided = any(record.setting("profiles", f"{which}_profile_right") for which in ("wheel", "rail"))
+    sides = [side_section(record, right) for right in ((False, True) if two_sided else (False,))]
+    found = [outline for side in sides if side for outline in side]
+    return Section(*found) if all(sides) else None
 
 
 def side_section(record: Record, right: bool = False) -> tuple[np.ndarray, np.ndarray] | None:

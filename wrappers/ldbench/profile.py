@@ -139,8 +139,8 @@ class Pair:
 
 def pair(case: Case) -> Pair:
     """The rigid geometry of a case's profiles."""
-    handle, *error = _flat.prepare_rigid_case(*case.arrays(), located(case))
-    check(*error, case.label)
+    handle, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
+    check(message, length, case.label)
     owner = _Handle()
     own(owner, _flat.free_prepared, handle)
     (left, n_left), zones_left = _flat.rigid_numbers(handle, 1)
@@ -186,8 +186,8 @@ def page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
         positions, conicity = (figure.add_subplot(grid[3, column]) for column in range(2))
         y = MM*found.geometry["Y"]
         for side, sign, color in ("left", 1, BLACK), ("right", -1, ORANGE):
-            column = found.geometry[f"y_{side[0].upper()}"]
-            positions.plot(y, sign*MM*column, ".", markersize=2, color=color, label=side)
+            contact = found.geometry[f"y_{side[0].upper()}"]
+            positions.plot(y, sign*MM*contact, ".", markersize=2, color=color, label=side)
         positions.set_ylabel("contact, outward |y| [mm]")
         conicity.plot(MM*found.amplitude, found.conicity, color=BLACK, label="EN 15302")
         conicity.plot(MM*found.amplitude, found.linearised, "--", color=RED, linewidth=0.8,
@@ -218,7 +218,7 @@ def draw_shape(ax: Axes, profile: Profile, found: Pair | None) -> None:
             ax.plot(MM*np.where(here, c.y, np.nan), MM*c.z, color=colors[name], linewidth=1.4, label=name)
     if found and profile.kind == "wheel":
         for first, *_ in found.zones["left"][:-1]:
-            k = np.argmin(np.where((c.part > 1) & (c.part < 5), np.abs(c.y - first), np.inf))
+            k = int(np.argmin(np.where((c.part > 1) & (c.part < 5), np.abs(c.y - first), np.inf)))
             ax.plot(MM*c.y[k], MM*c.z[k], "|", color="black", markersize=12)
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.03, 0.08)
@@ -270,7 +270,8 @@ def main(args: argparse.Namespace) -> int:
         if profiles[0].kind == profiles[1].kind:
             raise Error(f"expected a wheel and a rail, found two {profiles[0].kind}s: {', '.join(args.files)}")
         found = pair(case.replace(wheel_profile=profiles[0].path, rail_profile=profiles[1].path))
-    for block in (*profiles, *([found] if found else [])):
+    blocks: list[Profile | Pair] = [*profiles, *([found] if found else [])]
+    for block in blocks:
         print(block.lines()[0], *(f"  {line}" for line in block.lines()[1:]), sep="\n")
     note = f"gauge {case.gauge:g} m, back-to-back {case.back_to_back:g} m" if found else ""
     with ldbench_style():

@@ -9,7 +9,9 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -83,7 +85,8 @@ class Record:
         pair = PAIRS.get(self.name.partition("_")[2])
         return f"Exercise {self.exercise}, {pair}" if self.exercise and pair else self.name
 
-    def setting(self, group: str, name: str) -> Setting | None:
+    def setting(self, group: str, name: str) -> Any:
+        """A number or a word of a namelist; None where the file does not say."""
         return self.settings.get(group, {}).get(name)
 
     def first(self, kind: str) -> Event | None:
@@ -105,13 +108,12 @@ class Record:
         return [e.time for e in self.events if e.kind == "centre passage" and contact and e.time > contact]
 
 
-def read_record(path: str | Path, columns: str | Path | None = None) -> Record:
+def read_record(path: str | PathLike[str], columns: str | PathLike[str] | None = None) -> Record:
     """Read a column file; `columns` is the map of another code's names, see read_columns.  A file
     without our header is named after itself."""
     path = Path(path)
     table = read_columns(path, columns)
-    facts = {"name": path.stem} | parse_header(header_lines(path))
-    return Record(file=path, columns=table, **facts)
+    return Record(**{"file": path, "columns": table, "name": path.stem} | parse_header(header_lines(path)))
 
 
 def read_records(files: Sequence[Path], jobs: int | None = None) -> list[Record]:
@@ -134,9 +136,9 @@ def header_lines(path: Path) -> list[str]:
     return lines
 
 
-def parse_header(lines: list[str]) -> dict[str, object]:
+def parse_header(lines: list[str]) -> dict[str, Any]:
     """Keyword arguments of Record from the header's lines."""
-    facts: dict[str, object] = {}
+    facts: dict[str, Any] = {}
     settings: dict[str, dict[str, Setting]] = {}
     profiles: dict[str, str] = {}
     events: list[Event] = []
@@ -205,14 +207,13 @@ def energy_reference(record: Record) -> float:
     return float(kinetic) or float(np.abs(record.values("W_ext")).max())
 
 
-def summary_row(record: Record) -> dict[str, float | int | str | None]:
+def summary_row(record: Record) -> dict[str, Any]:
     """The run in one row, SI units; None for what did not happen."""
-    contact = record.first_contact("LF")
     passages = record.passages()
     derailment = record.first("derailment")
     returned = "return" in record.ending
     reference = energy_reference(record)
-    row: dict[str, float | int | str | None] = {
+    row: dict[str, Any] = {
         "case": record.name,
         "exercise": record.exercise,
         "profiles": PAIRS.get(record.name.partition("_")[2], ""),
@@ -221,7 +222,7 @@ def summary_row(record: Record) -> dict[str, float | int | str | None]:
         "steps": record.steps,
         "ending": record.ending,
         "t_end": float(record.time[-1]),
-        "t_first_LF": contact,
+        "t_first_LF": record.first_contact("LF"),
         "t_first_RF": record.first_contact("RF"),
         "t_first_centre": passages[0] if passages else None,
         "t_return": passages[-1] if passages and returned else None,
@@ -232,8 +233,7 @@ def summary_row(record: Record) -> dict[str, float | int | str | None]:
         row[f"{column}_min"] = float(record.values(column).min())
         row[f"{column}_max"] = float(record.values(column).max())
     for contact in CONTACTS:
-        N, t = record.peaks.get(contact, (None, None))
-        row[f"N_max_{contact}"], row[f"t_N_max_{contact}"] = N, t
+        row[f"N_max_{contact}"], row[f"t_N_max_{contact}"] = record.peaks.get(contact, (None, None))
     for side in ("left", "right"):
         row[f"{side}_flange_contacts"] = record.counts.get(f"{side} flange contact")
         row[f"{side}_lift_offs"] = record.counts.get(f"{side} wheel lift-off")

@@ -20,8 +20,20 @@ from tqdm import tqdm
 
 from . import abstract, columns, formulations, outlines, plots, record, style
 from ._core import needed, side_by_side, usable_cores
-from .batch import (Job, case_job, find_executable, find_namelists, hashes, inside, is_up_to_date, project_root,
-                    run_stale, shipped_inputs, with_values, write_stamp)
+from .batch import (
+    Job,
+    case_job,
+    find_executable,
+    find_namelists,
+    hashes,
+    inside,
+    is_up_to_date,
+    project_root,
+    run_stale,
+    shipped_inputs,
+    with_values,
+    write_stamp,
+)
 from .record import Record, read_records, summary_row, write_frame
 from .view import page, results
 
@@ -71,7 +83,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
         kept = outputs/"formulations.json"
-        code = [Path(module.__file__) for module in (columns, formulations, outlines, record, style)]
+        code = [Path(str(module.__file__)) for module in (columns, formulations, outlines, record, style)]
         code += sorted(Path(plots.__file__).parent.glob("*.py"))
         variants = results.find_variants(files)
         sources = {
@@ -82,11 +94,11 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         known = {file: hashes([file], root) for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()}
                    for product, some in sources.items()}
-        stale = [product for product in products if force or not is_up_to_date(product, depends[product])]
-        records = read_records(files, jobs) if stale else []
+        due = [product for product in products if force or not is_up_to_date(product, depends[product])]
+        records = read_records(files, jobs) if due else []
 
-        def make(product: Path, parts: int, work: Callable[[], object]) -> None:
-            if product in stale:
+        def make(product: Path, parts: int, work: Callable[[], object] | None) -> None:
+            if work and product in due:
                 work()
                 write_stamp(product, depends[product])
             else:
@@ -97,7 +109,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
             # Pages are drawn in other processes while the rest is made here.
             finish = stack.enter_context(plots.drawing(
                 records, plotted, geometry, jobs, bar.update, [partial(formulations.make_part, found, inputs)]
-            )) if plotted in stale else None
+            )) if plotted in due else None
             make(summary, 0, lambda: write_summary(records, summary))
             make(shown, 1, lambda: results.results_page(records, variants).write(shown))
             make(written, 1, lambda: abstract.make_abstract(records, written, found))
@@ -107,7 +119,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
 
 def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
     """For each pair of profiles one run of a single interval: it writes the geometry functions."""
-    found: dict[tuple, Job] = {}
+    found: dict[tuple[str, ...], Job] = {}
     for job in cases:
         pair = tuple(str(job.value("profiles", which)) for which in ("wheel_profile", "rail_profile", "wheel_profile_right",
                                                                      "rail_profile_right"))

@@ -13,7 +13,7 @@ import argparse
 import functools
 import os
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -35,8 +35,8 @@ class Event(NamedTuple):
     t: float            # [s]
     kind: str           # 'left flange contact', 'derailment', ...
     force: float        # lateral force at the centre of gravity then [N]
-    impulses: dict[str, float] = {}     # of an impact, by contact [N s]
-    loss: float = 0.0   # energy lost in it [J]
+    impulses: dict[str, float]   # of an impact, by contact [N s]
+    loss: float         # energy lost in it [J]
 
 
 def _event_kinds() -> list[str]:
@@ -76,15 +76,15 @@ class Run:
         return self._results[1]
 
     @functools.cached_property
-    def summary(self) -> dict[str, float | int | str]:
+    def summary(self) -> dict[str, Any]:
         """The outcome in numbers, SI units.
 
         clearance, clearance_right (to either side), equilibrium (height of the axle, held at the centre), equilibrium_roll,
-        rest_Y, rest_Z, rest_roll (where it rests by itself, as the columns have it), approach (elastic, at rest), load_per_wheel, frequency_1 to
-        frequency_3 (eigenfrequencies at rest, nan where rigid contacts leave fewer); per contact peak_N_LT ... and its
-        time t_peak_LT ..., largest impulse peak_P_LT ... (rigid contacts) and t_peak_P_LT ...; kinetic_energy
-        (initial, of lateral, vertical and roll motion), drift (largest |energy error| over all steps), steps, step,
-        evaluations, cuts, rows, t (at the end), end (why there), returned, derailed, n_left_flange_contact ...
+        rest_Y, rest_Z, rest_roll (where it rests by itself, as the columns have it), approach (elastic, at rest),
+        load_per_wheel, frequency_1 to frequency_3 (eigenfrequencies at rest, nan where rigid contacts leave fewer); per
+        contact peak_N_LT ... and its time t_peak_LT ..., largest impulse peak_P_LT ... (rigid contacts) and t_peak_P_LT
+        ...; kinetic_energy (initial, of lateral, vertical and roll motion), drift (largest |energy error| over all steps),
+        steps, step, evaluations, cuts, rows, t (at the end), end (why there), returned, derailed, n_left_flange_contact ...
         (events of each kind); processor time table_seconds, seconds (integration), table_found (in a file).
         """
         (step, steps, evaluations, cuts, drift, kinetic_energy, seconds, returned, derailed, _,
@@ -122,7 +122,8 @@ class Run:
     def write(self, path: str | os.PathLike[str] | None = None) -> str:
         """Write the column file, by default where the case says; returns its path."""
         path = os.fspath(path or output_path(self.case))
-        check(*_flat.write_run(self.table._handle, self._handle, path_bytes(path)), self.case.label)
+        message, length = _flat.write_run(self.table._handle, self._handle, path_bytes(path))
+        check(message, length, self.case.label)
         return path
 
     def view(self) -> Page:
@@ -160,8 +161,8 @@ def run(case: Case, progress: Progress | bool | None = None, table: ContactTable
     fitting = table.for_case(case) if table else ContactTable(case, progress)
 
     def work(shared: Shared) -> Run:
-        handle, *error = _flat.simulate_case(fitting._handle, *shared)
-        check(*error, case.label)
+        handle, message, length = _flat.simulate_case(fitting._handle, *shared)
+        check(message, length, case.label)
         return Run(fitting, handle)
 
     return watched(work, progress)

@@ -13,7 +13,7 @@ import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -93,19 +93,21 @@ class Store:
 
     def _write(self, keys: Sequence[str], batch: Batch) -> Path:
         part = self.parts/f"{digest(' '.join(sorted(keys)).encode())[:16]}.npz"
+        arrays: dict[str, Any] = {"key": np.array(keys), **batch}
         with complete(part) as scratch, open(scratch, "wb") as file:
-            np.savez_compressed(file, key=np.array(keys), **batch)
+            np.savez_compressed(file, **arrays)
         self.places |= {key: (part, k) for k, key in enumerate(keys)}
         return part
 
-    def _grow(self) -> None:
+    def _grow(self) -> Growing:
         if not self.growing:
             scratch = self.parts/f"{socket.gethostname()}.{os.getpid()}.zarr"
             first = next((key for key in self.keys if key in self.places), None)
-            block = min(BLOCK, HELD//size_of(self._records([first]))) if first else BLOCK
-            self.growing = Growing(scratch, self.dims, self.coordinates, max(1, int(block)))
+            members = min(BLOCK, HELD//size_of(self._records([first]))) if first else BLOCK
+            self.growing = Growing(scratch, self.dims, self.coordinates, max(1, int(members)))
         while (block := self.growing.next_block()) and all(self.keys[k] in self.places for k in block):
             self.growing.write(block, self._records([self.keys[k] for k in block]))
+        return self.growing
 
     def _records(self, keys: Sequence[str]) -> Batch:
         try:
@@ -130,8 +132,9 @@ class Store:
     def finish(self) -> xr.Dataset:
         """The complete Dataset, under its name; and few parts in place of many."""
         try:
-            self.growing.close()
-            replace_folder(self.growing.folder, self.path)
+            whole = self._grow()
+            whole.close()
+            replace_folder(whole.folder, self.path)
         except OSError as error:
             raise Error(f"{self.path}: cannot be written completely: {error.strerror or error}") from None
         self._put_together(set(self.keys))
@@ -175,7 +178,8 @@ class Growing:
         self.folder, self.dims, self.done = folder, dims, 0
         self.shape = tuple(dims.values())
         # Trailing dimensions as a whole while they fit, a slice of the one before, one of all others.
-        chunk, size = [], 1
+        chunk: list[int] = []
+        size = 1
         for n in reversed(self.shape):
             chunk.insert(0, max(1, min(n, members//size)))
             size *= n

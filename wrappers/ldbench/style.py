@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 
@@ -24,7 +25,7 @@ class Line:
     dashes: str | tuple[float, tuple[float, ...]] = "-"
     width: float = 0.9
 
-    def kwargs(self) -> dict[str, object]:
+    def kwargs(self) -> dict[str, Any]:
         return {"color": self.color, "linestyle": self.dashes, "linewidth": self.width}
 
 

@@ -52,13 +52,11 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
     check_wanted(wanted, over)
     members, dims, coordinates = plan(case, over, n, seed, draw)
-    keys = keys_of(members, wanted) if store else range(len(members))
-    kept = Store(store, dims, coordinates, keys) if store else Memory(dims, coordinates)
+    keys = keys_of(members, wanted) if store else [str(number) for number in range(len(members))]
+    kept: Store | Memory = Store(store, dims, coordinates, keys) if store else Memory(dims, coordinates)
     missing = [number for number, key in enumerate(keys) if key not in kept]
-    groups = groups_of(members, missing, case if isinstance(case, Case) else None)
-    refused = (([number], stack([run_member(members[number], None, wanted)]))
-               for group in groups if not group.case for number in group.numbers)
-    groups = [group for group in groups if group.case]
+    groups, without = groups_of(members, missing, case if isinstance(case, Case) else None)
+    refused = (([number], stack([run_member(members[number], None, wanted)])) for number in without)
     if scheduler and groups:
         results = run_on_cluster(members, groups, scheduler, wanted)
     else:

@@ -66,6 +66,7 @@ class ContactTable:
     """
 
     case: Case
+    _lender: ContactTable       # of the core's table
 
     def __init__(self, case: Case, progress: Progress | bool | None = None) -> None:
         """Load the table from the case's table file, or build it (some seconds); `progress` as in `run`.
@@ -76,8 +77,8 @@ class ContactTable:
 
         def work(shared: Shared) -> None:
             with _table_file:
-                handle, *error = _flat.prepare_case(*case.arrays(), paths, *shared)
-            check(*error, case.label)
+                handle, message, length = _flat.prepare_case(*case.arrays(), paths, *shared)
+            check(message, length, case.label)
             self._own(case, handle)
 
         watched(work, progress)
@@ -98,11 +99,11 @@ class ContactTable:
             if ours != theirs and variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES:
                 raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
-        handle, *error = _flat.adapt_case(self._handle, *case.arrays(), located(case))
-        check(*error, case.label)
+        handle, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
+        check(message, length, case.label)
         new = object.__new__(ContactTable)
         new._own(case, handle)
-        new._lender = getattr(self, "_lender", self)    # of the core's table
+        new._lender = getattr(self, "_lender", self)
         return new
 
     @property
@@ -237,7 +238,8 @@ class ContactTable:
 
     def write_geometry(self, path: str | os.PathLike[str]) -> None:
         """Write the geometry functions as the executable does for `&output geometry_file`."""
-        check(*_flat.write_geometry_file(self._handle, path_bytes(path)), self.case.label)
+        message, length = _flat.write_geometry_file(self._handle, path_bytes(path))
+        check(message, length, self.case.label)
 
     def clearance_words(self, times: str) -> str:
         """'2 x 10.180', or of either side [mm]."""

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
@@ -82,7 +83,7 @@ def geometry_part(source: Path, target: Path) -> Part:
         return Part(title, target, save_pages(target, [("geometry", figure)]))
 
 
-def summary_part(rows: Sequence[dict[str, object]], target: Path) -> Part:
+def summary_part(rows: Sequence[dict[str, Any]], target: Path) -> Part:
     with ldbench_style():
         return Part("Summary", target, save_pages(target, [("summary", summary_page(rows, SUMMARY_NOTE))]))
 

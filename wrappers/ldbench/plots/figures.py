@@ -7,8 +7,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, NullFormatter
 
-from ..record import CONTACT_NAMES, PAIRS, Record
+from ..record import PAIRS, Record
 from ..style import BLACK, CONTACT_LINES, DASHED, DOTTED, GREY, SERIES
+from ..table import CONTACT_NAMES
 from .frame import KN, MM, label_x, label_y
 from .stretches import BINS, band, first_episode
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..record import CONTACT_NAMES, Record
+from ..record import Record
 from ..style import BLACK, CONTACT_LINES, GREEN, PURPLE
+from ..table import CONTACT_NAMES
 from .frame import MM, caption, label_x, label_y, new_page
 from .stretches import ENVELOPE_ROWS, first_episode
 
@@ -15,8 +16,8 @@ def phase_page(record: Record) -> Figure:
     t = record.time
     stretches: list[tuple[str, slice]] = [("whole run", slice(None))]
     if len(t) > ENVELOPE_ROWS:
-        contact = first_episode(record, "LF") or (t[0], t[0])
-        early = min(contact[1] + 1.0, t[-1])
+        episode = first_episode(record, "LF") or (t[0], t[0])
+        early = min(episode[1] + 1.0, t[-1])
         stretches = [(f"first {early:.2f} s", slice(0, np.searchsorted(t, early))),
                      ("last second", slice(np.searchsorted(t, t[-1] - 1), None))]
     figure = new_page(f"{record.heading}: phase portrait", record.title, caption(record))

@@ -1,13 +1,15 @@
 """What is drawn against time: pages of panels of curves, and the columns that they show."""
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..record import CONTACT_NAMES, CONTACTS, Record
+from ..record import Record
 from ..style import BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, GREEN, ORANGE, PURPLE, RED, Line
+from ..table import CONTACT_NAMES, CONTACTS
 from .frame import DEG, KN, MM
 
 
@@ -18,7 +20,7 @@ class Curve:
     line: Line
 
     def values(self, record: Record) -> np.ndarray:
-        return sum(record.values(column) for column in self.columns)
+        return functools.reduce(np.add, map(record.values, self.columns))
 
 
 @dataclass(frozen=True)

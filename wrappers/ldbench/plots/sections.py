@@ -7,8 +7,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from ..outlines import Section, pose, section
-from ..record import CONTACT_NAMES, CONTACTS, Record
+from ..record import Record
 from ..style import BLACK, CONTACT_LINES
+from ..table import CONTACT_NAMES, CONTACTS
 from .frame import DEG, KN, MM, caption, label_x, new_page
 from .stretches import first_episode
 

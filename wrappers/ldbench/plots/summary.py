@@ -2,17 +2,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from matplotlib.figure import Figure
 
 from .frame import KN, MM, new_page
 
 
-def scaled(scale: float, digits: int) -> Callable[[object], str]:
-    return lambda x: f"{scale*float(x):.{digits}f}"
+def scaled(scale: float, digits: int) -> Callable[[float], str]:
+    return lambda x: f"{scale*x:.{digits}f}"
 
 
-SUMMARY_LINES: tuple[tuple[str, str, Callable[[object], str]], ...] = (
+SUMMARY_LINES: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("first contact of the left flange [s]", "t_first_LF", scaled(1, 6)),
     ("first contact of the right flange [s]", "t_first_RF", scaled(1, 6)),
     ("first passage of the centre [s]", "t_first_centre", scaled(1, 6)),
@@ -33,14 +34,14 @@ SUMMARY_LINES: tuple[tuple[str, str, Callable[[object], str]], ...] = (
     ("contacts of the right flange", "right_flange_contacts", str),
     ("lift-offs of the left wheel", "left_lift_offs", str),
     ("lift-offs of the right wheel", "right_lift_offs", str),
-    ("largest energy drift [J]", "E_drift_max", lambda x: f"{float(x):.1e}"),
-    ("the same over initial kinetic energy or work", "E_drift_relative", lambda x: f"{float(x):.1e}"),
+    ("largest energy drift [J]", "E_drift_max", lambda x: f"{x:.1e}"),
+    ("the same over initial kinetic energy or work", "E_drift_relative", lambda x: f"{x:.1e}"),
     ("time step [µs]", "dt", scaled(1e6, 0)),
     ("end of the run [s]", "t_end", scaled(1, 4)),
 )
 
 
-def summary_page(rows: Sequence[dict[str, object]], note: str = "") -> Figure:
+def summary_page(rows: Sequence[dict[str, Any]], note: str = "") -> Figure:
     """All runs in one table."""
     figure = new_page("LD benchmark: summary of all runs", "single wheelset without friction", note)
     ax = figure.add_axes((0.055, 0.10, 0.93, 0.80))

@@ -26,7 +26,6 @@ if TYPE_CHECKING:       # what draws and reads is imported where it is needed: i
     from ..record import Record
     from ..run import Run
     from .page import Page
-    from .shapes import Settings
 
 
 def view(runs: Run | str | PathLike[str] | Sequence[Run | str | PathLike[str]], title: str = "",
@@ -88,9 +87,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="whose profiles are drawn for files that name none (default: those of the first file that "
                              "does, else the benchmark's)")
     parser.add_argument("--title", default="", help="of the page (default: the cases')")
-    parser.add_argument("--film", type=Path, metavar="FILE", help="write a film instead, .mp4 or .gif")
+    parser.add_argument("--film", type=Path, metavar="FILE",
+                        help="write a film instead, .mp4 or .gif, or a picture of one moment, .png")
     parser.add_argument("--from", dest="start", type=float, metavar="S",
-                        help="start of the film [s] (start of the run)")
+                        help="start of the film, or the moment [s] (start of the run)")
     parser.add_argument("--to", dest="end", type=float, metavar="S", help="end of the film [s] (end of the run)")
     parser.add_argument("--speed", type=speed, metavar="X",
                         help="of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")
@@ -107,6 +107,8 @@ def main(args: argparse.Namespace) -> int:
     for name, value in ("--from", args.start), ("--to", args.end), ("--speed", args.speed):
         if value is not None and not args.film:
             raise Error(f"{name}: expected with --film, found without")
+        if value is not None and name != "--from" and args.film.suffix.lower() == ".png":
+            raise Error(f"{name}: expected with a film, found with the picture of a moment")
     target = args.film or args.output or Path(f"{args.files[0].stem}.html")
     check_written([target], args.files)
     if args.film:

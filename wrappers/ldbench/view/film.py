@@ -15,14 +15,16 @@ from matplotlib.lines import Line2D
 from tqdm import tqdm
 
 from .._core import Error, complete, needed
-from ..record import CONTACT_NAMES, CONTACTS, Record
+from ..record import Record
 from ..style import BLACK, CONTACT_LINES, GREY, SERIES, Line, ldbench_style
+from ..table import CONTACT_NAMES, CONTACTS
 from .labels import label
 from .page import assumed_placing, checked, own_placing
 from .shapes import Placing, Settings, Shape, shape
 
 INCHES, DPI = (12.8, 7.2), 100
 RATES = {".mp4": 30, ".gif": 20}    # frames per second
+PICTURE = ".png"                    # one moment
 SECONDS = 20                        # of a film of which nobody says the speed
 FRAMES = 20_000                     # at most
 ARROW = 0.045                       # of the largest force, in the pictures of a contact [m]
@@ -33,21 +35,28 @@ Frame = np.ndarray
 
 def check_film(target: Path) -> None:
     """Find out before the work that the film cannot be written."""
-    if target.suffix.lower() not in RATES:
-        raise Error(f"{target}: expected a film .mp4 or .gif, found {target.suffix or 'no ending'}")
+    if target.suffix.lower() not in (*RATES, PICTURE):
+        raise Error(f"{target}: expected a film .mp4 or .gif, or a picture .png, found {target.suffix or 'no ending'}")
     if target.suffix.lower() == ".mp4":
         encoder()
 
 
 def make_film(records: Sequence[Record], target: Path, start: float | None = None, end: float | None = None,
               speed: float | None = None, settings: Settings | None = None) -> int:
-    """Write the film of some runs from `start` to `end` [s], `speed` seconds of them per second; its frames."""
+    """Write the film of some runs from `start` to `end` [s], `speed` seconds of them per second; its frames.
+
+    A picture is that of the moment `start`.
+    """
     check_film(target)
     first, last = min(float(r.time[0]) for r in records), max(float(r.time[-1]) for r in records)
     start, end = first if start is None else start, last if end is None else end
     if not first <= start < end <= last:
         raise Error(f"{target}: expected times from {first:g} to {last:g} s in ascending order, "
                     f"found {start:g} to {end:g} s")
+    if target.suffix.lower() == PICTURE:
+        with ldbench_style(), complete(target) as scratch:
+            write_picture(scratch, Picture(records, first, last, None, settings).frame(start))
+        return 1
     rate = RATES[target.suffix.lower()]
     speed = speed or (end - start)/SECONDS
     count = int(np.ceil((end - start)/speed*rate)) + 1
@@ -103,10 +112,16 @@ def gif_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
     frames[0].save(path, format="GIF", save_all=True, append_images=frames[1:], duration=1000//rate, loop=0)
 
 
+def write_picture(path: Path, frame: Frame) -> None:
+    from PIL import Image
+
+    Image.fromarray(frame).save(path, format="PNG", optimize=True)
+
+
 class Picture:
     """A figure whose moving parts are set to a time: wheelset, both contacts, displacement and flange forces."""
 
-    def __init__(self, records: Sequence[Record], start: float, end: float, speed: float,
+    def __init__(self, records: Sequence[Record], start: float, end: float, speed: float | None,
                  settings: Settings | None) -> None:
         assumed = assumed_placing(records, settings)
         self.actors = [Actor(record, line, own_placing(record) if record.settings else assumed)
@@ -121,7 +136,7 @@ class Picture:
         title = ", ".join(actor.record.heading for actor in self.actors)
         self.figure.text(0.025, 0.965, title, fontsize=13, weight="bold", va="top")
         self.clock = self.figure.text(0.985, 0.965, "", fontsize=13, va="top", ha="right", family="DejaVu Sans Mono")
-        self.speed = f"1:{1/speed:,.0f}" if speed < 0.7 else f"{speed:g}×"
+        self.speed = "" if speed is None else f"1:{1/speed:,.0f}" if speed < 0.7 else f"{speed:g}×"
         self.movers: list[Callable[[float], Iterable[tuple[Axes, Artist]]]] = []
         self.draw_scene(whole, 0.0, (1.1, -1.1), (-0.16, 1.02), 6*ARROW)
         self.draw_scene(details[0], 1, (0.85, 0.655), (-0.045, 0.06), ARROW)
@@ -147,8 +162,9 @@ class Picture:
         for rail, s in (outline.left.rail, 1), (outline.right.rail, -1):
             foot = [[rail[-1, 0], -0.2], [rail[0, 0], -0.2]]
             ax.fill(*(np.vstack([rail, foot])*[s, 1]).T, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.8)
-        for actor in reversed([actor for actor in self.actors if actor.shape]):
-            self.movers.append(actor.draw(ax, side, filled=actor is self.actors[0], arrow=arrow/self.largest))
+        for actor in reversed(self.actors):
+            if actor.shape:
+                self.movers.append(actor.draw(actor.shape, ax, side, filled=actor is self.actors[0], arrow=arrow/self.largest))
 
     def draw_chart(self, ax: Axes, columns: Sequence[str], start: float, end: float) -> Line2D:
         """Columns over the time of the film; returns the cursor."""
@@ -181,7 +197,7 @@ class Picture:
         for cursor in self.cursors:
             cursor.set_xdata([t, t])
             cursor.axes.draw_artist(cursor)
-        self.clock.set_text(f"{1e3*t:10.3f} ms   {self.speed}")
+        self.clock.set_text(f"{1e3*t:10.3f} ms   {self.speed}".rstrip())
         self.figure.draw_artist(self.clock)
         return np.asarray(self.canvas.buffer_rgba())[:, :, :3].copy()
 
@@ -200,10 +216,10 @@ class Actor:
         """Linear between rows; 0 for what the file lacks."""
         return float(np.interp(t, self.time, self.columns[column])) if column in self.columns else 0.0
 
-    def draw(self, ax: Axes, side: float, filled: bool,
+    def draw(self, shape: Shape, ax: Axes, side: float, filled: bool,
              arrow: float) -> Callable[[float], Iterable[tuple[Axes, Artist]]]:
         """The wheelset in `ax`; the function moves it and gives what is to draw.  arrow: length of a force [m/N]."""
-        left, right = (np.vstack([side.wheel, side.wheel[::-1]*[1, -1]]) for side in (self.shape.left, self.shape.right))
+        left, right = (np.vstack([side.wheel, side.wheel[::-1]*[1, -1]]) for side in (shape.left, shape.right))
         ends = [-right[:, 0].min(), left[:, 0].min()]       # of the axle, between the wheels
         bodies = [np.array([[ends[k], z] for k, z in ((0, -0.08), (1, -0.08), (1, 0.08), (0, 0.08))]), left, right*[-1, 1]]
         looks = ({"facecolor": WHEEL_GREY, "edgecolor": BLACK, "linewidth": 1.0} if filled else
@@ -222,8 +238,8 @@ class Actor:
             artist.set_animated(True)
 
         def move(t: float) -> Iterable[tuple[Axes, Artist]]:
-            y, z, roll = self.at("Y", t), self.shape.axle + self.at("Z", t), self.at("roll", t)
-            c, s = np.cos(self.shape.roll + roll), np.sin(self.shape.roll + roll)
+            y, z, roll = self.at("Y", t), shape.axle + self.at("Z", t), self.at("roll", t)
+            c, s = np.cos(shape.roll + roll), np.sin(shape.roll + roll)
             for polygon, body in zip(polygons, bodies, strict=True):
                 polygon.set_xy(body @ np.array([[c, s], [-s, c]]) + [y, z])
             text = [] if side else [f"Y {1e3*y:.2f} mm, Z {1e3*self.at('Z', t):.2f} mm, Φ {1e3*roll:.2f} mrad"]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..record import CONTACT_NAMES, CONTACTS
+from ..table import CONTACT_NAMES, CONTACTS
 
 
 @dataclass(frozen=True)

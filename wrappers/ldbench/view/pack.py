@@ -13,6 +13,8 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +31,7 @@ EXPONENTS = -118, 118       # of the last digit; smaller numbers are zero, large
 @dataclass(frozen=True)
 class Packed:
     """A run for the page: `body` is deflated, `index` says what is in it."""
-    index: dict[str, object]
+    index: dict[str, Any]
     body: bytes
 
 
@@ -56,7 +58,7 @@ def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[s
             known.append((name, values))
         exact.append({"name": name, **method})
         parts.append(data)
-    index: dict[str, object] = {"rows": n, "kept": len(t), "exact": exact, "bands": []}
+    index: dict[str, Any] = {"rows": n, "kept": len(t), "exact": exact, "bands": []}
     if not whole:
         size = -(-n//BINS)
         even = np.ptp(np.diff(time)) <= 1e-6*(time[-1] - time[0])/n
@@ -92,7 +94,7 @@ def keep_rows(time: np.ndarray, columns: dict[str, np.ndarray], moments: Sequenc
     for name in peaks:
         if name in columns:
             edges = np.linspace(0, n, bins + 1).astype(int)
-            for a, b in zip(edges[:-1], edges[1:], strict=True):
+            for a, b in pairwise(edges):
                 if b > a and np.nanmax(columns[name][a:b], initial=0.0) > 0:
                     kept[a + np.nanargmax(columns[name][a:b])] = True
     left = room - int(kept.sum())
@@ -155,12 +157,12 @@ def predictions(x: np.ndarray, t: np.ndarray | None) -> list[np.ndarray]:
 
 def pack_exact(x: np.ndarray, t: np.ndarray | None,
                known: Sequence[tuple[str, np.ndarray]],
-               orders: Sequence[int] = (0, 1, 2, 3)) -> tuple[np.ndarray, dict[str, object], bytes]:
+               orders: Sequence[int] = (0, 1, 2, 3)) -> tuple[np.ndarray, dict[str, Any], bytes]:
     """The numbers as the page will have them, how they are predicted, and their bytes: exponents, then the
     differences' four bytes.  `known` are columns that went before: one may be a multiple of another."""
     m, e = decimals(x)
     values = value_of(m, e)
-    best = None
+    least = np.inf
     for method, guess in candidates(values, t, known, orders):
         with np.errstate(all="ignore"):
             units = np.floor(scaled(guess, e) + 0.5)
@@ -168,14 +170,14 @@ def pack_exact(x: np.ndarray, t: np.ndarray | None,
         difference = np.where(e >= ZERO, 0, m - units).astype(np.int64)
         code = np.where(difference >= 0, 2*difference, -2*difference - 1)
         cost = float(np.log2(code + 1.0).sum())
-        if best is None or cost < best[0]:
-            best = cost, method, code
-    _, method, code = best
+        if cost < least:
+            least, best = cost, (method, code)
+    method, code = best
     return values, method, e.astype(np.int8).tobytes() + planes(code, 4)
 
 
 def candidates(values: np.ndarray, t: np.ndarray | None, known: Sequence[tuple[str, np.ndarray]],
-               orders: Sequence[int]) -> Iterator[tuple[dict[str, object], np.ndarray]]:
+               orders: Sequence[int]) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
     """Ways to predict, and what they predict."""
     found = predictions(values, t)
     for order in orders:
@@ -206,7 +208,7 @@ def quantum(x: np.ndarray, levels: int) -> tuple[float, float]:
     return float(known.min()), float(np.ptp(known)/levels)
 
 
-def pack_band(x: np.ndarray, edges: np.ndarray) -> tuple[dict[str, object], bytes]:
+def pack_band(x: np.ndarray, edges: np.ndarray) -> tuple[dict[str, Any], bytes]:
     """Least and largest value in the bins from every edge to the next; levels are rounded outwards, so that the band
     holds every value."""
     low, step = quantum(x, LEVELS)
@@ -220,7 +222,7 @@ def pack_band(x: np.ndarray, edges: np.ndarray) -> tuple[dict[str, object], byte
     return {"low": low, "step": step}, planes(steps(a), 2) + planes(b - a, 2)
 
 
-def pack_track(x: np.ndarray) -> tuple[dict[str, object], bytes]:
+def pack_track(x: np.ndarray) -> tuple[dict[str, Any], bytes]:
     """The nearest level for every row."""
     low, step = quantum(x, FINE_LEVELS)
     none = ~np.isfinite(x)

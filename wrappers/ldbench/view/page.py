@@ -13,14 +13,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .. import style
 from .._core import Error, complete, version
 from ..case import Case
-from ..record import CONTACT_NAMES, CONTACTS, Record
+from ..record import Record
 from ..run import Run, output_path
+from ..table import CONTACT_NAMES, CONTACTS
 from .labels import GROUPS, label
 from .pack import CELLS, pack
 from .shapes import Placing, Settings, Shape, Side, checksum, shape
@@ -69,7 +71,8 @@ def make_page(records: Sequence[Record], title: str = "", settings: Settings | N
     """
     assumed = assumed_placing(records, settings)
     shapes: list[Shape] = []
-    runs, bodies = [], []
+    runs: list[dict[str, Any]] = []
+    bodies: list[str] = []
     for record in records:
         entry, body = run_entry(record, assumed, shapes, (cells or {}).get(record.name, CELLS))
         entry["shown"] = shown is None or len(runs) < shown
@@ -125,12 +128,13 @@ def run_record(run: Run) -> Record:
         profiles={which: f"{file.name}, CRC-32 {checksum(file)}" for which, file in files.items()},
         reconstruction=any(b"reconstruction" in file.read_bytes().lower() for file in files.values()),
         clearance=summary["clearance"], clearance_right=summary["clearance_right"],
-        axle_height=summary["equilibrium"], axle_roll=summary["equilibrium_roll"], drift=summary["drift"], steps=summary["steps"], step=summary["step"],
+        axle_height=summary["equilibrium"], axle_roll=summary["equilibrium_roll"], drift=summary["drift"],
+        steps=summary["steps"], step=summary["step"],
         events=tuple(Event(e.t, e.kind, e.force if loaded else np.nan) for e in run.events),
         peaks={c: (summary[f"peak_N_{c}"], summary[f"t_peak_{c}"]) for c in CONTACTS}, ending=summary["end"])
 
 
-def run_entry(record: Record, assumed: Placing, shapes: list[Shape], cells: int) -> tuple[dict[str, object], bytes]:
+def run_entry(record: Record, assumed: Placing, shapes: list[Shape], cells: int) -> tuple[dict[str, Any], bytes]:
     """What the page is told of a run, and its columns; its outlines are added to `shapes` unless they are there."""
     time, columns = checked(record)
     own = bool(record.settings)
@@ -167,7 +171,7 @@ def checked(record: Record) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     return time, {str(name): record.values(name) for name in record.columns if name != "time"}
 
 
-def events(record: Record) -> list[dict[str, object]]:
+def events(record: Record) -> list[dict[str, Any]]:
     """What happened, in order; where the file does not say, first contacts by its forces. Largest forces too."""
     found = [{"t": event.time, "what": event.kind, "force": number(event.force)} for event in record.events]
     if not record.events:
@@ -206,7 +210,7 @@ def place(outline: Shape | None, shapes: list[Shape]) -> int | None:
     return len(shapes) - 1
 
 
-def shape_entry(outline: Shape) -> dict[str, object]:
+def shape_entry(outline: Shape) -> dict[str, Any]:
     """For the page; sides that are mirror images go there once."""
     def side(one: Side) -> dict[str, list[float]]:
         return {name: getattr(one, name).ravel().round(7).tolist() for name in ("wheel", "rail", "flank", "gauge")}
@@ -215,7 +219,7 @@ def shape_entry(outline: Shape) -> dict[str, object]:
     return {"sides": [left] if left == right else [left, right], "axle": outline.axle, "roll": outline.roll}
 
 
-def cell_entry(cell: Cell) -> dict[str, object]:
+def cell_entry(cell: Cell) -> dict[str, Any]:
     return {"text": cell.text, "run": cell.run, "t": cell.time, "with": cell.beside}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +52,7 @@ def beside(record: Record, others: Sequence[Record]) -> Cell:
     return Cell(words or "–", record.name, float(record.time[0]) if mine else None, tuple(o.name for o in mine))
 
 
-def moment(record: Record, row: dict[str, object], key: str) -> float | None:
+def moment(record: Record, row: dict[str, Any], key: str) -> float | None:
     """Time [s] of the number of the summary that is called `key`; None for a number of no moment."""
     if key.startswith("t_"):
         return float(row[key])

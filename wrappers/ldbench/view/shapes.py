@@ -54,17 +54,18 @@ def shape(record: Record, placing: Placing) -> tuple[Shape | None, str]:
     found = {(which, right): find_profile(replace(record, settings=settings), which, right)
              for right in (False, True) for which in ("wheel", "rail")}
     named = settings.get("profiles", {})
-    missing = dict.fromkeys(str(right and named.get(f"{which}_profile_right") or named.get(f"{which}_profile", "?"))
+    missing = dict.fromkeys(str((right and named.get(f"{which}_profile_right")) or named.get(f"{which}_profile", "?"))
                             for (which, right), file in found.items() if not file)
+    files = {side: file for side, file in found.items() if file}
     if missing:
         return None, f"no outlines: {' and '.join(missing)} not found"
-    changed = dict.fromkeys(file.name for (which, right), file in found.items()
+    changed = dict.fromkeys(file.name for (which, right), file in files.items()
                             if not fits(file, stated_profile(record, which, right)))
     try:
         (left, height, y), (right, height_right, y_right) = (
-            place_side(found["wheel", right], found["rail", right], settings) for right in (False, True))
+            place_side(files["wheel", right], files["rail", right], settings) for right in (False, True))
     except (Error, ValueError, IndexError):     # not profiles
-        names = " and ".join(dict.fromkeys(file.name for file in found.values()))
+        names = " and ".join(dict.fromkeys(file.name for file in files.values()))
         return None, f"no outlines: {names} cannot be placed"
     remark = f"{' and '.join(changed)} changed since the run" if changed else ""
     if np.isnan(placing.axle):          # rigid, on both rails; the sides' heights differ by some micrometres
