@@ -1,9 +1,11 @@
 !> The motion of a case by our steps and by integrators of SUNDIALS, on one compiled force, timed alike.
 !>
 !> usage: peers input.nml
-!> Does the namelists &job of standard input one after the other, the answer to each a line: Y, Z, roll at the end
-!> (NaN if it was not reached), processor time of the integration alone [s], evaluations of the force, Jacobians, steps,
-!> events found.
+!> Does the namelists &job of standard input one after the other (logicals as T or F), the answer to each a line: Y, Z,
+!> roll at the end (NaN if it was not reached), processor time of the integration alone [s], evaluations of the force,
+!> Jacobians, steps, events found.
+!>
+!> The Fortran modules are those of SUNDIALS 6.4, which Debian 12 has; SPRKStep, its symplectic methods, came with 6.6.
 module by_sundials
   use, intrinsic :: iso_c_binding
   use farkode_erkstep_mod
@@ -26,7 +28,7 @@ module by_sundials
   private
   public :: problem_type, peer_type, new_peer, evolve, free_peer
 
-  !> x = (y, z from equilibrium, roll) and their rates.
+  !> x = (y, z, roll) from equilibrium and their rates.
   type :: problem_type
     type(setup_type), pointer :: setup => null()
     logical :: explicit = .false.      !! by ARKODE; else by CVODE
@@ -267,7 +269,7 @@ contains
     real(dp), intent(in) :: x(6)
     real(dp) :: q(3)
 
-    q = x(1:3) + [0.0_dp, problem%setup%equilibrium(2), 0.0_dp]
+    q = problem%setup%equilibrium + x(1:3)
   end function pose
 
 end module by_sundials
@@ -396,7 +398,7 @@ contains
       if (.not. ok) exit
       if (.not. rows) cycle
       motion%t = t
-      motion%q = peer%x(:3) + [0.0_dp, setup%equilibrium(2), 0.0_dp]
+      motion%q = setup%equilibrium + peer%x(:3)
       motion%v = peer%x(4:)
       call contacts(setup%wheelset, motion%q, motion%contact, tangent=.false.)
       problem%evaluations = problem%evaluations + 1

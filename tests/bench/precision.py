@@ -32,7 +32,7 @@ LONG = 1.0                      # a solution that takes longer is not repeated [
 ROUND = 0.05                    # a shorter one is repeated in every round until it takes so long [s]
 TOO_LONG = {Form.SHORT: np.inf, Form.USUAL: 0.2, Form.FULL: 2.0}     # a method that does is not refined any more [s]
 ROUNDS = {Form.SHORT: 3, Form.USUAL: 5, Form.FULL: 7}
-CLOSE, CLOSER = 3.0, 1.6        # to its family's fastest a method has to be to be tried with other outputs, to be timed
+CLOSE, CLOSER = 3.0, 1.4        # to its family's fastest a method has to be to be tried with other outputs, to be timed
 
 STEPS = 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6          # [s]
 TOLERANCES = tuple(10.0**-k for k in range(6, 14))

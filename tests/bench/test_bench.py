@@ -11,7 +11,7 @@ from pypdf import PdfReader
 from conftest import FORTRAN_TESTS, REPO, LongProgram
 
 sys.path += [str(REPO/"tests/validation"), str(REPO/"tests/bench")]
-from programs import resources  # noqa: E402
+from programs import fortran_test, resources  # noqa: E402
 from scheduler import Costs, simulate  # noqa: E402
 
 PEERS = (FORTRAN_TESTS/"peers").exists()
@@ -60,6 +60,20 @@ def test_peers_or_what_is_missing(long_programs: dict[str, LongProgram], lines: 
     outputs = {line["quantity"].split(", ")[1] for line in lines if "best of SUNDIALS over ours" in line["quantity"]}
     assert outputs == ({"end alone", "events and states", "events and columns"} if PEERS else set())
     assert said.count("./bootstrap --sundials") == (not PEERS)
+
+
+@pytest.mark.skipif(not PEERS, reason="no SUNDIALS: ./bootstrap --sundials")
+def test_all_integrators_reach_one_end_and_find_the_same_events():
+    """Of exercise 2 with two flange contacts: whatever is given on the way, and whichever method found it."""
+    peers = "adams", "adams newton", "bdf", "erk 4", "erk 5", "erk 6"
+    ours = "energy_tolerance=1e-9", "energy_tolerance=0 dt=5e-6"
+    outputs = "", "events=T", "events=T interval=1e-4", "events=T interval=1e-4 rows=T"
+    jobs = [f"{how} {output}" for how in (*ours, *(f"method='{x}' tolerance=1e-11" for x in peers)) for output in outputs]
+    said = fortran_test("peers", "inputs/ex2_aw.nml", stdin="\n".join(f"&job t_end=0.05 {job} /" for job in jobs) + "\n")
+    numbers = np.array([line.split() for line in said.splitlines()], float)
+    assert len(numbers) == len(jobs) and np.ptp(numbers[:, :3], axis=0).max() < 1e-8
+    found = numbers[:, 7].reshape(-1, len(outputs))
+    assert not found[:, 0].any() and len(set(found[:2, 1:].flat)) == 1 == len(set(found[2:, 1:].flat)) and found[0, 1] > 5
 
 
 def test_pdf(folder: Path):
