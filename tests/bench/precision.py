@@ -295,7 +295,7 @@ def point_measures(found: Comparison) -> list[Measure]:
 
 def headline_table(found: list[Comparison], output: str) -> Table:
     head = ["case", "end [s]", "at [m]", "ours", "time [ms]", "evaluations", "best of SUNDIALS", "evaluations",
-            "its time / ours", "best of SciPy / ours"]
+            "its time / ours", *["best of SciPy / ours"]*(output == END)]
     rows = []
     for case in found:
         for target in case.targets:
@@ -307,11 +307,12 @@ def headline_table(found: list[Comparison], output: str) -> Table:
             cells = ["–"]*3
             if "SUNDIALS" in by_family:
                 m, n = by_family["SUNDIALS"]
-                cells = [m.subject, n.text(), m.text()]
-            scipy = by_family.get("SciPy")
+                cells = [m.subject, f"{n.median:.0f}", m.text()]
             rows.append([case.name, f"{case.problem.t_end:.4f}", f"{target:g}", f"{ours.subject}, {ours.note[13:]}",
-                         f"{1e3*ours.median:.3g}", count.text(), *cells,
-                         f"{scipy[0].text()} {scipy[0].subject}" if scipy else "–"])
+                         f"{1e3*ours.median:.3g}", f"{count.median:.0f}", *cells])
+            if output == END:
+                scipy, _ = by_family.get("SciPy", (None, None))
+                rows[-1].append(f"{scipy.text()} {scipy.subject}" if scipy else "–")
     return Table(f"Processor time at equal error of Y: {output}; median (quartiles)", head, rows)
 
 
