@@ -86,6 +86,16 @@ TESTS  = $(patsubst tests/fortran/%.f90,$(BUILD)/tests/%,$(filter-out %/shared.f
 $(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(OBJECTS)
 	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -o $@ $< $(SHARED) $(OBJECTS) $(LIBS)
 
+# What SUNDIALS does on the same force, where its Fortran modules are (./bootstrap --sundials).
+SUNDIALS = /usr/include/sundials/fortran
+ifneq ($(wildcard $(SUNDIALS)/fcvode_mod.mod),)
+  TESTS += $(BUILD)/tests/peers
+endif
+$(BUILD)/tests/peers: tests/bench/peers.f90 $(SHARED) $(OBJECTS)
+	$(FC) $(FFLAGS) $(WARN) -Wno-unused-dummy-argument -I $(BUILD) -I $(SUNDIALS) -J $(BUILD)/tests -o $@ $< $(SHARED) $(OBJECTS) $(LIBS) \
+	  $(addprefix -lsundials_,farkode_mod fcvode_mod fnvecserial_mod fsunlinsoldense_mod fsunmatrixdense_mod \
+	  fsunnonlinsolfixedpoint_mod)
+
 $(SHARED): tests/fortran/shared.f90 $(OBJECTS) | $(BUILD)/tests
 	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -c -o $@ $<
 

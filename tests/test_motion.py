@@ -308,7 +308,7 @@ def test_peak_at_the_start(actual: ldbench.ContactTable):
 
 
 # ---- symmetries ----------------------------------------------------------------------
-@pytest.mark.parametrize("scheme, order", [*itertools.product(SCHEMES, (2, 4)), ("explicit", 6)])
+@pytest.mark.parametrize(("scheme", "order"), [*itertools.product(SCHEMES, (2, 4)), ("explicit", 6)])
 def test_time_reversal(scheme: str, order: int, shipped: dict[str, Run], tmp_path: Path):
     """Reversed after the left flange impact of exercise 2, the wheelset returns to its start."""
     dt = 5e-6

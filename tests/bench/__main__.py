@@ -36,7 +36,7 @@ def write_pdf(path: Path, sections: dict[str, Section]) -> None:
 
 def main() -> int:
     args = arguments("make bench", __doc__, SECTIONS, "one exercise, few settings, no valgrind",
-                     {"scipy": "scipy", "scikit-sundae": "sksundae"},
+                     {"scipy": "scipy"},
                      "all cases, methods, models and members: 15 minutes instead of 6")
     form = Form.SHORT if args.short else Form.FULL if args.full else Form.USUAL
     sections = run_sections(args, form, lambda section: (m.line() for m in section.measures if m.headline))

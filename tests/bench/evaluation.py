@@ -12,7 +12,7 @@ import ldbench
 from checks import Table
 from ldbench import Case, Run, _flat
 from measure import Form, Section, measure, ratio
-from problem import numpy_law
+from problem import absolute, numpy_law
 from programs import fortran_test
 
 EXERCISES = 1, 2
@@ -53,12 +53,6 @@ def poses_of(run: Run) -> np.ndarray:
     poses = run.columns[["Y", "Z", "roll"]].to_numpy().copy()
     poses[:, 1] += run.table.equilibrium
     return poses
-
-
-def absolute(case: Case) -> Case:
-    """The case with paths that hold in any folder."""
-    return case.replace(**{name: str(Path(case.find(getattr(case, name))).resolve())
-                           for name in ("wheel_profile", "rail_profile", "table_file")})
 
 
 def fortran_times(case: Case, poses: np.ndarray, rounds: int) -> tuple[dict[str, np.ndarray], float]:

@@ -10,9 +10,10 @@ import numpy as np
 
 import ldbench
 from checks import Table
-from evaluation import absolute, poses_of, write_poses
+from evaluation import poses_of, write_poses
 from ldbench import Case
 from measure import Form, Section, measure
+from problem import absolute
 from programs import FORTRAN_TESTS, LDBENCH, run_program
 
 LOOPS = 5                       # of tests/fortran/force_loop

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from checks import Table
 
+END, STATES, COLUMNS = OUTPUTS = "end alone", "events and states", "events and columns"     # what a solution gives
+
 
 class Form(IntEnum):
     """How much is measured."""

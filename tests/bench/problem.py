@@ -1,23 +1,30 @@
 """A case as an initial value problem for any integrator, on the compiled force law; its reference solution."""
 from __future__ import annotations
 
+import subprocess
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
-import sksundae
 from scipy.integrate import solve_ivp
 
 import ldbench
 from ldbench import Case, ContactTable, _flat
+from measure import COLUMNS, END
+from programs import FORTRAN_TESTS
 
 SIZE = np.array([1e-2, 1e-2, 1e-2, 1.0, 1.0, 1.0])  # of the motion [m, rad] and per second: scales absolute tolerances
-MAX_STEP = 1e-4                 # of the reference: a longer one may pass through a contact without seeing it [s]
-STRICT, FINE = (1e-12, 1e-13), (1e-6, 5e-7)                 # tolerances and steps [s] of the references
-SHORT_STRICT, SHORT_FINE = (1e-10, 1e-11), (2e-6, 1e-6)
-ROWS = 100                      # of our output: the others give the end only
+MAX_STEP = 1e-4                 # of DOP853 as reference: a longer one may pass through a contact without seeing it [s]
+STRICT, SHORT_STRICT = (1e-12, 1e-13), (1e-10, 1e-11)       # its tolerances
+PEER_STRICT = 1e-13, 3e-14      # those of CVODE as reference
+FINE, SHORT_FINE = ((1e-5, 1e-10), (5e-6, 1e-11)), ((1e-5, 1e-8), (1e-5, 1e-9))     # our steps [s] and tolerances [J]
+ROWS = 100                      # of our output from Python
 FAR_OFF = 1e15                  # rates of a trial pose outside the table: shortens the step (LSODA would keep a NaN)
+PEERS = FORTRAN_TESTS/"peers"   # tests/bench/peers.f90, built where SUNDIALS is
 
 
 @dataclass
@@ -27,16 +34,17 @@ class Problem:
     case: Case
     table: ContactTable
     t_end: float
-    trajectory: tuple[np.ndarray, np.ndarray, np.ndarray]   # y, z (above the rails), roll, of the shipped run
     start: np.ndarray
     rates: Callable[[float, np.ndarray], np.ndarray]
     jacobian: Callable[[float, np.ndarray], np.ndarray]
+    program: subprocess.Popen | None            # that solves it in compiled form, if it is there
 
 
-def problem(case: Case, table: ContactTable) -> Problem:
+@contextmanager
+def problem(case: Case, table: ContactTable) -> Iterator[Problem]:
     """The case up to the last row of the shipped run before it ends: by then no step size has ended it."""
     table = table.for_case(case)
-    columns = ldbench.run(case, table=table).columns.iloc[:-1]
+    t_end = float(ldbench.run(case, table=table).columns["time"].iloc[-2])
     # The cheapest way from Python: the core's procedure on arrays that are there, no checks in between.
     forces, tangents, handle = _flat.forces, _flat.tangents, table._handle
     y, z, roll = np.empty(1), np.empty(1), np.empty(1)
@@ -62,8 +70,22 @@ def problem(case: Case, table: ContactTable) -> Problem:
         return full
 
     start = np.array([case.Y, case.Z, case.initial_roll, case.vY, case.vZ, case.roll_rate])
-    trajectory = tuple(np.ascontiguousarray(columns[c] + h) for c, h in (("Y", 0), ("Z", height), ("roll", 0)))
-    return Problem(case, table, float(columns["time"].iloc[-1]), trajectory, start, rates, jacobian)
+    p = Problem(case, table, t_end, start, rates, jacobian, None)
+    if not PEERS.exists():
+        yield p
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        absolute(case).to_namelist(Path(folder)/"case.nml")
+        with subprocess.Popen([PEERS, Path(folder)/"case.nml"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              text=True, bufsize=1) as program:
+            yield replace(p, program=program)
+            program.stdin.close()
+
+
+def absolute(case: Case) -> Case:
+    """The case with paths that hold in any folder."""
+    return case.replace(**{name: str(Path(case.find(getattr(case, name))).resolve())
+                           for name in ("wheel_profile", "rail_profile", "table_file")})
 
 
 def numpy_law(table: ContactTable) -> Callable[[float, float, float], np.ndarray]:
@@ -118,42 +140,64 @@ class Solution:
 FAILED = np.full(3, np.nan)
 
 
-def by_ldbench(p: Problem, scheme: str, order: int, beta: float, dt: float, energy_tolerance: float = 0.0) -> Solution:
-    """By the core; its time includes events and energies that the others do not have."""
-    case = p.case.replace(scheme=scheme, order=order, beta=beta, dt=dt, energy_tolerance=energy_tolerance,
-                          t_end=p.t_end, stop_at="t_end", interval=p.t_end/ROWS)
-    try:
-        run = ldbench.run(case, table=p.table)
-    except ldbench.Error:
-        return Solution(FAILED, np.nan, 0, 0)
-    last = run.columns[["time", "Y", "Z", "roll"]].to_numpy()[-1]
-    reached = abs(last[0] - p.t_end) < 1e-9
-    return Solution(last[1:] if reached else FAILED, run.summary["seconds"], run.summary["evaluations"], 0)
+def compiled(p: Problem, output: str, least: float, **job: str | float | bool) -> Solution:
+    """By the program, repeated until it took `least` [s]."""
+    job |= {"t_end": p.t_end, "seconds": least}
+    if output != END:
+        job |= {"interval": p.case.interval, "events": True, "rows": output == COLUMNS}
+    words = (f"{name}={'FT'[value] if isinstance(value, bool) else repr(value)}" for name, value in job.items())
+    p.program.stdin.write(f"&job {' '.join(words)} /\n")
+    words = p.program.stdout.readline().split()
+    if not words:
+        raise RuntimeError(f"{PEERS} ended at {job}")
+    return Solution(np.array(words[:3], float), float(words[3]), int(words[4]), int(words[5]))
 
 
-def by_scipy(p: Problem, method: str, tolerance: float, max_step: float = np.inf) -> Solution:
+def by_ours(p: Problem, output: str, least: float, scheme: str, order: int, beta: float, dt: float,
+            energy_tolerance: float = 0.0) -> Solution:
+    """By the core; without the program its time includes events, energies and the columns of some rows."""
+    if p.program:
+        return compiled(p, output, least, method=scheme, order=order, beta=beta, dt=dt,
+                        energy_tolerance=energy_tolerance)
+    case = p.case.replace(scheme=scheme, order=order, beta=beta, dt=min(dt, p.t_end/ROWS), stop_at="t_end",
+                          energy_tolerance=energy_tolerance, t_end=p.t_end, interval=p.t_end/ROWS)
+
+    def once() -> Solution:
+        try:
+            run = ldbench.run(case, table=p.table)
+        except ldbench.Error:
+            return Solution(FAILED, np.nan, 0, 0)
+        last = run.columns[["time", "Y", "Z", "roll"]].to_numpy()[-1]
+        reached = abs(last[0] - p.t_end) < 1e-9
+        return Solution(last[1:] if reached else FAILED, run.summary["seconds"], run.summary["evaluations"], 0)
+
+    return lasting(once, least)
+
+
+def by_peer(p: Problem, output: str, least: float, method: str, tolerance: float) -> Solution:
+    """By SUNDIALS."""
+    return compiled(p, output, least, method=method, tolerance=tolerance)
+
+
+def by_scipy(p: Problem, least: float, method: str, tolerance: float, max_step: float = np.inf) -> Solution:
     options = {"jac": p.jacobian} if method == "Radau" else {}
-    begin = time.process_time()
-    found = solve_ivp(p.rates, (0, p.t_end), p.start, method, t_eval=[p.t_end], rtol=tolerance, atol=tolerance*SIZE,
-                      max_step=max_step, **options)
-    seconds = time.process_time() - begin
-    return Solution(found.y[:3, -1] if found.success else FAILED, seconds, found.nfev, found.njev)
+
+    def once() -> Solution:
+        begin = time.process_time()
+        found = solve_ivp(p.rates, (0, p.t_end), p.start, method, t_eval=[p.t_end], rtol=tolerance,
+                          atol=tolerance*SIZE, max_step=max_step, **options)
+        seconds = time.process_time() - begin
+        return Solution(found.y[:3, -1] if found.success else FAILED, seconds, found.nfev, found.njev)
+
+    return lasting(once, least)
 
 
-def by_cvode(p: Problem, method: str, tolerance: float) -> Solution:
-    """By SUNDIALS; three output times, for with two it gives every step."""
-    def rates(t: float, x: np.ndarray, out: np.ndarray) -> None:
-        out[:] = p.rates(t, x)
-
-    def jacobian(t: float, x: np.ndarray, _: np.ndarray, out: np.ndarray) -> None:
-        out[:] = p.jacobian(t, x)
-
-    solver = sksundae.cvode.CVODE(rates, jacfn=jacobian, method=method, rtol=tolerance, atol=tolerance*SIZE,
-                                  max_num_steps=10**7)
-    begin = time.process_time()
-    found = solver.solve(np.array([0, p.t_end/2, p.t_end]), p.start)
-    seconds = time.process_time() - begin
-    return Solution(found.y[-1, :3] if found.success else FAILED, seconds, found.nfev, found.njev)
+def lasting(once: Callable[[], Solution], least: float) -> Solution:
+    """Repeated until it took `least` [s]; the mean time."""
+    done = [once()]
+    while sum(s.seconds for s in done) < least:
+        done.append(once())
+    return replace(done[0], seconds=float(np.mean([s.seconds for s in done])))
 
 
 # Reference --------------------------------------------------------------------------------
@@ -167,16 +211,18 @@ class Reference:
 
 
 def reference(p: Problem, short: bool = False) -> Reference:
-    """DOP853 or our order 4 with a small step: the one that changes less from the setting before.
+    """Our cut steps or another's, small: the one that changes less from the setting before.
 
     The two have nothing in common but the force law, so their distance bounds the errors of both.
     """
-    tolerances, steps = (SHORT_STRICT, SHORT_FINE) if short else (STRICT, FINE)
-    candidates = []
-    for source, solutions in (
-            (f"DOP853, {tolerances[1]:g}", [by_scipy(p, "DOP853", x, MAX_STEP) for x in tolerances]),
-            (f"newmark 4, {steps[1]:g} s", [by_ldbench(p, "newmark", 4, 0.25, x) for x in steps])):
-        coarse, fine = (s.pose for s in solutions)
-        candidates.append((abs(coarse[0] - fine[0]), source, fine))
+    fine = SHORT_FINE if short else FINE
+    ours = [by_ours(p, END, 0, "newmark", 4, 0.0, *settings) for settings in fine]
+    if p.program:
+        other, theirs = f"CVODE Adams, {PEER_STRICT[1]:g}", [by_peer(p, END, 0, "adams", x) for x in PEER_STRICT]
+    else:
+        strict = SHORT_STRICT if short else STRICT
+        other, theirs = f"DOP853, {strict[1]:g}", [by_scipy(p, 0, "DOP853", x, MAX_STEP) for x in strict]
+    candidates = [(abs(coarse.pose[0] - fine.pose[0]), source, fine.pose) for source, (coarse, fine) in (
+        (other, theirs), (f"cut 4, {fine[1][1]:g} J", ours))]
     (error, source, pose), (_, _, other) = sorted(candidates, key=lambda c: c[0])
     return Reference(pose, float(error), source, float(abs(pose[0] - other[0])))
