@@ -557,6 +557,7 @@ contains
       b = h
       small = 1e-9_dp*max(abs(p%v), abs(new%v))
       if (present(level)) small = 4*epsilon(level)*ends(2)
+      beyond = 0
       do iter = 1, 100
         f = new%v
         slope = rate
