@@ -86,9 +86,9 @@ TESTS  = $(patsubst tests/fortran/%.f90,$(BUILD)/tests/%,$(filter-out %/shared.f
 $(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(OBJECTS)
 	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -o $@ $< $(SHARED) $(OBJECTS) $(LIBS)
 
-# What SUNDIALS does on the same force, where its Fortran modules are (./bootstrap --sundials).
+# What SUNDIALS does on the same force, where its Fortran modules are (./bootstrap --sundials), which gfortran made.
 SUNDIALS = /usr/include/sundials/fortran
-ifneq ($(wildcard $(SUNDIALS)/fcvode_mod.mod),)
+ifneq ($(and $(findstring gfortran,$(FC)),$(wildcard $(SUNDIALS)/fcvode_mod.mod)),)
   TESTS += $(BUILD)/tests/peers
 endif
 $(BUILD)/tests/peers: tests/bench/peers.f90 $(SHARED) $(OBJECTS)
