@@ -502,9 +502,9 @@ contains
     else if (c%formulation /= 'elastic' .and. abs(c%stiffness_scale - 1) > 0) then
       call fatal_error(error, file//', &contact stiffness_scale: expected 1, for contacts are rigid with'// &
         ' formulation = '''//trim(c%formulation)//''', found '//str(c%stiffness_scale))
-    else if (c%interval < c%dt) then
+    else if (c%interval < c%dt .and. c%formulation /= 'elastic') then
       call fatal_error(error, file//', &output interval: expected at least the step &integrator dt = '// &
-        str(c%dt)//' s, found '//str(c%interval))
+        str(c%dt)//' s with formulation = '''//trim(c%formulation)//''', found '//str(c%interval))
     else if (c%interval/c%dt > 1e9_dp) then
       call fatal_error(error, file//', &integrator dt: expected at most 1e9 steps between rows, found '// &
         str(c%interval/c%dt))

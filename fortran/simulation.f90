@@ -14,8 +14,8 @@ module simulation
   use hertz, only: contact_modulus
   use kinds, only: dp, version
   use modes, only: small_oscillations
-  use newmark, only: advance, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_diverged, &
-    step_ok
+  use newmark, only: advance, between, energy_change, energy_rounding, evaluate, motion_type, scheme_type, start_motion, &
+    step_diverged, step_ok
   use potential, only: contact_table, outside_depth, outside_lateral, outside_roll
   use parts, only: is_rail, is_wheel
   use profile, only: profile_type, read_profile
@@ -360,14 +360,16 @@ contains
     real(dp) :: recent(n_rigid_columns, 3) ! rows: the last that was given away, one to be kept or left out, the new one
     real(dp) :: first_energy, from, to
     real(dp) :: seen(4, 3), seen_at(3)     ! normal forces at the last three steps
-    integer :: substeps, last_row, report_rows, row, i, status, width
+    integer :: substeps, stride            ! steps between rows; rows that a longer step spans
+    integer :: last_row, report_rows, row, next_row, i, status, width
     integer :: given, last, new            ! where they are
     logical :: elastic, until_return
 
     call cpu_time(from)
     scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
     substeps = ceiling(c%interval/c%dt*(1 - 1e-9_dp))
-    run%step = c%interval/substeps
+    stride = max(1, floor(c%dt/c%interval*(1 + 1e-9_dp)))
+    run%step = stride*c%interval/substeps
     report_rows = max(1, min(100, 10000/substeps))
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
     elastic = c%formulation == 'elastic'
@@ -392,16 +394,21 @@ contains
     last = 2
     new = 3
     first_energy = 0
-    call fill(recent(:width, last))
+    call fill(motion, recent(:width, last))
     first_energy = recent(n_columns, last)
     recent(n_columns, last) = 0
-    do row = 1, last_row
+    row = 0
+    do while (row < last_row)
+      next_row = row + 1
+      row = min(row + stride, last_row)
       do i = 1, substeps
-        motion%t = (row - 1)*c%interval + (i - 1)*run%step
-        if (elastic) then
+        motion%t = (next_row - 1)*c%interval + (i - 1)*run%step
+        if (.not. elastic) then
+          call rigid_step(run%step)
+        else if (stride == 1) then
           call step(run%step, 0)
         else
-          call rigid_step(run%step)
+          call step((row - next_row + 1)*c%interval, 0)
         end if
         if (allocated(error)) exit
       end do
@@ -412,19 +419,10 @@ contains
         exit
       end if
       motion%t = row*c%interval
-      call fill(recent(:width, new))
-      if (.not. spare()) then
-        call give_last()
-        if (allocated(error)) return
-        i = given
-        given = last
-        last = i
-      end if
-      i = last
-      last = new
-      new = i
+      call add_row(motion)
+      if (allocated(error)) return
       if (present(watcher)) then
-        if (mod(row, report_rows) == 0) call watcher%report('integration', row/real(last_row, dp))
+        if (mod(row, report_rows) < stride) call watcher%report('integration', row/real(last_row, dp))
         run%cancelled = watcher%stop
       end if
       if (run%log%derailed .or. (until_return .and. run%log%returned) .or. run%cancelled) exit
@@ -471,10 +469,48 @@ contains
       end if
       run%steps = run%steps + 1
       call watch(run%log, setup%wheelset, motion, new, setup%side)
+      if (stride > 1) call rows_within(new)
       motion = new
-      call note_peaks()
-      call note_drift()
+      call note_peaks(motion)
+      call note_drift(motion)
     end subroutine step
+
+    !> The rows between the ends of a step that has been made.
+    subroutine rows_within(new)
+      type(motion_type), intent(in) :: new
+      type(motion_type) :: middle
+
+      do while (next_row < row .and. next_row*c%interval <= new%t*(1 + 1e-12_dp))
+        call between(setup%wheelset, motion, new, next_row*c%interval, middle)
+        call evaluate(setup%wheelset, middle, status)
+        run%evaluations = run%evaluations + 1
+        if (status /= step_ok) call report_failure()
+        if (.not. allocated(error)) call add_row(middle)
+        if (allocated(error)) return
+        ! A row at the end of a cut step is noted with it.
+        if (new%t - middle%t > 1e-6_dp*c%interval) call note_peaks(middle)
+        call note_drift(middle)
+        next_row = next_row + 1
+      end do
+    end subroutine rows_within
+
+    !> The row of a motion; the one before it is given away, or left out.
+    subroutine add_row(at)
+      type(motion_type), intent(in) :: at
+      integer :: was
+
+      call fill(at, recent(:width, new))
+      if (.not. spare()) then
+        call give_last()
+        if (allocated(error)) return
+        was = given
+        given = last
+        last = was
+      end if
+      was = last
+      last = new
+      new = was
+    end subroutine add_row
 
     !> A step of rigid contacts, in pieces from event to event; energy decides as above about each.
     subroutine rigid_step(dt)
@@ -501,7 +537,7 @@ contains
           run%blow(k) = motion%impulse(k) - old%impulse(k)
           run%blow_time(k) = motion%t
         end do
-        call note_drift()
+        call note_drift(motion)
         if (status /= rigid_ok) then
           call report_rigid_failure()
           return
@@ -509,13 +545,14 @@ contains
       end do
     end subroutine rigid_step
 
-    subroutine note_drift()
+    subroutine note_drift(at)
+      type(motion_type), intent(in) :: at
       real(dp) :: kinetic, potential
 
-      kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
-      potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
-        + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium(2))
-      run%drift = max(run%drift, abs(kinetic + potential - motion%work + motion%loss - (first_energy - constant())))
+      kinetic = 0.5_dp*sum(setup%wheelset%inertia()*at%v**2)
+      potential = (sum(at%contact%energy(:2)) + sum(at%contact%energy(3:))) &
+        + setup%wheelset%weight()*(at%q(2) - setup%equilibrium(2))
+      run%drift = max(run%drift, abs(kinetic + potential - at%work + at%loss - (first_energy - constant())))
     end subroutine note_drift
 
     !> Halvings of the step after which the energy's change, which goes with dt^(order + 1), is
@@ -533,14 +570,15 @@ contains
     end function constant
 
     !> Between steps a normal force is on the parabola through three of them.
-    subroutine note_peaks()
+    subroutine note_peaks(at)
+      type(motion_type), intent(in) :: at
       real(dp) :: rise, fall, bend, slope
       integer :: k
 
       seen = cshift(seen, 1, 2)
-      seen_at = [seen_at(2:3), motion%t]
+      seen_at = [seen_at(2:3), at%t]
       do k = 1, 4
-        seen(k, 3) = hypot(motion%contact%slope(1, k), motion%contact%slope(2, k))
+        seen(k, 3) = hypot(at%contact%slope(1, k), at%contact%slope(2, k))
         if (seen(k, 3) > run%peak(k)) call note_peak(k, seen(k, 3), seen_at(3))
         if (seen(k, 2) <= seen(k, 1) .or. seen(k, 2) < seen(k, 3)) cycle
         rise = (seen(k, 2) - seen(k, 1))/(seen_at(2) - seen_at(1))
@@ -561,10 +599,11 @@ contains
       run%peak_time(k) = t
     end subroutine note_peak
 
-    subroutine fill(to)
+    subroutine fill(at, to)
+      type(motion_type), intent(in) :: at
       real(dp), intent(out) :: to(:)
 
-      call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, first_energy, to)
+      call fill_row(setup%wheelset, setup%side, at, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, first_energy, to)
     end subroutine fill
 
     subroutine give_last()

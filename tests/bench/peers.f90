@@ -310,7 +310,7 @@ program peers
   use errors, only: error_type
   use events, only: event_log, watch
   use kinds, only: dp
-  use newmark, only: advance, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_ok
+  use newmark, only: advance, between, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_ok
   use no_rows, only: row_sink
   use shared, only: read_prepared
   use simulation, only: run_type, setup_type, simulate
@@ -340,6 +340,7 @@ program peers
   type(error_type), allocatable :: error
   real(dp) :: last(3), spent, once
   integer :: repeats, steps, found, stat
+  integer :: row, next_row             ! at the end of the step that is made, the next within it
 
   call read_prepared(c, setup)
   do
@@ -415,12 +416,12 @@ contains
   subroutine step_ours(once)
     real(dp), intent(out) :: once
     real(dp) :: from, to, piece
-    integer :: i, k, n, substeps, status
+    integer :: k, n, substeps, stride, status
 
     scheme = scheme_type(method, order, beta, c%gamma, c%tolerance, c%max_iterations)
     n = row_count()
     substeps = ceiling(t_end/n/dt*(1 - 1e-9_dp))
-    piece = t_end/n/substeps
+    stride = max(1, floor(dt/(t_end/n)*(1 + 1e-9_dp)))
     steps = 0
     log = event_log()
     motion = motion_type()
@@ -429,7 +430,11 @@ contains
     call cpu_time(from)
     call start_motion(setup%wheelset, motion, status)
     ok = status == step_ok
-    do i = 1, n
+    row = 0
+    do while (row < n)
+      next_row = row + 1
+      row = min(row + stride, n)
+      piece = (row - next_row + 1)*(t_end/n)/substeps
       do k = 1, substeps
         if (ok) call step(piece, 0)
       end do
@@ -444,7 +449,7 @@ contains
   recursive subroutine step(dt, halvings)
     real(dp), intent(in) :: dt
     integer, intent(in) :: halvings
-    type(motion_type) :: new
+    type(motion_type) :: new, middle
     real(dp) :: change, allowed
     integer :: evaluations, more, status, i
 
@@ -469,6 +474,12 @@ contains
       return
     end if
     if (events) call watch(log, setup%wheelset, motion, new, setup%side)
+    do while (next_row < row)
+      if (next_row*(t_end/row_count()) > new%t*(1 + 1e-12_dp)) exit
+      call between(setup%wheelset, motion, new, next_row*(t_end/row_count()), middle)
+      sink%total = sink%total + middle%q(1)
+      next_row = next_row + 1
+    end do
     motion = new
     steps = steps + 1
   end subroutine step
