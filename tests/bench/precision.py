@@ -18,7 +18,7 @@ CASES = [(exercise, pair) for exercise in (1, 2, 3, 4) for pair in ("aw", "sw")]
 SHORT = [(2, "aw")]
 THIN = {"linewidth": 1, "markersize": 2.5}
 USUAL = 1, 2, 3                 # exercises, unless all are asked for; those whose ratios are printed
-SHORT_METHODS = ("energy 4", "explicit 2", "explicit 4", "cut 4", "CVODE Adams", "CVODE BDF", "ARKODE 5", "LSODA",
+SHORT_METHODS = ("energy 4", "explicit 2", "explicit 4", "cut 4", "cut 6", "CVODE Adams", "CVODE BDF", "ARKODE 5", "LSODA",
                  "Python alone")
 FULL_METHODS = "newmark 2", "newmark 4", "energy 2", "ARKODE 6", "ARKODE 8", "DOP853", "Radau", "Python alone"  # slower
 
@@ -35,7 +35,8 @@ CLOSE, CLOSER = 3.0, 1.4        # to its family's fastest a method has to be to 
 
 STEPS = 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6          # [s]
 TOLERANCES = tuple(10.0**-k for k in range(6, 14))
-UNCUT = 4e-4, 1e-6              # step of the cut member [s] at a tolerance [J]; both change together, as dt^5
+# Steps of the cut members [s] at a tolerance [J]; both change together, as dt^(order + 1).
+UNCUT = {4: (4e-4, 1e-6), 6: (8e-4, 1e-6)}
 ENERGIES = tuple(10.0**-k for k in range(2, 12))                # its tolerances [J]
 
 TEXT = """The exercises up to the end of their runs, by the core's integrator and by others on the same compiled force.
@@ -47,8 +48,9 @@ target for good. The targets are 1e-7 m and 1e-9 m, for exercise 3 with simplifi
 times as much; where the references are further apart than a tenth of that, the next power of ten.
 
 Ours: newmark (beta = 1/4), energy (average acceleration with discrete gradient), explicit (beta = 0); 2 and 4 are
-orders. cut 4: explicit 4 with steps that are cut where they change the energy by more than a tolerance, as shipped;
-its setting is the tolerance in joules, and the step 0.4 ms at 1e-6 J goes with its fifth root. SUNDIALS, compiled and
+orders. cut 4, cut 6: explicit, with steps that are cut where they change the energy by more than a tolerance; the
+setting is the tolerance in joules, and the step, 0.4 ms and 0.8 ms at 1e-6 J, goes with its fifth and seventh root;
+shipped is cut 4 with 0.1 ms and 1e-9 J. SUNDIALS, compiled and
 called from Fortran: CVODE's Adams methods with fixed-point iteration and with Newton's, BDF with Newton's, on the exact
 tangent; ARKODE's explicit methods by their orders (5: Dormand and Prince, 6: Verner, 8: Fehlberg, whose error estimate
 is blind in free flight). SPRKStep, symplectic, comes with SUNDIALS 6.6. z is measured from equilibrium; tolerances are
@@ -58,7 +60,8 @@ they call the force through Python, which costs several times the force itself. 
 Processor time: of the integration alone, by one program (tests/bench/peers.f90) with the same force, compiled alike; in
 every round the mean of as many solutions as take 50 ms, all methods in turn. Output: the end alone; events, and states at
 the case's output interval; events and all 56 columns then, neither formatted nor kept. Others find events as roots of the
-penetrations and interpolate the states, and evaluate the contacts once more for a row; our steps end at every output.
+penetrations and interpolate the states, and evaluate the contacts once more for a row; so do ours where a step spans
+several outputs.
 Without SUNDIALS ours is called from Python, where it includes events and 100 rows.
 
 The usual form leaves out exercise 4 and methods that are slower: newmark, energy 2, ARKODE 6 and 8, DOP853, Radau, Python
@@ -87,9 +90,10 @@ def _ours(name: str, scheme: str, order: int, beta: float, color: str) -> Method
                   style)
 
 
-def _cut(p: Problem, output: str, least: float, tolerance: float) -> Solution:
-    step, energy = UNCUT
-    return by_ours(p, output, least, "newmark", 4, 0.0, step*(tolerance/energy)**0.2, tolerance)
+def _cut(order: int, line: dict[str, object]) -> Method:
+    step, energy = UNCUT[order]
+    return Method(f"cut {order}", "ldbench", ENERGIES, lambda p, output, least, tolerance: by_ours(
+        p, output, least, "newmark", order, 0.0, step*(tolerance/energy)**(1/(order + 1)), tolerance), line)
 
 
 def _scipy(name: str, color: str) -> Method:
@@ -107,8 +111,8 @@ METHODS = (
     _ours("energy 2", "energy", 2, 0.25, BLUE), _ours("energy 4", "energy", 4, 0.25, BLUE),
     _ours("newmark 2", "newmark", 2, 0.25, SKY), _ours("newmark 4", "newmark", 4, 0.25, SKY),
     _ours("explicit 2", "newmark", 2, 0.0, BLACK), _ours("explicit 4", "newmark", 4, 0.0, BLACK),
-    Method("cut 4", "ldbench", ENERGIES, _cut, {"color": BLACK, "linestyle": "-", "marker": "*", "linewidth": 1.8,
-                                             "markersize": 5}),
+    *(_cut(order, {"color": BLACK, "linestyle": line, "marker": "*", "linewidth": 1.8, "markersize": 5})
+      for order, line in ((4, "-"), (6, "--"))),
     _peer("CVODE Adams", "adams", GREY, "-."), _peer("CVODE Adams-Newton", "adams newton", GREY, "-"),
     _peer("CVODE BDF", "bdf", GREEN, "-."),
     *(_peer(f"ARKODE {order}", f"erk {order}", color, line)
@@ -248,7 +252,7 @@ def refine(found: Comparison, method: Method, output: str, form: Form) -> list[P
 
 def setting_text(name: str, setting: float) -> str:
     """Of a member of ours."""
-    return f"{setting:.2g} J" if name == "cut 4" else f"{1e6*setting:.3g} µs"
+    return f"{setting:.2g} J" if name.startswith("cut") else f"{1e6*setting:.3g} µs"
 
 
 def headline(found: Comparison, output: str, target: float) -> list[Measure]:
@@ -337,7 +341,7 @@ def reference_table(found: list[Comparison]) -> Table:
 
 def precision_figure(found: list[Comparison], output: str) -> Figure:
     figure = page(f"Error of Y at the end over processor time: {output}",
-                  "Every mark is a step (200 µs to 1 µs), a tolerance (1e-6 to 1e-13) or, of cut 4, an energy (1e-2 J to "
+                  "Every mark is a step (200 µs to 1 µs), a tolerance (1e-6 to 1e-13) or, of cut steps, an energy (1e-2 J to "
                   "1e-11 J); bars: quartiles, of what was timed in rounds. Dotted: where times are compared; shaded: below "
                   "the estimated error of the reference.")
     figure.get_layout_engine().set(rect=(0.03, 0.07, 0.94, 0.82))       # the legend stands above
