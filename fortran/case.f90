@@ -247,7 +247,7 @@ contains
     character(:), allocatable :: words
 
     if (associated(variable%x)) then
-      words = 'a number from '//str(variable%least)//' to '//str(variable%largest)//' '//variable%unit
+      words = trim('a number from '//str(variable%least)//' to '//str(variable%largest)//' '//variable%unit)
     else if (associated(variable%i)) then
       words = 'a whole number from '//str(nint(variable%least))//' to '//str(nint(variable%largest))
     else if (len(variable%words) > 0) then
