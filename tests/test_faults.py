@@ -399,6 +399,7 @@ def test_closed_and_full_streams(case):
     assert shell("$LDBENCH nothing.nml 2>/dev/full", case).returncode == 1
     assert bytes_of(case) == whole
     one_line(shell("$PYTHON run case.nml >/dev/full", case), "standard output", "No space left on device")
+    one_line(shell("$PYTHON run --help >/dev/full", case), "standard output", "No space left on device")
 
 
 def test_a_clock_that_jumps_changes_nothing(tmp_path):

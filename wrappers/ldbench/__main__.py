@@ -5,8 +5,12 @@ import argparse
 import os
 import sys
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from ._core import Error, version
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
 
 # Each command is a module here with add_arguments(parser) and main(args), which returns the exit status.
 COMMANDS = {
@@ -27,8 +31,18 @@ examples:
 """
 
 
+class Parser(argparse.ArgumentParser):
+    """argparse says nothing where --help or --version cannot be written."""
+
+    def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
+        if file is sys.stdout:
+            print(message, end="", flush=True)
+        else:
+            super()._print_message(message, file)
+
+
 def parse(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="ldbench-py", description="A railway wheelset without friction between its flanges.",
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"ldbench {version()}")
