@@ -264,7 +264,7 @@ def test_a_report_is_whole_whenever_it_is_killed(tmp_path):
     span = time.monotonic() - began
     expected = whole()
     draw = random.Random(SEED)
-    for _ in range(12):
+    for _ in range(KILLS):
         child = subprocess.Popen([*command, "--force"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                  start_new_session=True)
         try:
