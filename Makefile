@@ -40,6 +40,8 @@ MODULES = kinds errors system text progress terminal memory case curve formats p
           gaps bilateral unilateral rigid_motion events rows columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = ldbench$(SUFFIX)
+# What programs are linked with: the core, optimised across its modules once, not again in each of them.
+CORE    = $(if $(findstring -flto,$(FFLAGS)),$(BUILD)/core.o,$(OBJECTS))
 WRAPPER = build/wrapper/installed
 
 # For what Python runs.
@@ -56,7 +58,7 @@ LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
 CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
 
-$(EXE): $(BUILD)/ldbench.o $(OBJECTS)
+$(EXE): $(BUILD)/ldbench.o $(CORE)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
 
 $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
@@ -64,6 +66,10 @@ $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
 
 # It has the name of a procedure of gfortran's library, and fewer arguments.
 $(BUILD)/memory.o: FFLAGS += -fno-lto
+
+# -fPIE: calls between modules may be inlined, which a shared library's may not.
+$(BUILD)/core.o: $(OBJECTS)
+	$(FC) $(FFLAGS) -fPIE -r -flinker-output=nolto-rel -o $@ $^
 
 $(BUILD):
 	mkdir -p $@
@@ -83,16 +89,16 @@ endif
 SHARED = $(BUILD)/tests/shared.o
 TESTS  = $(patsubst tests/fortran/%.f90,$(BUILD)/tests/%,$(filter-out %/shared.f90,$(wildcard tests/fortran/*.f90)))
 
-$(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(OBJECTS)
-	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -o $@ $< $(SHARED) $(OBJECTS) $(LIBS)
+$(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(CORE)
+	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -o $@ $< $(SHARED) $(CORE) $(LIBS)
 
 # What SUNDIALS does on the same force, where its Fortran modules are (./bootstrap --sundials), which gfortran made.
 SUNDIALS = /usr/include/sundials/fortran
 ifneq ($(and $(findstring gfortran,$(FC)),$(wildcard $(SUNDIALS)/fcvode_mod.mod)),)
   TESTS += $(BUILD)/tests/peers
 endif
-$(BUILD)/tests/peers: tests/bench/peers.f90 $(SHARED) $(OBJECTS)
-	$(FC) $(FFLAGS) $(WARN) -Wno-unused-dummy-argument -I $(BUILD) -I $(SUNDIALS) -J $(BUILD)/tests -o $@ $< $(SHARED) $(OBJECTS) $(LIBS) \
+$(BUILD)/tests/peers: tests/bench/peers.f90 $(SHARED) $(CORE)
+	$(FC) $(FFLAGS) $(WARN) -Wno-unused-dummy-argument -I $(BUILD) -I $(SUNDIALS) -J $(BUILD)/tests -o $@ $< $(SHARED) $(CORE) $(LIBS) \
 	  $(addprefix -lsundials_,farkode_mod fcvode_mod fnvecserial_mod fsunlinsoldense_mod fsunmatrixdense_mod \
 	  fsunnonlinsolfixedpoint_mod)
 

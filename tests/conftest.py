@@ -1,4 +1,5 @@
 """What the tests share: where things are, how to run a case and read its columns."""
+import fcntl
 import os
 import select
 import signal
@@ -7,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -170,8 +172,14 @@ def run_shipped(case: str, folder: Path, change: Callable[[str], str] = lambda t
     work.mkdir(exist_ok=True)
     done = run_case(change(shipped_text(case, folder)), work)
     assert done.returncode == 0, f"{case}: {done.stderr}"
+    (work / "summary").write_text(done.stdout)
+    return read_shipped(case, folder)
+
+
+def read_shipped(case: str, folder: Path) -> Run:
+    """What run_shipped left in `folder`."""
     file = folder / f"{case}.txt"
-    return Run(file, done.stdout, header(file), columns(file))
+    return Run(file, (folder / case / "summary").read_text(), header(file), columns(file))
 
 
 def for_all_cases(work: Callable[[str], T]) -> dict[str, T]:
@@ -184,22 +192,46 @@ def for_all_cases(work: Callable[[str], T]) -> dict[str, T]:
     return {case: found[case] for case in CASES}
 
 
+# ---- once for all workers of pytest-xdist ---------------------------------------------
+@pytest.fixture(scope="session")
+def common(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that all workers see."""
+    own = tmp_path_factory.getbasetemp()
+    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+
+@contextmanager
+def once(folder: Path) -> Iterator[bool]:
+    """Whether `folder` is still to be filled; other workers wait meanwhile, and get a no unless this one failed."""
+    folder.mkdir(exist_ok=True)
+    filled = folder.with_suffix(".filled")
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield not filled.exists()
+        filled.touch()
+
+
 # ---- beside the tests ----------------------------------------------------------------
 @dataclass
 class LongProgram:
     """A program of many seconds that a test module waits for; it goes on beside the tests before that one."""
     folder: Path     # of what it writes, given to it
-    process: subprocess.Popen
 
-    @classmethod
-    def begin(cls, folder: Path, command: list[object]) -> "LongProgram":
+    def begin(self, command: list[object]) -> subprocess.Popen:
         environment = os.environ | {"LDBENCH": str(LDBENCH), "LDBENCH_TESTS": str(FORTRAN_TESTS)}
-        with (folder / "stdout").open("w") as out, (folder / "stderr").open("w") as err:
-            return cls(folder, subprocess.Popen(command, cwd=REPO, env=environment, stdout=out, stderr=err))
+        # Its exit status goes to a file: to other workers it is no child.
+        shell = ["sh", "-c", '"$@"; echo $? >"$0.part" && mv "$0.part" "$0"', self.folder / "status"]
+        with (self.folder / "stdout").open("w") as out, (self.folder / "stderr").open("w") as err:
+            return subprocess.Popen([*shell, *command], cwd=REPO, env=environment, stdout=out, stderr=err)
 
     def finish(self) -> tuple[int, str, str]:
         """Exit status and what it said."""
-        return self.process.wait(HANG), (self.folder / "stdout").read_text(), (self.folder / "stderr").read_text()
+        give_up = time.monotonic() + HANG
+        while not (self.folder / "status").exists():
+            assert time.monotonic() < give_up, f"hangs: {self.folder.name}"
+            time.sleep(0.05)
+        status, out, err = ((self.folder / name).read_text() for name in ("status", "stdout", "stderr"))
+        return int(status), out, err
 
 
 # By the modules that wait for them, which are the last ones.
@@ -215,19 +247,24 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def long_programs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory,
-                  ) -> Iterator[dict[str, LongProgram]]:
+def long_programs(request: pytest.FixtureRequest, common: Path) -> Iterator[dict[str, LongProgram]]:
     """Those that the chosen tests need."""
-    begun = {name: LongProgram.begin(folder := tmp_path_factory.mktemp(name), LONG_PROGRAMS[name](folder))
-             for name in sorted({item.path.stem for item in request.session.items} & LONG_PROGRAMS.keys())}
-    yield begun
-    for program in begun.values():
-        program.process.kill()
-        program.process.wait()
+    programs, begun = {}, []
+    for name in sorted({item.path.stem for item in request.session.items} & LONG_PROGRAMS.keys()):
+        programs[name] = LongProgram(common / name)
+        with once(common / name) as first:
+            if first:
+                begun.append(programs[name].begin(LONG_PROGRAMS[name](common / name)))
+    yield programs
+    for process in begun:
+        process.wait(HANG)          # another worker may wait for it
 
 
 @pytest.fixture(scope="session")
-def shipped(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Run]:
+def shipped(common: Path) -> dict[str, Run]:
     """The ten shipped inputs, each run once."""
-    folder = tmp_path_factory.mktemp("shipped")
-    return for_all_cases(lambda case: run_shipped(case, folder))
+    folder = common / "shipped"
+    with once(folder) as first:
+        if first:
+            return for_all_cases(lambda case: run_shipped(case, folder))
+    return {case: read_shipped(case, folder) for case in CASES}

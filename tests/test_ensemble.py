@@ -431,12 +431,12 @@ def test_a_closed_cluster_works_for_those_it_knows(closed, tmp_path):
     cluster, configuration = closed
     short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
 
-    def sweep(address: str, configuration: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    def sweep(address: str, configuration: dict[str, str], wait: str = "1s") -> subprocess.CompletedProcess[str]:
         return subprocess.run([sys.executable, "-m", "ldbench", "ensemble", "case.nml", "--over", "mass=1400,1500",
                                "--scheduler", address], cwd=tmp_path, capture_output=True, text=True, timeout=HANG,
-                              env=os.environ | configuration | {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "5s"})
+                              env=os.environ | configuration | {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": wait})
 
-    done = sweep(cluster.address, configuration)
+    done = sweep(cluster.address, configuration, "60s")
     assert (done.returncode, done.stderr) == (0, "") and done.stdout.startswith("2 mass: 2 runs, 0 failed\n")
     plain = cluster.address.replace("tls", "tcp")
     for address, known, words in ((cluster.address, {}, "expected certificates in Dask's configuration"),

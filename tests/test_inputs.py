@@ -324,7 +324,7 @@ def test_empty_standard_input(text, tmp_path):
 
 def test_one_language_many_hands(tmp_path):
     """Order of groups, letter case, lines, commas, quotes, exponents and comments are free."""
-    plain = short_case(tmp_path)
+    plain = short_case(tmp_path, table={"file": tmp_path / "table"})
     groups = re.findall(r"&\w+\n(?: .*\n)*/\n", plain)
     variants = {
         "plain": plain,

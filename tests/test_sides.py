@@ -1,4 +1,5 @@
 """Left and right may differ: wheel_profile_right, rail_profile_right."""
+import functools
 import pickle
 import re
 import shutil
@@ -48,6 +49,13 @@ def two_sided(formulation: str = "elastic", left: dict[str, str] = LEFT, right: 
                                     **profiles(left, right)).replace(**changes)
 
 
+@functools.cache
+def table_of(formulation: str = "elastic", left: tuple[str, ...] = tuple(LEFT.values()),
+             right: tuple[str, ...] = tuple(RIGHT.values())) -> ContactTable:
+    """That of two_sided with these wheel and rail; it serves other initial conditions."""
+    return ContactTable(two_sided(formulation, *(dict(zip(LEFT, names, strict=True)) for names in (left, right))))
+
+
 def mirrored(frame: pd.DataFrame) -> pd.DataFrame:
     """Columns, or geometry functions, of the mirrored wheelset."""
     names, signs = {}, {}
@@ -91,7 +99,8 @@ def test_mirrored_input_gives_mirrored_output(formulation: str, right: dict[str,
     if formulation == "bilateral" and right == RIGHT:
         case = case.replace(t_end=0.02)         # then it stands on a corner of the s1002's flange
     opposite = case.replace(**profiles(right, LEFT), **{name: -x for name, x in start.items() if name != "Z"})
-    here, there = run(case), run(opposite)
+    sides = tuple(LEFT.values()), tuple(right.values())
+    here, there = (run(one, table=table_of(formulation, *order)) for one, order in ((case, sides), (opposite, sides[::-1])))
     found = mirrored(there.columns)
     assert len(here.columns) > 10
     for name in here.columns:
@@ -126,7 +135,7 @@ def test_at_rest_forces_and_moments_balance(formulation: str):
     """Put where the header says it rests, the wheelset stays there, off the centre and rolled; there the contacts'
     normals, at their points, and the weight are in balance."""
     case = two_sided(formulation, vY=0.0, roll_rate=0.0)
-    table = ContactTable(case)
+    table = table_of(formulation).for_case(case)
     y, z, roll = table.rest
     assert abs(y) > 2e-3 and abs(roll) > 5e-5
     done = run(case.replace(Y=y, Z=z - table.equilibrium, initial_roll=roll - table.equilibrium_roll), table=table)
@@ -140,7 +149,7 @@ def test_at_rest_forces_and_moments_balance(formulation: str):
 
 def test_held_at_the_centre_only_the_lateral_force_is_left():
     """Where Y = Z = roll = 0: no start-up transient but the slow way off the centre."""
-    table = ContactTable(two_sided(vY=0.0, roll_rate=0.0))
+    table = table_of().for_case(two_sided(vY=0.0, roll_rate=0.0))
     force = table.force(0.0, table.equilibrium, table.equilibrium_roll)
     assert force[1] == pytest.approx(WEIGHT, rel=1e-9) and abs(force[2]) < 1e-9*WEIGHT
     assert 10 < abs(force[0]) < 2000
@@ -252,7 +261,7 @@ def test_flanges_are_met_where_the_clearance_is(tmp_path: Path):
 def test_energy(formulation: str, tmp_path: Path):
     """Through impacts on both flanges, one new and one worn: 1e-8 of the initial kinetic energy."""
     new, worn = worn_pair(tmp_path)
-    case = Case.exercise(2).replace(model="strip", table_file="", wheel_profile=new, wheel_profile_right=worn,
+    case = Case.exercise(2).replace(**COARSE, table_file="", wheel_profile=new, wheel_profile_right=worn,
                                     formulation=formulation)
     done = run(case)
     assert done.summary["n_left_flange_contact"] and done.summary["n_right_flange_contact"]
@@ -349,7 +358,7 @@ def test_the_executable_and_python_agree(tmp_path: Path):
 
 
 def test_a_table_serves_the_same_two_sides(tmp_path: Path):
-    table = ContactTable(two_sided())
+    table = table_of()
     other = str(REPO / "profiles/awprof.yz")
     with pytest.raises(Error, match=r"awprof\.yz: expected the profile of the contact table"):
         table.for_case(table.case.replace(wheel_profile_right=other))
@@ -382,7 +391,7 @@ def test_a_worker_without_the_files_runs_the_same():
         return {name: array[0] for name, array in batch.items()}
 
     case = two_sided(t_end=5e-3)
-    found, here = there(case, {"", ".right"}), run(case).summary
+    found, here = there(case, {"", ".right"}), run(case, table=table_of()).summary
     assert found["drift"] == here["drift"] and found["rest_Y"] == here["rest_Y"] != 0
     # A right side that is named and the same goes without a table of its own.
     found = there(two_sided(t_end=1e-3, **profiles(LEFT, LEFT)), {""})
@@ -408,7 +417,9 @@ def two_records(tmp_path_factory: pytest.TempPathFactory) -> tuple[Record, Recor
     case = two_sided(t_end=0.03, output_file=str(folder / "here.txt"))
     opposite = case.replace(**profiles(RIGHT, LEFT), vY=-case.vY, roll_rate=-case.roll_rate,
                             output_file=str(folder / "there.txt"))
-    here, there = (read_record(run(one).write()) for one in (case, opposite))
+    sides = tuple(LEFT.values()), tuple(RIGHT.values())
+    here, there = (read_record(run(one, table=table_of("elastic", *order)).write())
+                   for one, order in ((case, sides), (opposite, sides[::-1])))
     return here, there
 
 

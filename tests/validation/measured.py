@@ -75,8 +75,8 @@ def pressed(table: ldbench.ContactTable, displacements: np.ndarray) -> tuple[np.
         positions.append(ldbench.run(held, table=table).columns.y_LT.iloc[0])
         poses.append(" ".join(map(repr, pose)))
     with tempfile.TemporaryDirectory() as folder:
-        # The program's table is not used.
-        case.replace(contact_model="strip").to_namelist(Path(folder)/"case.nml")
+        # The program's table is not used, so it may be coarse.
+        case.replace(**COARSE).to_namelist(Path(folder)/"case.nml")
         found = fortran_test("tread_and_flange", Path(folder)/"case.nml", stdin="\n".join(poses) + "\n").splitlines()
     return np.array(positions), np.array([line.split()[4] for line in found], float)
 
