@@ -164,7 +164,7 @@ contains
     call add_integer('integrator', 'order', c%order, 2, 6, '2; 4, or 6 if explicit, by composition')
     call add_real('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'Newmark; 0 is explicit')
     call add_real('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'Newmark')
-    call add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step')
+    call add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step; where it spans rows they are interpolated')
     call add_real('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', '')
     call add_text('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
       'derailment ends every run')
