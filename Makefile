@@ -40,7 +40,7 @@ MODULES = kinds errors system text progress terminal memory case curve formats p
           gaps bilateral unilateral rigid_motion events rows columns simulation report
 OBJECTS = $(MODULES:%=$(BUILD)/%.o)
 EXE     = ldbench$(SUFFIX)
-# What programs are linked with: the core, optimised across its modules once, not again in each of them.
+# What the tests' programs are linked with: the core, optimised across its modules once, not again in each of them.
 CORE    = $(if $(findstring -flto,$(FFLAGS)),$(BUILD)/core.o,$(OBJECTS))
 WRAPPER = build/wrapper/installed
 
@@ -58,7 +58,7 @@ LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
 CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
 
-$(EXE): $(BUILD)/ldbench.o $(CORE)
+$(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
 
 $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
@@ -67,6 +67,7 @@ $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
 # It has the name of a procedure of gfortran's library, and fewer arguments.
 $(BUILD)/memory.o: FFLAGS += -fno-lto
 
+# Of procedures that others may call less is inlined: a table takes a tenth more instructions than in the executable.
 # -fPIE: calls between modules may be inlined, which a shared library's may not.
 $(BUILD)/core.o: $(OBJECTS)
 	$(FC) $(FFLAGS) -fPIE -r -flinker-output=nolto-rel -o $@ $^
@@ -91,6 +92,9 @@ TESTS  = $(patsubst tests/fortran/%.f90,$(BUILD)/tests/%,$(filter-out %/shared.f
 
 $(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(CORE)
 	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -o $@ $< $(SHARED) $(CORE) $(LIBS)
+
+# It measures what the executable does.
+$(BUILD)/tests/bench_force: CORE = $(OBJECTS)
 
 # What SUNDIALS does on the same force, where its Fortran modules are (./bootstrap --sundials), which gfortran made.
 SUNDIALS = /usr/include/sundials/fortran
