@@ -89,13 +89,6 @@ def ramp(pair: str, formulation: str, start: float = 0.0) -> Run:
     return run(Case.exercise(5, pair).replace(**RIGID[formulation], interval=5e-3, vY=start))
 
 
-@functools.cache
-def ramps(pair: str) -> dict[str, Run]:
-    """Those of every formulation, two at a time."""
-    with ThreadPoolExecutor(2) as pool:
-        return dict(zip(RIGID, pool.map(functools.partial(ramp, pair), RIGID), strict=True))
-
-
 def end_of(done: Run) -> dict[str, float]:
     """First events and the last one, with the lateral force then; what impacts have cost [s, N, J, m]."""
     found: dict[str, float] = {}
