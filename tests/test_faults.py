@@ -300,13 +300,17 @@ def test_a_file_that_cannot_be_written_to_its_end(case, without):
 
 @contextmanager
 def longest_file(most: int) -> Iterator[None]:
-    """In this process; Python has it as an error, not as a signal."""
+    """In this process; Python has it as an error, not as a signal. Its byte code of modules it would cut off unseen, and
+    fail on it ever after."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "dont_write_bytecode", True)
+        patch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.fixture(scope="module")
