@@ -132,7 +132,7 @@ contains
     type(motion_type), intent(in) :: old, new
     real(dp), intent(in) :: t              !! [s]
     type(motion_type), intent(out) :: middle
-    real(dp), dimension(3) :: from, to, move, turn, rise
+    real(dp), dimension(3) :: from, to, move, turn, rise, cubic, quartic, quintic
     real(dp) :: h, s, force(3), whole(3)
 
     h = new%t - old%t
@@ -145,10 +145,11 @@ contains
     turn = h*(new%v - old%v - h*from)
     rise = h**2*(to - from)
     middle%t = t
-    middle%q = old%q + s*h*(old%v + 0.5_dp*s*h*from) + s**3*((10*move - 4*turn + 0.5_dp*rise) &
-      + s*((7*turn - 15*move - rise) + s*(6*move - 3*turn + 0.5_dp*rise)))
-    middle%v = old%v + s*h*from + s**2/h*(3*(10*move - 4*turn + 0.5_dp*rise) &
-      + s*(4*(7*turn - 15*move - rise) + s*(5*(6*move - 3*turn + 0.5_dp*rise))))
+    cubic = 10*move - 4*turn + 0.5_dp*rise
+    quartic = 7*turn - 15*move - rise
+    quintic = 6*move - 3*turn + 0.5_dp*rise
+    middle%q = old%q + s*h*(old%v + 0.5_dp*s*h*from) + s**3*(cubic + s*(quartic + s*quintic))
+    middle%v = old%v + s*h*from + s**2/h*(3*cubic + s*(4*quartic + s*(5*quintic)))
     ! The ramp grows with time; what its mean misses of the step's work is shared out.
     force = external_force(w, 0.5_dp*(old%t + t))
     whole = external_force(w, 0.5_dp*(old%t + new%t))
