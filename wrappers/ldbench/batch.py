@@ -151,6 +151,11 @@ def is_up_to_date(product: Path, sources: Mapping[str, str]) -> bool:
         return False
 
 
+def stamped(product: Path, root: Path) -> dict[str, str]:
+    """What `hashes` would say of a product that is up to date, by its stamp."""
+    return {inside(product, root): json.loads(stamp_of(product).read_text())["product"]}
+
+
 def write_stamp(product: Path, sources: Mapping[str, str]) -> None:
     stamp = {"sources": dict(sources), "product": digest(product.read_bytes())}
     with complete(stamp_of(product)) as scratch:
@@ -222,13 +227,19 @@ def run_jobs(jobs: Sequence[Job], executable: Path | None, workers: int,
             raise
 
 
+def find_stale(jobs: Sequence[Job], executable: Path | None, force: bool = False) -> list[Job]:
+    """The jobs that are not up to date."""
+    return [job for job in jobs if force or not is_up_to_date(job.product, job.sources(executable))]
+
+
 def run_stale(jobs: Sequence[Job], executable: Path | None, workers: int, force: bool = False,
-              done: Callable[[Job, bool], object] = lambda job, ran: None) -> list[Job]:
-    """Run the jobs that are not up to date; these are returned.  `done(job, ran)` is called for all.
+              done: Callable[[Job, bool], object] = lambda job, ran: None, stale: Sequence[Job] | None = None) -> list[Job]:
+    """Run the jobs that are not up to date, or `stale` where these are known; they are returned.  `done(job, ran)` is
+    called for all.
 
     Jobs that share a contact table would each build it: first one of them runs for every table
     that is missing, then the rest."""
-    stale = [job for job in jobs if force or not is_up_to_date(job.product, job.sources(executable))]
+    stale = find_stale(jobs, executable, force) if stale is None else list(stale)
     for job in jobs:
         if job not in stale:
             done(job, False)

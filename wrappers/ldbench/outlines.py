@@ -1,13 +1,15 @@
 """Outlines of wheels and rails of a run, read as the core reads them and placed as it places them."""
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ._core import Error
+from ._core import Error, digest
 from .case import data_folder
 from .profile import inspect
 from .record import Record, Setting
@@ -41,7 +43,16 @@ def read_profile(path: str | Path, kind: str, settings: Mapping[str, Setting]) -
     """The points of a profile file of any format, (n, 2) [m], as the core takes them; `settings` are those of &profiles.
     Raises Error where a run would."""
     flip, unit = (str(settings.get(f"{kind}_{what}") or "auto") for what in ("flip", "unit"))
-    return 1e-3*inspect(path, kind, flip=flip, unit=unit).points
+    content = ""
+    with suppress(OSError):             # the core says what is wrong
+        content = digest(Path(path).read_bytes())
+    return 1e-3*_points(str(path), content, kind, flip, unit)
+
+
+@functools.lru_cache
+def _points(file: str, content: str, kind: str, flip: str, unit: str) -> np.ndarray:
+    """Points [mm] of a file with that content."""
+    return inspect(file, kind, flip=flip, unit=unit).points
 
 
 def find_profile(record: Record, which: str, right: bool = False) -> Path | None:

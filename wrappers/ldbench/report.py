@@ -25,12 +25,14 @@ from .batch import (
     case_job,
     find_executable,
     find_namelists,
+    find_stale,
     hashes,
     inside,
     is_up_to_date,
     project_root,
     run_stale,
     shipped_inputs,
+    stamped,
     with_values,
     write_stamp,
 )
@@ -71,12 +73,12 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
             bar.write(f"{job.name}: {'done' if ran else 'up to date'}")
 
         # The geometry jobs build the contact tables, one each, before the cases share them.
-        stale = [job for job in cases if force or not is_up_to_date(job.product, job.sources(executable))]
+        stale = find_stale(cases, executable, force)
         lacking = {job.table for job in stale if job.table and not job.table.is_file()}
         rebuild = [job for job in shapes if job.table in lacking]
         run_stale(rebuild, executable, jobs, True, tell)
         run_stale([job for job in shapes if job not in rebuild], executable, jobs, force, tell)
-        run_stale(cases, executable, jobs, force, tell)
+        run_stale(cases, executable, jobs, force, tell, stale)
         found = formulations.kept_outcomes(root, inputs, outputs, jobs, force)
         files = [job.product for job in cases]
         geometry = [job.product for job in shapes]
@@ -91,7 +93,8 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
             summary: [*files, *code, Path(__file__)],
             written: [*files, kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))],
             shown: [*files, *variants, *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
-        known = {file: hashes([file], root) for file in {file for some in sources.values() for file in some}}
+        known = {file: stamped(file, root) if file in files else hashes([file], root)
+                 for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()}
                    for product, some in sources.items()}
         due = [product for product in products if force or not is_up_to_date(product, depends[product])]
