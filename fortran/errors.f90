@@ -4,7 +4,7 @@
 module errors
   implicit none
   private
-  public :: error_type, fatal_error
+  public :: error_type, fatal_error, placed
 
   type :: error_type
     character(:), allocatable :: message  !! one line: file, group, variable, expected, found
@@ -23,5 +23,14 @@ contains
       if (iachar(message(i:i)) < 32 .or. iachar(message(i:i)) == 127) error%message(i:i) = '?'
     end do
   end subroutine fatal_error
+
+  !> A message with the file that it is about before it.
+  pure function placed(file, message) result(words)
+    character(*), intent(in) :: file, message
+    character(:), allocatable :: words
+
+    words = file//': '//message
+    if (index(message, '&') == 1) words = file//', '//message
+  end function placed
 
 end module errors

@@ -4,11 +4,11 @@ program ldbench
   use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, right_table_path, value_text, &
     variable_type
   use columns, only: column_file
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, fatal_error, placed
   use kinds, only: version
   use report, only: begin_columns, check_writable, finish_columns, summary, write_geometry
   use simulation, only: free_tables, prepare, run_type, setup_type, simulate
-  use system, only: say, survive_long_files
+  use system, only: has_memory, say, survive_long_files
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines, str
   implicit none
@@ -62,12 +62,13 @@ contains
     if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
-    if (.not. allocated(error)) call check_stacks(file, error)
+    if (allocated(error)) return
+    if (.not. has_memory(0_int64)) call fatal_error(error, file//': expected memory for the threads of OMP_NUM_THREADS, found less')
     if (allocated(error)) return
     call compute(c, setup)
     call free_tables(setup)
     call watcher%clear()
-    if (allocated(error)) error%message = file//': '//error%message
+    if (allocated(error)) error%message = placed(file, error%message)
   end subroutine run
 
   !> From a case that was checked to its files.
@@ -91,21 +92,6 @@ contains
     call watcher%clear()
     call answer(summary(c, setup, result))
   end subroutine compute
-
-  !> Where libgomp finds no room for a thread it ends the program in words of its own: look for it before.
-  subroutine check_stacks(file, error)
-    !$ use omp_lib, only: omp_get_max_threads
-    character(*), intent(in) :: file           !! for the message
-    type(error_type), allocatable, intent(out) :: error
-    integer(int64), parameter :: stack = 2_int64**23   ! of a thread, as systems have it [bytes]
-    character(:), allocatable :: room
-    integer :: threads, stat
-
-    threads = 1
-    !$ threads = omp_get_max_threads()
-    allocate (character(stack*threads) :: room, stat=stat)
-    if (stat /= 0) call fatal_error(error, file//': expected memory for OMP_NUM_THREADS = '//str(threads)//' threads, found less')
-  end subroutine check_stacks
 
   subroutine get_argument(i, value)
     integer, intent(in) :: i

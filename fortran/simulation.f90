@@ -24,7 +24,8 @@ module simulation
   use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
   use rows, only: row_taker
   use reach, only: extent_type
-  use table, only: build_table
+  use system, only: has_memory
+  use table, only: build_memory, build_table
   use table_file, only: load_table, save_table
   use text, only: str
   use wheelset, only: find_rest, hold, settle, wheelset_type
@@ -80,19 +81,16 @@ contains
     integer :: k
     logical :: ok
 
-    call read_side(c%wheel_profile, c%rail_profile, setup%wheel(1), setup%rail(1), setup%side(1))
+    call read_side('', '', setup%wheel(1), setup%rail(1), setup%side(1))
     if (allocated(error)) return
     if (c%wheel_profile_right == '' .and. c%rail_profile_right == '') then
       setup%wheel(2) = setup%wheel(1)
       setup%rail(2) = setup%rail(1)
       setup%side(2) = setup%side(1)
     else
-      call read_side(right_of(c%wheel_profile_right, c%wheel_profile), right_of(c%rail_profile_right, c%rail_profile), &
-        setup%wheel(2), setup%rail(2), setup%side(2))
-      if (allocated(error)) then
-        error%message = named_right()//error%message
-        return
-      end if
+      call read_side(trim(merge('_right', '      ', c%wheel_profile_right /= '')), &
+        trim(merge('_right', '      ', c%rail_profile_right /= '')), setup%wheel(2), setup%rail(2), setup%side(2))
+      if (allocated(error)) return
     end if
     setup%symmetric = same_pair(setup%side(1)%pair, setup%side(2)%pair)
     do k = 1, merge(1, 2, setup%symmetric)
@@ -114,37 +112,34 @@ contains
 
   contains
 
-    subroutine read_side(wheel_file, rail_file, wheel, rail, side)
-      character(*), intent(in) :: wheel_file, rail_file
+    !> A pair of profiles, from the variables wheel_profile and rail_profile, or those of the right side.
+    subroutine read_side(of_wheel, of_rail, wheel, rail, side)
+      character(*), intent(in) :: of_wheel, of_rail     !! ends of their names: '' or '_right'
       type(profile_type), intent(out) :: wheel, rail
       type(side_type), intent(out) :: side
+      character(len(c%wheel_profile)) :: file
 
-      call read_profile(trim(wheel_file), is_wheel, c%smoothing_mm, trim(c%wheel_flip), trim(c%wheel_unit), wheel, error)
-      if (allocated(error)) return
-      call read_profile(trim(rail_file), is_rail, c%smoothing_mm, trim(c%rail_flip), trim(c%rail_unit), rail, error)
-      if (allocated(error)) return
+      file = c%wheel_profile
+      if (of_wheel /= '') file = c%wheel_profile_right
+      call read_profile(trim(file), is_wheel, c%smoothing_mm, trim(c%wheel_flip), trim(c%wheel_unit), wheel, error)
+      if (failed('wheel_profile'//of_wheel)) return
+      file = c%rail_profile
+      if (of_rail /= '') file = c%rail_profile_right
+      call read_profile(trim(file), is_rail, c%smoothing_mm, trim(c%rail_flip), trim(c%rail_unit), rail, error)
+      if (failed('rail_profile'//of_rail)) return
       call place_profiles(wheel, rail, c%gauge, c%gauge_depth, c%back_to_back, c%rolling_radius, side%pair, error)
-      if (allocated(error)) return
-      call find_zones(side%pair, c%split_angle, side%zones, error)
+      if (.not. allocated(error)) call find_zones(side%pair, c%split_angle, side%zones, error)
+      if (of_wheel//of_rail == '') return
+      if (failed('wheel_profile'//of_wheel//', rail_profile'//of_rail)) return
     end subroutine read_side
 
-    pure function right_of(right, left) result(file)
-      character(*), intent(in) :: right, left
-      character(len(left)) :: file
+    !> An error says which variables it is about.
+    logical function failed(names)
+      character(*), intent(in) :: names
 
-      file = right
-      if (right == '') file = left
-    end function right_of
-
-    !> What an error of the right side begins with.
-    function named_right() result(words)
-      character(:), allocatable :: words
-
-      words = ''
-      if (c%wheel_profile_right /= '') words = ' wheel_profile_right'
-      if (c%rail_profile_right /= '') words = words//' rail_profile_right'
-      words = '&profiles'//words//': '
-    end function named_right
+      failed = allocated(error)
+      if (failed) error%message = '&profiles '//names//': '//error%message
+    end function failed
 
   end subroutine prepare_geometry
 
@@ -224,6 +219,11 @@ contains
       real(dp) :: e_star, own
       logical :: ok
 
+      if (.not. has_memory(build_memory(c%accuracy))) then
+        call fatal_error(error, '&table accuracy = '//str(c%accuracy)//': expected memory to build the table, '// &
+          str(build_memory(c%accuracy)/10**6)//' MB, found less')
+        return
+      end if
       table => table_of(k)
       ! Whatever is on the other side, a pair has one table: that of a wheelset which has it on both.
       both(1) = setup%side(k)

@@ -7,6 +7,7 @@
 !> Rows of one roll angle are sampled in several threads; none depends on another, so that the
 !> table is the same for any number of them.
 module table
+  use, intrinsic :: iso_fortran_env, only: int64
   use bspline, only: axis_type, fit_2d, fit_3d, graded_points, new_axis
   use contact, only: zone_type
   use geometry, only: pair_type
@@ -20,7 +21,7 @@ module table
   use samples, only: reference_shift, sample_row
   implicit none
   private
-  public :: build_table
+  public :: build_table, build_memory
 
   !> Values of a zone at the points of its axes.
   type :: samples_type
@@ -298,5 +299,13 @@ contains
     end subroutine refine_zone
 
   end subroutine refine_axes
+
+  !> Memory that building a table takes at most [bytes]: of the pairs that were measured, half-spaces of S1002 on 60E1
+  !> took most, 243 MB at an accuracy of 1e-3 and 403 MB at 1e-4.
+  elemental integer(int64) function build_memory(accuracy)
+    real(dp), intent(in) :: accuracy       !! of the force, relative
+
+    build_memory = nint(250e6_dp*(1e-3_dp/accuracy)**0.25_dp, int64)
+  end function build_memory
 
 end module table

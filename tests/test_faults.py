@@ -101,6 +101,42 @@ def test_out_of_memory_is_one_line(case):
     assert 0 in outcomes and 1 in outcomes
 
 
+@same_build
+def test_python_outlives_the_end_of_memory(tmp_path):
+    """Address space from none to enough, beyond what Python has: a table, a run of it, rigid contacts and a profile, or
+    an exception of one line."""
+    script = """
+import resource, ldbench, ldbench.profile
+case = ldbench.Case.exercise(2, 'sw').replace(model='strip', table_file='', accuracy=0.1, t_end=0.01, stop_at='t_end')
+kept = ldbench.ContactTable(case)
+works = {"table": lambda: ldbench.ContactTable(case), "run": lambda: ldbench.run(case, table=kept),
+         "rigid": lambda: ldbench.run(case.replace(formulation='unilateral')),
+         "profile": lambda: ldbench.profile.inspect(case.profile_files()['wheel_profile'])}
+for megabytes in (0, 1, 4, 12, 20, 40, 100, 200, 260, 1000):
+    for name, work in works.items():
+        size = int(open('/proc/self/statm').read().split()[0])*resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (size + megabytes*10**6, resource.RLIM_INFINITY))
+        try:
+            work()
+            words = "done"
+        except (ldbench.Error, MemoryError) as error:
+            words = str(error) or "expected memory"
+        resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        print(megabytes, name, words, sep="|")
+"""
+    if not Path("/proc/self/statm").exists():
+        pytest.skip("this system does not tell the size of a process")
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    told = [line.split("|") for line in done.stdout.splitlines()]
+    assert len(told) == 40, done.stdout
+    for megabytes, name, words in told:
+        assert words == "done" or "memory" in words or "Unable to allocate" in words, (megabytes, name, words)
+    assert {name for megabytes, name, words in told if words == "done" and megabytes == "1000"} == {
+        "table", "run", "rigid", "profile"}
+    assert "&table accuracy = 0.1: expected memory" in done.stdout
+
+
 # ---- killed --------------------------------------------------------------------------
 def test_killed_at_any_moment_earlier_results_are_whole_and_the_next_run_goes_on(case):
     """While it builds the table and writes it, while rows and files are written."""

@@ -249,7 +249,7 @@ def test_values_that_do_not_fit(changes, words, tmp_path):
 ])
 def test_leaving_the_table(changes, words, tmp_path):
     message = refusal(short_case(tmp_path, **changes), tmp_path)
-    for word in ["case.nml: ", *words]:
+    for word in ["case.nml, &", *words]:
         assert word in message
 
 
@@ -392,7 +392,7 @@ def test_namelist_is_a_folder(tmp_path):
 @pytest.mark.parametrize("variable", ["wheel_profile", "rail_profile"])
 def test_missing_profile(variable, tmp_path):
     message = refusal(short_case(tmp_path, profiles={variable: "missing.yz"}), tmp_path)
-    assert "case.nml: missing.yz: cannot be opened for reading" in message
+    assert f"case.nml, &profiles {variable}: missing.yz: cannot be opened for reading" in message
 
 
 @pytest.mark.parametrize("name", ["file", "geometry_file"])
@@ -768,4 +768,4 @@ def test_mutated_profile_is_refused(seed, tmp_path):
     (tmp_path / "mutant.yz").write_text("\n".join(mutant) + "\n" * rng.randrange(2))
     variable = "wheel_profile" if "wprof" in name else "rail_profile"
     message = refusal(short_case(tmp_path, profiles={variable: tmp_path / "mutant.yz"}), tmp_path)
-    assert f"case.nml: {tmp_path / 'mutant.yz'}" in message
+    assert f"case.nml, &profiles {variable}: {tmp_path / 'mutant.yz'}" in message

@@ -306,7 +306,8 @@ def test_right_file_missing_or_bad(variable: str, tmp_path: Path):
     assert f"&profiles {variable}: bad.yz, line 2: expected" in message
     other = {"wheel_profile_right": "arprof", "rail_profile_right": "awprof"}[variable]
     message = refusal(short_case(tmp_path, profiles={variable: REPO / f"profiles/{other}.yz"}), tmp_path)
-    assert f"&profiles {variable}: " in message
+    pair = {"wheel_profile_right": "wheel_profile_right, rail_profile", "rail_profile_right": "wheel_profile, rail_profile_right"}
+    assert f"&profiles {pair[variable]}: " in message
 
 
 @pytest.mark.parametrize(("group", "name"), [("output", "file"), ("output", "geometry_file"), ("table", "file")])

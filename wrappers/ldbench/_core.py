@@ -23,6 +23,7 @@ Progress = Callable[[str, float], object]
 Shared = tuple[np.ndarray, np.ndarray]
 
 STAGES = "", "table", "integration"
+ROOM = 48*2**20      # memory that a thread of ours has to find, with the stacks of a few more [bytes]
 
 
 class Error(RuntimeError):
@@ -41,7 +42,8 @@ def text(buffer: bytes, length: int) -> str:
 def check(message: bytes, length: int, label: str = "") -> None:
     """Raise the error that a core procedure reports, if it does; `label` says which case."""
     if length:
-        raise Error(f"{label}: {text(message, length)}" if label else text(message, length))
+        words = text(message, length)
+        raise Error(f"{label}{', ' if words.startswith('&') else ': '}{words}" if label else words)
 
 
 @functools.cache
@@ -158,6 +160,7 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
     is called here with stage 'table' or 'integration' and the share done, 0 to 1; True draws a bar on a
     terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
     """
+    np.empty(ROOM, np.uint8)        # MemoryError now: a thread without memory never begins, and is waited for for ever
     shared = np.zeros(2), np.zeros(1, np.intc)
     results: list[Result] = []
     errors: list[BaseException] = []
