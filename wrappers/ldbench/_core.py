@@ -4,6 +4,7 @@ from __future__ import annotations
 import functools
 import glob
 import hashlib
+import mmap
 import os
 import threading
 import weakref
@@ -23,7 +24,7 @@ Progress = Callable[[str, float], object]
 Shared = tuple[np.ndarray, np.ndarray]
 
 STAGES = "", "table", "integration"
-ROOM = 48*2**20      # memory that a thread of ours has to find, with the stacks of a few more [bytes]
+STACK = 2**23        # of a thread, as systems have it [bytes]
 
 
 class Error(RuntimeError):
@@ -153,6 +154,14 @@ def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:
         taken.add(file.resolve())
 
 
+def look_for_memory() -> None:
+    """MemoryError where a thread would not find the memory to begin, with those of OpenMP: it would be waited for for ever."""
+    try:
+        mmap.mmap(-1, STACK*(usable_cores() + 4)).close()
+    except OSError:
+        raise MemoryError("expected more memory, found none left") from None
+
+
 def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) -> Result:
     """Do `work(shared)` in a thread of its own and wait for it.
 
@@ -160,7 +169,7 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
     is called here with stage 'table' or 'integration' and the share done, 0 to 1; True draws a bar on a
     terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
     """
-    np.empty(ROOM, np.uint8)        # MemoryError now: a thread without memory never begins, and is waited for for ever
+    look_for_memory()
     shared = np.zeros(2), np.zeros(1, np.intc)
     results: list[Result] = []
     errors: list[BaseException] = []
