@@ -119,38 +119,54 @@ contains
     type(side_type), intent(in) :: side(:)    !! left, right
     real(dp), intent(out) :: y
     logical, intent(out) :: ok
+    real(dp), parameter :: widest = 0.05_dp, close = 1e-12_dp, near = 1e-3_dp    ! [m]
     type(scan_type) :: work
-    real(dp) :: low, high, f, f_high, roll, z, z_flange, station(2)
+    type(bracket_type) :: range
+    real(dp) :: f
     integer :: iter, k, tread(2), flange
-    logical :: touches
 
     work = new_scan(side(1)%pair)
     do k = 1, 2
       tread(k) = side(k)%zones(count(.not. side(k)%zones%flange))%first
     end do
     flange = side(1)%zones(size(side(1)%zones))%first
-    ! Bisection finds where the flange comes into reach, the secant rule the rest.
-    low = 0
-    high = 0.05_dp
-    f = -1
-    f_high = -1
-    do iter = 1, 60
-      y = (low + high)/2
-      if (f > -1e-3_dp .and. f_high > 0) y = low - f*(high - low)/(f_high - f)
+    ! Bisection finds where the flange comes into reach, regula falsi the rest.
+    range = bracket_type(0.0_dp, -1.0_dp, widest, -1.0_dp)
+    do iter = 1, 100
+      y = (range%a + range%b)/2
+      if (range%fa > -near .and. range%fb > 0) y = range%guess()
+      call find_overlap(f)
+      if (.not. ok) return
+      if (abs(f) < close) exit
+      if (range%fa > -near .and. range%fb > 0) then
+        call range%narrow(y, f)
+      else if (f < 0) then
+        range%a = y
+        range%fa = f
+      else
+        range%b = y
+        range%fb = f
+      end if
+      if (abs(range%b - range%a) < close) exit
+    end do
+    ok = range%a > 0 .and. range%b < widest
+
+  contains
+
+    !> How far the flange is above the height at which it touches; -1 where it passes beside the rail.
+    subroutine find_overlap(f)
+      real(dp), intent(out) :: f
+      real(dp) :: roll, z, z_flange, station(2)
+      logical :: touches
+
       call rigid_contact(side, tread, y, roll, z, station, ok)
       if (.not. ok) return
       work%fresh = .true.
       call lower(side(1)%pair, flange, tread(1), y, roll, work, z_flange, station(1), touches)
-      if (.not. touches .or. z_flange < z) then
-        low = y
-        if (touches) f = z_flange - z
-      else
-        high = y
-        f_high = z_flange - z
-      end if
-      if (high - low < 1e-12_dp .or. touches .and. abs(z_flange - z) < 1e-12_dp) exit
-    end do
-    ok = low > 0 .and. high < 0.05_dp
+      f = -1
+      if (touches) f = z_flange - z
+    end subroutine find_overlap
+
   end subroutine clearance
 
   !> Equivalent conicity for an amplitude by harmonic linearisation of the rolling

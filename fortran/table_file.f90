@@ -151,8 +151,8 @@ contains
       integer, intent(in) :: n
       real(dp), intent(out) :: numbers(n)
 
-      numbers = 0
       if (stat == 0) read (unit, iostat=stat) numbers
+      if (stat /= 0) numbers = 0
       if (stat == 0) call stir_numbers(mix, n, numbers)
     end subroutine take_numbers
 

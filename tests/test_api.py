@@ -574,6 +574,16 @@ def test_geometry_at_chosen_displacements(table):
     assert nowhere["Y"] == 0.5 and nowhere.drop("Y").isna().all()
 
 
+@pytest.mark.parametrize(("wheel", "rail"), [("awprof", "arprof"), ("swprof", "srprof"), ("s1002", "60e1")])
+def test_clearance_is_where_the_contact_leaves_the_tread(wheel, rail):
+    """To 1 um, by the geometry functions, which look at all stations of the wheel at once."""
+    case = ldbench.Case.exercise(1).replace(formulation="unilateral", wheel_profile=str(REPO/f"profiles/{wheel}.yz"),
+                                            rail_profile=str(REPO/f"profiles/{rail}.yz"))
+    table = ldbench.ContactTable(case)
+    before, after = table.geometry(table.clearance + np.array([-1e-6, 1e-6])).angle_L
+    assert before < case.split_angle < after
+
+
 @pytest.mark.parametrize(("pair", "clearance"), [("aw", 10.18e-3), ("sw", 16.94e-3)])
 def test_clearance_and_equilibrium(pair, clearance):
     table = ldbench.ContactTable(coarse(1, pair))
