@@ -10,6 +10,8 @@ from ._core import Error
 from .members import Batch, Group, Member, Wanted, contents, run_member, stack, table_key
 from .table import ContactTable
 
+PATIENCE = 0.2      # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
+
 
 class Stopped(Exception):
     """Ends a thread's work when the ensemble is stopped."""
@@ -106,7 +108,10 @@ def run_in_threads(members: Sequence[Member], groups: Sequence[Group], tables: I
         for thread in pool:
             thread.start()
         while total:
-            result = done.get()
+            try:
+                result = done.get(timeout=PATIENCE)
+            except queue.Empty:
+                continue
             if isinstance(result, BaseException):
                 raise result
             total -= len(result[0])
