@@ -168,6 +168,8 @@ contains
     character(*), intent(in) :: paths
     type(error_type), allocatable, intent(out) :: error
 
+    call look_for_memory(error)
+    if (allocated(error)) return
     p%c = c
     call locate(p%c, paths)
     call same_profile(p%c%wheel_profile, from%setup%wheel(1))
