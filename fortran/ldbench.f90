@@ -10,7 +10,7 @@ program ldbench
   use simulation, only: free_tables, prepare, run_type, setup_type, simulate
   use system, only: has_memory, say, survive_long_files
   use terminal, only: terminal_monitor
-  use text, only: line_type, read_lines, str
+  use text, only: line_type, read_lines
   implicit none
   type(error_type), allocatable :: error
   character(:), allocatable :: argument
