@@ -103,16 +103,19 @@ def test_out_of_memory_is_one_line(case):
 
 @same_build
 def test_python_outlives_the_end_of_memory(tmp_path):
-    """Address space from none to enough, beyond what Python has: a table, a run of it, rigid contacts and a profile, or
-    an exception of one line."""
+    """Address space from none to enough, beyond what Python has: a table, a run of it, rigid contacts, a profile, reading
+    and writing, or an exception of one line."""
     script = """
 import resource, ldbench, ldbench.profile
 case = ldbench.Case.exercise(2, 'sw').replace(model='strip', table_file='', accuracy=0.1, t_end=0.01, stop_at='t_end')
 kept = ldbench.ContactTable(case)
+done = ldbench.run(case, table=kept)
 works = {"table": lambda: ldbench.ContactTable(case), "fine": lambda: ldbench.ContactTable(case.replace(accuracy=1e-6)),
          "run": lambda: ldbench.run(case, table=kept),
          "rigid": lambda: ldbench.run(case.replace(formulation='unilateral')),
-         "profile": lambda: ldbench.profile.inspect(case.profile_files()['wheel_profile'])}
+         "profile": lambda: ldbench.profile.inspect(case.profile_files()['wheel_profile']),
+         "namelist": lambda: ldbench.Case.exercise(2, 'sw'), "write": lambda: done.write("columns.txt"),
+         "geometry": lambda: kept.write_geometry("geometry.txt")}
 for megabytes in (0, 1, 4, 12, 20, 40, 100, 200, 260, 1000):
     for name, work in works.items():
         size = int(open('/proc/self/statm').read().split()[0])*resource.getpagesize()
@@ -132,11 +135,11 @@ for megabytes in (0, 1, 4, 12, 20, 40, 100, 200, 260, 1000):
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 0 and done.stderr == "", done.stderr
     told = [line.split("|") for line in done.stdout.splitlines()]
-    assert len(told) == 50, done.stdout
+    assert len(told) == 80, done.stdout
     for megabytes, name, words in told:
         assert words == "done" or "memory" in words, (megabytes, name, words)
     assert {name for megabytes, name, words in told if words == "done" and megabytes == "1000"} == {
-        "table", "run", "rigid", "profile"}
+        "table", "run", "rigid", "profile", "namelist", "write", "geometry"}
     assert "&table accuracy = 1.0E-6: expected memory to build the table, 1405 MB, found less" in done.stdout
 
 

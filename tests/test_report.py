@@ -17,7 +17,7 @@ import pytest
 from pypdf import PdfReader
 
 from conftest import CASES, LDBENCH, REPO, namelist, once, same_build
-from ldbench import Error, abstract, batch, plots
+from ldbench import Case, Error, abstract, batch, formulations, plots
 from ldbench.batch import Job, case_job, find_executable, is_up_to_date, run_jobs, run_stale, stamp_of, write_stamp
 from ldbench.record import Event, read_record, summary_row
 from ldbench.report import geometry_jobs, make_report
@@ -330,6 +330,22 @@ def test_interrupt_ends_the_runs_of_this_process(tmp_path: Path):
     with pytest.raises(KeyboardInterrupt):
         run_jobs([endless, quick], None, 2, interrupt)
     assert not endless.product.exists() and quick.product.exists()
+
+
+def test_interrupt_ends_the_runs_of_formulations(tmp_path: Path):
+    """Five that would take hours and five that are done at once, six at a time."""
+    for name, t_end in (("ex1_aw", 1e5), ("ex2_aw", 0.01)):
+        case = Case.exercise(int(name[2]), "aw").replace(model="strip", accuracy=0.1, table_file="", t_end=t_end,
+                                                         interval=t_end/100, stop_at="t_end")
+        case.to_namelist(tmp_path/f"{name}.nml")
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        formulations.outcomes(tmp_path, 6, interrupt)
+    (tmp_path/"ex1_aw.nml").unlink()
+    assert [found.formulation for found in formulations.outcomes(tmp_path, 2)] == list(formulations.FORMULATIONS)
 
 
 # The shipped inputs ------------------------------------------------------------------------

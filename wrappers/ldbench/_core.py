@@ -25,6 +25,7 @@ Shared = tuple[np.ndarray, np.ndarray]
 
 STAGES = "", "table", "integration"
 STACK = 2**23        # of a thread, as systems have it [bytes]
+PATIENCE = 0.2       # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
 
 
 class Error(RuntimeError):
@@ -154,10 +155,11 @@ def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:
         taken.add(file.resolve())
 
 
-def look_for_memory() -> None:
-    """MemoryError where a thread would not find the memory to begin, with those of OpenMP: it would be waited for for ever."""
+def look_for_memory(threads: int = 0) -> None:
+    """MemoryError where the core, or a thread that is to begin, would find none: gfortran would end the process, and the
+    thread would be waited for for ever."""
     try:
-        mmap.mmap(-1, STACK*(usable_cores() + 4)).close()
+        mmap.mmap(-1, STACK*(4 + threads)).close()
     except OSError:
         raise MemoryError("expected more memory, found none left") from None
 
@@ -169,7 +171,7 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
     is called here with stage 'table' or 'integration' and the share done, 0 to 1; True draws a bar on a
     terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
     """
-    look_for_memory()
+    look_for_memory(usable_cores())      # OpenMP's
     shared = np.zeros(2), np.zeros(1, np.intc)
     results: list[Result] = []
     errors: list[BaseException] = []

@@ -12,20 +12,23 @@ import os
 import subprocess
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import f90nml
 
 from . import _flat
-from ._core import Error, check, complete, digest, path_bytes
+from ._core import PATIENCE, Error, Progress, check, complete, digest, path_bytes
 from .case import Case, data_folder
 from .run import output_path, run
 
 PROJECT = Path(__file__).resolve().parents[2]
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -162,14 +165,14 @@ def write_stamp(product: Path, sources: Mapping[str, str]) -> None:
         scratch.write_text(json.dumps(stamp, indent=1) + "\n")
 
 
-def run_job(job: Job, executable: Path | None, stop: threading.Event) -> None:
-    """Run one job; an Error with the core's text if it fails. `stop` ends one in this process early."""
+def run_job(job: Job, executable: Path | None, tell: Progress) -> None:
+    """Run one job; an Error with the core's text if it fails. An exception in `tell` ends one in this process early."""
     sources = job.sources(executable)
     try:
         if executable:
             run_there(job, executable)
         else:
-            run_here(job, stop)
+            run_here(job, tell)
     finally:
         if job.litter:
             job.litter.unlink(missing_ok=True)
@@ -187,12 +190,8 @@ def run_there(job: Job, executable: Path) -> None:
         raise Error(f"{job.name}: " + words[0].removeprefix("ldbench: error: standard input").lstrip(":, "))
 
 
-def run_here(job: Job, stop: threading.Event) -> None:
+def run_here(job: Job, tell: Progress) -> None:
     """What the executable would do in the job's folder."""
-    def tell(stage: str, share: float) -> None:
-        if stop.is_set():
-            raise Error("stopped")
-
     try:
         read = Case.from_namelist(job.text + "\n")         # text, not the name of a file
         case = RootedCase(read.values, "namelist", job.root)
@@ -211,19 +210,34 @@ def run_here(job: Job, stop: threading.Event) -> None:
 
 def run_jobs(jobs: Sequence[Job], executable: Path | None, workers: int,
              done: Callable[[Job], object] = lambda job: None) -> None:
-    """Run jobs side by side, the longest first; `done` is called after each.  When one fails, those
-    that run are waited for, the others are not begun."""
+    """Run jobs side by side, the longest first; `done` is called after each."""
+    in_threads(lambda job, tell: run_job(job, executable, tell), sorted(jobs, key=lambda job: -job.cost), workers,
+               lambda job, _: done(job))
+
+
+def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], workers: int,
+               done: Callable[[Task, Result], object]) -> None:
+    """Do `work(task, tell)` in threads, in the order of the tasks; `done(task, result)` is called here after each.
+
+    When one fails with an Error, those at work are waited for, the others are not begun. At Ctrl-C `tell`, which runs
+    take for their progress, stops them too; an executable gets it by itself.
+    """
     stop = threading.Event()
+
+    def tell(stage: str, share: float) -> None:
+        if stop.is_set():
+            raise Error("stopped")
+
     with ThreadPoolExecutor(workers) as pool:
-        tasks = {pool.submit(run_job, job, executable, stop): job for job in sorted(jobs, key=lambda job: -job.cost)}
         try:
-            for task in as_completed(tasks):
-                task.result()
-                done(tasks[task])
+            going = {pool.submit(work, task, tell): task for task in tasks}
+            while going:
+                for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
+                    done(going.pop(future), future.result())
         except BaseException as error:
-            if not isinstance(error, Error):        # Ctrl-C, which reaches an executable by itself
+            if not isinstance(error, Error):
                 stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
+            pool.shutdown(cancel_futures=True)
             raise
 
 

@@ -13,7 +13,7 @@ import f90nml
 import numpy as np
 
 from . import _flat
-from ._core import Error, check, complete, path_bytes, text
+from ._core import Error, check, complete, look_for_memory, path_bytes, text
 from .notebook import html_table
 
 Value = float | int | str
@@ -108,6 +108,7 @@ class Case:
 
     @classmethod
     def _read(cls, label: str, source: str | None) -> Case:
+        look_for_memory()
         numbers, words, *error = _flat.read_namelist(
             path_bytes(label), int(source is not None), (source or "").encode(), len(variables()))
         check(*error)

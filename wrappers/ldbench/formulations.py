@@ -9,7 +9,6 @@ import json
 import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,8 @@ from matplotlib.patches import Rectangle
 from tqdm import tqdm
 
 from . import _flat
-from ._core import complete
-from .batch import find_namelists, hashes, is_up_to_date, write_stamp
+from ._core import Progress, complete
+from .batch import find_namelists, hashes, in_threads, is_up_to_date, write_stamp
 from .case import Case
 from .plots import KN, MM, Part, bind, label_x, label_y, new_page, save_pages
 from .record import PAIRS, write_frame
@@ -95,22 +94,23 @@ def outcomes(inputs: Path, jobs: int, done: Callable[[], object] = lambda: None)
             tables[key] = ContactTable(case)
         return tables[key]
 
-    def work(case: Case, name: str) -> Outcome:
+    def work(task: tuple[Case, str], tell: Progress) -> Outcome:
+        case, name = task
         changed = case.replace(**FORMULATIONS[name])
         if case.stop_at == "derailment" and name != "elastic":
             changed = changed.replace(dt=LONG_STEP)
-        found = outcome(run(changed, table=tabled(case) if name == "elastic" else None), name)
+        return outcome(run(changed, tell, tabled(case) if name == "elastic" else None), name)
+
+    def keep(task: tuple[Case, str], found: Outcome) -> None:
+        results[task] = found
         done()
-        return found
 
     todo = [(case, name) for case in cases for name in FORMULATIONS]
+    results: dict[tuple[Case, str], Outcome] = {}
     for case in cases:
         tabled(case)
-    with ThreadPoolExecutor(jobs) as pool:
-        # The longest first.
-        order = sorted(range(len(todo)), key=lambda k: -todo[k][0].t_end)
-        tasks = {k: pool.submit(work, *todo[k]) for k in order}
-        return [tasks[k].result() for k in range(len(todo))]
+    in_threads(work, sorted(todo, key=lambda task: -task[0].t_end), jobs, keep)     # the longest first
+    return [results[task] for task in todo]
 
 
 def outcome(done: Run, name: str) -> Outcome:

@@ -15,7 +15,6 @@ module handles
   use report, only: begin_columns, finish_columns
   use rows, only: row_list
   use simulation, only: free_tables, prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
-  use system, only: has_memory
   use text, only: checksum, line_type, read_lines
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
@@ -67,13 +66,6 @@ contains
     progress(2) = share
     this%stop = stop_asked(1) /= 0
   end subroutine report
-
-  !> For what is not done in a thread of its own, before which Python looks: gfortran would end the process.
-  subroutine look_for_memory(error)
-    type(error_type), allocatable, intent(out) :: error
-
-    if (.not. has_memory(2_int64**24)) call fatal_error(error, 'expected more memory, found none left')
-  end subroutine look_for_memory
 
   !> A case by the paths where its files are.
   subroutine locate(c, paths)
@@ -128,8 +120,6 @@ contains
     character(*), intent(in) :: paths
     type(error_type), allocatable, intent(out) :: error
 
-    call look_for_memory(error)
-    if (allocated(error)) return
     p%c = c
     call locate(p%c, paths)
     call prepare_geometry(p%c, p%setup, error)
@@ -145,8 +135,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(curve_type) :: curve
 
-    call look_for_memory(error)
-    if (allocated(error)) return
     call read_profile(path, kind, smoothing, flip, unit, found%p, error)
     if (allocated(error)) return
     call survey(found%p%curve, found%p%kind, gauge_depth, found%smooth)
@@ -168,8 +156,6 @@ contains
     character(*), intent(in) :: paths
     type(error_type), allocatable, intent(out) :: error
 
-    call look_for_memory(error)
-    if (allocated(error)) return
     p%c = c
     call locate(p%c, paths)
     call same_profile(p%c%wheel_profile, from%setup%wheel(1))

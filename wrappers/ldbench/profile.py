@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import _flat
-from ._core import Error, check, check_written, complete, descriptions, own, path_bytes, text
+from ._core import Error, check, check_written, complete, descriptions, look_for_memory, own, path_bytes, text
 from .case import Case
 from .run import parse_setting
 from .table import located
@@ -96,6 +96,7 @@ def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = 0.0
 
     smoothing [mm], flip and unit as in &profiles of a namelist, gauge_depth [m]. Raises Error as a run would.
     """
+    look_for_memory()
     handle, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, flip, unit, gauge_depth)
     check(*error)
     owner = _Handle()
@@ -139,6 +140,7 @@ class Pair:
 
 def pair(case: Case) -> Pair:
     """The rigid geometry of a case's profiles."""
+    look_for_memory()
     handle, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
     check(message, length, case.label)
     owner = _Handle()

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from . import _flat
-from ._core import Error, Progress, Shared, check, descriptions, own, path_bytes, text, watched
+from ._core import Error, Progress, Shared, check, descriptions, look_for_memory, own, path_bytes, text, watched
 from .case import DEFAULT_FOLDER, Case, Value, find_variable, variables
 from .notebook import html_table
 from .table import CONTACT_NAMES, CONTACTS, ContactTable
@@ -122,6 +122,7 @@ class Run:
     def write(self, path: str | os.PathLike[str] | None = None) -> str:
         """Write the column file, by default where the case says; returns its path."""
         path = os.fspath(path or output_path(self.case))
+        look_for_memory()
         message, length = _flat.write_run(self.table._handle, self._handle, path_bytes(path))
         check(message, length, self.case.label)
         return path

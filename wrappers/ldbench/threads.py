@@ -6,11 +6,9 @@ import threading
 from collections import deque
 from collections.abc import Generator, Iterable, Sequence
 
-from ._core import Error
+from ._core import PATIENCE, Error
 from .members import Batch, Group, Member, Wanted, contents, run_member, stack, table_key
 from .table import ContactTable
-
-PATIENCE = 0.2      # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
 
 
 class Stopped(Exception):
