@@ -15,7 +15,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.support.wait import WebDriverWait
 
 T = TypeVar("T")
-PATIENCE = 120      # until something that should happen counts as not happening [s]
+PATIENCE = 600      # until something that should happen counts as not happening [s]
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
          "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars")
 
@@ -90,6 +90,8 @@ def started(profile: Path, tracing: str = "") -> Iterator[Browser]:
     if tracing:
         options.add_experimental_option("perfLoggingPrefs", {"enableNetwork": True, "traceCategories": tracing})
     driver = webdriver.Chrome(options=options, service=Service(found[1]))
+    driver.set_page_load_timeout(PATIENCE)
+    driver.set_script_timeout(PATIENCE)
     try:
         yield Browser(driver)
     finally:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import shapes
-from conftest import FORTRAN_TESTS, columns, header, refusal, run_case, short_case
+from conftest import FORTRAN_TESTS, HANG, columns, header, refusal, run_case, short_case
 
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
 
@@ -250,7 +250,7 @@ def test_mutated_files(written, tmp_path):
             path.write_bytes(text.encode("latin-1"))
         asked = "".join(f"{-kind if i % 50 == 0 else kind:2d} {path}\n" for i, path in enumerate(paths))
         done = subprocess.run([FORTRAN_TESTS / "read_profiles", other], input=asked, capture_output=True, encoding="latin-1",
-                              timeout=300)
+                              timeout=HANG)
         assert done.returncode == 0, done.stderr
         answers = done.stdout.splitlines()
         assert len(answers) == len(texts)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import shapes
-from conftest import REPO, same_build
+from conftest import HANG, REPO, same_build
 from ldbench import Case, Error, _flat
 from ldbench.profile import inspect, pair
 
@@ -18,7 +18,7 @@ pytestmark = same_build
 
 def page(*words: object, cwd: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", "ldbench", "profile", *map(str, words)], cwd=cwd, capture_output=True,
-                          text=True, timeout=120)
+                          text=True, timeout=HANG)
 
 
 def test_measures_of_a_wheel():
