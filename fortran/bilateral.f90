@@ -591,21 +591,18 @@ contains
     integer, intent(in) :: corner             !! of advance_along
     type(point_type), intent(inout) :: p
     real(dp), intent(out) :: impulse(4)
-    type(gap_type) :: c(3), before(2), after(2)
+    type(gap_type) :: c(3)
     real(dp) :: change(3), a(3, 3)
-    integer :: i, side
+    integer :: i
     logical :: ok
 
     impulse = 0
     associate (own => path(p%half))
       i = merge(p%at + 1, p%at - 1, corner > 0)     ! the first of the corner's two poses
-      before = own%c(:, merge(i, i + 1, corner > 0))
-      after = own%c(:, merge(i + 1, i, corner > 0))
+      c = corner_contacts(own, i)
       p%at = p%at + 2*corner
       change = inertia*abs(p%v)*(own%t(:, i + 1) - own%t(:, i))
     end associate
-    side = merge(1, 2, abs(before(1)%s - after(1)%s) > 0)
-    c = [before(side), after(side), before(3 - side)]
     do i = 1, 3
       a(:, i) = c(i)%slope
     end do
@@ -616,7 +613,44 @@ contains
     end do
   end subroutine turn_corner
 
-  !> Pose, velocity and contacts of a point, with the normal forces that keep both wheels on their rails.
+  !> The three contacts of a corner whose first pose is i, in its half's own frame.
+  pure function corner_contacts(own, i) result(c)
+    type(path_type), intent(in) :: own
+    integer, intent(in) :: i
+    type(gap_type) :: c(3)
+    integer :: wheel
+
+    wheel = merge(1, 2, abs(own%c(1, i)%s - own%c(1, i + 1)%s) > 0)
+    c = [own%c(wheel, i), own%c(wheel, i + 1), own%c(3 - wheel, i)]
+  end function corner_contacts
+
+  !> The first pose of the corner in which a point rests, pushed into it from both sides; 0: in none.
+  pure integer function rests_in(path, w, p, time) result(i)
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
+    type(wheelset_type), intent(in) :: w
+    type(point_type), intent(in) :: p
+    real(dp), intent(in) :: time
+    real(dp) :: f(3)
+
+    i = 0
+    if (abs(p%v) > 0) return
+    associate (own => path(p%half))
+      if (abs(p%s) >= own%s(p%at + 1)) i = p%at + 1
+      if (abs(p%s) <= own%s(p%at)) i = p%at - 1
+      if (i < 1 .or. i >= own%n) then
+        i = 0
+      else if (own%stretch(i) == own%stretch(i + 1)) then
+        i = 0
+      else
+        f = external_force(w, time)
+        if (p%half == 2) f = mirror*f
+        if (sum(f*own%t(:, i)) <= 0 .or. sum(f*own%t(:, i + 1)) >= 0) i = 0
+      end if
+    end associate
+  end function rests_in
+
+  !> Pose, velocity and contacts of a point, with the normal forces that keep both wheels on their rails; at rest in a
+  !> corner all three contacts carry.
   pure subroutine path_state(path, side, w, p, time, q, v, state)
     type(path_type), intent(in) :: path(:)      !! to the left, to the right
     type(side_type), intent(in) :: side(:)      !! left, right
@@ -625,23 +659,30 @@ contains
     real(dp), intent(in) :: time
     real(dp), intent(out) :: q(3), v(3)
     type(contact_state), intent(out) :: state
-    type(gap_type) :: c(2)
-    real(dp) :: t(3), force(2)
-    integer :: k
+    type(gap_type) :: c(3)
+    real(dp) :: t(3), force(3)
+    integer :: k, n, corner
     logical :: ok
 
     call pose_at(piece_at(path, p), p%s, q, t)
-    c = path(p%half)%c(:, p%at)
+    corner = rests_in(path, w, p, time)
+    if (corner > 0) then
+      n = 3
+      c = corner_contacts(path(p%half), corner)
+    else
+      n = 2
+      c(:n) = path(p%half)%c(:, p%at)
+    end if
     if (p%half == 2) then
       c%wheel = 3 - c%wheel
       c%contact = mod(c%contact + 1, 4) + 1
     end if
-    do k = 1, 2
+    do k = 1, n
       call find_gap(side, q, c(k))
     end do
-    v = p%v*tangent(w%inertia(), c, t)
-    call closing_forces(w%inertia(), external_force(w, time), v, c, force, ok)
-    call set_state(c, force, state)
+    v = p%v*tangent(w%inertia(), [c(1), c(n)], t)
+    call closing_forces(w%inertia(), external_force(w, time), v, c(:n), force(:n), ok)
+    call set_state(c(:n), force(:n), state)
   end subroutine path_state
 
   !> The lowest pose of the path that is downhill from the centre: there the wheelset stays.

@@ -132,6 +132,11 @@ def test_a_wheelset_rests_in_a_corner():
     still = run(case.replace(Y=corner)).columns
     assert slopes[0] < 2e4/WEIGHT < slopes[1]
     assert (still.Y == still.Y.iloc[0]).all() and (still.vY == 0).all()
+    # Its three contacts push, and carry the weight and the force.
+    assert (still[["N_LT", "N_LF", "N_RT"]] > 1e3).all(axis=None)
+    for axis, force in ("y", -2e4), ("z", WEIGHT):
+        assert still[[f"F{axis}_{k}" for k in ("LT", "LF", "RT")]].sum(axis=1).to_numpy() == pytest.approx(force, rel=1e-9)
+    assert still[["aY", "aZ", "roll_acc"]].abs().max(axis=None) < 1e-9
     # A micrometre beside it, it comes back to where it was.
     moved = run(case.replace(Y=corner - 1e-6)).columns
     assert moved.Y.max() > corner and (moved.Y - corner).abs().max() < 1.001e-6
