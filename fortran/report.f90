@@ -28,15 +28,13 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: first         ! that is written
     type(scratch_file) :: probe
-    logical :: folder
 
     if (path == '') return
-    inquire (file=path//'/.', exist=folder)
     first = path
     if (lacks_folder(path)) first = default_folder
     call probe%begin(first)
     call probe%abandon()
-    if (.not. probe%ok .or. folder) call fatal_error(error, file//', '//variable// &
+    if (.not. probe%ok) call fatal_error(error, file//', '//variable// &
       ': expected a path that can be written, found '//path)
   end subroutine check_writable
 

@@ -1,7 +1,7 @@
 !> The little that is needed of the operating system.
 module system
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funptr, c_int, c_intptr_t, c_loc, &
-    c_long, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funptr, c_int, c_int16_t, c_int32_t, &
+    c_intptr_t, c_loc, c_long, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   !$ use omp_lib, only: omp_get_max_threads
   implicit none
@@ -41,11 +41,24 @@ module system
     type(c_ptr) :: rest(14) = c_null_ptr
   end type glob_type
 
+  !> Linux's struct statx, the same on all processors.
+  type, bind(c) :: statx_type
+    integer(c_int32_t) :: before(7) = 0
+    integer(c_int16_t) :: mode = 0
+    integer(c_int16_t) :: rest(113) = 0
+  end type statx_type
+
   interface
     integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
       import :: c_int
       integer(c_int), value :: descriptor
     end function c_isatty
+    integer(c_int) function c_statx(folder, path, flags, mask, found) bind(c, name='statx')
+      import :: c_char, c_int, statx_type
+      integer(c_int), value :: folder, flags, mask
+      character(kind=c_char), intent(in) :: path(*)
+      type(statx_type), intent(inout) :: found
+    end function c_statx
     integer(c_int) function c_rename(from, to) bind(c, name='rename')
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: from(*), to(*)
@@ -215,6 +228,17 @@ contains
       index(file, '/', back=.true.) == len(default_folder) + 1
   end function lacks_folder
 
+  !> Whether a path leads to a folder, a device, or what else is no file.
+  logical function is_special(path)
+    character(*), intent(in) :: path
+    integer(c_int), parameter :: here = -100, want_type = 1     ! AT_FDCWD, STATX_TYPE
+    integer, parameter :: kind_bits = int(o'170000'), regular = int(o'100000')
+    type(statx_type) :: found
+
+    is_special = c_statx(here, path//c_null_char, 0_c_int, want_type, found) == 0
+    if (is_special) is_special = iand(int(found%mode), kind_bits) /= regular
+  end function is_special
+
   !> Make the default folder, if that is what a file lacks; opening the file tells whether that went well.
   subroutine make_folder(file)
     character(*), intent(in) :: file
@@ -242,10 +266,12 @@ contains
     logical, intent(in), optional :: nameless
     integer(c_int) :: ignored
 
+    this%ok = .not. is_special(file)
+    if (.not. this%ok) return
     call make_folder(file)
-    call remove_left(file)
-    this%name = file
-    this%scratch = scratch_name(file)
+    this%name = resolved(file)
+    call remove_left(this%name)
+    this%scratch = scratch_name(this%name)
     ! A new one: no other thread may be at it.
     this%stream = c_fopen(this%scratch//c_null_char, 'w+x'//c_null_char)
     this%ok = c_associated(this%stream)

@@ -1,6 +1,7 @@
 """The command line and the files as another program reads them."""
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -192,6 +193,8 @@ def test_runs_at_once_in_one_folder_leave_what_one_would(tmp_path):
 
 def test_a_full_disk_is_told_and_leaves_the_earlier_result(tmp_path):
     """In a small file system of the test's own, where the system lets it have one."""
+    if not shutil.which("unshare"):
+        pytest.skip("no unshare")
     folder = tmp_path / "disk"
     folder.mkdir()
     (tmp_path / "case.nml").write_text(short_case(folder, integrator={"t_end": 0.01}))
@@ -460,3 +463,27 @@ def test_geometry_file_has_header_and_units(tmp_path):
     assert any("rigid-axle clearance [mm]: 2 x 10.180" in line for line in lines)
     table = np.genfromtxt(tmp_path / "geometry.txt", names=True)
     assert list(table.dtype.names) == GEOMETRY_NAMES
+
+
+def test_only_files_are_written_over(tmp_path):
+    """No pipe, which a new file would replace; of a link, the file that it leads to."""
+    case = tmp_path/"case.nml"
+    case.write_text(short_case(Path(), output={"file": "pipe"}))
+    os.mkfifo(tmp_path/"pipe")
+    done = subprocess.run([LDBENCH, "case.nml"], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
+    assert (done.returncode, done.stderr) == (
+        1, "ldbench: error: case.nml, &output file: expected a path that can be written, found pipe\n")
+    assert (tmp_path/"pipe").is_fifo()
+    case.write_text(short_case(Path(), output={"file": "link"}))
+    (tmp_path/"file").write_text("earlier")
+    (tmp_path/"link").symlink_to("file")
+    assert subprocess.run([LDBENCH, "case.nml"], cwd=tmp_path, capture_output=True, timeout=HANG).returncode == 0
+    assert (tmp_path/"link").is_symlink() and (tmp_path/"file").read_text().count("\n") > 2
+
+
+def test_closed_standard_output_of_python():
+    for words in ["--version"], ["profile", REPO/"profiles/awprof.yz"]:
+        done = subprocess.run(["sh", "-c", '"$@" >&-', "sh", sys.executable, "-m", "ldbench", *words], stderr=subprocess.PIPE,
+                              text=True, timeout=HANG)
+        assert (done.returncode, done.stderr) == (
+            1, "ldbench: error: standard output: expected one that can be written, found it closed\n")

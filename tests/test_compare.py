@@ -1,6 +1,7 @@
 """compare: known shifts, offsets and other codes' files come out as what they are."""
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -196,18 +197,42 @@ def test_command_leaves_what_it_reads(words: list[str], message: str, tmp_path: 
     assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
 
 
-def test_command_makes_the_folder(tmp_path: Path):
+def test_commands_make_the_default_folder_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                                       capsys: pytest.CaptureFixture[str]):
+    monkeypatch.chdir(tmp_path)
     for name in "a", "b":
-        ours(invented(), tmp_path/f"{name}.txt")
-    assert main(["compare", str(tmp_path/"a.txt"), str(tmp_path/"b.txt"), "-o", str(tmp_path/"new/ab.pdf")]) == 0
-    assert sorted(file.name for file in (tmp_path/"new").iterdir()) == ["ab.csv", "ab.pdf"]
+        ours(invented(), Path(f"{name}.txt"))
+    assert main(["compare", "a.txt", "b.txt", "-o", "outputs/ab.pdf"]) == 0
+    assert sorted(file.name for file in Path("outputs").iterdir()) == ["ab.csv", "ab.pdf"]
+    capsys.readouterr()
+    for command in (["compare", "a.txt", "b.txt", "-o", "new/ab.pdf"], ["plot", "a.txt", "-o", "new/a.pdf"],
+                    ["view", "a.txt", "-o", "new/a.html"]):
+        assert main(command) == 1
+        assert capsys.readouterr().err == f"ldbench: error: {command[-1]}: expected a folder that is there, found none\n"
+    assert not Path("new").exists()
+
+
+def test_only_files_are_written_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """No folder and no pipe, which a new file would replace; of a link, the file that it leads to."""
+    monkeypatch.chdir(tmp_path)
+    ours(invented(), Path("a.txt"))
+    os.mkfifo("pipe.pdf")
+    for target, found in (".", "folder"), ("pipe.pdf", "device"):
+        for command in ["plot", "a.txt"], ["compare", "a.txt", "a.txt"]:
+            assert main([*command, "-o", target]) == 1
+            assert capsys.readouterr().err == f"ldbench: error: {target}: expected a file to write, found a {found}\n"
+    Path("file.csv").write_text("earlier")
+    Path("link.csv").symlink_to("file.csv")
+    with complete(Path("link.csv")) as scratch:
+        scratch.write_text("later")
+    assert Path("link.csv").is_symlink() and Path("file.csv").read_text() == "later"
 
 
 @pytest.mark.parametrize("command", [["plot", "a.txt"], ["compare", "--study"], ["report"]])
 def test_no_processes_at_all_are_refused(command: list[str], capsys: pytest.CaptureFixture[str]):
-    with pytest.raises(SystemExit):
-        main([*command, "--jobs", "0"])
-    assert "argument --jobs: invalid side_by_side value: '0'" in capsys.readouterr().err
+    assert main([*command, "--jobs", "0"]) == 1
+    assert capsys.readouterr().err == (f"ldbench: error: argument --jobs: expected a number from 1, found 0 "
+                                       f"[ldbench-py {command[0]} --help says more]\n")
 
 
 def test_a_file_that_fails_leaves_the_earlier_one(tmp_path: Path):

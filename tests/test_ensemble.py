@@ -139,7 +139,7 @@ def test_rows_are_thinned_or_padded(table):
     ({"over": {"mas": [1]}}, "expected a namelist variable"),
     ({"over": {"mass": []}}, "at least one value"),
     ({"over": {"mass": [1, 2, 3]}, "n": 4}, r"range \(low, high\) of mass"),
-    ({"over": {"mass": [1, 2]}, "n": 0}, "at least one range and one draw"),
+    ({"over": {"mass": [1, 2]}, "n": 0}, "at least one range and 1 to 2147483647 draws, found 1 and 0"),
     ({"over": {"mass": [1, 2]}, "n": 4, "draw": "sobol"}, "draw = 'random' or 'even'"),
     ({"over": {"vY": [1.0]}, "columns": ["vY"]}, "initial_vY"),
     ({"over": {"mass": [1500]}, "columns": ["speed"]}, "columns among time, X"),

@@ -2,12 +2,14 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import io
 import os
 import sys
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
-from ._core import Error, version
+from ._core import Error, look_for_memory, version
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -24,6 +26,8 @@ COMMANDS = {
     "view": "column files as an interactive page, or as a film",
 }
 
+UNWRITABLE = errno.EPIPE, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF
+
 EXAMPLES = """\
 examples:
   python -m ldbench run inputs/ex1_aw.nml
@@ -32,7 +36,10 @@ examples:
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse says nothing where --help or --version cannot be written."""
+    """argparse says nothing where --help or --version cannot be written, and how to use it where words are wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        raise Error(f"{message} [{self.prog} --help says more]")
 
     def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
         if file is sys.stdout:
@@ -58,24 +65,38 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 
 
 def main(arguments: list[str] | None = None) -> int:
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")       # for what its encoding has no letters
     try:
+        if sys.stdout is None:
+            raise Error("standard output: expected one that can be written, found it closed")
         args = parse(sys.argv[1:] if arguments is None else arguments)
-        status = import_module(f".{args.command}", __package__).main(args)
+        command = import_module(f".{args.command}", __package__)
+        look_for_memory(1)      # tqdm's
+        status = command.main(args)
         sys.stdout.flush()
         return status
     except Error as error:
         reason = str(error)
     except OSError as error:
-        reason = f"{error.filename or 'standard output'}: {error.strerror or error}"
-        if error.filename is None:      # what it still holds cannot be written at the end either
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        words = error.strerror or str(error)
+        reason = f"{error.filename}: {words}" if error.filename else words
+        if error.errno in UNWRITABLE and not error.filename:
+            reason = f"standard output: {words}"
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)    # what it still holds cannot be written at the end either
     except MemoryError:
         reason = "expected more memory, found none left"
     except KeyboardInterrupt:
-        print("ldbench: stopped", file=sys.stderr)
+        tell("ldbench: stopped")
         return 130
-    print(f"ldbench: error: {' '.join(reason.split())}", file=sys.stderr)
+    tell(f"ldbench: error: {' '.join(reason.split())}")
     return 1
+
+
+def tell(words: str) -> None:
+    """On standard error, if it is open."""
+    if sys.stderr is not None:
+        print(words, file=sys.stderr)
 
 
 if __name__ == "__main__":

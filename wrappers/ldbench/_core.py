@@ -8,6 +8,7 @@ import mmap
 import os
 import threading
 import weakref
+from argparse import ArgumentTypeError
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
@@ -24,7 +25,9 @@ Progress = Callable[[str, float], object]
 Shared = tuple[np.ndarray, np.ndarray]
 
 STAGES = "", "table", "integration"
+DEFAULT_FOLDER = "outputs"        # of outputs that are given no name; no other folder is made
 STACK = 2**23        # of a thread, as systems have it [bytes]
+ARENA = 2**27        # address space that glibc asks for where a thread first allocates, half of which it gives back [bytes]
 PATIENCE = 0.2       # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
 
 
@@ -92,23 +95,24 @@ def usable_cores() -> int:
 
 def side_by_side(word: str) -> int:
     """A number of threads or processes from the command line."""
-    number = int(word)
+    number = int(word) if word.isdecimal() else 0
     if number < 1:
-        raise ValueError
+        raise ArgumentTypeError(f"expected a number from 1, found {word}")
     return number
 
 
 @contextmanager
 def complete(target: Path) -> Iterator[Path]:
-    """A file to write beside `target`, which takes its name when all went well; its folder is made."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    for left in left_by_dead(target, ".part*"):
+    """A file to write beside `target`, which takes its name when all went well."""
+    check_target(target)
+    file = target.resolve()     # that a link leads to
+    for left in left_by_dead(file, ".part*"):
         left.unlink(missing_ok=True)
-    scratch = target.with_name(f"{target.name}.part{os.getpid()}")
+    scratch = file.with_name(f"{file.name}.part{os.getpid()}")
     try:
         with failing_as(target, scratch):
             yield scratch
-            scratch.replace(target)
+            scratch.replace(file)
     finally:
         with suppress(OSError):         # as in a folder that may not be written
             scratch.unlink(missing_ok=True)
@@ -146,10 +150,26 @@ def is_alive(process: int) -> bool:
     return True
 
 
+def check_target(file: Path) -> None:
+    """Refuse to write where there is something else than a file, or no folder; the default one is made."""
+    if file.exists() and not file.is_file():
+        raise Error(f"{file}: expected a file to write, found a {'folder' if file.is_dir() else 'device'}")
+    make_folder(file)
+    if not file.parent.is_dir():
+        raise Error(f"{file}: expected a folder that is there, found none")
+
+
+def make_folder(file: Path) -> None:
+    """Make the default folder, if that is what a file lacks."""
+    if file.parent == Path(DEFAULT_FOLDER):
+        file.parent.mkdir(exist_ok=True)
+
+
 def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:
-    """Refuse to write two files into one, or over one that is read."""
+    """Refuse to write two files into one, over one that is read, or where no file can be."""
     taken = {file.resolve() for file in read}
     for file in written:
+        check_target(file)
         if file.resolve() in taken:
             raise Error(f"{file}: expected a file of its own to write, found one that is read or written besides")
         taken.add(file.resolve())
@@ -159,7 +179,7 @@ def look_for_memory(threads: int = 0) -> None:
     """MemoryError where the core, or a thread that is to begin, would find none: gfortran would end the process, and the
     thread would be waited for for ever."""
     try:
-        mmap.mmap(-1, STACK*(4 + threads)).close()
+        mmap.mmap(-1, STACK*(4 + threads) + (ARENA if threads else 0)).close()
     except OSError:
         raise MemoryError("expected more memory, found none left") from None
 

@@ -10,25 +10,21 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import threading
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import f90nml
 
 from . import _flat
-from ._core import PATIENCE, Error, Progress, check, complete, digest, path_bytes
+from ._core import Error, Progress, check, complete, digest, path_bytes
 from .case import Case, data_folder
+from .pools import in_threads
 from .run import output_path, run
 
 PROJECT = Path(__file__).resolve().parents[2]
-
-Task = TypeVar("Task")
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -213,32 +209,6 @@ def run_jobs(jobs: Sequence[Job], executable: Path | None, workers: int,
     """Run jobs side by side, the longest first; `done` is called after each."""
     in_threads(lambda job, tell: run_job(job, executable, tell), sorted(jobs, key=lambda job: -job.cost), workers,
                lambda job, _: done(job))
-
-
-def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], workers: int,
-               done: Callable[[Task, Result], object]) -> None:
-    """Do `work(task, tell)` in threads, in the order of the tasks; `done(task, result)` is called here after each.
-
-    When one fails with an Error, those at work are waited for, the others are not begun. At Ctrl-C `tell`, which runs
-    take for their progress, stops them too; an executable gets it by itself.
-    """
-    stop = threading.Event()
-
-    def tell(stage: str, share: float) -> None:
-        if stop.is_set():
-            raise Error("stopped")
-
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            going = {pool.submit(work, task, tell): task for task in tasks}
-            while going:
-                for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
-                    done(going.pop(future), future.result())
-        except BaseException as error:
-            if not isinstance(error, Error):
-                stop.set()
-            pool.shutdown(cancel_futures=True)
-            raise
 
 
 def find_stale(jobs: Sequence[Job], executable: Path | None, force: bool = False) -> list[Job]:

@@ -13,13 +13,12 @@ import f90nml
 import numpy as np
 
 from . import _flat
-from ._core import Error, check, complete, look_for_memory, path_bytes, text
+from ._core import DEFAULT_FOLDER, Error, check, complete, look_for_memory, path_bytes, text
 from .notebook import html_table
 
 Value = float | int | str
 
 TEXT_LENGTH = 256       # of a text variable in the core
-DEFAULT_FOLDER = "outputs"      # of outputs; the core makes it, and no other, when it is missing
 
 
 class Variable(NamedTuple):

@@ -175,6 +175,9 @@ def run_on_cluster(members: Sequence[Member], groups: Sequence[Group], scheduler
     """Numbers of members and their records as they come."""
     distributed = needed("distributed", "ensemble", "dask[distributed]")
     try:
+        kind, place = distributed.comm.parse_address(scheduler)
+        if kind in {"tcp", "tls"}:
+            distributed.comm.parse_host_port(place)
         check_security(scheduler, distributed.Security())
         client = distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:

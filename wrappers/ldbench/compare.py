@@ -458,8 +458,10 @@ def distinct(records: Sequence[Record]) -> list[Record]:
 
 def make_comparison(records: Sequence[Record], target: Path, align: str = "time") -> list[Path]:
     """Write the PDF of a comparison and its tables."""
+    read = [record.file for record in records]
+    check_written([target], read)
     tables = target.with_suffix(".csv")
-    check_written([target, tables], [record.file for record in records])
+    check_written([target, tables], read)
     found = compare(records, align)
     with ldbench_style(), tempfile.TemporaryDirectory() as scratch:
         part = Path(scratch)/"pages.pdf"

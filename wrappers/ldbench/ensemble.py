@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._core import Error, side_by_side
-from .case import Case, Value
+from .case import Case, Value, find_variable
 from .members import draws
 from .run import parse_setting
 from .sweep import ensemble
@@ -34,8 +34,13 @@ def parse_values(setting: str) -> tuple[str, list[Value]]:
     """mass=1,2,4 or mass=1:4:7 or mass=1:4 as a name and values."""
     name, words = setting.partition("=")[::2]
     try:
-        if found := re.fullmatch(r"([^:]+):([^:]+):(\d+)", words):
-            return name, np.linspace(float(found[1]), float(found[2]), int(found[3])).tolist()
+        if found := re.fullmatch(r"([^:]+):([^:]+):(\d{1,9})", words):
+            low, high = float(found[1]), float(found[2])
+            if not np.isfinite([low, high]).all():
+                raise ValueError
+            return name, np.linspace(low, high, int(found[3])).tolist()
+        if ":" in words and not re.fullmatch("[^:,]+:[^:,]+", words):
+            raise ValueError
         return name, [parse_setting(f"{name}={word}")[1] for word in re.split("[,:]", words)]
     except ValueError:
         raise Error(f"expected name=1,2,4 or name=1:4:7 or name=1:4 after --over, found {setting}") from None
@@ -68,7 +73,12 @@ def main(args: argparse.Namespace) -> int:
     if not args.namelist or not args.over:
         raise Error("ensemble: expected a namelist file and --over, or --demo")
     case = Case.from_namelist(args.namelist).replace(**dict(map(parse_setting, args.set)))
-    dataset = ensemble(case, dict(map(parse_values, args.over)), args.n, seed=args.seed, draw=args.draw,
+    over: dict[str, list[Value]] = {}
+    for name, values in map(parse_values, args.over):
+        if find_variable(name) in map(find_variable, over):
+            raise Error(f"ensemble: expected every variable once after --over, found {name} again")
+        over[name] = values
+    dataset = ensemble(case, over, args.n, seed=args.seed, draw=args.draw,
                        columns=args.columns, rows=args.rows, threads=args.threads, scheduler=args.scheduler,
                        store=args.store, progress=True)
     print(outcome(dataset))

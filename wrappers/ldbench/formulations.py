@@ -21,9 +21,10 @@ from tqdm import tqdm
 
 from . import _flat
 from ._core import Progress, complete
-from .batch import find_namelists, hashes, in_threads, is_up_to_date, write_stamp
+from .batch import find_namelists, hashes, is_up_to_date, write_stamp
 from .case import Case
 from .plots import KN, MM, Part, bind, label_x, label_y, new_page, save_pages
+from .pools import in_threads
 from .record import PAIRS, write_frame
 from .run import Run, run
 from .style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style

@@ -106,8 +106,10 @@ def draws(over: Mapping[str, Sequence[Value]], n: int, seed: int, draw: str) -> 
     for name, side in over.items():
         if len(side) != 2 or any(isinstance(x, str) for x in side):
             raise Error(f"ensemble: expected a range (low, high) of {name} to draw from, found {side!r}")
-    if not over or n < 1:
-        raise Error("ensemble: expected at least one range and one draw")
+    if not over or not 1 <= n < 2**31:
+        raise Error(f"ensemble: expected at least one range and 1 to {2**31 - 1} draws, found {len(over)} and {n}")
+    if seed < 0:
+        raise Error(f"ensemble: expected a seed from 0, found {seed}")
     generator, d = np.random.default_rng(seed), len(over)
     if draw == "random":
         unit = generator.random((n, d))

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
@@ -16,8 +15,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ._core import Error, complete, usable_cores
+from ._core import Error, complete
 from .columns import read_columns
+from .pools import processes
 from .table import CONTACT_NAMES, CONTACTS
 
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
@@ -119,7 +119,7 @@ def read_record(path: str | PathLike[str], columns: str | PathLike[str] | None =
 def read_records(files: Sequence[Path], jobs: int | None = None) -> list[Record]:
     """Column files, read by several processes, the longest first."""
     order = sorted(range(len(files)), key=lambda k: -files[k].stat().st_size)
-    with ProcessPoolExecutor(jobs or usable_cores()) as pool:
+    with processes(jobs) as pool:
         found = dict(zip(order, pool.map(read_record, [files[k] for k in order]), strict=True))
     return [found[k] for k in range(len(files))]
 

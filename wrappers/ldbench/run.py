@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from . import _flat
-from ._core import Error, Progress, Shared, check, descriptions, look_for_memory, own, path_bytes, text, watched
-from .case import DEFAULT_FOLDER, Case, Value, find_variable, variables
+from ._core import DEFAULT_FOLDER, Error, Progress, Shared, check, descriptions, look_for_memory, own, path_bytes, text, watched
+from .case import Case, Value, find_variable, variables
 from .notebook import html_table
 from .table import CONTACT_NAMES, CONTACTS, ContactTable
 

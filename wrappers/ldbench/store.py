@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._core import Error, complete, digest, left_by_dead, needed
+from ._core import Error, complete, digest, left_by_dead, make_folder, needed
 from .dataset import to_dataset
 from .members import Batch, Coordinates, join
 
@@ -45,6 +45,8 @@ class Store:
         """`keys`: of all members of the ensemble, in the order of the dimensions."""
         needed("zarr", "ensemble")
         self.path = Path(path)
+        if not self.path.name:
+            raise Error(f"{path}: expected the name of a Zarr directory, found a folder")
         self.parts = self.path.with_name(self.path.name + ".parts")
         self.dims, self.coordinates, self.keys = dims, coordinates, keys
         self.waiting: list[tuple[Sequence[str], Batch]] = []
@@ -56,7 +58,8 @@ class Store:
         if not self._is_zarr() and self.path.exists() and not self._is_zarr():
             raise Error(f"{self.path}: expected a Zarr directory or nothing, found something else")
         try:
-            self.parts.mkdir(parents=True, exist_ok=True)
+            make_folder(self.path)
+            self.parts.mkdir(exist_ok=True)
         except OSError as error:
             raise Error(f"{self.parts}: cannot be made: {error.strerror}") from None
         # What processes of this machine that were killed have left.

@@ -5,7 +5,6 @@ import gc
 import pickle
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +15,8 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from pypdf import PdfReader, PdfWriter
 
-from .._core import check_written, complete, failing_as, usable_cores
+from .._core import check_written, complete, failing_as
+from ..pools import processes
 from ..record import Record, read_records, summary_row
 from ..style import ldbench_style
 from .geometry import geometry_page
@@ -103,7 +103,7 @@ def drawing(records: Sequence[Record], target: Path, geometry: Sequence[Path] = 
     """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
     for them and writes the document.  `further` make last parts in a file, there too; they build no contact tables:
     OpenMP's threads do not outlive a fork."""
-    with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor(jobs or usable_cores()) as pool:
+    with tempfile.TemporaryDirectory() as scratch, processes(jobs) as pool:
         # Pickled here: the pool would do it in a thread, while the caller goes on with the records.
         runs = [partial(case_part, pickle.dumps(record, pickle.HIGHEST_PROTOCOL)) for record in records]
         work = [partial(geometry_part, file) for file in geometry] + runs + list(further)
@@ -113,12 +113,8 @@ def drawing(records: Sequence[Record], target: Path, geometry: Sequence[Path] = 
         tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in order}
         for k in range(len(geometry) + len(records)):
             tasks[k].add_done_callback(lambda _: done())
-        try:
-            summary = summary_part([summary_row(record) for record in records], Path(scratch)/"summary.pdf")
-            yield lambda: bind([summary, *(tasks[k].result() for k in range(len(work)))], target)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+        summary = summary_part([summary_row(record) for record in records], Path(scratch)/"summary.pdf")
+        yield lambda: bind([summary, *(tasks[k].result() for k in range(len(work)))], target)
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:

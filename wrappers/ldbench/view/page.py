@@ -44,7 +44,7 @@ class Page:
         """Write the page; returns its path."""
         path = Path(path)
         with complete(path) as scratch:
-            scratch.write_text(self.html, encoding="utf-8")
+            scratch.write_text(self.html, encoding="utf-8", errors="replace")
         return path
 
     def _repr_html_(self) -> str:
