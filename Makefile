@@ -220,7 +220,7 @@ help:
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
 	@echo 'make clean      remove everything that make made'
-	@echo 'LDBENCH_SLOW=1  with make test: kills every writer 50 times, frees 1,000 tables'
+	@echo 'LDBENCH_SLOW=1  with make test: what takes minutes too: stores and reports killed 50 times, 1,000 tables freed, pip from nothing'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'
 	@echo 'FC=flang-new-19 with make, test: the executable ldbench-flang by another compiler'
 	@echo 'SANITIZE=1      with make, test: every access to memory and every leak is looked at'

@@ -25,7 +25,7 @@ from ldbench.__main__ import main
 from ldbench.pools import processes
 
 SLOW = "LDBENCH_SLOW" in os.environ
-KILLS = 50 if SLOW else 16
+KILLS = 50
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 SEED = 11
 
