@@ -360,6 +360,7 @@ contains
     real(dp) :: recent(n_rigid_columns, 3) ! rows: the last that was given away, one to be kept or left out, the new one
     real(dp) :: first_energy, from, to
     real(dp) :: seen(4, 3), seen_at(3)     ! normal forces at the last three steps
+    integer, parameter :: report_steps = 10000
     integer :: substeps, stride            ! steps between rows; rows that a longer step spans
     integer :: last_row, report_rows, row, next_row, i, status, width
     integer :: given, last, new            ! where they are
@@ -370,7 +371,7 @@ contains
     substeps = ceiling(c%interval/c%dt*(1 - 1e-9_dp))
     stride = max(1, floor(c%dt/c%interval*(1 + 1e-9_dp)))
     run%step = stride*c%interval/substeps
-    report_rows = max(1, min(100, 10000/substeps))
+    report_rows = max(1, min(100, report_steps/substeps))
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
     elastic = c%formulation == 'elastic'
     until_return = c%stop_at == 'return_to_centre'
@@ -411,7 +412,10 @@ contains
           call step((row - next_row + 1)*c%interval, 0)
         end if
         if (allocated(error)) exit
+        if (mod(i, report_steps) == 0) call look_up((row - 1 + real(i, dp)/substeps)/last_row)
+        if (run%cancelled) exit
       end do
+      if (run%cancelled) exit
       if (allocated(error)) then
         ! A wheelset that has derailed may leave the table before the next row.
         if (.not. run%log%derailed) return
@@ -421,10 +425,7 @@ contains
       motion%t = row*c%interval
       call add_row(motion)
       if (allocated(error)) return
-      if (present(watcher)) then
-        if (mod(row, report_rows) < stride) call watcher%report('integration', row/real(last_row, dp))
-        run%cancelled = watcher%stop
-      end if
+      if (mod(row, report_rows) < stride) call look_up(row/real(last_row, dp))
       if (run%log%derailed .or. (until_return .and. run%log%returned) .or. run%cancelled) exit
     end do
     call give_last()
@@ -434,6 +435,15 @@ contains
     run%seconds = to - from
 
   contains
+
+    !> Tell how far the run is, and whether it shall stop.
+    subroutine look_up(share)
+      real(dp), intent(in) :: share
+
+      if (.not. present(watcher)) return
+      call watcher%report('integration', share)
+      run%cancelled = watcher%stop
+    end subroutine look_up
 
     !> One step; where it fails or the total energy changes by more than the tolerance it is
     !> cut into two, four, ... and they are tried instead.  What decides is the same for the

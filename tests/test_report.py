@@ -336,7 +336,7 @@ def test_interrupt_ends_the_runs_of_formulations(tmp_path: Path):
     """Five that would take hours and five that are done at once, six at a time."""
     for name, t_end in (("ex1_aw", 1e5), ("ex2_aw", 0.01)):
         case = Case.exercise(int(name[2]), "aw").replace(model="strip", accuracy=0.1, table_file="", t_end=t_end,
-                                                         interval=min(t_end/100, 0.1), stop_at="t_end")
+                                                         interval=t_end/100, stop_at="t_end")
         case.to_namelist(tmp_path/f"{name}.nml")
 
     def interrupt() -> None:

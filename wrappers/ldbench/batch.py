@@ -19,7 +19,7 @@ from typing import Any
 import f90nml
 
 from . import _flat
-from ._core import Error, Progress, check, complete, digest, path_bytes
+from ._core import Error, Progress, complete, digest
 from .case import Case, data_folder
 from .pools import in_threads
 from .run import output_path, run
@@ -195,7 +195,7 @@ def run_here(job: Job, tell: Progress) -> None:
         geometry = job.root/case.geometry_file if case.geometry_file else ""
         for variable, path in (("&output file", columns), ("&output geometry_file", geometry),
                                ("&table file", case.table_path())):
-            check(*_flat.check_writable(path_bytes("namelist"), path_bytes(variable), path_bytes(path)))
+            case.check_writable(variable, path)
         done = run(case, tell)
         done.write(columns)
         if geometry:

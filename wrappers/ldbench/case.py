@@ -120,6 +120,10 @@ class Case:
         check(*_flat.check_values(path_bytes(self.label), *changed.arrays()))
         return changed
 
+    def check_writable(self, variable: str, path: str | os.PathLike[str]) -> None:
+        """Find out before the work that the file of a variable, '&output file', cannot be written."""
+        check(*_flat.check_writable(*map(path_bytes, (self.label, variable, path))))
+
     def _with(self, changes: Mapping[str, Value]) -> Case:
         """The same before the core has checked it."""
         values = list(self.values)

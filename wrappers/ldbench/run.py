@@ -201,7 +201,7 @@ def main(args: argparse.Namespace) -> int:
         case = case.replace(output_file=args.output)
     for name, path in ("file", output_path(case)), ("geometry_file", case.geometry_file):
         if path:
-            check(*_flat.check_writable(*map(path_bytes, (case.label, f"&output {name}", path))))
+            case.check_writable(f"&output {name}", path)
     result = run(case, progress=True)
     result.write()
     if case.geometry_file:

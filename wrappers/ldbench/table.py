@@ -297,7 +297,7 @@ def main(args: argparse.Namespace) -> int:
     case = Case.from_namelist(args.namelist)
     if args.geometry:
         case = case.replace(geometry_file=args.geometry)        # which looks at what else is read and written
-        check(*_flat.check_writable(*map(path_bytes, (case.label, "&output geometry_file", args.geometry))))
+        case.check_writable("&output geometry_file", args.geometry)
     table = ContactTable(case, progress=True)
     elastic = case.formulation == "elastic"
     stiffness = ""
