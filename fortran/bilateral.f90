@@ -171,7 +171,7 @@ contains
       c_end = c
       q_end = q + h*t
       call close_gaps(side, inertia, c_end, q_end, ok)
-      if (ok) ok = size_of(q_end - q - h*t) < 0.3_dp*abs(h) .and. .not. any(c_end%edge)
+      if (ok) ok = size_of(q_end - q - h*t) < 0.3_dp*abs(h) .and. .not. any(c_end%edge .and. .not. c_end%rim)
     end subroutine step
 
     !> How far the cubic passes beside a pose of the path [m].

@@ -56,7 +56,7 @@ module case
     real(dp) :: stiffness_scale = 1
     ! &table
     character(text_length) :: table_file = ''
-    real(dp) :: lateral = 0.060_dp, lift = 0.040_dp, drop = 0.010_dp
+    real(dp) :: lateral = 0.080_dp, lift = 0.040_dp, drop = 0.010_dp
     real(dp) :: roll_range = 0.5_dp, depth = 2.2e-3_dp
     real(dp) :: accuracy = 1e-3_dp
     integer :: n_lateral = 240, n_roll = 120, n_depth = 40
@@ -151,7 +151,7 @@ contains
     call add_real('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', &
       'multiplies the elastic modulus')
     call add_text('table', 'file', c%table_file, '', 'keep the contact table here and find it again')
-    call add_real('table', 'lateral', c%lateral, 0.02_dp, 0.08_dp, 'm', 'shift of a wheel to either side')
+    call add_real('table', 'lateral', c%lateral, 0.02_dp, 0.1_dp, 'm', 'shift of a wheel to either side')
     call add_real('table', 'lift', c%lift, 0.03_dp, 0.1_dp, 'm', 'of a wheel; higher it cannot touch')
     call add_real('table', 'drop', c%drop, 1e-3_dp, 0.03_dp, 'm', 'of a wheel below its running height')
     call add_real('table', 'roll', c%roll_range, 0.01_dp, 0.6_dp, 'rad', 'to either side')
@@ -167,7 +167,7 @@ contains
     call add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step; where it spans rows they are interpolated')
     call add_real('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', '')
     call add_text('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
-      'derailment ends every run')
+      'a derailed wheelset that leaves what &table covers ends every run')
     call add_real('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
       'a step that changes the total energy by more is cut; 0: none is')
     call add_real('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', &

@@ -1,8 +1,15 @@
-!> What happens in a run, and when: flange contacts, wheels that lift off and land,
-!> passages of the centre, derailment; with rigid contacts impacts, and rails that pull.
-!> Times lie within the steps: of an elastic contact from its energy, which goes with the
-!> penetration as p^(5/2), and the rate at which it changes; of the others by linear
-!> interpolation.  Steps of rigid contacts end where contacts open and close.
+!> What happens in a run, and when: flange contacts, wheels that lift off and land, passages of the centre, flanges
+!> over the rail, derailment; with rigid contacts impacts, and rails that pull.
+!>
+!> Derailed means that there is no way back: the tip of a flange is outside the highest point of its rail, the
+!> wheelset moves outwards, and the lateral force does not draw it inwards. From there the crown pushes the flange
+!> outwards, and the tread of the other wheel rolls down its cone (tried by section `derailment` of `make validate`).
+!> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
+!> inside. It is an event of its own, which ends nothing.
+!>
+!> Times lie within the steps: of an elastic contact from its energy, which goes with the penetration as p^(5/2), and
+!> the rate at which it changes; of the others by linear interpolation. Steps of rigid contacts end where contacts open
+!> and close.
 module events
   use contact, only: side_type
   use kinds, only: dp
@@ -14,14 +21,15 @@ module events
 
   enum, bind(c)
     enumerator :: left_flange_contact = 1, right_flange_contact, left_lift_off, left_landing, &
-      right_lift_off, right_landing, centre_passage, derailment, impact, rail_pulls
+      right_lift_off, right_landing, centre_passage, left_over_rail, right_over_rail, derailment, impact, rail_pulls
   end enum
-  character(20), parameter :: event_kinds(10) = [character(20) :: 'left flange contact', &
+  character(24), parameter :: event_kinds(12) = [character(24) :: 'left flange contact', &
     'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
-    'right wheel landing', 'centre passage', 'derailment', 'impact', &
+    'right wheel landing', 'centre passage', 'left flange over rail', 'right flange over rail', 'derailment', 'impact', &
     'rail pulls']
-  integer, parameter :: elastic_kinds = 8   !! of these: the first
+  integer, parameter :: elastic_kinds = 10  !! of these: the first
 
+  integer, parameter :: outwards(2) = [1, -1]   !! sign of Y on the left and on the right side
   integer, parameter :: kept = 5            !! events of a kind that are recorded; later ones are counted
   integer, parameter :: kept_impacts = 100  !! the same of impacts
   real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
@@ -51,8 +59,9 @@ contains
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old, new
     type(side_type), intent(in) :: side(:)  !! left, right
-    real(dp) :: dt, before, after
+    real(dp) :: dt, before(2), after(2), force(3)
     logical :: were(4), are(4), hit(4)
+    integer :: k
 
     dt = new%t - old%t
     were = closed(old%contact)
@@ -71,13 +80,22 @@ contains
       call note(centre_passage, new%t - dt*new%q(1)/(new%q(1) - old%q(1)))
     end if
     if (any(new%contact%pulls .and. .not. old%contact%pulls)) call note(rail_pulls, new%t - dt*share_of_pull())
+    after = over_rail(new%q, side)
+    if (all(after <= 0)) return
+    before = over_rail(old%q, side)
+    do k = 1, 2
+      if (after(k) > 0 .and. before(k) <= 0) &
+        call note(merge(left_over_rail, right_over_rail, k == 1), new%t - dt*after(k)/(after(k) - before(k)))
+    end do
     if (log%derailed) return
-    after = overhang(new%q, side)
-    if (after > 0) then
+    after = past_crown(new%q, side)
+    before = min(past_crown(old%q, side), 0.0_dp)
+    force = external_force(w, new%t)
+    do k = 1, 2
+      if (after(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*force(1) < 0) cycle
       log%derailed = .true.
-      before = min(overhang(old%q, side), 0.0_dp)
-      call note(derailment, new%t - dt*after/(after - before))
-    end if
+      call note(derailment, new%t - dt*after(k)/(after(k) - before(k)))
+    end do
 
   contains
 
@@ -175,18 +193,40 @@ contains
     log%list(log%n)%loss = new%loss - old%loss
   end subroutine note_impact
 
-  !> How far a flange's tip is past the gauge face and above the rail head, or rolling over it:
-  !> the smaller of both, of the wheel that has gone farther; positive: derailed [m].
-  pure real(dp) function overhang(q, side)
+  !> How far the tip of each flange is outside the highest point of its rail [m], left and right.
+  pure function past_crown(q, side) result(past)
     real(dp), intent(in) :: q(3)            !! axle centre y, z [m], roll [rad]
-    type(side_type), intent(in) :: side(:)  !! left, right
-    real(dp), parameter :: sunk = 3e-3_dp   ! the crown's fall to its shoulders and elastic depth [m]
-    real(dp) :: tip(2, 2), rise(2), reach(2)
+    type(side_type), intent(in) :: side(2)  !! left, right
+    real(dp) :: past(2), tip(2, 2)
 
-    tip = reshape([side(1)%pair%flange_tip, side(2)%pair%flange_tip], [2, 2])
-    rise = q(2) + [1, -1]*tip(1, :)*sin(q(3)) + tip(2, :)*cos(q(3))
-    reach = [1, -1]*(q(1) - tip(2, :)*sin(q(3))) + tip(1, :)*cos(q(3))
-    overhang = maxval(min(rise + sunk, reach - side%pair%gauge_face))
-  end function overhang
+    tip = tips(q, side)
+    past = tip(1, :) - side%pair%crown
+  end function past_crown
+
+  !> How far the tip of each flange is over its rail [m], left and right: outside the gauge line and higher than
+  !> the head's shoulders, the smaller of both distances.
+  pure function over_rail(q, side) result(over)
+    real(dp), intent(in) :: q(3)
+    type(side_type), intent(in) :: side(2)
+    real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
+    real(dp) :: over(2), tip(2, 2)
+
+    tip = tips(q, side)
+    over = min(tip(2, :) + shoulder, tip(1, :) - side%pair%gauge_face)
+  end function over_rail
+
+  !> Positions of the flanges' tips: outwards from the track's centre and upwards from top of rail [m], by side.
+  pure function tips(q, side) result(tip)
+    real(dp), intent(in) :: q(3)
+    type(side_type), intent(in) :: side(2)
+    real(dp) :: tip(2, 2), r(2)
+    integer :: k
+
+    do k = 1, 2
+      r = side(k)%pair%flange_tip
+      tip(1, k) = outwards(k)*(q(1) - r(2)*sin(q(3))) + r(1)*cos(q(3))
+      tip(2, k) = q(2) + outwards(k)*r(1)*sin(q(3)) + r(2)*cos(q(3))
+    end do
+  end function tips
 
 end module events

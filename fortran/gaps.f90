@@ -30,6 +30,7 @@ module gaps
     real(dp) :: slope(3) = 0             !! dg/dq, q = (y, z, roll)
     real(dp) :: bend(3, 3) = 0           !! its second derivatives
     logical :: edge = .false.            !! the nearest point is the zone's end
+    logical :: rim = .false.             !! that end is the wheel's, on the field side
     logical :: idle = .false.            !! no such point: a rival where the zone has only one
   end type gap_type
 
@@ -250,6 +251,7 @@ contains
     if (c%wheel == 2) own = mirror*q
     ends = side(c%wheel)%pair%s([c%first, c%last])
     c%edge = .false.
+    c%rim = .false.
     last_step = longest
     reach = longest
     before = 0
@@ -305,6 +307,7 @@ contains
       last_step = max(abs(ds), abs(df))
     end do
 
+    c%rim = c%edge .and. c%last == size(side(c%wheel)%pair%s) .and. c%s >= ends(2)
     spin = [t(1), t(2), x(1)*t(2) - x(2)*t(1)]
     c%slope = [n(1), n(2), x(1)*n(2) - x(2)*n(1)]
     do i = 1, 3

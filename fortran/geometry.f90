@@ -23,6 +23,7 @@ module geometry
     real(dp) :: axle_height = 0        !! of the centred, rigid, touching wheelset [m]
     real(dp) :: centred_station = 0    !! of the wheel's contact point then [m]
     real(dp) :: gauge_face = 0         !! Y of the rail's gauge point [m]
+    real(dp) :: crown = 0              !! Y of the rail's highest point [m]
     real(dp) :: flange_tip(2) = 0      !! lowest point of the wheel, wheelset frame [m]
     ! The wheel's stations: every knot of the profile but those too near, and between them to at most max_spacing.
     real(dp), allocatable :: s(:)          !! station [m]
@@ -82,6 +83,7 @@ contains
     pair%rail%a(2, 1, :) = pair%rail%a(2, 1, :) - top
     pair%wheel%a(1, 1, :) = pair%wheel%a(1, 1, :) + back_to_back/2
     pair%gauge_face = gauge/2
+    pair%crown = pair%rail%a(1, 1, maxloc(pair%rail%a(2, 1, :), 1) - 1 + lbound(pair%rail%a, 3))
     call set_stations(pair)
 
     ! Lower the centred wheel until it touches; its contact point is then at

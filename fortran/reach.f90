@@ -1,7 +1,7 @@
 !> Which poses a run can come to, and how exact the table has to be there.
 !>
-!> In service the wheelset runs between its flanges, or is lifted a little; going
-!> over, it lies on one flange and turns over the rail, until it has derailed; every
+!> In service the wheelset runs between its flanges, or is lifted a little; going over, it stands on one flange or
+!> rolls over the rail, until the flange's tip is outside the highest point of the rail and it has derailed. Every
 !> other pose has its contacts elsewhere, or the wheelset has derailed before.
 module reach
   use geometry, only: pair_type, rolled
@@ -13,7 +13,7 @@ module reach
 
   !> Extent of the table and of what runs reach of it.
   type :: extent_type
-    real(dp) :: lateral = 60e-3_dp      !! shift of the wheel to either side [m]
+    real(dp) :: lateral = 80e-3_dp      !! shift of the wheel to either side [m]
     real(dp) :: lift = 40e-3_dp         !! of the wheel; higher it cannot touch [m]
     real(dp) :: drop = 10e-3_dp         !! of the wheel below its running height [m]
     real(dp) :: roll = 0.5_dp           !! to either side [rad]
@@ -22,8 +22,8 @@ module reach
   end type extent_type
 
   real(dp), parameter :: service_roll = 0.02_dp, service_shift = 5e-3_dp   ! beyond the clearance [rad, m]
-  real(dp), parameter :: last_roll = 0.33_dp                               ! of a wheelset that goes over [rad]
-  real(dp), parameter :: sunk = 3e-3_dp, past = 1e-3_dp   ! derailed: as in `events`, and a little more [m]
+  real(dp), parameter :: first_roll = 0.05_dp, last_roll = 0.36_dp         ! of a wheelset that goes over [rad]
+  real(dp), parameter :: past = 1e-3_dp         ! of the flange's tip past the rail's highest point [m]
   real(dp), parameter :: going_over = 10     ! errors allowed there, of those in service
   ! Penetrations of the largest: of the tread; of the shallower and the deeper of two zones at once; going over.
   real(dp), parameter :: of_tread = 0.45_dp, of_two = 0.25_dp, of_deeper = 0.7_dp, of_going_over = 0.33_dp
@@ -48,10 +48,10 @@ contains
     if (around) more = [more_roll, more_shift]
     if (abs(pose(3)) <= service_roll + more(1) .and. abs(pose(1)) <= extent%clearance + service_shift + more(2)) then
       strictness = 1
-    else if (pose(3) > -last_roll - more(1) .and. pose(3) <= service_roll + more(1)) then
+    else if (pose(3) > -last_roll - more(1) .and. pose(3) <= first_roll + more(1)) then
       tip = pose(:2) + rolled(pair%flange_tip, pose(3))
       ! It turns about the rail that it lies on.
-      if (min(tip(2) + sunk, tip(1) - pair%gauge_face) < past + more(2) .and. &
+      if (tip(1) - pair%crown < past + more(2) .and. &
         pose(1) + pair%axle_height*sin(pose(3)) > -more(2)) strictness = going_over
     end if
   end function strictness

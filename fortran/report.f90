@@ -84,8 +84,8 @@ contains
       lines = ''
       return
     end select
-    lines = lines//'not used with it: &material, &table, &contact model, &integrator scheme, order, beta, gamma, '// &
-      'tolerance, max_iterations'//nl
+    lines = lines//'not used with it: &material, &table but lateral, roll and drop (where a derailed run ends), &contact '// &
+      'model, &integrator scheme, order, beta, gamma, tolerance, max_iterations'//nl
   end function formulation
 
   !> Eigenfrequencies at equilibrium, named by what moves most (in kinetic energy).
@@ -266,10 +266,12 @@ contains
     type(run_type), intent(in) :: run
     character(:), allocatable :: words
 
-    if (run%log%derailed) then
-      words = 'derailment'
-    else if (run%cancelled) then
+    if (run%cancelled) then
       words = 'stopped by the user'
+    else if (run%log%derailed .and. c%stop_at == 'derailment') then
+      words = 'derailment'
+    else if (run%gone) then
+      words = 'derailed, and then left what the contact table covers'
     else if (c%stop_at == 'return_to_centre' .and. run%log%returned) then
       words = 'return to the centre after both flanges'
     else

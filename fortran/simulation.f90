@@ -67,6 +67,7 @@ module simulation
     integer(int64) :: cuts = 0             !! steps that were cut
     integer(int64) :: evaluations = 0      !! of the contacts, in steps
     logical :: cancelled = .false.         !! by the monitor
+    logical :: gone = .false.              !! derailed, and then farther than the table goes
     real(dp) :: seconds = 0                !! processor time of the integration
   end type run_type
 
@@ -308,16 +309,15 @@ contains
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: farthest = 0.06_dp   ! where the path may end [m]
     real(dp), parameter :: mirror(3) = [-1, 1, -1]
     type(point_type) :: lowest
     logical :: ok
 
-    call follow_path(setup%side, setup%centred, setup%wheelset%inertia(), farthest, setup%path(1))
+    call follow_path(setup%side, setup%centred, setup%wheelset%inertia(), c%lateral, setup%path(1))
     if (setup%symmetric) then
       setup%path(2) = setup%path(1)
     else
-      call follow_path(setup%side(2:1:-1), mirror*setup%centred, setup%wheelset%inertia(), farthest, setup%path(2))
+      call follow_path(setup%side(2:1:-1), mirror*setup%centred, setup%wheelset%inertia(), c%lateral, setup%path(2))
     end if
     setup%equilibrium = [0.0_dp, setup%path(1)%q(2, 1), merge(0.0_dp, setup%path(1)%q(3, 1), setup%symmetric)]
     call lowest_point(setup%path, lowest, ok)
@@ -364,7 +364,7 @@ contains
     integer :: substeps, stride            ! steps between rows; rows that a longer step spans
     integer :: last_row, report_rows, row, next_row, i, status, width
     integer :: given, last, new            ! where they are
-    logical :: elastic, until_return
+    logical :: elastic, until_return, until_derailment
 
     call cpu_time(from)
     scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
@@ -375,6 +375,7 @@ contains
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
     elastic = c%formulation == 'elastic'
     until_return = c%stop_at == 'return_to_centre'
+    until_derailment = c%stop_at == 'derailment'
     width = merge(n_columns, n_rigid_columns, elastic)
 
     run%changes = ''
@@ -417,16 +418,17 @@ contains
       end do
       if (run%cancelled) exit
       if (allocated(error)) then
-        ! A wheelset that has derailed may leave the table before the next row.
+        ! A wheelset that has derailed leaves the table, or the rails on which both wheels are held.
         if (.not. run%log%derailed) return
         deallocate (error)
-        exit
+        run%gone = .true.
       end if
+      if (run%gone) exit
       motion%t = row*c%interval
       call add_row(motion)
       if (allocated(error)) return
       if (mod(row, report_rows) < stride) call look_up(row/real(last_row, dp))
-      if (run%log%derailed .or. (until_return .and. run%log%returned) .or. run%cancelled) exit
+      if ((until_derailment .and. run%log%derailed) .or. (until_return .and. run%log%returned) .or. run%cancelled) exit
     end do
     call give_last()
     if (allocated(error)) return
@@ -553,7 +555,16 @@ contains
           return
         end if
       end do
+      run%gone = run%log%derailed .and. beyond_table(motion%q)
     end subroutine rigid_step
+
+    !> Whether a pose is outside what a contact table would cover: there the run of a derailed rigid wheelset ends.
+    pure logical function beyond_table(q)
+      real(dp), intent(in) :: q(3)
+
+      beyond_table = abs(q(1) + setup%equilibrium(2)*sin(q(3))) > c%lateral .or. abs(q(3)) > c%roll_range &
+        .or. q(2) < setup%equilibrium(2) - c%drop
+    end function beyond_table
 
     subroutine note_drift(at)
       type(motion_type), intent(in) :: at

@@ -73,7 +73,7 @@ contains
     type(motion_type) :: new
     type(gap_type) :: c(size(all%c))
     type(bracket_type) :: range
-    real(dp) :: h, rate(size(all%c)), base(size(all%c)), least, x, f
+    real(dp) :: h, rate(size(all%c)), base(size(all%c)), least, x, f, low
     integer :: k, event, trials, iter, halved
     logical :: opens, lost
 
@@ -121,13 +121,24 @@ contains
         if (all%c(k)%gap > touching) least = max(least, all%c(k)%gap/h)
         f = (c(k)%gap - base(k))/h
       end if
+      low = 0
+      if (.not. opens .and. all%c(k)%gap <= touching .and. abs(rate(k)) <= still) then
+        ! A contact that has just been released, at rest but for rounding, closes again only after it has opened.
+        low = h
+        do iter = 1, 50
+          low = low/2
+          call step(low, new, c)
+          least = (c(k)%gap - base(k) - pierced)/low
+          if (least > 0) exit
+        end do
+      end if
       if (least <= 0) then
         ! At once.
         h = 0
         call step(h, new, c)
         exit
       end if
-      range = bracket_type(0.0_dp, least, h, f)
+      range = bracket_type(low, least, h, f)
       do iter = 1, 100
         x = range%guess()
         call step(x, new, c)

@@ -8,8 +8,8 @@ from pypdf import PdfReader
 
 from conftest import LongProgram
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "integration", "sensitivity", "measured", \
-    "stiffness"
+SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "derailment", "integration", "sensitivity", \
+    "measured", "stiffness"
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from checks import Section
 from command import arguments, run_sections, write_csv
 from pages import write_pdf
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "integration", "sensitivity", "measured", \
-    "stiffness"
+SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "derailment", "integration", "sensitivity", \
+    "measured", "stiffness"
 HEAD = "section", "quantity", "value", "reference", "source", "deviation", "bar", "verdict"
 
 

@@ -278,13 +278,13 @@ subroutine run_results(handle, n_columns, n_rows, n_events, rows, t, kind, force
 end subroutine run_results
 
 !> step [s], steps, evaluations, cuts, largest drift, initial kinetic energy [J], processor time [s],
-!> returned, derailed, cancelled; peak force [N] and its time [s] of four contacts; counts of ten kinds
+!> returned, derailed, cancelled; peak force [N] and its time [s] of four contacts; counts of twelve kinds
 !> of events; largest impulse [N s] and its time [s] of four contacts.
 subroutine run_numbers(handle, numbers)
   use handles, only: finished_type, run_at
   implicit none
   integer(8), intent(in) :: handle
-  real(8), intent(out) :: numbers(36)
+  real(8), intent(out) :: numbers(38)
   type(finished_type), pointer :: run
 
   run => run_at(handle)
@@ -293,9 +293,9 @@ subroutine run_numbers(handle, numbers)
   numbers(8:10) = merge(1d0, 0d0, [run%log%returned, run%log%derailed, run%cancelled])
   numbers(11:14) = run%peak
   numbers(15:18) = run%peak_time
-  numbers(19:28) = run%log%counts
-  numbers(29:32) = run%blow
-  numbers(33:36) = run%blow_time
+  numbers(19:30) = run%log%counts
+  numbers(31:34) = run%blow
+  numbers(35:38) = run%blow_time
 end subroutine run_numbers
 
 !> The text for the terminal.

@@ -167,7 +167,10 @@ def why(done: Run) -> str:
     """How the run ended; of a derailment, whether over the flange or overturning."""
     if not done.summary["derailed"]:
         return {"return to the centre after both flanges": "returns"}.get(done.summary["end"], "does not derail")
-    end = done.columns.iloc[-1]
+    # How the flange came over the rail says it; on the crown both wheels may stand on their rails again.
+    derailment = next(event for event in done.events if event.kind == "derailment")
+    over = [event.t for event in done.events if event.kind.endswith("over rail") and event.t <= derailment.t]
+    end = done.columns.iloc[min(done.columns.time.searchsorted(max(over, default=derailment.t)), len(done.columns) - 1)]
     side = np.sign(end.Y)
     words = f"derails over the {'left' if side > 0 else 'right'} rail: "
     if side*end.roll < -TURNED:
