@@ -59,7 +59,7 @@ module case
     real(dp) :: lateral = 0.080_dp, lift = 0.040_dp, drop = 0.010_dp
     real(dp) :: roll_range = 0.5_dp, depth = 2.2e-3_dp
     real(dp) :: accuracy = 1e-3_dp
-    integer :: n_lateral = 240, n_roll = 120, n_depth = 40
+    integer :: n_lateral = 360, n_roll = 160, n_depth = 40
     ! &integrator
     character(text_length) :: scheme = 'newmark'
     integer :: order = 2

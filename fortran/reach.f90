@@ -41,7 +41,8 @@ contains
     type(extent_type), intent(in) :: extent
     real(dp), intent(in) :: pose(3)
     logical, intent(in) :: around          !! with the surroundings
-    real(dp) :: tip(2), more(2)
+    real(dp) :: tip(2), tip_opposite(2), more(2)
+    logical :: reached
 
     strictness = 0
     more = 0
@@ -49,10 +50,12 @@ contains
     if (abs(pose(3)) <= service_roll + more(1) .and. abs(pose(1)) <= extent%clearance + service_shift + more(2)) then
       strictness = 1
     else if (pose(3) > -last_roll - more(1) .and. pose(3) <= first_roll + more(1)) then
+      ! Neither flange is outside its rail's crown; rolled farther, the wheelset turns about the left rail.
       tip = pose(:2) + rolled(pair%flange_tip, pose(3))
-      ! It turns about the rail that it lies on.
-      if (tip(1) - pair%crown < past + more(2) .and. &
-        pose(1) + pair%axle_height*sin(pose(3)) > -more(2)) strictness = going_over
+      tip_opposite = [-pose(1), pose(2)] + rolled(pair%flange_tip, -pose(3))
+      reached = max(tip(1), tip_opposite(1)) - pair%crown < past + more(2)
+      if (pose(3) < -first_roll - more(1)) reached = reached .and. pose(1) + pair%axle_height*sin(pose(3)) > -more(2)
+      if (reached) strictness = going_over
     end if
   end function strictness
 
