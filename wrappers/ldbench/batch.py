@@ -197,9 +197,7 @@ def run_here(job: Job, tell: Progress) -> None:
                                ("&table file", case.table_path())):
             case.check_writable(variable, path)
         done = run(case, tell)
-        done.write(columns)
-        if geometry:
-            done.table.write_geometry(geometry)
+        done.write(columns, geometry)
     except Error as error:
         raise Error(f"{job.name}: " + str(error).removeprefix("namelist").lstrip(":, ")) from None
 
