@@ -176,10 +176,10 @@ def failing_as(target: Path, scratch: Path) -> Iterator[None]:
 
 
 def left_by_dead(target: Path, ends: str) -> Iterator[Path]:
-    """What dead processes left of a folder that they wrote: its name, and `ends` with * for the process."""
+    """What dead processes left of a folder that they wrote: its name, and `ends` with * for the process, or for process-thread."""
     before, after = ends.split("*")
     for path in sorted(target.parent.glob(glob.escape(target.name) + ends)):
-        process = path.name[len(target.name) + len(before):len(path.name) - len(after)]
+        process = path.name[len(target.name) + len(before):len(path.name) - len(after)].partition("-")[0]
         if process.isdecimal() and not is_alive(int(process)):
             yield path
 
