@@ -15,7 +15,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -373,6 +373,82 @@ assert stored.mass.values.tolist() in masses and not stored.peak_N_LT.isnull().a
 """, KILLS if SLOW else 2)
     assert {path.name for path in tmp_path.iterdir()} == {"case.nml", "pair.table", "sweep.zarr", "sweep.zarr.parts"}
     assert all(path.suffix == ".npz" for path in (tmp_path/"sweep.zarr.parts").iterdir())
+
+
+def children_of(process: int) -> list[int]:
+    """Whichever of its threads has begun them."""
+    lists = []
+    for thread in Path(f"/proc/{process}/task").iterdir():
+        with suppress(FileNotFoundError, ProcessLookupError):
+            lists.append((thread/"children").read_text())
+    return [int(child) for child in " ".join(lists).split()]
+
+
+def begin(command: list[object], folder: Path, **options: object) -> subprocess.Popen[str]:
+    """A command of Python's in a group of its own, when it has children."""
+    process = subprocess.Popen([sys.executable, "-m", "ldbench", *command], cwd=folder, text=True, start_new_session=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
+    while not children_of(process.pid):
+        assert process.poll() is None, process.communicate()
+        time.sleep(1e-3)
+    return process
+
+
+def is_there(process: int) -> bool:
+    """Not as a zombie that only its parent could remove."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except FileNotFoundError:
+        return False
+
+
+needs_children = pytest.mark.skipif(not Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").exists(),
+                                    reason="this system does not tell the children of a process")
+
+
+@needs_children
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_processes_that_draw_end_with_their_parent(number, case):
+    """At several moments, one by its number and one by its group, as Ctrl-C comes: no worker holds the pipes open."""
+    draw = random.Random(SEED)
+    stopped = 0
+    for k in range(3):
+        process = begin(["plot", *4*["columns.txt"], "--jobs", "3"], case)
+        time.sleep(draw.uniform(0, 0.5))
+        workers = children_of(process.pid)
+        (os.killpg if k % 2 and number == signal.SIGINT else os.kill)(process.pid, number)
+        said = process.communicate(timeout=HANG)[1]
+        if process.returncode == 0:
+            assert said == ""
+            continue
+        stopped += 1
+        if number == signal.SIGKILL:
+            assert (process.returncode, said) == (-number, "")
+        else:
+            assert (process.returncode, said) == (128 + number, "ldbench: stopped\n")
+        while any(map(is_there, workers)):       # for ever, if they wait
+            time.sleep(1e-3)
+        assert number == signal.SIGKILL or not list(case.glob("*.ldbench-part*"))
+    assert stopped
+
+
+@needs_children
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_executables_of_a_report_end_with_it(number, tmp_path):
+    """They would never end by themselves."""
+    endless = tmp_path/"ldbench"
+    endless.write_text("#!/bin/sh\nexec sleep 1000000\n")
+    endless.chmod(0o755)
+    (tmp_path/"inputs").mkdir()
+    for pair in "aw", "sw":
+        ldbench.Case.exercise(3, pair).to_namelist(tmp_path/f"inputs/ex3_{pair}.nml")
+    process = begin(["report", "--inputs", "inputs", "--outputs", "out", "--jobs", "2"], tmp_path,
+                    env=os.environ | {"LDBENCH": str(endless)})
+    running = children_of(process.pid)
+    process.send_signal(number)
+    said = process.communicate(timeout=HANG)[1]
+    assert (process.returncode, said) == (128 + number, "ldbench: stopped\n")
+    assert not any(map(is_there, running)) and not list((tmp_path/"out").iterdir())
 
 
 @pytest.mark.skipif(not SLOW, reason="slow: LDBENCH_SLOW=1 runs it")
