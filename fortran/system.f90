@@ -99,10 +99,14 @@ module system
       import :: c_int, c_ptr
       type(c_ptr), value :: file
     end function c_fflush
-    integer(c_int) function c_fsync(descriptor) bind(c, name='fsync')
+    integer(c_int) function c_dup(descriptor) bind(c, name='dup')
       import :: c_int
       integer(c_int), value :: descriptor
-    end function c_fsync
+    end function c_dup
+    integer(c_int) function c_close(descriptor) bind(c, name='close')
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_close
     integer(c_int) function c_fchmod(descriptor, mode) bind(c, name='fchmod')
       import :: c_int
       integer(c_int), value :: descriptor, mode
@@ -337,12 +341,13 @@ contains
     if (c_ferror(other%stream) /= 0) this%ok = .false.
   end subroutine append
 
-  !> Bring all that was put to the disk: here it comes out that the disk is full.
+  !> Write what is in the buffer: here it comes out that the disk is full. A network's file system says so when a
+  !> descriptor is closed: it is a duplicate, for the lock goes with the file's own.
   subroutine complete(this)
     class(scratch_file), intent(inout) :: this
 
     if (this%ok) this%ok = c_fflush(this%stream) == 0
-    if (this%ok) this%ok = c_fsync(c_fileno(this%stream)) == 0
+    if (this%ok) this%ok = c_close(c_dup(c_fileno(this%stream))) == 0
   end subroutine complete
 
   !> Give a file that is complete its name; where it could not be written to its end, it is removed.
