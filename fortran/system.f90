@@ -198,8 +198,14 @@ contains
       same_file = resolved(a) == resolved(b)
       if (same_file) return
     end if
-    same_file = x%links > 0 .and. x%inode == y%inode .and. all(x%device == y%device)
+    same_file = are_one(x, y)
   end function same_file
+
+  pure logical function are_one(x, y)
+    type(statx_type), intent(in) :: x, y
+
+    are_one = min(x%links, y%links) > 0 .and. x%inode == y%inode .and. all(x%device == y%device)
+  end function are_one
 
   !> What the system knows of a file, or of an open one by its descriptor; -1 links where it knows nothing.
   subroutine look(path, found, descriptor)
@@ -376,12 +382,18 @@ contains
   !> Remove a scratch file that nobody has locked.
   subroutine remove_left(path)
     character(*), intent(in) :: path
+    type(statx_type) :: opened, named
     type(c_ptr) :: stream
     integer(c_int) :: ignored
 
     stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
     if (.not. c_associated(stream)) return
-    if (c_flock(c_fileno(stream), lock_now) == 0) ignored = c_remove(path//c_null_char)
+    if (c_flock(c_fileno(stream), lock_now) == 0) then
+      ! Its writer may just have finished it, and the name be that of another writer's file.
+      call look('', opened, c_fileno(stream))
+      call look(path, named)
+      if (are_one(opened, named)) ignored = c_remove(path//c_null_char)
+    end if
     ignored = c_fclose(stream)
   end subroutine remove_left
 

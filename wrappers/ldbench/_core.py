@@ -157,7 +157,9 @@ def remove_left(scratch: Path) -> None:
         lock = os.open(scratch, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            scratch.unlink()
+            # Its writer may just have finished it, and the name be that of another writer's file.
+            if os.path.samestat(os.fstat(lock), scratch.lstat()):
+                scratch.unlink()
         finally:
             os.close(lock)
 
