@@ -528,11 +528,12 @@ contains
       '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&table file', &
       '&table file of the right side', '&output file', '&output geometry_file']
     integer, parameter :: first_written = 6
-    character(text_length) :: paths(size(names))
+    character(max(len(file), text_length + 12)) :: paths(size(names))     ! the default output path adds 12 characters
     integer :: i, j
 
-    paths = [character(text_length) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, &
+    paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, &
       c%rail_profile_right, c%table_file, right_table_path(c), output_path(c), c%geometry_file]
+    if (file == 'standard input') paths(1) = '-'
     do i = first_written, size(names)
       if (paths(i) == '') cycle
       do j = 1, i - 1

@@ -38,13 +38,14 @@ module columns
   type, extends(row_taker) :: column_file
     private
     character(:), allocatable :: name
-    type(scratch_file) :: rows
+    type(scratch_file) :: rows, whole
     character(:), allocatable :: waiting   !! rows as text, the first `filled` characters of it
     integer :: filled = 0
   contains
     procedure :: begin
     procedure :: take
     procedure :: finish
+    procedure :: place
     procedure :: abandon
   end type column_file
 
@@ -176,7 +177,7 @@ contains
 
     this%name = file
     allocate (character(at_once + width*n + 1) :: this%waiting)
-    call this%rows%begin(file//'.rows', nameless=.true.)
+    call this%rows%begin(file, nameless=.true.)
     if (.not. this%rows%ok) call fatal_error(error, file//': cannot be written')
   end subroutine begin
 
@@ -198,32 +199,43 @@ contains
     call incomplete(this%name, error)
   end subroutine take
 
+  !> Put the file together; `place` gives it its name.
   subroutine finish(this, header, names, units, error)
     class(column_file), intent(inout) :: this
     character(*), intent(in) :: header         !! lines ended by newline
     character(*), intent(in) :: names(:), units(:)
     type(error_type), allocatable, intent(out) :: error
-    type(scratch_file) :: whole
     character(:), allocatable :: line
     integer :: from, to
 
     call this%rows%put(this%waiting(:this%filled))
-    call whole%begin(this%name)
-    call whole%put(cells(names)//new_line('a'))
+    call this%whole%begin(this%name)
+    call this%whole%put(cells(names)//new_line('a'))
     from = 1
     do while (from <= len(header))
       to = from + index(header(from:), new_line('a')) - 2
-      call whole%put(trim('# '//header(from:to))//new_line('a'))
+      call this%whole%put(trim('# '//header(from:to))//new_line('a'))
       from = to + 2
     end do
     line = cells(units)
     line(1:1) = '#'
-    call whole%put(line//new_line('a'))
-    call whole%append(this%rows)
-    call whole%finish()
-    if (.not. whole%ok) call incomplete(this%name, error)
+    call this%whole%put(line//new_line('a'))
+    call this%whole%append(this%rows)
+    call this%whole%complete()
+    if (this%whole%ok) return
+    call incomplete(this%name, error)
     call this%abandon()
   end subroutine finish
+
+  !> Give a file that is put together its name.
+  subroutine place(this, error)
+    class(column_file), intent(inout) :: this
+    type(error_type), allocatable, intent(out) :: error
+
+    call this%whole%finish()
+    if (.not. this%whole%ok) call incomplete(this%name, error)
+    call this%abandon()
+  end subroutine place
 
   subroutine incomplete(file, error)
     character(*), intent(in) :: file
@@ -232,11 +244,12 @@ contains
     call fatal_error(error, file//': cannot be written completely')
   end subroutine incomplete
 
-  !> Forget the rows.
+  !> Forget the rows, and the file that has no name yet.
   subroutine abandon(this)
     class(column_file), intent(inout) :: this
 
     call this%rows%abandon()
+    call this%whole%abandon()
     if (allocated(this%waiting)) deallocate (this%waiting)
     this%filled = 0
   end subroutine abandon

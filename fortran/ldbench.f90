@@ -6,7 +6,7 @@ program ldbench
   use columns, only: column_file
   use errors, only: error_type, fatal_error, placed
   use kinds, only: version
-  use report, only: begin_columns, check_writable, finish_columns, summary, write_geometry
+  use report, only: begin_columns, check_writable, finish_files, summary
   use simulation, only: free_tables, prepare, run_type, setup_type, simulate
   use system, only: has_memory, say, survive_long_files
   use terminal, only: terminal_monitor
@@ -86,8 +86,7 @@ contains
       call columns%abandon()
       return
     end if
-    call finish_columns(c, setup, result, columns, error)
-    if (.not. allocated(error) .and. c%geometry_file /= '') call write_geometry(c, setup, trim(c%geometry_file), error)
+    call finish_files(c, setup, result, columns, trim(c%geometry_file), error)
     if (allocated(error)) return
     call watcher%clear()
     call answer(summary(c, setup, result))

@@ -15,7 +15,7 @@ module report
   use wheelset, only: contact_name
   implicit none
   private
-  public :: summary, begin_columns, finish_columns, write_geometry, check_writable
+  public :: summary, begin_columns, finish_files, write_geometry, check_writable
 
   character, parameter :: nl = new_line('a')
 
@@ -317,13 +317,16 @@ contains
     call columns%begin(file, merge(n_columns, n_rigid_columns, c%formulation == 'elastic'), error)
   end subroutine begin_columns
 
-  subroutine finish_columns(c, setup, run, columns, error)
+  !> Complete the columns of a run and write the geometry functions, if they have a file. No file gets its name before
+  !> both are complete.
+  subroutine finish_files(c, setup, run, columns, geometry_file, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     type(run_type), intent(in) :: run
     type(column_file), intent(inout) :: columns
+    character(*), intent(in) :: geometry_file    !! '' for none
     type(error_type), allocatable, intent(out) :: error
-
+    type(column_file) :: geometry
     character(16) :: names(n_rigid_columns), units(n_rigid_columns)
     integer :: n
 
@@ -331,18 +334,23 @@ contains
     names = column_names()
     units = column_units()
     call columns%finish(header(c, setup)//outcome(c, run, kept_impacts), names(:n), units(:n), error)
-  end subroutine finish_columns
+    if (.not. allocated(error) .and. geometry_file /= '') call write_geometry(c, setup, geometry_file, geometry, error)
+    if (.not. allocated(error)) call columns%place(error)
+    if (.not. allocated(error) .and. geometry_file /= '') call geometry%place(error)
+    call columns%abandon()
+    call geometry%abandon()
+  end subroutine finish_files
 
   !> Geometry functions over the lateral displacements at which the wheelset stands
-  !> on both rails.
-  subroutine write_geometry(c, setup, file, error)
+  !> on both rails, in a file that `place` gives its name.
+  subroutine write_geometry(c, setup, file, columns, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     character(*), intent(in) :: file
+    type(column_file), intent(inout) :: columns
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: rows(:, :)
     character(:), allocatable :: about
-    type(column_file) :: columns
     integer :: n, last, i
 
     about = ''

@@ -1,6 +1,6 @@
 !> The little that is needed of the operating system.
 module system
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funptr, c_int, c_int16_t, c_int32_t, &
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_int16_t, c_int32_t, c_int64_t, &
     c_intptr_t, c_loc, c_long, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   !$ use omp_lib, only: omp_get_max_threads
@@ -11,14 +11,16 @@ module system
   !> Of outputs that are given no name; no other folder is made.
   character(*), parameter, public :: default_folder = 'outputs'
 
-  !> A file that is written under another name beside its own, `file.part` and the process, and renamed over the old
-  !> one, in one step, when it is complete. It is locked while it is written: what was left by a process that is dead,
-  !> here or on another machine with the same folder, is known by that, and removed.
+  !> A file that is written under another name beside its own, `file.ldbench-part` and a number, and renamed over the old
+  !> one, in one step, when it is complete. Each of several writers takes a number of its own and locks its file while it
+  !> writes. A file of such a name without a lock was left by a process that is dead, here or on another machine with the
+  !> same folder, and is removed.
   type :: scratch_file
     private
     character(:), allocatable :: name     !! that it gets
     character(:), allocatable :: scratch  !! that it has until then
     type(c_ptr) :: stream = c_null_ptr
+    integer(c_int) :: mode = 0            !! permissions of the file that it replaces, negative where there is none
     logical :: named = .false.            !! it is in its folder
     logical, public :: ok = .false.       !! all went well so far
   contains
@@ -26,26 +28,27 @@ module system
     procedure, private :: put_text, put_words
     generic :: put => put_text, put_words
     procedure :: append
+    procedure :: complete
     procedure :: finish
     procedure :: abandon
   end type scratch_file
 
-  character(*), parameter :: part = '.part'
-  integer(c_int), parameter :: lock_now = 2 + 4   ! LOCK_EX + LOCK_NB
+  character(*), parameter :: part = '.ldbench-part'
+  integer, parameter :: writers = 100     ! of one file at the same time, at most: numbers have two digits
+  integer(c_int), parameter :: lock = 2, lock_now = lock + 4   ! LOCK_EX, LOCK_EX + LOCK_NB
   integer, parameter :: block = 2**20     ! copied at once [bytes]
-
-  !> The beginning of C's glob_t, as glibc and musl have it, and room for the rest.
-  type, bind(c) :: glob_type
-    integer(c_size_t) :: n = 0
-    type(c_ptr) :: paths = c_null_ptr
-    type(c_ptr) :: rest(14) = c_null_ptr
-  end type glob_type
 
   !> Linux's struct statx, the same on all processors.
   type, bind(c) :: statx_type
-    integer(c_int32_t) :: before(7) = 0
+    integer(c_int32_t) :: before(4) = 0
+    integer(c_int32_t) :: links = 0         !! names of the file
+    integer(c_int32_t) :: owner(2) = 0
     integer(c_int16_t) :: mode = 0
-    integer(c_int16_t) :: rest(113) = 0
+    integer(c_int16_t) :: gap = 0
+    integer(c_int64_t) :: inode = 0
+    integer(c_int64_t) :: between(12) = 0
+    integer(c_int32_t) :: device(2) = 0
+    integer(c_int64_t) :: rest(14) = 0
   end type statx_type
 
   interface
@@ -68,9 +71,6 @@ module system
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: mode
     end function c_mkdir
-    integer(c_int) function c_getpid() bind(c, name='getpid')
-      import :: c_int
-    end function c_getpid
     type(c_ptr) function c_realpath(path, resolved) bind(c, name='realpath')
       import :: c_char, c_ptr
       character(kind=c_char), intent(in) :: path(*)
@@ -95,6 +95,22 @@ module system
       import :: c_int, c_ptr
       type(c_ptr), value :: file
     end function c_ferror
+    integer(c_int) function c_fflush(file) bind(c, name='fflush')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: file
+    end function c_fflush
+    integer(c_int) function c_dup(descriptor) bind(c, name='dup')
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_dup
+    integer(c_int) function c_close(descriptor) bind(c, name='close')
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_close
+    integer(c_int) function c_fchmod(descriptor, mode) bind(c, name='fchmod')
+      import :: c_int
+      integer(c_int), value :: descriptor, mode
+    end function c_fchmod
     integer(c_int) function c_fclose(file) bind(c, name='fclose')
       import :: c_int, c_ptr
       type(c_ptr), value :: file
@@ -123,25 +139,6 @@ module system
       import :: c_int
       integer(c_int), value :: descriptor, operation
     end function c_flock
-    integer(c_int) function c_getpgid(process) bind(c, name='getpgid')
-      import :: c_int
-      integer(c_int), value :: process
-    end function c_getpgid
-    integer(c_int) function c_glob(pattern, flags, on_error, found) bind(c, name='glob')
-      import :: c_char, c_funptr, c_int, glob_type
-      character(kind=c_char), intent(in) :: pattern(*)
-      integer(c_int), value :: flags
-      type(c_funptr), value :: on_error
-      type(glob_type), intent(inout) :: found
-    end function c_glob
-    subroutine c_globfree(found) bind(c, name='globfree')
-      import :: glob_type
-      type(glob_type), intent(inout) :: found
-    end subroutine c_globfree
-    integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
-      import :: c_ptr, c_size_t
-      type(c_ptr), value :: text
-    end function c_strlen
     integer(c_size_t) function c_write(descriptor, buffer, n) bind(c, name='write')
       import :: c_char, c_int, c_size_t
       integer(c_int), value :: descriptor
@@ -188,12 +185,43 @@ contains
     if (opened .and. path /= '-') ignored = c_fclose(file)
   end subroutine read_file
 
-  !> Whether two paths lead to the same file, which need not be there yet.
+  !> Whether two paths lead to the same file, which need not be there yet. `b` may be '-', standard input.
   logical function same_file(a, b)
     character(*), intent(in) :: a, b
+    type(statx_type) :: x, y
 
-    same_file = resolved(a) == resolved(b)
+    call look(a, x)
+    if (b == '-') then
+      call look('', y, descriptor=0_c_int)
+    else
+      call look(b, y)
+      same_file = resolved(a) == resolved(b)
+      if (same_file) return
+    end if
+    same_file = are_one(x, y)
   end function same_file
+
+  pure logical function are_one(x, y)
+    type(statx_type), intent(in) :: x, y
+
+    are_one = min(x%links, y%links) > 0 .and. x%inode == y%inode .and. all(x%device == y%device)
+  end function are_one
+
+  !> What the system knows of a file, or of an open one by its descriptor; -1 links where it knows nothing.
+  subroutine look(path, found, descriptor)
+    character(*), intent(in) :: path
+    type(statx_type), intent(out) :: found
+    integer(c_int), intent(in), optional :: descriptor
+    integer(c_int), parameter :: here = -100, open_one = 4096, basic = 2047   ! AT_FDCWD, AT_EMPTY_PATH, STATX_BASIC_STATS
+    integer(c_int) :: status
+
+    if (present(descriptor)) then
+      status = c_statx(descriptor, c_null_char, open_one, basic, found)
+    else
+      status = c_statx(here, path//c_null_char, 0_c_int, basic, found)
+    end if
+    if (status /= 0) found%links = -1
+  end subroutine look
 
   !> The absolute path without links; of a file to come, its folder's.
   recursive function resolved(path) result(absolute)
@@ -228,17 +256,6 @@ contains
       index(file, '/', back=.true.) == len(default_folder) + 1
   end function lacks_folder
 
-  !> Whether a path leads to a folder, a device, or what else is no file.
-  logical function is_special(path)
-    character(*), intent(in) :: path
-    integer(c_int), parameter :: here = -100, want_type = 1     ! AT_FDCWD, STATX_TYPE
-    integer, parameter :: kind_bits = int(o'170000'), regular = int(o'100000')
-    type(statx_type) :: found
-
-    is_special = c_statx(here, path//c_null_char, 0_c_int, want_type, found) == 0
-    if (is_special) is_special = iand(int(found%mode), kind_bits) /= regular
-  end function is_special
-
   !> Make the default folder, if that is what a file lacks; opening the file tells whether that went well.
   subroutine make_folder(file)
     character(*), intent(in) :: file
@@ -248,35 +265,47 @@ contains
     if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, all_may)
   end subroutine make_folder
 
-  !> A name beside `file` for writing it before it is complete.
-  function scratch_name(file) result(name)
-    character(*), intent(in) :: file
-    character(:), allocatable :: name
-    character(12) :: process
-
-    write (process, '(i0)') c_getpid()
-    name = file//part//trim(process)
-  end function scratch_name
-
-  !> Begin a file; the default folder is made for it. One that is `nameless` is for the process alone: it has space on
-  !> the disk, but no entry in the folder, and goes with the process.
+  !> Begin a file; the default folder is made for it. A folder or a device is not written over. One that is `nameless` is
+  !> for the process alone: it has space on the disk, but no entry in the folder, and goes with the process.
   subroutine begin(this, file, nameless)
     class(scratch_file), intent(inout) :: this
     character(*), intent(in) :: file
     logical, intent(in), optional :: nameless
+    integer, parameter :: kind_bits = int(o'170000'), regular = int(o'100000'), permissions = int(o'777')
+    integer(c_int), parameter :: of_writer = int(o'600', c_int)
+    type(statx_type) :: old, new
+    type(c_ptr) :: stream
+    character(:), allocatable :: path
     integer(c_int) :: ignored
+    integer :: k
 
-    this%ok = .not. is_special(file)
+    this%stream = c_null_ptr
+    call look(file, old)
+    this%ok = old%links < 0 .or. iand(int(old%mode), kind_bits) == regular
     if (.not. this%ok) return
+    this%mode = -1
+    if (old%links > 0) this%mode = iand(int(old%mode), permissions)
     call make_folder(file)
     this%name = resolved(file)
-    call remove_left(this%name)
-    this%scratch = scratch_name(this%name)
-    ! A new one: no other thread may be at it.
-    this%stream = c_fopen(this%scratch//c_null_char, 'w+x'//c_null_char)
+    do k = 0, writers - 1
+      path = this%name//part//achar(iachar('0') + k/10)//achar(iachar('0') + mod(k, 10))
+      call remove_left(path)
+      if (c_associated(this%stream)) cycle
+      ! A new one: no other thread may be at it.
+      stream = c_fopen(path//c_null_char, 'w+x'//c_null_char)
+      if (.not. c_associated(stream)) cycle
+      ignored = c_flock(c_fileno(stream), lock)
+      call look('', new, c_fileno(stream))
+      if (new%links /= 0) then
+        this%stream = stream
+        this%scratch = path
+      else
+        ignored = c_fclose(stream)      ! another writer found it before it was locked, and removed it
+      end if
+    end do
     this%ok = c_associated(this%stream)
-    if (this%ok) ignored = c_flock(c_fileno(this%stream), lock_now)
     this%named = this%ok
+    if (this%ok .and. this%mode >= 0) ignored = c_fchmod(c_fileno(this%stream), ior(this%mode, of_writer))
     if (.not. present(nameless) .or. .not. this%ok) return
     if (nameless) this%named = c_remove(this%scratch//c_null_char) /= 0
   end subroutine begin
@@ -318,87 +347,55 @@ contains
     if (c_ferror(other%stream) /= 0) this%ok = .false.
   end subroutine append
 
+  !> Write what is in the buffer: here it comes out that the disk is full. A network's file system says so when a
+  !> descriptor is closed: it is a duplicate, for the lock goes with the file's own.
+  subroutine complete(this)
+    class(scratch_file), intent(inout) :: this
+
+    if (this%ok) this%ok = c_fflush(this%stream) == 0
+    if (this%ok) this%ok = c_close(c_dup(c_fileno(this%stream))) == 0
+  end subroutine complete
+
   !> Give a file that is complete its name; where it could not be written to its end, it is removed.
   subroutine finish(this)
     class(scratch_file), intent(inout) :: this
     integer(c_int) :: ignored
 
-    if (.not. c_associated(this%stream)) return
-    if (c_fclose(this%stream) /= 0) this%ok = .false.
-    this%stream = c_null_ptr
+    call this%complete()
+    if (this%ok .and. this%mode >= 0) ignored = c_fchmod(c_fileno(this%stream), this%mode)
     if (this%ok) this%ok = c_rename(this%scratch//c_null_char, this%name//c_null_char) == 0
-    if (.not. this%ok) ignored = c_remove(this%scratch//c_null_char)
+    if (this%ok) this%named = .false.
+    call this%abandon()
   end subroutine finish
 
-  !> Remove what has been written.
+  !> Remove what has been written, but for a file that is finished.
   subroutine abandon(this)
     class(scratch_file), intent(inout) :: this
     integer(c_int) :: ignored
 
     if (.not. c_associated(this%stream)) return
     if (this%named) ignored = c_remove(this%scratch//c_null_char)
-    ignored = c_fclose(this%stream)
+    ignored = c_fclose(this%stream)     ! not before: its lock goes with it
     this%stream = c_null_ptr
   end subroutine abandon
 
-  !> Remove what dead processes have left of a file that they wrote.
-  subroutine remove_left(file)
-    character(*), intent(in) :: file
-    type(glob_type) :: found
-    type(c_ptr), pointer :: paths(:)
-    character(kind=c_char), pointer :: letters(:)
-    character(:), allocatable :: path
-    integer :: i, k
-
-    if (c_glob(escaped(file)//part//'[0-9]*'//c_null_char, 0_c_int, c_null_funptr, found) == 0) then
-      call c_f_pointer(found%paths, paths, [found%n])
-      do i = 1, size(paths)
-        call c_f_pointer(paths(i), letters, [c_strlen(paths(i))])
-        allocate (character(size(letters)) :: path)
-        do k = 1, size(letters)
-          path(k:k) = letters(k)
-        end do
-        if (is_left(path)) k = c_remove(path//c_null_char)
-        deallocate (path)
-      end do
-    end if
-    call c_globfree(found)
-  end subroutine remove_left
-
-  !> Whether nobody writes a file of this name: its process is none of this machine's, or this one, and nobody has it
-  !> locked.
-  logical function is_left(path)
+  !> Remove a scratch file that nobody has locked.
+  subroutine remove_left(path)
     character(*), intent(in) :: path
+    type(statx_type) :: opened, named
     type(c_ptr) :: stream
-    integer(c_int) :: process, own, ignored
-    integer :: stat
-    logical :: alive
+    integer(c_int) :: ignored
 
-    is_left = .false.
-    read (path(index(path, part, back=.true.) + len(part):), '(i12)', iostat=stat) process
-    if (stat /= 0) return
-    own = c_getpid()
-    alive = c_getpgid(process) >= 0
-    if (alive .and. process /= own) return
     stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
     if (.not. c_associated(stream)) return
-    is_left = c_flock(c_fileno(stream), lock_now) == 0
+    if (c_flock(c_fileno(stream), lock_now) == 0) then
+      ! Its writer may just have finished it, and the name be that of another writer's file.
+      call look('', opened, c_fileno(stream))
+      call look(path, named)
+      if (are_one(opened, named)) ignored = c_remove(path//c_null_char)
+    end if
     ignored = c_fclose(stream)
-  end function is_left
-
-  !> A path in which `glob` finds nothing to expand.
-  pure function escaped(path) result(pattern)
-    character(*), intent(in) :: path
-    character(:), allocatable :: pattern
-    character, parameter :: backslash = achar(92)
-    integer :: i
-
-    pattern = ''
-    do i = 1, len(path)
-      if (scan(path(i:i), '*?['//backslash) > 0) pattern = pattern//backslash
-      pattern = pattern//path(i:i)
-    end do
-  end function escaped
+  end subroutine remove_left
 
   !> Write a text to standard output; `ok` tells whether all of it got there.
   subroutine say(text, ok)

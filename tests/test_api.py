@@ -437,6 +437,19 @@ def test_an_exception_in_progress_stops_a_table(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("formulation", ["elastic", "bilateral", "unilateral"])
+def test_a_run_is_stopped_between_rows_that_are_far_apart(formulation, tmp_path):
+    """Before the second of 101 rows it would take hours: 10^8 steps and more."""
+    case = endless(tmp_path, formulation=formulation, vY=0.1, roll_rate=0.00333, interval=1e3, t_end=1e5)
+
+    def stop(stage: str, share: float) -> None:
+        if stage == "integration":
+            raise Enough
+
+    with pytest.raises(Enough):
+        ldbench.run(case, progress=stop)
+
+
 INTERRUPTED = """
 import sys, ldbench
 case = ldbench.Case.from_namelist(sys.argv[1])

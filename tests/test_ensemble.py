@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -364,8 +365,44 @@ def test_two_processes_with_one_store_leave_what_one_would(tmp_path, table):
 
 def test_a_store_is_not_written_over_something_else(tmp_path):
     (tmp_path/"notes.txt").write_text("mine\n")
-    with pytest.raises(ldbench.Error, match="expected a Zarr directory or nothing"):
-        ldbench.ensemble(short(), {"mass": MASSES}, store=tmp_path/"notes.txt")
+    for k, version in enumerate((2, 3)):
+        xr.Dataset({"mine": ("x", [1.0, 2.0])}).to_zarr(tmp_path/f"mine{k}.zarr", zarr_format=version)
+    (tmp_path/"folder").mkdir()
+    for name in "notes.txt", "mine0.zarr", "mine1.zarr", "folder":
+        with pytest.raises(ldbench.Error, match=f"{name}: expected a Zarr directory that an ensemble has made, or nothing"):
+            ldbench.ensemble(short(), {"mass": MASSES}, store=tmp_path/name)
+    assert xr.open_zarr(tmp_path/"mine0.zarr").mine.values.tolist() == [1, 2]
+    assert not list(tmp_path.glob("*.parts"))
+
+
+def test_a_store_that_comes_while_an_ensemble_runs_is_not_written_over(tmp_path, table):
+    def plant(stage: str, share: float) -> None:
+        if share == 1:
+            xr.Dataset({"mine": ("x", [1.0, 2.0])}).to_zarr(tmp_path/"s.zarr")
+
+    with pytest.raises(ldbench.Error, match="expected a Zarr directory that an ensemble has made"):
+        ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"s.zarr", progress=plant)
+    assert xr.open_zarr(tmp_path/"s.zarr").mine.values.tolist() == [1, 2]
+
+
+def test_threads_with_one_store_leave_what_one_would(tmp_path, table):
+    def sweep(_: int) -> xr.Dataset:
+        return ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], threads=1, store=tmp_path/"s.zarr")
+
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(sweep, range(4)))
+    assert all(one.identical(found[0]) for one in found)
+    assert {path.name for path in tmp_path.iterdir()} == {"s.zarr", "s.zarr.parts"}
+
+
+def test_what_a_killed_ensemble_put_aside_comes_back_and_folders_of_others_stay(tmp_path, table):
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    (tmp_path/f"s.zarr.{gone.pid}.old").mkdir()
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"other.zarr")
+    (tmp_path/"other.zarr").rename(tmp_path/f"s.zarr.ldbench-{gone.pid}-2.old")
+    stores.restore(tmp_path/"s.zarr")
+    assert {path.name for path in tmp_path.iterdir()} == {"s.zarr", f"s.zarr.{gone.pid}.old", "other.zarr.parts"}
 
 
 def test_failed_members_are_stored_too(tmp_path, table):

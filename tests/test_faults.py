@@ -14,7 +14,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,8 @@ import pytest
 import ldbench
 from conftest import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, same_build, short_case
 from ldbench.__main__ import main
+from ldbench._core import complete
+from ldbench.batch import Job, run_jobs
 from ldbench.pools import processes
 
 SLOW = "LDBENCH_SLOW" in os.environ
@@ -196,41 +199,99 @@ def test_killed_at_any_moment_earlier_results_are_whole_and_the_next_run_goes_on
             child.wait()
             killed += 1
         for name, data in bytes_of(case).items():
-            if ".part" not in name:
+            if ".ldbench-part" not in name:
                 assert data in (earlier[name], later[name]), (k, name)
     assert killed
     assert run(case).returncode == 0
     assert bytes_of(case) == later
 
 
-def test_what_dead_processes_left_is_removed(case):
-    """Of the files that the run writes or could; not what a process writes that is alive, or one of another machine, whose
-    number says nothing here, but who holds its lock."""
-    dead, locked = dead_process(), dead_process()
-    for name in FILES:
-        (case/f"{name}.part{dead}").write_text("half")
+@pytest.mark.parametrize("python", [False, True])
+def test_what_dead_processes_left_is_removed(case, python):
+    """A scratch file that nobody has locked; not that of a writer who is alive, nor a file of the user's."""
     if not shutil.which("flock"):
         pytest.skip("no flock")
-    kept = [case/f"columns.txt.part{os.getpid()}", case/f"geometry.txt.part{locked}", case/f"other.txt.part{dead}",
-            case/"columns.txt.partly", case/"columns.txt.part7x"]
+
+    def write_all() -> None:
+        if python:
+            for name in FILES:
+                with complete(case/name) as scratch:
+                    scratch.write_text("new")
+        else:
+            assert run(case).returncode == 0
+
+    for name in FILES:
+        for number in "00", "03", "99":
+            (case/f"{name}.ldbench-part{number}").write_text("half")
+    locked = case/"geometry.txt.ldbench-part01"
+    kept = [locked, case/"other.txt.ldbench-part00", *(case/f"columns.txt{end}" for end in (
+        ".part", ".part09", f".part{dead_process()}", ".rows", ".ldbench-part", ".ldbench-part7", ".ldbench-part007"))]
     for file in kept:
         file.write_text("mine")
-    lock = subprocess.Popen(["flock", kept[1], "sh", "-c", "echo held; read end"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    lock = subprocess.Popen(["flock", locked, "sh", "-c", "echo held; read end"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     assert lock.stdout.readline() == b"held\n"
-    assert run(case).returncode == 0
+    write_all()
     assert bytes_of(case).keys() == FILES | {file.name for file in kept}
     lock.communicate(b"\n")
-    assert run(case).returncode == 0
-    assert bytes_of(case).keys() == FILES | {file.name for file in kept if file != kept[1]}
+    write_all()
+    assert bytes_of(case).keys() == FILES | {file.name for file in kept if file != locked}
+    assert all(file.read_text() == "mine" for file in kept if file != locked)
 
 
-def test_names_with_wildcards_match_nothing_else(tmp_path):
-    dead = dead_process()
-    (tmp_path/f"columns.txt.part{dead}").write_text("of another file")
-    (tmp_path/"case.nml").write_text(short_case(Path(), output={"file": "[a-c]olum*.txt"}))
-    (tmp_path/f"[a-c]olum*.txt.part{dead}").write_text("half")
-    assert run(tmp_path).returncode == 0
-    assert bytes_of(tmp_path).keys() == {"[a-c]olum*.txt", f"columns.txt.part{dead}"}
+@pytest.mark.parametrize("python", [False, True])
+def test_planted_links_at_scratch_names_are_not_followed(case, python):
+    secret = case/"secret"
+    secret.write_text("mine")
+    for number in range(100):
+        if number != 40:
+            (case/f"columns.txt.ldbench-part{number:02}").symlink_to(secret)
+    if python:
+        with complete(case/"columns.txt") as scratch:
+            scratch.write_text("new")
+    else:
+        assert run(case).returncode == 0
+    assert secret.read_text() == "mine" and not (case/"columns.txt").is_symlink()
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_a_file_that_is_replaced_keeps_its_permissions(case, python):
+    for name, mode in zip(sorted(FILES), (0o640, 0o600, 0o444), strict=True):
+        (case/name).chmod(mode)
+        if name == "pair.table":
+            (case/name).write_bytes((case/name).read_bytes()[:-8])     # so that it is built anew
+    if python:
+        for name in FILES:
+            with complete(case/name) as scratch:
+                scratch.write_text("new")
+    else:
+        assert run(case).returncode == 0
+    assert [(case/name).stat().st_mode & 0o777 for name in sorted(FILES)] == [0o640, 0o600, 0o444]
+    (case/"new.txt").touch()
+    with complete(case/"made.txt") as scratch:
+        scratch.write_text("new")
+    assert (case/"made.txt").stat().st_mode == (case/"new.txt").stat().st_mode
+
+
+def test_threads_that_write_one_path_at_the_same_time_leave_one_whole_file(case):
+    """Eight threads, by the core and by Python; the file is one of the eight."""
+    runs = [ldbench.run(ldbench.Case.from_namelist(case/"case.nml").replace(title=f"number {k}", table_file=""))
+            for k in range(4)]
+    whole = [Path(runs[k].write(case/f"{k}.txt")).read_bytes() for k in range(4)]
+
+    def write(k: int) -> None:
+        if k % 2:
+            for _ in range(5):
+                with complete(case/"one.txt") as scratch:
+                    scratch.write_bytes(whole[k//2])
+        else:
+            runs[k//2].write(case/"one.txt")
+
+    before = set(case.iterdir()) | {case/"one.txt"}
+    with ThreadPoolExecutor(8) as pool:
+        for _ in range(20):
+            list(pool.map(write, range(8)))
+            assert (case/"one.txt").read_bytes() in whole
+    assert set(case.iterdir()) == before
 
 
 # Forks from a process in which everything is loaded, and kills what it forked.
@@ -315,6 +376,82 @@ assert stored.mass.values.tolist() in masses and not stored.peak_N_LT.isnull().a
     assert all(path.suffix == ".npz" for path in (tmp_path/"sweep.zarr.parts").iterdir())
 
 
+def children_of(process: int) -> list[int]:
+    """Whichever of its threads has begun them."""
+    lists = []
+    for thread in Path(f"/proc/{process}/task").iterdir():
+        with suppress(FileNotFoundError, ProcessLookupError):
+            lists.append((thread/"children").read_text())
+    return [int(child) for child in " ".join(lists).split()]
+
+
+def begin(command: list[object], folder: Path, **options: object) -> subprocess.Popen[str]:
+    """A command of Python's in a group of its own, when it has children."""
+    process = subprocess.Popen([sys.executable, "-m", "ldbench", *command], cwd=folder, text=True, start_new_session=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
+    while not children_of(process.pid):
+        assert process.poll() is None, process.communicate()
+        time.sleep(1e-3)
+    return process
+
+
+def is_there(process: int) -> bool:
+    """Not as a zombie that only its parent could remove."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except FileNotFoundError:
+        return False
+
+
+needs_children = pytest.mark.skipif(not Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").exists(),
+                                    reason="this system does not tell the children of a process")
+
+
+@needs_children
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_processes_that_draw_end_with_their_parent(number, case):
+    """At several moments, one by its number and one by its group, as Ctrl-C comes: no worker holds the pipes open."""
+    draw = random.Random(SEED)
+    stopped = 0
+    for k in range(3):
+        process = begin(["plot", *4*["columns.txt"], "--jobs", "3"], case)
+        time.sleep(draw.uniform(0, 0.5))
+        workers = children_of(process.pid)
+        (os.killpg if k % 2 and number == signal.SIGINT else os.kill)(process.pid, number)
+        said = process.communicate(timeout=HANG)[1]
+        if process.returncode == 0:
+            assert said == ""
+            continue
+        stopped += 1
+        if number == signal.SIGKILL:
+            assert (process.returncode, said) == (-number, "")
+        else:
+            assert (process.returncode, said) == (128 + number, "ldbench: stopped\n")
+        while any(map(is_there, workers)):       # for ever, if they wait
+            time.sleep(1e-3)
+        assert number == signal.SIGKILL or not list(case.glob("*.ldbench-part*"))
+    assert stopped
+
+
+@needs_children
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_executables_of_a_report_end_with_it(number, tmp_path):
+    """They would never end by themselves."""
+    endless = tmp_path/"ldbench"
+    endless.write_text("#!/bin/sh\nexec sleep 1000000\n")
+    endless.chmod(0o755)
+    (tmp_path/"inputs").mkdir()
+    for pair in "aw", "sw":
+        ldbench.Case.exercise(3, pair).to_namelist(tmp_path/f"inputs/ex3_{pair}.nml")
+    process = begin(["report", "--inputs", "inputs", "--outputs", "out", "--jobs", "2"], tmp_path,
+                    env=os.environ | {"LDBENCH": str(endless)})
+    running = children_of(process.pid)
+    process.send_signal(number)
+    said = process.communicate(timeout=HANG)[1]
+    assert (process.returncode, said) == (128 + number, "ldbench: stopped\n")
+    assert not any(map(is_there, running)) and not list((tmp_path/"out").iterdir())
+
+
 @pytest.mark.skipif(not SLOW, reason="slow: LDBENCH_SLOW=1 runs it")
 def test_a_report_is_whole_whenever_it_is_killed(tmp_path):
     """What is there is what an undisturbed report has; one that is not killed makes the rest."""
@@ -348,7 +485,7 @@ def test_a_report_is_whole_whenever_it_is_killed(tmp_path):
             assert (outputs/name).read_bytes().rstrip().endswith(b"%%EOF")
         assert (outputs/"ldbench_results.html").read_text().rstrip().endswith("</html>")
     assert subprocess.run(command, capture_output=True, timeout=HANG).returncode == 0
-    assert whole() == expected and not list(outputs.glob("*.part*"))
+    assert whole() == expected and not list(outputs.glob("*.ldbench-part*"))
 
 
 # ---- disk ----------------------------------------------------------------------------
@@ -381,6 +518,29 @@ def longest_file(most: int) -> Iterator[None]:
             yield
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("by", ["executable", "run", "report"])
+def test_columns_are_not_replaced_where_the_geometry_file_fails(case, by, capsys, monkeypatch):
+    """Columns are shorter than geometry functions, of which the last byte cannot be written."""
+    text = (case/"case.nml").read_text().replace("t_end = 0.002", "t_end = 0.001")
+    (case/"case.nml").write_text(text)
+    earlier = bytes_of(case)
+    most = len(earlier["geometry.txt"]) - 1
+    assert len(earlier["columns.txt"]) < most
+    if by == "executable":
+        one_line(run(case, preexec_fn=limit(resource.RLIMIT_FSIZE, most)), "geometry.txt: cannot be written completely")
+    else:
+        monkeypatch.chdir(case)
+        with longest_file(most):
+            if by == "run":
+                assert main(["run", "case.nml"]) == 1
+                assert "geometry.txt: cannot be written completely" in capsys.readouterr().err
+            else:
+                with pytest.raises(ldbench.Error, match=r"geometry\.txt: cannot be written completely"):
+                    run_jobs([Job("case", text, case/"columns.txt", case)], None, 1)
+    assert bytes_of(case) == earlier
+    assert run(case).returncode == 0 and bytes_of(case)["columns.txt"] != earlier["columns.txt"]
 
 
 @pytest.fixture(scope="module")

@@ -2,10 +2,15 @@
 import os
 
 from conftest import same_build
-from fuzz import fuzz
+from fuzz import fuzz, in_a_child_of_threads
 
 
 @same_build
 def test_no_mutated_input_does_harm():
     """Two thousand, by their seeds: 400 each of namelists, profiles, column files, maps of columns and tables."""
     assert fuzz(2000, 0, os.cpu_count() or 1) == []
+
+
+def test_threads_at_the_same_moment_do_what_one_does_alone():
+    """Sixty mutated cases are read, run and written by four threads each, which write one more file together."""
+    assert in_a_child_of_threads(range(60)) == ""

@@ -433,6 +433,29 @@ def test_no_input_is_overwritten(group, name, victim, tmp_path):
     assert (tmp_path / "wheel.yz").read_bytes() == (REPO / "profiles/awprof.yz").read_bytes()
 
 
+@pytest.mark.parametrize("victim", ["case.nml", "link.nml", "hard.nml"])
+@pytest.mark.parametrize(("group", "name"), WRITTEN)
+def test_the_file_behind_standard_input_is_not_overwritten(group, name, victim, tmp_path):
+    text = short_case(Path(), **{"output": {"file": "columns.txt"}, group: {name: victim}})
+    (tmp_path / "case.nml").write_text(text)
+    (tmp_path / "link.nml").symlink_to("case.nml")
+    (tmp_path / "hard.nml").hardlink_to(tmp_path / "case.nml")
+    with (tmp_path / "case.nml").open() as source:
+        done = subprocess.run([LDBENCH], cwd=tmp_path, stdin=source, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (
+        1, f"ldbench: error: standard input, &{group} {name}: expected a file of its own, found {victim}, which is the "
+           "namelist itself\n")
+    assert (tmp_path / "case.nml").read_text() == text and not (tmp_path / "columns.txt").exists()
+
+
+def test_a_namelist_with_a_long_path_is_not_overwritten(tmp_path):
+    """Its path is longer than any name in a namelist can be."""
+    folder = tmp_path / ("x"*150) / ("y"*150)
+    folder.mkdir(parents=True)
+    message = refusal(short_case(Path(), output={"file": "case.nml"}), folder)
+    assert "&output file: expected a file of its own, found case.nml, which is the namelist itself" in message[-200:]
+
+
 def test_files_of_a_run_are_different(tmp_path):
     text = short_case(tmp_path, output={"file": "same", "geometry_file": "./same"})
     assert "&output geometry_file: expected a file of its own, found ./same, which is &output file" \

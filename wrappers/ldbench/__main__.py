@@ -5,7 +5,9 @@ import argparse
 import errno
 import io
 import os
+import signal
 import sys
+import threading
 from importlib import import_module
 from typing import TYPE_CHECKING, NoReturn
 
@@ -64,7 +66,22 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+def stop(number: int, frame: object) -> NoReturn:
+    """SIGTERM stops a command as Ctrl-C does: workers, executables and scratch files end with it."""
+    raise KeyboardInterrupt(number)
+
+
 def main(arguments: list[str] | None = None) -> int:
+    if threading.current_thread() is not threading.main_thread():
+        return run_command(arguments)           # the only thread that signals come to is another one
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        return run_command(arguments)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def run_command(arguments: list[str] | None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")       # for what its encoding has no letters
     try:
@@ -86,9 +103,9 @@ def main(arguments: list[str] | None = None) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)    # what it still holds cannot be written at the end either
     except MemoryError:
         reason = "expected more memory, found none left"
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stopped:
         tell("ldbench: stopped")
-        return 130
+        return 128 + int(*stopped.args or (signal.SIGINT,))
     tell(f"ldbench: error: {' '.join(reason.split())}")
     return 1
 

@@ -1,6 +1,8 @@
 """Calls into the Fortran core: its errors, and long calls that can be watched and stopped."""
 from __future__ import annotations
 
+import errno
+import fcntl
 import functools
 import glob
 import hashlib
@@ -25,6 +27,7 @@ Progress = Callable[[str, float], object]
 Shared = tuple[np.ndarray, np.ndarray]
 
 STAGES = "", "table", "integration"
+WRITERS = 100        # of one file at the same time, at most: the numbers of scratch files have two digits
 DEFAULT_FOLDER = "outputs"        # of outputs that are given no name; no other folder is made
 STACK = 2**23        # of a thread, as systems have it [bytes]
 ARENA = 2**27        # address space that glibc asks for where a thread first allocates, half of which it gives back [bytes]
@@ -103,19 +106,62 @@ def side_by_side(word: str) -> int:
 
 @contextmanager
 def complete(target: Path) -> Iterator[Path]:
-    """A file to write beside `target`, which takes its name when all went well."""
+    """A file to write beside `target`, which takes its name, and the permissions of an earlier file, when all went well."""
     check_target(target)
     file = target.resolve()     # that a link leads to
-    for left in left_by_dead(file, ".part*"):
-        left.unlink(missing_ok=True)
-    scratch = file.with_name(f"{file.name}.part{os.getpid()}")
+    mode = file.stat().st_mode & 0o777 if file.exists() else None
+    try:
+        scratch, lock = new_scratch(file, 0o666 if mode is None else mode | 0o600)
+    except OSError as error:
+        raise Error(f"{target}: cannot be written completely: {error.strerror or error}") from None
     try:
         with failing_as(target, scratch):
             yield scratch
+            if mode is not None:
+                scratch.chmod(mode)
             scratch.replace(file)
+    except BaseException:
+        scratch.unlink(missing_ok=True)
+        raise
     finally:
-        with suppress(OSError):         # as in a folder that may not be written
-            scratch.unlink(missing_ok=True)
+        os.close(lock)          # not before: the name is free from then on
+
+
+def new_scratch(file: Path, mode: int) -> tuple[Path, int]:
+    """A new file beside `file`, and the descriptor that holds its lock.
+
+    The core names, locks and removes its scratch files in the same way: fortran/system.f90.
+    """
+    found = None
+    for k in range(WRITERS):
+        path = file.with_name(f"{file.name}.ldbench-part{k:02}")
+        remove_left(path)
+        if found:
+            continue
+        with suppress(FileExistsError):
+            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, mode)
+            with suppress(OSError):         # not every file system has locks
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            if os.fstat(lock).st_nlink:
+                found = path, lock
+            else:                           # another writer found it before it was locked, and removed it
+                os.close(lock)
+    if not found:
+        raise OSError(errno.EEXIST, f"{WRITERS} others write it")
+    return found
+
+
+def remove_left(scratch: Path) -> None:
+    """Remove a scratch file that nobody has locked: its process is dead."""
+    with suppress(OSError):
+        lock = os.open(scratch, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # Its writer may just have finished it, and the name be that of another writer's file.
+            if os.path.samestat(os.fstat(lock), scratch.lstat()):
+                scratch.unlink()
+        finally:
+            os.close(lock)
 
 
 @contextmanager
@@ -132,10 +178,10 @@ def failing_as(target: Path, scratch: Path) -> Iterator[None]:
 
 
 def left_by_dead(target: Path, ends: str) -> Iterator[Path]:
-    """What dead processes left of a file or folder that they wrote: its name, and `ends` with * for the process."""
+    """What dead processes left of a folder that they wrote: its name, and `ends` with * for the process, or for process-thread."""
     before, after = ends.split("*")
     for path in sorted(target.parent.glob(glob.escape(target.name) + ends)):
-        process = path.name[len(target.name) + len(before):len(path.name) - len(after)]
+        process = path.name[len(target.name) + len(before):len(path.name) - len(after)].partition("-")[0]
         if process.isdecimal() and not is_alive(int(process)):
             yield path
 

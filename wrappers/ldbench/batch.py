@@ -11,6 +11,7 @@ import json
 import os
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,7 +20,7 @@ from typing import Any
 import f90nml
 
 from . import _flat
-from ._core import Error, Progress, complete, digest
+from ._core import PATIENCE, Error, Progress, complete, digest
 from .case import Case, data_folder
 from .pools import in_threads
 from .run import output_path, run
@@ -162,11 +163,11 @@ def write_stamp(product: Path, sources: Mapping[str, str]) -> None:
 
 
 def run_job(job: Job, executable: Path | None, tell: Progress) -> None:
-    """Run one job; an Error with the core's text if it fails. An exception in `tell` ends one in this process early."""
+    """Run one job; an Error with the core's text if it fails. An exception in `tell` ends it early."""
     sources = job.sources(executable)
     try:
         if executable:
-            run_there(job, executable)
+            run_there(job, executable, tell)
         else:
             run_here(job, tell)
     finally:
@@ -175,14 +176,26 @@ def run_job(job: Job, executable: Path | None, tell: Progress) -> None:
     write_stamp(job.product, sources)
 
 
-def run_there(job: Job, executable: Path) -> None:
+def run_there(job: Job, executable: Path, tell: Progress) -> None:
     try:
-        done = subprocess.run([executable], input=job.text, cwd=job.root, capture_output=True, text=True,
-                              errors="replace")
+        child = subprocess.Popen([executable], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                 cwd=job.root, text=True, errors="replace")
     except OSError as error:
         raise Error(f"{executable}: cannot be run: {error.strerror}") from None
-    if done.returncode:
-        words = done.stderr.strip().splitlines()[-1:] or [f"exit status {done.returncode}"]
+    with child:
+        source: str | None = job.text
+        said = ""
+        try:
+            while child.returncode is None:
+                with suppress(subprocess.TimeoutExpired):
+                    said = child.communicate(source, timeout=PATIENCE)[1]
+                source = None           # it goes on with what it was given
+                tell("", 0.0)
+        except BaseException:
+            child.terminate()
+            raise
+    if child.returncode:
+        words = said.strip().splitlines()[-1:] or [f"exit status {child.returncode}"]
         raise Error(f"{job.name}: " + words[0].removeprefix("ldbench: error: standard input").lstrip(":, "))
 
 
@@ -197,9 +210,7 @@ def run_here(job: Job, tell: Progress) -> None:
                                ("&table file", case.table_path())):
             case.check_writable(variable, path)
         done = run(case, tell)
-        done.write(columns)
-        if geometry:
-            done.table.write_geometry(geometry)
+        done.write(columns, geometry)
     except Error as error:
         raise Error(f"{job.name}: " + str(error).removeprefix("namelist").lstrip(":, ")) from None
 

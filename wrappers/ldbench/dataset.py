@@ -13,6 +13,7 @@ from .run import _event_kinds
 if TYPE_CHECKING:
     import xarray as xr
 
+MARK = {"made_by": "ldbench"}      # attributes of a Dataset, by which a store is known as ours
 UNITS = {"clearance": "m", "clearance_right": "m", "equilibrium": "m", "equilibrium_roll": "rad", "rest_Y": "m",
          "rest_Z": "m", "rest_roll": "rad", "approach": "m", "load_per_wheel": "N", "kinetic_energy": "J",
          "drift": "J", "step": "s", "t": "s", "event_time": "s", "event_force": "N"}
@@ -59,7 +60,7 @@ def to_dataset(batch: Batch, dims: Mapping[str, int], coordinates: Coordinates) 
             coordinates["kind"] = ("kind",), np.array(_event_kinds()), {}
             coordinates["occurrence"] = ("occurrence",), np.arange(1, OCCURRENCES + 1), {}
         data[name] = ((*dims, *inner), array.reshape(shape + array.shape[1:]), _units(name, array, of_columns))
-    return needed("xarray", "ensemble").Dataset(data, coordinates)
+    return needed("xarray", "ensemble").Dataset(data, coordinates, MARK)
 
 
 def _units(name: str, array: np.ndarray, of_columns: Mapping[str, str]) -> dict[str, str]:

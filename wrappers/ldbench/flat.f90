@@ -314,23 +314,25 @@ subroutine run_summary(prepared, handle, listing, length)
   call give(summary(p%c, p%setup, run%run_type), listing, length)
 end subroutine run_summary
 
-subroutine write_run(prepared, handle, path, message, length)
+!> Write the column file and, unless `geometry` is '', the geometry functions: both or none.
+subroutine write_run(prepared, handle, path, geometry, message, length)
   use errors, only: error_type
   use handles, only: give_error, prepared_at, run_at, write_finished
   implicit none
   integer(8), intent(in) :: prepared, handle
-  character(*), intent(in) :: path
+  character(*), intent(in) :: path, geometry
   character(2048), intent(out) :: message
   integer, intent(out) :: length
   !f2py threadsafe
   type(error_type), allocatable :: error
 
-  call write_finished(prepared_at(prepared), run_at(handle), path, error)
+  call write_finished(prepared_at(prepared), run_at(handle), path, geometry, error)
   call give_error(error, message, length)
 end subroutine write_run
 
 subroutine write_geometry_file(prepared, path, message, length)
   use errors, only: error_type
+  use columns, only: column_file
   use handles, only: give_error, prepared_at, prepared_type
   use report, only: write_geometry
   implicit none
@@ -340,10 +342,12 @@ subroutine write_geometry_file(prepared, path, message, length)
   integer, intent(out) :: length
   !f2py threadsafe
   type(prepared_type), pointer :: p
+  type(column_file) :: file
   type(error_type), allocatable :: error
 
   p => prepared_at(prepared)
-  call write_geometry(p%c, p%setup, path, error)
+  call write_geometry(p%c, p%setup, path, file, error)
+  if (.not. allocated(error)) call file%place(error)
   call give_error(error, message, length)
 end subroutine write_geometry_file
 

@@ -12,7 +12,7 @@ module handles
   use measures, only: survey, survey_type
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
-  use report, only: begin_columns, finish_columns
+  use report, only: begin_columns, finish_files
   use rows, only: row_list
   use simulation, only: free_tables, prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
   use text, only: checksum, line_type, read_lines
@@ -199,11 +199,11 @@ contains
     call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
   end subroutine simulate_watched
 
-  !> The column file of a run.
-  subroutine write_finished(p, run, path, error)
+  !> The column file of a run and, unless `geometry_file` is '', the geometry functions.
+  subroutine write_finished(p, run, path, geometry_file, error)
     type(prepared_type), intent(in) :: p
     type(finished_type), intent(in) :: run
-    character(*), intent(in) :: path
+    character(*), intent(in) :: path, geometry_file
     type(error_type), allocatable, intent(out) :: error
     type(column_file) :: columns
     integer :: i
@@ -212,7 +212,7 @@ contains
     do i = 1, run%rows
       if (.not. allocated(error)) call columns%take(run%kept%values(:, i), error)
     end do
-    if (.not. allocated(error)) call finish_columns(p%c, p%setup, run%run_type, columns, error)
+    if (.not. allocated(error)) call finish_files(p%c, p%setup, run%run_type, columns, geometry_file, error)
   end subroutine write_finished
 
   !> The contacts of one wheel (1 left, 2 right) or of both (0) in a pose.

@@ -119,11 +119,14 @@ class Run:
         found = re.search(r"^ended at t = \S+ s: (.*)$", self.text, re.MULTILINE)
         return found[1] if found else ""
 
-    def write(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Write the column file, by default where the case says; returns its path."""
+    def write(self, path: str | os.PathLike[str] | None = None, geometry: str | os.PathLike[str] = "") -> str:
+        """Write the column file, by default where the case says; returns its path.
+
+        geometry: a file for the geometry functions. No earlier file is replaced before both new ones are complete.
+        """
         path = os.fspath(path or output_path(self.case))
         look_for_memory()
-        message, length = _flat.write_run(self.table._handle, self._handle, path_bytes(path))
+        message, length = _flat.write_run(self.table._handle, self._handle, path_bytes(path), path_bytes(geometry))
         check(message, length, self.case.label)
         return path
 
@@ -203,8 +206,6 @@ def main(args: argparse.Namespace) -> int:
         if path:
             case.check_writable(f"&output {name}", path)
     result = run(case, progress=True)
-    result.write()
-    if case.geometry_file:
-        result.table.write_geometry(case.geometry_file)
+    result.write(geometry=case.geometry_file)
     print(result.text, end="")
     return 0

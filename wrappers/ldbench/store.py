@@ -3,10 +3,12 @@ from __future__ import annotations
 
 import errno
 import functools
+import json
 import math
 import os
 import shutil
 import socket
+import threading
 import time
 import zipfile
 import zlib
@@ -18,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._core import Error, complete, digest, left_by_dead, make_folder, needed
-from .dataset import to_dataset
+from .dataset import MARK, to_dataset
 from .members import Batch, Coordinates, join
 
 if TYPE_CHECKING:
@@ -54,9 +56,7 @@ class Store:
         self.flushed = time.monotonic()
         restore(self.path)
         self.growing: Growing | None = None
-        # Another process may just be putting its own there.
-        if not self._is_zarr() and self.path.exists() and not self._is_zarr():
-            raise Error(f"{self.path}: expected a Zarr directory or nothing, found something else")
+        self._refuse_others()
         try:
             make_folder(self.path)
             self.parts.mkdir(exist_ok=True)
@@ -68,8 +68,17 @@ class Store:
         self.places = read_places(self.parts)
         self._part = functools.lru_cache(maxsize=4)(read_part)
 
-    def _is_zarr(self) -> bool:
-        return any((self.path/name).exists() for name in (".zgroup", "zarr.json"))
+    def _refuse_others(self) -> None:
+        """An Error where the path is that of something that no ensemble has made."""
+        # Another process may just be putting its own there.
+        if not self._is_ours() and self.path.exists() and not self._is_ours():
+            raise Error(f"{self.path}: expected a Zarr directory that an ensemble has made, or nothing, found something else. "
+                        "Remove it or choose another name")
+
+    def _is_ours(self) -> bool:
+        with suppress(OSError, ValueError):
+            return MARK.items() <= dict(json.loads((self.path/".zattrs").read_bytes())).items()
+        return False
 
     def __contains__(self, key: str) -> bool:
         return key in self.places
@@ -104,7 +113,7 @@ class Store:
 
     def _grow(self) -> Growing:
         if not self.growing:
-            scratch = self.parts/f"{socket.gethostname()}.{os.getpid()}.zarr"
+            scratch = self.parts/f"{socket.gethostname()}.{writer()}.zarr"
             first = next((key for key in self.keys if key in self.places), None)
             members = min(BLOCK, HELD//size_of(self._records([first]))) if first else BLOCK
             self.growing = Growing(scratch, self.dims, self.coordinates, max(1, int(members)))
@@ -137,6 +146,7 @@ class Store:
         try:
             whole = self._grow()
             whole.close()
+            self._refuse_others()
             replace_folder(whole.folder, self.path)
         except OSError as error:
             raise Error(f"{self.path}: cannot be written completely: {error.strerror or error}") from None
@@ -188,7 +198,7 @@ class Growing:
             size *= n
         self.chunk = tuple(chunk)
         shutil.rmtree(folder, ignore_errors=True)
-        needed("xarray", "ensemble").Dataset(coords=coordinates).to_zarr(folder, zarr_format=2, consolidated=False)
+        needed("xarray", "ensemble").Dataset(coords=coordinates, attrs=MARK).to_zarr(folder, zarr_format=2, consolidated=False)
         self.group: zarr.Group = needed("zarr", "ensemble").open_group(folder, mode="r+", zarr_format=2)
 
     def next_block(self) -> range:
@@ -232,6 +242,11 @@ class Growing:
         needed("zarr", "ensemble").consolidate_metadata(self.folder, zarr_format=2)
 
 
+def writer() -> str:
+    """Process and thread, for names of folders that no one else writes."""
+    return f"{os.getpid()}-{threading.get_ident()}"
+
+
 def size_of(batch: Batch) -> int:
     return sum(array.nbytes for array in batch.values())
 
@@ -253,7 +268,7 @@ def read_part(path: Path) -> Batch:
 
 def replace_folder(new: Path, target: Path) -> None:
     """Give a folder its name, in place of the one that has it; other processes may do the same at the same time."""
-    old = target.with_name(f"{target.name}.{os.getpid()}.old")
+    old = target.with_name(f"{target.name}.ldbench-{writer()}.old")
     while True:
         try:
             new.rename(target)
@@ -269,7 +284,7 @@ def replace_folder(new: Path, target: Path) -> None:
 
 def restore(target: Path) -> None:
     """Remove what `replace_folder` left where it was killed; give the folder back that it had put aside."""
-    for old in left_by_dead(target, ".*.old"):
+    for old in left_by_dead(target, ".ldbench-*.old"):
         if target.exists():
             shutil.rmtree(old, ignore_errors=True)
         else:

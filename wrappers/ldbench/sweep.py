@@ -40,7 +40,8 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     find at hand. The case's table file serves the members that keep its table.
 
     threads: all cores by default. scheduler: address of a Dask scheduler, whose workers then do it all.
-    store: the Dataset goes to this Zarr directory, under its name when it is complete. Members that are done are kept
+    store: the Dataset goes to this Zarr directory, under its name when it is complete; what is there is replaced if an
+    ensemble has made it, and refused if not. Members that are done are kept
     beside it, in STORE.parts; when the ensemble is run again, only what is missing or has changed is computed. Then
     memory does not grow with the number of members, and a Dataset of more than 100 MB is read from the store when it
     is used. A progress function is called as `progress("ensemble", share)`. Ctrl-C stops the runs.
