@@ -82,7 +82,17 @@ def needed(module: str, extra: str, package: str = "") -> ModuleType:
 
 
 def path_bytes(path: str | os.PathLike[str]) -> bytes:
-    return os.fsencode(path)
+    return text_bytes(os.fspath(path))
+
+
+def text_bytes(words: str) -> bytes:
+    """A text for the core, where the zero byte would end it and hide the rest."""
+    if "\0" in words:
+        raise Error(f"expected a text without zero bytes, found {words!r}")
+    try:
+        return os.fsencode(words)
+    except UnicodeEncodeError:
+        raise Error(f"expected a text that a file can hold, found {words!r}") from None
 
 
 def digest(data: bytes) -> str:
