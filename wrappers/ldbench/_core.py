@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
@@ -62,10 +62,23 @@ def version() -> str:
     return descriptions()[-1]
 
 
-def own(owner: object, free: Callable[[int], object], handle: int) -> int:
-    """Free what a handle stands for when its owner goes; at the end of the process all goes anyway."""
-    weakref.finalize(owner, free, handle).atexit = False
-    return handle
+class Handle:
+    """Something of the core, which is freed with the last reference to this; so nothing is used after it is freed.
+
+    It stays in its process, and cannot be copied.
+    """
+
+    def __init__(self, free: Callable[[int], object], address: int, lender: Handle | None = None) -> None:
+        """lender: what this one uses, and keeps."""
+        self._address, self._lender = address, lender
+        weakref.finalize(self, free, address).atexit = False     # at the end of the process all goes anyway
+
+    def __int__(self) -> int:
+        """The address, for a call."""
+        return self._address
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("what the core holds cannot leave its process")
 
 
 def needed(module: str, extra: str, package: str = "") -> ModuleType:

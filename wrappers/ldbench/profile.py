@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import _flat
-from ._core import Error, check, check_written, complete, descriptions, look_for_memory, own, path_bytes, text
+from ._core import Error, Handle, check, check_written, complete, descriptions, look_for_memory, path_bytes, text
 from .case import Case
 from .run import parse_setting
 from .table import located
@@ -97,19 +97,14 @@ def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = 0.0
     smoothing [mm], flip and unit as in &profiles of a namelist, gauge_depth [m]. Raises Error as a run would.
     """
     look_for_memory()
-    handle, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, flip, unit, gauge_depth)
+    address, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, flip, unit, gauge_depth)
     check(*error)
-    owner = _Handle()
-    own(owner, _flat.free_profile, handle)
+    handle = Handle(_flat.free_profile, address)
     sizes, numbers, *listing = _flat.profile_facts(handle)
     checksum, taken, mended, names = text(*listing).split("\n")
     points, rough, smooth = _flat.profile_curves(handle, *map(int, sizes[1:]))
     return Profile(os.fspath(path), KINDS[sizes[0]], smoothing, checksum, taken, mended, points.T, Stations(*rough),
                    Stations(*smooth), float(numbers[0]), dict(zip(names.split(), numbers[1:].tolist(), strict=True)))
-
-
-class _Handle:
-    """Owns something of the core."""
 
 
 @dataclass(frozen=True)
@@ -141,10 +136,9 @@ class Pair:
 def pair(case: Case) -> Pair:
     """The rigid geometry of a case's profiles."""
     look_for_memory()
-    handle, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
-    check(message, length, case.label)
-    owner = _Handle()
-    own(owner, _flat.free_prepared, handle)
+    address, *error = _flat.prepare_rigid_case(*case.arrays(), located(case))
+    check(*error, case.label)
+    handle = Handle(_flat.free_prepared, address)
     (left, n_left), zones_left = _flat.rigid_numbers(handle, 1)
     (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
     zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}

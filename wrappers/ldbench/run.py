@@ -18,7 +18,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from . import _flat
-from ._core import DEFAULT_FOLDER, Error, Progress, Shared, check, descriptions, look_for_memory, own, path_bytes, text, watched
+from ._core import (
+    DEFAULT_FOLDER,
+    Error,
+    Handle,
+    Progress,
+    Shared,
+    check,
+    descriptions,
+    look_for_memory,
+    path_bytes,
+    text,
+    watched,
+)
 from .case import Case, Value, find_variable, variables
 from .notebook import html_table
 from .table import CONTACT_NAMES, CONTACTS, ContactTable
@@ -46,10 +58,27 @@ def _event_kinds() -> list[str]:
 class Run:
     """A finished run."""
 
-    def __init__(self, table: ContactTable, handle: int) -> None:
+    def __init__(self, table: ContactTable, handle: Handle) -> None:
         self.case: Case = table.case
-        self.table = table          # serves further runs: run(case.replace(vY=0.2), table=run.table)
-        self._handle = own(self, _flat.free_run, handle)
+        vars(self).update(table=table, _handle=handle)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The results; the rest is made again from the case where it is asked for."""
+        return {name: getattr(self, name) for name in ("case", "_results", "summary", "text")}
+
+    @functools.cached_property
+    def table(self) -> ContactTable:
+        """The contact table, which serves further runs: run(case.replace(vY=0.2), table=run.table). A run that came from
+        another process, or is a copy, loads or builds it when it is first used."""
+        return ContactTable(self.case)
+
+    @functools.cached_property
+    def _handle(self) -> Handle:
+        """The run in the core. One that came from another process is done again, once, to write its file."""
+        again = run(self.case, table=self.table)
+        if not np.array_equal(again._results[0], self._results[0], equal_nan=True):
+            raise Error(f"{self.case.label}: expected the profiles and the program that made the run, found others")
+        return again._handle
 
     @functools.cached_property
     def _results(self) -> tuple[np.ndarray, list[Event]]:
@@ -162,9 +191,9 @@ def run(case: Case, progress: Progress | bool | None = None, table: ContactTable
     fitting = table.for_case(case) if table else ContactTable(case, progress)
 
     def work(shared: Shared) -> Run:
-        handle, message, length = _flat.simulate_case(fitting._handle, *shared)
-        check(message, length, case.label)
-        return Run(fitting, handle)
+        address, *error = _flat.simulate_case(fitting._handle, *shared)
+        check(*error, case.label)
+        return Run(fitting, Handle(_flat.free_run, address))
 
     return watched(work, progress)
 
