@@ -182,6 +182,12 @@ def check_target(file: Path) -> None:
         raise Error(f"{file}: expected a folder that is there, found none")
 
 
+def check_ending(file: Path, what: str, *endings: str) -> None:
+    """Refuse to write something else than the name of a file says; `what` is written, with one of these endings."""
+    if file.suffix.lower() not in endings:
+        raise Error(f"{file}: expected {what}, found {file.suffix or 'no ending'}")
+
+
 def make_folder(file: Path) -> None:
     """Make the default folder, if that is what a file lacks."""
     if file.parent == Path(DEFAULT_FOLDER):

@@ -124,7 +124,7 @@ def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
     at = next((k for k in reversed(rows) if not _is_comment(lines[k], separator)), rows[-1])
     names = heading[at]
     strange = [k for k in heading if at < k != below and not _is_comment(lines[k], separator)]
-    if _is_number(names[0], separator) or len(rows) > 1 and any(_is_number(name, separator) for name in names):
+    if _is_number(names[0], separator) or (len(rows) > 1 and any(_is_number(name, separator) for name in names)):
         strange.insert(0, at)
     if strange:
         raise _wrong_row(path, strange[0], lines, count)

@@ -27,6 +27,7 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
         if stop.is_set():
             raise Error("stopped")
 
+    workers = max(1, min(workers, len(tasks)))
     look_for_memory(workers)
     with ThreadPoolExecutor(workers) as pool:
         try:
@@ -42,11 +43,11 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
 
 
 @contextmanager
-def processes(jobs: int | None) -> Iterator[ProcessPoolExecutor]:
-    """So many processes, or one per core, that take work."""
+def processes(jobs: int | None, tasks: int) -> Iterator[ProcessPoolExecutor]:
+    """So many processes, or one per core, that take work; no more than there are tasks."""
     look_for_memory(2)      # the pool's own threads
     try:
-        with ProcessPoolExecutor(jobs or usable_cores()) as pool:
+        with ProcessPoolExecutor(max(1, min(jobs or usable_cores(), tasks))) as pool:
             try:
                 yield pool
             except BaseException:

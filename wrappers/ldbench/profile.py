@@ -136,8 +136,8 @@ class Pair:
 def pair(case: Case) -> Pair:
     """The rigid geometry of a case's profiles."""
     look_for_memory()
-    address, *error = _flat.prepare_rigid_case(*case.arrays(), located(case))
-    check(*error, case.label)
+    address, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
+    check(message, length, case.label)
     handle = Handle(_flat.free_prepared, address)
     (left, n_left), zones_left = _flat.rigid_numbers(handle, 1)
     (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
@@ -227,11 +227,13 @@ def write_lines(figure: Figure, profiles: list[Profile], found: Pair | None) -> 
     """The numbers, in a column on the right."""
     import textwrap
 
+    from .style import plain
+
     blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
     wrapped = []
     for block in blocks:
         wrapped += [line for entry in block for line in textwrap.wrap(entry, 52, subsequent_indent="  ")] + [""]
-    figure.text(0.752, 0.905, "\n".join(wrapped), fontsize=6.5, va="top", linespacing=1.45)
+    figure.text(0.752, 0.905, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45)
 
 
 def save(figure: Figure, target: Path) -> None:

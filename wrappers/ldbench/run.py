@@ -191,8 +191,8 @@ def run(case: Case, progress: Progress | bool | None = None, table: ContactTable
     fitting = table.for_case(case) if table else ContactTable(case, progress)
 
     def work(shared: Shared) -> Run:
-        address, *error = _flat.simulate_case(fitting._handle, *shared)
-        check(*error, case.label)
+        address, message, length = _flat.simulate_case(fitting._handle, *shared)
+        check(message, length, case.label)
         return Run(fitting, Handle(_flat.free_run, address))
 
     return watched(work, progress)

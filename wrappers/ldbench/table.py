@@ -76,8 +76,8 @@ class ContactTable:
 
         def work(shared: Shared) -> None:
             with _table_file:
-                address, *error = _flat.prepare_case(*case.arrays(), paths, *shared)
-            check(*error, case.label)
+                address, message, length = _flat.prepare_case(*case.arrays(), paths, *shared)
+            check(message, length, case.label)
             self._own(case, Handle(_flat.free_prepared, address))
 
         watched(work, progress)
@@ -98,8 +98,8 @@ class ContactTable:
                 raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
         look_for_memory()
-        address, *error = _flat.adapt_case(self._handle, *case.arrays(), located(case))
-        check(*error, case.label)
+        address, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
+        check(message, length, case.label)
         new = object.__new__(ContactTable)
         new._own(case, Handle(_flat.free_prepared, address, self._handle))
         return new
