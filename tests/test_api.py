@@ -151,6 +151,8 @@ def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
     ({"title": 300*"x"}, "&case title: expected a text in quotes of at most 256 characters"),
     ({"title": "Räder"}, "&case title: expected a text"),
     ({"interval": 1e-5, "formulation": "bilateral"}, "&output interval: expected at least the step"),
+    *(({"order": wrong}, "&integrator order: expected a whole number from 2 to 6, found") for wrong in (2**32 + 4, 10**400)),
+    ({"vY": 10**400}, "&initial vY: expected a number from"),
     ({"vY0": 0.3}, "expected a namelist variable .*, found vY0"),
     ({"file": "x"}, "expected table_file or output_file, found file, which is ambiguous"),
 ])
@@ -282,7 +284,7 @@ def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
 NAN = float("nan")
 
 
-@pytest.mark.parametrize("values, words", [
+@pytest.mark.parametrize(("values", "words"), [
     ((1.0,), "expected the values of"),
     ([None]*len(ldbench.Case.exercise(1).values), "&case name: expected a text"),
     ([NAN if isinstance(x, float) else x for x in ldbench.Case.exercise(1).values], "expected a number from"),
@@ -727,8 +729,8 @@ def test_empty_cells_of_open_contacts_are_nan(tmp_path):
 
 
 @pytest.mark.parametrize("content", [
-    "\ufefft;N\r\ns;kN\r\n0,5;1,5\r\n1;\r\n", "t\tN [kN]\n0,5\t1,5\n1\t\n", "t,N\ns,kN\n.5,1.5\n1,\n", "t;N;\ns;kN;\n0.5;1.5;\n1;;\n",
-    "t N\ns kN\n---- ----\n0,5 1,5\n1 nan\n", "t,N [kN]\n0.5,1.5\n1,,\n",
+    "\ufefft;N\r\ns;kN\r\n0,5;1,5\r\n1;\r\n", "t\tN [kN]\n0,5\t1,5\n1\t\n", "t,N\ns,kN\n.5,1.5\n1,\n",
+    "t;N;\ns;kN;\n0.5;1.5;\n1;;\n", "t N\ns kN\n---- ----\n0,5 1,5\n1 nan\n", "t,N [kN]\n0.5,1.5\n1,,\n",
 ])
 def test_files_of_spreadsheets(content, tmp_path):
     """Marks of the order of bytes, decimal commas, empty cells at the ends of rows."""
@@ -787,6 +789,21 @@ def test_run_command_writes_what_the_executable_writes(tmp_path, capsys):
     assert reference.read_bytes() == expected and Path(case.geometry_file).read_bytes() == geometry
 
 
+def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
+    case = to_flange("aw", output_file=tmp_path / "columns.txt")
+    case.to_namelist(tmp_path / "case.nml")
+    assert main(["run", str(tmp_path / "case.nml")]) == 0
+    earlier = (tmp_path / "columns.txt").read_bytes()
+    capsys.readouterr()
+    assert main(["run", str(tmp_path / "case.nml"), "--set", "vY=0.9"]) == 1
+    assert capsys.readouterr().err == (f"ldbench: error: {tmp_path}/case.nml: expected --output FILE with --set, found none: "
+                                       f"{tmp_path}/columns.txt is the file of the unchanged case\n")
+    assert (tmp_path / "columns.txt").read_bytes() == earlier
+    for words in ["vY=0.9", f"output_file={tmp_path}/other.txt"], ["interval=2e-4"]:
+        assert main(["run", str(tmp_path / "case.nml"), "--set", *words]) == 0
+    assert (tmp_path / "other.txt").exists() and (tmp_path / "columns.txt").read_bytes() != earlier
+
+
 def test_table_command(tmp_path, capsys):
     coarse(1, "sw").to_namelist(tmp_path / "case.nml")
     assert main(["table", str(tmp_path / "case.nml"), "--geometry", str(tmp_path / "geometry.txt")]) == 0
@@ -807,7 +824,7 @@ def test_table_command(tmp_path, capsys):
     (["table", "case.nml", "--geometry", "case.nml"], "case.nml, &output geometry_file: expected a file of its own"),
     (["plot"], "the following arguments are required: FILE .ldbench-py plot --help says more."),
     (["ensemble", "case.nml", "--over", "mass=1400", "wheelset_mass=1500"], "ensemble: expected every variable once"),
-    (["ensemble", "case.nml", "--over", "mass=1:2:3:4"], "expected name=1,2,4 or name=1:4:7 or name=1:4 after --over"),
+    (["ensemble", "case.nml", "--over", "mass=1:2:3:4"], "expected name=1,2,4 or name=1:4:7 after --over"),
     (["ensemble", "case.nml", "--over", "mass=1:2", "-n", "2", "--seed", "-1"], "ensemble: expected a seed from 0"),
 ])
 def test_command_errors_are_one_line(arguments, words, tmp_path, monkeypatch, capsys):

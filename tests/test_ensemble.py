@@ -499,8 +499,27 @@ def test_tables_are_made_a_few_ahead():
 def test_values_of_the_command_line():
     assert parse_values("mass=1,2.5") == ("mass", [1.0, 2.5])
     assert parse_values("mass=1:4:7") == ("mass", [1, 1.5, 2, 2.5, 3, 3.5, 4])
-    assert parse_values("mass=1:4") == ("mass", [1, 4])
+    assert parse_values("mass=1:4", drawn=True) == ("mass", [1, 4])
     assert parse_values("scheme=energy,newmark") == ("scheme", ["energy", "newmark"])
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (["mass=1400:1600"], "expected name=1,2,4 or name=1:4:7 after --over, or a range with -n, found mass=1400:1600"),
+    (["mass=1400,1600", "-n", "3"], "expected a range name=1:4 after --over with -n, found mass=1400,1600"),
+    (["mass=1400:1600:2", "-n", "3"], "expected a range name=1:4 after --over with -n, found mass=1400:1600:2"),
+])
+def test_ranges_are_drawn_from_and_lists_are_not(words, message, tmp_path, capsys):
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", *words]) == 1
+    assert capsys.readouterr().err == f"ldbench: error: {message}\n"
+
+
+def test_an_ensemble_that_fails_as_a_whole_is_an_error(tmp_path, capsys):
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=-1,-2"]) == 1
+    said = capsys.readouterr()
+    assert "2 runs, 2 failed" in said.out
+    assert said.err.startswith("ldbench: error: ensemble: expected a run that succeeds, found 2 that failed, the first one with: ")
 
 
 def test_command(tmp_path, capsys):

@@ -35,7 +35,7 @@ from tqdm import tqdm
 
 from . import formulations
 from ._core import Error, check_ending, check_written, side_by_side, usable_cores
-from .batch import Job, find_executable, find_namelists, inside, project_root, run_stale, shipped_inputs, with_values
+from .batch import Job, find_executable, find_namelists, inside, run_stale, shipped_inputs, with_values
 from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages, thin
 from .record import Record, read_record, write_frame
 from .style import SERIES, ldbench_style, plain
@@ -436,16 +436,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--study", action="store_true", help="contact law against time step, all exercises")
     parser.add_argument("--formulations", action="store_true",
                         help="elastic contact against constraint equations, all exercises")
-    parser.add_argument("--outputs", type=Path, metavar="DIR", help="where the study and the formulations go (outputs)")
+    parser.add_argument("--outputs", type=Path, metavar="DIR",
+                        help="where the study and the formulations go (outputs, in this folder)")
     parser.add_argument("--jobs", type=side_by_side, default=usable_cores(), help="runs side by side (%(default)s)")
 
 
 def main(args: argparse.Namespace) -> int:
     if args.formulations:
-        root = project_root()
+        root = Path.cwd()
         made = formulations.make_comparison(root, shipped_inputs(root), args.outputs or root/"outputs", args.jobs)
     elif args.study:
-        root = project_root()
+        root = Path.cwd()
         made = make_study(root, shipped_inputs(root), args.outputs or root/"outputs", args.jobs)
     else:
         records = [read_record(file, args.columns if k else None) for k, file in enumerate(args.files)]

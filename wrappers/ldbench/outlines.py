@@ -107,6 +107,8 @@ def place_rail(points: np.ndarray, gauge: float, depth: float) -> np.ndarray:
     points = points - [0.0, points[:, 1].max()]
     above = points[:, 1] > -depth
     i = np.flatnonzero(above[1:] != above[:-1])
+    if not i.size:
+        raise Error(f"expected a rail with points {1e3*depth:g} mm below its top, &track gauge_depth, found none")
     share = (-depth - points[i, 1])/(points[i + 1, 1] - points[i, 1])
     gauge_side = (points[i, 0] + share*(points[i + 1, 0] - points[i, 0])).min()
     return points + [gauge/2 - gauge_side, 0.0]

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import _flat
-from ._core import Error, Handle, check, check_written, complete, descriptions, look_for_memory, path_bytes, text
+from ._core import Error, Handle, check, check_written, complete, descriptions, look_for_memory, path_bytes, text, text_bytes
 from .case import Case
 from .run import parse_setting
 from .table import located
@@ -97,7 +97,8 @@ def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = 0.0
     smoothing [mm], flip and unit as in &profiles of a namelist, gauge_depth [m]. Raises Error as a run would.
     """
     look_for_memory()
-    address, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, flip, unit, gauge_depth)
+    address, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, text_bytes(flip), text_bytes(unit),
+                                            gauge_depth)
     check(*error)
     handle = Handle(_flat.free_profile, address)
     sizes, numbers, *listing = _flat.profile_facts(handle)

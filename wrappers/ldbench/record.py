@@ -275,7 +275,7 @@ def summary_row(record: Record) -> dict[str, Any]:
         row[f"{side}_flange_contacts"] = record.counts.get(f"{side} flange contact")
         row[f"{side}_lift_offs"] = record.counts.get(f"{side} wheel lift-off")
     return row | {"E_reference": reference, "E_drift_max": record.drift,
-                  "E_drift_relative": record.drift/reference if reference else np.nan}
+                  "E_drift_relative": record.drift/(reference or np.nan)}
 
 
 def write_frame(frame: pd.DataFrame, target: Path) -> None:

@@ -1,11 +1,12 @@
 """Run a case: integrate the wheelset's motion, write the column file, print the summary.
 
-The column file is the executable's, byte by byte.
+The column file is the executable's, byte by byte. A case that --set changes, other than in &output, needs a file of its
+own: by --output, or by another name where the namelist names no file.
 
 examples:
   python -m ldbench run inputs/ex1_aw.nml
   python -m ldbench run inputs/ex1_aw.nml --set dt=1e-5 --set order=2 --output coarse.txt
-  python -m ldbench run inputs/ex3_sw.nml --set contact_model=hertz name=ex3_hertz
+  python -m ldbench run inputs/ex3_sw.nml --set contact_model=hertz --output outputs/ex3_sw_hertz.txt
 """
 from __future__ import annotations
 
@@ -51,8 +52,13 @@ class Event(NamedTuple):
     loss: float         # energy lost in it [J]
 
 
-def _event_kinds() -> list[str]:
+def event_kinds() -> list[str]:
     return descriptions()[4:-1]
+
+
+def count_name(kind: str) -> str:
+    """Of the number of events of a kind in a summary."""
+    return "n_" + re.sub("[ -]", "_", kind)
 
 
 class Run:
@@ -83,7 +89,7 @@ class Run:
     @functools.cached_property
     def _results(self) -> tuple[np.ndarray, list[Event]]:
         """Rows of the columns, shape (columns, rows), and events."""
-        kinds = _event_kinds()
+        kinds = event_kinds()
         rows, t, kind, force, impulses, loss = _flat.run_results(self._handle, *_flat.run_size(self._handle))
         struck = [{c: float(x) for c, x in zip(CONTACTS, blow, strict=True) if x} for blow in impulses.T]
         return rows, [Event(float(a), kinds[b - 1], float(c), d, float(e))
@@ -135,7 +141,7 @@ class Run:
             "steps": int(steps), "step": step, "evaluations": int(evaluations), "cuts": int(cuts),
             "rows": time.size, "t": float(time[-1]), "end": self._end(),
             "returned": bool(returned), "derailed": bool(derailed),
-            **{"n_" + re.sub("[ -]", "_", kind): int(n) for kind, n in zip(_event_kinds(), counts, strict=True)},
+            **{count_name(kind): int(n) for kind, n in zip(event_kinds(), counts, strict=True)},
             "table_seconds": table._seconds, "seconds": seconds, "table_found": bool(table._found),
         }
 
@@ -220,14 +226,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("namelist", help="namelist file")
     parser.add_argument("--set", metavar="NAME=VALUE", nargs="+", action="extend", default=[],
                         help="replace values of the namelist; group_name where a name is ambiguous")
-    parser.add_argument("--output", metavar="FILE", help="the column file (default: as the namelist says)")
+    parser.add_argument("--output", metavar="FILE", help="the column file (default: as the namelist says, which a case that "
+                        "--set changes may not replace)")
 
 
 def main(args: argparse.Namespace) -> int:
-    case = Case.from_namelist(args.namelist)
-    case = case.replace(**dict(map(parse_setting, args.set)))
+    unchanged = Case.from_namelist(args.namelist)
+    settings = dict(map(parse_setting, args.set))
+    case = unchanged.replace(**settings)
     if args.output:
         case = case.replace(output_file=args.output)
+    elif (any(variables()[find_variable(name)].group != "output" for name in settings)
+          and output_path(case) == output_path(unchanged)):
+        raise Error(f"{case.label}: expected --output FILE with --set, found none: {output_path(case)} is the file of the "
+                    "unchanged case")
     for name, path in ("file", output_path(case)), ("geometry_file", case.geometry_file):
         if path:
             case.check_writable(f"&output {name}", path)
