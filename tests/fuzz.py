@@ -28,6 +28,9 @@ from conftest import CASES, FORTRAN_TESTS, LDBENCH, REPO, namelist, short_case
 HANG = 600                  # without a sign of life [s]
 BATCH = 250                 # inputs of a child
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
+# Of rigid cases: the benchmark's pair and a present-day one.
+PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
+         {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz", "gauge": 1.435, "back_to_back": 1.36}]
 TOKENS = [b"", b"0", b"-0", b"1", b"-1", b"1e308", b"-1e308", b"1e-320", b"9e999", b"nan", b"inf", b"-inf", b"1d5", b"0x10",
           b"99999999999999999999", b"'", b'"', b"''", b"/", b"&", b"=", b"==", b",", b";", b"\t", b"\r", b"\n", b"\r\n", b"\0",
           b"\x7f", b"\xff", b"\xc3\xa9", b"#", b"!", b"%", b"[", b"]", b"{", b"}", b"(", b"3*1", b"1,2", b"T", b".", b"..", b"-",
@@ -172,8 +175,7 @@ class Child:
         assert self.ldbench.Case.from_namelist(case.to_namelist()) == case
         if rng.random() < 0.1:
             case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3, stop_at="t_end", table_file="",
-                                wheel_profile="profiles/awprof.yz", rail_profile="profiles/arprof.yz",
-                                wheel_profile_right="", rail_profile_right="")
+                                wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
             run = self.ldbench.run(case)
             run.write(self.folder/"columns.txt")
             moved = self.ldbench.read_columns(self.folder/"columns.txt")
@@ -193,9 +195,26 @@ class Child:
 
     def column_file(self, rng: random.Random) -> None:
         path = self.mutant(mutate(rng.choice(self.columns), rng))
+        if rng.random() < 0.05:
+            self.ragged_file(rng)
         mapped = rng.choice([None, {"time": 1, "Y": {"column": 2, "unit": "mm"}}])
         frame = self.ldbench.read_columns(path, mapped)
         assert len(frame) and len(frame.columns) and all(kind == np.dtype(float) for kind in frame.dtypes)
+
+    def ragged_file(self, rng: random.Random) -> None:
+        """A cell moved from a row to another one leaves as many numbers as there were, and no rows of equal lengths."""
+        data = rng.choice(self.columns)
+        mark = next(mark for mark in (b";", b"\t", b",", b" ") if mark in data)
+        lines = data.split(b"\n")
+        k, j = rng.sample(range(len(lines) - 20, len(lines) - 1), 2)
+        lines[k], cell = lines[k].rstrip(b"\r").rsplit(mark, 1)
+        lines[j] = lines[j].rstrip(b"\r") + mark + cell
+        try:
+            self.ldbench.read_columns(self.mutant(b"\n".join(lines)))
+        except self.ldbench.Error as error:
+            assert f"line {min(k, j) + 1}: expected 4 numbers" in str(error), error
+        else:
+            raise AssertionError("rows of unequal lengths are read")
 
     def our_file(self, rng: random.Random) -> None:
         """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""

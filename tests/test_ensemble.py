@@ -296,6 +296,21 @@ def test_a_damaged_part_counts_as_missing(tmp_path, table, counted):
     assert sweep().identical(first) and counted["runs"] == 6
 
 
+def test_whatever_lies_in_the_place_of_a_part_counts_as_missing(tmp_path):
+    """A pipe would be waited for; a file may be whole and hold something else."""
+    good = {"key": np.array(["a", "b"]), "error": np.array(["", ""]), "drift": np.array([1.0, 2.0])}
+    np.savez_compressed(tmp_path/"good.npz", **good)
+    wrong = [{"drift": np.array([1.0])}, {"drift": np.array([1.0, None], object)}, {"drift": np.array(1.0)}, {"key": np.array("a")}]
+    for k, change in enumerate(wrong):
+        np.savez_compressed(tmp_path/f"wrong{k}.npz", **good | change)
+    whole = (tmp_path/"good.npz").read_bytes()
+    for k, data in enumerate([b"", whole[:200], b"\x93NUMPY", whole.replace(b"PK\x01\x02\x14", b"PK\x01\x02\xff")]):
+        (tmp_path/f"damaged{k}.npz").write_bytes(data)
+    (tmp_path/"folder.npz").mkdir()
+    os.mkfifo(tmp_path/"pipe.npz")
+    assert read_places(tmp_path) == {"a": (tmp_path/"good.npz", 0), "b": (tmp_path/"good.npz", 1)}
+
+
 def test_parts_come_while_it_runs(tmp_path, table, monkeypatch):
     """Killed in mid-sweep, a process loses no more than what was not written yet: nothing with FLUSH = 0."""
     written = []
