@@ -224,21 +224,22 @@ contains
   end subroutine look
 
   !> The absolute path without links; of a file to come, its folder's.
-  recursive function resolved(path) result(absolute)
+  function resolved(path) result(absolute)
     character(*), intent(in) :: path
     character(:), allocatable :: absolute
     integer, parameter :: path_max = 4096
     character(path_max) :: buffer
-    integer :: slash
+    integer :: n
 
-    if (c_associated(c_realpath(path//c_null_char, buffer))) then
-      absolute = buffer(:index(buffer, c_null_char) - 1)
-      return
-    end if
-    slash = index(path, '/', back=.true.)
-    absolute = path
-    if (slash == 0 .and. path /= '.') absolute = resolved('.')//'/'//path
-    if (slash > 1 .and. slash < len(path)) absolute = resolved(path(:slash - 1))//path(slash:)
+    absolute = path//'/'
+    if (index(path, '/') /= 1) absolute = './'//absolute
+    do n = len(absolute), 2, -1         ! the longest beginning that is there
+      if (absolute(n:n) /= '/') cycle
+      if (.not. c_associated(c_realpath(absolute(:n - 1)//c_null_char, buffer))) cycle
+      absolute = buffer(:index(buffer, c_null_char) - 1)//absolute(n:)
+      exit
+    end do
+    absolute = absolute(:len(absolute) - 1)
   end function resolved
 
   !> Whether standard error goes to a terminal.

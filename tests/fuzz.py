@@ -1,4 +1,5 @@
-"""Mutated inputs, each from a seed of its own: namelists, profiles, column files of other codes, maps of columns, tables.
+"""Mutated inputs, each from a seed of its own: namelists, profiles, column files of other codes and ours, maps of columns,
+tables.
 
 A failure is a crash, a hang, a traceback, an error of more than one line, a file that is made or changed, or success with
 nonsense. Children do many inputs each and say which one they begin; of one that dies or is silent, that was the last.
@@ -27,10 +28,13 @@ from conftest import CASES, FORTRAN_TESTS, LDBENCH, REPO, namelist, short_case
 HANG = 600                  # without a sign of life [s]
 BATCH = 250                 # inputs of a child
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
+# Of rigid cases: the benchmark's pair and a present-day one.
+PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
+         {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz", "gauge": 1.435, "back_to_back": 1.36}]
 TOKENS = [b"", b"0", b"-0", b"1", b"-1", b"1e308", b"-1e308", b"1e-320", b"9e999", b"nan", b"inf", b"-inf", b"1d5", b"0x10",
           b"99999999999999999999", b"'", b'"', b"''", b"/", b"&", b"=", b"==", b",", b";", b"\t", b"\r", b"\n", b"\r\n", b"\0",
           b"\x7f", b"\xff", b"\xc3\xa9", b"#", b"!", b"%", b"[", b"]", b"{", b"}", b"(", b"3*1", b"1,2", b"T", b".", b"..", b"-",
-          b"+", b"e", b"*", b"~", b"\\", b" "*300, b"9"*300, b"x"*3000]
+          b"+", b"e", b"*", b"~", b"$", b"$x^2$", b"\xef\xbb\xbf", b"0,5", b";;", b"\\", b" "*300, b"9"*300, b"x"*3000]
 
 
 def mutate(data: bytes, rng: random.Random) -> bytes:
@@ -62,6 +66,12 @@ def mutate(data: bytes, rng: random.Random) -> bytes:
             lines[k] = b" ".join(words)
             data = b"\n".join(lines)
     return data
+
+
+def spreadsheets(data: bytes) -> list[bytes]:
+    """A file with commas as Excel writes it: with a mark of the order of bytes, decimal commas, tabs."""
+    semicolons = data.replace(b",", b";").replace(b".", b",")
+    return [b"\xef\xbb\xbf" + semicolons.replace(b"\n", b"\r\n"), semicolons.replace(b";", b"\t")]
 
 
 def checksum(words: tuple[int, ...]) -> int:
@@ -109,6 +119,8 @@ class Child:
               for mark, names, units in ((",", ["t [s]", "ylat [mm]", "phi", "N"], ""),
                                          (";", ["t", "ylat", "phi", "N"], "s;mm;mrad;kN\n"),
                                          (" ", ["t", "ylat", "phi", "N"], "# s mm mrad kN\n")))]
+        for text in spreadsheets(self.columns[0]):
+            self.columns.append(text)
         self.map = (b'time = "t"\nY = { column = "ylat", unit = "mm" }\nroll = { column = "phi", unit = "mrad", factor = -1 }\n'
                     b'Z = { column = 4, unit = "mm", offset = -0.457 }\n')
         (folder/"other.csv").write_bytes(self.columns[1])
@@ -118,6 +130,10 @@ class Child:
                                        text=True, cwd=folder)
         self._load(folder/"nothing")
         self.table = (folder/"pair.table").read_bytes()
+        self.ours = []
+        for name, changes in ("elastic.txt", {}), ("rigid.txt", {"formulation": "unilateral", "table_file": ""}):
+            run = ldbench.run(ldbench.Case.from_namelist(case).replace(interval=1e-4, **changes))
+            self.ours.append(Path(run.write(folder/name)).read_bytes())
         self.known = self._listing()
 
     def _listing(self) -> list[str]:
@@ -159,8 +175,7 @@ class Child:
         assert self.ldbench.Case.from_namelist(case.to_namelist()) == case
         if rng.random() < 0.1:
             case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3, stop_at="t_end", table_file="",
-                                wheel_profile="profiles/awprof.yz", rail_profile="profiles/arprof.yz",
-                                wheel_profile_right="", rail_profile_right="")
+                                wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
             run = self.ldbench.run(case)
             run.write(self.folder/"columns.txt")
             moved = self.ldbench.read_columns(self.folder/"columns.txt")
@@ -180,9 +195,53 @@ class Child:
 
     def column_file(self, rng: random.Random) -> None:
         path = self.mutant(mutate(rng.choice(self.columns), rng))
+        if rng.random() < 0.05:
+            self.ragged_file(rng)
         mapped = rng.choice([None, {"time": 1, "Y": {"column": 2, "unit": "mm"}}])
         frame = self.ldbench.read_columns(path, mapped)
         assert len(frame) and len(frame.columns) and all(kind == np.dtype(float) for kind in frame.dtypes)
+
+    def ragged_file(self, rng: random.Random) -> None:
+        """A cell moved from a row to another one leaves as many numbers as there were, and no rows of equal lengths."""
+        data = rng.choice(self.columns)
+        mark = next(mark for mark in (b";", b"\t", b",", b" ") if mark in data)
+        lines = data.split(b"\n")
+        k, j = rng.sample(range(len(lines) - 20, len(lines) - 1), 2)
+        lines[k], cell = lines[k].rstrip(b"\r").rsplit(mark, 1)
+        lines[j] = lines[j].rstrip(b"\r") + mark + cell
+        said = ""
+        try:
+            self.ldbench.read_columns(self.mutant(b"\n".join(lines)))
+        except self.ldbench.Error as error:
+            said = str(error)
+        assert f"line {min(k, j) + 1}: expected 4 numbers" in said, f"rows of unequal lengths: {said or 'read'}"
+
+    def our_file(self, rng: random.Random) -> None:
+        """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""
+        from ldbench import compare, plots
+        from ldbench.record import read_record, summary_row
+        from ldbench.style import ldbench_style
+        from ldbench.view.film import Picture
+        from ldbench.view.page import make_page
+
+        data = rng.choice(self.ours)
+        at = data.index(b"\n", data.rindex(b"\n#") + 1) + 1 if rng.random() < 0.8 else len(data)
+        record = read_record(self.mutant(mutate(data[:at], rng) + data[at:]))
+        reference = read_record(self.folder/"elastic.txt")
+        found = compare.compare([reference, record])
+        compare.difference_table(found)
+        compare.event_table(found.records)
+        summary_row(record)
+        make_page([reference, record])
+        draw = rng.choice([None]*40 + [
+            lambda: compare.table_page(record.name, record.title, [record.name], [[record.ending]], [1], record.heading),
+            lambda: plots.time_page(record, plots.PAGES[0]), lambda: plots.section_page(record),
+            lambda: Picture([reference, record], 0.0, 1e-3, 1e-3, None).figure])
+        if draw:
+            with ldbench_style():
+                figure = draw()
+                if figure:
+                    figure.savefig(os.devnull, format="png", dpi=20)
 
     def column_map(self, rng: random.Random) -> None:
         frame = self.ldbench.read_columns(self.folder/"other.csv", self.mutant(mutate(self.map, rng)))
@@ -209,8 +268,8 @@ class Child:
 
 
 KIND: dict[str, Callable[[Child, random.Random], None]] = {
-    "namelist": Child.namelist, "profile": Child.profile, "columns": Child.column_file, "map": Child.column_map,
-    "table": Child.table_file}
+    "namelist": Child.namelist, "profile": Child.profile, "columns": Child.column_file, "ours": Child.our_file,
+    "map": Child.column_map, "table": Child.table_file}
 KINDS = list(KIND)
 
 

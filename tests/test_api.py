@@ -3,6 +3,8 @@
 The executable is the reference: a run from Python must write the same bytes and say the same words.
 """
 import ast
+import copy
+import multiprocessing
 import os
 import pickle
 import re
@@ -12,7 +14,7 @@ import sys
 import threading
 import time
 import venv
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import f90nml
@@ -21,6 +23,7 @@ import pytest
 
 import ldbench
 from conftest import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, same_build
+from ldbench import _flat
 from ldbench.__main__ import COMMANDS, main
 from ldbench._core import STAGES, Shared, watched
 
@@ -148,6 +151,8 @@ def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
     ({"title": 300*"x"}, "&case title: expected a text in quotes of at most 256 characters"),
     ({"title": "Räder"}, "&case title: expected a text"),
     ({"interval": 1e-5, "formulation": "bilateral"}, "&output interval: expected at least the step"),
+    *(({"order": wrong}, "&integrator order: expected a whole number from 2 to 6, found") for wrong in (2**32 + 4, 10**400)),
+    ({"vY": 10**400}, "&initial vY: expected a number from"),
     ({"vY0": 0.3}, "expected a namelist variable .*, found vY0"),
     ({"file": "x"}, "expected table_file or output_file, found file, which is ambiguous"),
 ])
@@ -262,6 +267,89 @@ def test_profiles_beside_the_namelist(tmp_path):
     assert case.find(case.wheel_profile) == str(tmp_path / "my.yz")
     assert Path(case.find(case.rail_profile)).samefile(REPO / "profiles/arprof.yz")
     assert ldbench.ContactTable(case.replace(**COARSE)).clearance == pytest.approx(10.18e-3, abs=1e-6)
+
+
+def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
+    cases = []
+    for folder, wheel in (tmp_path / "a", "awprof"), (tmp_path / "b", "swprof"):
+        (folder / "profiles").mkdir(parents=True)
+        (folder / "profiles/own.yz").write_bytes((REPO / f"profiles/{wheel}.yz").read_bytes())
+        (folder / "case.nml").write_text("&profiles wheel_profile = 'profiles/own.yz' /")
+        cases.append(ldbench.Case.from_namelist(folder / "case.nml"))
+    one, other = cases
+    assert one.values == other.values and one != other and len({one, other}) == 2
+    assert one == ldbench.Case.from_namelist(tmp_path / "a/case.nml") == copy.deepcopy(one)
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ((1.0,), "expected the values of"),
+    ([None]*len(ldbench.Case.exercise(1).values), "&case name: expected a text"),
+    ([NAN if isinstance(x, float) else x for x in ldbench.Case.exercise(1).values], "expected a number from"),
+])
+def test_values_are_checked_wherever_they_come_from(values, words):
+    with pytest.raises(ldbench.Error, match=words):
+        ldbench.Case(tuple(values))
+
+
+LONG_PATH = "a/"*2000 + "x"
+
+
+@pytest.mark.parametrize("words", [
+    f"ldbench.Case.exercise(1).check_writable('&output file', {LONG_PATH!r})",
+    f"ldbench.read_columns({LONG_PATH!r})",
+    "ldbench.read_columns('a\\0b')",
+    "ldbench.Case.exercise(1).replace(title='a\\0b')",
+    "ldbench.Case.exercise(1).replace(title='\\ud800')",
+    "ldbench.Case.from_namelist('&case /\\0 &initial vY = 3 /')",
+])
+def test_no_text_ends_the_interpreter(words):
+    done = subprocess.run([sys.executable, "-c", f"import ldbench\ntry: {words}\nexcept ldbench.Error: print('told')"],
+                          capture_output=True, text=True, timeout=HANG)
+    assert (done.returncode, done.stdout) == (0, "told\n"), done.stderr
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_copies_of_runs_and_tables(again, flange_run, tmp_path):
+    """They outlive what they are copies of, and write what it would."""
+    original = ldbench.run(flange_run.case)
+    run, table = again(original), again(original.table)
+    del original
+    assert run.columns.equals(flange_run.columns) and run.events == flange_run.events
+    assert {name: x for name, x in run.summary.items() if "seconds" not in name} == {
+        name: x for name, x in flange_run.summary.items() if "seconds" not in name}
+    pose = 0.0, table.equilibrium, 0.0
+    assert (table.force(*pose) == flange_run.table.force(*pose)).all()
+    assert Path(run.write(tmp_path / "a.txt")).read_bytes() == Path(flange_run.write(tmp_path / "b.txt")).read_bytes()
+
+
+def test_a_table_of_other_profiles_is_not_taken_for_the_pickled_one(tmp_path):
+    wheel = tmp_path / "wheel.yz"
+    wheel.write_bytes((REPO / "profiles/awprof.yz").read_bytes())
+    run = ldbench.run(to_flange("aw", wheel_profile=str(wheel)))
+    table, kept = pickle.dumps(run.table), pickle.loads(pickle.dumps(run))
+    wheel.write_bytes((REPO / "profiles/swprof.yz").read_bytes())
+    with pytest.raises(ldbench.Error, match="found others"):
+        pickle.loads(table)
+    with pytest.raises(ldbench.Error, match="found others"):
+        kept.write(tmp_path / "columns.txt")
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_processes_run_cases(method, flange_run):
+    cases = [flange_run.case, flange_run.case.replace(vY=0.2)]
+    with ProcessPoolExecutor(2, multiprocessing.get_context(method)) as pool:
+        runs = list(pool.map(ldbench.run, cases))
+    assert runs[0].columns.equals(flange_run.columns) and runs[1].case == cases[1]
+
+
+def test_what_the_core_holds_lives_as_long_as_something_uses_it(flange_run):
+    handle = ldbench.run(flange_run.case.replace(t_end=1e-3))._handle
+    assert _flat.run_size(handle)[1] > 1
+    with pytest.raises(TypeError, match="cannot leave its process"):
+        pickle.dumps(handle)
 
 
 def test_nothing_is_written_before_it_is_complete(flange_run, tmp_path):
@@ -653,14 +741,38 @@ def test_empty_cells_of_open_contacts_are_nan(tmp_path):
     np.testing.assert_array_equal(columns, [[0, np.nan, 0], [1, np.nan, 0], [2, 1.5, 3]])
 
 
+@pytest.mark.parametrize("content", [
+    "\ufefft;N\r\ns;kN\r\n0,5;1,5\r\n1;\r\n", "t\tN [kN]\n0,5\t1,5\n1\t\n", "t,N\ns,kN\n.5,1.5\n1,\n",
+    "t;N;\ns;kN;\n0.5;1.5;\n1;;\n", "t N\ns kN\n---- ----\n0,5 1,5\n1 nan\n", "t,N [kN]\n0.5,1.5\n1,,\n",
+])
+def test_files_of_spreadsheets(content, tmp_path):
+    """Marks of the order of bytes, decimal commas, empty cells at the ends of rows."""
+    (tmp_path / "a.csv").write_bytes(content.encode())
+    columns = ldbench.read_columns(tmp_path / "a.csv")
+    assert list(columns) == ["t", "N"]
+    np.testing.assert_array_equal(columns, [[0.5, 1500], [1, np.nan]])
+
+
+def test_columns_of_one_name_are_told_apart_by_number(tmp_path):
+    (tmp_path / "a.csv").write_text("t,Y,Y\n0,1,2\n")
+    assert ldbench.read_columns(tmp_path / "a.csv", {"Y": 2, "Z": 3}).to_numpy().tolist() == [[1, 2]]
+
+
 @pytest.mark.parametrize(("content", "columns", "words"), [
     (None, None, "cannot be opened for reading"),
     ("", None, "expected rows of numbers, found none"),
     ("0 1\n1 2\n", None, "expected a line with the names of 2 columns"),
-    ("t Y\n0 1\n1 x\n", None, "expected 2 numbers in every row, found '1 x'"),
-    ("t Y\n0 1\n1 2 3\n", None, "found '1 2 3'"),
-    ("t Y\n0 1\n1 2\n3", None, "found '3'"),
+    ("t Y\n0 1\n1 x\n", None, "a.txt, line 3: expected 2 numbers, found '1 x'"),
+    ("t Y\n0 1\n1 2 3\n", None, "line 3: .* found '1 2 3'"),
+    ("t Y\n0 1\n1 2\n3", None, "line 4: .* found '3'"),
     ("t Y\n0 1\n1 2 end of file\n", None, "found '1 2 end of file'"),
+    ("t Y N\n0 1 2\n1 2\n3 4 5 6\n", None, "line 3: expected 3 numbers, found '1 2'"),
+    ("t Y\n0 1x\n1 2\n", None, "line 2: .* found '0 1x'"),
+    ("t Y\n# s m\n0 1 1\n1 2\n", None, "expected a line with the names of 3 columns"),
+    ("t;Y\ns;mm\n0,1;1..5\n0,2;2,5\n", None, "line 3: expected 2 numbers, found '0,1;1..5'"),
+    ("t,Y\n0,1\n1,1_0\n", None, "line 3: .* found '1,1_0'"),
+    ("t;Y\n0;1.234,5\n1;2\n", None, "line 2: expected 2 numbers, found '0;1.234,5'"),
+    ("t Y Y\n0 1 2\n", None, "expected one column Y, found 2; a map may tell them apart by their numbers"),
     ("t Y\n0 1\n", {"Y": "ylat"}, "expected a column ylat, found t, Y"),
     ("t Y\n0 1\n", {"Y": 3}, "expected a column 3, found t, Y"),
     ("t Y\n0 1\n", {"Y": {"column": "Y", "unit": "furlong"}}, "expected a unit among .*, found furlong"),
@@ -690,6 +802,21 @@ def test_run_command_writes_what_the_executable_writes(tmp_path, capsys):
     assert reference.read_bytes() == expected and Path(case.geometry_file).read_bytes() == geometry
 
 
+def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
+    case = to_flange("aw", output_file=tmp_path / "columns.txt")
+    case.to_namelist(tmp_path / "case.nml")
+    assert main(["run", str(tmp_path / "case.nml")]) == 0
+    earlier = (tmp_path / "columns.txt").read_bytes()
+    capsys.readouterr()
+    assert main(["run", str(tmp_path / "case.nml"), "--set", "vY=0.9"]) == 1
+    assert capsys.readouterr().err == (f"ldbench: error: {tmp_path}/case.nml: expected --output FILE with --set, found none: "
+                                       f"{tmp_path}/columns.txt is the file of the unchanged case\n")
+    assert (tmp_path / "columns.txt").read_bytes() == earlier
+    for words in ["vY=0.9", f"output_file={tmp_path}/other.txt"], ["interval=2e-4"]:
+        assert main(["run", str(tmp_path / "case.nml"), "--set", *words]) == 0
+    assert (tmp_path / "other.txt").exists() and (tmp_path / "columns.txt").read_bytes() != earlier
+
+
 def test_table_command(tmp_path, capsys):
     coarse(1, "sw").to_namelist(tmp_path / "case.nml")
     assert main(["table", str(tmp_path / "case.nml"), "--geometry", str(tmp_path / "geometry.txt")]) == 0
@@ -710,7 +837,7 @@ def test_table_command(tmp_path, capsys):
     (["table", "case.nml", "--geometry", "case.nml"], "case.nml, &output geometry_file: expected a file of its own"),
     (["plot"], "the following arguments are required: FILE .ldbench-py plot --help says more."),
     (["ensemble", "case.nml", "--over", "mass=1400", "wheelset_mass=1500"], "ensemble: expected every variable once"),
-    (["ensemble", "case.nml", "--over", "mass=1:2:3:4"], "expected name=1,2,4 or name=1:4:7 or name=1:4 after --over"),
+    (["ensemble", "case.nml", "--over", "mass=1:2:3:4"], "expected name=1,2,4 or name=1:4:7 after --over"),
     (["ensemble", "case.nml", "--over", "mass=1:2", "-n", "2", "--seed", "-1"], "ensemble: expected a seed from 0"),
 ])
 def test_command_errors_are_one_line(arguments, words, tmp_path, monkeypatch, capsys):

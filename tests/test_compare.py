@@ -12,11 +12,12 @@ import pandas as pd
 import pytest
 from pypdf import PdfReader
 
+import ldbench
 from conftest import LDBENCH, REPO, namelist
-from ldbench import Error, compare as cmp
+from ldbench import Case, Error, compare as cmp
 from ldbench.__main__ import main
 from ldbench._core import complete
-from ldbench.plots import first_episode
+from ldbench.plots import first_episode, new_page
 from ldbench.record import Event, Record
 from ldbench.style import ldbench_style
 
@@ -160,6 +161,53 @@ def test_command_reads_another_code(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert [part.title for part in document.outline[1]] == ["differences of theirs", "events and peaks", "Y, N_LF"]
     assert "Y [mm]" in document.pages[2].extract_text()
     assert "first left flange contact" in document.pages[1].extract_text()
+
+
+def test_the_map_is_not_for_files_of_ours(tmp_path: Path):
+    """A second file with our header is read as ours, whatever the map says; reading it by the map would turn its Y."""
+    own = namelist(contact={"formulation": "unilateral"}, initial={"vY": 0.5},
+                   integrator={"t_end": 5e-3, "dt": 1e-4, "stop_at": "t_end"})
+    for name in "a", "b":
+        ldbench.run(Case.from_namelist(own)).write(tmp_path/f"{name}.txt")
+    (tmp_path/"theirs.toml").write_text('time = "time"\nY = { column = "Y", factor = -1 }\n')
+    assert main(["compare", str(tmp_path/"a.txt"), str(tmp_path/"b.txt"), "--columns", str(tmp_path/"theirs.toml"),
+                 "-o", str(tmp_path/"ab.pdf")]) == 0
+    table = pd.read_csv(tmp_path/"ab.csv").set_index(["what", "quantity"])
+    assert table.loc[("difference", "Y"), "rms"] == 0 and ("difference", "Z") in table.index
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (["plot", "a.txt", "-o", "p.png"], "p.png: expected a document .pdf, which holds all pages (`view --film FILE.png` makes a "
+                                       "picture of one moment), found .png"),
+    (["compare", "a.txt", "b.txt", "-o", "p.png"],
+     "p.png: expected a document .pdf, beside which the tables go as .csv, found .png"),
+    (["view", "a.txt", "-o", "p.pdf"], "p.pdf: expected a page .html, found .pdf"),
+    (["compare", "a.txt", "time.txt", "-o", "p.pdf"], "a.txt: expected a column besides time that all files have, found none; "
+                                                      "--columns TOML says how other codes name ours"),
+    (["compare", "a.txt", "down.txt", "-o", "p.pdf"], "down.txt: expected rows with ascending times, found others"),
+])
+def test_what_cannot_be_drawn_is_told(words: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                      capsys: pytest.CaptureFixture[str]):
+    monkeypatch.chdir(tmp_path)
+    for name in "ab":
+        ours(invented(), Path(f"{name}.txt"))
+    Path("time.txt").write_text("time other\n0 1\n0.05 2\n")
+    Path("down.txt").write_text("time Y\n0.05 1\n0 2\n")
+    assert main(words) == 1
+    assert capsys.readouterr().err == f"ldbench: error: {message}\n"
+    assert not list(Path().glob("p.*"))
+
+
+def test_dollar_signs_are_text(tmp_path: Path):
+    """In names of files, cases and columns; a formula that is none would end the command."""
+    record = replace(invented(), columns=invented().columns.rename(columns={"Y": "Y_$\\frac$"}))
+    other = replace(record, name="$^$")
+    with ldbench_style():
+        figures = dict(cmp.comparison_figures(cmp.compare([record, other])))
+        figures["page"] = new_page("$_$", "$x^2$", "$\\sqrt$")
+        for figure in figures.values():
+            figure.savefig(tmp_path/"page.pdf")
+            assert "$" in PdfReader(tmp_path/"page.pdf").pages[0].extract_text()
 
 
 def test_command_aligns(tmp_path: Path):

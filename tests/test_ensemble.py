@@ -297,6 +297,21 @@ def test_a_damaged_part_counts_as_missing(tmp_path, table, counted):
     assert sweep().identical(first) and counted["runs"] == 6
 
 
+def test_whatever_lies_in_the_place_of_a_part_counts_as_missing(tmp_path):
+    """A pipe would be waited for; a file may be whole and hold something else."""
+    good = {"key": np.array(["a", "b"]), "error": np.array(["", ""]), "drift": np.array([1.0, 2.0])}
+    np.savez_compressed(tmp_path/"good.npz", **good)
+    wrong = [{"drift": np.array([1.0])}, {"drift": np.array([1.0, None], object)}, {"drift": np.array(1.0)}, {"key": np.array("a")}]
+    for k, change in enumerate(wrong):
+        np.savez_compressed(tmp_path/f"wrong{k}.npz", **good | change)
+    whole = (tmp_path/"good.npz").read_bytes()
+    for k, data in enumerate([b"", whole[:200], b"\x93NUMPY", whole.replace(b"PK\x01\x02\x14", b"PK\x01\x02\xff")]):
+        (tmp_path/f"damaged{k}.npz").write_bytes(data)
+    (tmp_path/"folder.npz").mkdir()
+    os.mkfifo(tmp_path/"pipe.npz")
+    assert read_places(tmp_path) == {"a": (tmp_path/"good.npz", 0), "b": (tmp_path/"good.npz", 1)}
+
+
 def test_parts_come_while_it_runs(tmp_path, table, monkeypatch):
     """Killed in mid-sweep, a process loses no more than what was not written yet: nothing with FLUSH = 0."""
     written = []
@@ -536,8 +551,27 @@ def test_tables_are_made_a_few_ahead():
 def test_values_of_the_command_line():
     assert parse_values("mass=1,2.5") == ("mass", [1.0, 2.5])
     assert parse_values("mass=1:4:7") == ("mass", [1, 1.5, 2, 2.5, 3, 3.5, 4])
-    assert parse_values("mass=1:4") == ("mass", [1, 4])
+    assert parse_values("mass=1:4", drawn=True) == ("mass", [1, 4])
     assert parse_values("scheme=energy,newmark") == ("scheme", ["energy", "newmark"])
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (["mass=1400:1600"], "expected name=1,2,4 or name=1:4:7 after --over, or a range with -n, found mass=1400:1600"),
+    (["mass=1400,1600", "-n", "3"], "expected a range name=1:4 after --over with -n, found mass=1400,1600"),
+    (["mass=1400:1600:2", "-n", "3"], "expected a range name=1:4 after --over with -n, found mass=1400:1600:2"),
+])
+def test_ranges_are_drawn_from_and_lists_are_not(words, message, tmp_path, capsys):
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", *words]) == 1
+    assert capsys.readouterr().err == f"ldbench: error: {message}\n"
+
+
+def test_an_ensemble_that_fails_as_a_whole_is_an_error(tmp_path, capsys):
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=-1,-2"]) == 1
+    said = capsys.readouterr()
+    assert "2 runs, 2 failed" in said.out
+    assert said.err.startswith("ldbench: error: ensemble: expected a run that succeeds, found 2 that failed, the first one with: ")
 
 
 def test_command(tmp_path, capsys):

@@ -170,7 +170,7 @@ for megabytes in 0, 60, 120, 180, 240, 300, 2000:
 
 
 def test_a_process_that_is_ended_is_told():
-    with pytest.raises(ldbench.Error, match="a process that read or drew was ended"), processes(1) as pool:
+    with pytest.raises(ldbench.Error, match="a process that read or drew was ended"), processes(1, 1) as pool:
         pool.submit(os._exit, 1).result()
 
 

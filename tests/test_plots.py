@@ -14,7 +14,7 @@ from matplotlib.quiver import Quiver
 from matplotlib.text import Text
 
 from conftest import REPO, namelist, run_case
-from ldbench import plots
+from ldbench import Error, plots
 from ldbench.columns import read_columns
 from ldbench.outlines import section
 from ldbench.plots.ticks import simplify_ticks
@@ -257,6 +257,25 @@ def test_header_is_understood(thrown: tuple[Record, Path]):
     assert run.time[row - 1] < contact.time <= run.time[row]
     N, t = run.peaks["LF"]
     assert N == pytest.approx(run.values("N_LF").max(), rel=0.01) and t == pytest.approx(0.0115, abs=5e-4)
+
+
+@pytest.mark.parametrize(("line", "damaged", "found"), [
+    ("rigid-axle clearance [mm]: 2 x 10.18", "rigid-axle clearance [mm]: 2 x 1O.18", "1O.18"),
+    ("  order = ", "  order = x", "x2"), ("  t = ", "  t = nan", "nan"),
+])
+def test_damaged_numbers_of_a_header_are_told(line: str, damaged: str, found: str, thrown: tuple[Record, Path], tmp_path: Path):
+    text = thrown[0].file.read_text()
+    assert line in text
+    (tmp_path/"columns.txt").write_text(text.replace(line, damaged, 1))
+    with pytest.raises(Error, match=rf"columns.txt, header: expected a number, found '{found}"):
+        read_record(tmp_path/"columns.txt")
+
+
+def test_a_number_that_the_header_lacks_is_told(thrown: tuple[Record, Path], tmp_path: Path):
+    lines = thrown[0].file.read_text().splitlines(keepends=True)
+    (tmp_path/"columns.txt").write_text("".join(line for line in lines if "  order = " not in line))
+    with pytest.raises(Error, match=r"columns\.txt: expected a number for &integrator order in the header, found none"):
+        plots.phase_page(read_record(tmp_path/"columns.txt"))
 
 
 def test_rail_is_placed_by_the_gauge(thrown: tuple[Record, Path]):

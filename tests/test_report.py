@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import stat
 import sys
@@ -17,8 +18,11 @@ import pytest
 from pypdf import PdfReader
 
 from conftest import CASES, LDBENCH, REPO, namelist, once, same_build
-from ldbench import Case, Error, abstract, batch, formulations, plots
+from ldbench import Case, Error, abstract, batch, formulations, plots, report, run
+from ldbench.__main__ import main
 from ldbench.batch import Job, case_job, find_executable, is_up_to_date, run_jobs, run_stale, stamp_of, write_stamp
+from ldbench.case import data_folder
+from ldbench.pools import in_threads, processes
 from ldbench.record import Event, read_record, summary_row
 from ldbench.report import geometry_jobs, make_report
 
@@ -381,3 +385,63 @@ def test_row_of_a_run_without_events_is_empty_where_nothing_happened(project: Pa
     row = summary_row(run)
     assert row["t_return"] is None and row["t_derailment"] is None and row["N_max_RF"] is None
     assert row["t_first_LF"] == pytest.approx(read_record(run.file).first_contact("LF"), abs=1e-4)
+
+
+def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
+    kept = json.loads((project/"outputs/formulations.json").read_text())
+    outcomes = [found for found in kept if found["formulation"] == "elastic"]
+    assert [found["case"] for found in outcomes] == ["ex3_aw", "ex3_sw"]
+    for found in outcomes:
+        submitted = read_record(project/f"outputs/{found['case']}.txt")
+        assert found["results"]["t_LF"] == submitted.first_contact("LF")
+        assert found["results"]["N_max"] == submitted.peaks["LF"][0]
+        assert found["drift"] == summary_row(submitted)["E_drift_relative"]
+        assert set(found["curves"]["t"]) <= set(submitted.time)
+
+
+def test_exercise_5_derails_at_one_load(tmp_path: Path):
+    """That of the column file, from which the formulations are tabulated with a report and without."""
+    case = Case.exercise(5, "aw").replace(model="strip", accuracy=0.1, table_file="", lateral_ramp=4e6, dt=1e-5, interval=1e-3,
+                                          flight_interval=0.0)
+    case.to_namelist(tmp_path/"ex5_aw.nml")
+    file = read_record(run(case).write(tmp_path/"ex5_aw.txt"))
+    derailment = file.first("derailment")
+    for submitted in (), (file,):
+        found = formulations.outcomes(tmp_path, 2, submitted=submitted)[0]
+        assert (found.formulation, found.ending.partition(" over")[0]) == ("elastic", "derails")
+        assert found.results["F_derailment"] == pytest.approx(derailment.force, abs=1 if not submitted else 0)
+
+
+def test_a_report_from_another_folder_writes_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Inputs and profiles are the shipped ones; the executable, which would not find these, leaves the case to this process."""
+    monkeypatch.chdir(tmp_path)
+    asked: list[tuple[Path, Path, Path]] = []
+    monkeypatch.setattr(report, "make_report", lambda *given: asked.append(given[:3]) or [])
+    assert main(["report"]) == 0
+    assert asked == [(tmp_path, data_folder()/"inputs", tmp_path/"outputs")]
+    Path("outputs").mkdir()
+    Path("ex1_aw.nml").write_text(namelist(
+        case={"name": "ex1_aw"}, contact={"model": "strip"}, table={"file": "outputs/aw.table", **SMALL},
+        integrator={"dt": 1e-5, "t_end": 1e-3, "stop_at": "t_end"}))
+    run_jobs([case_job(Path("ex1_aw.nml"), tmp_path/"outputs", tmp_path)], LDBENCH, 1)
+    assert {file.name for file in Path("outputs").iterdir()} == {"aw.table", "ex1_aw.txt", "ex1_aw.txt.stamp"}
+
+
+@pytest.mark.parametrize(("file", "name"), [("ex1_own", "ex1_own"), ("ex1_aw", "mine"), ("ex6_aw", "ex6_aw"),
+                                              ("example", "example")])
+def test_other_names_than_the_exercises_are_refused(file: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                                    capsys: pytest.CaptureFixture[str]):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path/f"{file}.nml").write_text(namelist(case={"name": name}))
+    for command in ["report", "--inputs", "."], ["report", "--inputs", str(tmp_path)]:
+        assert main(command) == 1
+        assert re.fullmatch(rf"ldbench: error: \S*{file}.nml, &case name: expected an exercise and a pair .*, found '{name}'; .*\n",
+                            capsys.readouterr().err)
+
+
+def test_no_more_processes_and_threads_than_tasks():
+    done: list[int] = []
+    in_threads(lambda task, tell: task, [1, 2], 10**6, lambda task, result: done.append(result))
+    assert sorted(done) == [1, 2]
+    with processes(10**6, 2) as pool:
+        assert pool._max_workers == 2

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
@@ -65,10 +65,23 @@ def version() -> str:
     return descriptions()[-1]
 
 
-def own(owner: object, free: Callable[[int], object], handle: int) -> int:
-    """Free what a handle stands for when its owner goes; at the end of the process all goes anyway."""
-    weakref.finalize(owner, free, handle).atexit = False
-    return handle
+class Handle:
+    """Something of the core, which is freed with the last reference to this; so nothing is used after it is freed.
+
+    It stays in its process, and cannot be copied.
+    """
+
+    def __init__(self, free: Callable[[int], object], address: int, lender: Handle | None = None) -> None:
+        """lender: what this one uses, and keeps."""
+        self._address, self._lender = address, lender
+        weakref.finalize(self, free, address).atexit = False     # at the end of the process all goes anyway
+
+    def __int__(self) -> int:
+        """The address, for a call."""
+        return self._address
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("what the core holds cannot leave its process")
 
 
 def needed(module: str, extra: str, package: str = "") -> ModuleType:
@@ -85,7 +98,17 @@ def needed(module: str, extra: str, package: str = "") -> ModuleType:
 
 
 def path_bytes(path: str | os.PathLike[str]) -> bytes:
-    return os.fsencode(path)
+    return text_bytes(os.fspath(path))
+
+
+def text_bytes(words: str) -> bytes:
+    """A text for the core, where the zero byte would end it and hide the rest."""
+    if "\0" in words:
+        raise Error(f"expected a text without zero bytes, found {words!r}")
+    try:
+        return os.fsencode(words)
+    except UnicodeEncodeError:
+        raise Error(f"expected a text that a file can hold, found {words!r}") from None
 
 
 def digest(data: bytes) -> str:
@@ -203,6 +226,12 @@ def check_target(file: Path) -> None:
     make_folder(file)
     if not file.parent.is_dir():
         raise Error(f"{file}: expected a folder that is there, found none")
+
+
+def check_ending(file: Path, what: str, *endings: str) -> None:
+    """Refuse to write something else than the name of a file says; `what` is written, with one of these endings."""
+    if file.suffix.lower() not in endings:
+        raise Error(f"{file}: expected {what}, found {file.suffix or 'no ending'}")
 
 
 def make_folder(file: Path) -> None:

@@ -86,31 +86,27 @@ def facts(records: Sequence[Record]) -> dict[str, Any]:
         "drift_ramp": scientific(max([r["E_drift_relative"] for r in rows if r["exercise"] == 5], default=0.0)),
         "steps_free": sorted({f"{1e6*r['dt']:.3g}" for r in rows if r["exercise"] != 5}, key=float),
         "steps_ramp": sorted({f"{1e6*run.step:.3g}" for run in ramps}, key=float),
-        "order_free": f"{number(free(records)[0], 'integrator', 'order'):.0f}",
-        "order_ramp": f"{number(ramps[0], 'integrator', 'order'):.0f}" if ramps else "",
+        "order_free": f"{free(records)[0].number('integrator', 'order'):.0f}",
+        "order_ramp": f"{ramps[0].number('integrator', 'order'):.0f}" if ramps else "",
         "scheme": str(first.setting("integrator", "scheme")),
         "explicit": all(is_explicit(run) for run in records),
-        "energy_free": scientific(number(free(records)[0], "integrator", "energy_tolerance")),
-        "energy_ramp": scientific(number(ramps[0], "integrator", "energy_tolerance")) if ramps else "",
+        "energy_free": scientific(free(records)[0].number("integrator", "energy_tolerance")),
+        "energy_ramp": scientific(ramps[0].number("integrator", "energy_tolerance")) if ramps else "",
         "calm": [f"{speed:g}" for speed in speeds(records, lifting=False)],
         "thrown": [f"{speed:g}" for speed in speeds(records, lifting=True)],
         "duration": durations(records),
-        "depth": f"{1e3*max(number(run, 'table', 'depth') for run in records):.1f}",
-        "split": f"{np.degrees(number(first, 'contact', 'split_angle')):.0f}",
-        "young": f"{1e-9*number(first, 'material', 'youngs_modulus'):.0f}",
-        "poisson": f"{number(first, 'material', 'poisson'):.2f}",
+        "depth": f"{1e3*max(run.number('table', 'depth') for run in records):.1f}",
+        "split": f"{np.degrees(first.number('contact', 'split_angle')):.0f}",
+        "young": f"{1e-9*first.number('material', 'youngs_modulus'):.0f}",
+        "poisson": f"{first.number('material', 'poisson'):.2f}",
         "ramps": [ramp_facts(run) for run in ramps],
     }
 
 
 def is_explicit(run: Record) -> bool:
     """Whether the run has the integrator that the text describes."""
-    return (run.setting("integrator", "scheme") == "newmark" and number(run, "integrator", "beta") == 0
-            and number(run, "integrator", "order") == 4 and number(run, "integrator", "energy_tolerance") > 0)
-
-
-def number(record: Record, group: str, name: str) -> float:
-    return float(record.setting(group, name))
+    return (run.setting("integrator", "scheme") == "newmark" and run.number("integrator", "beta") == 0
+            and run.number("integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0)
 
 
 def cell(key: str, value: float | str | None) -> str:
@@ -174,7 +170,7 @@ def ramp_facts(run: Record) -> dict[str, str]:
     its flange contact: weight times lever arm over height of the axle above that contact, at the mean
     pose of the second before the last."""
     rows = (run.time > run.time[-1] - 2) & (run.time < run.time[-1] - 1)
-    weight = number(run, "wheelset", "mass")*9.81 + number(run, "wheelset", "vertical_load")
+    weight = run.number("wheelset", "mass")*9.81 + run.number("wheelset", "vertical_load")
     lever = np.nanmean((run.values("y_LF") - run.values("Y"))[rows])
     height = np.nanmean((run.axle_height + run.values("Z") - run.values("z_LF"))[rows])
     row = summary_row(run)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -24,8 +25,6 @@ from ._core import PATIENCE, Error, Progress, complete, digest
 from .case import Case, data_folder
 from .pools import in_threads
 from .run import output_path, run
-
-PROJECT = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
@@ -55,12 +54,22 @@ class Job:
         stages = {4: 6, 6: 11}.get(self.value("integrator", "order", 2), 1)
         return stages*float(self.value("integrator", "t_end", 1.0))/float(self.value("integrator", "dt", 2e-6))
 
+    @cached_property
+    def profiles(self) -> list[str]:
+        """Names of profiles."""
+        names = [self.value("profiles", which, default) for which, default in (
+            ("wheel_profile", "profiles/awprof.yz"), ("rail_profile", "profiles/arprof.yz"), ("wheel_profile_right", ""),
+            ("rail_profile_right", ""))]
+        return [str(name) for name in names if name]
+
+    def runner(self, executable: Path | None) -> Path | None:
+        """The executable; None, this process, for profiles that it does not find in the folder."""
+        return executable if all(profile_in(self.root, name) == self.root/name for name in self.profiles) else None
+
     def sources(self, executable: Path | None) -> dict[str, str]:
         """Hashes of what the product depends on."""
-        profiles = [profile_in(self.root, str(self.value("profiles", which, default))) for which, default in
-                    (("wheel_profile", "profiles/awprof.yz"), ("rail_profile", "profiles/arprof.yz"))]
-        profiles += [profile_in(self.root, str(name)) for which in ("wheel_profile_right", "rail_profile_right")
-                     if (name := self.value("profiles", which))]
+        executable = self.runner(executable)
+        profiles = [profile_in(self.root, name) for name in self.profiles]
         return {"namelist": digest(self.text.encode())} | hashes([executable or Path(_flat.__file__), *profiles], self.root)
 
 
@@ -106,11 +115,6 @@ def inside(path: Path, root: Path) -> str:
         return str(path.resolve())
 
 
-def project_root() -> Path:
-    """Where `inputs` are: the repository that the package is in, or the current folder."""
-    return PROJECT if (PROJECT/"inputs").is_dir() else Path.cwd()
-
-
 def shipped_inputs(root: Path) -> Path:
     """The folder of the ten namelists: that of `root`, or the installed one."""
     return root/"inputs" if (root/"inputs").is_dir() else data_folder()/"inputs"
@@ -130,6 +134,11 @@ def find_namelists(inputs: Path) -> list[Path]:
     namelists = sorted(inputs.glob("ex*.nml"))
     if not namelists:
         raise Error(f"{inputs}: expected namelists ex*.nml, found none")
+    for file in namelists:
+        name = Case.from_namelist(file).case_name
+        if name != file.stem or not re.fullmatch("ex[1-5]_(aw|sw)", name):
+            raise Error(f"{file}, &case name: expected an exercise and a pair of profiles, 'ex1_aw' to 'ex5_sw', as in the name "
+                        f"of the file, found '{name}'; the commands run, plot, compare and view take any name")
     return namelists
 
 
@@ -166,8 +175,8 @@ def run_job(job: Job, executable: Path | None, tell: Progress) -> None:
     """Run one job; an Error with the core's text if it fails. An exception in `tell` ends it early."""
     sources = job.sources(executable)
     try:
-        if executable:
-            run_there(job, executable, tell)
+        if runner := job.runner(executable):
+            run_there(job, runner, tell)
         else:
             run_here(job, tell)
     finally:

@@ -1,9 +1,11 @@
 """A case: what a namelist file says."""
 from __future__ import annotations
 
+import copy
 import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
@@ -13,12 +15,13 @@ import f90nml
 import numpy as np
 
 from . import _flat
-from ._core import DEFAULT_FOLDER, Error, check, complete, look_for_memory, path_bytes, text
+from ._core import DEFAULT_FOLDER, Error, check, complete, look_for_memory, path_bytes, text, text_bytes
 from .notebook import html_table
 
 Value = float | int | str
 
 TEXT_LENGTH = 256       # of a text variable in the core
+LARGEST = 2**31 - 1     # whole number of the core
 
 
 class Variable(NamedTuple):
@@ -85,6 +88,13 @@ class Case:
     label: str = "case"                         # the namelist file, for messages
     folder: Path | None = field(default=None)   # the namelist file's folder
 
+    def __post_init__(self) -> None:
+        """Refuse what the core would not take, wherever the values come from."""
+        if not isinstance(self.values, Sequence) or len(self.values) != len(variables()):
+            raise Error(f"{self.label}: expected the values of {len(variables())} variables, found {self.values!r}")
+        vars(self)["values"] = tuple(self._coerced(*pair) for pair in zip(variables(), self.values, strict=True))
+        self._check()
+
     @classmethod
     def from_namelist(cls, source: str | os.PathLike[str] | Mapping[str, Mapping[str, Value]]) -> Case:
         """A case from a namelist file, from namelist text, or from groups such as an f90nml.Namelist.
@@ -109,7 +119,7 @@ class Case:
     def _read(cls, label: str, source: str | None) -> Case:
         look_for_memory()
         numbers, words, *error = _flat.read_namelist(
-            path_bytes(label), int(source is not None), (source or "").encode(), len(variables()))
+            path_bytes(label), int(source is not None), text_bytes(source or ""), len(variables()))
         check(*error)
         folder = Path(label).resolve().parent if source is None else None
         return cls(tuple(_unpack(numbers, bytes(words))), label, folder)
@@ -117,8 +127,12 @@ class Case:
     def replace(self, **changes: Value) -> Case:
         """A case with other values: `case.replace(vY=0.3, dt=5e-6, output_file="fast.txt")`."""
         changed = self._with(changes)
-        check(*_flat.check_values(path_bytes(self.label), *changed.arrays()))
+        changed._check()
         return changed
+
+    def _check(self) -> None:
+        """Raise the core's Error where a value is out of range or does not fit the others."""
+        check(*_flat.check_values(path_bytes(self.label), *self.arrays()))
 
     def check_writable(self, variable: str, path: str | os.PathLike[str]) -> None:
         """Find out before the work that the file of a variable, '&output file', cannot be written."""
@@ -130,26 +144,29 @@ class Case:
         for name, value in changes.items():
             k = find_variable(name)
             values[k] = self._coerced(variables()[k], value)
-        return Case(tuple(values), self.label, self.folder)
+        changed = copy.copy(self)
+        vars(changed)["values"] = tuple(values)
+        return changed
 
     def _coerced(self, variable: Variable, value: Value) -> Value:
         """A value of the variable's kind; its range is left to the core."""
         if variable.kind == "text":
             if isinstance(value, os.PathLike):
                 value = os.fspath(value)
-            if isinstance(value, str) and len(os.fsencode(value)) <= TEXT_LENGTH:
+            if isinstance(value, str) and len(text_bytes(value)) <= TEXT_LENGTH:
                 return value.rstrip()
         elif isinstance(value, Real) and not isinstance(value, (bool, np.bool_)):
-            if variable.kind == "real":
-                return float(value)
-            if isinstance(value, Integral) or float(value).is_integer():
-                return int(value)
+            with suppress(OverflowError):       # where no real number is so large
+                if variable.kind == "real":
+                    return float(value)
+                if (isinstance(value, Integral) or float(value).is_integer()) and abs(value) <= LARGEST:
+                    return int(value)
         raise Error(f"{self.label}, &{variable.group} {variable.name}: expected {variable.range}, found {value!r}")
 
     def arrays(self) -> tuple[np.ndarray, bytes]:
         """The values as the core takes them: numbers, shape (variables,), and texts of 256 characters each."""
         numbers = np.array([0.0 if isinstance(value, str) else float(value) for value in self.values])
-        words = b"".join((os.fsencode(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH)
+        words = b"".join((text_bytes(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH)
                          for value in self.values)
         return numbers, words
 
@@ -209,11 +226,17 @@ class Case:
         return [*super().__dir__(), *names, *(f"{v.group}_{v.name}" for v in variables())]
 
     def __eq__(self, other: object) -> bool:
-        """Whether all values are equal, wherever they come from."""
-        return self.values == other.values if isinstance(other, Case) else NotImplemented
+        """Whether all values are equal and the names of profiles lead to the same files."""
+        if not isinstance(other, Case):
+            return NotImplemented
+        return self.values == other.values and self._places() == other._places()
 
     def __hash__(self) -> int:
-        return hash(self.values)
+        return hash((self.values, *self._places()))
+
+    def _places(self) -> list[str]:
+        """Where the profiles are, without links."""
+        return [os.path.realpath(file) for file in self.profile_files().values()]
 
     def _repr_html_(self) -> str:
         """The same with units and meanings, for a notebook."""

@@ -5,7 +5,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -35,6 +35,7 @@ UNITS: dict[str, tuple[str, float]] = {
 }
 
 COMMENT_MARKS = "#%!;*"
+SEPARATORS = ";", "\t", ",", ""          # the last one stands for blanks
 UNIT_IN_BRACKETS = re.compile(r"(.*?\S)\s*[\[(](.*)[\])]")
 
 
@@ -52,18 +53,19 @@ class Source:
 class Layout:
     """How a file is laid out."""
 
-    separator: str              # ',' ';' or '' for blanks
+    separator: str              # one of SEPARATORS
     names: list[str]
     units: list[str]            # '' where not given
-    start: int                  # of the numbers, in characters
+    start: int                  # of the numbers, in lines
 
 
 def read_columns(path: str | os.PathLike[str],
                  columns: str | os.PathLike[str] | Mapping[str, Any] | None = None) -> pd.DataFrame:
     """Read labelled columns in SI units; units in `attrs["units"]`.
 
-    Takes blank-, comma- or semicolon-separated numbers under a line of names, with comments (# % ! *), and units
-    in a line of their own below the names or in brackets behind each name.
+    Takes numbers separated by blanks, tabs, commas or semicolons under a line of names, with comments (# % ! *), and units
+    in a line of their own below the names or in brackets behind each name. An empty cell is NaN; where commas do not
+    separate the cells they are decimal commas.
 
     columns: how another code names ours, a mapping or a TOML file:
 
@@ -77,12 +79,9 @@ def read_columns(path: str | os.PathLike[str],
     import pandas as pd
 
     path = Path(path)
-    try:
-        content = path.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        raise Error(f"{path}: cannot be opened for reading") from None
-    layout = _find_layout(path, content)
-    table = _read_numbers(path, content[layout.start:], layout)
+    lines = read_text(path).split("\n")
+    layout = _find_layout(path, lines)
+    table = _read_numbers(path, lines, layout)
     sources = _sources(columns) if columns is not None else {name: Source(name) for name in layout.names}
     data, units = {}, {}
     for name, source in sources.items():
@@ -94,28 +93,41 @@ def read_columns(path: str | os.PathLike[str],
     return frame
 
 
-def _find_layout(path: Path, content: str) -> Layout:
-    """Names and units: lines above the numbers with as many words as there are numbers in a row."""
-    heading, start = [], 0
-    for match in re.finditer(r".*\n?", content):
-        line = match[0]
-        if _is_numbers(line):
-            break
-        heading.append(line)
-        start = match.end()
-    else:
+def read_text(path: Path) -> str:
+    """A text file of anybody's, with line feeds as the ends of lines; spreadsheets begin theirs with a mark of its order
+    of bytes."""
+    try:
+        return path.read_text(encoding="utf-8-sig", errors="replace")
+    except (OSError, ValueError):           # a name with a zero byte
+        raise Error(f"{path}: cannot be opened for reading") from None
+
+
+def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
+    """Names and units: lines above the numbers with as many words as there are cells in a row."""
+    start, separator = next(((k, mark) for k, line in enumerate(lines) if (mark := _separator(line)) is not None), (0, None))
+    if separator is None:
         raise Error(f"{path}: expected rows of numbers, found none")
-    separator = next((mark for mark in ";," if mark in line), "")
-    count = len(_words(line, separator))
-    rows = [words for line in heading if len(words := _heading_words(line, separator)) == count]
-    units = [""] * count
-    if rows and all(_plain_unit(word) in UNITS for word in rows[-1]):
-        units = [_plain_unit(word) for word in rows.pop()]
+    first = _cells(lines[start], separator)
+    count = len(first)
+    heading = {k: _heading_words(line, separator) for k, line in enumerate(lines[:start]) if re.search(r"\w", line)}
+    rows = [k for k, words in heading.items() if len(words) == count]
+    if not rows and not first[-1]:          # every row ends with a separator
+        count -= 1
+        rows = [k for k, words in heading.items() if len(words) == count]
+    units, below = [""]*count, start
+    if rows and any(heading[rows[-1]]) and all(_plain_unit(word) in (*UNITS, "") for word in heading[rows[-1]]):
+        below = rows.pop()
+        units = [_plain_unit(word) for word in heading[below]]
     if not rows:
         raise Error(f"{path}: expected a line with the names of {count} columns above the numbers, found none")
-    # Our own names are in the first line, others' in the last one above the numbers.
-    ours = len(_words(heading[0], separator)) == count and heading[0].lstrip()[0] not in COMMENT_MARKS
-    names = rows[0] if ours else rows[-1]
+    # Our header follows the names as comments; other codes' names may be a comment themselves.
+    at = next((k for k in reversed(rows) if not _is_comment(lines[k], separator)), rows[-1])
+    names = heading[at]
+    strange = [k for k in heading if at < k != below and not _is_comment(lines[k], separator)]
+    if _is_number(names[0], separator) or (len(rows) > 1 and any(_is_number(name, separator) for name in names)):
+        strange.insert(0, at)
+    if strange:
+        raise _wrong_row(path, strange[0], lines, count)
     for k, name in enumerate(names):
         found = UNIT_IN_BRACKETS.fullmatch(name)
         if found and _plain_unit(found[2]) in UNITS:
@@ -123,22 +135,36 @@ def _find_layout(path: Path, content: str) -> Layout:
     return Layout(separator, names, units, start)
 
 
-def _is_numbers(line: str) -> bool:
-    words = re.sub("[,;]", " ", line).split()
-    return len(words) > 1 and all(map(_is_number, words))
+def _separator(line: str) -> str | None:
+    """What separates the cells of a row of numbers; None of another line."""
+    for mark in SEPARATORS:
+        cells = _cells(line, mark)
+        if len(cells) > 1 and any(cells) and all(_is_number(cell, mark) for cell in cells if cell):
+            return mark
+    return None
 
 
-def _is_number(word: str) -> bool:
+def _is_number(word: str, separator: str) -> bool:
     try:
-        float(re.sub("[dD]", "e", word))
+        float(_plain_number(word, separator))
     except ValueError:
         return False
-    return True
+    return word.isascii() and "_" not in word
 
 
-def _words(line: str, separator: str) -> list[str]:
-    words = line.strip().rstrip(separator).split(separator) if separator else line.split()
-    return [word.strip().strip("\"'") for word in words]
+def _plain_number(words: str, separator: str) -> str:
+    """With Fortran's exponents and decimal commas as Python has them."""
+    words = words if separator == "," else words.replace(",", ".")
+    return re.sub("[dD]", "e", words) if "d" in words or "D" in words else words
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    return [cell.strip() for cell in line.split(separator)] if separator else line.split()
+
+
+def _is_comment(line: str, separator: str) -> bool:
+    mark = line.lstrip()[:1]
+    return mark != separator and mark in tuple(COMMENT_MARKS)
 
 
 def _heading_words(line: str, separator: str) -> list[str]:
@@ -146,7 +172,7 @@ def _heading_words(line: str, separator: str) -> list[str]:
     line = line.strip().lstrip(COMMENT_MARKS)
     if not separator:
         line = re.sub(r"(?<=[^\s\])])\s+(?=[\[(]\S*[\])])", "", line)
-    return _words(line, separator)
+    return [word.strip("\"'") for word in _cells(line.rstrip(separator or None), separator)]
 
 
 def _plain_unit(unit: str) -> str:
@@ -154,30 +180,38 @@ def _plain_unit(unit: str) -> str:
     return unit.strip("[]() ").replace("^", "").replace("²", "2").replace("·", ".").replace("*", ".")
 
 
-def _read_numbers(path: Path, body: str, layout: Layout) -> np.ndarray:
+def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarray:
     """All rows, shape (rows, columns)."""
-    if any(mark in body for mark in COMMENT_MARKS.replace(layout.separator or " ", "")):
-        body = "\n".join(line for line in body.splitlines() if line.lstrip()[:1] not in tuple(COMMENT_MARKS))
-    if layout.separator:
-        empty = re.compile(rf"(?<={layout.separator})[ \t]*(?={layout.separator})")     # an open contact
-        body = empty.sub("nan", body).replace(layout.separator, " ")
-    numbers = re.sub("[dD]", "e", body) if "d" in body or "D" in body else body
-    count = len(layout.names)
+    count, mark = len(layout.names), layout.separator
+    rows: dict[int, str] = {}
+    for k in range(layout.start, len(lines)):
+        line = lines[k]
+        if not line.strip() or _is_comment(line, mark):
+            continue
+        cells = _cells(line, mark)
+        if len(cells) == count + 1 and not cells[-1]:
+            cells.pop()
+        if len(cells) != count:
+            raise _wrong_row(path, k, lines, count)
+        rows[k] = " ".join(cell or "nan" for cell in cells) if mark else line
+    table = _numbers(rows.values(), mark)
+    if table.size != count*len(rows):
+        raise _wrong_row(path, next(k for k, row in rows.items() if _numbers([row], mark).size != count), lines, count)
+    return table.reshape(len(rows), count)
+
+
+def _numbers(rows: Iterable[str], separator: str) -> np.ndarray:
+    """The numbers of rows; none where there is something else."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)      # numpy's way of saying: not a number
         try:
-            table = np.fromstring(numbers, sep=" ")
+            return np.fromstring(_plain_number("\n".join(rows), separator), sep=" ")
         except (DeprecationWarning, ValueError):
-            table = np.empty(0)
-    rows = sum(1 for line in body.splitlines() if line.strip())
-    if table.size != count * rows:
-        raise Error(f"{path}: expected {count} numbers in every row, found '{_first_wrong(body, count)}'")
-    return table.reshape(rows, count)
+            return np.empty(0)
 
 
-def _first_wrong(body: str, count: int) -> str:
-    lines = (line for line in body.splitlines() if line.strip())
-    return next((line.strip()[:80] for line in lines if not _is_numbers(line) or len(line.split()) != count), "")
+def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:
+    return Error(f"{path}, line {k + 1}: expected {count} numbers, found '{lines[k].strip()[:80]}'")
 
 
 def _sources(columns: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Source]:
@@ -221,8 +255,11 @@ def _read_toml(path: Path) -> dict[str, Any]:
 def _find_column(path: Path, layout: Layout, column: str | int) -> int:
     if isinstance(column, int) and 1 <= column <= len(layout.names):
         return column - 1
+    if layout.names.count(str(column)) > 1:
+        raise Error(f"{path}: expected one column {column}, found {layout.names.count(str(column))}; a map may tell them apart "
+                    "by their numbers")
     if column in layout.names:
-        return layout.names.index(column)
+        return layout.names.index(str(column))
     raise Error(f"{path}: expected a column {column}, found {', '.join(layout.names)}")
 
 

@@ -34,11 +34,11 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from . import formulations
-from ._core import Error, check_written, side_by_side, usable_cores
-from .batch import Job, find_executable, find_namelists, inside, project_root, run_stale, shipped_inputs, with_values
+from ._core import Error, check_ending, check_written, side_by_side, usable_cores
+from .batch import Job, find_executable, find_namelists, inside, run_stale, shipped_inputs, with_values
 from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages, thin
 from .record import Record, read_record, write_frame
-from .style import SERIES, ldbench_style
+from .style import SERIES, ldbench_style, plain
 from .table import CONTACT_NAMES, CONTACTS
 
 # How quantities are shown: unit and factor from SI, by the beginning of the column's name.
@@ -94,6 +94,9 @@ def compare(records: Sequence[Record], align: str = "time") -> Comparison:
         raise Error(f"{records[0].file}: expected files that overlap in time, found no common rows")
     columns = tuple(column for column in records[0].columns
                     if column not in GIVEN and all(column in record.columns for record in records))
+    if not columns:
+        raise Error(f"{records[0].file}: expected a column besides time that all files have, found none; --columns TOML says "
+                    "how other codes name ours")
     values = tuple({column: np.interp(time, record.time - shift, record.values(column)) for column in columns}
                    for record, shift in zip(records, shifts, strict=True))
     return Comparison(time, tuple(records), shifts, columns, values)
@@ -183,7 +186,7 @@ def draw_overlay(ax: Axes, found: Comparison, column: str) -> None:
     unit, scale = shown(column)
     for k, (record, line) in enumerate(zip(found.records, itertools.cycle(SERIES), strict=False)):
         t, x = thin(found.time, scale*found.values[k][column])
-        ax.plot(t, x, label=record.name, **line.kwargs())
+        ax.plot(t, x, label=plain(record.name), **line.kwargs())
     label_y(ax, f"{column} [{unit}]")
 
 
@@ -191,7 +194,7 @@ def draw_difference(ax: Axes, found: Comparison, column: str) -> None:
     unit, scale = shown(column)
     for k, line in zip(range(1, len(found.records)), itertools.cycle(SERIES[1:]), strict=False):
         t, x = thin(found.time, scale*found.difference(k, column))
-        ax.plot(t, x, label=found.records[k].name, **line.kwargs())
+        ax.plot(t, x, label=plain(found.records[k].name), **line.kwargs())
     label_y(ax, f"Δ{column} [{unit}]")
     if all(np.isnan(found.difference(k, column)).all() for k in range(1, len(found.records))):
         ax.text(0.5, 0.5, "never in contact together", transform=ax.transAxes, ha="center", va="center",
@@ -222,7 +225,7 @@ def table_page(title: str, subtitle: str, header: Sequence[str], rows: Sequence[
         if i and i % 2 == 0:
             ax.axhspan(y - height/2, y + height/2, color="#F0F0F0", linewidth=0)
         for j, word in enumerate(row):
-            ax.text(edges[j] + 0.005 if j == 0 else edges[j + 1] - 0.005, y, word, ha="left" if j == 0 else "right",
+            ax.text(edges[j] + 0.005 if j == 0 else edges[j + 1] - 0.005, y, plain(word), ha="left" if j == 0 else "right",
                     va="center", fontsize=7, weight="bold" if i == 0 else "normal")
     ax.set(xlim=(0, 1), ylim=(0, 1))
     return figure
@@ -428,20 +431,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="PDF; the tables go beside it as CSV (%(default)s)")
     parser.add_argument("--align", choices=("time", "first-flange"), default="time",
                         help="lay equal times, or the first flange contacts, on each other (%(default)s)")
-    parser.add_argument("--columns", type=Path, metavar="TOML", help="how the other files name our columns")
+    parser.add_argument("--columns", type=Path, metavar="TOML",
+                        help="how the other files name our columns; files with our header need no map")
     parser.add_argument("--study", action="store_true", help="contact law against time step, all exercises")
     parser.add_argument("--formulations", action="store_true",
                         help="elastic contact against constraint equations, all exercises")
-    parser.add_argument("--outputs", type=Path, metavar="DIR", help="where the study and the formulations go (outputs)")
+    parser.add_argument("--outputs", type=Path, metavar="DIR",
+                        help="where the study and the formulations go (outputs, in this folder)")
     parser.add_argument("--jobs", type=side_by_side, default=usable_cores(), help="runs side by side (%(default)s)")
 
 
 def main(args: argparse.Namespace) -> int:
     if args.formulations:
-        root = project_root()
+        root = Path.cwd()
         made = formulations.make_comparison(root, shipped_inputs(root), args.outputs or root/"outputs", args.jobs)
     elif args.study:
-        root = project_root()
+        root = Path.cwd()
         made = make_study(root, shipped_inputs(root), args.outputs or root/"outputs", args.jobs)
     else:
         records = [read_record(file, args.columns if k else None) for k, file in enumerate(args.files)]
@@ -462,6 +467,7 @@ def make_comparison(records: Sequence[Record], target: Path, align: str = "time"
     check_written([target], read)
     tables = target.with_suffix(".csv")
     check_written([target, tables], read)
+    check_ending(target, "a document .pdf, beside which the tables go as .csv", ".pdf")
     found = compare(records, align)
     with ldbench_style(), tempfile.TemporaryDirectory() as scratch:
         part = Path(scratch)/"pages.pdf"

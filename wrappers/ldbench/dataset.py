@@ -8,7 +8,7 @@ import numpy as np
 
 from ._core import descriptions, needed
 from .members import EVENTS, OCCURRENCES, Batch, Coordinates, join, row_names
-from .run import _event_kinds
+from .run import event_kinds
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +57,7 @@ def to_dataset(batch: Batch, dims: Mapping[str, int], coordinates: Coordinates) 
         inner: tuple[str, ...] = ("row",) if name in of_rows else ()
         if name in EVENTS:
             inner = "kind", "occurrence"
-            coordinates["kind"] = ("kind",), np.array(_event_kinds()), {}
+            coordinates["kind"] = ("kind",), np.array(event_kinds()), {}
             coordinates["occurrence"] = ("occurrence",), np.arange(1, OCCURRENCES + 1), {}
         data[name] = ((*dims, *inner), array.reshape(shape + array.shape[1:]), _units(name, array, of_columns))
     return needed("xarray", "ensemble").Dataset(data, coordinates, MARK)

@@ -30,20 +30,23 @@ if TYPE_CHECKING:
 __all__ = ["draws", "ensemble"]
 
 
-def parse_values(setting: str) -> tuple[str, list[Value]]:
-    """mass=1,2,4 or mass=1:4:7 or mass=1:4 as a name and values."""
+def parse_values(setting: str, drawn: bool = False) -> tuple[str, list[Value]]:
+    """mass=1,2,4 or mass=1:4:7 as a name and values; where values are drawn, mass=1:4 as a name and the ends of a range."""
     name, words = setting.partition("=")[::2]
+    if drawn != bool(re.fullmatch("[^:,]+:[^:,]+", words)):
+        raise Error(f"expected a range name=1:4 after --over with -n, found {setting}" if drawn else
+                    f"expected name=1,2,4 or name=1:4:7 after --over, or a range with -n, found {setting}")
     try:
         if found := re.fullmatch(r"([^:]+):([^:]+):(\d{1,9})", words):
             low, high = float(found[1]), float(found[2])
             if not np.isfinite([low, high]).all():
                 raise ValueError
             return name, np.linspace(low, high, int(found[3])).tolist()
-        if ":" in words and not re.fullmatch("[^:,]+:[^:,]+", words):
+        if ":" in words and not drawn:
             raise ValueError
         return name, [parse_setting(f"{name}={word}")[1] for word in re.split("[,:]", words)]
     except ValueError:
-        raise Error(f"expected name=1,2,4 or name=1:4:7 or name=1:4 after --over, found {setting}") from None
+        raise Error(f"expected name=1,2,4 or name=1:4:7 after --over, found {setting}") from None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,7 +77,7 @@ def main(args: argparse.Namespace) -> int:
         raise Error("ensemble: expected a namelist file and --over, or --demo")
     case = Case.from_namelist(args.namelist).replace(**dict(map(parse_setting, args.set)))
     over: dict[str, list[Value]] = {}
-    for name, values in map(parse_values, args.over):
+    for name, values in (parse_values(setting, args.n is not None) for setting in args.over):
         if find_variable(name) in map(find_variable, over):
             raise Error(f"ensemble: expected every variable once after --over, found {name} again")
         over[name] = values
@@ -84,6 +87,9 @@ def main(args: argparse.Namespace) -> int:
     print(outcome(dataset))
     if args.store:
         print(f"{args.store}: xarray.open_zarr reads it")
+    if (dataset.error != "").all():
+        raise Error(f"ensemble: expected a run that succeeds, found {dataset.error.size} that failed, the first one with: "
+                    f"{dataset.error.values.flat[0]}")
     return 0
 
 

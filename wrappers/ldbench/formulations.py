@@ -1,7 +1,8 @@
 """Elastic contact or constraint equations: what the choice does to every result of the benchmark.
 
 All exercises run with elastic contact, with both wheels held on their rails (bilateral), and with rigid contacts
-that only push (unilateral), for several restitutions. `compare --formulations` is the command.
+that only push (unilateral), for several restitutions. `compare --formulations` is the command; in a report the elastic
+runs are those of the submitted column files.
 """
 from __future__ import annotations
 
@@ -19,16 +20,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from tqdm import tqdm
 
-from . import _flat
+from . import _flat, record
 from ._core import Progress, complete
 from .batch import find_namelists, hashes, is_up_to_date, write_stamp
 from .case import Case
 from .plots import KN, MM, Part, bind, label_x, label_y, new_page, save_pages
 from .pools import in_threads
-from .record import PAIRS, write_frame
-from .run import Run, run
+from .record import PAIRS, Record, energy_reference, write_frame
+from .run import run
 from .style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
 from .table import ContactTable
+from .view.page import run_record
 
 FORMULATIONS: dict[str, dict[str, Any]] = {
     "elastic": {},
@@ -40,7 +42,7 @@ FORMULATIONS: dict[str, dict[str, Any]] = {
 LINES = dict(zip(FORMULATIONS, (
     Line(BLUE, width=1.4), Line(RED, DASHED, 1.2), Line(GREEN, DASH_DOT), Line(ORANGE, DOTTED, 1.3), Line(PURPLE, width=0.8)),
     strict=True))
-LONG_INTERVAL = 5e-3        # between rows of exercise 5 [s]
+LONG_INTERVAL = 5e-3        # between rows of rigid contacts in exercise 5 [s]
 LONG_STEP = 1e-3            # of rigid contacts there [s]: six digits are those of a quarter of it, where impacts lose energy
 TURNED = 0.02               # roll that lifts the other wheel [rad]
 
@@ -83,10 +85,12 @@ class Outcome:
 
 # Runs -------------------------------------------------------------------------------------
 
-def outcomes(inputs: Path, jobs: int, done: Callable[[], object] = lambda: None) -> list[Outcome]:
-    """Run every exercise in every formulation; `done` is called after each run."""
+def outcomes(inputs: Path, jobs: int, done: Callable[[], object] = lambda: None,
+             submitted: Sequence[Record] = ()) -> list[Outcome]:
+    """Run every exercise in every formulation; `done` is called after each run. An elastic run whose column file is
+    submitted is not done again: its steps end at its rows, and with other rows exercise 5 derails at another load."""
     cases = [Case.from_namelist(file) for file in find_namelists(inputs)]
-    cases = [case.replace(interval=LONG_INTERVAL) if case.stop_at == "derailment" else case for case in cases]
+    known = {record.name: record for record in submitted}
     tables: dict[str, ContactTable] = {}
 
     def tabled(case: Case) -> ContactTable:
@@ -97,10 +101,11 @@ def outcomes(inputs: Path, jobs: int, done: Callable[[], object] = lambda: None)
 
     def work(task: tuple[Case, str], tell: Progress) -> Outcome:
         case, name = task
-        changed = case.replace(**FORMULATIONS[name])
-        if case.stop_at == "derailment" and name != "elastic":
-            changed = changed.replace(dt=LONG_STEP)
-        return outcome(run(changed, tell, tabled(case) if name == "elastic" else None), name)
+        if name == "elastic":
+            return outcome(known[case.case_name] if case.case_name in known else run_record(run(case, tell, tabled(case))), name)
+        if case.stop_at == "derailment":
+            case = case.replace(interval=LONG_INTERVAL, dt=LONG_STEP)
+        return outcome(run_record(run(case.replace(**FORMULATIONS[name]), tell)), name)
 
     def keep(task: tuple[Case, str], found: Outcome) -> None:
         results[task] = found
@@ -109,74 +114,72 @@ def outcomes(inputs: Path, jobs: int, done: Callable[[], object] = lambda: None)
     todo = [(case, name) for case in cases for name in FORMULATIONS]
     results: dict[tuple[Case, str], Outcome] = {}
     for case in cases:
-        tabled(case)
+        if case.case_name not in known:
+            tabled(case)
     in_threads(work, sorted(todo, key=lambda task: -task[0].t_end), jobs, keep)     # the longest first
     return [results[task] for task in todo]
 
 
-def outcome(done: Run, name: str) -> Outcome:
+def outcome(record: Record, name: str) -> Outcome:
     """The results of a run and what its pages show."""
-    c, summary = done.columns, done.summary
+    c = record.columns
     first: dict[str, float] = {}
     force: dict[str, float] = {}
-    for event in done.events:
-        first.setdefault(event.kind, event.t)
+    for event in record.events:
+        first.setdefault(event.kind, event.time)
         force.setdefault(event.kind, event.force)
-    returned = summary["returned"]
+    returned, derailed = "return" in record.ending, "derailment" in first
     rigid = "P_LF" in c
     t = c.time.to_numpy()
     pushed = np.concatenate([[0.0], np.cumsum(np.diff(t)*(c.N_LF.to_numpy()[1:] + c.N_LF.to_numpy()[:-1])/2)])
     blows = c.P_LF.to_numpy() if rigid else np.zeros(len(t))
-    ramp = done.case.lateral_ramp != 0
+    ramp = record.number("loading", "lateral_ramp") != 0
     left = t <= first.get("right flange contact", np.inf)
     results = {
         "t_LF": first.get("left flange contact", np.nan),
-        "Y_max": float(c.Y.max()) if not (ramp or summary["derailed"]) else np.nan,
-        "climb": float(c.Z[left].max()) if not (ramp or summary["derailed"]) else np.nan,
-        "impulse": first_impulse(done, pushed + blows),
-        "N_max": float(summary["peak_N_LF"]) or np.nan,
-        "P_max": float(summary["peak_P_LF"]) or np.nan,
+        "Y_max": float(c.Y.max()) if not (ramp or derailed) else np.nan,
+        "climb": float(c.Z[left].max()) if not (ramp or derailed) else np.nan,
+        "impulse": np.nan if ramp else first_impulse(record, pushed + blows),
+        "N_max": record.peaks.get("LF", (0.0,))[0] or np.nan,
+        "P_max": record.blows.get("LF", (0.0,))[0] or np.nan,
         "t_RF": first.get("right flange contact", np.nan),
         "t_return": t[-1] if returned else np.nan,
-        "lift_offs": summary["n_left_wheel_lift_off"] + summary["n_right_wheel_lift_off"],
+        "lift_offs": sum(record.counts.get(f"{side} wheel lift-off", 0) for side in ("left", "right")),
         "lost": round(float(c.E_lost.iloc[-1]), 6) + 0.0 if rigid else 0.0,
         "t_derailment": first.get("derailment", np.nan),
         "F_derailment": force.get("derailment", np.nan) if ramp else np.nan,
         "F_pulls": force.get("rail pulls", np.nan) if ramp else np.nan,
     }
-    reference = summary["kinetic_energy"] or float(np.abs(c.W_ext).max())
     keep = np.unique(np.linspace(0, len(t) - 1, 2500).astype(int))
     kinetic = (c.KE_lat + c.KE_vert + c.KE_roll).to_numpy()
     curves = {"t": t, "Y": c.Y.to_numpy(), "Z": c.Z.to_numpy(), "pushed": pushed + blows, "kinetic": kinetic,
               "roll": c.roll.to_numpy(), "F": c.F_ext.to_numpy()}
-    return Outcome(done.case.case_name, name, {key: float(x) for key, x in results.items()}, why(done),
-                   float(summary["drift"])/reference, {key: x[keep].tolist() for key, x in curves.items()})
+    return Outcome(record.name, name, {key: float(x) for key, x in results.items()}, why(record),
+                   record.drift/(energy_reference(record) or np.nan), {key: x[keep].tolist() for key, x in curves.items()})
 
 
-def first_impulse(done: Run, total: np.ndarray) -> float:
+def first_impulse(record: Record, total: np.ndarray) -> float:
     """What the left flange has transmitted until the wheelset moves to the right [N s]."""
-    c = done.columns
-    hit = next((event.t for event in done.events if event.kind == "left flange contact"), None)
-    if hit is None or done.case.lateral_ramp != 0:
-        return np.nan
-    back = np.flatnonzero((c.time.to_numpy() > hit) & (c.vY.to_numpy() < 0))
+    hit = record.first("left flange contact")
+    back = np.flatnonzero((record.time > hit.time) & (record.values("vY") < 0)) if hit else np.empty(0, int)
     return float(total[back[0]]) if back.size else np.nan
 
 
-def why(done: Run) -> str:
+def why(record: Record) -> str:
     """How the run ended; of a derailment, whether over the flange or overturning."""
-    if not done.summary["derailed"]:
-        return {"return to the centre after both flanges": "returns"}.get(done.summary["end"], "does not derail")
+    derailment = record.first("derailment")
+    if not derailment:
+        return {"return to the centre after both flanges": "returns"}.get(record.ending, "does not derail")
     # How the flange came over the rail says it; on the crown both wheels may stand on their rails again.
-    derailment = next(event for event in done.events if event.kind == "derailment")
-    over = [event.t for event in done.events if event.kind.endswith("over rail") and event.t <= derailment.t]
-    end = done.columns.iloc[min(done.columns.time.searchsorted(max(over, default=derailment.t)), len(done.columns) - 1)]
+    over = [event.time for event in record.events if event.kind.endswith("over rail") and event.time <= derailment.time]
+    c = record.columns
+    end = c.iloc[min(c.time.searchsorted(max(over, default=derailment.time)), len(c) - 1)]
     side = np.sign(end.Y)
     words = f"derails over the {'left' if side > 0 else 'right'} rail: "
     if side*end.roll < -TURNED:
         return words + "overturns"
     other = ("N_RT", "N_RF") if side > 0 else ("N_LT", "N_LF")
-    if done.case.formulation == "bilateral" or any(end[name] != 0 for name in other):
+    if record.formulation == "bilateral" or any(end[name] != 0 for name in other):
         return words + "rolls over the flange"
     return words + "jumps"
 
@@ -399,18 +402,20 @@ def sources(inputs: Path, root: Path) -> dict[str, str]:
     files = find_namelists(inputs)
     cases = [Case.from_namelist(file) for file in files]
     profiles = {Path(file) for case in cases for file in case.profile_files().values()}
-    return hashes([*files, *sorted(profiles), Path(__file__), Path(_flat.__file__)], root)
+    return hashes([*files, *sorted(profiles), Path(__file__), Path(record.__file__), Path(_flat.__file__)], root)
 
 
-def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Outcome]:
-    """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`."""
+def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False,
+                  submitted: Callable[[], Sequence[Record]] = tuple) -> list[Outcome]:
+    """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`; `submitted` reads
+    the column files of elastic runs."""
     kept = outputs/"formulations.json"
     depends = sources(inputs, root)
     if not force and is_up_to_date(kept, depends):
         return [Outcome(**o) for o in json.loads(kept.read_text())]
     outputs.mkdir(parents=True, exist_ok=True)
     with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
-        found = outcomes(inputs, jobs, bar.update)
+        found = outcomes(inputs, jobs, bar.update, submitted())
     with complete(kept) as scratch:
         scratch.write_text(json.dumps([asdict(o) for o in found]))
     write_stamp(kept, depends)

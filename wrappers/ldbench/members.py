@@ -14,7 +14,7 @@ import numpy as np
 from . import _flat
 from ._core import Error, Progress, descriptions, digest
 from .case import Case, Value, Variable, find_variable, variables
-from .run import Event, Run, _event_kinds, run
+from .run import Event, Run, event_kinds, run
 from .table import FREE_GROUPS, FREE_NAMES, ContactTable
 
 Record = dict[str, Any]              # what is kept of a run, by name; of one that failed its `error` alone
@@ -267,7 +267,7 @@ def record(done: Run, wanted: Wanted) -> Record:
 
 def _event_tables(events: Iterable[Event]) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and lateral forces [N], shape (kind, occurrence)."""
-    kinds = _event_kinds()
+    kinds = event_kinds()
     times, forces = np.full((2, len(kinds), OCCURRENCES), np.nan)
     counts = dict.fromkeys(kinds, 0)
     for event in events:

@@ -61,7 +61,9 @@ def find_profile(record: Record, which: str, right: bool = False) -> Path | None
     if right:
         name = record.setting("profiles", f"{which}_profile_right") or name
     folders = (Path(), record.file.parent, record.file.parent.parent, data_folder())
-    return next((folder/str(name) for folder in folders if (folder/str(name)).is_file()), None) if name else None
+    with suppress(OSError):             # a name that no file can have
+        return next((folder/str(name) for folder in folders if (folder/str(name)).is_file()), None) if name else None
+    return None
 
 
 def section(record: Record) -> Section | None:
@@ -82,9 +84,8 @@ def side_section(record: Record, right: bool = False) -> tuple[np.ndarray, np.nd
         rail, wheel = read_profile(rail_file, "rail", files), read_profile(wheel_file, "wheel", files)
     except Error:
         return None
-    rail = place_rail(rail, float(record.setting("track", "gauge")),
-                      float(record.setting("track", "gauge_depth")))
-    wheel = wheel + [float(record.setting("wheelset", "back_to_back"))/2, 0.0]
+    rail = place_rail(rail, record.number("track", "gauge"), record.number("track", "gauge_depth"))
+    wheel = wheel + [record.number("wheelset", "back_to_back")/2, 0.0]
     tread, side = ("RT", -1) if right else ("LT", 1)
     touching = np.flatnonzero(~np.isnan(record.values(f"y_{tread}")))
     if not touching.size:
@@ -106,6 +107,8 @@ def place_rail(points: np.ndarray, gauge: float, depth: float) -> np.ndarray:
     points = points - [0.0, points[:, 1].max()]
     above = points[:, 1] > -depth
     i = np.flatnonzero(above[1:] != above[:-1])
+    if not i.size:
+        raise Error(f"expected a rail with points {1e3*depth:g} mm below its top, &track gauge_depth, found none")
     share = (-depth - points[i, 1])/(points[i + 1, 1] - points[i, 1])
     gauge_side = (points[i, 0] + share*(points[i + 1, 0] - points[i, 0])).min()
     return points + [gauge/2 - gauge_side, 0.0]

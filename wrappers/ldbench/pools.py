@@ -36,6 +36,7 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
         if stop.is_set():
             raise Error("stopped")
 
+    workers = max(1, min(workers, len(tasks)))
     look_for_memory(workers)
     with ThreadPoolExecutor(workers) as pool:
         try:
@@ -115,9 +116,9 @@ def serve(asked: Connection, parent: int) -> None:
 
 
 @contextmanager
-def processes(jobs: int | None) -> Iterator[Processes]:
-    """So many processes, or one per core, that take work."""
-    number = jobs or usable_cores()
+def processes(jobs: int | None, tasks: int) -> Iterator[Processes]:
+    """So many processes, or one per core, that take work; no more than there are tasks."""
+    number = max(1, min(jobs or usable_cores(), tasks))
     look_for_memory(number)     # the threads that ask them
     pool = Processes(number)
     try:

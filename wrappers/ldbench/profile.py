@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import _flat
-from ._core import Error, check, check_written, complete, descriptions, look_for_memory, own, path_bytes, text
+from ._core import Error, Handle, check, check_written, complete, descriptions, look_for_memory, path_bytes, text, text_bytes
 from .case import Case
 from .run import parse_setting
 from .table import located
@@ -97,19 +97,15 @@ def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = 0.0
     smoothing [mm], flip and unit as in &profiles of a namelist, gauge_depth [m]. Raises Error as a run would.
     """
     look_for_memory()
-    handle, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, flip, unit, gauge_depth)
+    address, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, text_bytes(flip), text_bytes(unit),
+                                            gauge_depth)
     check(*error)
-    owner = _Handle()
-    own(owner, _flat.free_profile, handle)
+    handle = Handle(_flat.free_profile, address)
     sizes, numbers, *listing = _flat.profile_facts(handle)
     checksum, taken, mended, names = text(*listing).split("\n")
     points, rough, smooth = _flat.profile_curves(handle, *map(int, sizes[1:]))
     return Profile(os.fspath(path), KINDS[sizes[0]], smoothing, checksum, taken, mended, points.T, Stations(*rough),
                    Stations(*smooth), float(numbers[0]), dict(zip(names.split(), numbers[1:].tolist(), strict=True)))
-
-
-class _Handle:
-    """Owns something of the core."""
 
 
 @dataclass(frozen=True)
@@ -141,10 +137,9 @@ class Pair:
 def pair(case: Case) -> Pair:
     """The rigid geometry of a case's profiles."""
     look_for_memory()
-    handle, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
+    address, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
     check(message, length, case.label)
-    owner = _Handle()
-    own(owner, _flat.free_prepared, handle)
+    handle = Handle(_flat.free_prepared, address)
     (left, n_left), zones_left = _flat.rigid_numbers(handle, 1)
     (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
     zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}
@@ -233,11 +228,13 @@ def write_lines(figure: Figure, profiles: list[Profile], found: Pair | None) -> 
     """The numbers, in a column on the right."""
     import textwrap
 
+    from .style import plain
+
     blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
     wrapped = []
     for block in blocks:
         wrapped += [line for entry in block for line in textwrap.wrap(entry, 52, subsequent_indent="  ")] + [""]
-    figure.text(0.752, 0.905, "\n".join(wrapped), fontsize=6.5, va="top", linespacing=1.45)
+    figure.text(0.752, 0.905, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45)
 
 
 def save(figure: Figure, target: Path) -> None:

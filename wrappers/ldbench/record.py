@@ -5,9 +5,10 @@ A file without our header, another code's submission, has the columns only.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from ._core import Error, complete
+from .case import variables
 from .columns import read_columns
 from .pools import processes
 from .table import CONTACT_NAMES, CONTACTS
@@ -62,7 +64,10 @@ class Record:
 
     @cached_property
     def time(self) -> np.ndarray:
-        return self.values("time")
+        time = self.values("time")
+        if not (np.isfinite(time).all() and np.all(np.diff(time) >= 0)):
+            raise Error(f"{self.file}: expected rows with ascending times, found others")
+        return time
 
     def values(self, column: str) -> np.ndarray:
         if column not in self.columns:
@@ -89,6 +94,13 @@ class Record:
         """A number or a word of a namelist; None where the file does not say."""
         return self.settings.get(group, {}).get(name)
 
+    def number(self, group: str, name: str) -> float:
+        """A number of a namelist."""
+        value = self.setting(group, name)
+        if isinstance(value, str | None):
+            raise Error(f"{self.file}: expected a number for &{group} {name} in the header, found {value or 'none'}")
+        return float(value)
+
     def first(self, kind: str) -> Event | None:
         return next((event for event in self.events if event.kind == kind), None)
 
@@ -109,34 +121,49 @@ class Record:
 
 
 def read_record(path: str | PathLike[str], columns: str | PathLike[str] | None = None) -> Record:
-    """Read a column file; `columns` is the map of another code's names, see read_columns.  A file
-    without our header is named after itself."""
+    """Read a column file.  `columns` is the map of another code's names, see read_columns: it is for a file without our
+    header, which is named after itself."""
     path = Path(path)
-    table = read_columns(path, columns)
-    return Record(**{"file": path, "columns": table, "name": path.stem} | parse_header(header_lines(path)))
+    facts = read_header(path)
+    table = read_columns(path, None if facts["settings"] else columns)
+    return Record(**{"file": path, "columns": table, "name": path.stem} | facts)
 
 
 def read_records(files: Sequence[Path], jobs: int | None = None) -> list[Record]:
     """Column files, read by several processes, the longest first."""
     order = sorted(range(len(files)), key=lambda k: -files[k].stat().st_size)
-    with processes(jobs) as pool:
+    with processes(jobs, len(files)) as pool:
         found = dict(zip(order, pool.map(read_record, [files[k] for k in order]), strict=True))
     return [found[k] for k in range(len(files))]
 
 
-def header_lines(path: Path) -> list[str]:
-    """The comment lines before the numbers, without their mark."""
+def read_header(path: Path) -> dict[str, Any]:
+    """Keyword arguments of Record from the comment lines before the numbers; `settings` is empty without our header."""
     lines = []
-    with open(path, encoding="utf-8", errors="replace") as file:
-        for k, line in enumerate(file):
-            if line.startswith("#"):
-                lines.append(line[1:].removeprefix(" ").rstrip())
-            elif k > 0:
-                break
-    return lines
+    try:
+        with open(path, encoding="utf-8-sig", errors="replace") as file:
+            for k, line in enumerate(file):
+                if line.startswith("#"):
+                    lines.append(line[1:].removeprefix(" ").rstrip())
+                elif k > 0:
+                    break
+    except (OSError, ValueError):           # a name with a zero byte
+        raise Error(f"{path}: cannot be opened for reading") from None
+    try:
+        return parse_header(lines)
+    except Error as error:
+        raise Error(f"{path}, header: {error}") from None
 
 
-def parse_header(lines: list[str]) -> dict[str, Any]:
+def number(word: str) -> float:
+    """A number of the header, which is finite."""
+    with suppress(ValueError):
+        if np.isfinite(x := float(word)):
+            return x
+    raise Error(f"expected a number, found '{word}'")
+
+
+def parse_header(lines: Iterable[str]) -> dict[str, Any]:
     """Keyword arguments of Record from the header's lines."""
     facts: dict[str, Any] = {}
     settings: dict[str, dict[str, Setting]] = {}
@@ -148,12 +175,13 @@ def parse_header(lines: list[str]) -> dict[str, Any]:
             group = line[1:].strip()
         elif found := re.match(r"  t = (\S+) s  ([^,]+)(?:, lateral force (\S+) kN)?"
                                r"(?:, impulses \[N s\]([^,]*), energy lost \[J\] (\S+))?", line):
-            impulses = {c: float(x) for c, x in re.findall(r"(\w\w) (\S+)", found[4] or "")}
-            events.append(Event(float(found[1]), found[2], 1e3*float(found[3] or "nan"), impulses, float(found[5] or 0)))
+            impulses = {c: number(x) for c, x in re.findall(r"(\w\w) (\S+)", found[4] or "")}
+            force = 1e3*number(found[3]) if found[3] else np.nan
+            events.append(Event(number(found[1]), found[2], force, impulses, number(found[5] or "0")))
         elif found := re.match(r"  (\w+) = (.*?)(?:  ! .*)?$", line):
-            settings.setdefault(group, {})[found[1]] = setting_value(found[2])
+            settings.setdefault(group, {})[found[1]] = setting_value(group, found[1], found[2])
         elif line.startswith("  in all: "):
-            facts["counts"] = {kind: int(n) for n, kind in re.findall(r"(\d+) ([^,]+)", line)}
+            facts["counts"] = {kind: int(number(n)) for n, kind in re.findall(r"(\d+) ([^,]+)", line)}
         elif found := re.match(r"ldbench (\S+)$", line):
             facts["version"] = found[1]
         elif found := re.match(r"case ([^:]*): (.*)", line):
@@ -162,42 +190,51 @@ def parse_header(lines: list[str]) -> dict[str, Any]:
             profiles[found[1]] = found[2]
             facts["reconstruction"] = facts.get("reconstruction", False) or bool(found[3])
         elif found := re.match(r"rigid-axle clearance \[mm\]: 2 x (\S+)", line):
-            facts["clearance"] = facts["clearance_right"] = 1e-3*float(found[1])
+            facts["clearance"] = facts["clearance_right"] = 1e-3*number(found[1])
         elif found := re.match(r"rigid-axle clearance \[mm\]: left (\S+), right (\S+)", line):
-            facts["clearance"], facts["clearance_right"] = 1e-3*float(found[1]), 1e-3*float(found[2])
+            facts["clearance"], facts["clearance_right"] = 1e-3*number(found[1]), 1e-3*number(found[2])
         elif found := re.match(r"(?:\w+ )?contact table: model \w+, (.*) points$", line):
             facts.setdefault("table_points", found[1])
         elif line.startswith("its error, rms (largest)"):
-            facts.setdefault("table_errors", {place: (float(rms), float(largest)) for place, rms, largest in
+            facts.setdefault("table_errors", {place: (number(rms), number(largest)) for place, rms, largest in
                                               re.findall(r"(\w+(?: \w+)?) (\S+) \((\S+)\)", line.partition(":")[2])})
         elif found := re.match(r"roll at equilibrium \[rad\]: (\S+)", line):
-            facts["axle_roll"] = float(found[1])
+            facts["axle_roll"] = number(found[1])
         elif found := re.match(r"axle height at equilibrium \[m\]: (\S+)", line):
-            facts["axle_height"] = float(found[1])
+            facts["axle_height"] = number(found[1])
         elif line.startswith("peak normal forces"):
-            facts["peaks"] = {contact: (1e3*float(N), float(t)) for contact, N, t in
+            facts["peaks"] = {contact: (1e3*number(N), number(t)) for contact, N, t in
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
         elif line.startswith("largest impulses"):
-            facts["blows"] = {contact: (float(P), float(t)) for contact, P, t in
+            facts["blows"] = {contact: (number(P), number(t)) for contact, P, t in
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
         elif found := re.match(r"energy drift, largest \[J\]: +([^ ,]+)", line):
-            facts["drift"] = float(found[1])
+            facts["drift"] = number(found[1])
         elif found := re.match(r"steps: (\d+) of at most (\S+) s", line):
-            facts["steps"], facts["step"] = int(found[1]), float(found[2])
+            facts["steps"], facts["step"] = int(number(found[1])), number(found[2])
         elif found := re.match(r"ended at t = \S+ s: (.*)", line):
             facts["ending"] = found[1]
     facts.update(settings=settings, profiles=profiles, events=tuple(events))
     return facts
 
 
-def setting_value(word: str) -> Setting:
+@cache
+def kinds() -> dict[tuple[str, str], str]:
+    """Of the variables of a namelist."""
+    return {(variable.group, variable.name): variable.kind for variable in variables()}
+
+
+def setting_value(group: str, name: str, word: str) -> Setting:
+    """A text without its quotes, or a number; of a variable that this version does not know, whichever it is."""
     word = word.strip()
-    if word.startswith("'"):
+    kind = kinds().get((group, name), "")
+    if kind == "text" or word.startswith("'"):
         return word.strip("'")
-    try:
+    if kind:
+        return number(word)
+    with suppress(ValueError):
         return float(word)
-    except ValueError:
-        return word
+    return word
 
 
 def energy_reference(record: Record) -> float:
@@ -237,8 +274,8 @@ def summary_row(record: Record) -> dict[str, Any]:
     for side in ("left", "right"):
         row[f"{side}_flange_contacts"] = record.counts.get(f"{side} flange contact")
         row[f"{side}_lift_offs"] = record.counts.get(f"{side} wheel lift-off")
-    row |= {"E_reference": reference, "E_drift_max": record.drift, "E_drift_relative": record.drift/reference}
-    return row
+    return row | {"E_reference": reference, "E_drift_max": record.drift,
+                  "E_drift_relative": record.drift/(reference or np.nan)}
 
 
 def write_frame(frame: pd.DataFrame, target: Path) -> None:

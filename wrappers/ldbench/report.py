@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import pandas as pd
@@ -29,7 +29,6 @@ from .batch import (
     hashes,
     inside,
     is_up_to_date,
-    project_root,
     run_stale,
     shipped_inputs,
     stamped,
@@ -43,14 +42,15 @@ UNITS = {"t": "s", "dt": "s", "F": "N", "N": "N", "Y": "m", "Z": "m", "roll": "r
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--outputs", type=Path, metavar="DIR", help="where everything goes (outputs)")
-    parser.add_argument("--inputs", type=Path, metavar="DIR", help="namelists ex*.nml (inputs)")
+    parser.add_argument("--outputs", type=Path, metavar="DIR", help="where everything goes (outputs, in this folder)")
+    parser.add_argument("--inputs", type=Path, metavar="DIR",
+                        help="namelists exN_PAIR.nml (inputs in this folder, or those shipped)")
     parser.add_argument("--jobs", type=side_by_side, default=usable_cores(), help="runs side by side (%(default)s)")
     parser.add_argument("--force", action="store_true", help="make everything again")
 
 
 def main(args: argparse.Namespace) -> int:
-    root = project_root()
+    root = Path.cwd()
     made = make_report(root, args.inputs or shipped_inputs(root), args.outputs or root/"outputs", args.jobs, args.force)
     for file in made:
         print(f"{inside(file, Path.cwd())}  {file.stat().st_size/1e6:.2f} MB")
@@ -79,8 +79,9 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         run_stale(rebuild, executable, jobs, True, tell)
         run_stale([job for job in shapes if job not in rebuild], executable, jobs, force, tell)
         run_stale(cases, executable, jobs, force, tell, stale)
-        found = formulations.kept_outcomes(root, inputs, outputs, jobs, force)
         files = [job.product for job in cases]
+        submitted = cache(partial(read_records, files, jobs))
+        found = formulations.kept_outcomes(root, inputs, outputs, jobs, force, submitted)
         geometry = [job.product for job in shapes]
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
@@ -98,7 +99,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         depends = {product: {name: x for file in some for name, x in known[file].items()}
                    for product, some in sources.items()}
         due = [product for product in products if force or not is_up_to_date(product, depends[product])]
-        records = read_records(files, jobs) if due else []
+        records = submitted() if due else []
 
         def make(product: Path, parts: int, work: Callable[[], object] | None) -> None:
             if work and product in due:

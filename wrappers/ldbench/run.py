@@ -1,11 +1,12 @@
 """Run a case: integrate the wheelset's motion, write the column file, print the summary.
 
-The column file is the executable's, byte by byte.
+The column file is the executable's, byte by byte. A case that --set changes, other than in &output, needs a file of its
+own: by --output, or by another name where the namelist names no file.
 
 examples:
   python -m ldbench run inputs/ex1_aw.nml
   python -m ldbench run inputs/ex1_aw.nml --set dt=1e-5 --set order=2 --output coarse.txt
-  python -m ldbench run inputs/ex3_sw.nml --set contact_model=hertz name=ex3_hertz
+  python -m ldbench run inputs/ex3_sw.nml --set contact_model=hertz --output outputs/ex3_sw_hertz.txt
 """
 from __future__ import annotations
 
@@ -18,7 +19,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from . import _flat
-from ._core import DEFAULT_FOLDER, Error, Progress, Shared, check, descriptions, look_for_memory, own, path_bytes, text, watched
+from ._core import (
+    DEFAULT_FOLDER,
+    Error,
+    Handle,
+    Progress,
+    Shared,
+    check,
+    descriptions,
+    look_for_memory,
+    path_bytes,
+    text,
+    watched,
+)
 from .case import Case, Value, find_variable, variables
 from .notebook import html_table
 from .table import CONTACT_NAMES, CONTACTS, ContactTable
@@ -39,22 +52,44 @@ class Event(NamedTuple):
     loss: float         # energy lost in it [J]
 
 
-def _event_kinds() -> list[str]:
+def event_kinds() -> list[str]:
     return descriptions()[4:-1]
+
+
+def count_name(kind: str) -> str:
+    """Of the number of events of a kind in a summary."""
+    return "n_" + re.sub("[ -]", "_", kind)
 
 
 class Run:
     """A finished run."""
 
-    def __init__(self, table: ContactTable, handle: int) -> None:
+    def __init__(self, table: ContactTable, handle: Handle) -> None:
         self.case: Case = table.case
-        self.table = table          # serves further runs: run(case.replace(vY=0.2), table=run.table)
-        self._handle = own(self, _flat.free_run, handle)
+        vars(self).update(table=table, _handle=handle)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The results; the rest is made again from the case where it is asked for."""
+        return {name: getattr(self, name) for name in ("case", "_results", "summary", "text")}
+
+    @functools.cached_property
+    def table(self) -> ContactTable:
+        """The contact table, which serves further runs: run(case.replace(vY=0.2), table=run.table). A run that came from
+        another process, or is a copy, loads or builds it when it is first used."""
+        return ContactTable(self.case)
+
+    @functools.cached_property
+    def _handle(self) -> Handle:
+        """The run in the core. One that came from another process is done again, once, to write its file."""
+        again = run(self.case, table=self.table)
+        if not np.array_equal(again._results[0], self._results[0], equal_nan=True):
+            raise Error(f"{self.case.label}: expected the profiles and the program that made the run, found others")
+        return again._handle
 
     @functools.cached_property
     def _results(self) -> tuple[np.ndarray, list[Event]]:
         """Rows of the columns, shape (columns, rows), and events."""
-        kinds = _event_kinds()
+        kinds = event_kinds()
         rows, t, kind, force, impulses, loss = _flat.run_results(self._handle, *_flat.run_size(self._handle))
         struck = [{c: float(x) for c, x in zip(CONTACTS, blow, strict=True) if x} for blow in impulses.T]
         return rows, [Event(float(a), kinds[b - 1], float(c), d, float(e))
@@ -106,7 +141,7 @@ class Run:
             "steps": int(steps), "step": step, "evaluations": int(evaluations), "cuts": int(cuts),
             "rows": time.size, "t": float(time[-1]), "end": self._end(),
             "returned": bool(returned), "derailed": bool(derailed),
-            **{"n_" + re.sub("[ -]", "_", kind): int(n) for kind, n in zip(_event_kinds(), counts, strict=True)},
+            **{count_name(kind): int(n) for kind, n in zip(event_kinds(), counts, strict=True)},
             "table_seconds": table._seconds, "seconds": seconds, "table_found": bool(table._found),
         }
 
@@ -165,9 +200,9 @@ def run(case: Case, progress: Progress | bool | None = None, table: ContactTable
     fitting = table.for_case(case) if table else ContactTable(case, progress)
 
     def work(shared: Shared) -> Run:
-        handle, message, length = _flat.simulate_case(fitting._handle, *shared)
+        address, message, length = _flat.simulate_case(fitting._handle, *shared)
         check(message, length, case.label)
-        return Run(fitting, handle)
+        return Run(fitting, Handle(_flat.free_run, address))
 
     return watched(work, progress)
 
@@ -194,14 +229,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("namelist", help="namelist file")
     parser.add_argument("--set", metavar="NAME=VALUE", nargs="+", action="extend", default=[],
                         help="replace values of the namelist; group_name where a name is ambiguous")
-    parser.add_argument("--output", metavar="FILE", help="the column file (default: as the namelist says)")
+    parser.add_argument("--output", metavar="FILE", help="the column file (default: as the namelist says, which a case that "
+                        "--set changes may not replace)")
 
 
 def main(args: argparse.Namespace) -> int:
-    case = Case.from_namelist(args.namelist)
-    case = case.replace(**dict(map(parse_setting, args.set)))
+    unchanged = Case.from_namelist(args.namelist)
+    settings = dict(map(parse_setting, args.set))
+    case = unchanged.replace(**settings)
     if args.output:
         case = case.replace(output_file=args.output)
+    elif (any(variables()[find_variable(name)].group != "output" for name in settings)
+          and output_path(case) == output_path(unchanged)):
+        raise Error(f"{case.label}: expected --output FILE with --set, found none: {output_path(case)} is the file of the "
+                    "unchanged case")
     for name, path in ("file", output_path(case)), ("geometry_file", case.geometry_file):
         if path:
             case.check_writable(f"&output {name}", path)

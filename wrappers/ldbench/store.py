@@ -10,8 +10,6 @@ import shutil
 import socket
 import threading
 import time
-import zipfile
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -31,7 +29,7 @@ FLUSH = 10.0                            # work that a store may lose when the pr
 BLOCK = 4096                            # members of a part, about, and of a block of the Dataset, at most
 HELD = 3e7                              # of their arrays, about [bytes]
 IN_MEMORY = 1e8                         # a larger Dataset is left on disk [bytes]
-UNREADABLE = OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error
+UNREADABLE = ValueError, KeyError
 
 
 class Store:
@@ -261,9 +259,20 @@ def read_places(parts: Path) -> dict[str, tuple[Path, int]]:
 
 
 def read_part(path: Path) -> Batch:
-    """A part's arrays, the keys among them."""
-    with np.load(path) as part:
-        return dict(part)
+    """A part's arrays, the keys among them; ValueError whatever the file is instead."""
+    try:
+        if not path.is_file():      # a pipe would be waited for
+            raise FileNotFoundError
+        with np.load(path) as part:
+            arrays = dict(part)
+        members = len(arrays["key"])
+        if "error" in arrays and all(len(array) == members and array.dtype.kind in "fbU" for array in arrays.values()):
+            return arrays
+    except MemoryError:
+        raise
+    except Exception as error:      # numpy, zipfile and zlib have a dozen for damaged files
+        raise ValueError(f"{path}: {error}") from None
+    raise ValueError(f"{path}: expected records of members, found something else")
 
 
 def replace_folder(new: Path, target: Path) -> None:

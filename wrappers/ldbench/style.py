@@ -77,3 +77,8 @@ RC = {
 def ldbench_style() -> Iterator[None]:
     with matplotlib.rc_context(RC):
         yield
+
+
+def plain(words: str) -> str:
+    """Text of files and cases, which is no formula, for matplotlib: there a formula lies between dollar signs."""
+    return words.replace("$", r"\$")

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _flat
-from ._core import Error, Progress, Shared, check, descriptions, look_for_memory, own, path_bytes, watched
+from ._core import Error, Handle, Progress, Shared, check, descriptions, look_for_memory, path_bytes, watched
 from .case import TEXT_LENGTH, Case, variables
 from .notebook import html_table
 
@@ -66,7 +66,6 @@ class ContactTable:
     """
 
     case: Case
-    _lender: ContactTable       # of the core's table
 
     def __init__(self, case: Case, progress: Progress | bool | None = None) -> None:
         """Load the table from the case's table file, or build it (some seconds); `progress` as in `run`.
@@ -77,15 +76,14 @@ class ContactTable:
 
         def work(shared: Shared) -> None:
             with _table_file:
-                handle, message, length = _flat.prepare_case(*case.arrays(), paths, *shared)
+                address, message, length = _flat.prepare_case(*case.arrays(), paths, *shared)
             check(message, length, case.label)
-            self._own(case, handle)
+            self._own(case, Handle(_flat.free_prepared, address))
 
         watched(work, progress)
 
-    def _own(self, case: Case, handle: int) -> None:
-        self.case = case
-        self._handle = own(self, _flat.free_prepared, handle)
+    def _own(self, case: Case, handle: Handle) -> None:
+        self.case, self._handle = case, handle
         (self._clearance, self._clearance_right, self._equilibrium, self._equilibrium_roll, self._rigid_height, *rest,
          self._weight, self._seconds, self._found, f1, f2, f3) = _flat.prepared_numbers(handle).tolist()
         self._rest, self._frequencies = tuple(rest), (f1, f2, f3)
@@ -100,12 +98,25 @@ class ContactTable:
                 raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
         look_for_memory()
-        handle, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
+        address, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
         check(message, length, case.label)
         new = object.__new__(ContactTable)
-        new._own(case, handle)
-        new._lender = getattr(self, "_lender", self)
+        new._own(case, Handle(_flat.free_prepared, address, self._handle))
         return new
+
+    def __copy__(self) -> ContactTable:
+        return self             # nothing in it changes
+
+    def __deepcopy__(self, memo: object) -> ContactTable:
+        return self
+
+    def __reduce__(self) -> tuple[Callable[..., ContactTable], tuple[object, ...]]:
+        """Elsewhere the table is loaded, or built, from its case."""
+        return _made_again, (self.case, self._landmarks())
+
+    def _landmarks(self) -> tuple[float, ...]:
+        """What changes with the profiles."""
+        return self._clearance, self._clearance_right, self._equilibrium, self._rigid_height
 
     @property
     def accuracy(self) -> dict[str, Accuracy]:
@@ -261,6 +272,14 @@ class ContactTable:
             *((f"error, {place}", f"rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN)")
               for place, error in self.accuracy.items()),
             ("file", case.table_path() or "not kept in a file")])
+
+
+def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:
+    """The table that another process had of a case."""
+    table = ContactTable(case)
+    if not np.allclose(table._landmarks(), landmarks, rtol=1e-9, atol=0):
+        raise Error(f"{case.label}: expected the profiles that the contact table was made of, found others under their names")
+    return table
 
 
 def _number(wheel: Wheel) -> int:

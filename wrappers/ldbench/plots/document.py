@@ -15,7 +15,7 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from pypdf import PdfReader, PdfWriter
 
-from .._core import check_written, complete, failing_as
+from .._core import check_ending, check_written, complete, failing_as
 from ..pools import processes
 from ..record import Record, read_records, summary_row
 from ..style import ldbench_style
@@ -92,6 +92,7 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
                done: Callable[[], None] = lambda: None) -> int:
     """Write the PDF of plots of column files; the number of its pages.  `done` is called after each file."""
     check_written([target], [*files, *geometry])
+    check_ending(target, "a document .pdf, which holds all pages (`view --film FILE.png` makes a picture of one moment)", ".pdf")
     with drawing(read_records(files, jobs), target, geometry, jobs, done) as finish:
         return finish()
 
@@ -103,7 +104,8 @@ def drawing(records: Sequence[Record], target: Path, geometry: Sequence[Path] = 
     """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
     for them and writes the document.  `further` make last parts in a file, there too; they build no contact tables:
     OpenMP's threads do not outlive a fork."""
-    with tempfile.TemporaryDirectory() as scratch, processes(jobs) as pool:
+    tasks_in_all = len(records) + len(geometry) + len(further)
+    with tempfile.TemporaryDirectory() as scratch, processes(jobs, tasks_in_all) as pool:
         # Pickled here: the pool would do it in a thread, while the caller goes on with the records.
         runs = [partial(case_part, pickle.dumps(record, pickle.HIGHEST_PROTOCOL)) for record in records]
         work = [partial(geometry_part, file) for file in geometry] + runs + list(further)

@@ -9,16 +9,16 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
 from ..record import Record
-from ..style import PAGE
+from ..style import PAGE, plain
 
 MM, KN, DEG = 1e3, 1e-3, 180/np.pi
 
 
 def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
     figure = Figure(figsize=PAGE)
-    figure.text(0.055, 0.962, title, fontsize=12, weight="bold", va="top")
-    figure.text(0.985, 0.959, subtitle, fontsize=8, va="top", ha="right", color="#404040")
-    figure.text(0.055, 0.014, caption, fontsize=6.5, va="bottom", color="#404040", linespacing=1.4)
+    figure.text(0.055, 0.962, plain(title), fontsize=12, weight="bold", va="top")
+    figure.text(0.985, 0.959, plain(subtitle), fontsize=8, va="top", ha="right", color="#404040")
+    figure.text(0.055, 0.014, plain(caption), fontsize=6.5, va="bottom", color="#404040", linespacing=1.4)
     return figure
 
 
@@ -27,21 +27,21 @@ def caption(record: Record) -> str:
     scheme = record.setting("integrator", "scheme")
     if not scheme:
         return str(record.file)
-    explicit = scheme == "newmark" and not record.setting("integrator", "beta")
+    explicit = scheme == "newmark" and not record.number("integrator", "beta")
     names = {"energy": "average acceleration with discrete gradient", "newmark": "explicit" if explicit else "Newmark"}
-    order, tolerance = (record.setting("integrator", name) for name in ("order", "energy_tolerance"))
+    order, tolerance = (record.number("integrator", name) for name in ("order", "energy_tolerance"))
     cut = f" at most, cut where it changes the energy by more than {tolerance:.0e} J" if tolerance else ""
-    in_flight = record.setting("output", "flight_interval")
+    in_flight = record.number("output", "flight_interval")
     thinned = f", in flight {1e3*in_flight:.3g} ms" if in_flight else ""
     law = f"normal contact '{record.setting('contact', 'model')}'; {names.get(str(scheme), scheme)}, order {order:.0f}"
     if record.formulation == "bilateral":
         law = "rigid contacts, both wheels held on the rails; explicit along the path, order 4"
     if record.formulation == "unilateral":
-        law = (f"rigid contacts that only push, restitution {record.setting('contact', 'restitution'):g}; from event to "
+        law = (f"rigid contacts that only push, restitution {record.number('contact', 'restitution'):g}; from event to "
                "event, order 4")
     settings = (
         f"ldbench {record.version}: {law}, step {1e6*record.step:.3g} µs{cut}; "
-        f"output every {1e3*float(record.setting('output', 'interval')):.3g} ms{thinned}; "
+        f"output every {1e3*record.number('output', 'interval'):.3g} ms{thinned}; "
         f"axle {MM*record.axle_height:.3f} mm above the rails at equilibrium; Y left, Z up")
     two_sided = len(record.profiles) > 2
     profiles = "; ".join(f"{which} {Path(text).name if two_sided else text}" for which, text in record.profiles.items())
@@ -53,11 +53,11 @@ def caption(record: Record) -> str:
 
 def label_x(ax: Axes, text: str, below: float = 19) -> None:
     """The label of the horizontal axis, at a fixed distance [pt]: matplotlib would measure all ticks first."""
-    ax.set_xlabel(text)
+    ax.set_xlabel(plain(text))
     ax.xaxis.set_label_coords(0.5, 0.0, ax.transAxes + ScaledTranslation(0, -below/72, ax.figure.dpi_scale_trans))
     ax.xaxis.label.set_verticalalignment("center")
 
 
 def label_y(ax: Axes, text: str, left: float = 40) -> None:
-    ax.set_ylabel(text)
+    ax.set_ylabel(plain(text))
     ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-left/72, 0, ax.figure.dpi_scale_trans))

@@ -7,16 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
-from ..columns import read_columns
-from ..record import PAIRS, Record, header_lines, parse_header
+from ..record import PAIRS, Record, read_record
 from ..style import BLACK, CONTACT_LINES, GREY
 from .frame import DEG, MM, caption, label_x, label_y, new_page
 
 
 def geometry_page(path: Path) -> Figure:
     """The geometry functions of a pair, from the file that `&output geometry_file` asks for."""
-    facts = parse_header(header_lines(path))
-    record = Record(**{"file": path, "columns": read_columns(path), "name": path.stem} | facts)
+    record = read_record(path)
     y = MM*record.values("Y")
     pair = PAIRS.get(record.name.partition("_")[2], record.name)
     figure = new_page(f"Contact geometry, {pair}", "rigid wheelset standing on both rails",

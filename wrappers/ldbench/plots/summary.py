@@ -6,6 +6,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from ..style import plain
 from .frame import KN, MM, new_page
 
 
@@ -46,7 +47,7 @@ def summary_page(rows: Sequence[dict[str, Any]], note: str = "") -> Figure:
     figure = new_page("LD benchmark: summary of all runs", "single wheelset without friction", note)
     ax = figure.add_axes((0.055, 0.10, 0.93, 0.80))
     ax.set_axis_off()
-    names = [str(row["case"]) for row in rows]
+    names = [plain(str(row["case"])) for row in rows]
     cells = [[text if (x := row.get(key)) is not None and (text := write(x)) != "nan" else "–" for row in rows]
              for _, key, write in SUMMARY_LINES]
     share = 0.24

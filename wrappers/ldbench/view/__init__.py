@@ -19,7 +19,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .._core import Error, check_written
+from .._core import Error, check_ending, check_written
 
 if TYPE_CHECKING:       # what draws and reads is imported where it is needed: it takes longer than a short run
     from ..case import Case
@@ -111,6 +111,8 @@ def main(args: argparse.Namespace) -> int:
             raise Error(f"{name}: expected with a film, found with the picture of a moment")
     target = args.film or args.output or Path(f"{args.files[0].stem}.html")
     check_written([target], args.files)
+    if not args.film:
+        check_ending(target, "a page .html", ".html", ".htm")
     if args.film:
         from .film import check_film, make_film
 
@@ -126,9 +128,6 @@ def main(args: argparse.Namespace) -> int:
 
 def read(files: Sequence[Path], columns: Path | None) -> list[Record]:
     """The files; the map of names is for those without our header."""
-    from ..record import header_lines, parse_header, read_record
+    from ..record import read_record
 
-    def ours(file: Path) -> bool:
-        return file.is_file() and bool(parse_header(header_lines(file))["settings"])
-
-    return distinct([read_record(file, None if ours(file) else columns) for file in files])
+    return distinct([read_record(file, columns) for file in files])

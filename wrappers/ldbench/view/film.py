@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from tqdm import tqdm
 
-from .._core import Error, complete, needed
+from .._core import Error, check_ending, complete, needed
 from ..record import Record
-from ..style import BLACK, CONTACT_LINES, GREY, SERIES, Line, ldbench_style
+from ..style import BLACK, CONTACT_LINES, GREY, SERIES, Line, ldbench_style, plain
 from ..table import CONTACT_NAMES, CONTACTS
 from .labels import label
 from .page import assumed_placing, checked, own_placing
@@ -35,8 +35,7 @@ Frame = np.ndarray
 
 def check_film(target: Path) -> None:
     """Find out before the work that the film cannot be written."""
-    if target.suffix.lower() not in (*RATES, PICTURE):
-        raise Error(f"{target}: expected a film .mp4 or .gif, or a picture .png, found {target.suffix or 'no ending'}")
+    check_ending(target, "a film .mp4 or .gif, or a picture .png", *RATES, PICTURE)
     if target.suffix.lower() == ".mp4":
         encoder()
 
@@ -134,7 +133,7 @@ class Picture:
         whole = self.figure.add_subplot(grid[0:2, 0:2])
         details = self.figure.add_subplot(grid[2, 0]), self.figure.add_subplot(grid[2, 1])
         title = ", ".join(actor.record.heading for actor in self.actors)
-        self.figure.text(0.025, 0.965, title, fontsize=13, weight="bold", va="top")
+        self.figure.text(0.025, 0.965, plain(title), fontsize=13, weight="bold", va="top")
         self.clock = self.figure.text(0.985, 0.965, "", fontsize=13, va="top", ha="right", family="DejaVu Sans Mono")
         self.speed = "" if speed is None else f"1:{1/speed:,.0f}" if speed < 0.7 else f"{speed:g}×"
         self.movers: list[Callable[[float], Iterable[tuple[Axes, Artist]]]] = []
@@ -177,12 +176,12 @@ class Picture:
                 t = actor.time
                 rows = slice(max(np.searchsorted(t, start) - 1, 0), np.searchsorted(t, end, "right") + 1)
                 words = f"{known.words}, {actor.record.name}" if several else known.words
-                ax.plot(t[rows], known.scale*actor.columns[column][rows], label=words,
+                ax.plot(t[rows], known.scale*actor.columns[column][rows], label=plain(words),
                         **line.kwargs() | ({"linestyle": ":"} if several and k else {}))
         shown = [label(c) for c in columns if any(c in actor.columns for actor in self.actors)]
         ax.set_xlim(start, end)
         if shown:
-            ax.set_ylabel(f"[{shown[0].unit}]")
+            ax.set_ylabel(plain(f"[{shown[0].unit}]"))
             ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1, fontsize=7)
         else:
             ax.set_axis_off()

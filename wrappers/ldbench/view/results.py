@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..plots import SUMMARY_LINES
-from ..record import Record, header_lines, parse_header, read_record, summary_row
+from ..record import Record, read_header, read_record, summary_row
 from .page import Cell, Page, make_page
 
 TITLE = "LD benchmark: single wheelset without friction, all results"
@@ -24,7 +24,7 @@ def find_variants(files: Sequence[Path]) -> list[Path]:
         study = file.parent/"study"/f"{file.stem}_law.txt"
         beside = sorted(file.parent.glob(f"{file.stem}_*.txt"))
         found += [other for other in (*beside, study) if other.is_file() and other not in files and
-                  parse_header(header_lines(other))["settings"]]
+                  read_header(other)["settings"]]
     return found
 
 

@@ -51,7 +51,8 @@ def shape(record: Record, placing: Placing) -> tuple[Shape | None, str]:
     """The outlines that the settings name, looked for as `record` would; or None, and why.  A remark otherwise, if the
     files are not those of the run."""
     settings = placing.settings
-    found = {(which, right): find_profile(replace(record, settings=settings), which, right)
+    placed = replace(record, settings=settings)
+    found = {(which, right): find_profile(placed, which, right)
              for right in (False, True) for which in ("wheel", "rail")}
     named = settings.get("profiles", {})
     missing = dict.fromkeys(str((right and named.get(f"{which}_profile_right")) or named.get(f"{which}_profile", "?"))
@@ -63,7 +64,7 @@ def shape(record: Record, placing: Placing) -> tuple[Shape | None, str]:
                             if not fits(file, stated_profile(record, which, right)))
     try:
         (left, height, y), (right, height_right, y_right) = (
-            place_side(files["wheel", right], files["rail", right], settings) for right in (False, True))
+            place_side(files["wheel", right], files["rail", right], placed) for right in (False, True))
     except (Error, ValueError, IndexError):     # not profiles
         names = " and ".join(dict.fromkeys(file.name for file in files.values()))
         return None, f"no outlines: {names} cannot be placed"
@@ -74,13 +75,13 @@ def shape(record: Record, placing: Placing) -> tuple[Shape | None, str]:
     return Shape(left, right, placing.axle, placing.roll), remark
 
 
-def place_side(wheel_file: Path, rail_file: Path, settings: Settings) -> tuple[Side, float, float]:
+def place_side(wheel_file: Path, rail_file: Path, record: Record) -> tuple[Side, float, float]:
     """A side, the height of the axle at which its rigid centred wheel touches, and how far outward it does [m]."""
-    profiles = settings["profiles"]
-    rail = place_rail(read_profile(rail_file, "rail", profiles), float(settings["track"]["gauge"]),
-                      float(settings["track"]["gauge_depth"]))
-    wheel = read_profile(wheel_file, "wheel", profiles) + [float(settings["wheelset"]["back_to_back"])/2, 0.0]
-    wheel, height, y = place_wheel(wheel, rail, float(settings["wheelset"]["rolling_radius"]))
+    profiles = record.settings["profiles"]
+    rail = place_rail(read_profile(rail_file, "rail", profiles), record.number("track", "gauge"),
+                      record.number("track", "gauge_depth"))
+    wheel = read_profile(wheel_file, "wheel", profiles) + [record.number("wheelset", "back_to_back")/2, 0.0]
+    wheel, height, y = place_wheel(wheel, rail, record.number("wheelset", "rolling_radius"))
     return Side(wheel, rail, *facing(wheel, rail)), height, y
 
 
