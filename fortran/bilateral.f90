@@ -263,7 +263,7 @@ contains
     type(path_type), intent(in) :: path(:)      !! to the left, to the right
     logical, intent(in) :: left
     real(dp), intent(in) :: equilibrium(3)      !! from which Z and roll are measured
-    character(:), allocatable :: words
+    character(200) :: words
     real(dp) :: q(3)
 
     associate (p => path(merge(1, 2, left)))

@@ -230,7 +230,7 @@ contains
   !> The value of a variable as it would stand in a namelist.
   function value_text(variable) result(word)
     type(variable_type), intent(in) :: variable
-    character(:), allocatable :: word
+    character(2*text_length + 2) :: word
 
     if (associated(variable%x)) then
       word = str(variable%x)
@@ -244,10 +244,10 @@ contains
   !> What a variable admits, in words.
   function range_text(variable) result(words)
     type(variable_type), intent(in) :: variable
-    character(:), allocatable :: words
+    character(text_length) :: words
 
     if (associated(variable%x)) then
-      words = trim('a number from '//str(variable%least)//' to '//str(variable%largest)//' '//variable%unit)
+      words = 'a number from '//str(variable%least)//' to '//str(variable%largest)//' '//variable%unit
     else if (associated(variable%i)) then
       words = 'a whole number from '//str(nint(variable%least))//' to '//str(nint(variable%largest))
     else if (len(variable%words) > 0) then
@@ -267,7 +267,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(variable_type), allocatable :: list(:)
     logical, allocatable :: seen(:)
-    character(:), allocatable :: word, group, name, groups_seen
+    character(:), allocatable :: word, shown, group, name, names, groups_seen
     integer :: line, column, kind, k
     integer, parameter :: nothing = 0, plain = 1, quoted = 2, mark = 3   ! kinds of words
 
@@ -284,12 +284,13 @@ contains
       if (kind == nothing) exit
       if (group == '') then
         if (kind /= plain .or. index(word, '&') /= 1) then
-          call fail('', 'expected a group such as &wheelset', shown())
+          call fail('', 'expected a group such as &wheelset', shown)
           return
         end if
         group = lower(word(2:))
         if (.not. any([(list(k)%group == group, k=1, size(list))])) then
-          call fail('', 'expected one of'//group_names(), word)
+          call list_groups(names)
+          call fail('', 'expected one of'//names, word)
           return
         end if
         if (index(groups_seen, ' '//group//' ') > 0) then
@@ -310,7 +311,8 @@ contains
         if (list(k)%group == group .and. lower(list(k)%name) == lower(name)) exit
       end do
       if (kind /= plain .or. k == 0) then
-        call fail('', 'expected one of'//variable_names(), name)
+        call list_names(names)
+        call fail('', 'expected one of'//names, name)
         return
       end if
       if (seen(k)) then
@@ -321,7 +323,7 @@ contains
       call next()
       if (allocated(error)) return
       if (kind /= mark .or. word /= '=') then
-        call fail(name, 'expected =', shown())
+        call fail(name, 'expected =', shown)
         return
       end if
       call next()
@@ -343,6 +345,7 @@ contains
 
       kind = nothing
       word = ''
+      shown = 'the end of the file'
       do
         if (line > size(lines)) return
         if (column > len(lines(line)%text)) then
@@ -378,6 +381,7 @@ contains
           column = from + column - 1
           word = t(from:column - 1)
         end if
+        shown = t(from:column - 1)
       end associate
     end subroutine next
 
@@ -397,16 +401,8 @@ contains
         if (ok .and. associated(variable%x)) variable%x = x
       end if
       if (ok) ok = admissible(variable)
-      if (.not. ok) call fail(variable%name, 'expected '//range_text(variable), shown())
+      if (.not. ok) call fail(variable%name, 'expected '//trim(range_text(variable)), shown)
     end subroutine set_value
-
-    function shown()
-      character(:), allocatable :: shown
-
-      shown = word
-      if (kind == nothing) shown = 'the end of the file'
-      if (kind == quoted) shown = "'"//word//"'"
-    end function shown
 
     subroutine fail(name, expected, found)
       character(*), intent(in) :: name, expected, found
@@ -421,25 +417,25 @@ contains
       call fatal_error(error, place//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
     end subroutine fail
 
-    function group_names() result(names)
-      character(:), allocatable :: names
+    subroutine list_groups(names)
+      character(:), allocatable, intent(out) :: names
       integer :: j
 
       names = ''
       do j = 1, size(list)
         if (index(names//' ', ' &'//list(j)%group//' ') == 0) names = names//' &'//list(j)%group
       end do
-    end function group_names
+    end subroutine list_groups
 
-    function variable_names() result(names)
-      character(:), allocatable :: names
+    subroutine list_names(names)
+      character(:), allocatable, intent(out) :: names
       integer :: j
 
       names = ''
       do j = 1, size(list)
         if (list(j)%group == group) names = names//' '//list(j)%name
       end do
-    end function variable_names
+    end subroutine list_names
 
   end subroutine read_case
 
@@ -484,7 +480,7 @@ contains
     do k = 1, size(list)
       if (admissible(list(k))) cycle
       call fatal_error(error, file//', &'//list(k)%group//' '//list(k)%name//': expected '// &
-        range_text(list(k))//', found '//value_text(list(k)))
+        trim(range_text(list(k)))//', found '//value_text(list(k)))
       return
     end do
     if (len_trim(c%name) == 0 .or. scan(trim(c%name), '/ ') > 0) then
@@ -548,7 +544,7 @@ contains
   !> Where the contact table of the right side is kept, if its profiles may differ from the left ones.
   function right_table_path(c) result(path)
     type(case_type), intent(in) :: c
-    character(:), allocatable :: path
+    character(len_trim(c%table_file) + 6) :: path
 
     path = ''
     if (c%table_file /= '' .and. (c%wheel_profile_right /= '' .or. c%rail_profile_right /= '')) &
@@ -558,7 +554,7 @@ contains
   !> Where the columns go.
   function output_path(c) result(path)
     type(case_type), intent(in) :: c
-    character(:), allocatable :: path
+    character(merge(len_trim(c%output_file), len(default_folder) + len_trim(c%name) + 5, c%output_file /= '')) :: path
 
     path = trim(c%output_file)
     if (path == '') path = default_folder//'/'//trim(c%name)//'.txt'

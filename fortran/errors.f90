@@ -18,8 +18,8 @@ contains
     integer :: i
 
     allocate (error)
-    error%message = message
-    do i = 1, len(message)
+    error%message = trim(message)
+    do i = 1, len_trim(message)
       if (iachar(message(i:i)) < 32 .or. iachar(message(i:i)) == 127) error%message(i:i) = '?'
     end do
   end subroutine fatal_error
@@ -27,7 +27,7 @@ contains
   !> A message with the file that it is about before it.
   pure function placed(file, message) result(words)
     character(*), intent(in) :: file, message
-    character(:), allocatable :: words
+    character(len(file) + 2 + len(message)) :: words
 
     words = file//': '//message
     if (index(message, '&') == 1) words = file//', '//message

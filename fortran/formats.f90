@@ -321,12 +321,10 @@ contains
   !> A line up to its comment, with blanks for commas and semicolons.
   pure function uncommented(line, marks) result(row)
     character(*), intent(in) :: line, marks
-    character(:), allocatable :: row
-    integer :: i, cut
+    character(scan(line//marks(1:1), marks) - 1) :: row
+    integer :: i
 
-    cut = scan(line, marks)
-    if (cut == 0) cut = len(line) + 1
-    row = line(:cut - 1)
+    row = line
     do i = 1, len(row)
       if (scan(row(i:i), ',;') == 1) row(i:i) = ' '
     end do

@@ -1,6 +1,6 @@
 !> The little that is needed of the operating system.
 module system
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funptr, c_int, c_int16_t, c_int32_t, &
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_funptr, c_int, c_int16_t, c_int32_t, &
     c_intptr_t, c_loc, c_long, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   !$ use omp_lib, only: omp_get_max_threads
@@ -31,7 +31,7 @@ module system
   end type scratch_file
 
   character(*), parameter :: part = '.part'
-  integer(c_int), parameter :: lock_now = 2 + 4   ! LOCK_EX + LOCK_NB
+  integer(c_int), parameter :: lock_when_free = 2, lock_now = 2 + 4   ! LOCK_EX, LOCK_EX + LOCK_NB
   integer, parameter :: block = 2**20     ! copied at once [bytes]
 
   !> The beginning of C's glob_t, as glibc and musl have it, and room for the rest.
@@ -198,19 +198,18 @@ contains
   !> The absolute path without links; of a file to come, its folder's.
   recursive function resolved(path) result(absolute)
     character(*), intent(in) :: path
-    character(:), allocatable :: absolute
     integer, parameter :: path_max = 4096
-    character(path_max) :: buffer
+    character(path_max) :: absolute
     integer :: slash
 
-    if (c_associated(c_realpath(path//c_null_char, buffer))) then
-      absolute = buffer(:index(buffer, c_null_char) - 1)
+    if (c_associated(c_realpath(path//c_null_char, absolute))) then
+      absolute = absolute(:index(absolute, c_null_char) - 1)
       return
     end if
     slash = index(path, '/', back=.true.)
     absolute = path
-    if (slash == 0 .and. path /= '.') absolute = resolved('.')//'/'//path
-    if (slash > 1 .and. slash < len(path)) absolute = resolved(path(:slash - 1))//path(slash:)
+    if (slash == 0 .and. path /= '.') absolute = trim(resolved('.'))//'/'//path
+    if (slash > 1 .and. slash < len(path)) absolute = trim(resolved(path(:slash - 1)))//path(slash:)
   end function resolved
 
   !> Whether standard error goes to a terminal.
@@ -248,35 +247,36 @@ contains
     if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, all_may)
   end subroutine make_folder
 
-  !> A name beside `file` for writing it before it is complete.
-  function scratch_name(file) result(name)
-    character(*), intent(in) :: file
-    character(:), allocatable :: name
-    character(12) :: process
-
-    write (process, '(i0)') c_getpid()
-    name = file//part//trim(process)
-  end function scratch_name
-
   !> Begin a file; the default folder is made for it. One that is `nameless` is for the process alone: it has space on
   !> the disk, but no entry in the folder, and goes with the process.
   subroutine begin(this, file, nameless)
     class(scratch_file), intent(inout) :: this
     character(*), intent(in) :: file
     logical, intent(in), optional :: nameless
+    integer, parameter :: most_threads = 100   ! that write one file
+    character(24) :: mark
     integer(c_int) :: ignored
+    integer :: k
 
+    this%named = .false.
     this%ok = .not. is_special(file)
     if (.not. this%ok) return
     call make_folder(file)
-    this%name = resolved(file)
+    this%name = trim(resolved(file))
     call remove_left(this%name)
-    this%scratch = scratch_name(this%name)
-    ! A new one: no other thread may be at it.
-    this%stream = c_fopen(this%scratch//c_null_char, 'w+x'//c_null_char)
-    this%ok = c_associated(this%stream)
-    if (this%ok) ignored = c_flock(c_fileno(this%stream), lock_now)
-    this%named = this%ok
+    ! A new file, which no other thread writes or, before it was locked, has removed.
+    do k = 1, most_threads
+      write (mark, '(i0,a,i0)') c_getpid(), '.', k
+      this%scratch = this%name//part//trim(mark)
+      this%stream = c_fopen(this%scratch//c_null_char, 'w+x'//c_null_char)
+      if (.not. c_associated(this%stream)) cycle
+      ignored = c_flock(c_fileno(this%stream), lock_when_free)
+      inquire (file=this%scratch, exist=this%named)
+      if (this%named) exit
+      ignored = c_fclose(this%stream)
+      this%stream = c_null_ptr
+    end do
+    this%ok = this%named
     if (.not. present(nameless) .or. .not. this%ok) return
     if (nameless) this%named = c_remove(this%scratch//c_null_char) /= 0
   end subroutine begin
@@ -347,10 +347,11 @@ contains
     type(glob_type) :: found
     type(c_ptr), pointer :: paths(:)
     character(kind=c_char), pointer :: letters(:)
-    character(:), allocatable :: path
+    character(:), allocatable :: path, pattern
     integer :: i, k
 
-    if (c_glob(escaped(file)//part//'[0-9]*'//c_null_char, 0_c_int, c_null_funptr, found) == 0) then
+    call escape(file, pattern)
+    if (c_glob(pattern//part//'[0-9]*'//c_null_char, 0_c_int, c_null_funptr, found) == 0) then
       call c_f_pointer(found%paths, paths, [found%n])
       do i = 1, size(paths)
         call c_f_pointer(paths(i), letters, [c_strlen(paths(i))])
@@ -358,38 +359,37 @@ contains
         do k = 1, size(letters)
           path(k:k) = letters(k)
         end do
-        if (is_left(path)) k = c_remove(path//c_null_char)
+        call remove_one_left(path)
         deallocate (path)
       end do
     end if
     call c_globfree(found)
   end subroutine remove_left
 
-  !> Whether nobody writes a file of this name: its process is none of this machine's, or this one, and nobody has it
-  !> locked.
-  logical function is_left(path)
+  !> Remove a file of this name if nobody writes it: its process is none of this machine's, or this one, and nobody has it
+  !> locked. It goes before the lock does: a thread that has just made it waits for the lock and then sees that it is gone.
+  subroutine remove_one_left(path)
     character(*), intent(in) :: path
     type(c_ptr) :: stream
     integer(c_int) :: process, own, ignored
     integer :: stat
-    logical :: alive
+    real(c_double) :: mark
 
-    is_left = .false.
-    read (path(index(path, part, back=.true.) + len(part):), '(i12)', iostat=stat) process
-    if (stat /= 0) return
+    read (path(index(path, part, back=.true.) + len(part):), '(f24.0)', iostat=stat) mark
+    if (stat /= 0 .or. mark >= huge(process)) return
+    process = int(mark, c_int)
     own = c_getpid()
-    alive = c_getpgid(process) >= 0
-    if (alive .and. process /= own) return
+    if (c_getpgid(process) >= 0 .and. process /= own) return
     stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
     if (.not. c_associated(stream)) return
-    is_left = c_flock(c_fileno(stream), lock_now) == 0
+    if (c_flock(c_fileno(stream), lock_now) == 0) ignored = c_remove(path//c_null_char)
     ignored = c_fclose(stream)
-  end function is_left
+  end subroutine remove_one_left
 
   !> A path in which `glob` finds nothing to expand.
-  pure function escaped(path) result(pattern)
+  pure subroutine escape(path, pattern)
     character(*), intent(in) :: path
-    character(:), allocatable :: pattern
+    character(:), allocatable, intent(out) :: pattern
     character, parameter :: backslash = achar(92)
     integer :: i
 
@@ -398,7 +398,7 @@ contains
       if (scan(path(i:i), '*?['//backslash) > 0) pattern = pattern//backslash
       pattern = pattern//path(i:i)
     end do
-  end function escaped
+  end subroutine escape
 
   !> Write a text to standard output; `ok` tells whether all of it got there.
   subroutine say(text, ok)
