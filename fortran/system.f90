@@ -11,7 +11,7 @@ module system
   !> Of outputs that are given no name; no other folder is made.
   character(*), parameter, public :: default_folder = 'outputs'
 
-  !> A file that is written under another name beside its own, `file.part` and the process, and renamed over the old
+  !> A file that is written under another name beside its own, `file.part`, the process and a time, and renamed over the old
   !> one, in one step, when it is complete. It is locked while it is written: what was left by a process that is dead,
   !> here or on another machine with the same folder, is known by that, and removed.
   type :: scratch_file
@@ -19,6 +19,7 @@ module system
     character(:), allocatable :: name     !! that it gets
     character(:), allocatable :: scratch  !! that it has until then
     type(c_ptr) :: stream = c_null_ptr
+    type(c_ptr) :: lock = c_null_ptr      !! the file once more: its lock outlives the stream, until the file is renamed
     logical :: named = .false.            !! it is in its folder
     logical, public :: ok = .false.       !! all went well so far
   contains
@@ -253,8 +254,9 @@ contains
     class(scratch_file), intent(inout) :: this
     character(*), intent(in) :: file
     logical, intent(in), optional :: nameless
-    integer, parameter :: most_threads = 100   ! that write one file
-    character(24) :: mark
+    integer, parameter :: tries = 100
+    character(40) :: mark
+    integer(int64) :: now
     integer(c_int) :: ignored
     integer :: k
 
@@ -264,17 +266,22 @@ contains
     call make_folder(file)
     this%name = trim(resolved(file))
     call remove_left(this%name)
-    ! A new file, which no other thread writes or, before it was locked, has removed.
-    do k = 1, most_threads
-      write (mark, '(i0,a,i0)') c_getpid(), '.', k
+    ! A file of a name that was never there: another thread may still be at what had it. Before it is locked, another one
+    ! may take it for left and remove it.
+    do k = 1, tries
+      call system_clock(now)
+      write (mark, '(i0,a,i0)') c_getpid(), '.', now
       this%scratch = this%name//part//trim(mark)
       this%stream = c_fopen(this%scratch//c_null_char, 'w+x'//c_null_char)
       if (.not. c_associated(this%stream)) cycle
-      ignored = c_flock(c_fileno(this%stream), lock_when_free)
-      inquire (file=this%scratch, exist=this%named)
-      if (this%named) exit
-      ignored = c_fclose(this%stream)
-      this%stream = c_null_ptr
+      this%lock = c_fopen(this%scratch//c_null_char, 'r+'//c_null_char)
+      if (c_associated(this%lock)) then
+        ignored = c_flock(c_fileno(this%lock), lock_when_free)
+        inquire (file=this%scratch, exist=this%named)
+        if (this%named) exit
+      end if
+      ignored = c_remove(this%scratch//c_null_char)
+      call close_streams(this)
     end do
     this%ok = this%named
     if (.not. present(nameless) .or. .not. this%ok) return
@@ -328,6 +335,7 @@ contains
     this%stream = c_null_ptr
     if (this%ok) this%ok = c_rename(this%scratch//c_null_char, this%name//c_null_char) == 0
     if (.not. this%ok) ignored = c_remove(this%scratch//c_null_char)
+    call close_streams(this)
   end subroutine finish
 
   !> Remove what has been written.
@@ -337,9 +345,18 @@ contains
 
     if (.not. c_associated(this%stream)) return
     if (this%named) ignored = c_remove(this%scratch//c_null_char)
-    ignored = c_fclose(this%stream)
-    this%stream = c_null_ptr
+    call close_streams(this)
   end subroutine abandon
+
+  subroutine close_streams(this)
+    class(scratch_file), intent(inout) :: this
+    integer(c_int) :: ignored
+
+    if (c_associated(this%stream)) ignored = c_fclose(this%stream)
+    if (c_associated(this%lock)) ignored = c_fclose(this%lock)
+    this%stream = c_null_ptr
+    this%lock = c_null_ptr
+  end subroutine close_streams
 
   !> Remove what dead processes have left of a file that they wrote.
   subroutine remove_left(file)
@@ -375,7 +392,7 @@ contains
     integer :: stat
     real(c_double) :: mark
 
-    read (path(index(path, part, back=.true.) + len(part):), '(f24.0)', iostat=stat) mark
+    read (path(index(path, part, back=.true.) + len(part):), '(f40.0)', iostat=stat) mark
     if (stat /= 0 .or. mark >= huge(process)) return
     process = int(mark, c_int)
     own = c_getpid()

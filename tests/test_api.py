@@ -334,6 +334,36 @@ def test_threads_make_the_same_bytes(tmp_path):
     assert together == alone and len(set(alone)) == len(cases)
 
 
+def test_many_short_runs_in_threads_write_and_say_what_they_do_alone(table, tmp_path):
+    """Headers, summaries and messages are texts of many lengths, which threads must not exchange."""
+    runs = [table.case.replace(t_end=1e-3, vY=1e-3*k, title="x"*(k % 70)) for k in range(120)]
+    failing = [table.case.replace(y=0.0499 - 1e-8*k) for k in range(300)]
+
+    def files(case: ldbench.Case) -> bytes:
+        done = ldbench.run(case, table=table)
+        return Path(done.write(tmp_path/f"{threading.get_ident()}.txt")).read_bytes()
+
+    def message(case: ldbench.Case) -> str:
+        with pytest.raises(ldbench.Error) as error:
+            ldbench.run(case, table=table)
+        return str(error.value)
+
+    for work, cases in (files, runs), (message, failing):
+        alone = list(map(work, cases))
+        with ThreadPoolExecutor(8) as pool:
+            assert list(pool.map(work, cases)) == alone
+        assert len(set(alone)) == len(cases)
+
+
+def test_threads_write_the_same_file_one_after_the_other(flange_run, tmp_path):
+    """Whoever is last, the file is whole, and nothing is left beside it."""
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda _: flange_run.write(tmp_path/"columns.txt"), range(64)))
+    whole = (tmp_path/"columns.txt").read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["columns.txt"]
+    assert whole == Path(flange_run.write(tmp_path/"again.txt")).read_bytes()
+
+
 def test_threads_share_a_table_file(tmp_path):
     """Both want to build it; one does, the other finds it."""
     cases = [to_flange("aw", table_file=tmp_path / "aw.table", vY=v) for v in (0.8, 1.0)]
@@ -742,9 +772,25 @@ def test_build_lists_are_complete():
         assert named == {path.stem for path in (REPO / "wrappers/ldbench" / folder).glob("*.py")}
 
 
-def test_stack_is_not_executable():
-    extension = ldbench._core._flat.__file__
-    headers = subprocess.run(["readelf", "-lW", extension], capture_output=True, text=True, timeout=HANG)
+@pytest.mark.parametrize("file", [ldbench._core._flat.__file__, LDBENCH], ids=["extension", "executable"])
+def test_no_variable_is_shared_by_threads(file):
+    """What the compiler keeps in memory that may be written is constant, f2py's, or the executable's own: no `slen`, the
+    length of a function's text."""
+    symbols = subprocess.run(["nm", "-f", "sysv", file], capture_output=True, text=True, timeout=HANG)
+    if symbols.returncode:
+        pytest.skip("no symbols")
+    found = (line.split("|") for line in symbols.stdout.splitlines() if line.count("|") == 6)
+    written = {name.strip() for name, _, _, kind, _, _, section in found
+               if kind.strip() == "OBJECT" and section.strip() in (".data", ".bss", ".tdata", ".tbss")}
+    harmless = re.compile(r"__\w+_MOD___(vtab|def_init)_\w+|watcher\..*|completed\..*|__dso_handle|__TMC_END__"
+                          r"|capi_kwlist.*|_?f2py_.*|doc_f2py_\w+|_flat_error.*|_npy_f2py_.*|PyFortran_Type|moduledef|save_def")
+    assert "__progress_MOD___vtab_progress_Monitor_type" in written
+    assert not {name for name in written if not harmless.fullmatch(name)}
+
+
+@pytest.mark.parametrize("file", [ldbench._core._flat.__file__, LDBENCH], ids=["extension", "executable"])
+def test_stack_is_not_executable(file):
+    headers = subprocess.run(["readelf", "-lW", file], capture_output=True, text=True, timeout=HANG)
     if headers.returncode:
         pytest.skip("not an ELF file")
     stack = next(line for line in headers.stdout.splitlines() if "GNU_STACK" in line)
