@@ -227,9 +227,10 @@ contains
       arc = chords + (chords - size_of(c - a))/3
     end function arc
 
+    !> By value: they may be those of the pose before, in arrays that are replaced here.
     subroutine keep(s, stretch)
-      real(dp), intent(in) :: s
-      integer, intent(in) :: stretch
+      real(dp), value :: s
+      integer, value :: stretch
       type(path_type) :: old
       integer :: room
 

@@ -12,12 +12,13 @@ module errors
 
 contains
 
+  !> `error` is not intent(out): it would be freed before a message that quotes the error so far is put together.
   pure subroutine fatal_error(error, message)
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     character(*), intent(in) :: message   !! what cannot be printed becomes '?'
     integer :: i
 
-    allocate (error)
+    if (.not. allocated(error)) allocate (error)
     error%message = trim(message)
     do i = 1, len_trim(message)
       if (iachar(message(i:i)) < 32 .or. iachar(message(i:i)) == 127) error%message(i:i) = '?'

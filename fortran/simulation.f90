@@ -16,7 +16,7 @@ module simulation
   use modes, only: small_oscillations
   use newmark, only: advance, between, energy_change, energy_rounding, evaluate, motion_type, scheme_type, start_motion, &
     step_diverged, step_ok
-  use potential, only: contact_table, outside_depth, outside_lateral, outside_roll
+  use potential, only: contact_table, outside_depth, outside_lateral, outside_law, outside_roll
   use parts, only: is_rail, is_wheel
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
@@ -671,6 +671,8 @@ contains
         reason = '&table roll = '//str(c%roll_range)//' rad: expected the wheelset within it, found it outside'
       case (outside_depth)
         reason = '&table depth = '//str(c%depth)//' m: expected penetrations within it, found a deeper one'
+      case (outside_law)
+        reason = '&table: expected poses that the table was made for, found one in which the contact would pull'
       case (step_diverged)
         reason = '&integrator dt = '//str(run%step)//' s: expected Newton to converge within '// &
           str(c%max_iterations)//' iterations and '//str(c%max_halvings)//' halvings, found it does not'
