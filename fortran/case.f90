@@ -231,13 +231,22 @@ contains
   function value_text(variable) result(word)
     type(variable_type), intent(in) :: variable
     character(2*text_length + 2) :: word
+    integer :: i, n
 
     if (associated(variable%x)) then
       word = str(variable%x)
     else if (associated(variable%i)) then
       word = str(variable%i)
     else
-      word = "'"//trim(variable%text)//"'"
+      word = "'"
+      n = 1
+      do i = 1, len_trim(variable%text)
+        n = n + 1
+        word(n:n) = variable%text(i:i)
+        if (variable%text(i:i) == "'") n = n + 1
+        word(n:n) = variable%text(i:i)
+      end do
+      word(n + 1:) = "'"
     end if
   end function value_text
 
@@ -253,7 +262,7 @@ contains
     else if (len(variable%words) > 0) then
       words = 'one of '//variable%words
     else
-      words = 'a text in quotes of at most '//str(text_length)//' characters'
+      words = 'a text in quotes of at most '//str(text_length)//' printable bytes'
     end if
   end function range_text
 
@@ -341,7 +350,7 @@ contains
 
     !> The next word: plain text, a quoted text, or one of = , /.
     subroutine next()
-      integer :: from
+      integer :: from, length
 
       kind = nothing
       word = ''
@@ -366,14 +375,19 @@ contains
           word = t(from:from)
           column = from + 1
         else if (scan(t(from:from), '''"') == 1) then
-          column = index(t(from + 1:), t(from:from))
-          if (column == 0) then
-            call fail('', 'expected a closing quote', t(from:))
-            return
-          end if
           kind = quoted
-          column = from + column + 1
-          word = t(from + 1:column - 2)
+          do
+            length = index(t(column + 1:), t(from:from)) - 1
+            if (length < 0) then
+              call fail('', 'expected a closing quote', t(from:))
+              return
+            end if
+            word = word//t(column + 1:column + length)
+            column = column + length + 2
+            ! Two quotes are one that belongs to the text.
+            if (index(t(column:), t(from:from)) /= 1) exit
+            word = word//t(from:from)
+          end do
         else
           kind = plain
           column = scan(t(from:), ' =,/!''"')
@@ -441,30 +455,19 @@ contains
 
   pure logical function admissible(variable)
     type(variable_type), intent(in) :: variable
+    integer :: k
 
     if (associated(variable%x)) then
       admissible = variable%x >= variable%least .and. variable%x <= variable%largest
     else if (associated(variable%i)) then
       admissible = variable%i >= variable%least .and. variable%i <= variable%largest
     else
-      admissible = verify(variable%text, printable()) == 0
+      ! Bytes beyond ASCII are letters of other alphabets.
+      admissible = all([(iachar(variable%text(k:k)) >= 32 .and. iachar(variable%text(k:k)) /= 127, k=1, text_length)])
       if (admissible .and. len(variable%words) > 0) &
         admissible = index(' '//variable%words//' ', ' '//trim(variable%text)//' ') > 0 &
         .and. len_trim(variable%text) > 0 .and. index(trim(variable%text), ' ') == 0
     end if
-
-  contains
-
-    !> Printable ASCII.
-    pure function printable() result(set)
-      character(95) :: set
-      integer :: k
-
-      do k = 1, 95
-        set(k:k) = achar(k + 31)
-      end do
-    end function printable
-
   end function admissible
 
   !> Every range again (a case need not come from a file), and what several

@@ -35,9 +35,13 @@ contains
     type(line_type), intent(in) :: lines(:)
     type(raw_type), intent(out) :: raw
     type(error_type), allocatable, intent(out) :: error
-    integer :: i
+    integer :: i, stat
 
-    allocate (raw%points(2, size(lines)), raw%at(size(lines)))
+    allocate (raw%points(2, size(lines)), raw%at(size(lines)), stat=stat)
+    if (stat /= 0) then
+      call fatal_error(error, file//': expected memory for the points of '//str(size(lines))//' lines, found less')
+      return
+    end if
     raw%format = 'plain'
     do i = 1, size(lines)
       if (index(lower(lines(i)%text), 'reconstruction') > 0) raw%reconstruction = .true.

@@ -91,8 +91,10 @@ contains
       lift, pair%centred_station, ok)
     if (ok) then
       call curve_frame(pair%wheel, pair%centred_station, r, angle, curvature)
-      ok = abs(angle) < 20*degree .and. pair%centred_station > pair%s(1) &
-        .and. pair%centred_station < pair%s(size(pair%s))
+      call find_tread(pair)
+      ! A wheel that stands on its flange has no flange face between tip and contact.
+      ok = abs(angle) < 20*degree .and. pair%centred_station < pair%s(size(pair%s)) &
+        .and. pair%steepest < count(pair%s <= pair%centred_station)
     end if
     if (.not. ok) then
       call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '// &
@@ -105,7 +107,6 @@ contains
     low = minloc(pair%r(2, :))
     i = low(1)
     pair%flange_tip = pair%r(:, i)
-    call find_tread(pair)
   end subroutine place_profiles
 
   !> Whether two placed pairs are the same, number by number.

@@ -167,7 +167,8 @@ contains
     type(c_ptr) :: file
     integer(c_size_t) :: got
     integer, parameter :: longest = 2**28  ! no file of ours is longer [bytes]
-    integer :: n, ignored
+    character(:), allocatable :: grown
+    integer :: n, stat, ignored
 
     if (path == '-') then
       file = c_fdopen(0_c_int, 'r'//c_null_char)
@@ -179,7 +180,13 @@ contains
     allocate (character(2**16) :: bytes)
     n = 0
     do while (ok)
-      if (n == len(bytes)) bytes = bytes//repeat(' ', n)
+      if (n == len(bytes)) then
+        allocate (character(2*n) :: grown, stat=stat)
+        ok = stat == 0
+        if (.not. ok) exit
+        grown(:n) = bytes
+        call move_alloc(grown, bytes)
+      end if
       got = c_fread(bytes(n + 1:), 1_c_size_t, int(len(bytes) - n, c_size_t), file)
       n = n + int(got)
       ok = c_ferror(file) == 0 .and. n < longest

@@ -75,7 +75,7 @@ contains
     if (.not. is_number) return
     ! Beyond this a number could overflow, which may not even be tried where overflow traps.
     read (word(from:), *) exponent
-    is_number = mark + exponent < 300
+    is_number = mark + exponent < 300 .or. word(mark + 1:mark + 1) == '-'
   end function is_number
 
   !> The fewest digits that read back to the same number.
@@ -163,42 +163,35 @@ contains
     if (.not. opened) then
       call fatal_error(error, name//': cannot be opened for reading')
     else if (.not. ok) then
-      call fatal_error(error, name//': cannot be read')
+      call fatal_error(error, name//': cannot be read completely')
     else
       call split_lines(bytes, lines)
     end if
   end subroutine read_lines
 
-  !> The lines of a text, ended by newline, with a carriage return before it or not.  Other
-  !> carriage returns and tabs become blanks.
+  !> The lines of a text, ended by newline, carriage return or both.  Tabs become blanks.
   pure subroutine split_lines(text, lines)
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
     character, parameter :: newline = achar(10), return = achar(13)
-    integer :: i, n, from, to, last
+    integer :: n, from, to, pass
 
-    n = 0
-    do i = 1, len(text)
-      if (text(i:i) == newline) n = n + 1
-    end do
-    if (len(text) > 0) then
-      if (text(len(text):) /= newline) n = n + 1
-    end if
-    allocate (lines(n))
-    from = 1
-    do i = 1, n
-      to = from + index(text(from:), newline) - 2
-      if (to < from - 1) to = len(text)
-      last = to
-      if (to >= from) then
-        if (text(to:to) == return) last = to - 1
-      end if
-      lines(i)%text = blanked(text(from:last))
-      from = to + 2
+    do pass = 1, 2
+      if (pass == 2) allocate (lines(n))
+      n = 0
+      from = 1
+      do while (from <= len(text))
+        to = from - 1 + scan(text(from:), newline//return)
+        if (to < from) to = len(text) + 1
+        n = n + 1
+        if (pass == 2) lines(n)%text = blanked(text(from:to - 1))
+        from = to + 1
+        if (text(to:min(from, len(text))) == return//newline) from = from + 1
+      end do
     end do
   end subroutine split_lines
 
-  !> A line with blanks for its tabs and carriage returns.
+  !> A line with blanks for its tabs.
   pure function blanked(line)
     character(*), intent(in) :: line
     character(len(line)) :: blanked
@@ -206,7 +199,7 @@ contains
 
     blanked = line
     do i = 1, len(line)
-      if (iachar(line(i:i)) == 9 .or. iachar(line(i:i)) == 13) blanked(i:i) = ' '
+      if (iachar(line(i:i)) == 9) blanked(i:i) = ' '
     end do
   end function blanked
 

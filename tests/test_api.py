@@ -23,6 +23,7 @@ import ldbench
 from conftest import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, same_build
 from ldbench.__main__ import COMMANDS, main
 from ldbench._core import STAGES, Shared, watched
+from ldbench.record import header_lines, parse_header
 
 COARSE = {"model": "strip", "n_lateral": 60, "n_roll": 9, "n_depth": 9, "table_file": ""}
 slow = pytest.mark.skipif("LDBENCH_SLOW" not in os.environ, reason="slow: LDBENCH_SLOW=1 runs it")
@@ -114,6 +115,41 @@ def test_namelists_go_round(name):
     assert pickle.loads(pickle.dumps(odd)) == odd
 
 
+@pytest.mark.parametrize("title", ["the wheelset's run", "'", "''", '"', "it''s \"so\"", "a  'b'", "Räder", "\xa0", "back\\slash",
+                                   "車輪\u200b", "\udce9"], ids=ascii)
+def test_texts_go_round(title, tmp_path):
+    """Through Python's namelists, f90nml, and the header of a column file."""
+    case = coarse(1, "aw", title=title, t_end=1e-3)
+    case.to_namelist(tmp_path/"case.nml")
+    for source in tmp_path/"case.nml", case.to_namelist(), case.namelist():
+        assert ldbench.Case.from_namelist(source) == case
+    assert eval(repr(case), {"Case": ldbench.Case.exercise(1).replace}).title == title
+    file = Path(ldbench.run(case).write(tmp_path/"columns.txt"))
+    lines = file.read_bytes().decode(errors="surrogateescape").split("\n")
+    settings = [line[1:].partition("  !")[0] for line in lines if line.startswith(("# &case", "#   title ="))]
+    assert ldbench.Case.from_namelist("\n".join([*settings, "/"])).title == title
+    if title.isprintable():
+        assert parse_header(header_lines(file))["settings"]["case"]["title"] == title
+
+
+def test_a_file_name_of_other_letters(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    case = coarse(1, "aw", t_end=1e-3, output_file="Gleisversätze é.txt")
+    case.replace(**case.profile_files()).to_namelist("fall é.nml")
+    done = subprocess.run([LDBENCH, "fall é.nml"], cwd=tmp_path, capture_output=True, timeout=HANG)
+    assert done.returncode == 0 and b"Gleisvers\xc3\xa4tze \xc3\xa9.txt" in done.stdout, done.stderr
+    assert Path("Gleisversätze é.txt").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("&initial vY = 0.1\0 Z = 0 /\n", "&initial vY: expected a number .*, found 0.1\\?"),
+    ("&initial vY\0 = 0.1 /\n", "&initial: expected one of Y .*, found vY\\?"),
+    ("&case title = 'a\0b' /\n", "&case title: expected a text .* printable bytes, found 'a\\?b'")])
+def test_a_zero_byte_is_told_where_it_is(text, words):
+    with pytest.raises(ldbench.Error, match=words):
+        ldbench.Case.from_namelist(text)
+
+
 @pytest.mark.parametrize("text", [
     "", "mass = 3\n", "&wheels mass = 3 /", "&wheelset masse = 3 /", "&wheelset\nmass = -3\n/", "&wheelset mass = 3",
     "&wheelset mass = 1, mass = 2 /", "&wheelset mass = 'heavy' /", "&contact model = 'rigid' /",
@@ -144,9 +180,11 @@ def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
     ({"n_roll": 9.5}, "&table n_roll: expected a whole number from 5 to 1000, found 9.5"),
     ({"order": 3}, "&integrator order: expected 2, 4 or 6, found 3"),
     ({"model": "rigid"}, "&contact model: expected one of halfspace strip hertz.*, found 'rigid'"),
-    ({"title": 3}, "&case title: expected a text in quotes of at most 256 characters, found 3"),
-    ({"title": 300*"x"}, "&case title: expected a text in quotes of at most 256 characters"),
-    ({"title": "Räder"}, "&case title: expected a text"),
+    ({"title": 3}, "&case title: expected a text in quotes of at most 256 printable bytes, found 3"),
+    ({"title": 300*"x"}, "&case title: expected a text in quotes of at most 256 printable bytes"),
+    ({"title": 129*"ä"}, "&case title: expected a text in quotes of at most 256 printable bytes"),
+    ({"title": "two\nlines"}, "&case title: expected a text in quotes of .* printable bytes, found 'two.lines'"),
+    ({"title": "a\0b"}, "&case title: expected a text in quotes of .* printable bytes, found 'a.b'"),
     ({"interval": 1e-5, "formulation": "bilateral"}, "&output interval: expected at least the step"),
     ({"vY0": 0.3}, "expected a namelist variable .*, found vY0"),
     ({"file": "x"}, "expected table_file or output_file, found file, which is ambiguous"),
@@ -583,6 +621,16 @@ def test_poses_off_the_table_are_refused_or_nan(table):
         values = function(y, z + deep, roll, outside="nan")
         assert np.isfinite(values[0]).all() and np.isnan(values[1:]).all()
     assert table.potential(0, z + 1.0, 0) == 0, "in the air there is no contact, wherever"
+
+
+@pytest.mark.parametrize("k", range(3))
+@pytest.mark.parametrize("lift", [0.0, 1.0])
+def test_what_is_no_number_is_no_pose(k, lift, table):
+    pose = [0.0, table.equilibrium + lift, 0.0]
+    pose[k] = np.nan
+    with pytest.raises(ldbench.Error, match="expected poses within &table .*nan"):
+        table.force(*pose)
+    assert np.isnan(table.force(*pose, outside="nan")).all()
 
 
 def test_geometry_is_that_of_the_geometry_file(table, tmp_path):

@@ -193,7 +193,7 @@ def parse_header(lines: list[str]) -> dict[str, Any]:
 def setting_value(word: str) -> Setting:
     word = word.strip()
     if word.startswith("'"):
-        return word.strip("'")
+        return word[1:-1].replace("''", "'")
     try:
         return float(word)
     except ValueError:
