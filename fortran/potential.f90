@@ -127,6 +127,7 @@ contains
       if (status /= inside) return
       if (part < 0) then
         if (norm2(slope(:2)) > largest_pull) status = outside_law
+        if (status /= inside) return
       end if
       if (part <= 0) cycle
       branch = merge(2, 1, t%zones(i)%flange)
