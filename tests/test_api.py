@@ -628,7 +628,7 @@ def test_poses_off_the_table_are_refused_or_nan(table):
 def test_what_is_no_number_is_no_pose(k, lift, table):
     pose = [0.0, table.equilibrium + lift, 0.0]
     pose[k] = np.nan
-    with pytest.raises(ldbench.Error, match="expected poses within &table .*nan"):
+    with pytest.raises(ldbench.Error, match=r"expected poses within &table .*nan"):
         table.force(*pose)
     assert np.isnan(table.force(*pose, outside="nan")).all()
 
@@ -818,6 +818,20 @@ def test_build_lists_are_complete():
     assert core == set(makefile.replace("\\", "").split()) - {"terminal", "memory"}
     for named, folder in (package, ""), (plots, "plots"):
         assert named == {path.stem for path in (REPO / "wrappers/ldbench" / folder).glob("*.py")}
+
+
+def test_tables_beside_another_openmp_are_the_same(tmp_path):
+    """As where torch was imported first: LLVM's library then answers for gfortran's."""
+    others = [path for pattern in ("usr/lib/llvm-*/lib/libomp.so*", "usr/lib/*/libomp.so*") for path in Path("/").glob(pattern)]
+    if not others:
+        pytest.skip("no libomp")
+    case = coarse(1, "aw", table_file=tmp_path/"alone.table")
+    ldbench.ContactTable(case)
+    case.replace(table_file=tmp_path/"beside.table").to_namelist(tmp_path/"case.nml")
+    script = (f"import ctypes; ctypes.CDLL({str(others[0])!r}, ctypes.RTLD_GLOBAL); import ldbench; "
+              f"ldbench.ContactTable(ldbench.Case.from_namelist({str(tmp_path/'case.nml')!r}))")
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=HANG, env=os.environ | {"OMP_NUM_THREADS": "4"}, cwd=REPO)
+    assert (tmp_path/"beside.table").read_bytes() == (tmp_path/"alone.table").read_bytes()
 
 
 @pytest.mark.parametrize("file", [ldbench._core._flat.__file__, LDBENCH], ids=["extension", "executable"])
