@@ -227,9 +227,10 @@ contains
       arc = chords + (chords - size_of(c - a))/3
     end function arc
 
+    !> By value: they may be those of the pose before, in arrays that are replaced here.
     subroutine keep(s, stretch)
-      real(dp), intent(in) :: s
-      integer, intent(in) :: stretch
+      real(dp), value :: s
+      integer, value :: stretch
       type(path_type) :: old
       integer :: room
 
@@ -263,7 +264,7 @@ contains
     type(path_type), intent(in) :: path(:)      !! to the left, to the right
     logical, intent(in) :: left
     real(dp), intent(in) :: equilibrium(3)      !! from which Z and roll are measured
-    character(:), allocatable :: words
+    character(200) :: words
     real(dp) :: q(3)
 
     associate (p => path(merge(1, 2, left)))

@@ -5,6 +5,7 @@
 !> derivative runs through the first interior knot ("not a knot").  In a cell four
 !> B-splines live, kept as polynomials.  C. de Boor, A Practical Guide to Splines.
 module bspline
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: dp
   implicit none
   private
@@ -174,6 +175,8 @@ contains
     c(n, :) = 0
     call dgbtrf(n, n, k, k, ab, 3*k + 1, ipiv, info)
     if (info == 0) call dgbtrs('N', n, k, k, size(f, 2), ab, 3*k + 1, ipiv, c, n, info)
+    ! No pose is then inside the table.
+    if (info /= 0) c = ieee_value(1.0_dp, ieee_quiet_nan)
   end subroutine fit_axis
 
   !> The B-splines that do not vanish at the last point.

@@ -230,30 +230,39 @@ contains
   !> The value of a variable as it would stand in a namelist.
   function value_text(variable) result(word)
     type(variable_type), intent(in) :: variable
-    character(:), allocatable :: word
+    character(2*text_length + 2) :: word
+    integer :: i, n
 
     if (associated(variable%x)) then
       word = str(variable%x)
     else if (associated(variable%i)) then
       word = str(variable%i)
     else
-      word = "'"//trim(variable%text)//"'"
+      word = "'"
+      n = 1
+      do i = 1, len_trim(variable%text)
+        n = n + 1
+        word(n:n) = variable%text(i:i)
+        if (variable%text(i:i) == "'") n = n + 1
+        word(n:n) = variable%text(i:i)
+      end do
+      word(n + 1:) = "'"
     end if
   end function value_text
 
   !> What a variable admits, in words.
   function range_text(variable) result(words)
     type(variable_type), intent(in) :: variable
-    character(:), allocatable :: words
+    character(text_length) :: words
 
     if (associated(variable%x)) then
-      words = trim('a number from '//str(variable%least)//' to '//str(variable%largest)//' '//variable%unit)
+      words = 'a number from '//str(variable%least)//' to '//str(variable%largest)//' '//variable%unit
     else if (associated(variable%i)) then
       words = 'a whole number from '//str(nint(variable%least))//' to '//str(nint(variable%largest))
     else if (len(variable%words) > 0) then
       words = 'one of '//variable%words
     else
-      words = 'a text in quotes of at most '//str(text_length)//' characters'
+      words = 'a text in quotes of at most '//str(text_length)//' printable bytes'
     end if
   end function range_text
 
@@ -267,7 +276,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(variable_type), allocatable :: list(:)
     logical, allocatable :: seen(:)
-    character(:), allocatable :: word, group, name, groups_seen
+    character(:), allocatable :: word, shown, group, name, names, groups_seen
     integer :: line, column, kind, k
     integer, parameter :: nothing = 0, plain = 1, quoted = 2, mark = 3   ! kinds of words
 
@@ -284,12 +293,13 @@ contains
       if (kind == nothing) exit
       if (group == '') then
         if (kind /= plain .or. index(word, '&') /= 1) then
-          call fail('', 'expected a group such as &wheelset', shown())
+          call fail('', 'expected a group such as &wheelset', shown)
           return
         end if
         group = lower(word(2:))
         if (.not. any([(list(k)%group == group, k=1, size(list))])) then
-          call fail('', 'expected one of'//group_names(), word)
+          call list_groups(names)
+          call fail('', 'expected one of'//names, word)
           return
         end if
         if (index(groups_seen, ' '//group//' ') > 0) then
@@ -310,7 +320,8 @@ contains
         if (list(k)%group == group .and. lower(list(k)%name) == lower(name)) exit
       end do
       if (kind /= plain .or. k == 0) then
-        call fail('', 'expected one of'//variable_names(), name)
+        call list_names(names)
+        call fail('', 'expected one of'//names, name)
         return
       end if
       if (seen(k)) then
@@ -321,7 +332,7 @@ contains
       call next()
       if (allocated(error)) return
       if (kind /= mark .or. word /= '=') then
-        call fail(name, 'expected =', shown())
+        call fail(name, 'expected =', shown)
         return
       end if
       call next()
@@ -339,10 +350,11 @@ contains
 
     !> The next word: plain text, a quoted text, or one of = , /.
     subroutine next()
-      integer :: from
+      integer :: from, length
 
       kind = nothing
       word = ''
+      shown = 'the end of the file'
       do
         if (line > size(lines)) return
         if (column > len(lines(line)%text)) then
@@ -363,14 +375,19 @@ contains
           word = t(from:from)
           column = from + 1
         else if (scan(t(from:from), '''"') == 1) then
-          column = index(t(from + 1:), t(from:from))
-          if (column == 0) then
-            call fail('', 'expected a closing quote', t(from:))
-            return
-          end if
           kind = quoted
-          column = from + column + 1
-          word = t(from + 1:column - 2)
+          do
+            length = index(t(column + 1:), t(from:from)) - 1
+            if (length < 0) then
+              call fail('', 'expected a closing quote', t(from:))
+              return
+            end if
+            word = word//t(column + 1:column + length)
+            column = column + length + 2
+            ! Two quotes are one that belongs to the text.
+            if (index(t(column:), t(from:from)) /= 1) exit
+            word = word//t(from:from)
+          end do
         else
           kind = plain
           column = scan(t(from:), ' =,/!''"')
@@ -378,6 +395,7 @@ contains
           column = from + column - 1
           word = t(from:column - 1)
         end if
+        shown = t(from:column - 1)
       end associate
     end subroutine next
 
@@ -397,16 +415,8 @@ contains
         if (ok .and. associated(variable%x)) variable%x = x
       end if
       if (ok) ok = admissible(variable)
-      if (.not. ok) call fail(variable%name, 'expected '//range_text(variable), shown())
+      if (.not. ok) call fail(variable%name, 'expected '//trim(range_text(variable)), shown)
     end subroutine set_value
-
-    function shown()
-      character(:), allocatable :: shown
-
-      shown = word
-      if (kind == nothing) shown = 'the end of the file'
-      if (kind == quoted) shown = "'"//word//"'"
-    end function shown
 
     subroutine fail(name, expected, found)
       character(*), intent(in) :: name, expected, found
@@ -421,54 +431,43 @@ contains
       call fatal_error(error, place//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
     end subroutine fail
 
-    function group_names() result(names)
-      character(:), allocatable :: names
+    subroutine list_groups(names)
+      character(:), allocatable, intent(out) :: names
       integer :: j
 
       names = ''
       do j = 1, size(list)
         if (index(names//' ', ' &'//list(j)%group//' ') == 0) names = names//' &'//list(j)%group
       end do
-    end function group_names
+    end subroutine list_groups
 
-    function variable_names() result(names)
-      character(:), allocatable :: names
+    subroutine list_names(names)
+      character(:), allocatable, intent(out) :: names
       integer :: j
 
       names = ''
       do j = 1, size(list)
         if (list(j)%group == group) names = names//' '//list(j)%name
       end do
-    end function variable_names
+    end subroutine list_names
 
   end subroutine read_case
 
   pure logical function admissible(variable)
     type(variable_type), intent(in) :: variable
+    integer :: k
 
     if (associated(variable%x)) then
       admissible = variable%x >= variable%least .and. variable%x <= variable%largest
     else if (associated(variable%i)) then
       admissible = variable%i >= variable%least .and. variable%i <= variable%largest
     else
-      admissible = verify(variable%text, printable()) == 0
+      ! Bytes beyond ASCII are letters of other alphabets.
+      admissible = all([(iachar(variable%text(k:k)) >= 32 .and. iachar(variable%text(k:k)) /= 127, k=1, text_length)])
       if (admissible .and. len(variable%words) > 0) &
         admissible = index(' '//variable%words//' ', ' '//trim(variable%text)//' ') > 0 &
         .and. len_trim(variable%text) > 0 .and. index(trim(variable%text), ' ') == 0
     end if
-
-  contains
-
-    !> Printable ASCII.
-    pure function printable() result(set)
-      character(95) :: set
-      integer :: k
-
-      do k = 1, 95
-        set(k:k) = achar(k + 31)
-      end do
-    end function printable
-
   end function admissible
 
   !> Every range again (a case need not come from a file), and what several
@@ -484,7 +483,7 @@ contains
     do k = 1, size(list)
       if (admissible(list(k))) cycle
       call fatal_error(error, file//', &'//list(k)%group//' '//list(k)%name//': expected '// &
-        range_text(list(k))//', found '//value_text(list(k)))
+        trim(range_text(list(k)))//', found '//value_text(list(k)))
       return
     end do
     if (len_trim(c%name) == 0 .or. scan(trim(c%name), '/ ') > 0) then
@@ -549,7 +548,7 @@ contains
   !> Where the contact table of the right side is kept, if its profiles may differ from the left ones.
   function right_table_path(c) result(path)
     type(case_type), intent(in) :: c
-    character(:), allocatable :: path
+    character(len_trim(c%table_file) + 6) :: path
 
     path = ''
     if (c%table_file /= '' .and. (c%wheel_profile_right /= '' .or. c%rail_profile_right /= '')) &
@@ -559,7 +558,7 @@ contains
   !> Where the columns go.
   function output_path(c) result(path)
     type(case_type), intent(in) :: c
-    character(:), allocatable :: path
+    character(merge(len_trim(c%output_file), len(default_folder) + len_trim(c%name) + 5, c%output_file /= '')) :: path
 
     path = trim(c%output_file)
     if (path == '') path = default_folder//'/'//trim(c%name)//'.txt'

@@ -12,14 +12,15 @@ module errors
 
 contains
 
+  !> `error` is not intent(out): it would be freed before a message that quotes the error so far is put together.
   pure subroutine fatal_error(error, message)
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     character(*), intent(in) :: message   !! what cannot be printed becomes '?'
     integer :: i
 
-    allocate (error)
-    error%message = message
-    do i = 1, len(message)
+    if (.not. allocated(error)) allocate (error)
+    error%message = trim(message)
+    do i = 1, len_trim(message)
       if (iachar(message(i:i)) < 32 .or. iachar(message(i:i)) == 127) error%message(i:i) = '?'
     end do
   end subroutine fatal_error
@@ -27,7 +28,7 @@ contains
   !> A message with the file that it is about before it.
   pure function placed(file, message) result(words)
     character(*), intent(in) :: file, message
-    character(:), allocatable :: words
+    character(len(file) + 2 + len(message)) :: words
 
     words = file//': '//message
     if (index(message, '&') == 1) words = file//', '//message

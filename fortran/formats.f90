@@ -35,9 +35,13 @@ contains
     type(line_type), intent(in) :: lines(:)
     type(raw_type), intent(out) :: raw
     type(error_type), allocatable, intent(out) :: error
-    integer :: i
+    integer :: i, stat
 
-    allocate (raw%points(2, size(lines)), raw%at(size(lines)))
+    allocate (raw%points(2, size(lines)), raw%at(size(lines)), stat=stat)
+    if (stat /= 0) then
+      call fatal_error(error, file//': expected memory for the points of '//str(size(lines))//' lines, found less')
+      return
+    end if
     raw%format = 'plain'
     do i = 1, size(lines)
       if (index(lower(lines(i)%text), 'reconstruction') > 0) raw%reconstruction = .true.
@@ -321,12 +325,10 @@ contains
   !> A line up to its comment, with blanks for commas and semicolons.
   pure function uncommented(line, marks) result(row)
     character(*), intent(in) :: line, marks
-    character(:), allocatable :: row
-    integer :: i, cut
+    character(scan(line//marks(1:1), marks) - 1) :: row
+    integer :: i
 
-    cut = scan(line, marks)
-    if (cut == 0) cut = len(line) + 1
-    row = line(:cut - 1)
+    row = line
     do i = 1, len(row)
       if (scan(row(i:i), ',;') == 1) row(i:i) = ' '
     end do

@@ -93,8 +93,10 @@ contains
       lift, pair%centred_station, ok)
     if (ok) then
       call curve_frame(pair%wheel, pair%centred_station, r, angle, curvature)
-      ok = abs(angle) < 20*degree .and. pair%centred_station > pair%s(1) &
-        .and. pair%centred_station < pair%s(size(pair%s))
+      call find_tread(pair)
+      ! A wheel that stands on its flange has no flange face between tip and contact.
+      ok = abs(angle) < 20*degree .and. pair%centred_station < pair%s(size(pair%s)) &
+        .and. pair%steepest < count(pair%s <= pair%centred_station)
     end if
     if (.not. ok) then
       call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '// &
@@ -107,7 +109,6 @@ contains
     low = minloc(pair%r(2, :))
     i = low(1)
     pair%flange_tip = pair%r(:, i)
-    call find_tread(pair)
   end subroutine place_profiles
 
   !> Whether two placed pairs are the same, number by number.
@@ -131,7 +132,7 @@ contains
     real(dp), intent(in) :: z
     real(dp), intent(out) :: r(2)
     logical, intent(out) :: ok
-    real(dp) :: d1(2), d2(2), s
+    real(dp) :: d1(2), d2(2), s, low, high
     integer :: i, iter
 
     do i = 1, rail%n
@@ -140,12 +141,22 @@ contains
     ok = i > 1 .and. i <= rail%n
     if (.not. ok) return
     i = i - 1
-    s = rail%s(i)
+    low = rail%s(i)
+    high = rail%s(i + 1)
+    s = low
     do iter = 1, 20
       call curve_point(rail, s, i, r, d1, d2)
-      s = s + (z - r(2))/d1(2)
+      s = min(max(s + (z - r(2))/d1(2), low), high)
     end do
     call curve_point(rail, s, i, r, d1, d2)
+    if (abs(r(2) - z) < 1e-12_dp) return
+    ! Where the face is no graph over its height, Newton's method may find nothing.
+    do iter = 1, 60
+      s = (low + high)/2
+      call curve_point(rail, s, i, r, d1, d2)
+      if (r(2) > z) high = s
+      if (r(2) <= z) low = s
+    end do
   end subroutine gauge_point
 
   !> The flange face, between the flange's tip and the running point, and the tread up to its chamfer.

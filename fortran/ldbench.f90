@@ -13,7 +13,7 @@ program ldbench
   use text, only: line_type, read_lines
   implicit none
   type(error_type), allocatable :: error
-  character(:), allocatable :: argument
+  character(:), allocatable :: argument, text
   type(terminal_monitor) :: watcher
   character, parameter :: nl = new_line('a')
 
@@ -22,7 +22,8 @@ program ldbench
   call get_argument(1, argument)
   select case (argument)
   case ('--help', '-h')
-    call answer(help())
+    call help(text)
+    call answer(text)
   case ('--version')
     call answer('ldbench '//version//nl)
   case default
@@ -34,6 +35,7 @@ program ldbench
       call run(argument)
     end if
   end select
+  if (allocated(text)) deallocate (text)
   deallocate (argument)
   if (allocated(error)) then
     write (error_unit, '(a)') 'ldbench: error: '//error%message
@@ -89,7 +91,8 @@ contains
     call finish_files(c, setup, result, columns, trim(c%geometry_file), error)
     if (allocated(error)) return
     call watcher%clear()
-    call answer(summary(c, setup, result))
+    call summary(c, setup, result, text)
+    call answer(text)
   end subroutine compute
 
   subroutine get_argument(i, value)
@@ -111,8 +114,8 @@ contains
     if (.not. ok) call fatal_error(error, 'standard output: cannot be written completely')
   end subroutine answer
 
-  function help() result(lines)
-    character(:), allocatable :: lines
+  subroutine help(lines)
+    character(:), allocatable, intent(out) :: lines
     type(case_type), target :: c
     type(variable_type), allocatable :: list(:)
     character(:), allocatable :: group
@@ -132,16 +135,10 @@ contains
       if (list(k)%group /= group) lines = lines//'&'//list(k)%group//nl
       group = list(k)%group
       name = list(k)%name
-      lines = lines//'  '//name//'('//value_text(list(k))//') '//range_text(list(k))//about(list(k)%meaning)//nl
+      lines = lines//'  '//name//'('//trim(value_text(list(k)))//') '//trim(range_text(list(k)))
+      if (list(k)%meaning /= '') lines = lines//'; '//list(k)%meaning
+      lines = lines//nl
     end do
-  end function help
-
-  function about(meaning) result(words)
-    character(*), intent(in) :: meaning
-    character(:), allocatable :: words
-
-    words = ''
-    if (meaning /= '') words = '; '//meaning
-  end function about
+  end subroutine help
 
 end program ldbench

@@ -55,9 +55,9 @@ contains
   end subroutine mend_points
 
   !> What was done, in words; '' for nothing.
-  function mended_text(mended) result(words)
+  subroutine mended_text(mended, words)
     type(mended_type), intent(in) :: mended
-    character(:), allocatable :: words
+    character(:), allocatable, intent(out) :: words
 
     words = ''
     if (mended%repeated > 0) words = words//', '//str(mended%repeated)//' repeated dropped'
@@ -75,7 +75,7 @@ contains
       round = anint(1e3_dp*x)/1e3_dp
     end function round
 
-  end function mended_text
+  end subroutine mended_text
 
   pure subroutine drop_repeated(points, at, n, mended)
     real(dp), intent(inout) :: points(:, :)

@@ -1,6 +1,7 @@
 !> Small oscillations of the wheelset about an equilibrium: K x = omega^2 M x with the
 !> exact tangent K of the contact potential.
 module modes
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: dp, pi
   use wheelset, only: contact_state, contacts, wheelset_type
   implicit none
@@ -39,6 +40,7 @@ contains
       shapes(:, i) = shapes(:, i)/(root*root(i))
     end do
     call dsyev('V', 'U', 3, shapes, 3, frequency, work, size(work), info)
+    if (info /= 0) frequency = ieee_value(1.0_dp, ieee_quiet_nan)
     frequency = sign(sqrt(abs(frequency)), frequency)/(2*pi)
     do i = 1, 3
       shapes(:, i) = shapes(:, i)/root

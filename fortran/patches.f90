@@ -348,7 +348,8 @@ contains
       node = from - 1 + maxloc(work%depth(from:i - 1), 1)
       deepest(n) = work%depth(node)
       station(n) = pair%s(node)
-      tops(:, n) = pair%s([from - 1 + findloc(work%depth(from:i - 2) > work%depth(from + 1:i - 1), .true., 1), &
+      ! Where the depth only grows, the station before the lap stands for the first top.
+      tops(:, n) = pair%s([max(1, from - 1 + findloc(work%depth(from:i - 2) > work%depth(from + 1:i - 1), .true., 1)), &
         from + findloc(work%depth(from:i - 2) < work%depth(from + 1:i - 1), .true., 1, back=.true.)])
       if (i - from < 3) tops(:, n) = station(n)
       lap_x(n) = min(sqrt(2*deepest(n)*(-pair%r(2, node))/max(work%normal(2, node), least_cosine)), -pair%r(2, node)/2)

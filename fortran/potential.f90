@@ -17,7 +17,7 @@ module potential
   private
   public :: zone_table, contact_table, accuracy_type, roll_type, bound_heights, find_roll, wheel_potential, &
     height_over, zone_pose
-  public :: inside, outside_lateral, outside_roll, outside_depth
+  public :: inside, outside_lateral, outside_roll, outside_depth, outside_law
 
   type :: zone_table
     logical :: flange = .false.
@@ -54,7 +54,11 @@ module potential
   !> Whether a pose is on the table.
   enum, bind(c)
     enumerator :: inside = 0, outside_lateral, outside_roll, outside_depth
+    enumerator :: outside_law        ! S is negative: beyond what runs reach, splines oscillate
   end enum
+
+  !> Just below S = 0 a zone is taken for open. What is dropped then is no more than accuracies are measured by [N].
+  real(dp), parameter :: largest_pull = 5e3_dp
 
 contains
 
@@ -121,6 +125,10 @@ contains
     do i = 1, size(t%zones)
       call zone_potential(t%zones(i), pose, roll, tangent, part, slope, bend, status)
       if (status /= inside) return
+      if (part < 0) then
+        if (norm2(slope(:2)) > largest_pull) status = outside_law
+        if (status /= inside) return
+      end if
       if (part <= 0) cycle
       branch = merge(2, 1, t%zones(i)%flange)
       energy(branch) = energy(branch) + part
@@ -146,7 +154,8 @@ contains
     arm = pole_arm(t, roll)
     call zone_coordinates(t, pose, arm, u, w)
     if (.not. axis_holds(t%u, u)) then
-      if (pose(2) + arm(2) <= t%ceiling) status = outside_lateral
+      ! What is no number is neither above nor below.
+      if (.not. (pose(2) + arm(2) > t%ceiling .and. abs(pose(1)) <= huge(u))) status = outside_lateral
       return
     end if
     if (w >= t%highest(int((u - t%u%low)*t%steps) + 1, roll%basis%i)) return

@@ -86,7 +86,7 @@ contains
     call check_points(file, raw%points, raw%at, error)
     if (allocated(error)) return
     p%points = raw%points
-    p%mended = mended_text(mended)
+    call mended_text(mended, p%mended)
     ! The mean of several points is nearer to the curve than they are.
     call fit_curve(1e-3_dp*p%points(1, :), 1e-3_dp*p%points(2, :), 1e-3_dp*smoothing/sqrt(real(mended%group, dp)), &
       p%curve, error)

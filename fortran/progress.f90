@@ -3,7 +3,7 @@ module progress
   use kinds, only: dp
   implicit none
   private
-  public :: monitor_type, count_work, share_of_round
+  public :: monitor_type, goes_on, share_of_round
 
   type, abstract :: monitor_type
     logical :: stop = .false.            !! set it to end the computation early
@@ -33,26 +33,33 @@ contains
     call this%report(stage, this%from + share*(this%to - this%from))
   end subroutine tell
 
-  !> Count a piece of the work; the thread that began it tells the watcher, who may want no more.
-  subroutine count_work(work, done, all, stopped, watcher)
+  !> Count a piece of the work, and whether it shall be done; the thread that began the work tells the watcher, who may
+  !> want no more.
+  logical function goes_on(work, done, all, stopped, watcher)
     !$ use omp_lib, only: omp_get_thread_num
     real(dp), intent(in) :: work(2)
-    integer, intent(inout) :: done
+    integer, intent(inout) :: done         !! shared by the threads, as `stopped` is
     integer, intent(in) :: all
     logical, intent(inout) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
     integer :: before
+    logical :: no_more
 
     !$omp atomic capture
     before = done
     done = done + 1
     !$omp end atomic
-    if (.not. present(watcher)) return
+    !$omp atomic read
+    no_more = stopped
+    goes_on = .not. no_more
+    if (.not. present(watcher) .or. .not. goes_on) return
     !$ if (omp_get_thread_num() /= 0) return
-    if (watcher%stop) return
     call watcher%tell('table', work(1) + (work(2) - work(1))*before/all)
-    if (watcher%stop) stopped = .true.
-  end subroutine count_work
+    goes_on = .not. watcher%stop
+    if (goes_on) return
+    !$omp atomic write
+    stopped = .true.
+  end function goes_on
 
   !> Share of the work done before and after a round, when each is expected to leave 0.6 of what is left.
   pure function share_of_round(work, round) result(part)

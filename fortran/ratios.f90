@@ -11,7 +11,7 @@ module ratios
   use kinds, only: dp
   use patches, only: elements_type, new_elements
   use potential, only: bound_heights, contact_table, zone_pose, zone_table
-  use progress, only: count_work, monitor_type, share_of_round
+  use progress, only: goes_on, monitor_type, share_of_round
   use reach, only: extent_type, find_reach, least_force, lever, strictness
   use refine, only: cell_errors, fine_flange, fine_roll, fine_tread, grading, halve_cells, least_q, least_roll, least_u, &
     spread_roll, spread_u, united
@@ -95,8 +95,7 @@ contains
       stopped = .false.
       !$omp parallel do schedule(dynamic) private(z, j)
       do row = 1, n(size(zones))
-        call count_work(share_of_round(work, round), done, n(size(zones)), stopped, watcher)
-        if (stopped) cycle
+        if (.not. goes_on(share_of_round(work, round), done, n(size(zones)), stopped, watcher)) cycle
         z = count(n(:size(zones) - 1) < row)
         j = row - n(z - 1)
         call sample_ratios(pair, zones, z, elements(merge(2, 1, zones(z)%flange)), table, extent, &

@@ -39,10 +39,10 @@ contains
   end subroutine check_writable
 
   !> Lines about the case before the run: geometry, equilibrium, every variable in force.
-  function header(c, setup) result(lines)
+  subroutine header(c, setup, lines)
     type(case_type), target, intent(in) :: c
     type(setup_type), intent(in) :: setup
-    character(:), allocatable :: lines
+    character(:), allocatable, intent(out) :: lines
     type(case_type), target :: copy
     type(variable_type), allocatable :: list(:)
     character(:), allocatable :: group
@@ -52,83 +52,86 @@ contains
       'frame: X forward, Y left, Z up; Z and roll from static equilibrium at Y = 0; SI units, radians'//nl// &
       'contacts: LT left tread, LF left flange, RT right tread, RF right flange; '// &
       'forces of the rail on the wheel, track frame'//nl
-    lines = lines//profile_lines('wheel', setup%wheel)//profile_lines('rail', setup%rail)
-    lines = lines//clearances(setup)//'axle height at equilibrium [m]: '//str(setup%equilibrium(2))//nl
-    if (.not. setup%symmetric) lines = lines//'roll at equilibrium [rad]: '//str(setup%equilibrium(3))//nl//rest(setup)
-    lines = lines//frequencies(setup)//formulation(c)//tables(c, setup)
+    call add_profiles(lines, 'wheel', setup%wheel)
+    call add_profiles(lines, 'rail', setup%rail)
+    call add_clearances(lines, setup)
+    lines = lines//'axle height at equilibrium [m]: '//str(setup%equilibrium(2))//nl
+    if (.not. setup%symmetric) lines = lines//'roll at equilibrium [rad]: '//str(setup%equilibrium(3))//nl
+    call add_rest(lines, setup)
+    call add_frequencies(lines, setup)
+    call add_formulation(lines, c)
+    call add_tables(lines, c, setup)
     copy = c
     call list_variables(copy, list)
     group = ''
     do k = 1, size(list)
       if (list(k)%group /= group) lines = lines//'&'//list(k)%group//nl
       group = list(k)%group
-      lines = lines//'  '//list(k)%name//' = '//value_text(list(k))
+      lines = lines//'  '//list(k)%name//' = '//trim(value_text(list(k)))
       if (list(k)%unit /= '' .and. list(k)%unit /= '1') lines = lines//'  ! '//list(k)%unit
       lines = lines//nl
     end do
-  end function header
+  end subroutine header
 
   !> What a rigid formulation means for the case.
-  function formulation(c) result(lines)
+  subroutine add_formulation(lines, c)
+    character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
-    character(:), allocatable :: lines
 
     select case (c%formulation)
     case ('bilateral')
-      lines = 'formulation bilateral: rigid contacts, both wheels are held on their rails; a negative N is a rail that '// &
+      lines = lines//'formulation bilateral: rigid contacts, both wheels are held on their rails; a negative N is a rail that '// &
         'pulls; P: impulses where contact jumps along the wheel'//nl
     case ('unilateral')
-      lines = 'formulation unilateral: rigid contacts that only push, restitution '//str(c%restitution)// &
+      lines = lines//'formulation unilateral: rigid contacts that only push, restitution '//str(c%restitution)// &
         '; N: of contact that lasts, P: impulses of impacts so far'//nl
     case default
-      lines = ''
       return
     end select
     lines = lines//'not used with it: &material, &table but lateral, roll and drop (where a derailed run ends), &contact '// &
       'model, &integrator scheme, order, beta, gamma, tolerance, max_iterations'//nl
-  end function formulation
+  end subroutine add_formulation
 
   !> Eigenfrequencies at equilibrium, named by what moves most (in kinetic energy).
-  function frequencies(setup) result(line)
+  subroutine add_frequencies(lines, setup)
+    character(:), allocatable, intent(inout) :: lines
     type(setup_type), intent(in) :: setup
-    character(:), allocatable :: line
     character(8), parameter :: motion(3) = [character(8) :: 'lateral', 'vertical', 'roll']
     integer :: k
 
-    line = 'eigenfrequencies at equilibrium [Hz]:'
+    lines = lines//'eigenfrequencies at equilibrium [Hz]:'
     do k = 1, setup%modes
-      line = line//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' '// &
+      lines = lines//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' '// &
         fixed(setup%frequency(k), 4)
-      if (k < setup%modes) line = line//','
+      if (k < setup%modes) lines = lines//','
     end do
-    line = line//nl
-  end function frequencies
+    lines = lines//nl
+  end subroutine add_frequencies
 
   !> How exact the contact tables are, and a warning where that is not what was asked for.
-  function tables(c, setup) result(lines)
+  subroutine add_tables(lines, c, setup)
+    character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
-    character(:), allocatable :: lines
 
-    lines = ''
     if (c%formulation /= 'elastic') return
     if (setup%symmetric) then
-      lines = table_lines(c, 'contact table', setup%wheelset%table)
+      call add_table(lines, c, 'contact table', setup%wheelset%table)
     else
-      lines = table_lines(c, 'left contact table', setup%wheelset%table)// &
-        table_lines(c, 'right contact table', setup%wheelset%right_table)
+      call add_table(lines, c, 'left contact table', setup%wheelset%table)
+      call add_table(lines, c, 'right contact table', setup%wheelset%right_table)
     end if
-  end function tables
+  end subroutine add_tables
 
-  function table_lines(c, what, table) result(lines)
+  subroutine add_table(lines, c, what, table)
+    character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
     character(*), intent(in) :: what
     type(contact_table), intent(in) :: table
-    character(:), allocatable :: lines
     character(10), parameter :: place(4) = [character(10) :: 'tread', 'flange', 'both', 'going over']
     integer :: k, z
 
-    lines = what//': model '//trim(c%model)//', '
+    lines = lines//what//': model '//trim(c%model)//', '
     do z = 1, size(table%zones)
       associate (t => table%zones(z))
         lines = lines//str(t%u%n)//' x '//str(t%roll%n)//' x '//str(t%q%n)
@@ -146,62 +149,64 @@ contains
     lines = lines(:len(lines) - 1)//nl
     if (any(table%accuracy%rms(:3) > c%accuracy)) lines = lines//'warning: '//what//': expected an rms error of at most '// &
       '&table accuracy = '//str(c%accuracy)//' in service, reached '//scientific(maxval(table%accuracy%rms(:3)))//nl
-  end function table_lines
+  end subroutine add_table
 
   !> Clearance, to either side where they differ.
-  function clearances(setup) result(line)
+  subroutine add_clearances(lines, setup)
+    character(:), allocatable, intent(inout) :: lines
     type(setup_type), intent(in) :: setup
-    character(:), allocatable :: line
 
     if (setup%symmetric) then
-      line = 'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%side(1)%clearance, 3)//nl
+      lines = lines//'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%side(1)%clearance, 3)//nl
     else
-      line = 'rigid-axle clearance [mm]: left '//fixed(1e3_dp*setup%side(1)%clearance, 3)//', right '// &
+      lines = lines//'rigid-axle clearance [mm]: left '//fixed(1e3_dp*setup%side(1)%clearance, 3)//', right '// &
         fixed(1e3_dp*setup%side(2)%clearance, 3)//nl
     end if
-  end function clearances
+  end subroutine add_clearances
 
   !> Where a wheelset of two different sides stays by itself, as the columns tell it.
-  function rest(setup) result(line)
+  subroutine add_rest(lines, setup)
+    character(:), allocatable, intent(inout) :: lines
     type(setup_type), intent(in) :: setup
-    character(:), allocatable :: line
 
+    if (setup%symmetric) return
     associate (q => setup%rest - setup%equilibrium)
-      line = 'at rest off the centre: Y = '//str(q(1))//' m, Z = '//str(q(2))//' m, roll = '//str(q(3))//' rad'//nl
+      lines = lines//'at rest off the centre: Y = '//str(q(1))//' m, Z = '//str(q(2))//' m, roll = '//str(q(3))//' rad'//nl
     end associate
-  end function rest
+  end subroutine add_rest
 
   !> Of the profile of both sides, or of either.
-  function profile_lines(what, p) result(lines)
+  subroutine add_profiles(lines, what, p)
+    character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: what
     type(profile_type), intent(in) :: p(2)
-    character(:), allocatable :: lines
 
     if (p(1)%file == p(2)%file) then
-      lines = profile_line(what, p(1))
+      call add_profile(lines, what, p(1))
     else
-      lines = profile_line('left '//what, p(1))//profile_line('right '//what, p(2))
+      call add_profile(lines, 'left '//what, p(1))
+      call add_profile(lines, 'right '//what, p(2))
     end if
-  end function profile_lines
+  end subroutine add_profiles
 
-  function profile_line(what, p) result(line)
+  subroutine add_profile(lines, what, p)
+    character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: what
     type(profile_type), intent(in) :: p
-    character(:), allocatable :: line
 
-    line = what//' profile: '//p%file//', CRC-32 '//p%checksum
-    if (p%reconstruction) line = line//', RECONSTRUCTION (not the organisers'' file)'
-    if (p%taken /= '') line = line//', '//p%taken
-    if (p%mended /= '') line = line//'; '//p%mended
-    line = line//nl
-  end function profile_line
+    lines = lines//what//' profile: '//p%file//', CRC-32 '//p%checksum
+    if (p%reconstruction) lines = lines//', RECONSTRUCTION (not the organisers'' file)'
+    if (p%taken /= '') lines = lines//', '//p%taken
+    if (p%mended /= '') lines = lines//'; '//p%mended
+    lines = lines//nl
+  end subroutine add_profile
 
   !> Lines about the outcome, with so many impacts.
-  function outcome(c, run, impacts) result(lines)
+  subroutine outcome(c, run, impacts, lines)
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
     integer, intent(in) :: impacts
-    character(:), allocatable :: lines
+    character(:), allocatable, intent(out) :: lines
     integer :: k, kinds, struck
 
     struck = 0
@@ -215,7 +220,7 @@ contains
         lines = lines//'  t = '//fixed(event%t, 6)//' s  '//trim(event_kinds(event%kind))
         if (abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0) &
           lines = lines//', lateral force '//fixed(1e-3_dp*event%force, 3)//' kN'
-        if (any(abs(event%impulse) > 0)) lines = lines//impact(event%impulse, event%loss)
+        if (any(abs(event%impulse) > 0)) lines = lines//trim(impact(event%impulse, event%loss))
         lines = lines//nl
       end associate
     end do
@@ -245,26 +250,26 @@ contains
       scientific(run%drift/run%kinetic_energy)
     lines = lines//nl//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, '//str(run%cuts)// &
       ' cut; contact evaluations: '//str(run%evaluations)//nl
-    lines = lines//'ended at t = '//fixed(run%last(1), 6)//' s: '//reason(c, run)//nl
-  end function outcome
+    lines = lines//'ended at t = '//fixed(run%last(1), 6)//' s: '//trim(reason(c, run))//nl
+  end subroutine outcome
 
   !> Impulses and loss of an impact.
   function impact(impulse, loss) result(words)
     real(dp), intent(in) :: impulse(4), loss
-    character(:), allocatable :: words
+    character(240) :: words
     integer :: k
 
     words = ', impulses [N s]'
     do k = 1, 4
-      if (abs(impulse(k)) > 0) words = words//' '//contact_name(k)//' '//fixed(impulse(k), 3)
+      if (abs(impulse(k)) > 0) words = trim(words)//' '//contact_name(k)//' '//fixed(impulse(k), 3)
     end do
-    words = words//', energy lost [J] '//fixed(loss, 6)
+    words = trim(words)//', energy lost [J] '//fixed(loss, 6)
   end function impact
 
   function reason(c, run) result(words)
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
-    character(:), allocatable :: words
+    character(64) :: words
 
     if (run%cancelled) then
       words = 'stopped by the user'
@@ -281,24 +286,29 @@ contains
   end function reason
 
   !> The text for the terminal.
-  function summary(c, setup, run) result(lines)
+  subroutine summary(c, setup, run, lines)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     type(run_type), intent(in) :: run
-    character(:), allocatable :: lines
+    character(:), allocatable, intent(out) :: lines
+    character(:), allocatable :: events
 
-    lines = trim(c%name)//': '//trim(c%title)//nl//formulation(c)
-    if (remarkable(setup%wheel)) lines = lines//profile_lines('wheel', setup%wheel)
-    if (remarkable(setup%rail)) lines = lines//profile_lines('rail', setup%rail)
-    lines = lines//clearances(setup)//'equilibrium: axle '//fixed(setup%equilibrium(2), 6)// &
+    lines = trim(c%name)//': '//trim(c%title)//nl
+    call add_formulation(lines, c)
+    if (remarkable(setup%wheel)) call add_profiles(lines, 'wheel', setup%wheel)
+    if (remarkable(setup%rail)) call add_profiles(lines, 'rail', setup%rail)
+    call add_clearances(lines, setup)
+    lines = lines//'equilibrium: axle '//fixed(setup%equilibrium(2), 6)// &
       ' m above the rails, approach '//fixed(1e3_dp*(setup%centred(2) - setup%equilibrium(2)), 4)//' mm, '// &
       fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'//trim(merge('           ', ' on average', setup%symmetric))//nl
-    if (.not. setup%symmetric) lines = lines//rest(setup)
-    lines = lines//frequencies(setup)//tables(c, setup)//outcome(c, run, 5)// &
-      'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
+    call add_rest(lines, setup)
+    call add_frequencies(lines, setup)
+    call add_tables(lines, c, setup)
+    call outcome(c, run, 5, events)
+    lines = lines//events//'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
       'columns: '//output_path(c)//', '//str(run%rows)//' rows'//nl
-  end function summary
+  end subroutine summary
 
   !> Whether something is to be said of a profile.
   pure logical function remarkable(p)
@@ -328,12 +338,15 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(column_file) :: geometry
     character(16) :: names(n_rigid_columns), units(n_rigid_columns)
+    character(:), allocatable :: about, events
     integer :: n
 
     n = size(run%last)
     names = column_names()
     units = column_units()
-    call columns%finish(header(c, setup)//outcome(c, run, kept_impacts), names(:n), units(:n), error)
+    call header(c, setup, about)
+    call outcome(c, run, kept_impacts, events)
+    call columns%finish(about//events, names(:n), units(:n), error)
     if (.not. allocated(error) .and. geometry_file /= '') call write_geometry(c, setup, geometry_file, geometry, error)
     if (.not. allocated(error)) call columns%place(error)
     if (.not. allocated(error) .and. geometry_file /= '') call geometry%place(error)
@@ -353,8 +366,9 @@ contains
     character(:), allocatable :: about
     integer :: n, last, i
 
-    about = ''
-    if (.not. setup%symmetric) about = ' about where the mean of delta_r is 0'
+    call header(c, setup, about)
+    about = about//'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'
+    if (.not. setup%symmetric) about = about//' about where the mean of delta_r is 0'
     n = max(2, int(1.2_dp*maxval(setup%side%clearance)/geometry_pitch))
     allocate (rows(size(geometry_names), -n:n))
     call geometry_table(setup%side, setup%centred(2), n, rows, last)
@@ -366,28 +380,31 @@ contains
     do i = -last, last
       if (.not. allocated(error)) call columns%take(rows(:, i), error)
     end do
-    if (.not. allocated(error)) call columns%finish(header(c, setup)// &
-      'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'//about//nl, &
-      geometry_names, geometry_units, error)
+    if (.not. allocated(error)) call columns%finish(about//nl, geometry_names, geometry_units, error)
   end subroutine write_geometry
 
-  function fixed(x, digits) result(word)
+  pure function written(form, x) result(word)
+    character(*), intent(in) :: form
+    real(dp), intent(in) :: x
+    character(40) :: word
+
+    write (word, form) x
+    word = with_zero(adjustl(word))
+  end function written
+
+  pure function fixed(x, digits) result(word)
     real(dp), intent(in) :: x
     integer, intent(in) :: digits
-    character(:), allocatable :: word
-    character(40) :: buffer
+    character(len_trim(written('(f0.'//str(digits)//')', x))) :: word
 
-    write (buffer, '(f0.'//str(digits)//')') x
-    word = with_zero(trim(buffer))
+    word = written('(f0.'//str(digits)//')', x)
   end function fixed
 
-  function scientific(x) result(word)
+  pure function scientific(x) result(word)
     real(dp), intent(in) :: x
-    character(:), allocatable :: word
-    character(40) :: buffer
+    character(len_trim(written('(es9.2)', x))) :: word
 
-    write (buffer, '(es9.2)') x
-    word = trim(adjustl(buffer))
+    word = written('(es9.2)', x)
   end function scientific
 
 end module report

@@ -5,7 +5,7 @@ module simulation
   use, intrinsic :: iso_fortran_env, only: int64
   use accuracy, only: measure
   use bilateral, only: follow_path, lowest_point, path_end, path_type, point_type, small_motion
-  use case, only: case_type, right_table_path
+  use case, only: case_type, right_table_path, text_length
   use columns, only: elastic_columns, fill_row, n_columns, n_rigid_columns
   use contact, only: find_zones, side_type
   use errors, only: error_type, fatal_error
@@ -16,7 +16,7 @@ module simulation
   use modes, only: small_oscillations
   use newmark, only: advance, between, energy_change, energy_rounding, evaluate, motion_type, scheme_type, start_motion, &
     step_diverged, step_ok
-  use potential, only: contact_table, outside_depth, outside_lateral, outside_roll
+  use potential, only: contact_table, outside_depth, outside_lateral, outside_law, outside_roll
   use parts, only: is_rail, is_wheel
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
@@ -195,9 +195,9 @@ contains
 
     function file_of(k) result(file)
       integer, intent(in) :: k
-      character(:), allocatable :: file
+      character(text_length + 6) :: file
 
-      file = trim(c%table_file)
+      file = c%table_file
       if (k == 2) file = right_table_path(c)
     end function file_of
 
@@ -205,10 +205,12 @@ contains
       integer, intent(in) :: k
       type(error_type), allocatable, intent(out) :: error
       type(contact_table), pointer :: table
+      character(:), allocatable :: key
 
       table => table_of(k)
       found(k) = .false.
-      if (file_of(k) /= '') call load_table(file_of(k), table_key(c, setup%wheel(k), setup%rail(k)), table, found(k), error)
+      call table_key(c, setup%wheel(k), setup%rail(k), key)
+      if (file_of(k) /= '') call load_table(trim(file_of(k)), key, table, found(k), error)
     end subroutine load_side
 
     subroutine build_side(k, error)
@@ -217,6 +219,7 @@ contains
       type(contact_table), pointer :: table
       type(extent_type) :: extent
       type(side_type) :: both(2)
+      character(:), allocatable :: key
       real(dp) :: e_star, own
       logical :: ok
 
@@ -233,9 +236,10 @@ contains
       extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth)
       if (ok) extent%clearance = own
       e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
+      call table_key(c, setup%wheel(k), setup%rail(k), key)
       associate (side => setup%side(k))
         call build_table(side%pair, side%zones, trim(c%model), e_star, extent, c%accuracy, &
-          [c%n_lateral, c%n_roll, c%n_depth], table_key(c, setup%wheel(k), setup%rail(k)), table, watcher)
+          [c%n_lateral, c%n_roll, c%n_depth], key, table, watcher)
       end associate
       if (present(watcher)) then
         if (watcher%stop) then
@@ -244,7 +248,7 @@ contains
         end if
       end if
       call measure(setup%side(k)%pair, setup%side(k)%zones, trim(c%model), e_star, extent, table)
-      if (file_of(k) /= '') call save_table(file_of(k), table, error)
+      if (file_of(k) /= '') call save_table(trim(file_of(k)), table, error)
     end subroutine build_side
 
   end subroutine prepare
@@ -331,10 +335,10 @@ contains
   end subroutine set_rigid
 
   !> Everything that the table of a side depends on, in words.
-  function table_key(c, wheel, rail) result(key)
+  subroutine table_key(c, wheel, rail, key)
     type(case_type), intent(in) :: c
     type(profile_type), intent(in) :: wheel, rail
-    character(:), allocatable :: key
+    character(:), allocatable, intent(out) :: key
 
     key = 'ldbench '//version//' model '//trim(c%model)//' profiles '//wheel%checksum//' '// &
       rail%checksum//' '//trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '// &
@@ -344,7 +348,7 @@ contains
       ' split '//str(c%split_angle)//' extent '//str(c%lateral)//' '//str(c%lift)//' '//str(c%drop)//' '// &
       str(c%roll_range)//' '//str(c%depth)//' accuracy '//str(c%accuracy)//' points '//str(c%n_lateral)//' '//str(c%n_roll)//' '// &
       str(c%n_depth)
-  end function table_key
+  end subroutine table_key
 
   !> Integrate from the initial conditions to the stop condition.
   subroutine simulate(c, setup, taker, run, error, watcher)
@@ -652,7 +656,7 @@ contains
       select case (status)
       case (rigid_end)
         reason = 'formulation = ''bilateral'': expected a path on which both wheels stay on their rails, found its end at '// &
-          path_end(setup%path, motion%q(1) >= 0, setup%equilibrium)//', reached'
+          trim(path_end(setup%path, motion%q(1) >= 0, setup%equilibrium))//', reached'
       case (rigid_stuck)
         reason = 'formulation = ''unilateral'': expected at most three contacts to close at once, found more or none that can,'
       case default
@@ -662,7 +666,7 @@ contains
     end subroutine report_rigid_failure
 
     function place()
-      character(:), allocatable :: place
+      character(160) :: place
 
       place = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
         str(motion%q(2) - setup%equilibrium(2))//' m, roll = '//str(motion%q(3) - setup%equilibrium(3))//' rad'
@@ -678,6 +682,8 @@ contains
         reason = '&table roll = '//str(c%roll_range)//' rad: expected the wheelset within it, found it outside'
       case (outside_depth)
         reason = '&table depth = '//str(c%depth)//' m: expected penetrations within it, found a deeper one'
+      case (outside_law)
+        reason = '&table: expected poses that the table was made for, found one in which the contact would pull'
       case (step_diverged)
         reason = '&integrator dt = '//str(run%step)//' s: expected Newton to converge within '// &
           str(c%max_iterations)//' iterations and '//str(c%max_halvings)//' halvings, found it does not'

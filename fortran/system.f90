@@ -163,7 +163,8 @@ contains
     type(c_ptr) :: file
     integer(c_size_t) :: got
     integer, parameter :: longest = 2**28  ! no file of ours is longer [bytes]
-    integer :: n, ignored
+    character(:), allocatable :: grown
+    integer :: n, stat, ignored
 
     if (path == '-') then
       file = c_fdopen(0_c_int, 'r'//c_null_char)
@@ -175,7 +176,13 @@ contains
     allocate (character(2**16) :: bytes)
     n = 0
     do while (ok)
-      if (n == len(bytes)) bytes = bytes//repeat(' ', n)
+      if (n == len(bytes)) then
+        allocate (character(2*n) :: grown, stat=stat)
+        ok = stat == 0
+        if (.not. ok) exit
+        grown(:n) = bytes
+        call move_alloc(grown, bytes)
+      end if
       got = c_fread(bytes(n + 1:), 1_c_size_t, int(len(bytes) - n, c_size_t), file)
       n = n + int(got)
       ok = c_ferror(file) == 0 .and. n < longest
@@ -226,20 +233,22 @@ contains
   !> The absolute path without links; of a file to come, its folder's.
   function resolved(path) result(absolute)
     character(*), intent(in) :: path
-    character(:), allocatable :: absolute
     integer, parameter :: path_max = 4096
+    character(len(path) + path_max) :: absolute
     character(path_max) :: buffer
-    integer :: n
+    integer :: n, length
 
     absolute = path//'/'
     if (index(path, '/') /= 1) absolute = './'//absolute
-    do n = len(absolute), 2, -1         ! the longest beginning that is there
+    length = len_trim(absolute)
+    do n = length, 2, -1                ! the longest beginning that is there
       if (absolute(n:n) /= '/') cycle
       if (.not. c_associated(c_realpath(absolute(:n - 1)//c_null_char, buffer))) cycle
-      absolute = buffer(:index(buffer, c_null_char) - 1)//absolute(n:)
+      absolute = buffer(:index(buffer, c_null_char) - 1)//absolute(n:length)
       exit
     end do
-    absolute = absolute(:len(absolute) - 1)
+    length = len_trim(absolute)
+    absolute(length:) = ''
   end function resolved
 
   !> Whether standard error goes to a terminal.
@@ -287,7 +296,7 @@ contains
     this%mode = -1
     if (old%links > 0) this%mode = iand(int(old%mode), permissions)
     call make_folder(file)
-    this%name = resolved(file)
+    this%name = trim(resolved(file))
     do k = 0, writers - 1
       path = this%name//part//achar(iachar('0') + k/10)//achar(iachar('0') + mod(k, 10))
       call remove_left(path)

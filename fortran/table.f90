@@ -13,7 +13,7 @@ module table
   use geometry, only: pair_type
   use kinds, only: dp
   use potential, only: bound_heights, contact_table, zone_pose, zone_table
-  use progress, only: count_work, monitor_type, share_of_round
+  use progress, only: goes_on, monitor_type, share_of_round
   use ratios, only: multiply, ratio_type, solve_ratios
   use reach, only: extent_type, find_reach, least_force, lever, strictness
   use refine, only: cell_errors, fine_flange, fine_roll, fine_tread, grading, halve_cells, least_q, least_roll, least_u, &
@@ -182,8 +182,7 @@ contains
     do row = 1, size(zones)*roll%n
       z = (row - 1)/roll%n + 1
       j = row - (z - 1)*roll%n
-      call count_work(work, done, size(zones)*roll%n, stopped, watcher)
-      if (stopped) cycle
+      if (.not. goes_on(work, done, size(zones)*roll%n, stopped, watcher)) cycle
       call sample_row(pair, zones(z), law, e_star, table%zones(z), roll%x(j), values(z)%u%x, values(z)%q%x, &
         values(z)%good(:, j), values(z)%h(:, j), values(z)%s(:, :, j))
     end do

@@ -1,5 +1,9 @@
 !> Small text helpers: numbers from words, words from numbers, reading a whole
 !> file, checksums.
+!>
+!> No function of the core has a result of deferred length: gfortran keeps that length in static memory wherever such a
+!> function is called, so that two threads exchange the lengths of their texts. A result has a length that follows from
+!> the arguments, or a subroutine gives the text.
 module text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
@@ -71,62 +75,73 @@ contains
     if (.not. is_number) return
     ! Beyond this a number could overflow, which may not even be tried where overflow traps.
     read (word(from:), *) exponent
-    is_number = mark + exponent < 300
+    is_number = mark + exponent < 300 .or. word(mark + 1:mark + 1) == '-'
   end function is_number
 
-  pure function str_real(x) result(word)
+  !> The fewest digits that read back to the same number.
+  pure function shortest(x) result(word)
     real(dp), intent(in) :: x
-    character(:), allocatable :: word
-    character(40) :: buffer
+    character(40) :: word
     character(12) :: form
     integer :: digits
     real(dp) :: back
     logical :: ok, plain
 
-    ! Fewest digits that read back to the same number.
     plain = abs(x) >= 1e-3_dp .and. abs(x) < 1e7_dp .or. abs(x) <= 0
     do digits = 1, 20
       write (form, '(a,i0,a)') merge('(f0. ', '(es0.', plain), digits, merge(')  ', 'e0)', plain)
-      write (buffer, form) x
-      call to_real(trim(buffer), back, ok)
+      write (word, form) x
+      call to_real(trim(word), back, ok)
       if (.not. ok .or. abs(back - x) <= 0) exit
     end do
-    word = with_zero(trim(buffer))
+    word = with_zero(word)
+  end function shortest
+
+  pure function str_real(x) result(word)
+    real(dp), intent(in) :: x
+    character(len_trim(shortest(x))) :: word
+
+    word = shortest(x)
   end function str_real
 
-  !> A number with a zero before the point that it begins with.
+  !> A number with a zero before the point that it begins with, where blanks after it leave room.
   pure function with_zero(number) result(word)
     character(*), intent(in) :: number
-    character(:), allocatable :: word
+    character(len(number)) :: word
 
     word = number
     if (index(word, '.') == 1) word = '0'//word
     if (index(word, '-.') == 1) word = '-0'//word(2:)
   end function with_zero
 
+  pure function decimal(i) result(word)
+    integer(int64), intent(in) :: i
+    character(24) :: word
+
+    write (word, '(i0)') i
+  end function decimal
+
   pure function str_integer(i) result(word)
     integer, intent(in) :: i
-    character(:), allocatable :: word
+    character(len_trim(decimal(int(i, int64)))) :: word
 
-    word = str_long(int(i, int64))
+    word = decimal(int(i, int64))
   end function str_integer
 
   pure function str_long(i) result(word)
     integer(int64), intent(in) :: i
-    character(:), allocatable :: word
-    character(24) :: buffer
+    character(len_trim(decimal(i))) :: word
 
-    write (buffer, '(i0)') i
-    word = trim(buffer)
+    word = decimal(i)
   end function str_long
 
   !> A text for a message, at most 80 characters of it.
   pure function clip(text) result(short)
     character(*), intent(in) :: text
-    character(:), allocatable :: short
+    character(min(len_trim(text), 80)) :: short
 
-    short = trim(text)
-    if (len(short) > 80) short = short(:77)//'...'
+    short = text
+    if (len_trim(text) > 80) short(78:) = '...'
   end function clip
 
   !> All lines of a file, or of standard input when `path` is '-'; see `split_lines`.
@@ -148,42 +163,35 @@ contains
     if (.not. opened) then
       call fatal_error(error, name//': cannot be opened for reading')
     else if (.not. ok) then
-      call fatal_error(error, name//': cannot be read')
+      call fatal_error(error, name//': cannot be read completely')
     else
       call split_lines(bytes, lines)
     end if
   end subroutine read_lines
 
-  !> The lines of a text, ended by newline, with a carriage return before it or not.  Other
-  !> carriage returns and tabs become blanks.
+  !> The lines of a text, ended by newline, carriage return or both.  Tabs become blanks.
   pure subroutine split_lines(text, lines)
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
     character, parameter :: newline = achar(10), return = achar(13)
-    integer :: i, n, from, to, last
+    integer :: n, from, to, pass
 
-    n = 0
-    do i = 1, len(text)
-      if (text(i:i) == newline) n = n + 1
-    end do
-    if (len(text) > 0) then
-      if (text(len(text):) /= newline) n = n + 1
-    end if
-    allocate (lines(n))
-    from = 1
-    do i = 1, n
-      to = from + index(text(from:), newline) - 2
-      if (to < from - 1) to = len(text)
-      last = to
-      if (to >= from) then
-        if (text(to:to) == return) last = to - 1
-      end if
-      lines(i)%text = blanked(text(from:last))
-      from = to + 2
+    do pass = 1, 2
+      if (pass == 2) allocate (lines(n))
+      n = 0
+      from = 1
+      do while (from <= len(text))
+        to = from - 1 + scan(text(from:), newline//return)
+        if (to < from) to = len(text) + 1
+        n = n + 1
+        if (pass == 2) lines(n)%text = blanked(text(from:to - 1))
+        from = to + 1
+        if (text(to:min(from, len(text))) == return//newline) from = from + 1
+      end do
     end do
   end subroutine split_lines
 
-  !> A line with blanks for its tabs and carriage returns.
+  !> A line with blanks for its tabs.
   pure function blanked(line)
     character(*), intent(in) :: line
     character(len(line)) :: blanked
@@ -191,7 +199,7 @@ contains
 
     blanked = line
     do i = 1, len(line)
-      if (iachar(line(i:i)) == 9 .or. iachar(line(i:i)) == 13) blanked(i:i) = ' '
+      if (iachar(line(i:i)) == 9) blanked(i:i) = ' '
     end do
   end function blanked
 

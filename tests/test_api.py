@@ -26,6 +26,7 @@ from conftest import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, same_buil
 from ldbench import _flat
 from ldbench.__main__ import COMMANDS, main
 from ldbench._core import STAGES, Shared, watched
+from ldbench.record import header_lines, parse_header
 
 COARSE = {"model": "strip", "n_lateral": 60, "n_roll": 9, "n_depth": 9, "table_file": ""}
 slow = pytest.mark.skipif("LDBENCH_SLOW" not in os.environ, reason="slow: LDBENCH_SLOW=1 runs it")
@@ -117,6 +118,41 @@ def test_namelists_go_round(name):
     assert pickle.loads(pickle.dumps(odd)) == odd
 
 
+@pytest.mark.parametrize("title", ["the wheelset's run", "'", "''", '"', "it''s \"so\"", "a  'b'", "Räder", "\xa0", "back\\slash",
+                                   "車輪\u200b", "\udce9"], ids=ascii)
+def test_texts_go_round(title, tmp_path):
+    """Through Python's namelists, f90nml, and the header of a column file."""
+    case = coarse(1, "aw", title=title, t_end=1e-3)
+    case.to_namelist(tmp_path/"case.nml")
+    for source in tmp_path/"case.nml", case.to_namelist(), case.namelist():
+        assert ldbench.Case.from_namelist(source) == case
+    assert eval(repr(case), {"Case": ldbench.Case.exercise(1).replace}).title == title
+    file = Path(ldbench.run(case).write(tmp_path/"columns.txt"))
+    lines = file.read_bytes().decode(errors="surrogateescape").split("\n")
+    settings = [line[1:].partition("  !")[0] for line in lines if line.startswith(("# &case", "#   title ="))]
+    assert ldbench.Case.from_namelist("\n".join([*settings, "/"])).title == title
+    if title.isprintable():
+        assert parse_header(header_lines(file))["settings"]["case"]["title"] == title
+
+
+def test_a_file_name_of_other_letters(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    case = coarse(1, "aw", t_end=1e-3, output_file="Gleisversätze é.txt")
+    case.replace(**case.profile_files()).to_namelist("fall é.nml")
+    done = subprocess.run([LDBENCH, "fall é.nml"], cwd=tmp_path, capture_output=True, timeout=HANG)
+    assert done.returncode == 0 and b"Gleisvers\xc3\xa4tze \xc3\xa9.txt" in done.stdout, done.stderr
+    assert Path("Gleisversätze é.txt").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("&initial vY = 0.1\0 Z = 0 /\n", "&initial vY: expected a number .*, found 0.1\\?"),
+    ("&initial vY\0 = 0.1 /\n", "&initial: expected one of Y .*, found vY\\?"),
+    ("&case title = 'a\0b' /\n", "&case title: expected a text .* printable bytes, found 'a\\?b'")])
+def test_a_zero_byte_is_told_where_it_is(text, words):
+    with pytest.raises(ldbench.Error, match=words):
+        ldbench.Case.from_namelist(text)
+
+
 @pytest.mark.parametrize("text", [
     "", "mass = 3\n", "&wheels mass = 3 /", "&wheelset masse = 3 /", "&wheelset\nmass = -3\n/", "&wheelset mass = 3",
     "&wheelset mass = 1, mass = 2 /", "&wheelset mass = 'heavy' /", "&contact model = 'rigid' /",
@@ -147,9 +183,11 @@ def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
     ({"n_roll": 9.5}, "&table n_roll: expected a whole number from 5 to 1000, found 9.5"),
     ({"order": 3}, "&integrator order: expected 2, 4 or 6, found 3"),
     ({"model": "rigid"}, "&contact model: expected one of halfspace strip hertz.*, found 'rigid'"),
-    ({"title": 3}, "&case title: expected a text in quotes of at most 256 characters, found 3"),
-    ({"title": 300*"x"}, "&case title: expected a text in quotes of at most 256 characters"),
-    ({"title": "Räder"}, "&case title: expected a text"),
+    ({"title": 3}, "&case title: expected a text in quotes of at most 256 printable bytes, found 3"),
+    ({"title": 300*"x"}, "&case title: expected a text in quotes of at most 256 printable bytes"),
+    ({"title": 129*"ä"}, "&case title: expected a text in quotes of at most 256 printable bytes"),
+    ({"title": "two\nlines"}, "&case title: expected a text in quotes of .* printable bytes, found 'two.lines'"),
+    ({"title": "a\0b"}, "&case title: expected a text in quotes of .* printable bytes, found 'a.b'"),
     ({"interval": 1e-5, "formulation": "bilateral"}, "&output interval: expected at least the step"),
     *(({"order": wrong}, "&integrator order: expected a whole number from 2 to 6, found") for wrong in (2**32 + 4, 10**400)),
     ({"vY": 10**400}, "&initial vY: expected a number from"),
@@ -422,6 +460,36 @@ def test_threads_make_the_same_bytes(tmp_path):
     assert together == alone and len(set(alone)) == len(cases)
 
 
+def test_many_short_runs_in_threads_write_and_say_what_they_do_alone(table, tmp_path):
+    """Headers, summaries and messages are texts of many lengths, which threads must not exchange."""
+    runs = [table.case.replace(t_end=1e-3, vY=1e-3*k, title="x"*(k % 70)) for k in range(120)]
+    failing = [table.case.replace(y=0.0499 - 1e-8*k) for k in range(300)]
+
+    def files(case: ldbench.Case) -> bytes:
+        done = ldbench.run(case, table=table)
+        return Path(done.write(tmp_path/f"{threading.get_ident()}.txt")).read_bytes()
+
+    def message(case: ldbench.Case) -> str:
+        with pytest.raises(ldbench.Error) as error:
+            ldbench.run(case, table=table)
+        return str(error.value)
+
+    for work, cases in (files, runs), (message, failing):
+        alone = list(map(work, cases))
+        with ThreadPoolExecutor(8) as pool:
+            assert list(pool.map(work, cases)) == alone
+        assert len(set(alone)) == len(cases)
+
+
+def test_threads_write_the_same_file_one_after_the_other(flange_run, tmp_path):
+    """Whoever is last, the file is whole, and nothing is left beside it."""
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda _: flange_run.write(tmp_path/"columns.txt"), range(64)))
+    whole = (tmp_path/"columns.txt").read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["columns.txt"]
+    assert whole == Path(flange_run.write(tmp_path/"again.txt")).read_bytes()
+
+
 def test_threads_share_a_table_file(tmp_path):
     """Both want to build it; one does, the other finds it."""
     cases = [to_flange("aw", table_file=tmp_path / "aw.table", vY=v) for v in (0.8, 1.0)]
@@ -656,6 +724,16 @@ def test_poses_off_the_table_are_refused_or_nan(table):
     assert table.potential(0, z + 1.0, 0) == 0, "in the air there is no contact, wherever"
 
 
+@pytest.mark.parametrize("k", range(3))
+@pytest.mark.parametrize("lift", [0.0, 1.0])
+def test_what_is_no_number_is_no_pose(k, lift, table):
+    pose = [0.0, table.equilibrium + lift, 0.0]
+    pose[k] = np.nan
+    with pytest.raises(ldbench.Error, match=r"expected poses within &table .*nan"):
+        table.force(*pose)
+    assert np.isnan(table.force(*pose, outside="nan")).all()
+
+
 def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
     table.write_geometry(tmp_path / "geometry.txt")
     file, frame = ldbench.read_columns(tmp_path / "geometry.txt"), table.geometry()
@@ -882,9 +960,39 @@ def test_build_lists_are_complete():
         assert named == {path.stem for path in (REPO / "wrappers/ldbench" / folder).glob("*.py")}
 
 
-def test_stack_is_not_executable():
-    extension = ldbench._core._flat.__file__
-    headers = subprocess.run(["readelf", "-lW", extension], capture_output=True, text=True, timeout=HANG)
+def test_tables_beside_another_openmp_are_the_same(tmp_path):
+    """As where torch was imported first: LLVM's library then answers for gfortran's."""
+    others = [path for pattern in ("usr/lib/llvm-*/lib/libomp.so*", "usr/lib/*/libomp.so*") for path in Path("/").glob(pattern)]
+    if not others:
+        pytest.skip("no libomp")
+    case = coarse(1, "aw", table_file=tmp_path/"alone.table")
+    ldbench.ContactTable(case)
+    case.replace(table_file=tmp_path/"beside.table").to_namelist(tmp_path/"case.nml")
+    script = (f"import ctypes; ctypes.CDLL({str(others[0])!r}, ctypes.RTLD_GLOBAL); import ldbench; "
+              f"ldbench.ContactTable(ldbench.Case.from_namelist({str(tmp_path/'case.nml')!r}))")
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=HANG, env=os.environ | {"OMP_NUM_THREADS": "4"}, cwd=REPO)
+    assert (tmp_path/"beside.table").read_bytes() == (tmp_path/"alone.table").read_bytes()
+
+
+@pytest.mark.parametrize("file", [ldbench._core._flat.__file__, LDBENCH], ids=["extension", "executable"])
+def test_no_variable_is_shared_by_threads(file):
+    """What the compiler keeps in memory that may be written is constant, f2py's, or the executable's own: no `slen`, the
+    length of a function's text."""
+    symbols = subprocess.run(["nm", "-f", "sysv", file], capture_output=True, text=True, timeout=HANG)
+    if symbols.returncode:
+        pytest.skip("no symbols")
+    found = (line.split("|") for line in symbols.stdout.splitlines() if line.count("|") == 6)
+    written = {name.strip() for name, _, _, kind, _, _, section in found
+               if kind.strip() == "OBJECT" and section.strip() in (".data", ".bss", ".tdata", ".tbss")}
+    harmless = re.compile(r"__\w+_MOD___(vtab|def_init)_\w+|watcher\..*|completed\..*|__dso_handle|__TMC_END__"
+                          r"|capi_kwlist.*|_?f2py_.*|doc_f2py_\w+|_flat_error.*|_npy_f2py_.*|PyFortran_Type|moduledef|save_def")
+    assert "__progress_MOD___vtab_progress_Monitor_type" in written
+    assert not {name for name in written if not harmless.fullmatch(name)}
+
+
+@pytest.mark.parametrize("file", [ldbench._core._flat.__file__, LDBENCH], ids=["extension", "executable"])
+def test_stack_is_not_executable(file):
+    headers = subprocess.run(["readelf", "-lW", file], capture_output=True, text=True, timeout=HANG)
     if headers.returncode:
         pytest.skip("not an ELF file")
     stack = next(line for line in headers.stdout.splitlines() if "GNU_STACK" in line)

@@ -593,6 +593,11 @@ def test_a_folder_that_may_only_be_read(case):
     assert done.stderr == ("ldbench: error: case.nml, &output file: expected a path that can be written, found columns.txt\n")
 
 
+# Their path with both wheels on the rails has thousands of poses.
+S1002 = {"profiles": {"wheel_profile": REPO/"profiles/s1002.yz", "rail_profile": REPO/"profiles/60e1.yz"},
+         "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36}}
+
+
 # ---- damage --------------------------------------------------------------------------
 def test_no_damaged_table_is_used(case):
     """Any byte of the file changed, or the file cut off anywhere: refused where it is no table any more, built anew else."""
@@ -606,8 +611,9 @@ def test_no_damaged_table_is_used(case):
 @pytest.mark.parametrize(("groups", "right"), [
     ({"contact": {"formulation": "bilateral"}}, True), ({"contact": {"formulation": "unilateral", "restitution": 0.5}}, True),
     ({"contact": {"model": "halfspace"}}, False),
-    ({"contact": {"model": "hertz"}, "integrator": {"scheme": "energy", "dt": 2e-5}}, True)],
-    ids=["bilateral", "unilateral", "halfspace", "hertz"])
+    ({"contact": {"model": "hertz"}, "integrator": {"scheme": "energy", "dt": 2e-5}}, True),
+    ({"contact": {"formulation": "bilateral"}, **S1002}, False), ({"contact": {"formulation": "unilateral"}, **S1002}, False)],
+    ids=["bilateral", "unilateral", "halfspace", "hertz", "bilateral S1002", "unilateral S1002"])
 def test_every_kind_of_run_ends_well(groups, right, tmp_path):
     """Above all in the build that looks at every access to memory and every leak: SANITIZE=1."""
     profiles = {f"{what}_profile_right": REPO/f"profiles/s{what[0]}prof.yz" for what in ("wheel", "rail")} if right else {}
@@ -616,6 +622,12 @@ def test_every_kind_of_run_ends_well(groups, right, tmp_path):
                       "initial": {"vY": 1.0, "roll_rate": 0.0333}, **groups}))
     done = run(tmp_path)
     assert (done.returncode, done.stderr) == (0, "") and bytes_of(tmp_path).keys() == {"columns.txt", "geometry.txt"}
+
+
+def test_faults_that_no_input_brings_about(case):
+    """An error may quote the one that it replaces; a table whose contacts pull is told."""
+    done = subprocess.run([FORTRAN_TESTS/"error_paths", "case.nml"], cwd=case, capture_output=True, text=True, timeout=HANG)
+    assert done.stdout.splitlines() == ["wheel.yz: spline: singular system, repeated points?", " 0 4"], done.stderr
 
 
 # ---- streams -------------------------------------------------------------------------

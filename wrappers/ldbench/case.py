@@ -104,7 +104,7 @@ class Case:
         benchmark's values. Raises Error with the core's message.
         """
         if isinstance(source, Mapping):
-            return cls._read("namelist", str(f90nml.Namelist(source)))
+            return cls._read("namelist", _namelist_text(source))
         if isinstance(source, str) and (not source.strip() or source.lstrip().startswith("&") or "\n" in source):
             return cls._read("namelist", source)
         path, shipped = os.fspath(source), data_folder()/source
@@ -119,7 +119,7 @@ class Case:
     def _read(cls, label: str, source: str | None) -> Case:
         look_for_memory()
         numbers, words, *error = _flat.read_namelist(
-            path_bytes(label), int(source is not None), text_bytes(source or ""), len(variables()))
+            path_bytes(label), int(source is not None), _words(source or ""), len(variables()))
         check(*error)
         folder = Path(label).resolve().parent if source is None else None
         return cls(tuple(_unpack(numbers, bytes(words))), label, folder)
@@ -153,8 +153,8 @@ class Case:
         if variable.kind == "text":
             if isinstance(value, os.PathLike):
                 value = os.fspath(value)
-            if isinstance(value, str) and len(text_bytes(value)) <= TEXT_LENGTH:
-                return value.rstrip()
+            if isinstance(value, str) and len(_words(value)) <= TEXT_LENGTH:
+                return value.rstrip(" ")
         elif isinstance(value, Real) and not isinstance(value, (bool, np.bool_)):
             with suppress(OverflowError):       # where no real number is so large
                 if variable.kind == "real":
@@ -166,7 +166,7 @@ class Case:
     def arrays(self) -> tuple[np.ndarray, bytes]:
         """The values as the core takes them: numbers, shape (variables,), and texts of 256 characters each."""
         numbers = np.array([0.0 if isinstance(value, str) else float(value) for value in self.values])
-        words = b"".join((text_bytes(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH)
+        words = b"".join((_words(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH)
                          for value in self.values)
         return numbers, words
 
@@ -182,10 +182,10 @@ class Case:
 
         `Case.from_namelist(case.to_namelist()) == case`, to the last bit.
         """
-        source = f"{self.namelist()}\n"
+        source = _namelist_text(self.namelist())
         if path is not None:
             with complete(Path(path)) as scratch:
-                scratch.write_text(source)
+                scratch.write_bytes(os.fsencode(source))
         return source
 
     def find(self, name: str) -> str:
@@ -258,10 +258,27 @@ def defaults() -> tuple[Value, ...]:
     return Case.from_namelist("&case /").values
 
 
+def _namelist_text(groups: Mapping[str, Any]) -> str:
+    """Groups as text; f90nml would write letters that it takes for unprintable as Python's escapes."""
+    def word(value: object) -> str:
+        return "'" + str(value).replace("'", "''") + "'" if isinstance(value, (str, os.PathLike)) else str(value)
+
+    lines: list[str] = []
+    for group, found in groups.items():
+        for variables_of_group in found if isinstance(found, list) else [found]:
+            lines += [f"&{group}", *(f"    {name} = {word(value)}" for name, value in variables_of_group.items()), "/"]
+    return "\n".join(lines) + "\n"
+
+
+def _words(text: str) -> bytes:
+    """A text for the core, with another control character for NUL, where f2py would end it; the core refuses either."""
+    return text_bytes(text.replace("\0", "\x7f"))
+
+
 def _unpack(numbers: np.ndarray, words: bytes) -> list[Value]:
     def value(k: int, kind: str) -> Value:
         if kind == "text":
-            return os.fsdecode(words[TEXT_LENGTH * k:TEXT_LENGTH * (k + 1)]).rstrip()
+            return os.fsdecode(words[TEXT_LENGTH * k:TEXT_LENGTH * (k + 1)]).rstrip(" ")
         return int(numbers[k]) if kind == "integer" else float(numbers[k])
 
     return [value(k, variable.kind) for k, variable in enumerate(variables())]

@@ -21,8 +21,8 @@ subroutine describe_variables(listing, length)
     kind = 'text'
     if (associated(list(k)%x)) kind = 'real'
     if (associated(list(k)%i)) kind = 'integer'
-    lines = lines//list(k)%group//tab//list(k)%name//tab//kind//tab//value_text(list(k))//tab// &
-      range_text(list(k))//tab//list(k)%unit//tab//list(k)%meaning//new_line('a')
+    lines = lines//list(k)%group//tab//list(k)%name//tab//kind//tab//trim(value_text(list(k)))//tab// &
+      trim(range_text(list(k)))//tab//list(k)%unit//tab//list(k)%meaning//new_line('a')
   end do
   call give(lines, listing, length)
 end subroutine describe_variables
@@ -41,7 +41,11 @@ subroutine describe_results(listing, length)
   character(:), allocatable :: lines
   integer :: k
 
-  lines = joined(column_names())//joined(column_units())//joined(geometry_names)//joined(geometry_units)
+  lines = ''
+  call add(column_names())
+  call add(column_units())
+  call add(geometry_names)
+  call add(geometry_units)
   do k = 1, size(event_kinds)
     lines = lines//trim(event_kinds(k))//new_line('a')
   end do
@@ -49,17 +53,15 @@ subroutine describe_results(listing, length)
 
 contains
 
-  function joined(words) result(line)
+  subroutine add(words)
     character(*), intent(in) :: words(:)
-    character(:), allocatable :: line
     integer :: i
 
-    line = ''
     do i = 1, size(words)
-      line = line//trim(words(i))//' '
+      lines = lines//trim(words(i))//' '
     end do
-    line = trim(line)//new_line('a')
-  end function joined
+    lines = trim(lines)//new_line('a')
+  end subroutine add
 
 end subroutine describe_results
 
@@ -308,10 +310,12 @@ subroutine run_summary(prepared, handle, listing, length)
   integer, intent(out) :: length
   type(prepared_type), pointer :: p
   type(finished_type), pointer :: run
+  character(:), allocatable :: lines
 
   p => prepared_at(prepared)
   run => run_at(handle)
-  call give(summary(p%c, p%setup, run%run_type), listing, length)
+  call summary(p%c, p%setup, run%run_type, lines)
+  call give(lines, listing, length)
 end subroutine run_summary
 
 !> Write the column file and, unless `geometry` is '', the geometry functions: both or none.

@@ -229,7 +229,7 @@ def setting_value(group: str, name: str, word: str) -> Setting:
     word = word.strip()
     kind = kinds().get((group, name), "")
     if kind == "text" or word.startswith("'"):
-        return word.strip("'")
+        return word.removeprefix("'").removesuffix("'").replace("''", "'")
     if kind:
         return number(word)
     with suppress(ValueError):

@@ -41,7 +41,8 @@ FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "frictio
 _table_file = threading.Lock()
 
 # By the status of a pose.
-OUTSIDE = "", "lateral = {case.lateral} m", "roll = {case.table_roll} rad", "depth = {case.depth} m"
+OUTSIDE = ("", "lateral = {case.lateral} m", "roll = {case.table_roll} rad", "depth = {case.depth} m",
+           "as it was made, where contacts push")
 
 
 @dataclass(frozen=True)
