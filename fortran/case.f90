@@ -167,7 +167,7 @@ contains
     call add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step; where it spans rows they are interpolated')
     call add_real('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', '')
     call add_text('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
-      'a derailed wheelset that leaves what &table covers ends every run')
+      'runs end, too, where the derailed leave &table')
     call add_real('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
       'a step that changes the total energy by more is cut; 0: none is')
     call add_real('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', &

@@ -26,7 +26,7 @@ from conftest import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, same_buil
 from ldbench import _flat
 from ldbench.__main__ import COMMANDS, main
 from ldbench._core import STAGES, Shared, watched
-from ldbench.record import header_lines, parse_header
+from ldbench.record import read_header
 
 COARSE = {"model": "strip", "n_lateral": 60, "n_roll": 9, "n_depth": 9, "table_file": ""}
 slow = pytest.mark.skipif("LDBENCH_SLOW" not in os.environ, reason="slow: LDBENCH_SLOW=1 runs it")
@@ -81,7 +81,7 @@ def test_defaults_are_the_benchmark_values():
     case = ldbench.Case.from_namelist("&case /")
     assert (case.mass, case.roll_inertia, case.rolling_radius, case.back_to_back) == (1568, 656, 0.457, 1.35214)
     assert (case.gauge, case.youngs_modulus, case.poisson, case.vertical_load) == (1.4351, 210e9, 0.28, 164618)
-    assert (case.n_lateral, case.model, case.wheel_profile) == (240, "halfspace", "profiles/awprof.yz")
+    assert (case.n_lateral, case.model, case.wheel_profile) == (360, "halfspace", "profiles/awprof.yz")
 
 
 def test_names_in_any_case_of_letters_and_with_their_group():
@@ -100,7 +100,7 @@ def test_replace_makes_another_case():
     assert (other.vY, other.n_roll, other.output_file) == (0.3, 51, "x.txt")
     assert case.vY == 0.1 and case != other
     assert other.replace(vY=0.1, n_roll=case.n_roll, output_file=case.output_file) == case
-    assert hash(other.replace(vY=0.1, n_roll=120.0, output_file=case.output_file)) == hash(case)
+    assert hash(other.replace(vY=0.1, n_roll=160.0, output_file=case.output_file)) == hash(case)
     with pytest.raises(AttributeError):
         case.dt = 1e-5
 
@@ -132,7 +132,7 @@ def test_texts_go_round(title, tmp_path):
     settings = [line[1:].partition("  !")[0] for line in lines if line.startswith(("# &case", "#   title ="))]
     assert ldbench.Case.from_namelist("\n".join([*settings, "/"])).title == title
     if title.isprintable():
-        assert parse_header(header_lines(file))["settings"]["case"]["title"] == title
+        assert read_header(file)["settings"]["case"]["title"] == title
 
 
 def test_a_file_name_of_other_letters(tmp_path, monkeypatch):
@@ -714,8 +714,8 @@ def test_shapes_follow_the_poses(table):
 
 def test_poses_off_the_table_are_refused_or_nan(table):
     z = table.equilibrium
-    y, deep, roll = np.array([0, 0.09, 0, 0]), np.array([0, 0, -0.005, 0]), np.array([0, 0, 0, 0.55])
-    for k, variable in enumerate(("lateral = 0.06 m", "depth = 0.0022 m", "roll = 0.5 rad"), 1):
+    y, deep, roll = np.array([0, 0.12, 0, 0]), np.array([0, 0, -0.005, 0]), np.array([0, 0, 0, 0.55])
+    for k, variable in enumerate(("lateral = 0.08 m", "depth = 0.0022 m", "roll = 0.5 rad"), 1):
         with pytest.raises(ldbench.Error, match=f"expected poses within &table {variable}, found y = .* outside"):
             table.force(y[k], z + deep[k], roll[k])
     for function in table.potential, table.force, table.tangent, table.forces_by_contact:

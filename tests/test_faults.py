@@ -441,6 +441,7 @@ def test_executables_of_a_report_end_with_it(number, tmp_path):
     endless.write_text("#!/bin/sh\nexec sleep 1000000\n")
     endless.chmod(0o755)
     (tmp_path/"inputs").mkdir()
+    (tmp_path/"profiles").symlink_to(REPO/"profiles")
     for pair in "aw", "sw":
         ldbench.Case.exercise(3, pair).to_namelist(tmp_path/f"inputs/ex3_{pair}.nml")
     process = begin(["report", "--inputs", "inputs", "--outputs", "out", "--jobs", "2"], tmp_path,

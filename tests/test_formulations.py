@@ -502,20 +502,22 @@ def test_refusals(tmp_path: Path):
     assert "&contact stiffness_scale: expected 1" in message({"formulation": "bilateral", "stiffness_scale": 2.0})
     assert "&contact formulation: expected one of elastic bilateral unilateral" in message({"formulation": "rigid"})
     assert "&initial Y = 0.05 m: expected a wheelset on both rails" in message({"formulation": "bilateral"},
-                                                                                 initial={"Y": 0.05})
+                                                                                 initial={"Y": 0.05}, table={"lateral": 0.04})
 
 
 def test_end_of_the_path_is_told():
-    """Too far out to start; or, on a gauge 60 mm wider, to where the tread of the other wheel ends."""
+    """Too far out to start; or, on a gauge 60 mm wider, to where the other wheel, on the end of its tread, has no rail."""
     from ldbench import Error
 
     case = Case.exercise(4).replace(formulation="bilateral")
     with pytest.raises(Error, match="expected a wheelset on both rails with formulation = 'bilateral', found none there"):
-        run(case.replace(Y=0.046, vY=0.0))
+        run(case.replace(Y=0.05, vY=0.0, lateral=0.04))
     with pytest.raises(Error) as told:
         run(case.replace(gauge=case.gauge + 0.06))
     where = re.search(r"expected a path on which both wheels stay on their rails, found its end at Y = (\S+) m.*, where no step "
-                      r"of \S+ m keeps both wheels on their rails, reached at t = (\S+) s", str(told.value))
+                      r"of \S+ m keeps both wheels on their rails, reached at t = \S+ s, Y = (\S+) m", str(told.value))
     assert where, told.value
-    assert float(where[1]) == pytest.approx(2*float(where[2]), rel=1e-3)     # at 2 m/s
+    assert where[1] == where[2]
+    # The end of the right tread has come down the gauge corner, which begins 14.3 mm from the gauge face.
+    assert 0 < case.back_to_back/2 + 0.135 - float(where[1]) - (case.gauge + 0.06)/2 < 14.3e-3
     assert "\n" not in str(told.value)

@@ -21,7 +21,7 @@ from typing import Any
 import f90nml
 
 from . import _flat
-from ._core import PATIENCE, Error, Progress, complete, digest
+from ._core import DEFAULT_FOLDER, PATIENCE, Error, Progress, complete, digest
 from .case import Case, data_folder
 from .pools import in_threads
 from .run import output_path, run
@@ -80,7 +80,12 @@ class RootedCase(Case):
         return str(profile_in(self.folder or Path(), name))
 
     def table_path(self) -> str:
-        return str(self.folder/self.table_file) if self.table_file else ""
+        if not self.table_file:
+            return ""
+        path = Path(self.folder or "", self.table_file)
+        if self.table_file == f"{DEFAULT_FOLDER}/{path.name}":      # as the executable makes it
+            path.parent.mkdir(exist_ok=True)
+        return str(path)
 
 
 def profile_in(root: Path, name: str) -> Path:
