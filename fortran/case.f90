@@ -70,7 +70,7 @@ module case
     real(dp) :: energy_tolerance = 0
     real(dp) :: tolerance = 1e-10_dp
     integer :: max_iterations = 12
-    integer :: max_halvings = 10
+    integer :: max_halvings = 20
     ! &output
     character(text_length) :: output_file = ''
     real(dp) :: interval = 1e-4_dp

@@ -248,8 +248,9 @@ contains
     lines = lines//nl//'energy drift, largest [J]: '//scientific(run%drift)
     if (run%kinetic_energy > 0) lines = lines//', of initial kinetic energy '// &
       scientific(run%drift/run%kinetic_energy)
-    lines = lines//nl//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, '//str(run%cuts)// &
-      ' cut; contact evaluations: '//str(run%evaluations)//nl
+    lines = lines//nl//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, '//str(run%cuts)//' cut'
+    if (run%missed > 0) lines = lines//', '//str(run%missed)//' over energy_tolerance after '//str(c%max_halvings)//' halvings'
+    lines = lines//'; contact evaluations: '//str(run%evaluations)//nl
     lines = lines//'ended at t = '//fixed(run%last(1), 6)//' s: '//trim(reason(c, run))//nl
   end subroutine outcome
 

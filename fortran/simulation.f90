@@ -65,6 +65,7 @@ module simulation
     real(dp) :: kinetic_energy = 0         !! of lateral, vertical and roll motion at the start [J]
     integer(int64) :: steps = 0
     integer(int64) :: cuts = 0             !! steps that were cut
+    integer(int64) :: missed = 0           !! steps that change the total energy by more than allowed, all halvings used up
     integer(int64) :: evaluations = 0      !! of the contacts, in steps
     logical :: cancelled = .false.         !! by the monitor
     logical :: gone = .false.              !! derailed, and then farther than the table goes
@@ -459,7 +460,7 @@ contains
       integer, intent(in) :: halvings
       type(motion_type) :: new
       integer :: evaluations, more, i
-      real(dp) :: change
+      real(dp) :: change, allowed
 
       call advance(setup%wheelset, scheme, motion, dt, new, evaluations, status)
       run%evaluations = run%evaluations + evaluations
@@ -472,8 +473,11 @@ contains
         end if
       else if (c%energy_tolerance > 0) then
         change = energy_change(setup%wheelset, motion, new)
-        if (abs(change) > c%energy_tolerance) more = min(halvings_for(change, max(c%energy_tolerance, &
-          energy_rounding(setup%wheelset, motion), energy_rounding(setup%wheelset, new))), c%max_halvings - halvings)
+        if (abs(change) > c%energy_tolerance) then
+          allowed = max(c%energy_tolerance, energy_rounding(setup%wheelset, motion), energy_rounding(setup%wheelset, new))
+          more = min(halvings_for(change, allowed), c%max_halvings - halvings)
+          if (more == 0 .and. abs(change) > allowed) run%missed = run%missed + 1
+        end if
       end if
       if (more > 0) then
         run%cuts = run%cuts + 1
@@ -546,6 +550,8 @@ contains
         left = left - h
         call watch(run%log, setup%wheelset, old, motion, setup%side)
         call note_impact(run%log, setup%wheelset, old, motion)
+        if (c%energy_tolerance > 0 .and. abs(energy_change(setup%wheelset, old, motion) + motion%loss - old%loss) > &
+          max(c%energy_tolerance, energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
         do k = 1, 4
           force = norm2(motion%contact%slope(:2, k))
           if (force > run%peak(k)) call note_peak(k, force, motion%t)
