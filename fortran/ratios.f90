@@ -42,7 +42,7 @@ module ratios
 contains
 
   !> Sample the ratios of all zones, on axes that are halved like those of S.
-  subroutine solve_ratios(pair, zones, e_star, extent, aim, most, table, ratio, work, stopped, watcher)
+  subroutine solve_ratios(pair, zones, e_star, extent, aim, most, table, ratio, solutions, work, stopped, watcher)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
     real(dp), intent(in) :: e_star
@@ -51,6 +51,7 @@ contains
     integer, intent(in) :: most(3)
     type(contact_table), intent(in) :: table
     type(ratio_type), intent(inout) :: ratio(:)
+    integer, intent(out) :: solutions(2)   !! poses solved, and those that did not converge
     real(dp), intent(in) :: work(2)
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
@@ -66,6 +67,7 @@ contains
         graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, min(first_points(2), most(2))), &
         first_depths(min(first_points(3), most(3)), table%zones(z)%q%high))
     end do
+    solutions = 0
     do round = 1, most_rounds
       call solve_rows()
       if (stopped) return
@@ -93,7 +95,7 @@ contains
       end do
       done = 0
       stopped = .false.
-      !$omp parallel do schedule(dynamic) private(z, j)
+      !$omp parallel do schedule(dynamic) private(z, j) reduction(+:solutions)
       do row = 1, n(size(zones))
         call count_work(share_of_round(work, round), done, n(size(zones)), stopped, watcher)
         if (stopped) cycle
@@ -102,7 +104,7 @@ contains
         call sample_ratios(pair, zones, z, elements(merge(2, 1, zones(z)%flange)), table, extent, &
           ratio(z)%roll%x(j), ratio(z)%u%x, &
           heights(table%zones(z), ratio(z)%u%x, ratio(z)%roll%x(j)), ratio(z)%q%x, ratio(z)%open(:, :, j), &
-          ratio(z)%c(:, :, j), ratio(z)%there(:, :, j), ratio(z)%area(:, :, :, j))
+          ratio(z)%c(:, :, j), ratio(z)%there(:, :, j), ratio(z)%area(:, :, :, j), solutions)
       end do
     end subroutine solve_rows
 
