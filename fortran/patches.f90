@@ -84,7 +84,7 @@ contains
     real(dp), parameter :: enlarge = 1.3_dp    ! of a grid that cuts its patch off
     real(dp), parameter :: least_fill = 0.8_dp ! of the grid by the patch
     real(dp), parameter :: rough = 0.1_dp      ! tolerance while a patch is looked for
-    integer, parameter :: most_rounds = 12
+    integer, parameter :: most_rounds = 20
     ! Neighbouring poses want their patches in the same place of their grids, or the grid's error jumps.
     integer, parameter :: tight_rounds = 5, free_rounds = 8
     real(dp), parameter :: slack = 0.03_dp     ! of the grid's length
