@@ -11,7 +11,8 @@ module table_file
   private
   public :: save_table, load_table
 
-  character(*), parameter :: kind = 'ldbench contact table', magic = kind//' 12'
+  ! Files of an older program have something else behind the kind, or another key.
+  character(*), parameter :: kind = 'ldbench contact table', magic = kind//'   '
 
 contains
 

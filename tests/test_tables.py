@@ -1,6 +1,7 @@
 """Contact tables: the error that they state, their size, their bytes, half-spaces under them."""
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -214,6 +215,46 @@ def test_an_easy_pair_has_a_small_table(shipped: dict[str, Run], folder: Path, t
     actual = run_case(short_case(folder, table={"file": folder / "aw_strip.table", "n_lateral": 240, "n_roll": 120,
                                                 "n_depth": 40}), folder)
     assert size < sum(np.prod(zone) for zone in points(actual.stdout))
+
+
+# ---- the law that a table file is made by --------------------------------------------
+def fingerprint(folder: Path) -> str:
+    done = subprocess.run(["sh", folder / "fingerprint.sh"], cwd="/", capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0, done.stderr
+    return re.search(r"law = '(\d+)'", done.stdout)[1]
+
+
+def test_fingerprint_is_that_of_every_source_of_the_law(tmp_path: Path):
+    """Another folder has the same one; a change of any module that makes a table has another one. The modules that
+    those use are in it, too, but for messages, files and progress."""
+    folder = tmp_path / "sources"
+    shutil.copytree(REPO / "fortran", folder)
+    law, changed, todo = fingerprint(REPO / "fortran"), set(), ["table", "accuracy", "table_file", "profile", "rigid"]
+    assert fingerprint(folder) == law
+    while todo:
+        module = todo.pop()
+        source = folder / f"{module}.f90"
+        if module in changed | {"errors", "progress", "system", "text"} or not source.exists():
+            continue
+        before = source.read_bytes()
+        source.write_bytes(before.replace(b"1", b"2", 1))
+        assert fingerprint(folder) != law, module
+        source.write_bytes(before)
+        changed.add(module)
+        todo += re.findall(r"^ *use (\w+), only", before.decode(), re.MULTILINE)
+    assert len(changed) > 15
+
+
+def test_make_and_the_extension_build_a_changed_law_anew(shipped: dict[str, Run], folder: Path):
+    """`make` and ninja would compile the fingerprint again; both have one now, so that the extension finds the
+    executable's table."""
+    for source in "hertz.f90", "fingerprint.sh":
+        done = subprocess.run(["make", "-n", "-W", f"fortran/{source}", "ldbench"], cwd=REPO, capture_output=True, text=True,
+                              timeout=HANG)
+        assert "sh fortran/fingerprint.sh" in done.stdout and "fingerprint.o" in done.stdout, done.stdout + done.stderr
+    rules = (REPO / "build/wrapper/build.ninja").read_text()
+    assert re.search(r"^build fingerprint\.f90:.*fingerprint\.sh.*hertz\.f90", rules, re.MULTILINE)
+    assert ContactTable(table_case("aw", "halfspace", shipped, folder))._found
 
 
 # ---- bytes ---------------------------------------------------------------------------
