@@ -164,14 +164,16 @@ contains
 
   end subroutine solve_ratios
 
-  !> h of a zone at many u.
+  !> h of a zone at many u, in steps of 10 nm.  A solution starts from its neighbour's, so that the last digits of the
+  !> spline, which another processor rounds otherwise, would grow along a row until other cells are halved.
   pure function heights(t, u, roll) result(h)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: u(:), roll
+    real(dp), parameter :: step = 1e-8_dp      ! [m]
     real(dp) :: h(size(u)), line(1, size(u))
 
     call spline_2d_at(t%roll, t%u, t%h, [roll], u, line)
-    h = line(1, :)
+    h = anint(line(1, :)/step)*step
   end function heights
 
   !> Errors of the cells along u (u, q, roll), roll (roll, q, u), and q (q, u, roll), where c has the weights `by_value`

@@ -274,6 +274,16 @@ def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):
     assert all(other == found[0] for other in found)
 
 
+@pytest.mark.parametrize("pair", PAIRS)
+def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(pair: str, tmp_path: Path):
+    """Strips that differ by 1e-13, as another processor rounds them, have the same points, and ratios that differ by no more
+    than the spline makes of 1e-13."""
+    case = write_case(tmp_path, pair, tmp_path / "strips.table", contact={"model": "strip"}, table={"accuracy": 5e-3})
+    found = probe("shaken_ratios", case)
+    print(found)                                       # shown by pytest -rP
+    assert (found[:, :3] == found[:, 3:6]).all() and found[:, 6].max() < 1e-9, found
+
+
 # ---- half-spaces under the table -----------------------------------------------------
 # Rolling radius, radius of the rail's head, depth [m]; the depth keeps patches small against the radii.
 ELLIPSES = [(10, 0.042, 1e-5), (3, 0.06, 1e-5), (2, 0.3, 2e-5), (0.457, 0.3, 2e-5), (0.457, 2, 1e-5), (0.457, 10, 5e-6),
