@@ -40,7 +40,7 @@ MODULES = kinds errors system text progress terminal memory case curve formats p
           geometry halfspace patches contact bspline potential reach samples refine ratios table accuracy table_file \
           bracket rigid wheelset modes newmark \
           gaps bilateral unilateral rigid_motion events rows columns simulation report
-OBJECTS = $(MODULES:%=$(BUILD)/%.o)
+OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
 EXE     = ldbench$(SUFFIX)
 # What the tests' programs are linked with: the core, optimised across its modules once, not again in each of them.
 CORE    = $(if $(findstring -flto,$(FFLAGS)),$(BUILD)/core.o,$(OBJECTS))
@@ -65,6 +65,15 @@ $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 
 $(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
+
+# Files of tables are not used any more when one of the sources has changed that a table depends on.
+$(BUILD)/fingerprint.f90: fortran/fingerprint.sh $(MODULES:%=fortran/%.f90) | $(BUILD)
+	sh $< > $@.part && mv $@.part $@
+
+$(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
+	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
+
+$(BUILD)/simulation.o: $(BUILD)/fingerprint.o
 
 # It has the name of a procedure of gfortran's library, and fewer arguments.
 $(BUILD)/memory.o: FFLAGS += -fno-lto
@@ -118,7 +127,7 @@ $(BUILD)/tests:
 wrapper:
 	$(call built,$(WRAPPER))
 
-$(WRAPPER): build/wrapper/build.ninja $(MODULES:%=fortran/%.f90) $(wildcard wrappers/ldbench/*.f90)
+$(WRAPPER): build/wrapper/build.ninja $(MODULES:%=fortran/%.f90) fortran/fingerprint.sh $(wildcard wrappers/ldbench/*.f90)
 	MAKEFLAGS= PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
 	cp build/wrapper/_flat*.so build/wrapper/part && mv build/wrapper/part wrappers/ldbench/$$(cd build/wrapper; echo _flat*.so)
 	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth

@@ -2,13 +2,14 @@
 !>
 !> Poses follow one another as an additive recurrence (R. Kronecker's sequence), the same for every
 !> table: a station of the wheel touches the rail's point of the same normal, at some roll angle, pressed
-!> in by some depth.  Those count that a run can come to.
+!> in by some depth.  Those count that a run can come to.  The table is not asked how deep a zone lies in
+!> the rail: a contact that it misses is an error of all its force.
 module accuracy
-  use contact, only: set_moduli, zone_force, zone_type
-  use geometry, only: new_scan, pair_type, rail_point, rolled, scan_depth, scan_type
+  use contact, only: set_moduli, stiffest, zone_energy, zone_force, zone_type
+  use geometry, only: new_scan, pair_type, rail_point, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
   use patches, only: elements_type, new_elements, patches_type, press_patches
-  use potential, only: accuracy_type, contact_table, find_roll, height_over, inside, roll_type, wheel_potential
+  use potential, only: accuracy_type, contact_table, find_roll, inside, roll_type, wheel_potential
   use reach, only: extent_type, find_reach, least_force, strictness
   implicit none
   private
@@ -31,17 +32,29 @@ contains
     type(extent_type), intent(in) :: extent
     type(contact_table), intent(inout) :: table
     type(elements_type) :: elements
+    type(scan_type) :: scan
+    ! The rail's height over its width [m]: a vertical depth of `hopeless` is no penetration that a run comes to.
+    real(dp), parameter :: strip = 0.5e-3_dp, hopeless = 10e-3_dp
+    real(dp), allocatable :: top(:)
+    real(dp) :: gauge_side
     real(dp), allocatable :: pose(:, :), error(:)
     integer, allocatable :: place(:)
-    logical, allocatable :: touching(:, :)
+    logical, allocatable :: touching(:, :), solved(:)
     integer :: wanted(2), drawn(2), i, n
 
     table%accuracy = accuracy_type()
     if (model == 'hertz') return
     wanted = of_strips
     if (model == 'halfspace') wanted = of_halfspaces
+    scan = new_scan(pair)
+    gauge_side = minval(pair%rail%a(1, 1, :))
+    allocate (top(0:floor((maxval(pair%rail%a(1, 1, :)) - gauge_side)/strip)), source=-1.0_dp)
+    do i = 1, pair%rail%n
+      n = floor((pair%rail%a(1, 1, i) - gauge_side)/strip)
+      top(n) = max(top(n), pair%rail%a(2, 1, i))
+    end do
     n = sum(wanted)
-    allocate (pose(3, n), error(n), place(n), touching(2, n))
+    allocate (pose(3, n), error(n), place(n), touching(2, n), solved(n))
     drawn = 0
     do i = 1, tries
       if (all(drawn >= wanted)) exit
@@ -54,18 +67,21 @@ contains
     n = sum(drawn)
     !$omp parallel do schedule(dynamic)
     do i = 1, n
-      call compare(pose(:, i), error(i), touching(:, i))
+      call compare(pose(:, i), error(i), touching(:, i), solved(i))
     end do
+    table%accuracy%unsolved = count(.not. solved(:n))
     where (place(:n) == 2)
       place(:n) = 4
     elsewhere (touching(2, :n))
       place(:n) = merge(3, 2, touching(1, :n))
     end where
     do i = 1, 4
-      table%accuracy%poses(i) = count(place(:n) == i)
-      if (table%accuracy%poses(i) == 0) cycle
-      table%accuracy%rms(i) = sqrt(sum(error(:n)**2, place(:n) == i)/count(place(:n) == i))
-      table%accuracy%largest(i) = maxval(error(:n), place(:n) == i)
+      associate (here => place(:n) == i .and. solved(:n))
+        table%accuracy%poses(i) = count(here)
+        if (.not. any(here)) cycle
+        table%accuracy%rms(i) = sqrt(sum(error(:n)**2, here)/count(here))
+        table%accuracy%largest(i) = maxval(error(:n), here)
+      end associate
     end do
 
   contains
@@ -75,9 +91,8 @@ contains
       integer, intent(in) :: i
       real(dp), intent(out) :: pose(3)
       integer, intent(out) :: n
-      type(roll_type) :: roll, opposite
-      real(dp) :: x(4), point(2), normal(2), other, depth, strict
-      integer :: z, k, status
+      real(dp) :: x(4), point(2), normal(2), other, depth, strict, depths(size(zones), 2)
+      integer :: z, j, k, side
       logical :: ok, within
 
       n = 0
@@ -91,36 +106,77 @@ contains
       call rail_point(pair, pair%angle(k) + pose(3), point, normal, ok)
       if (.not. ok) return
       pose(:2) = point - rolled(pair%r(:, k), pose(3)) - depth*normal
-      call find_roll(table, pose(3), .false., roll, opposite, status)
-      if (status /= inside) return
-      depth = height_over(table%zones(z), pose, roll)
-      if (depth <= 0 .or. depth > extent%depth) return
-      call find_reach(table, extent, z, depth, pose, .false., within, other)
-      if (.not. within) return
       strict = strictness(pair, extent, pose, .false.)
-      n = merge(1, 2, modulo(i/size(zones), 2) == 0)
-      if (strict < 1 .or. (strict > 1 .neqv. n == 2)) n = 0
-      if (n > 0) then
-        if (drawn(n) >= wanted(n)) n = 0
-      end if
+      k = merge(1, 2, modulo(i/size(zones), 2) == 0)
+      if (strict < 1 .or. (strict > 1 .neqv. k == 2) .or. drawn(k) >= wanted(k)) return
+      ! A run that leaves the extent of its table stops and says so.
+      if (abs(pose(1) + pair%axle_height*sin(pose(3))) > extent%lateral) return
+      depths = -1
+      depths(z, 1) = penetration(zones(z), pose)
+      if (depths(z, 1) <= 0 .or. depths(z, 1) > extent%depth) return
+      ! The left wheel first: it is enough for most poses that are out of reach.
+      do side = 1, 2
+        do j = 1, size(zones)
+          if (side == 1 .and. j == z) cycle
+          depths(j, side) = penetration(zones(j), merge(1, -1, [side == 1, .true., side == 1])*pose)
+        end do
+        call find_reach(table, extent, z, depths(z, 1), pose, .false., within, other, depths)
+        if (.not. within) return
+      end do
+      n = k
     end subroutine draw
 
-    subroutine compare(pose, error, touching)
+    !> How far a zone of the left wheel lies inside the rail along its normal [m]; -1 where it does not.
+    real(dp) function penetration(zone, pose) result(depth)
+      type(zone_type), intent(in) :: zone
+      real(dp), intent(in) :: pose(3)
+      real(dp) :: x(2), y(2), z(2), station
+      integer :: first, last, i, j
+      logical :: ok
+
+      depth = -1
+      y = rolled([1.0_dp, 0.0_dp], pose(3))
+      z = [-y(2), y(1)]
+      first = 0
+      do i = zone%first, zone%last
+        x = pose(:2) + (pair%r(1, i)*y + pair%r(2, i)*z)
+        j = floor((x(1) - gauge_side)/strip)
+        if (j < 0 .or. j > ubound(top, 1) .or. x(2) >= 0) cycle
+        ! No foot is looked for where the wheel lies too deep for any run: the search would be long.
+        if (x(2) < top(j) - hopeless) then
+          depth = hopeless
+          return
+        end if
+        if (first == 0) first = i
+        last = i
+      end do
+      if (first == 0) return
+      first = max(zone%first, first - 1)
+      last = min(zone%last, last + 1)
+      scan%fresh = .true.
+      call scan_depth(pair, pose(:2), pose(3), first, last, scan)
+      scan%fresh = .false.
+      ok = any(scan%depth(first:last) > 0)
+      if (ok) call touch(pair, scan, first, last, pose(:2), pose(3), zone%alpha, depth, station, ok)
+      if (.not. ok) depth = -1
+    end function penetration
+
+    subroutine compare(pose, error, touching, ok)
       real(dp), intent(in) :: pose(3)
       real(dp), intent(out) :: error
-      logical, intent(out) :: touching(2)
+      logical, intent(out) :: touching(2), ok    !! of tread and flange; whether the direct evaluation converged
       type(roll_type) :: roll, opposite
       real(dp) :: energy(2), gradient(3, 2), hessian(6), exact(2, 2), wheel(2)
       integer :: status
-      logical :: ok
 
       call find_roll(table, pose(3), .false., roll, opposite, status)
-      call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
+      gradient = 0
+      if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
       call direct_force(pair, zones, model, e_star, elements, pose, exact, ok)
       touching = abs(exact(1, :)) + abs(exact(2, :)) > 0
       wheel = sum(exact, 2)
-      error = 0
-      if (ok .and. status == inside) error = norm2(-sum(gradient(:2, :), 2) - wheel)/max(norm2(wheel), least_force)
+      if (status /= inside) gradient = 0
+      error = norm2(-sum(gradient(:2, :), 2) - wheel)/max(norm2(wheel), least_force)
     end subroutine compare
 
   end subroutine measure
@@ -138,40 +194,46 @@ contains
     type(scan_type) :: work
     type(patches_type) :: patches
     type(zone_type) :: pressed
-    real(dp) :: k(size(pair%s)), part(3), energy
+    real(dp) :: k(size(pair%s)), part(3), energy, strip(2)
     integer :: z, branch, first, last
 
     force = 0
+    strip = 0
     ok = .true.
     work = new_scan(pair)
-    if (model == 'halfspace') then
-      do branch = 1, 2
-        first = minval(zones%first, zones%flange .eqv. branch == 2)
-        last = maxval(zones%last, zones%flange .eqv. branch == 2)
-        work%fresh = .true.
-        patches%n = 0
-        call scan_depth(pair, pose(:2), pose(3), first, last, work)
-        call press_patches(pair, elements, first, last, pose(:2), pose(3), work, patches, energy, ok, part)
-        if (.not. ok) return
+    do z = 1, size(zones)
+      work%fresh = .true.
+      call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, work)
+      associate (sunk => work%depth(zones(z)%first:zones(z)%last) > 0)
+        if (.not. any(sunk)) cycle
+        ! The stations inside the rail and their neighbours.
+        pressed = zones(z)
+        pressed%first = max(zones(z)%first, zones(z)%first + findloc(sunk, .true., 1) - 2)
+        pressed%last = min(zones(z)%last, zones(z)%first + findloc(sunk, .true., 1, back=.true.))
+      end associate
+      call set_moduli(pair, pressed, e_star, pose(3), k)
+      branch = merge(2, 1, zones(z)%flange)
+      part = zone_force(pair, pressed, pose(3), work, k)
+      force(:, branch) = force(:, branch) + part(:2)
+      strip(branch) = strip(branch) + zone_energy(pair, pressed, 'strip', e_star, pose(3), work, k)
+    end do
+    if (model /= 'halfspace') return
+    do branch = 1, 2
+      if (strip(branch) <= 0) cycle
+      first = minval(zones%first, zones%flange .eqv. branch == 2)
+      last = maxval(zones%last, zones%flange .eqv. branch == 2)
+      work%fresh = .true.
+      patches%n = 0
+      call scan_depth(pair, pose(:2), pose(3), first, last, work)
+      call press_patches(pair, elements, first, last, pose(:2), pose(3), work, patches, energy, ok, part)
+      ok = ok .and. patches%unsolved == 0
+      if (.not. ok) return
+      if (energy < stiffest*strip(branch)) then
         force(:, branch) = part(:2)
-      end do
-    else
-      do z = 1, size(zones)
-        work%fresh = .true.
-        call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, work)
-        associate (sunk => work%depth(zones(z)%first:zones(z)%last) > 0)
-          if (.not. any(sunk)) cycle
-          ! The stations inside the rail and their neighbours.
-          pressed = zones(z)
-          pressed%first = max(zones(z)%first, zones(z)%first + findloc(sunk, .true., 1) - 2)
-          pressed%last = min(zones(z)%last, zones(z)%first + findloc(sunk, .true., 1, back=.true.))
-        end associate
-        call set_moduli(pair, pressed, e_star, pose(3), k)
-        branch = merge(2, 1, zones(z)%flange)
-        part = zone_force(pair, pressed, pose(3), work, k)
-        force(:, branch) = force(:, branch) + part(:2)
-      end do
-    end if
+      else
+        force(:, branch) = stiffest*force(:, branch)
+      end if
+    end do
   end subroutine direct_force
 
 end module accuracy

@@ -24,9 +24,14 @@ module contact
   use text, only: str
   implicit none
   private
-  public :: zone_type, side_type, find_zones, set_moduli, zone_energy, zone_force, max_zones
+  public :: zone_type, side_type, stiffest, find_zones, set_moduli, zone_energy, zone_force, max_zones
 
   integer, parameter :: max_zones = 6
+
+  !> Energy of half-spaces over that of strips, at most.  A patch of the tread that reaches over the cut to the flange
+  !> leaves a sliver there.  In the whole patch its pressure is that of an edge, next to nothing; a half-space pressed in
+  !> by the sliver alone is up to 60 times stiffer than the strips.
+  real(dp), parameter :: stiffest = 1.5_dp
 
   !> A stretch of the wheel that carries one patch.
   type :: zone_type
@@ -44,6 +49,7 @@ module contact
   end type side_type
 
   real(dp), parameter :: least_cut = 0.4e-3_dp    ! shortest arc that counts as a gap [m]
+  real(dp), parameter :: least_zone = 1e-3_dp     ! shortest zone: half the window of the mean curvature [m]
   real(dp), parameter :: least_ratio = 0.02_dp    ! of B to A: flatter patches are line contacts
   real(dp), parameter :: least_cosine = 0.05_dp   ! of the contact angle in A
 
@@ -87,7 +93,6 @@ contains
     cuts = 0
     turn = 0
     n_cuts = 0
-    parting = split
     from = 0
     hollow = 0
     do i = running, top, -1
@@ -102,11 +107,13 @@ contains
       from = 0
       hollow = 0
     end do
-    ! The tread ends at the last gap that begins before the split angle.
+    ! The tread ends at the last gap that begins before the split angle, else at one right behind it, else there.
+    parting = 0
     do i = 1, n_cuts
-      if (begins(i) > split) parting = cuts(i)
+      if (begins(i) > split .or. parting == 0 .and. pair%s(split) - pair%s(cuts(i)) < least_zone) parting = cuts(i)
     end do
-    if (parting == split) then
+    if (parting == 0) then
+      parting = split
       nearest = count(cuts(:n_cuts) > split)
       cuts(nearest + 2:n_cuts + 1) = cuts(nearest + 1:n_cuts)
       cuts(nearest + 1) = split
@@ -127,10 +134,16 @@ contains
 
   contains
 
-    !> Note the arc from..i, in the place of the flattest where all are taken.
+    !> Note the arc from..i, in the place of the last one where that is too near, of the flattest where all are taken.
     subroutine add_cut()
       integer :: flattest
 
+      if (n_cuts > 0) then
+        if (pair%s(cuts(n_cuts)) - pair%s((from + i)/2) < least_zone) then
+          if (turn(n_cuts) > hollow) return
+          n_cuts = n_cuts - 1
+        end if
+      end if
       if (n_cuts == max_zones - 2) then
         flattest = minloc(turn(:n_cuts), 1)
         if (turn(flattest) > hollow) return

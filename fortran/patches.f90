@@ -39,6 +39,7 @@ module patches
   type :: patches_type
     integer :: n = 0
     integer :: solutions = 0, iterations = 0   !! so far
+    integer :: poses = 0, unsolved = 0         !! so far; poses whose pressures or grids did not converge
     real(dp) :: lap(2, most_patches) = 0       !! stretch of s in which the undeformed bodies overlap [m]
     real(dp) :: lap_x(most_patches) = 0        !! half its length along x [m]
     real(dp) :: deepest(most_patches) = 0      !! overlap [m]
@@ -83,9 +84,9 @@ contains
     real(dp), parameter :: enlarge = 1.3_dp    ! of a grid that cuts its patch off
     real(dp), parameter :: least_fill = 0.8_dp ! of the grid by the patch
     real(dp), parameter :: rough = 0.1_dp      ! tolerance while a patch is looked for
-    integer, parameter :: most_rounds = 12
+    integer, parameter :: most_rounds = 20
     ! Neighbouring poses want their patches in the same place of their grids, or the grid's error jumps.
-    integer, parameter :: tight_rounds = 5
+    integer, parameter :: tight_rounds = 5, free_rounds = 8
     real(dp), parameter :: slack = 0.03_dp     ! of the grid's length
     ! Constant pressures on ns/4 by ns elements that fit half an ellipse overestimate energy and force by
     ! 0.8/ns^2, whatever its axis ratio from 1/20 to 20 (found on Hertz's).
@@ -114,6 +115,7 @@ contains
       patches%system = new_system(elements%nx, elements%ns, most_patches)
       allocate (patches%p(elements%nx, elements%ns, most_patches))
     end if
+    fits = .false.
     do round = 1, most_rounds
       do g = 1, n
         call fit_mesh(patches%box(:, g), patches%lap(:, g), elements, mesh(g))
@@ -142,6 +144,7 @@ contains
       patches%iterations = patches%iterations + iterations
       patches%mesh(:n) = mesh(:n)
       patches%p(:, :, :n) = p(:, :, :n)
+      fits = .false.
       if (.not. ok) exit
       fits = known .or. round > 1
       do g = 1, n
@@ -155,6 +158,8 @@ contains
       end if
       if (fits) exit
     end do
+    patches%poses = patches%poses + 1
+    if (.not. fits) patches%unsolved = patches%unsolved + 1
     do g = 1, n
       energy = energy + sum(p(:, :, g)*(depth(:, :, g) + r(:, :, g)))*mesh(g)%dx*mesh(g)%ds
       if (present(force)) force = force + 2*mesh(g)%dx*mesh(g)%ds*[sum(p(:, :, g)*normal(1, :, :, g)), &
@@ -204,8 +209,14 @@ contains
       if (cut(3)) box(3) = mesh(g)%low + enlarge*length
       box(2) = max(box(2), patches%lap(1, g))
       box(3) = min(box(3), patches%lap(2, g))
-      fits = fits .and. .not. any(cut) .and. far < elements%nx .and. far > least_fill*elements%nx .and. &
-        box(3) - box(2) > least_fill*length
+      fits = fits .and. .not. any(cut) .and. far < elements%nx
+      if (round > free_rounds) then
+        ! Two grids may ask for each other: from here on they only grow.
+        box = [max(box(1), merge(enlarge, 1.0_dp, far >= elements%nx)*patches%box(1, g)), min(box(2), patches%box(2, g)), &
+          max(box(3), patches%box(3, g))]
+      else
+        fits = fits .and. far > least_fill*elements%nx .and. box(3) - box(2) > least_fill*length
+      end if
       if (fits .and. round < tight_rounds) fits = abs(far*(1 + 2*margin) - elements%nx) < slack*elements%nx .and. &
         abs(box(2) - max(mesh(g)%low + margin*length, patches%lap(1, g))) < slack*length .and. &
         abs(mesh(g)%low + length - min(box(3) + margin*length, patches%lap(2, g))) < slack*length

@@ -35,6 +35,7 @@ module potential
   !> Error of the force against direct evaluation, of max(|F|, 5 kN), F the wheel's: on the tread, on the
   !> flange, on both at once, and of wheelsets that go over a rail.  Not known where there are no poses.
   type :: accuracy_type
+    integer :: unsolved = 0             !! further poses, whose direct evaluation did not converge
     integer :: poses(4) = 0
     real(dp) :: rms(4) = 0, largest(4) = 0
   end type accuracy_type
@@ -43,6 +44,7 @@ module potential
     character(:), allocatable :: key    !! everything that the table depends on
     type(zone_table), allocatable :: zones(:)
     type(accuracy_type) :: accuracy
+    integer :: solutions(2) = 0         !! of half-spaces in it, and those that did not converge
   end type contact_table
 
   !> A roll angle as the zones of a wheel see it.

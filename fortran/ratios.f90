@@ -29,7 +29,7 @@ module ratios
     real(dp), allocatable :: area(:, :, :, :)   !! pressed by a single patch: (3, q, u, roll)
   end type ratio_type
 
-  integer, parameter :: first_points(3) = [21, 21, 7]          ! of u, roll, q
+  integer, parameter :: first_points(3) = [27, 21, 7]          ! of u, roll, q
   integer, parameter :: most_rounds = 6, rounds_of_q = 3
   ! Grids over half a patch on tread and flange, as exact as their energies have to be: worn treads want more than the
   ! 4 x 16 elements that do for new ones.
@@ -42,7 +42,7 @@ module ratios
 contains
 
   !> Sample the ratios of all zones, on axes that are halved like those of S.
-  subroutine solve_ratios(pair, zones, e_star, extent, aim, most, table, ratio, work, stopped, watcher)
+  subroutine solve_ratios(pair, zones, e_star, extent, aim, most, table, ratio, solutions, work, stopped, watcher)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
     real(dp), intent(in) :: e_star
@@ -51,6 +51,7 @@ contains
     integer, intent(in) :: most(3)
     type(contact_table), intent(in) :: table
     type(ratio_type), intent(inout) :: ratio(:)
+    integer, intent(out) :: solutions(2)   !! poses solved, and those that did not converge
     real(dp), intent(in) :: work(2)
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
@@ -66,6 +67,7 @@ contains
         graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, min(first_points(2), most(2))), &
         first_depths(min(first_points(3), most(3)), table%zones(z)%q%high))
     end do
+    solutions = 0
     do round = 1, most_rounds
       call solve_rows()
       if (stopped) return
@@ -93,7 +95,7 @@ contains
       end do
       done = 0
       stopped = .false.
-      !$omp parallel do schedule(dynamic) private(z, j)
+      !$omp parallel do schedule(dynamic) private(z, j) reduction(+:solutions)
       do row = 1, n(size(zones))
         if (.not. goes_on(share_of_round(work, round), done, n(size(zones)), stopped, watcher)) cycle
         z = count(n(:size(zones) - 1) < row)
@@ -101,7 +103,7 @@ contains
         call sample_ratios(pair, zones, z, elements(merge(2, 1, zones(z)%flange)), table, extent, &
           ratio(z)%roll%x(j), ratio(z)%u%x, &
           heights(table%zones(z), ratio(z)%u%x, ratio(z)%roll%x(j)), ratio(z)%q%x, ratio(z)%open(:, :, j), &
-          ratio(z)%c(:, :, j), ratio(z)%there(:, :, j), ratio(z)%area(:, :, :, j))
+          ratio(z)%c(:, :, j), ratio(z)%there(:, :, j), ratio(z)%area(:, :, :, j), solutions)
       end do
     end subroutine solve_rows
 
@@ -161,14 +163,16 @@ contains
 
   end subroutine solve_ratios
 
-  !> h of a zone at many u.
+  !> h of a zone at many u, in steps of 10 nm.  A solution starts from its neighbour's, so that the last digits of the
+  !> spline, which another processor rounds otherwise, would grow along a row until other cells are halved.
   pure function heights(t, u, roll) result(h)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: u(:), roll
+    real(dp), parameter :: step = 1e-8_dp      ! [m]
     real(dp) :: h(size(u)), line(1, size(u))
 
     call spline_2d_at(t%roll, t%u, t%h, [roll], u, line)
-    h = line(1, :)
+    h = anint(line(1, :)/step)*step
   end function heights
 
   !> Errors of the cells along u (u, q, roll), roll (roll, q, u), and q (q, u, roll), where c has the weights `by_value`

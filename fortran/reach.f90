@@ -61,7 +61,7 @@ contains
 
   !> Whether a run can press a zone of the left wheel by `depth` in a pose: neither another of its zones nor the right
   !> wheel lies deep inside the rail.  `other` is the deepest of the other zones.
-  pure subroutine find_reach(table, extent, zone, depth, pose, around, within, other)
+  pure subroutine find_reach(table, extent, zone, depth, pose, around, within, other, depths)
     type(contact_table), intent(in) :: table
     type(extent_type), intent(in) :: extent
     integer, intent(in) :: zone
@@ -69,8 +69,9 @@ contains
     logical, intent(in) :: around              !! with the surroundings
     logical, intent(out) :: within
     real(dp), intent(out) :: other             !! [m]; negative where none touches
+    real(dp), intent(in), optional :: depths(:, :)   !! of the zones of the left and right wheel [m], not by the table
     type(roll_type) :: roll, opposite
-    real(dp) :: limit, deeper, tread
+    real(dp) :: limit, deeper, tread, found
     integer :: i, status
 
     limit = of_two*extent%depth*merge(1.5_dp, 1.0_dp, around)
@@ -91,13 +92,22 @@ contains
     if (.not. within) return
     do i = 1, size(table%zones)
       if (i == zone) cycle
-      other = max(other, height_over(table%zones(i), pose, roll))
+      if (present(depths)) then
+        found = depths(i, 1)
+      else
+        found = height_over(table%zones(i), pose, roll)
+      end if
+      other = max(other, found)
       within = min(depth, other) <= limit .and. (other <= 0 .or. max(depth, other) <= deeper)
       if (.not. within) return
     end do
     do i = 1, size(table%zones)
-      within = height_over(table%zones(i), [-pose(1), pose(2), -pose(3)], opposite) &
-        <= merge(extent%depth, tread, table%zones(i)%flange) + merge(more_height, 0.0_dp, around)
+      if (present(depths)) then
+        found = depths(i, 2)
+      else
+        found = height_over(table%zones(i), [-pose(1), pose(2), -pose(3)], opposite)
+      end if
+      within = found <= merge(extent%depth, tread, table%zones(i)%flange) + merge(more_height, 0.0_dp, around)
       if (.not. within) return
     end do
   end subroutine find_reach

@@ -139,6 +139,12 @@ contains
       end associate
     end do
     lines = lines//' points'//nl
+    if (table%solutions(2) > 0) lines = lines//'warning: '//what//': '//str(table%solutions(2))//' of '// &
+      str(table%solutions(1))//' half-space solutions did not converge; see whether the error is larger than '// &
+      '&table accuracy'//nl
+    if (table%accuracy%unsolved > 0) lines = lines//'warning: '//what//': '//str(table%accuracy%unsolved)//' of '// &
+      str(sum(table%accuracy%poses) + table%accuracy%unsolved)//' half-space solutions that its error is measured by '// &
+      'did not converge; they are not in it'//nl
     if (all(table%accuracy%poses == 0)) return
     lines = lines//'its error, rms (largest), of max(|F|, 5 kN):'
     do k = 1, 4

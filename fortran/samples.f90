@@ -1,7 +1,7 @@
 !> Values that a contact table is made of, by direct evaluation: where a zone touches, its energy in
 !> strips or as one Hertzian contact, and what half-spaces pressed together have instead.
 module samples
-  use contact, only: set_moduli, zone_energy, zone_type
+  use contact, only: set_moduli, stiffest, zone_energy, zone_type
   use geometry, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
   use patches, only: elements_type, expect_area, keep_patches, patches_type, press_patches, pressed_area
@@ -111,7 +111,7 @@ contains
   !> Energy of half-spaces over that of strips, of all that the branch (tread or flange) of a zone presses in the
   !> poses at u, one roll angle and the penetrations q^2 of the zone; where no run comes it is left.
   subroutine sample_ratios(pair, zones, zone, elements, table, extent, roll, u, h, q, open, ratio, there, &
-    area)
+    area, solutions)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
     integer, intent(in) :: zone
@@ -124,6 +124,7 @@ contains
     real(dp), intent(inout) :: ratio(:, :)     !! (q, u)
     logical, intent(inout) :: there(:, :)      !! (q, u)
     real(dp), intent(inout) :: area(:, :, :)   !! pressed, of a single patch; (3, q, u)
+    integer, intent(inout) :: solutions(2)     !! poses solved so far, and those that did not converge
     type(scan_type) :: work
     type(patches_type) :: patches, deepest     ! of the deepest pose at the last u
     real(dp) :: pose(3), k(size(pair%s)), strip, exact, other
@@ -174,11 +175,12 @@ contains
         if (.not. begun) call keep_patches(patches, deepest)
         begun = .true.
         if (.not. ok) cycle
-        ratio(m, i) = exact/strip
+        ratio(m, i) = min(exact/strip, stiffest)
         there(m, i) = .true.
         area(:, m, i) = pressed_area(patches)
       end do
     end do
+    solutions = solutions + [patches%poses, patches%unsolved]
 
   contains
 

@@ -10,9 +10,10 @@ module simulation
   use contact, only: find_zones, side_type
   use errors, only: error_type, fatal_error
   use events, only: event_log, note_impact, watch
+  use fingerprint, only: law
   use geometry, only: place_profiles, same_pair
   use hertz, only: contact_modulus
-  use kinds, only: dp, version
+  use kinds, only: dp
   use modes, only: small_oscillations
   use newmark, only: advance, between, energy_change, energy_rounding, evaluate, motion_type, scheme_type, start_motion, &
     step_diverged, step_ok
@@ -335,13 +336,13 @@ contains
     if (c%formulation /= 'bilateral') setup%path = path_type()
   end subroutine set_rigid
 
-  !> Everything that the table of a side depends on, in words.
+  !> Everything that the table of a side depends on, in words: the law is the checksum of its sources.
   subroutine table_key(c, wheel, rail, key)
     type(case_type), intent(in) :: c
     type(profile_type), intent(in) :: wheel, rail
     character(:), allocatable, intent(out) :: key
 
-    key = 'ldbench '//version//' model '//trim(c%model)//' profiles '//wheel%checksum//' '// &
+    key = 'ldbench '//law//' model '//trim(c%model)//' profiles '//wheel%checksum//' '// &
       rail%checksum//' '//trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '// &
       trim(c%rail_unit)//' smoothing '//str(c%smoothing_mm)//' gauge '//str(c%gauge)//' '// &
       str(c%gauge_depth)//' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)// &

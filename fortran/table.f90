@@ -60,7 +60,7 @@ contains
     character(:), allocatable :: law
     type(axis_type) :: roll
     real(dp) :: work(2)                    ! its share of the whole work, from and to
-    integer :: round, z
+    integer :: round, z, solutions(2)
     logical :: finer, stopped
 
     law = model
@@ -86,9 +86,10 @@ contains
       if (.not. finer) exit
     end do
     if (model == 'halfspace') then
-      call solve_ratios(pair, zones, e_star, extent, accuracy*share_ratio, most, table, ratio, [work(2), 1.0_dp], &
-        stopped, watcher)
+      call solve_ratios(pair, zones, e_star, extent, accuracy*share_ratio, most, table, ratio, &
+        solutions, [work(2), 1.0_dp], stopped, watcher)
       if (stopped) return
+      table%solutions = solutions
       do z = 1, size(zones)
         roll = united(roll, ratio(z)%roll, least_roll, most(2))
       end do

@@ -11,7 +11,8 @@ module table_file
   private
   public :: save_table, load_table
 
-  character(*), parameter :: kind = 'ldbench contact table', magic = kind//' 11'
+  ! Files of an older program have something else behind the kind, or another key.
+  character(*), parameter :: kind = 'ldbench contact table', magic = kind//'   '
 
 contains
 
@@ -27,7 +28,8 @@ contains
     mix = 0
     call out%begin(file)
     call put(words_of(magic))
-    call put(int([len(table%key), size(table%zones), table%accuracy%poses], int64))
+    call put(int([len(table%key), size(table%zones), table%accuracy%poses, table%accuracy%unsolved, &
+      table%solutions], int64))
     call put(words_of(table%key))
     call put_numbers([table%accuracy%rms, table%accuracy%largest])
     do i = 1, size(table%zones)
@@ -70,7 +72,7 @@ contains
     character(:), allocatable :: stored
     real(dp), allocatable :: u(:), roll(:), q(:)
     real(dp) :: numbers(8)
-    integer(int64) :: bytes, mix, head(6)
+    integer(int64) :: bytes, mix, head(9)
     integer :: unit, stat, n, i
 
     found = .false.
@@ -94,14 +96,16 @@ contains
 
     subroutine read_table()
       call stir(mix, size(words_of(mark)), words_of(mark))
-      call take_integers(6, head)
+      call take_integers(9, head)
       if (stat /= 0 .or. head(1) /= len(key) .or. head(2) < 1 .or. head(2) > max_zones) return
       read (unit, iostat=stat) stored
       if (stat /= 0 .or. stored /= key) return
       call stir(mix, size(words_of(stored)), words_of(stored))
       table%key = key
       call take_numbers(8, numbers)
-      table%accuracy = accuracy_type(int(max(0_int64, min(head(3:), int(huge(1), int64)))), numbers(:4), numbers(5:))
+      head(3:) = max(0_int64, min(head(3:), int(huge(1), int64)))
+      table%accuracy = accuracy_type(int(head(7)), int(head(3:6)), numbers(:4), numbers(5:))
+      table%solutions = int(head(8:9))
       allocate (table%zones(head(2)))
       do i = 1, size(table%zones)
         associate (t => table%zones(i))

@@ -16,7 +16,7 @@ clearance the call publishes.
 import argparse
 from dataclasses import dataclass
 from itertools import pairwise
-from math import asin, atan, cos, degrees, inf, pi, radians, sin, sqrt, tan
+from math import asin, atan, ceil, cos, degrees, inf, pi, radians, sin, sqrt, tan
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +28,8 @@ GAUGE_DEPTH = 14.0              # depth below top of rail at which gauge is meas
 ROLLING_RADIUS = 457.0          # at the contact point of the centred wheelset
 TAPER = CANT = atan(1 / 40)
 
-STEP = 0.25                     # spacing of the points along the profile
+STEP = 0.25                     # spacing of the points along the profile, at most
+FINE, GROWTH = 0.05, 1.3        # spacing at the ends of arcs and lines, where curvature jumps, and its growth from there
 WHEEL_WIDTH = 135.0
 RAIL_BOTTOM = -40.0
 
@@ -88,6 +89,19 @@ def sample(pieces, spacing=STEP):
     for q in pieces:
         n = max(1, round(q.length / spacing))
         points += [q.at(q.length * i / n) for i in range(1, n + 1)]
+    return np.array(points)
+
+
+def graded(pieces):
+    """Points for a file: a spline through them has its jumps of curvature where the pieces have them."""
+    points = [pieces[0].p]
+    for q in pieces:
+        steps = np.minimum(FINE * GROWTH ** np.arange(ceil(q.length / FINE)), STEP)
+        half = np.concatenate([[0], np.cumsum(steps)])
+        half = half[half < q.length / 2 - steps[0]]
+        n = max(1, round((q.length / 2 - half[-1]) / STEP))
+        half = np.concatenate([half, half[-1] + (q.length / 2 - half[-1]) * np.arange(1, n + 1) / n])
+        points += [q.at(s) for s in [*half[1:], *(q.length - half[-2::-1])]]
     return np.array(points)
 
 
@@ -255,10 +269,12 @@ def solve_throat(make_wheel, rail, clearance):
 
 # ---- the same from the rounded points, as a check ------------------------------------
 def dense(p, n=20):
-    """A parabola through every three neighbours, n points per interval."""
-    t = (np.arange(n) / n - 0.5)[:, None]
+    """A parabola over the chords' length through every three neighbours, n points per interval."""
     a, b, c = p[:-2, None], p[1:-1, None], p[2:, None]
-    return (b + t * (c - a) / 2 + t**2 * (a - 2 * b + c) / 2).reshape(-1, 2)
+    back, on = (np.linalg.norm(way, axis=2, keepdims=True) for way in (b - a, c - b))
+    t = (np.arange(n) / n)[:, None] * (back + on) / 2 - back / 2
+    slope = (b - a) / back
+    return (b + t * slope + t * (t + back) * ((c - b) / on - slope) / (back + on)).reshape(-1, 2)
 
 
 def sampled_clearance(wheel, rail, throat_y):
@@ -281,12 +297,12 @@ def sampled_clearance(wheel, rail, throat_y):
 
 
 # ---- output --------------------------------------------------------------------------
-def write_points(path, points, title, notes):
-    points = points.round(6) + 0.0              # + 0.0 turns -0 into 0
+def write_points(path, points, title, notes, decimals=6, finer=""):
+    points = points.round(decimals) + 0.0       # + 0.0 turns -0 into 0
     rows = [f"{path.name}: {title}", *notes[:1],
-            f"written by make_profiles.py; {len(points)} points about {STEP} mm apart along the profile",
+            f"written by make_profiles.py; {len(points)} points about {STEP} mm apart along the profile{finer}",
             "columns: y z, both in mm, z up, y towards the field side", *notes[1:]]
-    text = "".join(f"# {row}\n" for row in rows) + "".join(f"{y:.6f} {z:.6f}\n" for y, z in points)
+    text = "".join(f"# {row}\n" for row in rows) + "".join(f"{y:.{decimals}f} {z:.{decimals}f}\n" for y, z in points)
     path.write_bytes(text.encode("ascii"))
     return points
 
@@ -298,7 +314,7 @@ def write(path, pieces, title, notes, origin="RECONSTRUCTION, not the numeric fi
         y0, z0, y1, z1 = np.round([*q.p, *q.end], 4) + 0.0
         rows.append(f"  {shape:12s} {degrees(q.g0):9.4f} to {degrees(q.g1):9.4f} deg"
                     f"   from {y0:9.4f} {z0:9.4f}   to {y1:9.4f} {z1:9.4f}")
-    return write_points(path, sample(pieces), title, rows)
+    return write_points(path, graded(pieces), title, rows, 9, f", {FINE} mm at the ends of pieces")
 
 
 def main():

@@ -53,6 +53,22 @@ def rest(case: Path) -> States:
     return contact_states(case, np.array([[0, height, 0]]))
 
 
+S1002 = {"profiles": {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz"},
+         "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36}}
+
+
+@pytest.mark.parametrize("shapes", [*PAIRS, "s1002"])
+def test_zones_tile_the_wheel_whatever_the_split_angle(shapes: str, tmp_path: Path):
+    """Between 2 and 6 zones from the rim face to behind the flange's tip, each longer than 1 mm, the flange's last."""
+    case = write_case(tmp_path, "aw", **S1002) if shapes == "s1002" else write_case(tmp_path, shapes)
+    rows = probe("zone_cuts", case, stdin=text(np.linspace(0.03, 1.2, 1171)[:, None]))
+    assert len(rows) == 1171
+    for stations, n, *found in rows:
+        first, last, length, flange = np.reshape(found, (6, 4))[:int(n)].T
+        assert last[0] == stations and (first[:-1] == last[1:]).all() and (length > 1).all(), found
+        assert not flange[0] and flange[-1] and (np.diff(flange) >= 0).all(), found
+
+
 def tread_stiffness(pair: str) -> float:
     """C_H of the centred tread: a cone on a constant crown [N/m^1.5]."""
     A, B = np.cos(TAPER)/(2*ROLLING_RADIUS), 0.5/Pendulum.of(pair).rho

@@ -108,7 +108,7 @@ def test_another_profile_is_seen(plain_outcome, tmp_path):
 
 def test_origin_of_wheel_file_is_free(plain_outcome, tmp_path):
     """The rolling radius, not the file's z, puts the wheel at its height."""
-    raised = [(y, f"{float(z) + 24:.6f}") for y, z in WHEEL]
+    raised = [(y, f"{float(z) + 24:.9f}") for y, z in WHEEL]
     found = outcome(tmp_path / "run", plain(raised), plain(RAIL))
     key = "axle height at equilibrium"
     height, expected = (float(lines[key].split(":")[1]) for lines in (found, plain_outcome))

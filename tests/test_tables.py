@@ -1,6 +1,7 @@
 """Contact tables: the error that they state, their size, their bytes, half-spaces under them."""
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -102,6 +103,31 @@ def test_hertz_states_none(tmp_path: Path):
     assert done.returncode == 0 and "its error" not in done.stdout + header(tmp_path / "columns.txt")
 
 
+def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path):
+    """A solution that is asked for no error at all is counted; what a table's file counts is in summary, header and
+    `python -m ldbench table`, and nothing where every solution converged."""
+    file = tmp_path / "case.nml"
+    file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
+    assert "did not converge" not in run_case(file.read_text(), tmp_path).stdout
+    assert probe("unsolved_table", file).tolist() == [[2, 1]]
+    done = run_case(file.read_text(), tmp_path)
+    assert done.returncode == 0 and "(found)" in done.stdout, done.stderr
+    told = subprocess.run([sys.executable, "-m", "ldbench", "table", file], cwd=REPO, capture_output=True, text=True,
+                          timeout=HANG).stdout
+    assert ContactTable(Case.from_namelist(file)).solutions == (1000, 3, 2)
+    for words in done.stdout, header(tmp_path / "columns.txt"), told:
+        assert "contact table: 3 of 1000 half-space solutions did not converge; see whether" in words, words
+        assert re.search(r"contact table: 2 .*that its error is measured by did not converge", words), words
+
+
+def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
+    """A table of strips whose flange is taken away has all of the flange's force as its error."""
+    file = tmp_path / "case.nml"
+    file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
+    whole, missing = probe("missed_contact", file)
+    assert max(whole) < 0.5 and missing[0] == whole[0] and missing[1] == 1, (whole, missing)
+
+
 # ---- accuracy ------------------------------------------------------------------------
 WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.001 in service, reached (\S+)"
 
@@ -191,6 +217,46 @@ def test_an_easy_pair_has_a_small_table(shipped: dict[str, Run], folder: Path, t
     assert size < sum(np.prod(zone) for zone in points(actual.stdout))
 
 
+# ---- the law that a table file is made by --------------------------------------------
+def fingerprint(folder: Path) -> str:
+    done = subprocess.run(["sh", folder / "fingerprint.sh"], cwd="/", capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0, done.stderr
+    return re.search(r"law = '(\d+)'", done.stdout)[1]
+
+
+def test_fingerprint_is_that_of_every_source_of_the_law(tmp_path: Path):
+    """Another folder has the same one; a change of any module that makes a table has another one. The modules that
+    those use are in it, too, but for messages, files and progress."""
+    folder = tmp_path / "sources"
+    shutil.copytree(REPO / "fortran", folder)
+    law, changed, todo = fingerprint(REPO / "fortran"), set(), ["table", "accuracy", "table_file", "profile", "rigid"]
+    assert fingerprint(folder) == law
+    while todo:
+        module = todo.pop()
+        source = folder / f"{module}.f90"
+        if module in changed | {"errors", "progress", "system", "text"} or not source.exists():
+            continue
+        before = source.read_bytes()
+        source.write_bytes(before.replace(b"1", b"2", 1))
+        assert fingerprint(folder) != law, module
+        source.write_bytes(before)
+        changed.add(module)
+        todo += re.findall(r"^ *use (\w+), only", before.decode(), re.MULTILINE)
+    assert len(changed) > 15
+
+
+def test_make_and_the_extension_build_a_changed_law_anew(shipped: dict[str, Run], folder: Path):
+    """`make` and ninja would compile the fingerprint again; both have one now, so that the extension finds the
+    executable's table."""
+    for source in "hertz.f90", "fingerprint.sh":
+        done = subprocess.run(["make", "-n", "-W", f"fortran/{source}", "ldbench"], cwd=REPO, capture_output=True, text=True,
+                              timeout=HANG)
+        assert "sh fortran/fingerprint.sh" in done.stdout and "fingerprint.o" in done.stdout, done.stdout + done.stderr
+    rules = (REPO / "build/wrapper/build.ninja").read_text()
+    assert re.search(r"^build fingerprint\.f90:.*fingerprint\.sh.*hertz\.f90", rules, re.MULTILINE)
+    assert ContactTable(table_case("aw", "halfspace", shipped, folder))._found
+
+
 # ---- bytes ---------------------------------------------------------------------------
 @pytest.mark.parametrize("model", MODELS)
 def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):
@@ -206,6 +272,16 @@ def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):
             assert done.returncode == 0 and words in done.stdout, done.stdout + done.stderr
             found.append(((work / "a.table").read_bytes(), rows(work / "columns.txt")))
     assert all(other == found[0] for other in found)
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(pair: str, tmp_path: Path):
+    """Strips that differ by 1e-13, as another processor rounds them, have the same points, and ratios that differ by no more
+    than the spline makes of 1e-13."""
+    case = write_case(tmp_path, pair, tmp_path / "strips.table", contact={"model": "strip"}, table={"accuracy": 5e-3})
+    found = probe("shaken_ratios", case)
+    print(found)                                       # shown by pytest -rP
+    assert (found[:, :3] == found[:, 3:6]).all() and found[:, 6].max() < 1e-9, found
 
 
 # ---- half-spaces under the table -----------------------------------------------------

@@ -131,9 +131,20 @@ class ContactTable:
         return self._accuracy(2)
 
     def _accuracy(self, side: int) -> dict[str, Accuracy]:
-        numbers = _flat.table_accuracy(self._handle, side).T.tolist()
+        numbers, _ = _flat.table_accuracy(self._handle, side)
         return {place: Accuracy(int(poses), rms, largest)
-                for place, (poses, rms, largest) in zip(PLACES, numbers, strict=True) if poses}
+                for place, (poses, rms, largest) in zip(PLACES, numbers.T.tolist(), strict=True) if poses}
+
+    @property
+    def solutions(self) -> tuple[int, int, int]:
+        """Half-space solutions in the left wheel's table, those that did not converge, and those that its error is
+        measured by and did not converge."""
+        return tuple(_flat.table_accuracy(self._handle, 1)[1].tolist())
+
+    @property
+    def solutions_right(self) -> tuple[int, int, int]:
+        """Half-space solutions in the right wheel's table, as `solutions`."""
+        return tuple(_flat.table_accuracy(self._handle, 2)[1].tolist())
 
     @property
     def clearance(self) -> float:
@@ -331,9 +342,16 @@ def main(args: argparse.Namespace) -> int:
           f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else
           f"contact table: model {case.model}, {'found' if table._found else f'built in {table._seconds:.2f} s'}"
           + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
-    for side, errors in (("", table.accuracy), ("right ", table.accuracy_right)):
+    for side, errors, (solved, failed, missed) in (("", table.accuracy, table.solutions),
+                                                   ("right ", table.accuracy_right, table.solutions_right)):
         if side and errors == table.accuracy:
             continue
+        if failed:
+            print(f"warning: {side}contact table: {failed} of {solved} half-space solutions did not converge; see whether the "
+                  "error is larger than &table accuracy")
+        if missed:
+            print(f"warning: {side}contact table: {missed} half-space solutions that its error is measured by did not "
+                  "converge; they are not in it")
         for place, error in errors.items():
             print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
                   f"at {error.poses} poses")

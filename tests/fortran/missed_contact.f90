@@ -1,0 +1,36 @@
+!> The error that a table of strips states of itself, and of itself without its flange.
+!>
+!> usage: missed_contact case.nml
+!> Prints the largest error on the tread and on the flange, of max(|F|, 5 kN), for the table and for one whose flange
+!> touches nowhere.
+program missed_contact
+  use accuracy, only: measure
+  use case, only: case_type
+  use hertz, only: contact_modulus
+  use kinds, only: dp
+  use potential, only: bound_heights
+  use reach, only: extent_type
+  use shared, only: read_prepared
+  use simulation, only: setup_type
+  implicit none
+  save
+  type(case_type) :: c
+  type(setup_type) :: setup
+  type(extent_type) :: extent
+  integer :: k, z
+
+  call read_prepared(c, setup)
+  extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%side(1)%clearance)
+  associate (table => setup%wheelset%table, side => setup%side(1))
+    do k = 1, 2
+      do z = 1, size(table%zones)
+        if (k == 1 .or. .not. table%zones(z)%flange) cycle
+        table%zones(z)%h = table%zones(z)%h - 1.0_dp
+        call bound_heights(table%zones(z))
+      end do
+      call measure(side%pair, side%zones, trim(c%model), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
+        extent, table)
+      print '(2es12.4)', table%accuracy%largest(:2)
+    end do
+  end associate
+end program missed_contact

@@ -1,0 +1,45 @@
+!> Ratios of half-space to strip energy, from a table of strips and from that table with its last digits changed.
+!>
+!> usage: shaken_ratios case.nml
+!> Prints for every zone: points along u, roll and the root of the depth of both, and the largest difference of their
+!> ratios, 1 where the points differ.
+program shaken_ratios
+  use case, only: case_type
+  use hertz, only: contact_modulus
+  use kinds, only: dp
+  use ratios, only: ratio_type, solve_ratios
+  use reach, only: extent_type
+  use shared, only: read_prepared
+  use simulation, only: setup_type
+  implicit none
+  save
+  type(case_type) :: c
+  type(setup_type) :: setup
+  type(extent_type) :: extent
+  type(ratio_type), allocatable :: ratio(:, :)
+  real(dp), allocatable :: noise(:, :)
+  real(dp) :: differ
+  integer :: k, z, solutions(2)
+  logical :: stopped
+
+  call read_prepared(c, setup)
+  extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%side(1)%clearance)
+  associate (table => setup%wheelset%table, side => setup%side(1))
+    allocate (ratio(size(side%zones), 2))
+    do k = 1, 2
+      call solve_ratios(side%pair, side%zones, c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), extent, &
+        c%accuracy, [c%n_lateral, c%n_roll, c%n_depth], table, ratio(:, k), solutions, [0.0_dp, 1.0_dp], stopped)
+      do z = 1, size(table%zones)
+        allocate (noise, mold=table%zones(z)%h)
+        call random_number(noise)
+        table%zones(z)%h = table%zones(z)%h*(1 + 1e-13_dp*(2*noise - 1))
+        deallocate (noise)
+      end do
+    end do
+  end associate
+  do z = 1, size(ratio, 1)
+    differ = 1
+    if (all(shape(ratio(z, 1)%c) == shape(ratio(z, 2)%c))) differ = maxval(abs(ratio(z, 1)%c - ratio(z, 2)%c))
+    print '(6i5, es10.2)', (ratio(z, k)%u%n, ratio(z, k)%roll%n, ratio(z, k)%q%n, k=1, 2), differ
+  end do
+end program shaken_ratios

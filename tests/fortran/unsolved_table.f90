@@ -1,0 +1,42 @@
+!> Half-space solutions that do not converge, and a table that has some.
+!>
+!> usage: unsolved_table case.nml
+!> Prints how many poses were solved, once as for tables and once to no error at all, and how many of them did not
+!> converge; writes into the case's table file that 3 of its 1000 solutions did not, and 2 of those of its error.
+program unsolved_table
+  use case, only: case_type
+  use errors, only: error_type
+  use geometry, only: new_scan, scan_depth, scan_type
+  use hertz, only: contact_modulus
+  use kinds, only: dp
+  use patches, only: elements_type, new_elements, patches_type, press_patches
+  use shared, only: read_prepared
+  use simulation, only: setup_type
+  use table_file, only: save_table
+  implicit none
+  save
+  type(case_type) :: c
+  type(setup_type) :: setup
+  type(scan_type) :: work
+  type(patches_type) :: patches
+  type(error_type), allocatable :: error
+  real(dp) :: energy, centre(2)
+  integer :: k
+  logical :: ok
+
+  call read_prepared(c, setup)
+  associate (pair => setup%side(1)%pair)
+    work = new_scan(pair)
+    centre = [0.0_dp, pair%axle_height - 1e-4_dp]
+    call scan_depth(pair, centre, 0.0_dp, 1, size(pair%s), work)
+    do k = 1, 2
+      call press_patches(pair, new_elements(5, 20, merge(5e-4_dp, 0.0_dp, k == 1), contact_modulus(c%youngs_modulus, c%poisson)), &
+        1, size(pair%s), centre, 0.0_dp, work, patches, energy, ok)
+    end do
+  end associate
+  print '(2i4)', patches%poses, patches%unsolved
+  setup%wheelset%table%solutions = [1000, 3]
+  setup%wheelset%table%accuracy%unsolved = 2
+  call save_table(trim(c%table_file), setup%wheelset%table, error)
+  if (allocated(error)) error stop error%message
+end program unsolved_table
