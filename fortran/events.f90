@@ -17,7 +17,7 @@ module events
   use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
   private
-  public :: event_log, watch, note_impact, event_kinds, elastic_kinds, kept_impacts
+  public :: event_log, watch, note_impact, event_kinds, elastic_kinds, kept, kept_impacts
 
   enum, bind(c)
     enumerator :: left_flange_contact = 1, right_flange_contact, left_lift_off, left_landing, &

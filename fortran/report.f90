@@ -4,7 +4,7 @@ module report
   use case, only: case_type, list_variables, output_path, value_text, variable_type
   use columns, only: column_file, column_names, column_units, n_columns, n_rigid_columns
   use errors, only: error_type, fatal_error
-  use events, only: elastic_kinds, event_kinds, kept_impacts
+  use events, only: elastic_kinds, event_kinds, kept, kept_impacts
   use kinds, only: dp, version
   use potential, only: contact_table
   use profile, only: profile_type
@@ -213,6 +213,7 @@ contains
     type(run_type), intent(in) :: run
     integer, intent(in) :: impacts
     character(:), allocatable, intent(out) :: lines
+    character(5), parameter :: way(3) = [character(5) :: 'left', 'right', 'up']
     integer :: k, kinds, struck
 
     struck = 0
@@ -230,11 +231,21 @@ contains
         lines = lines//nl
       end associate
     end do
+    if (sum(run%log%counts) > run%log%n - max(0, struck - impacts)) then
+      lines = lines//'  (listed: the first '//str(kept)//' of each kind'
+      if (struck > 0) lines = lines//', '//str(impacts)//' impacts'
+      lines = lines//')'//nl
+    end if
     lines = lines//'  in all:'
     kinds = merge(elastic_kinds, size(event_kinds), c%formulation == 'elastic')
     do k = 1, kinds
       lines = lines//' '//str(run%log%counts(k))//' '//trim(event_kinds(k))
       if (k < kinds) lines = lines//','
+    end do
+    lines = lines//nl//'farthest [mm]:'
+    do k = 1, 3
+      lines = lines//' '//trim(way(k))//' '//fixed(1e3_dp*run%extreme(k), 4)//' at '//fixed(run%extreme_time(k), 6)//' s'
+      if (k < 3) lines = lines//','
     end do
     lines = lines//nl//'peak normal forces [kN]:'
     do k = 1, 4

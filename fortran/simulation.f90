@@ -60,6 +60,8 @@ module simulation
     real(dp) :: step = 0                   !! in force, a whole fraction of the output interval [s]
     real(dp) :: peak(4) = 0                !! largest normal force of each contact, also between steps [N]
     real(dp) :: peak_time(4) = 0           !! [s]
+    real(dp) :: extreme(3) = 0             !! farthest to the left, to the right, up from equilibrium, between steps, too [m]
+    real(dp) :: extreme_time(3) = 0        !! [s]
     real(dp) :: blow(4) = 0                !! largest impulse of each contact in an impact [N s]
     real(dp) :: blow_time(4) = 0           !! [s]
     real(dp) :: drift = 0                  !! largest |total energy - work + losses - initial|, over all steps [J]
@@ -365,6 +367,7 @@ contains
     type(rigid_type) :: rigid
     real(dp) :: recent(n_rigid_columns, 3) ! rows: the last that was given away, one to be kept or left out, the new one
     real(dp) :: first_energy, from, to
+    real(dp) :: at, h                      ! time of the next row and the steps up to it [s]
     real(dp) :: seen(4, 3), seen_at(3)     ! normal forces at the last three steps
     integer, parameter :: report_steps = 10000
     integer :: substeps, stride            ! steps between rows; rows that a longer step spans
@@ -397,6 +400,7 @@ contains
     seen = spread(hypot(motion%contact%slope(1, :), motion%contact%slope(2, :)), 2, 3)
     seen_at = [-2, -1, 0]*run%step
     run%peak = seen(:, 3)
+    run%extreme = motion%q([1, 1, 2])
     run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
     given = 1
     last = 2
@@ -409,14 +413,18 @@ contains
     do while (row < last_row)
       next_row = row + 1
       row = min(row + stride, last_row)
+      at = row*c%interval
+      h = merge(run%step, (row - next_row + 1)*c%interval, stride == 1)
+      if (at - c%t_end > 1e-9_dp*c%interval) then
+        at = c%t_end
+        h = (at - (next_row - 1)*c%interval)/substeps
+      end if
       do i = 1, substeps
-        motion%t = (next_row - 1)*c%interval + (i - 1)*run%step
-        if (.not. elastic) then
-          call rigid_step(run%step)
-        else if (stride == 1) then
-          call step(run%step, 0)
+        motion%t = (next_row - 1)*c%interval + (i - 1)*h
+        if (elastic) then
+          call step(h, 0)
         else
-          call step((row - next_row + 1)*c%interval, 0)
+          call rigid_step(h)
         end if
         if (allocated(error)) exit
         if (mod(i, report_steps) == 0) call look_up((row - 1 + real(i, dp)/substeps)/last_row)
@@ -430,7 +438,7 @@ contains
         run%gone = .true.
       end if
       if (run%gone) exit
-      motion%t = row*c%interval
+      motion%t = at
       call add_row(motion)
       if (allocated(error)) return
       if (mod(row, report_rows) < stride) call look_up(row/real(last_row, dp))
@@ -439,6 +447,7 @@ contains
     call give_last()
     if (allocated(error)) return
     run%last = recent(:width, last)
+    run%extreme(3) = run%extreme(3) - setup%equilibrium(2)
     call cpu_time(to)
     run%seconds = to - from
 
@@ -491,6 +500,7 @@ contains
       run%steps = run%steps + 1
       call watch(run%log, setup%wheelset, motion, new, setup%side)
       if (stride > 1) call rows_within(new)
+      call note_extremes(motion, new)
       motion = new
       call note_peaks(motion)
       call note_drift(motion)
@@ -550,6 +560,7 @@ contains
         run%steps = run%steps + 1
         left = left - h
         call watch(run%log, setup%wheelset, old, motion, setup%side)
+        call note_extremes(old, motion)
         call note_impact(run%log, setup%wheelset, old, motion)
         if (c%energy_tolerance > 0 .and. abs(energy_change(setup%wheelset, old, motion) + motion%loss - old%loss) > &
           max(c%energy_tolerance, energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
@@ -622,6 +633,31 @@ contains
           call note_peak(k, seen(k, 2) - slope**2/(4*bend), seen_at(2) - slope/(2*bend))
       end do
     end subroutine note_peaks
+
+    !> Farthest displacements: at the end of a step or, where the velocity turns within it, on the cubic through both ends.
+    subroutine note_extremes(old, new)
+      type(motion_type), intent(in) :: old, new
+      integer, parameter :: coordinate(3) = [1, 1, 2], way(3) = [1, -1, 1]
+      real(dp) :: u, rise, before, after, x
+      integer :: k
+
+      do k = 1, 3
+        associate (j => coordinate(k))
+          u = 1
+          rise = new%q(j) - old%q(j)
+          x = new%q(j)
+          if (way(k)*old%v(j) > 0 .and. way(k)*new%v(j) < 0) then
+            before = (new%t - old%t)*old%v(j)
+            after = (new%t - old%t)*new%v(j)
+            u = before/(before - after)
+            x = old%q(j) + u*(before + u*(3*rise - 2*before - after + u*(before + after - 2*rise)))
+          end if
+        end associate
+        if (way(k)*(x - run%extreme(k)) <= 0) cycle
+        run%extreme(k) = x
+        run%extreme_time(k) = old%t + u*(new%t - old%t)
+      end do
+    end subroutine note_extremes
 
     subroutine note_peak(k, force, t)
       integer, intent(in) :: k

@@ -57,6 +57,7 @@ class Record:
     counts: Mapping[str, int] = field(default_factory=dict)     # of all events, by kind
     peaks: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # per contact: N [N], time [s]
     blows: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of impacts: impulse [N s], time [s]
+    extremes: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # 'left', 'right' (Y), 'up' (Z) [m], time [s]
     drift: float = np.nan                 # largest |energy drift| over all steps [J]
     steps: int = 0
     step: float = np.nan                  # [s]
@@ -205,6 +206,8 @@ def parse_header(lines: Iterable[str]) -> dict[str, Any]:
         elif line.startswith("peak normal forces"):
             facts["peaks"] = {contact: (1e3*number(N), number(t)) for contact, N, t in
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
+        elif line.startswith("farthest"):
+            facts["extremes"] = {way: (1e-3*number(x), number(t)) for way, x, t in re.findall(r"(left|right|up) (\S+) at (\S+) s", line)}
         elif line.startswith("largest impulses"):
             facts["blows"] = {contact: (number(P), number(t)) for contact, P, t in
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
@@ -269,6 +272,9 @@ def summary_row(record: Record) -> dict[str, Any]:
     for column in ("Y", "Z", "roll"):
         row[f"{column}_min"] = float(record.values(column).min())
         row[f"{column}_max"] = float(record.values(column).max())
+    # Between the rows, too, where the file says it.
+    for way, name in ("left", "Y_max"), ("right", "Y_min"), ("up", "Z_max"):
+        row[name] = record.extremes.get(way, (row[name], None))[0]
     for contact in CONTACTS:
         row[f"N_max_{contact}"], row[f"t_N_max_{contact}"] = record.peaks.get(contact, (None, None))
     for side in ("left", "right"):
