@@ -22,7 +22,7 @@ module reach
   end type extent_type
 
   real(dp), parameter :: service_roll = 0.02_dp, service_shift = 5e-3_dp   ! beyond the clearance [rad, m]
-  real(dp), parameter :: first_roll = 0.05_dp, last_roll = 0.36_dp         ! of a wheelset that goes over [rad]
+  real(dp), parameter :: first_roll = 0.05_dp, last_roll = 0.38_dp         ! of a wheelset that goes over [rad]
   real(dp), parameter :: past = 1e-3_dp         ! of the flange's tip past the rail's highest point [m]
   real(dp), parameter :: going_over = 10     ! errors allowed there, of those in service
   ! Penetrations of the largest: of the tread; of the shallower and the deeper of two zones at once; going over.

@@ -244,7 +244,7 @@ contains
     end do
     lines = lines//nl//'farthest [mm]:'
     do k = 1, 3
-      lines = lines//' '//trim(way(k))//' '//fixed(1e3_dp*run%extreme(k), 4)//' at '//fixed(run%extreme_time(k), 6)//' s'
+      lines = lines//' '//trim(way(k))//' '//fixed(1e3_dp*run%extreme(k), 6)//' at '//fixed(run%extreme_time(k), 6)//' s'
       if (k < 3) lines = lines//','
     end do
     lines = lines//nl//'peak normal forces [kN]:'

@@ -36,7 +36,7 @@ module table
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and misses more than is estimated.
   real(dp), parameter :: of_kinks = 3
   ! Errors of strips going over, of those that are allowed: the crown and the corner of a rail touch at once there.
-  real(dp), parameter :: stricter_over = 0.5_dp
+  real(dp), parameter :: stricter_over = 0.35_dp
   ! Shares of the accuracy that the splines of strips and of the ratio may use up.
   real(dp), parameter :: share_strip = 0.7_dp, share_ratio = 0.3_dp
 

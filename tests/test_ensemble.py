@@ -278,7 +278,7 @@ def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch
     assert new_runs(case.replace(vertical_load=164619.0)) == 2
     assert new_runs(case, columns=["Y"]) == 2
     original = wheel.read_text()
-    wheel.write_text(re.sub(r"(\d\d\.\d{5})\d\n", r"\g<1>0\n", original, count=1))
+    wheel.write_text(re.sub(r"(\d\.\d{8})[1-9]\n", r"\g<1>0\n", original, count=1))
     assert wheel.read_text() != original and new_runs(case) == 2
     wheel.write_text(original)
     assert new_runs(case) == 0

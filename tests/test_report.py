@@ -108,7 +108,9 @@ def test_summary_repeats_headers_and_columns(project: Path):
     for pair in ("aw", "sw"):
         run, row = read_record(project/f"outputs/ex3_{pair}.txt"), table.loc[f"ex3_{pair}"]
         assert row["t_first_LF [s]"] == run.first_contact("LF") and row["N_max_LF [N]"] == run.peaks["LF"][0]
-        assert row["Y_max [m]"] == run.values("Y").max() and row["t_end [s]"] == run.time[-1]
+        # Of the motion between the rows, too: less than half an interval's way at 1 m/s away from theirs.
+        assert row["Y_max [m]"] == run.extremes["left"][0] and row["t_end [s]"] == run.time[-1]
+        assert 0 <= row["Y_max [m]"] - run.values("Y").max() < 5e-5
         energy = sum(run.values(f"KE_{part}")[0] for part in ("lat", "vert", "roll"))
         assert row["E_drift_relative"] == pytest.approx(run.drift/energy, rel=1e-9)
         assert np.isnan(row["t_derailment [s]"])
@@ -444,4 +446,4 @@ def test_no_more_processes_and_threads_than_tasks():
     in_threads(lambda task, tell: task, [1, 2], 10**6, lambda task, result: done.append(result))
     assert sorted(done) == [1, 2]
     with processes(10**6, 2) as pool:
-        assert pool._max_workers == 2
+        assert len(pool.children) == 2

