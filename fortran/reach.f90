@@ -99,6 +99,7 @@ contains
       end if
       other = max(other, found)
       within = min(depth, other) <= limit .and. (other <= 0 .or. max(depth, other) <= deeper)
+      if (.not. table%zones(i)%flange) within = within .and. found <= tread*merge(1.2_dp, 1.0_dp, around)
       if (.not. within) return
     end do
     do i = 1, size(table%zones)

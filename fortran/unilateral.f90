@@ -36,7 +36,7 @@ module unilateral
 
   real(dp), parameter :: resting = 1e-7_dp     !! slowest approach that bounces [m/s]
   real(dp), parameter :: touching = 1e-12_dp   ! a gap that is closed at an event [m]
-  real(dp), parameter :: still = 1e-10_dp      ! a gap that neither opens nor closes [m/s]
+  real(dp), parameter :: still = 1e-8_dp       ! a gap that neither opens nor closes [m/s]
   real(dp), parameter :: pierced = 1e-14_dp    ! a gap that has closed within a step [m]
   real(dp), parameter :: reach = 1e-4_dp       ! of a step: farther, another point of a wheel may be nearest [m]
 
@@ -128,7 +128,7 @@ contains
         do iter = 1, 50
           low = low/2
           call step(low, new, c)
-          least = (c(k)%gap - base(k) - pierced)/low
+          least = (c(k)%gap - base(k) - 0.1_dp*pierced)/low
           if (least > 0) exit
         end do
       end if

@@ -436,7 +436,7 @@ def test_exercise_5_ends_as_stored(pair: str, formulation: str):
     if formulation in ("unilateral, e = 0.5", "unilateral, e = 0"):
         assert own["may move"]["derailment at"] < 1e-6
     elif formulation == "unilateral, e = 1":
-        assert own["may move"]["derailment: lateral force"] < 20e3      # of 274 kN
+        assert own["may move"]["derailment: lateral force"] < 27e3      # a tenth: the wheelset rattles for ever
     else:
         assert own["may move"]["rail pulls at"] < 1e-6
 
