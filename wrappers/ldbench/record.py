@@ -207,7 +207,8 @@ def parse_header(lines: Iterable[str]) -> dict[str, Any]:
             facts["peaks"] = {contact: (1e3*number(N), number(t)) for contact, N, t in
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
         elif line.startswith("farthest"):
-            facts["extremes"] = {way: (number(x + "e-3"), number(t)) for way, x, t in re.findall(r"(left|right|up) (\S+) at (\S+) s", line)}
+            facts["extremes"] = {way: (number(x + "e-3"), number(t)) for way, x, t in
+                                 re.findall(r"(left|right|up) (\S+) at (\S+) s", line)}
         elif line.startswith("largest impulses"):
             facts["blows"] = {contact: (number(P), number(t)) for contact, P, t in
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
