@@ -60,6 +60,7 @@ class Record:
     extremes: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # 'left', 'right' (Y), 'up' (Z) [m], time [s]
     drift: float = np.nan                 # largest |energy drift| over all steps [J]
     steps: int = 0
+    missed: int = 0                       # steps that change the energy by more than energy_tolerance, cut as often as allowed
     step: float = np.nan                  # [s]
     ending: str = ""
 
@@ -214,8 +215,8 @@ def parse_header(lines: Iterable[str]) -> dict[str, Any]:
                               re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
         elif found := re.match(r"energy drift, largest \[J\]: +([^ ,]+)", line):
             facts["drift"] = number(found[1])
-        elif found := re.match(r"steps: (\d+) of at most (\S+) s", line):
-            facts["steps"], facts["step"] = int(number(found[1])), number(found[2])
+        elif found := re.match(r"steps: (\d+) of at most (\S+) s(?:, \d+ cut, (\d+) over energy_tolerance)?", line):
+            facts["steps"], facts["step"], facts["missed"] = int(number(found[1])), number(found[2]), int(found[3] or 0)
         elif found := re.match(r"ended at t = \S+ s: (.*)", line):
             facts["ending"] = found[1]
     facts.update(settings=settings, profiles=profiles, events=tuple(events))

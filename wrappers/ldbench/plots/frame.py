@@ -31,6 +31,8 @@ def caption(record: Record) -> str:
     names = {"energy": "average acceleration with discrete gradient", "newmark": "explicit" if explicit else "Newmark"}
     order, tolerance = (record.number("integrator", name) for name in ("order", "energy_tolerance"))
     cut = f" at most, cut where it changes the energy by more than {tolerance:.0e} J" if tolerance else ""
+    if record.missed:
+        cut += f" ({record.missed} of {record.steps} steps still do)"
     in_flight = record.number("output", "flight_interval")
     thinned = f", in flight {1e3*in_flight:.3g} ms" if in_flight else ""
     law = f"normal contact '{record.setting('contact', 'model')}'; {names.get(str(scheme), scheme)}, order {order:.0f}"
