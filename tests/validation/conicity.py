@@ -278,8 +278,7 @@ and cells of 0.1 mm, resolves a jump to 0.1 mm, so its value is good to 1 % from
 the contact on, and wrong by up to 20 % nearer to it.
 
 On the actual profiles the rigid wheelset has two ways to stand from about 10.2 mm on, and only the steeper one beyond
-10.42 mm: there it jumps from the flange's throat, 68 degrees, onto the flange tip's side with 6 mrad of roll. Right
-behind this jump the core's secant rule misses the solution at some displacements.
+10.42 mm: there it jumps from the flange's throat, 68 degrees, onto the flange tip's side with 6 mrad of roll.
 """
 
 
