@@ -36,8 +36,8 @@ border, rms.
 
 Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 800
 poses between its points, where the tread touches, the flange, both at once, and where the wheelset goes over a rail. It
-is finer where that is above &table accuracy, 1e-3, as far as its largest numbers of points allow; a table that stops
-above it says so. The model hertz has none: its law jumps where the curvature does.
+is finer where that is above &table accuracy, 1e-3, as far as its smallest cells and largest numbers of points allow; a
+table that stops above it says so. The model hertz has none: its law jumps where the curvature does.
 
 Tread and flange of a wheel are two half-space systems; patches of one of them act on each other. The last table says
 what that leaves out, at the poses of the first flange contact: both in one system. The surface is developed into a
