@@ -3,9 +3,12 @@
 !>
 !> usage: halfspace_direct input.nml < poses
 !> Reads lines `y z roll` (axle centre above top of rail) from standard input; writes
-!> for tread and flange: F_y, F_z, M_x from the table, the same directly.
+!> for tread and flange: F_y, F_z, M_x from the table, the same directly; then F_y, F_z, M_x of the wheel
+!> pressed as a whole if a patch reaches over the border of tread and flange, else of both apart.
 program halfspace_direct
   use case, only: case_type
+  use geometry, only: scan_depth
+  use patches, only: patches_type, press_patches
   use shared, only: branch_contact, direct_type, new_direct, read_prepared
   use kinds, only: dp
   use simulation, only: setup_type
@@ -16,11 +19,17 @@ program halfspace_direct
   type(setup_type) :: setup
   type(direct_type) :: direct
   type(contact_state) :: state
-  real(dp) :: pose(3), forces(3, 2), exact
-  integer :: stat, branch
+  type(patches_type), allocatable :: patches
+  real(dp) :: pose(3), forces(3, 2), whole(3), exact
+  integer :: stat, branch, first, border, last
+  logical :: ok
 
   call read_prepared(c, setup)
   direct = new_direct(c, setup)
+  ! Stations rise from the flange to the tread.
+  first = minval(setup%side(1)%zones%first)
+  border = maxval(setup%side(1)%zones%last, setup%side(1)%zones%flange)
+  last = maxval(setup%side(1)%zones%last)
   do
     read (*, *, iostat=stat) pose
     if (stat /= 0) exit
@@ -29,6 +38,17 @@ program halfspace_direct
     do branch = 1, 2
       call branch_contact(direct, setup, branch, pose, exact, forces(:, branch))
     end do
-    write (*, '(12es24.16)') (-state%slope(:, branch), forces(:, branch), branch=1, 2)
+    whole = sum(forces, 2)
+    direct%work%fresh = .true.
+    call scan_depth(setup%side(1)%pair, pose(:2), pose(3), first, last, direct%work)
+    if (direct%work%depth(border) > 0) then
+      if (allocated(patches)) deallocate (patches)
+      allocate (patches)
+      call press_patches(setup%side(1)%pair, direct%elements, first, last, pose(:2), pose(3), direct%work, patches, &
+        exact, ok, whole)
+      if (.not. ok) error stop 'the half-space solution failed'
+    end if
+    write (*, '(15es24.16, i3)') (-state%slope(:, branch), forces(:, branch), branch=1, 2), whole, &
+      merge(1, 0, direct%work%depth(border) > 0)
   end do
 end program halfspace_direct

@@ -154,12 +154,13 @@ HOLLOW_AMPLITUDES = np.array([0.5, 1, 1.5, 2, 2.5, 3])*1e-3     # the contact st
 # A cone is linear: no error but rounding. On arcs the core sees a spline through points 0.25 mm apart; an error of 1 um
 # in a radius of curvature changes 1/(R_w - R_r) by 2e-5 for 60 mm; some um are allowed for.
 CONE_BAR, ARC_BAR, FINE_BAR = 1e-7, 1e-4, 1e-5
-# Points rounded to 1e-6 mm, 0.25 mm apart, turn the tangent by 4e-6 rad; on a head of 254 mm the contact moves by 1 um,
-# the radius by 25 nm on each wheel: 7e-4 of delta_r at 1 mm. On the throat the angle is 0.9, the radius 20 times less.
-DELTA_R_BAR, SHIPPED_BAR = 5e-7, 1e-3
-# On the flange's straight face delta_r grows by 27 mm per mm of displacement. Where it meets an arc of 10 mm the spline
-# through points 0.25 mm apart is beside them by h^2/(80 R) = 80 nm: 2 um at either of the two ends and of the rail.
-FACE, FACE_BAR = np.radians(60), 1e-5
+# Points rounded to 1e-9 mm, 0.25 mm apart, turn the tangent by 4e-9 rad; on a head of 254 mm the contact moves by 1 nm,
+# the radius by 25 pm on each wheel: 7e-7 of delta_r at 1 mm.
+SHIPPED_BAR = 1e-6
+# Where an arc of 10 mm ends, the spline through points 0.05 mm apart is beside it by h^2/(80 R) = 3 nm. On the flange
+# delta_r grows with the displacement, by up to 20 mm per mm below 60 degrees and 27 on its straight face: by 60 and 80 nm
+# at either of the two ends and of the rail.
+FACE, DELTA_R_BAR, FACE_BAR = np.radians(60), 2e-7, 4e-7
 # Beyond the flange contact delta_r jumps by J = 20 mm. The core's rule sees the jump to half a cell of 0.1 mm and
 # half a step of 2 pi/200 of the phase, 0.115 mm together: 2/(pi a) J (c/a) 0.115 mm/(a cos t) = 5 % at 1.1 c.
 FLANGE_BAR = 6e-2
@@ -277,8 +278,7 @@ and cells of 0.1 mm, resolves a jump to 0.1 mm, so its value is good to 1 % from
 the contact on, and wrong by up to 20 % nearer to it.
 
 On the actual profiles the rigid wheelset has two ways to stand from about 10.2 mm on, and only the steeper one beyond
-10.42 mm: there it jumps from the flange's throat, 68 degrees, onto the flange tip's side with 6 mrad of roll. Right
-behind this jump the core's secant rule misses the solution at some displacements.
+10.42 mm: there it jumps from the flange's throat, 68 degrees, onto the flange tip's side with 6 mrad of roll.
 """
 
 

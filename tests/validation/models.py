@@ -19,19 +19,25 @@ MODELS = "halfspace", "strip", "hertz"
 LOOKS = {"strip": (BLUE, "o"), "hertz": (ORANGE, "s"), "halfspace": (GREEN, "^")}
 POSES = 50                  # of each run
 OVERTURNING = 0.04          # roll beyond which exercise 5 does not come back [rad]
-RMS = {("aw", "strip"): 0.04, ("sw", "strip"): 0.05, ("aw", "hertz"): 0.18, ("sw", "hertz"): 0.02}  # 1.5 times measured
+RMS = {("aw", "strip"): 0.04, ("sw", "strip"): 0.04, ("aw", "hertz"): 0.13, ("sw", "hertz"): 0.012}  # 1.5 times measured
 FLOOR = 5e3                 # smallest force that deviations refer to [N]
 MIRROR = np.array([-1.0, 1.0, -1.0])
 
 TEXT = f"""At {POSES} poses of each of the ten runs on the rails, half of them with flange contact, a wheel's force from
 the tables of the three models against half-spaces pressed together on 24 x 48 elements, with the interpenetration of
-the real profiles. A patch that crosses the border between tread and flange is cut there in the table and in the direct
-solution. Overturning, roll beyond {OVERTURNING} rad in the last tenths of a second of exercise 5, is listed apart.
+the real profiles. Overturning, roll beyond {OVERTURNING} rad in the last tenths of a second of exercise 5, is listed
+apart.
+
+A tread's patch that reaches over the border to the flange, pressed by some MN in exercises 3 and 4 with actual profiles,
+has next to no pressure beyond it. The table cuts the patch there. The sliver on the flange's side as a half-space of its
+own would carry up to 300 kN; the table gives it at most 1.5 times the energy of strips. The wheel is pressed as a whole
+for these poses, which are listed apart too: the table has to be nearer to that than half-spaces that are cut at the
+border, rms.
 
 Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 800
 poses between its points, where the tread touches, the flange, both at once, and where the wheelset goes over a rail. It
-is finer where that is above &table accuracy, 1e-3, as far as its largest numbers of points allow; a table that stops
-above it says so. The model hertz has none: its law jumps where the curvature does.
+is finer where that is above &table accuracy, 1e-3, as far as its smallest cells and largest numbers of points allow; a
+table that stops above it says so. The model hertz has none: its law jumps where the curvature does.
 
 Tread and flange of a wheel are two half-space systems; patches of one of them act on each other. The last table says
 what that leaves out, at the poses of the first flange contact: both in one system. The surface is developed into a
@@ -61,25 +67,31 @@ def poses_of_run(exercise: int, pair: str, n: int, rng: np.random.Generator) -> 
             rng.permutation(fallen)[:n])
 
 
-def wheel_forces(pair: str, model: str, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(F_y, F_z) of tread and flange from the model's table and directly, each (n, 2, 2) [N]."""
+def wheel_forces(pair: str, model: str, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(F_y, F_z) of tread and flange from the model's table and directly, each (n, 2, 2), of the wheel directly, (n, 2)
+    [N], and whether a patch reaches over the border of tread and flange, (n,)."""
     case = ldbench.Case.exercise(1, pair).replace(contact_model=model, table_file=table_file(pair, model))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)/"case.nml"
         case.to_namelist(path)
         lines = "".join(" ".join(map(repr, pose)) + "\n" for pose in poses.tolist())
         found = fortran_test("halfspace_direct", path, stdin=lines).splitlines()
-    rows = np.array([line.split() for line in found], float).reshape(-1, 2, 2, 3)
-    return rows[:, :, 0, :2], rows[:, :, 1, :2]
+    rows = np.array([line.split() for line in found], float)
+    forces = rows[:, :12].reshape(-1, 2, 2, 3)
+    return forces[:, :, 0, :2], forces[:, :, 1, :2], rows[:, 12:14], rows[:, 15] == 1
 
 
 def deviation(ours: np.ndarray, exact: np.ndarray) -> np.ndarray:
     return np.linalg.norm(ours - exact, axis=-1)/np.maximum(np.linalg.norm(exact, axis=-1), FLOOR)
 
 
+def rms(e: np.ndarray) -> float:
+    return float(np.sqrt((e**2).mean()))
+
+
 def statistics(e: np.ndarray) -> list[str]:
     """Number, rms, median, 99 %, largest, and how many are above 2 %."""
-    values = np.sqrt((e**2).mean()), np.median(e), np.quantile(e, 0.99), e.max()
+    values = rms(e), np.median(e), np.quantile(e, 0.99), e.max()
     return [str(len(e)), *(f"{100*x:.2f}" for x in values), str((e > 0.02).sum())]
 
 
@@ -93,23 +105,29 @@ def section(short: bool) -> Section:
         drawn = [poses_of_run(exercise, pair, POSES//2 if short else POSES, rng) for exercise in exercises]
         poses, fallen = (np.concatenate(of_runs) for of_runs in zip(*drawn, strict=True))
         for model in models:
-            forces, exact = wheel_forces(pair, model, poses)
-            wheel = deviation(forces.sum(1), exact.sum(1))
-            size = np.linalg.norm(exact, axis=-1)
+            forces, exact, whole, crosses = wheel_forces(pair, model, poses)
+            each, cut = deviation(forces.sum(1), whole), deviation(exact.sum(1), whole)
+            wheel, size = each[~crosses], np.linalg.norm(exact[~crosses], axis=-1)
             kinds = {"tread alone": wheel[size[:, 1] == 0], "flange alone": wheel[size[:, 0] == 0],
-                     "tread and flange": wheel[(size > 0).all(1)], "all": wheel}
+                     "tread and flange": wheel[(size > 0).all(1)], "all": wheel,
+                     "over the border (not in all)": each[crosses], "as half-spaces cut there": cut[crosses]}
             if len(fallen):
-                forces, over = (f.sum(1) for f in wheel_forces(pair, model, fallen))
-                kinds["overturning (not in all)"] = deviation(forces, over)
+                forces, _, over, _ = wheel_forces(pair, model, fallen)
+                kinds["overturning (not in all)"] = deviation(forces.sum(1), over)
             rows += [[pair, kind, model, *statistics(e)] for kind, e in kinds.items() if len(e)]
-            points.append((pair, model, np.linalg.norm(exact.sum(1), axis=-1), wheel))
+            points.append((pair, model, np.linalg.norm(whole[~crosses], axis=-1), wheel))
             if model == "halfspace":
                 checks.append(limit(
-                    f"{pair}, halfspace: wheel force off by at most, {len(poses)} poses [of max(|F|, 5 kN)]",
+                    f"{pair}, halfspace: wheel force off by at most, {len(wheel)} poses [of max(|F|, 5 kN)]",
                     wheel.max(), "direct half-space solution", 0.02))
+                if crosses.any():
+                    checks.append(limit(
+                        f"{pair}, halfspace: rms of the wheel force's deviation over the border, {crosses.sum()} poses, "
+                        "of that of half-spaces cut there [1]", rms(each[crosses])/rms(cut[crosses]),
+                        "the wheel pressed as a whole", 1.0))
             else:
                 checks.append(limit(f"{pair}, {model}: rms of the wheel force's deviation [of max(|F|, 5 kN)]",
-                                    np.sqrt((wheel**2).mean()), "direct half-space solution", RMS[pair, model]))
+                                    rms(wheel), "direct half-space solution", RMS[pair, model]))
     tables = [Table("Deviation of a wheel's force from direct half-space solutions, percent of max(|F|, 5 kN)",
                   ["profiles", "contact", "model", "poses", "rms", "median", "99 %", "largest", "above 2 %"], rows)]
     for more in stated_errors, one_system:
