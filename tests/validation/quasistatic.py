@@ -356,8 +356,8 @@ carries again, the flange contact moves on towards the face, and F falls steadil
 The shipped runs bounce on the left flange. They fall when the energy of the bouncing exceeds the barrier between the
 stable and the unstable equilibrium, which shrinks to nothing at the limit; so they fall at a smaller load, and at
 another one for every perturbation. The derailment that they report comes some tenths of a second later, when the
-wheelset has turned far enough for a flange to pass the highest point of its rail. Started at rest from the equilibrium at 98 % of the
-limit, the same ramp unloads the right wheel at the limit itself."""
+wheelset has turned far enough for a flange to pass the highest point of its rail. Started at rest from the
+equilibrium at 98 % of the limit, the same ramp unloads the right wheel at the limit itself."""
 
 
 def limit_table(curves: dict[str, Curve], rigid: dict[str, Overturning]) -> Table:
