@@ -555,12 +555,12 @@ contains
       path = trim(c%table_file)//'.right'
   end function right_table_path
 
-  !> Where the columns go.
+  !> Where the columns go, padded with blanks.
   function output_path(c) result(path)
     type(case_type), intent(in) :: c
-    character(merge(len_trim(c%output_file), len(default_folder) + len_trim(c%name) + 5, c%output_file /= '')) :: path
+    character(text_length + 12) :: path
 
-    path = trim(c%output_file)
+    path = c%output_file
     if (path == '') path = default_folder//'/'//trim(c%name)//'.txt'
   end function output_path
 

@@ -60,7 +60,7 @@ contains
     if (allocated(error)) return
     call check_case(file, c, error)
     if (allocated(error)) return
-    call check_writable(file, '&output file', output_path(c), error)
+    call check_writable(file, '&output file', trim(output_path(c)), error)
     if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
@@ -81,7 +81,7 @@ contains
     type(run_type) :: result
 
     call prepare(c, setup, error, watcher)
-    if (.not. allocated(error)) call begin_columns(c, output_path(c), columns, error)
+    if (.not. allocated(error)) call begin_columns(c, trim(output_path(c)), columns, error)
     if (allocated(error)) return
     call simulate(c, setup, columns, result, error, watcher)
     if (allocated(error)) then

@@ -325,7 +325,7 @@ contains
     call outcome(c, run, 5, events)
     lines = lines//events//'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//nl// &
-      'columns: '//output_path(c)//', '//str(run%rows)//' rows'//nl
+      'columns: '//trim(output_path(c))//', '//str(run%rows)//' rows'//nl
   end subroutine summary
 
   !> Whether something is to be said of a profile.
