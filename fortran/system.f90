@@ -399,7 +399,7 @@ contains
     stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
     if (.not. c_associated(stream)) return
     if (c_flock(c_fileno(stream), lock_now) == 0) then
-      ! Its writer may just have finished it, and the name be that of another writer's file.
+      ! The writer may just have finished this file, and the name may lead to another writer's file.
       call look('', opened, c_fileno(stream))
       call look(path, named)
       if (are_one(opened, named)) ignored = c_remove(path//c_null_char)

@@ -28,7 +28,7 @@ from conftest import CASES, FORTRAN_TESTS, LDBENCH, REPO, namelist, short_case
 HANG = 600                  # without a sign of life [s]
 BATCH = 250                 # inputs of a child
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
-# Of rigid cases: the benchmark's pair and a present-day one.
+# The rigid cases use the benchmark's pair and a present-day one.
 PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
          {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz", "gauge": 1.435, "back_to_back": 1.36}]
 TOKENS = [b"", b"0", b"-0", b"1", b"-1", b"1e308", b"-1e308", b"1e-320", b"9e999", b"nan", b"inf", b"-inf", b"1d5", b"0x10",

@@ -454,7 +454,7 @@ def test_the_file_behind_standard_input_is_not_overwritten(group, name, victim, 
 
 
 def test_a_namelist_with_a_long_path_is_not_overwritten(tmp_path):
-    """Its path is longer than any name in a namelist can be."""
+    """The path is longer than any name in a namelist can be."""
     folder = tmp_path / ("x"*150) / ("y"*150)
     folder.mkdir(parents=True)
     message = refusal(short_case(Path(), output={"file": "case.nml"}), folder)

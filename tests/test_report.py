@@ -108,7 +108,7 @@ def test_summary_repeats_headers_and_columns(project: Path):
     for pair in ("aw", "sw"):
         run, row = read_record(project/f"outputs/ex3_{pair}.txt"), table.loc[f"ex3_{pair}"]
         assert row["t_first_LF [s]"] == run.first_contact("LF") and row["N_max_LF [N]"] == run.peaks["LF"][0]
-        # Of the motion between the rows, too: less than half an interval's way at 1 m/s away from theirs.
+        # The motion between the rows counts: it is less than half an interval's way at 1 m/s away from the rows.
         assert row["Y_max [m]"] == run.extremes["left"][0] and row["t_end [s]"] == run.time[-1]
         assert 0 <= row["Y_max [m]"] - run.values("Y").max() < 5e-5
         energy = sum(run.values(f"KE_{part}")[0] for part in ("lat", "vert", "roll"))

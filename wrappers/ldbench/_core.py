@@ -180,7 +180,7 @@ def remove_left(scratch: Path) -> None:
         lock = os.open(scratch, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # Its writer may just have finished it, and the name be that of another writer's file.
+            # The writer may just have finished this file, and the name may lead to another writer's file.
             if os.path.samestat(os.fstat(lock), scratch.lstat()):
                 scratch.unlink()
         finally:

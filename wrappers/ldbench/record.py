@@ -225,7 +225,7 @@ def parse_header(lines: Iterable[str]) -> dict[str, Any]:
 
 @cache
 def kinds() -> dict[tuple[str, str], str]:
-    """Of the variables of a namelist."""
+    """Kinds of the namelist's variables, by group and name."""
     return {(variable.group, variable.name): variable.kind for variable in variables()}
 
 

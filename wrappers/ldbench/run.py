@@ -57,7 +57,7 @@ def event_kinds() -> list[str]:
 
 
 def count_name(kind: str) -> str:
-    """Of the number of events of a kind in a summary."""
+    """The name of the number of events of a kind in a summary."""
     return "n_" + re.sub("[ -]", "_", kind)
 
 
