@@ -46,11 +46,6 @@ def total(c: Columns, name: str) -> np.ndarray:
     return sum(c[f"{name}_{contact}"] for contact in CONTACTS)
 
 
-def largest_force(c: Columns) -> np.ndarray:
-    """What the last digits of a row's forces are relative to [N]."""
-    return np.max([c[f"N_{contact}"] for contact in CONTACTS], axis=0) + np.abs(c["F_ext"]) + WEIGHT
-
-
 # ---- what happens --------------------------------------------------------------------
 def first_event(run: Run, kind: str) -> float:
     return float(re.search(rf"t = (\S+) s  {kind}", run.header)[1])
