@@ -10,7 +10,7 @@ module accuracy
   use kinds, only: dp
   use patches, only: elements_type, new_elements, patches_type, press_patches
   use potential, only: accuracy_type, contact_table, find_roll, inside, roll_type, wheel_potential
-  use reach, only: extent_type, find_reach, least_force, strictness
+  use reach, only: extent_type, find_reach, first_roll, last_roll, least_force, strictness
   implicit none
   private
   public :: measure, direct_force
@@ -101,7 +101,7 @@ contains
       k = zones(z)%first + nint(x(1)*(zones(z)%last - zones(z)%first))
       ! Every other one goes over.
       pose(3) = 0.02_dp*(2*x(2) - 1)
-      if (modulo(i/size(zones), 2) == 1) pose(3) = 0.02_dp - 0.35_dp*x(2)
+      if (modulo(i/size(zones), 2) == 1) pose(3) = first_roll - (first_roll + last_roll)*x(2)
       depth = extent%depth*merge(1.0_dp, 0.45_dp, zones(z)%flange)*x(3)**2
       call rail_point(pair, pair%angle(k) + pose(3), point, normal, ok)
       if (.not. ok) return

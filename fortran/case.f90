@@ -74,7 +74,7 @@ module case
     ! &output
     character(text_length) :: output_file = ''
     real(dp) :: interval = 1e-4_dp
-    real(dp) :: flight_interval = 0
+    character(text_length) :: rows = 'interval_and_events'
     character(text_length) :: geometry_file = ''
   end type case_type
 
@@ -164,7 +164,7 @@ contains
     call add_integer('integrator', 'order', c%order, 2, 6, '2; 4, or 6 if explicit, by composition')
     call add_real('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'Newmark; 0 is explicit')
     call add_real('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'Newmark')
-    call add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step; where it spans rows they are interpolated')
+    call add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step, at most; rows are whole steps apart')
     call add_real('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', '')
     call add_text('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
       'runs end, too, where the derailed leave &table')
@@ -176,8 +176,8 @@ contains
     call add_integer('integrator', 'max_halvings', c%max_halvings, 0, 30, 'of a step that is cut')
     call add_text('output', 'file', c%output_file, '', 'columns; default outputs/<name>.txt')
     call add_real('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'between rows')
-    call add_real('output', 'flight_interval', c%flight_interval, 0.0_dp, 1e3_dp, 's', &
-      'at most between rows while nothing touches; 0: interval')
+    call add_text('output', 'rows', c%rows, 'interval_and_events interval', &
+      'at equal intervals; at events, changes of contacts, peaks of forces, too')
     call add_text('output', 'geometry_file', c%geometry_file, '', 'geometry functions, if named')
     list = list(:n)
 
@@ -501,9 +501,9 @@ contains
     else if (c%formulation /= 'elastic' .and. abs(c%stiffness_scale - 1) > 0) then
       call fatal_error(error, file//', &contact stiffness_scale: expected 1, for contacts are rigid with'// &
         ' formulation = '''//trim(c%formulation)//''', found '//str(c%stiffness_scale))
-    else if (c%interval < c%dt .and. c%formulation /= 'elastic') then
+    else if (c%interval < c%dt) then
       call fatal_error(error, file//', &output interval: expected at least the step &integrator dt = '// &
-        str(c%dt)//' s with formulation = '''//trim(c%formulation)//''', found '//str(c%interval))
+        str(c%dt)//' s, found '//str(c%interval))
     else if (c%interval/c%dt > 1e9_dp) then
       call fatal_error(error, file//', &integrator dt: expected at most 1e9 steps between rows, found '// &
         str(c%interval/c%dt))

@@ -32,6 +32,7 @@ module events
   integer, parameter :: outwards(2) = [1, -1]   !! sign of Y on the left and on the right side
   integer, parameter :: kept = 5            !! events of a kind that are recorded; later ones are counted
   integer, parameter :: kept_impacts = 100  !! the same of impacts
+  integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
   real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
 
   type :: event_type
@@ -49,6 +50,8 @@ module events
     logical :: away = .false.         !! from the centre since the last passage
     logical :: returned = .false.     !! to the centre after both flanges had been hit
     logical :: derailed = .false.
+    integer :: n_moments = 0
+    real(dp) :: moments(most_moments) = 0   !! of events and of changes of contacts in the last step [s]
   end type event_log
 
 contains
@@ -63,6 +66,7 @@ contains
     logical :: were(4), are(4), hit(4)
     integer :: k
 
+    log%n_moments = 0
     dt = new%t - old%t
     were = closed(old%contact)
     are = closed(new%contact)
@@ -72,6 +76,10 @@ contains
       if (hit(right_flange) .and. .not. were(right_flange)) call note(right_flange_contact, touch(right_flange))
       call wheel(left_tread, left_flange, left_lift_off, left_landing)
       call wheel(right_tread, right_flange, right_lift_off, right_landing)
+      do k = 1, 4
+        if (are(k) .and. .not. were(k)) call add_moment(log, touch(k))
+        if (were(k) .and. .not. are(k)) call add_moment(log, leave(k))
+      end do
     end if
     log%away = log%away .or. abs(old%q(1)) > aside
     if (log%away .and. old%q(1)*new%q(1) <= 0) then
@@ -171,12 +179,22 @@ contains
     real(dp), intent(in) :: time
     real(dp) :: force(3)
 
+    call add_moment(log, time)
     log%counts(kind) = log%counts(kind) + 1
     if (log%counts(kind) > merge(kept_impacts, kept, kind == impact)) return
     log%n = log%n + 1
     force = external_force(w, time)
     log%list(log%n) = event_type(kind, time, force(1))
   end subroutine record
+
+  subroutine add_moment(log, time)
+    type(event_log), intent(inout) :: log
+    real(dp), intent(in) :: time            !! [s]
+
+    if (log%n_moments == most_moments) return
+    log%n_moments = log%n_moments + 1
+    log%moments(log%n_moments) = time
+  end subroutine add_moment
 
   !> An impact of rigid contacts at the end of a step, by what it added to the impulses and the loss.
   subroutine note_impact(log, w, old, new)

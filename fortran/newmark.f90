@@ -22,7 +22,7 @@ module newmark
   use wheelset, only: contact_state, contacts, external_force, wheelset_type
   implicit none
   private
-  public :: scheme_type, motion_type, start_motion, evaluate, advance, between, energy_change, energy_rounding, step_ok, &
+  public :: scheme_type, motion_type, start_motion, evaluate, advance, energy_change, energy_rounding, step_ok, &
     step_diverged, kick_4, drift_4
 
   type :: scheme_type
@@ -123,39 +123,6 @@ contains
       new%t = old%t + dt
     end if
   end subroutine advance
-
-  !> The motion at a time t within a step that has been made: the pose is the quintic with the positions, rates and
-  !> accelerations of both ends (Hermite's interpolation), exact in flight; it errs by dt^6, its rates by dt^5.
-  !> Contacts are not evaluated.
-  pure subroutine between(w, old, new, t, middle)
-    type(wheelset_type), intent(in) :: w
-    type(motion_type), intent(in) :: old, new
-    real(dp), intent(in) :: t              !! [s]
-    type(motion_type), intent(out) :: middle
-    real(dp), dimension(3) :: from, to, move, turn, rise, cubic, quartic, quintic
-    real(dp) :: h, s, force(3), whole(3)
-
-    h = new%t - old%t
-    s = (t - old%t)/h
-    ! 'energy' knows the mean acceleration of a step alone.
-    from = (external_force(w, old%t) - old%contact%gradient)/w%inertia()
-    to = (external_force(w, new%t) - new%contact%gradient)/w%inertia()
-    ! What the parabola of the start misses at the end.
-    move = new%q - old%q - h*old%v - 0.5_dp*h**2*from
-    turn = h*(new%v - old%v - h*from)
-    rise = h**2*(to - from)
-    middle%t = t
-    cubic = 10*move - 4*turn + 0.5_dp*rise
-    quartic = 7*turn - 15*move - rise
-    quintic = 6*move - 3*turn + 0.5_dp*rise
-    middle%q = old%q + s*h*(old%v + 0.5_dp*s*h*from) + s**3*(cubic + s*(quartic + s*quintic))
-    middle%v = old%v + s*h*from + s**2/h*(3*cubic + s*(4*quartic + s*(5*quintic)))
-    ! The ramp grows with time; what its mean misses of the step's work is shared out.
-    force = external_force(w, 0.5_dp*(old%t + t))
-    whole = external_force(w, 0.5_dp*(old%t + new%t))
-    middle%work = old%work + force(1)*(middle%q(1) - old%q(1)) &
-      + s*(new%work - old%work - whole(1)*(new%q(1) - old%q(1)))
-  end subroutine between
 
   !> Change of the total energy in a step, less the work of the lateral force [J].
   !> Zero but for the error of the step.  Left and right are summed apart: the mirrored run

@@ -9,7 +9,7 @@ module reach
   use potential, only: contact_table, find_roll, height_over, inside, roll_type
   implicit none
   private
-  public :: extent_type, least_force, lever, strictness, find_reach
+  public :: extent_type, first_roll, last_roll, least_force, lever, strictness, find_reach
 
   !> Extent of the table and of what runs reach of it.
   type :: extent_type

@@ -24,6 +24,7 @@ module rigid_motion
     type(contacts_type) :: all             !! unilateral
     logical, allocatable :: closed(:)      !! which of them
     type(motion_type) :: own               !! or its mirror image, see below
+    type(motion_type) :: before            !! just before the last impact
     logical :: mirrored = .false.
     real(dp) :: step = 0                   !! the next one to try [s]
     integer :: idle = 0                    !! events in a row without time between them
@@ -83,7 +84,7 @@ contains
         trim(c%formulation)//''', found none there')
       return
     end if
-    motion = shown(r)
+    motion = shown(r%own, r%mirrored)
     if (r%mirrored) given = mirror*given
     if (r%mirrored) given_rate = mirror*given_rate
     changes = ''
@@ -165,7 +166,8 @@ contains
     end if
     r%idle = merge(r%idle + 1, 0, dt <= epsilon(dt)*asked)
     if (r%idle > most_idle) status = rigid_crowded
-    motion = shown(r)
+    motion = shown(r%own, r%mirrored)
+    if (any(motion%contact%struck)) r%before = shown(r%before, r%mirrored)
   end subroutine advance_rigid
 
   !> The same of the wheelset that is integrated.
@@ -179,7 +181,7 @@ contains
     if (r%bilateral) then
       call along_path(path, side, r, dt, evaluations, status)
     else
-      call advance_contacts(side, r%w, r%rule, r%all, r%closed, r%own, dt, evaluations, status)
+      call advance_contacts(side, r%w, r%rule, r%all, r%closed, r%own, r%before, dt, evaluations, status)
       if (status /= contacts_ok) status = rigid_stuck
     end if
   end subroutine advance_own
@@ -215,6 +217,9 @@ contains
     if (corner == 2) status = rigid_end
     r%own%contact%struck = .false.
     if (abs(corner) == 1) then
+      r%before = r%own
+      r%before%t = time
+      r%before%work = work
       call turn_corner(path, r%w%inertia(), corner, p, impulse)
       call path_state(path, side, r%w, p, time, r%own%q, r%own%v, r%own%contact)
       r%own%impulse = r%own%impulse + impulse
@@ -225,26 +230,27 @@ contains
     r%own%work = work
   end subroutine along_path
 
-  !> The motion of the case, or its mirror image.
-  pure function shown(r) result(motion)
-    type(rigid_type), intent(in) :: r
+  !> The motion of the case, from the one that is integrated.
+  pure function shown(own, mirrored) result(motion)
+    type(motion_type), intent(in) :: own
+    logical, intent(in) :: mirrored
     type(motion_type) :: motion
     integer, parameter :: other(4) = [3, 4, 1, 2]
     integer :: k
 
-    motion = r%own
-    if (.not. r%mirrored) return
-    motion%q = mirror*r%own%q
-    motion%v = mirror*r%own%v
-    motion%impulse = r%own%impulse(other)
-    associate (c => motion%contact, own => r%own%contact)
+    motion = own
+    if (.not. mirrored) return
+    motion%q = mirror*own%q
+    motion%v = mirror*own%v
+    motion%impulse = own%impulse(other)
+    associate (c => motion%contact, mine => own%contact)
       do k = 1, 4
-        c%slope(:, k) = mirror*own%slope(:, other(k))
+        c%slope(:, k) = mirror*mine%slope(:, other(k))
       end do
-      c%gradient = mirror*own%gradient
-      c%rigid = own%rigid(other)
-      c%struck = own%struck(other)
-      c%pulls = own%pulls(other)
+      c%gradient = mirror*mine%gradient
+      c%rigid = mine%rigid(other)
+      c%struck = mine%struck(other)
+      c%pulls = mine%pulls(other)
     end associate
   end function shown
 

@@ -15,7 +15,7 @@ module simulation
   use hertz, only: contact_modulus
   use kinds, only: dp
   use modes, only: small_oscillations
-  use newmark, only: advance, between, energy_change, energy_rounding, evaluate, motion_type, scheme_type, start_motion, &
+  use newmark, only: advance, energy_change, energy_rounding, motion_type, scheme_type, start_motion, &
     step_diverged, step_ok
   use potential, only: contact_table, outside_depth, outside_lateral, outside_law, outside_roll
   use parts, only: is_rail, is_wheel
@@ -23,7 +23,7 @@ module simulation
   use progress, only: monitor_type
   use rigid, only: clearance, rigid_contact
   use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
-  use rows, only: row_taker
+  use rows, only: at_event, at_impact, on_grid, row_queue, row_taker
   use reach, only: extent_type
   use system, only: has_memory
   use table, only: build_memory, build_table
@@ -364,25 +364,25 @@ contains
     class(monitor_type), intent(inout), optional :: watcher
     type(scheme_type) :: scheme
     type(motion_type) :: motion
-    type(rigid_type) :: rigid
-    real(dp) :: recent(n_rigid_columns, 3) ! rows: the last that was given away, one to be kept or left out, the new one
-    real(dp) :: first_energy, from, to
+    type(rigid_type) :: rigid, rigid_before  ! now, and at the start of the step
+    type(motion_type) :: past(2)           ! the motion one and two steps ago
+    type(row_queue) :: queue
+    real(dp) :: first_row(n_rigid_columns), first_energy, from, to
     real(dp) :: at, h                      ! time of the next row and the steps up to it [s]
-    real(dp) :: seen(4, 3), seen_at(3)     ! normal forces at the last three steps
-    integer, parameter :: report_steps = 10000
-    integer :: substeps, stride            ! steps between rows; rows that a longer step spans
-    integer :: last_row, report_rows, row, next_row, i, status, width
-    integer :: given, last, new            ! where they are
-    logical :: elastic, until_return, until_derailment
+    real(dp) :: seen(4, 3)                 ! normal forces two steps ago, one step ago and now [N]
+    integer, parameter :: report_steps = 10000, most_halvings = 6
+    integer :: substeps                    ! steps between rows
+    integer :: last_row, report_rows, row, i, status, width
+    logical :: elastic, event_rows, until_return, until_derailment
 
     call cpu_time(from)
     scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
     substeps = ceiling(c%interval/c%dt*(1 - 1e-9_dp))
-    stride = max(1, floor(c%dt/c%interval*(1 + 1e-9_dp)))
-    run%step = stride*c%interval/substeps
+    run%step = c%interval/substeps
     report_rows = max(1, min(100, report_steps/substeps))
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
     elastic = c%formulation == 'elastic'
+    event_rows = c%rows == 'interval_and_events'
     until_return = c%stop_at == 'return_to_centre'
     until_derailment = c%stop_at == 'derailment'
     width = merge(n_columns, n_rigid_columns, elastic)
@@ -397,30 +397,25 @@ contains
       call start_rigid(c, setup%wheelset, setup%side, setup%path, setup%equilibrium, rigid, motion, run%changes, error)
     end if
     if (allocated(error)) return
-    seen = spread(hypot(motion%contact%slope(1, :), motion%contact%slope(2, :)), 2, 3)
-    seen_at = [-2, -1, 0]*run%step
+    seen = spread(normal_forces(motion), 2, 3)
+    past = motion
     run%peak = seen(:, 3)
     run%extreme = motion%q([1, 1, 2])
     run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
-    given = 1
-    last = 2
-    new = 3
+    call queue%begin(width, 1e-6_dp*c%interval)
     first_energy = 0
-    call fill(motion, recent(:width, last))
-    first_energy = recent(n_columns, last)
-    recent(n_columns, last) = 0
-    row = 0
-    do while (row < last_row)
-      next_row = row + 1
-      row = min(row + stride, last_row)
+    call fill(motion, first_row(:width))
+    first_energy = first_row(n_columns)
+    call put(motion, on_grid)
+    do row = 1, last_row
       at = row*c%interval
-      h = merge(run%step, (row - next_row + 1)*c%interval, stride == 1)
+      h = run%step
       if (at - c%t_end > 1e-9_dp*c%interval) then
         at = c%t_end
-        h = (at - (next_row - 1)*c%interval)/substeps
+        h = (at - (row - 1)*c%interval)/substeps
       end if
       do i = 1, substeps
-        motion%t = (next_row - 1)*c%interval + (i - 1)*h
+        motion%t = (row - 1)*c%interval + (i - 1)*h
         if (elastic) then
           call step(h, 0)
         else
@@ -439,14 +434,17 @@ contains
       end if
       if (run%gone) exit
       motion%t = at
-      call add_row(motion)
+      call put(motion, on_grid)
+      ! The peak of a force is known one step later: rows up to then wait.
+      call queue%give(past(1)%t, taker, error)
       if (allocated(error)) return
-      if (mod(row, report_rows) < stride) call look_up(row/real(last_row, dp))
+      if (mod(row, report_rows) == 0) call look_up(row/real(last_row, dp))
       if ((until_derailment .and. run%log%derailed) .or. (until_return .and. run%log%returned) .or. run%cancelled) exit
     end do
-    call give_last()
+    call queue%give(huge(at), taker, error)
     if (allocated(error)) return
-    run%last = recent(:width, last)
+    run%rows = queue%given
+    run%last = queue%last
     run%extreme(3) = run%extreme(3) - setup%equilibrium(2)
     call cpu_time(to)
     run%seconds = to - from
@@ -468,7 +466,7 @@ contains
     recursive subroutine step(dt, halvings)
       real(dp), intent(in) :: dt
       integer, intent(in) :: halvings
-      type(motion_type) :: new
+      type(motion_type) :: new, there
       integer :: evaluations, more, i
       real(dp) :: change, allowed
 
@@ -499,49 +497,50 @@ contains
       end if
       run%steps = run%steps + 1
       call watch(run%log, setup%wheelset, motion, new, setup%side)
-      if (stride > 1) call rows_within(new)
+      if (event_rows) then
+        do i = 1, run%log%n_moments
+          call side_step(motion, run%log%moments(i), there)
+          if (status == step_ok) call put(there, at_event)
+        end do
+      end if
       call note_extremes(motion, new)
+      past = [motion, past(1)]
       motion = new
-      call note_peaks(motion)
+      call note_peaks()
       call note_drift(motion)
     end subroutine step
 
-    !> The rows between the ends of a step that has been made.
-    subroutine rows_within(new)
-      type(motion_type), intent(in) :: new
-      type(motion_type) :: middle
+    !> The motion at a time t near a step's end `old`: a step of its own, which the run does not go on from, in as many
+    !> parts as its energy needs.
+    subroutine side_step(old, t, there)
+      type(motion_type), intent(in) :: old
+      real(dp), intent(in) :: t            !! [s]
+      type(motion_type), intent(out) :: there
+      type(motion_type) :: from
+      integer :: evaluations, halvings, i
 
-      do while (next_row < row .and. next_row*c%interval <= new%t*(1 + 1e-12_dp))
-        call between(setup%wheelset, motion, new, next_row*c%interval, middle)
-        call evaluate(setup%wheelset, middle, status)
-        run%evaluations = run%evaluations + 1
-        if (status /= step_ok) call report_failure()
-        if (.not. allocated(error)) call add_row(middle)
-        if (allocated(error)) return
-        ! A row at the end of a cut step is noted with it.
-        if (new%t - middle%t > 1e-6_dp*c%interval) call note_peaks(middle)
-        call note_drift(middle)
-        next_row = next_row + 1
+      do halvings = 0, most_halvings
+        there = old
+        do i = 1, 2**halvings
+          from = there
+          call advance(setup%wheelset, scheme, from, (t - old%t)/2**halvings, there, evaluations, status)
+          run%evaluations = run%evaluations + evaluations
+          if (status /= step_ok) exit
+        end do
+        if (status /= step_ok) cycle
+        if (c%energy_tolerance <= 0 .or. abs(energy_change(setup%wheelset, old, there)) <= c%energy_tolerance) exit
       end do
-    end subroutine rows_within
+    end subroutine side_step
 
-    !> The row of a motion; the one before it is given away, or left out.
-    subroutine add_row(at)
+    subroutine put(at, kind)
       type(motion_type), intent(in) :: at
-      integer :: was
+      integer, intent(in) :: kind          !! of `rows`
+      real(dp) :: values(n_rigid_columns)
 
-      call fill(at, recent(:width, new))
-      if (.not. spare()) then
-        call give_last()
-        if (allocated(error)) return
-        was = given
-        given = last
-        last = was
-      end if
-      was = last
-      last = new
-      new = was
-    end subroutine add_row
+      call fill(at, values(:width))
+      call queue%put(values(:width), kind)
+      call note_drift(at)
+    end subroutine put
 
     !> A step of rigid contacts, in pieces from event to event; energy decides as above about each.
     subroutine rigid_step(dt)
@@ -549,11 +548,11 @@ contains
       type(motion_type) :: old
       real(dp) :: h, left
       integer :: evaluations, k
-      real(dp) :: force
 
       left = dt
       do while (left > 1e-12_dp*dt)
         old = motion
+        if (event_rows) rigid_before = rigid
         h = left
         call advance_rigid(setup%side, setup%path, rigid, motion, h, evaluations, status)
         run%evaluations = run%evaluations + evaluations
@@ -565,13 +564,25 @@ contains
         if (c%energy_tolerance > 0 .and. abs(energy_change(setup%wheelset, old, motion) + motion%loss - old%loss) > &
           max(c%energy_tolerance, energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
         do k = 1, 4
-          force = norm2(motion%contact%slope(:2, k))
-          if (force > run%peak(k)) call note_peak(k, force, motion%t)
           if (motion%impulse(k) - old%impulse(k) <= run%blow(k)) cycle
           run%blow(k) = motion%impulse(k) - old%impulse(k)
           run%blow_time(k) = motion%t
         end do
+        past = [old, past(1)]
+        call note_peaks()
+        if (any(motion%contact%struck)) call note_largest(rigid%before)
         call note_drift(motion)
+        if (event_rows) then
+          if (any(motion%contact%struck)) then
+            call put(rigid%before, at_impact)
+            call put(motion, at_impact)
+          end if
+          do k = 1, run%log%n_moments
+            call rigid_row(run%log%moments(k))
+          end do
+          call queue%give(past(1)%t, taker, error)
+          if (allocated(error)) return
+        end if
         if (status /= rigid_ok) then
           call report_rigid_failure()
           return
@@ -579,6 +590,25 @@ contains
       end do
       run%gone = run%log%derailed .and. beyond_table(motion%q)
     end subroutine rigid_step
+
+    !> A row at a time t within the last step, or at its end.
+    subroutine rigid_row(t)
+      real(dp), intent(in) :: t            !! [s]
+      type(motion_type) :: there
+      real(dp) :: h
+      integer :: evaluations, ignored
+
+      there = motion
+      if (t < motion%t) then
+        there = past(1)
+        do while (t - there%t > epsilon(t)*t)
+          h = t - there%t
+          call advance_rigid(setup%side, setup%path, rigid_before, there, h, evaluations, ignored)
+          run%evaluations = run%evaluations + evaluations
+        end do
+      end if
+      call put(there, at_event)
+    end subroutine rigid_row
 
     !> Whether a pose is outside what a contact table would cover: there the run of a derailed rigid wheelset ends.
     pure logical function beyond_table(q)
@@ -612,27 +642,51 @@ contains
       constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
     end function constant
 
-    !> Between steps a normal force is on the parabola through three of them.
-    subroutine note_peaks(at)
-      type(motion_type), intent(in) :: at
-      real(dp) :: rise, fall, bend, slope
+    !> Peaks of the normal forces, which are known one step after they have passed. Between steps an elastic force is on
+    !> the parabola through three of them, which tells when it is largest.
+    subroutine note_peaks()
+      type(motion_type) :: there
+      real(dp) :: rise, fall, bend, t, force(4)
       integer :: k
 
       seen = cshift(seen, 1, 2)
-      seen_at = [seen_at(2:3), at%t]
+      seen(:, 3) = normal_forces(motion)
+      call note_largest(motion)
       do k = 1, 4
-        seen(k, 3) = hypot(at%contact%slope(1, k), at%contact%slope(2, k))
-        if (seen(k, 3) > run%peak(k)) call note_peak(k, seen(k, 3), seen_at(3))
         if (seen(k, 2) <= seen(k, 1) .or. seen(k, 2) < seen(k, 3)) cycle
-        rise = (seen(k, 2) - seen(k, 1))/(seen_at(2) - seen_at(1))
-        fall = (seen(k, 3) - seen(k, 2))/(seen_at(3) - seen_at(2))
-        bend = (fall - rise)/(seen_at(3) - seen_at(1))
-        if (bend >= 0) cycle
-        slope = rise + bend*(seen_at(2) - seen_at(1))
-        if (seen(k, 2) - slope**2/(4*bend) > run%peak(k)) &
-          call note_peak(k, seen(k, 2) - slope**2/(4*bend), seen_at(2) - slope/(2*bend))
+        there = past(1)
+        if (elastic) then
+          rise = (seen(k, 2) - seen(k, 1))/(past(1)%t - past(2)%t)
+          fall = (seen(k, 3) - seen(k, 2))/(motion%t - past(1)%t)
+          bend = (fall - rise)/(motion%t - past(2)%t)
+          if (bend >= 0) cycle
+          t = past(1)%t - (rise + bend*(past(1)%t - past(2)%t))/(2*bend)
+          call side_step(past(merge(2, 1, t < past(1)%t)), t, there)
+          if (status /= step_ok) cycle
+          force = normal_forces(there)
+          if (force(k) < seen(k, 2)) there = past(1)
+        end if
+        call note_largest(there)
+        if (event_rows) call put(there, at_event)
       end do
     end subroutine note_peaks
+
+    subroutine note_largest(at)
+      type(motion_type), intent(in) :: at
+      real(dp) :: force(4)
+
+      force = normal_forces(at)
+      where (force > run%peak) run%peak_time = at%t
+      run%peak = max(run%peak, force)
+    end subroutine note_largest
+
+    !> Normal forces of the four contacts [N].
+    pure function normal_forces(at) result(force)
+      type(motion_type), intent(in) :: at
+      real(dp) :: force(4)
+
+      force = hypot(at%contact%slope(1, :), at%contact%slope(2, :))
+    end function normal_forces
 
     !> Farthest displacements: at the end of a step or, where the velocity turns within it, on the cubic through both ends.
     subroutine note_extremes(old, new)
@@ -659,39 +713,12 @@ contains
       end do
     end subroutine note_extremes
 
-    subroutine note_peak(k, force, t)
-      integer, intent(in) :: k
-      real(dp), intent(in) :: force, t
-
-      run%peak(k) = force
-      run%peak_time(k) = t
-    end subroutine note_peak
-
     subroutine fill(at, to)
       type(motion_type), intent(in) :: at
       real(dp), intent(out) :: to(:)
 
       call fill_row(setup%wheelset, setup%side, at, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, first_energy, to)
     end subroutine fill
-
-    subroutine give_last()
-      call taker%take(recent(:width, last), error)
-      run%rows = run%rows + 1
-    end subroutine give_last
-
-    !> Whether the last row may be left out: in free flight, with neighbours near enough.
-    logical function spare()
-      integer, parameter :: forces(4) = [16, 23, 30, 37]
-
-      spare = .false.
-      if (run%rows == 0 .or. c%flight_interval <= c%interval) return
-      if (elastic) then
-        spare = all(recent(elastic_columns, :) <= 0)
-      else
-        spare = all(recent(forces, :) <= 0 .and. recent(forces, :) >= 0)
-      end if
-      spare = spare .and. recent(1, new) - recent(1, given) <= c%flight_interval*(1 + 1e-9_dp)
-    end function spare
 
     subroutine report_rigid_failure()
       character(:), allocatable :: reason

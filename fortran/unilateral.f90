@@ -61,13 +61,14 @@ contains
   end subroutine start_contacts
 
   !> One step of at most dt, or up to the next event.
-  subroutine advance_contacts(side, w, rule, all, closed, motion, dt, evaluations, status)
+  subroutine advance_contacts(side, w, rule, all, closed, motion, before, dt, evaluations, status)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
     type(contacts_type), intent(inout) :: all
     logical, intent(inout) :: closed(:)
     type(motion_type), intent(inout) :: motion
+    type(motion_type), intent(inout) :: before   !! just before the event that ends the step, if one does
     real(dp), intent(inout) :: dt          !! at most; on return what was taken [s]
     integer, intent(out) :: evaluations, status
     type(motion_type) :: new
@@ -165,6 +166,8 @@ contains
     all%stale = halved > 0 .or. lost
     motion%contact%struck = .false.
     if (event > 0) then
+      before = motion
+      call set_forces(w, all%c, closed, before)
       if (opens) closed(event) = .false.
       call meet(w, rule, all%c, closed, motion, released=merge(event, 0, opens), status=status)
     else

@@ -25,7 +25,7 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -102,6 +102,10 @@ def read_step(text: str) -> float:
     return float(re.search(r"steps: \d+ of at most (\S+) s", text)[1])
 
 
+def read_interval(text: str) -> float:
+    return float(re.search(r"^&output .*?\binterval = ([^ ,/]+)", text, flags=re.M | re.S)[1])
+
+
 # ---- making a reference --------------------------------------------------------------
 def perturbations(case: str) -> list[Callable[[str], str]]:
     """Changes of a case's text: its initial lateral velocity a little larger and smaller."""
@@ -171,11 +175,21 @@ def resolution(what: str, run: Run) -> float:
     digit = next((digit for unit, digit in DIGIT.items() if what.endswith(unit)), 0.0)
     if not what.endswith("[s]"):
         return digit
-    return digit + (run.columns["time"][1] if what == "end [s]" else read_step(run.header))
+    return digit + (read_interval(run.header) if what == "end [s]" else read_step(run.header))
+
+
+def on_grid(run: Run) -> Run:
+    """The run with its rows at equal intervals alone: those at events come at other times in a perturbed run."""
+    interval = read_interval(run.header)
+    rows = run.columns["time"]/interval
+    kept = np.abs(rows - np.rint(rows)) < 1e-6
+    kept[-1] = True
+    return replace(run, columns={name: values[kept] for name, values in run.columns.items()})
 
 
 def make(run: Run, others: list[Run]) -> Reference:
     """A run, and what became of it with the initial conditions perturbed."""
+    run, *others = (on_grid(done) for done in (run, *others))
     found = [other.columns for other in others]
     units = dict(zip(run.columns, run.header.splitlines()[-1].split(), strict=True))
     rows = reproducible_rows(run.columns, found, units)
@@ -219,7 +233,8 @@ def read(case: str, folder: Path = FOLDER) -> Reference:
 # ---- comparison ----------------------------------------------------------------------
 def compare(reference: Reference, run: Run) -> list[Move]:
     """The largest move, by its tolerance, of every column and fact that is compared."""
-    interval = np.median(np.diff(run.columns["time"]))
+    run = on_grid(run)
+    interval = read_interval(run.header)
     times = reference.columns["time"]
     rows = np.rint(times / interval).astype(int)
     there = (rows < len(run.columns["time"]))

@@ -34,7 +34,7 @@ RIGID = {name: changes for name, changes in formulations.FORMULATIONS.items() if
 
 
 def case_of(name: str, formulation: str) -> Case:
-    case = Case.exercise(int(name[2]), name[-2:]).replace(**RIGID[formulation])
+    case = Case.exercise(int(name[2]), name[-2:]).replace(**RIGID[formulation], rows="interval")
     return case.replace(t_end=1.0, interval=1e-3) if name.startswith("ex5") else case
 
 
@@ -86,7 +86,7 @@ def moves(stored: pd.DataFrame, name: str, formulation: str) -> list[str]:
 @functools.cache
 def ramp(pair: str, formulation: str, start: float = 0.0) -> Run:
     """Exercise 5 to its end, begun with a lateral velocity [m/s]."""
-    return run(Case.exercise(5, pair).replace(**RIGID[formulation], interval=5e-3, vY=start))
+    return run(Case.exercise(5, pair).replace(**RIGID[formulation], interval=5e-3, rows="interval", vY=start))
 
 
 def end_of(done: Run) -> dict[str, float]:

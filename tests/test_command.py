@@ -344,25 +344,6 @@ def test_times_are_multiples_of_the_interval(column_file):
     np.testing.assert_allclose(times, 1e-4 * np.arange(201), rtol=0, atol=1e-14)
 
 
-def test_fewer_rows_in_flight(tmp_path):
-    """The rows of the file with all, without those in free flight whose neighbours are near enough."""
-    def rows(**output: object) -> dict[str, np.ndarray]:
-        run_case(short_case(tmp_path, initial={"vY": 2.0, "roll_rate": 0.0667}, integrator={"dt": 1e-5, "t_end": 0.06},
-                            output=output | {"file": tmp_path/"columns.txt"}), tmp_path)
-        return columns(tmp_path/"columns.txt")
-
-    whole, thinned = rows(), rows(flight_interval=2e-3)
-    kept = np.isin(whole["time"], thinned["time"])
-    for name in COLUMN_NAMES:
-        np.testing.assert_array_equal(thinned[name], whole[name][kept])
-    flying = whole["PE_elastic_L"] + whole["PE_elastic_R"] == 0
-    beside = flying[1:-1] & (~flying[:-2] | ~flying[2:])
-    assert np.any(beside) and np.all(kept[1:-1][beside]) and np.all(kept[~flying]) and kept[0] and kept[-1]
-    gaps = np.diff(thinned["time"])
-    assert np.max(gaps) == pytest.approx(2e-3) and np.count_nonzero(gaps > 1.5e-4) > 3
-    assert np.count_nonzero(~kept) > 0.8*np.count_nonzero(flying)
-
-
 def test_open_contacts(column_file):
     """Zero forces; no angle, position or radius."""
     found = columns(column_file)

@@ -290,44 +290,6 @@ def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):
     assert orders([run.summary["drift"] for run in runs]) == pytest.approx([4], abs=0.2)
 
 
-# ---- rows within steps ------------------------------------------------------------------
-def test_rows_within_steps_in_flight(actual: ldbench.ContactTable):
-    """A step that spans rows has them on the parabola of free flight: those of short steps, to rounding."""
-    flying = ldbench.Case.exercise(2, "aw").replace(Z=0.02, stop_at="t_end", t_end=0.015, flight_interval=0)
-    names = ["time", "Y", "Z", "roll", "vY", "vZ", "aZ", "E_total"]
-    long, short = (ldbench.run(flying.replace(dt=dt), table=actual).columns[names].to_numpy() for dt in (4e-3, 1e-4))
-    assert (long[:, 0] == short[:, 0]).all()
-    assert len(long) == 151
-    assert long == pytest.approx(short, rel=1e-12, abs=1e-14)
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_rows_at_the_ends_of_steps(scheme: str, actual: ldbench.ContactTable):
-    """They are those of the same steps without rows within, to the last bit, cut steps and contact changes included."""
-    thrown = ldbench.Case.exercise(2, "aw").replace(stop_at="t_end", t_end=0.0256, order=4, energy_tolerance=1e-5, dt=4e-4,
-                                                    **({"beta": 0.25} | SCHEMES[scheme]))
-    alone, within = (ldbench.run(thrown.replace(interval=interval), table=actual) for interval in (4e-4, 1e-4))
-    assert alone.summary["cuts"] == within.summary["cuts"]
-    assert alone.summary["cuts"] > 0 or scheme == "energy"
-    assert len(alone.events) > 2
-    assert [e.t for e in alone.events] == [e.t for e in within.events]
-    a, b = (run.columns.drop(columns="time").fillna(0).to_numpy() for run in (alone, within))
-    assert (a == b[::4]).all()
-
-
-def test_rows_within_steps_in_contact(actual: ldbench.ContactTable):
-    """Bouncing and rolling, the row in the middle of a step errs by dt^6, its rates by dt^5 or less."""
-    bouncing = ldbench.Case.exercise(1, "aw").replace(stop_at="t_end", Z=1e-5, initial_roll=5e-6, energy_tolerance=0, order=6)
-    errors = []
-    for dt in 8e-4, 4e-4:
-        step = bouncing.replace(dt=dt, t_end=dt, interval=dt/2)
-        within, exact = (ldbench.run(case, table=actual).columns.iloc[1] for case in (step, step.replace(dt=dt/40)))
-        errors.append([np.abs((within - exact)[names]).max() for names in (["Y", "Z", "roll"], ["vY", "vZ", "roll_rate"])])
-    of_pose, of_rates = np.log2(np.divide(*errors))
-    assert of_pose == pytest.approx(6, abs=0.2)
-    assert of_rates > 4.9
-
-
 # ---- events and peaks --------------------------------------------------------------------
 @pytest.mark.parametrize(("tolerance", "within", "rel"), [(0, 5e-6, 2e-4), (1e-9, 2e-8, 1e-6)], ids=["uniform", "cut"])
 def test_events_and_peaks_between_steps(tolerance: float, within: float, rel: float, actual: ldbench.ContactTable):

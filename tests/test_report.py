@@ -403,8 +403,7 @@ def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
 
 def test_exercise_5_derails_at_one_load(tmp_path: Path):
     """That of the column file, from which the formulations are tabulated with a report and without."""
-    case = Case.exercise(5, "aw").replace(model="strip", accuracy=0.1, table_file="", lateral_ramp=4e6, dt=1e-5, interval=1e-3,
-                                          flight_interval=0.0)
+    case = Case.exercise(5, "aw").replace(model="strip", accuracy=0.1, table_file="", lateral_ramp=4e6, dt=1e-5, interval=1e-3)
     case.to_namelist(tmp_path/"ex5_aw.nml")
     file = read_record(run(case).write(tmp_path/"ex5_aw.txt"))
     derailment = file.first("derailment")

@@ -33,8 +33,7 @@ def caption(record: Record) -> str:
     cut = f" at most, cut where it changes the energy by more than {tolerance:.0e} J" if tolerance else ""
     if record.missed:
         cut += f" ({record.missed} of {record.steps} steps still do)"
-    in_flight = record.number("output", "flight_interval")
-    thinned = f", in flight {1e3*in_flight:.3g} ms" if in_flight else ""
+    events = " and at events" if record.setting("output", "rows") == "interval_and_events" else ""
     law = f"normal contact '{record.setting('contact', 'model')}'; {names.get(str(scheme), scheme)}, order {order:.0f}"
     if record.formulation == "bilateral":
         law = "rigid contacts, both wheels held on the rails; explicit along the path, order 4"
@@ -43,7 +42,7 @@ def caption(record: Record) -> str:
                "event, order 4")
     settings = (
         f"ldbench {record.version}: {law}, step {1e6*record.step:.3g} µs{cut}; "
-        f"output every {1e3*record.number('output', 'interval'):.3g} ms{thinned}; "
+        f"output every {1e3*record.number('output', 'interval'):.3g} ms{events}; "
         f"axle {MM*record.axle_height:.3f} mm above the rails at equilibrium; Y left, Z up")
     two_sided = len(record.profiles) > 2
     profiles = "; ".join(f"{which} {Path(text).name if two_sided else text}" for which, text in record.profiles.items())
