@@ -19,6 +19,11 @@ else ifneq ($(findstring flang,$(FC)),)
   WARN   = -std=f2018 -fimplicit-none
   # The Python extension stays with gfortran.
   unexport FC
+else ifneq ($(findstring aarch64,$(FC)),)
+  BUILD  = build/arm64
+  SUFFIX = -arm64
+  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
+  LIBS   = -L $(ARM64)/usr/lib/aarch64-linux-gnu -l:liblapack.so.3 -l:libblas.so.3 -Wl,--allow-shlib-undefined
 else
   BUILD  = build/release
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
@@ -153,6 +158,23 @@ endif
 test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
+
+# The ten runs on another processor, emulated: compiled by Debian's cross compiler, with its libraries for arm64. As root:
+#   dpkg --add-architecture arm64 && apt-get update && apt-get install gfortran-12-aarch64-linux-gnu qemu-user-static
+ARM64 = build/arm64/root
+test-arm64: $(ARM64)/unpacked .venv/stamp
+	$(call built,$(EXE) $(WRAPPER))
+	$(call built,ldbench-arm64 FC=aarch64-linux-gnu-gfortran-12)
+	printf '#!/bin/sh\nexec qemu-aarch64-static -L %s %s "$$@"\n' $(CURDIR)/$(ARM64) $(CURDIR)/ldbench-arm64 > build/arm64/ldbench
+	chmod +x build/arm64/ldbench
+	LDBENCH=$(CURDIR)/build/arm64/ldbench $(PYTHON) -m pytest -n $(CORES) tests/test_arm64.py tests/test_reference.py
+
+$(ARM64)/unpacked:
+	mkdir -p $(@D)
+	cd $(@D) && apt-get download $(addsuffix :arm64,libc6 libgcc-s1 libgfortran5 libgomp1 liblapack3 libblas3)
+	for package in $(@D)/*.deb; do dpkg -x $$package $(@D); done
+	cd $(@D)/usr/lib/aarch64-linux-gnu && ln -sf lapack/liblapack.so.3 blas/libblas.so.3 .
+	touch $@
 
 # Python by the rules of pyproject.toml; every Fortran source compiled, a warning being an error.
 lint: .venv/stamp

@@ -177,7 +177,7 @@ contains
     call add_text('output', 'file', c%output_file, '', 'columns; default outputs/<name>.txt')
     call add_real('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'between rows')
     call add_text('output', 'rows', c%rows, 'interval_and_events interval', &
-      'at equal intervals; at events, changes of contacts, peaks of forces, too')
+      'equidistant; at events and peaks, too')
     call add_text('output', 'geometry_file', c%geometry_file, '', 'geometry functions, if named')
     list = list(:n)
 

@@ -108,6 +108,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: i, n
 
+    if (this%n == 0) return
     n = count(this%row(1, :this%n) <= up_to)
     do i = 1, n
       call taker%take(this%row(:, i), error)

@@ -435,9 +435,6 @@ contains
       if (run%gone) exit
       motion%t = at
       call put(motion, on_grid)
-      ! The peak of a force is known one step later: rows up to then wait.
-      call queue%give(past(1)%t, taker, error)
-      if (allocated(error)) return
       if (mod(row, report_rows) == 0) call look_up(row/real(last_row, dp))
       if ((until_derailment .and. run%log%derailed) .or. (until_return .and. run%log%returned) .or. run%cancelled) exit
     end do
@@ -508,6 +505,7 @@ contains
       motion = new
       call note_peaks()
       call note_drift(motion)
+      call queue%give(past(1)%t, taker, error)
     end subroutine step
 
     !> The motion at a time t near a step's end `old`: a step of its own, which the run does not go on from, in as many
@@ -580,9 +578,10 @@ contains
           do k = 1, run%log%n_moments
             call rigid_row(run%log%moments(k))
           end do
-          call queue%give(past(1)%t, taker, error)
-          if (allocated(error)) return
         end if
+        ! The peak of a force is known one step later: rows up to then wait.
+        call queue%give(past(1)%t, taker, error)
+        if (allocated(error)) return
         if (status /= rigid_ok) then
           call report_rigid_failure()
           return

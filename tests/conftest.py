@@ -1,6 +1,7 @@
 """What the tests share: where things are, how to run a case and read its columns."""
 import fcntl
 import os
+import re
 import select
 import signal
 import subprocess
@@ -9,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -61,7 +62,7 @@ def short_case(folder: Path, **changes: dict[str, object]) -> str:
         "contact": {"model": "strip"},
         "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9},
         "integrator": {"dt": 1e-5, "t_end": 2e-3},
-        "output": {"file": folder / "columns.txt"},
+        "output": {"file": folder / "columns.txt", "rows": "interval"},
     }
     for group, variables in changes.items():
         groups[group] = groups.get(group, {}) | variables
@@ -158,6 +159,19 @@ class Run:
     summary: str     # what it printed
     header: str
     columns: Columns
+
+
+def read_interval(text: str) -> float:
+    return float(re.search(r"\binterval *= *([-+.0-9eEdD]+)", text)[1])
+
+
+def on_grid(run: Run) -> Run:
+    """The run with its rows at equal intervals alone: those at events come at other times in a perturbed run."""
+    interval = read_interval(run.header)
+    rows = run.columns["time"]/interval
+    kept = np.abs(rows - np.rint(rows)) < 1e-6
+    kept[-1] = True
+    return replace(run, columns={name: values[kept] for name, values in run.columns.items()})
 
 
 def shipped_text(case: str, folder: Path) -> str:

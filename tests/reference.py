@@ -25,12 +25,12 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from conftest import CASES, REPO, Columns, Run, columns, for_all_cases, header, run_shipped
+from conftest import CASES, REPO, Columns, Run, columns, for_all_cases, header, on_grid, read_interval, run_shipped
 from ldbench._core import complete
 
 FOLDER = REPO / "outputs/reference"
@@ -100,10 +100,6 @@ def read_ending(text: str) -> str:
 
 def read_step(text: str) -> float:
     return float(re.search(r"steps: \d+ of at most (\S+) s", text)[1])
-
-
-def read_interval(text: str) -> float:
-    return float(re.search(r"^&output .*?\binterval = ([^ ,/]+)", text, flags=re.M | re.S)[1])
 
 
 # ---- making a reference --------------------------------------------------------------
@@ -176,15 +172,6 @@ def resolution(what: str, run: Run) -> float:
     if not what.endswith("[s]"):
         return digit
     return digit + (read_interval(run.header) if what == "end [s]" else read_step(run.header))
-
-
-def on_grid(run: Run) -> Run:
-    """The run with its rows at equal intervals alone: those at events come at other times in a perturbed run."""
-    interval = read_interval(run.header)
-    rows = run.columns["time"]/interval
-    kept = np.abs(rows - np.rint(rows)) < 1e-6
-    kept[-1] = True
-    return replace(run, columns={name: values[kept] for name, values in run.columns.items()})
 
 
 def make(run: Run, others: list[Run]) -> Reference:

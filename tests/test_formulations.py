@@ -24,7 +24,7 @@ FILE_SIZE_LIMIT = 2e5
 @functools.cache
 def exercise(name: str, formulation: str, restitution: float = 1.0, **changes: object) -> Run:
     case = Case.exercise(int(name[2]), name[-2:])
-    return run(case.replace(formulation=formulation, restitution=restitution, **changes))
+    return run(case.replace(formulation=formulation, restitution=restitution, **{"rows": "interval"} | changes))
 
 
 def velocities(c) -> np.ndarray:
@@ -151,7 +151,7 @@ def cone_case(folder: Path, amplitude: float) -> tuple[Case, object]:
         np.savetxt(folder / f"{name}.yz", arcs.sample(getattr(shape, name)(), 0.05), fmt="%.17g")
     case = Case.from_namelist("&case /").replace(
         wheel_profile=str(folder / "wheel.yz"), rail_profile=str(folder / "rail.yz"), formulation="bilateral", Y=amplitude,
-        dt=1e-4, interval=1e-3, t_end=3.0)
+        dt=1e-4, interval=1e-3, rows="interval", t_end=3.0)
     return case, shape
 
 
@@ -223,7 +223,7 @@ def test_multipliers_are_the_forces_of_statics_and_of_newton():
 
 def test_elastic_forces_on_the_treads_tend_to_the_multipliers():
     """What is missing falls with the stiffness."""
-    base = {"vY": 0.1, "roll_rate": 0.0033664252, "t_end": 0.08, "stop_at": "t_end", "table_file": ""}
+    base = {"vY": 0.1, "roll_rate": 0.0033664252, "t_end": 0.08, "stop_at": "t_end", "rows": "interval", "table_file": ""}
     rigid = run(Case.exercise(1).replace(formulation="bilateral", **base)).columns
     table = {"model": "strip", "lateral": 0.02, "lift": 0.03, "drop": 1e-3, "table_roll": 0.01}
     missing = []
@@ -301,7 +301,7 @@ def flying(pair: str, restitution: float) -> Run:
     """A wheelset in the air that hits the left rail with its flange."""
     return run(Case.exercise(3, pair).replace(
         formulation="unilateral", restitution=restitution, Y={"aw": 5e-3, "sw": 14e-3}[pair], Z=4e-3, vZ=0.3, vY=1.0,
-        roll_rate=0.0, t_end=0.015, interval=1e-4, stop_at="t_end"))
+        roll_rate=0.0, t_end=0.015, interval=1e-4, rows="interval", stop_at="t_end"))
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.4, 0.0])

@@ -87,7 +87,7 @@ def test_help_lists_the_variables():
     assert len(VARIABLES) == len(BY_NAME) >= 53
     assert set(CALL) < set(BY_NAME)
     assert len(NUMBERS) >= 40 and [v.name for v in WORDS] == [
-        "wheel_flip", "wheel_unit", "rail_flip", "rail_unit", "formulation", "model", "scheme", "stop_at"]
+        "wheel_flip", "wheel_unit", "rail_flip", "rail_unit", "formulation", "model", "scheme", "stop_at", "rows"]
     assert BY_NAME["material", "poisson"].largest < 0.5
     assert BY_NAME["track", "friction"].largest == 1e-7
 

@@ -1,11 +1,12 @@
 """The ten shipped runs: what must happen in them, their energy, and what their columns say of each other."""
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conftest import CASES, PAIRS, REPO, Columns, Run, columns, header, run_case, shipped_text
+from conftest import CASES, PAIRS, REPO, Columns, Run, columns, header, on_grid, read_interval, run_case, shipped_text
 from probes import (
     GAUGE,
     MASS,
@@ -60,9 +61,9 @@ def ending(run: Run) -> str:
 def test_left_right_return(exercise: int, pair: str, shipped: dict[str, Run]):
     """Exercises 1-3: left flange, right flange, then back through the centre; no sooner, no later."""
     run = shipped[f"ex{exercise}_{pair}"]
-    c = run.columns
+    c = on_grid(run).columns
     left, right = (c["time"][np.flatnonzero(c[f"N_{flange}"])[0]] for flange in ("LF", "RF"))
-    interval = c["time"][1]
+    interval = read_interval(run.header)
     assert left < right < c["time"][-1]
     assert first_event(run, "left flange contact") == pytest.approx(left, abs=interval)
     assert first_event(run, "right flange contact") == pytest.approx(right, abs=interval)
@@ -99,8 +100,11 @@ def test_exercise_5_derails(pair: str, shipped: dict[str, Run]):
     tip = wheel[wheel[:, 1].argmin()]
     rail = 1e-3*np.loadtxt(REPO/f"profiles/{pair[0]}rprof.yz")
     crown = GAUGE/2 + rail[rail[:, 1].argmax(), 0]
-    beyond = [turned(tip[None], roll)[0, 0] + y - crown for y, _, roll in poses(run)[[-3, -1]]]
-    assert beyond[0] < 0 < beyond[1] < 2e-3
+    over = np.array([turned(tip[None], roll)[0, 0] + y - crown for y, _, roll in poses(run)[-10:]])
+    at = c["time"][-10:] - first_event(run, "derailment")
+    assert (over[at < -1e-6] < 0).all() and (over[at > 1e-6] > 0).all()
+    # The row at the event: the tip is above the crown to what the time's step of 1 us allows at 3 m/s.
+    assert abs(over[np.abs(at).argmin()]) < 5e-6
     assert 0.012 < first_event(run, "derailment") - first_event(run, "left flange over rail") < 0.017
 
 
@@ -161,11 +165,11 @@ def test_newton_and_euler(run: Run):
 def test_derivatives(case: str, shipped: dict[str, Run]):
     """Velocity and acceleration are the derivatives of position, in rows that resolve every impact."""
     c = shipped[case].columns
-    h = c["time"][1]
+    h = np.diff(c["time"])
     for x, v, a in (("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")):
         # Hermite's rule: exact for polynomials of fifth order from row to row.
         way = h*(c[v][1:] + c[v][:-1])/2 - h**2*np.diff(c[a])/12
-        assert close(np.diff(c[x]), way, within=0.1*h**2*np.abs(np.diff(c[a])) + h**2), x
+        assert close(np.diff(c[x]), way, within=0.1*h**2*np.abs(np.diff(c[a])) + h**2 + 2*DIGITS*np.abs(c[x]).max()), x
 
 
 def test_uniform_motions(run: Run):
@@ -265,7 +269,8 @@ def test_halved_step(exercise: int, pair: str, shipped: dict[str, Run], tmp_path
     text = re.sub(r"\bdt\s*=\s*\S+", f"dt = {dt/2}", text)
     done = run_case(re.sub(r"\benergy_tolerance\s*=\s*\S+", f"energy_tolerance = {tolerance/32}", text), tmp_path)
     assert done.returncode == 0, done.stderr
-    finer, c = columns(tmp_path / f"{case}.txt"), shipped[case].columns
+    finer, c = (on_grid(run).columns for run in (
+        replace(shipped[case], columns=columns(tmp_path/f"{case}.txt")), shipped[case]))
     last = min(len(c["time"]), len(finer["time"])) - 1
     assert c["time"][last] == finer["time"][last]
     assert abs(len(c["time"]) - len(finer["time"])) <= 1
@@ -316,7 +321,7 @@ def test_hertz_tread_force(hertz_runs: tuple[str, Path], shipped: dict[str, Run]
 
 def test_derailed_between_rows(shipped: dict[str, Run], tmp_path: Path):
     """A wheelset that derails and then leaves the table, all before the next row, has derailed."""
-    text = re.sub(r"interval\s*=\s*\S+", "interval = 5.0", shipped_text("ex5_aw", tmp_path))
+    text = re.sub(r"interval\s*=\s*\S+", "interval = 5.0  rows = 'interval'", shipped_text("ex5_aw", tmp_path))
     text = re.sub(r"'[^']*\.table'", f"'{table_file(shipped, 'aw')}'", text)
     text = re.sub(r"lateral_force\s*=\s*\S+", "lateral_force = 4e5", text)
     done = run_case(text, tmp_path)

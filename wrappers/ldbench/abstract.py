@@ -12,6 +12,7 @@ import numpy as np
 
 from . import formulations, plots
 from ._core import complete, needed
+from .columns import time_mean
 from .record import PAIRS, Record, summary_row
 from .style import ldbench_style
 
@@ -171,8 +172,8 @@ def ramp_facts(run: Record) -> dict[str, str]:
     pose of the second before the last."""
     rows = (run.time > run.time[-1] - 2) & (run.time < run.time[-1] - 1)
     weight = run.number("wheelset", "mass")*9.81 + run.number("wheelset", "vertical_load")
-    lever = np.nanmean((run.values("y_LF") - run.values("Y"))[rows])
-    height = np.nanmean((run.axle_height + run.values("Z") - run.values("z_LF"))[rows])
+    lever = time_mean(run.time[rows], (run.values("y_LF") - run.values("Y"))[rows])
+    height = time_mean(run.time[rows], (run.axle_height + run.values("Z") - run.values("z_LF"))[rows])
     row = summary_row(run)
     return {
         "name": PAIRS[run.name[-2:]],

@@ -34,6 +34,17 @@ UNITS: dict[str, tuple[str, float]] = {
     "J": ("J", 1.0), "kJ": ("J", 1e3),
 }
 
+
+def time_mean(time: np.ndarray, x: np.ndarray) -> float:
+    """Mean of x over the time that its rows stand for, half the way to either neighbour; rows where x is NaN are left
+    out. Rows at events and peaks do not count more than their time."""
+    known = np.flatnonzero(~np.isnan(x))
+    if known.size < 2:
+        return float(x[known].mean()) if known.size else np.nan
+    edges = np.concatenate([time[known[:1]], (time[known[1:]] + time[known[:-1]])/2, time[known[-1:]]])
+    return float(np.average(x[known], weights=np.diff(edges)))
+
+
 COMMENT_MARKS = "#%!;*"
 SEPARATORS = ";", "\t", ",", ""          # the last one stands for blanks
 UNIT_IN_BRACKETS = re.compile(r"(.*?\S)\s*[\[(](.*)[\])]")

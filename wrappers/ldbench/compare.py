@@ -36,6 +36,7 @@ from tqdm import tqdm
 from . import formulations
 from ._core import Error, check_ending, check_written, side_by_side, usable_cores
 from .batch import Job, find_executable, find_namelists, inside, run_stale, shipped_inputs, with_values
+from .columns import time_mean
 from .plots import DEG, KN, MM, Part, bind, first_episode, label_x, label_y, new_page, save_pages, thin
 from .record import Record, read_record, write_frame
 from .style import SERIES, ldbench_style, plain
@@ -112,7 +113,7 @@ def difference_table(found: Comparison) -> pd.DataFrame:
             worst = int(np.nanargmax(np.abs(d))) if known.any() else None
             rows.append({
                 "file": found.records[k].name, "what": "difference", "quantity": column,
-                "rms": float(np.sqrt(np.mean(d[known]**2))) if known.any() else np.nan,
+                "rms": np.sqrt(time_mean(found.time, d**2)),
                 "largest": d[worst] if worst is not None else np.nan,
                 "at [s]": found.time[worst] if worst is not None else np.nan,
                 "share compared": float(known.mean())})
@@ -315,9 +316,9 @@ def study_row(found: Comparison, variant: str) -> dict[str, Any]:
     row: dict[str, Any] = {"case": reference.name, "variant": variant}
     for column in ("Y", "Z", "roll", "N_LF", "N_LT"):
         d, x = found.difference(1, column), found.values[0][column]
-        row[f"{column} rms, first contact"] = float(np.sqrt(np.mean(d[early]**2)))
-        row[f"{column} rms"] = float(np.sqrt(np.mean(d**2)))
-        row[f"{column} rms of the reference"] = float(np.sqrt(np.mean(x**2)))
+        row[f"{column} rms, first contact"] = np.sqrt(time_mean(found.time[early], d[early]**2))
+        row[f"{column} rms"] = np.sqrt(time_mean(found.time, d**2))
+        row[f"{column} rms of the reference"] = np.sqrt(time_mean(found.time, x**2))
     for name in ("first left flange contact", "first right flange contact", "end"):
         a, b = event_times(reference).get(name), event_times(other).get(name)
         row[f"{name} [s]"] = np.nan if a is None or b is None else b - a

@@ -244,7 +244,8 @@ def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progr
                place: Callable[[Case], Case] = lambda case: case) -> Record:
     """Run a member, its case after `place`; without a table: one whose values are refused."""
     try:
-        return record(run(place(member.case()), progress, table), wanted)
+        # Rows at equal intervals are common to all members.
+        return record(run(place(member.case()).replace(rows="interval"), progress, table), wanted)
     except Error as error:
         return {"error": str(error)}
 

@@ -61,7 +61,7 @@ function readExact(reader, n, method, t, other) {
     let units = Math.floor((e < 0 ? guess * power : guess / power) + 0.5);
     if (!(Math.abs(units) <= 1e9)) units = 0;
     const m = units + signed(differences[i]);
-    x[i] = e < 0 ? m / power : m * power;
+    x[i] = Math.abs(e) > 22 ? Number(m + "e" + e) : e < 0 ? m / power : m * power;
   }
   return x;
 }

@@ -131,9 +131,12 @@ def scaled(x: np.ndarray, e: np.ndarray) -> np.ndarray:
 
 
 def value_of(m: np.ndarray, e: np.ndarray) -> np.ndarray:
-    """m 10^e as the page computes it."""
+    """m 10^e as the page computes it: powers of ten up to 22 are exact, numbers with larger ones are read as text."""
     power = POWERS[np.abs(np.where(e >= ZERO, 0, e))]
-    return np.where(e == EMPTY, np.nan, np.where(e < 0, m/power, m*power))
+    values = np.where(e == EMPTY, np.nan, np.where(e < 0, m/power, m*power))
+    for k in np.flatnonzero((np.abs(e) > 22) & (e < ZERO)):
+        values[k] = float(f"{int(m[k])}e{int(e[k])}")
+    return values
 
 
 def predictions(x: np.ndarray, t: np.ndarray | None) -> list[np.ndarray]:
