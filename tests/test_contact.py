@@ -175,23 +175,23 @@ def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
 H = 1e-7      # step of finite differences [m, rad]
 
 
-def shifted(case: Path, poses: np.ndarray, i: int) -> list[States]:
-    """States at -2H, -3H/2, ..., 2H along coordinate i."""
-    return [contact_states(case, poses + k*H/2*np.eye(3)[i]) for k in range(-4, 5)]
+def shifted(case: Path, poses: np.ndarray, i: int, h: float = H) -> list[States]:
+    """States at -2h, -3h/2, ..., 2h along coordinate i."""
+    return [contact_states(case, poses + k*h/2*np.eye(3)[i]) for k in range(-4, 5)]
 
 
-def slope(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+def slope(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, h: float = H) -> np.ndarray:
     """Central difference of fourth order."""
-    return (a - 8*b + 8*c - d)/(12*H)
+    return (a - 8*b + 8*c - d)/(12*h)
 
 
-def misses(values: list[np.ndarray], exact: np.ndarray) -> np.ndarray:
-    """By what `exact` misses the derivative of values at -2H, -3H/2, ..., 2H: the least of the differences about it and to
+def misses(values: list[np.ndarray], exact: np.ndarray, h: float = H) -> np.ndarray:
+    """By what `exact` misses the derivative of values at -2h, -3h/2, ..., 2h: the least of the differences about it and to
     either side, because third derivatives jump at the knots of a table, and a knot lies on one side at most."""
     def onward(f: list[np.ndarray]) -> np.ndarray:
-        return (-25*f[0] + 48*f[1] - 36*f[2] + 16*f[3] - 3*f[4])/(6*H)
+        return (-25*f[0] + 48*f[1] - 36*f[2] + 16*f[3] - 3*f[4])/(6*h)
 
-    found = slope(*(values[k] for k in (0, 2, 6, 8))), onward(values[4:]), -onward(values[4::-1])
+    found = slope(*(values[k] for k in (0, 2, 6, 8)), h), onward(values[4:]), -onward(values[4::-1])
     return np.min(np.abs(np.array(found) - exact), axis=0)
 
 
@@ -224,7 +224,10 @@ def test_hessian_is_the_derivative(case: Path, random_poses: np.ndarray):
     size = np.abs(state.hessian).max(axis=(1, 2))
     for i in range(3):
         around = shifted(case, random_poses, i)
-        error = misses([s.total for s in around], state.hessian[:, :, i]).max(axis=1)/size
+        # Knots of two contacts' tables may lie on both sides; nearer to the pose there is one at most.
+        near = shifted(case, random_poses, i, H/3)
+        error = np.minimum(misses([s.total for s in around], state.hessian[:, :, i]),
+                           misses([s.total for s in near], state.hessian[:, :, i], H/3)).max(axis=1)/size
         clear = resolved(around).all(axis=1)
         assert clear.mean() > 0.9
         assert error[clear].max() < 1e-7

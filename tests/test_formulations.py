@@ -480,7 +480,7 @@ def test_executable_and_wrapper_agree(name: str, tmp_path: Path):
         text = re.sub(rf"(\b{key} += )\S+", rf"\g<1>{value!r}", text)
     done = run_case(text, tmp_path)
     assert done.returncode == 0, done.stderr
-    ours = exercise("ex2_sw", RIGID[name]["formulation"], RIGID[name].get("restitution", 1.0))
+    ours = exercise("ex2_sw", RIGID[name]["formulation"], RIGID[name].get("restitution", 1.0), rows="interval_and_events")
     ours.write(tmp_path / "wrapper.txt")
     if Path(REPO / "ldbench").samefile(Path(run_case.__globals__["LDBENCH"])):
         assert rows(tmp_path / "wrapper.txt") == rows(tmp_path / "ex2_sw.txt")

@@ -103,8 +103,8 @@ def test_exercise_5_derails(pair: str, shipped: dict[str, Run]):
     over = np.array([turned(tip[None], roll)[0, 0] + y - crown for y, _, roll in poses(run)[-10:]])
     at = c["time"][-10:] - first_event(run, "derailment")
     assert (over[at < -1e-6] < 0).all() and (over[at > 1e-6] > 0).all()
-    # The row at the event: the tip is above the crown to what the time's step of 1 us allows at 3 m/s.
-    assert abs(over[np.abs(at).argmin()]) < 5e-6
+    # In the row at the event the tip is at the crown, which the points tell to half their distance.
+    assert abs(over[np.abs(at).argmin()]) < 1.25e-4
     assert 0.012 < first_event(run, "derailment") - first_event(run, "left flange over rail") < 0.017
 
 
@@ -167,9 +167,11 @@ def test_derivatives(case: str, shipped: dict[str, Run]):
     c = shipped[case].columns
     h = np.diff(c["time"])
     for x, v, a in (("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")):
+        # What nine digits of times and positions leave open.
+        rounded = 2*DIGITS*(np.abs(c[x]).max() + (c["time"]*np.abs(c[v]))[1:])
         # Hermite's rule: exact for polynomials of fifth order from row to row.
         way = h*(c[v][1:] + c[v][:-1])/2 - h**2*np.diff(c[a])/12
-        assert close(np.diff(c[x]), way, within=0.1*h**2*np.abs(np.diff(c[a])) + h**2 + 2*DIGITS*np.abs(c[x]).max()), x
+        assert close(np.diff(c[x]), way, within=0.1*h**2*np.abs(np.diff(c[a])) + h**2 + rounded), x
 
 
 def test_uniform_motions(run: Run):
