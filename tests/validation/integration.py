@@ -169,8 +169,8 @@ def peak_error(reference: Reference, table: ContactTable, contact: str, t: float
 # Comparison -------------------------------------------------------------------------------
 
 def refined(case: Case, factor: float) -> Case:
-    """A case with steps `factor` as long, and an energy tolerance that goes with them."""
-    return case.replace(dt=factor*case.dt, interval=max(case.interval, factor*case.dt),
+    """A case with steps `factor` as long, an energy tolerance that goes with them, and rows at equal intervals alone."""
+    return case.replace(rows="interval", dt=factor*case.dt, interval=max(case.interval, factor*case.dt),
                         energy_tolerance=factor**5*case.energy_tolerance)
 
 

@@ -93,7 +93,7 @@ def free_oscillation(table: ContactTable, mode: np.ndarray, frequency: float, pe
     """Frequency of a run that starts in a mode with an amplitude of AMPLITUDE at the contacts [Hz]."""
     q = mode*AMPLITUDE/np.abs(mode*[1, 1, 0.75]).max()
     interval = 2e-3/frequency
-    case = table.case.replace(vY=0.0, roll_rate=0.0, Y=q[0], Z=q[1], initial_roll=q[2], stop_at="t_end",
+    case = table.case.replace(vY=0.0, roll_rate=0.0, Y=q[0], Z=q[1], initial_roll=q[2], stop_at="t_end", rows="interval",
                               dt=min(table.case.dt, interval), interval=interval, t_end=(periods + 0.5)/frequency)
     c = ldbench.run(case, table=table).columns
     t, x = c["time"].to_numpy(), c[["Y", "Z", "roll"]].to_numpy() @ M @ mode

@@ -128,7 +128,7 @@ def variants(pair: str, folder: Path, short: bool) -> list[Variant]:
 
 
 def base_case(exercise: int, pair: str) -> Case:
-    case = Case.exercise(exercise, pair)
+    case = Case.exercise(exercise, pair).replace(rows="interval")
     return case.replace(interval=RAMP_ROWS) if exercise == 5 else case
 
 

@@ -55,7 +55,8 @@ class Impact:
 
 
 def case_of(exercise: int, pair: str, **changes: object) -> Case:
-    return Case.exercise(exercise, pair).replace(table_file="", stop_at="t_end", interval=ROWS, dt=ROWS, **changes)
+    return Case.exercise(exercise, pair).replace(table_file="", stop_at="t_end", rows="interval", interval=ROWS, dt=ROWS,
+                                                 **changes)
 
 
 def first_impact(done: Run) -> Impact:
