@@ -40,11 +40,11 @@ endif
 # -fdynamic-heap-array: local arrays may be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
-# The modules in the order of a run.
-MODULES = kinds errors system text progress terminal memory case curve formats parts mending profile measures hertz \
-          geometry halfspace patches contact bspline potential reach samples refine ratios table accuracy table_file \
-          bracket rigid wheelset modes newmark \
-          gaps bilateral unilateral rigid_motion events rows columns simulation report
+# The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
+FOLDERS = support profile contact table dynamics rigid program
+SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90 fortran/$(folder)/*/*.f90)))
+MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
+vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
 EXE     = ldbench$(SUFFIX)
 # What the tests' programs are linked with: the core, optimised across its modules once, not again in each of them.
@@ -68,11 +68,11 @@ built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstri
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
 
-$(BUILD)/%.o: fortran/%.f90 Makefile | $(BUILD)
+$(BUILD)/%.o: %.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
 # Files of tables are not used any more when one of the sources has changed that a table depends on.
-$(BUILD)/fingerprint.f90: fortran/fingerprint.sh $(MODULES:%=fortran/%.f90) | $(BUILD)
+$(BUILD)/fingerprint.f90: fortran/fingerprint.sh $(SOURCES) | $(BUILD)
 	sh $< > $@.part && mv $@.part $@
 
 $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
@@ -92,10 +92,10 @@ $(BUILD):
 	mkdir -p $@
 
 # A module's object is made after those of the modules it uses.
-$(BUILD)/depend.mk: $(MODULES:%=fortran/%.f90) fortran/ldbench.f90 | $(BUILD)
-	@for m in $(MODULES) ldbench; do \
-	  for u in $$(sed -n 's/^ *use  *\([a-z_0-9]*\).*/\1/p' fortran/$$m.f90 | sort -u); do \
-	    if test -f fortran/$$u.f90; then echo "$(BUILD)/$$m.o: $(BUILD)/$$u.o"; fi; \
+$(BUILD)/depend.mk: $(SOURCES) | $(BUILD)
+	@for source in $(SOURCES); do \
+	  for used in $$(sed -n 's/^ *use  *\([a-z_0-9]*\).*/\1/p' $$source | sort -u); do \
+	    case " $(MODULES) " in *" $$used "*) echo "$(BUILD)/$$(basename $$source .f90).o: $(BUILD)/$$used.o";; esac; \
 	  done; \
 	done > $@.part$$$$ && mv $@.part$$$$ $@
 ifeq ($(filter clean help,$(MAKECMDGOALS)),)
@@ -132,7 +132,7 @@ $(BUILD)/tests:
 wrapper:
 	$(call built,$(WRAPPER))
 
-$(WRAPPER): build/wrapper/build.ninja $(MODULES:%=fortran/%.f90) fortran/fingerprint.sh $(wildcard wrappers/ldbench/*.f90)
+$(WRAPPER): build/wrapper/build.ninja $(SOURCES) fortran/fingerprint.sh $(wildcard wrappers/ldbench/*.f90)
 	MAKEFLAGS= PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
 	cp build/wrapper/_flat*.so build/wrapper/part && mv build/wrapper/part wrappers/ldbench/$$(cd build/wrapper; echo _flat*.so)
 	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth
@@ -180,6 +180,16 @@ $(ARM64)/unpacked:
 lint: .venv/stamp
 	$(PYTHON) -m ruff check
 	$(PYTHON) -m mypy
+	@folders="$(FOLDERS)"; for folder in $$folders; do \
+	  after=$${folders#*$$folder}; \
+	  for later in $$after; do \
+	    for module in $$(ls fortran/$$later/*.f90 fortran/$$later/*/*.f90 2>/dev/null); do \
+	      if grep -nE "^ *use +$$(basename $$module .f90)\\b" $$(find fortran/$$folder -name '*.f90'); then \
+	        echo "fortran/$$folder uses $$module, which comes after it: see FOLDERS in Makefile" >&2; exit 1; \
+	      fi; \
+	    done; \
+	  done; \
+	done
 	$(call built,compiled BUILD=build/lint FFLAGS='-O1 -fopenmp -frecursive -Werror=trampolines' WARN='$(WARN) -Werror')
 
 compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)

@@ -75,7 +75,7 @@ def spreadsheets(data: bytes) -> list[bytes]:
 
 
 def checksum(words: tuple[int, ...]) -> int:
-    """That of a table's file: fortran/table_file.f90."""
+    """That of a table's file: fortran/table/table_file.f90."""
     mix, all_bits = 0, 2**64 - 1
     for word in words:
         mix ^= word

@@ -21,7 +21,7 @@ module by_sundials
   use fsunmatrix_dense_mod
   use fsunnonlinsol_fixedpoint_mod
   use kinds, only: dp
-  use potential, only: find_roll, height_over, inside, roll_type
+  use contact_table, only: find_roll, height_over, inside, roll_type
   use simulation, only: setup_type
   use wheelset, only: contact_state, contacts, external_force
   implicit none
@@ -273,12 +273,11 @@ contains
   end function pose
 
 end module by_sundials
-
 !> Rows that nobody keeps.
 module no_rows
   use errors, only: error_type
   use kinds, only: dp
-  use rows, only: row_taker
+  use row_sink, only: row_taker
   implicit none
   private
   public :: row_sink
@@ -300,7 +299,6 @@ contains
   end subroutine take
 
 end module no_rows
-
 program peers
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: iostat_end
@@ -310,7 +308,8 @@ program peers
   use errors, only: error_type
   use events, only: event_log, watch
   use kinds, only: dp
-  use newmark, only: advance, between, energy_change, energy_rounding, motion_type, scheme_type, start_motion, step_ok
+  use motion_state, only: motion_type
+  use newmark, only: advance, between, energy_change, energy_rounding, scheme_type, start_motion, step_ok
   use no_rows, only: row_sink
   use shared, only: read_prepared
   use simulation, only: run_type, setup_type, simulate

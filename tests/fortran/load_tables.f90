@@ -5,7 +5,7 @@
 program load_tables
   use case, only: case_type
   use errors, only: error_type
-  use potential, only: contact_table
+  use contact_table, only: table_type
   use shared, only: read_prepared
   use simulation, only: setup_type
   use table_file, only: load_table
@@ -26,7 +26,7 @@ program load_tables
 contains
 
   subroutine answer()
-    type(contact_table) :: table
+    type(table_type) :: table
     type(error_type), allocatable :: error
     logical :: found
 

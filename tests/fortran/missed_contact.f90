@@ -4,12 +4,12 @@
 !> Prints the largest error on the tread and on the flange, of max(|F|, 5 kN), for the table and for one whose flange
 !> touches nowhere.
 program missed_contact
-  use accuracy, only: measure
+  use table_error, only: measure
   use case, only: case_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use potential, only: bound_heights
-  use reach, only: extent_type
+  use contact_table, only: bound_heights
+  use service_poses, only: extent_type
   use shared, only: read_prepared
   use simulation, only: setup_type
   implicit none

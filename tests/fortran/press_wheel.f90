@@ -6,11 +6,11 @@
 program press_wheel
   use case, only: case_type
   use errors, only: error_type
-  use geometry, only: new_scan, pair_type, place_profiles, scan_depth, scan_type
+  use wheel_rail_pair, only: new_scan, pair_type, place_profiles, scan_depth, scan_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use parts, only: is_rail, is_wheel
-  use patches, only: elements_type, new_elements, patches_type, press_patches
+  use profile_orientation, only: is_rail, is_wheel
+  use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
   use profile, only: profile_type, read_profile
   implicit none
   save

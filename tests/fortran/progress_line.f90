@@ -21,7 +21,6 @@ contains
   end subroutine hand_time
 
 end module hand_clock
-
 program progress_line
   use hand_clock, only: hand_time, seconds
   use kinds, only: dp

@@ -29,12 +29,11 @@ contains
   end subroutine report
 
 end module listener
-
 program progress_reports
   use case, only: case_type, read_case
   use errors, only: error_type
   use listener, only: listening_monitor
-  use rows, only: row_list
+  use row_sink, only: row_list
   use shared, only: integer_argument
   use simulation, only: prepare, run_type, setup_type, simulate
   use text, only: line_type, read_lines

@@ -5,12 +5,12 @@
 !> wheel `other`; writes for each the error or, of a negative kind too, the clearance [m], else `good`.
 program read_profiles
   use case, only: case_type
-  use contact, only: find_zones
+  use contact_zones, only: find_zones
   use errors, only: error_type
-  use geometry, only: place_profiles
-  use parts, only: is_rail, is_wheel
+  use wheel_rail_pair, only: place_profiles
+  use profile_orientation, only: is_rail, is_wheel
   use profile, only: read_profile
-  use rigid, only: clearance
+  use geometry_functions, only: clearance
   use simulation, only: setup_type
   implicit none
   save

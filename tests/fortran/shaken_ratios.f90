@@ -7,8 +7,8 @@ program shaken_ratios
   use case, only: case_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use ratios, only: ratio_type, solve_ratios
-  use reach, only: extent_type
+  use halfspace_correction, only: ratio_type, solve_ratios
+  use service_poses, only: extent_type
   use shared, only: read_prepared
   use simulation, only: setup_type
   implicit none

@@ -3,12 +3,12 @@
 module shared
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, read_case
-  use contact, only: set_moduli, zone_energy, zone_force
+  use contact_zones, only: set_moduli, zone_energy, zone_force
   use errors, only: error_type
-  use geometry, only: new_scan, scan_depth, scan_type
+  use wheel_rail_pair, only: new_scan, scan_depth, scan_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use patches, only: elements_type, new_elements, patches_type, press_patches
+  use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
   use simulation, only: prepare, setup_type
   use text, only: line_type, read_lines
   implicit none

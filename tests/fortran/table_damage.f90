@@ -7,7 +7,7 @@ program table_damage
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type
   use errors, only: error_type
-  use potential, only: contact_table
+  use contact_table, only: table_type
   use shared, only: read_prepared
   use simulation, only: setup_type
   use table_file, only: load_table
@@ -53,7 +53,7 @@ contains
   end subroutine write_byte
 
   subroutine count_outcome()
-    type(contact_table) :: table
+    type(table_type) :: table
     type(error_type), allocatable :: error
     logical :: found
 

@@ -9,13 +9,13 @@
 !> Half-spaces are solved on elements 2/3 as long in either direction as those of the table and a hundred times
 !> more exactly.
 program table_error
-  use accuracy, only: direct_force
+  use table_error, only: direct_force
   use case, only: case_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use patches, only: elements_type, new_elements
-  use potential, only: find_roll, height_over, inside, roll_type, wheel_potential
-  use reach, only: extent_type, find_reach, strictness
+  use halfspace_patches, only: elements_type, new_elements
+  use contact_table, only: find_roll, height_over, inside, roll_type, wheel_potential
+  use service_poses, only: extent_type, find_reach, strictness
   use shared, only: integer_argument, read_prepared
   use simulation, only: setup_type
   implicit none

@@ -10,7 +10,8 @@ program trajectory
   use case, only: case_type
   use shared, only: integer_argument, read_prepared
   use kinds, only: dp, gravity
-  use newmark, only: advance, motion_type, scheme_type, start_motion, step_ok
+  use motion_state, only: motion_type
+  use newmark, only: advance, scheme_type, start_motion, step_ok
   use simulation, only: setup_type
   use text, only: str
   implicit none

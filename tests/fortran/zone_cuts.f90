@@ -5,7 +5,7 @@
 !> 0, else the zones, and of each of at most six: first and last station, its length [mm], 1 for the flange.
 program zone_cuts
   use case, only: case_type, read_case
-  use contact, only: find_zones, max_zones, zone_type
+  use contact_zones, only: find_zones, max_zones, zone_type
   use errors, only: error_type
   use kinds, only: dp
   use simulation, only: prepare_geometry, setup_type

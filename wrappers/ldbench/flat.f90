@@ -34,7 +34,7 @@ subroutine describe_results(listing, length)
   use events, only: event_kinds
   use handles, only: give
   use kinds, only: version
-  use rigid, only: geometry_names, geometry_units
+  use geometry_functions, only: geometry_names, geometry_units
   implicit none
   character(8192), intent(out) :: listing
   integer, intent(out) :: length
@@ -194,14 +194,14 @@ end subroutine prepared_numbers
 !> in the table, those that did not converge, those that its error is measured by and did not converge.
 subroutine table_accuracy(handle, side, numbers, solutions)
   use handles, only: prepared_at, prepared_type
-  use potential, only: contact_table
+  use contact_table, only: table_type
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: side
   real(8), intent(out) :: numbers(3, 4)
   integer, intent(out) :: solutions(3)
   type(prepared_type), pointer :: p
-  type(contact_table), pointer :: table
+  type(table_type), pointer :: table
 
   p => prepared_at(handle)
   numbers = 0
@@ -456,7 +456,7 @@ end subroutine tangents
 !> rails.
 subroutine geometry_functions(handle, n, y, rows)
   use handles, only: prepared_at, prepared_type
-  use rigid, only: geometry_at
+  use geometry_functions, only: geometry_at
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: n
@@ -503,7 +503,7 @@ end subroutine free_profile
 !> measures [m, rad, 1]; lines: checksum, how the file was taken, what was mended, names of the measures.
 subroutine profile_facts(handle, sizes, numbers, listing, length)
   use handles, only: give, inspected_at, inspected_type
-  use measures, only: measure_names
+  use profile_measures, only: measure_names
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(out) :: sizes(4)
@@ -528,7 +528,7 @@ end subroutine profile_facts
 !> angle [rad], curvature [1/m], part (a place in part_list).
 subroutine profile_curves(handle, n_points, n_rough, n_smooth, points, rough, smooth)
   use handles, only: inspected_at, inspected_type
-  use measures, only: survey_type
+  use profile_measures, only: survey_type
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: n_points, n_rough, n_smooth
@@ -558,7 +558,7 @@ end subroutine profile_curves
 !> The names of parts, by commas.
 subroutine part_list(listing, length)
   use handles, only: give
-  use measures, only: part_names
+  use profile_measures, only: part_names
   implicit none
   character(512), intent(out) :: listing
   integer, intent(out) :: length
@@ -622,7 +622,7 @@ end subroutine rigid_numbers
 !> Equivalent conicity for amplitudes, by EN 15302 and by harmonic linearisation, from n rows of y and
 !> delta_r [m].
 subroutine conicities(n, y, delta_r, m, amplitude, by_wavelength, linearised)
-  use rigid, only: conicity, conicity_of_wavelength
+  use geometry_functions, only: conicity, conicity_of_wavelength
   implicit none
   integer, intent(in) :: n, m
   real(8), intent(in) :: y(n), delta_r(n), amplitude(m)

@@ -9,11 +9,11 @@ module handles
   use curve, only: curve_type, fit_curve
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use measures, only: survey, survey_type
+  use profile_measures, only: survey, survey_type
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
   use report, only: begin_columns, finish_files
-  use rows, only: row_list
+  use row_sink, only: row_list
   use simulation, only: free_tables, prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
   use text, only: checksum, line_type, read_lines
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type

@@ -1,0 +1,393 @@
+!> Rigid contact geometry of the whole wheelset: where it touches both rails at a
+!> lateral displacement, its flange clearance, and the geometry functions that
+!> railway engineers read.
+module geometry_functions
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+  use root_bracket, only: bracket_type
+  use contact_zones, only: side_type
+  use curve, only: curve_frame
+  use wheel_rail_pair, only: new_scan, pair_type, rolled, same_pair, scan_type, touch
+  use kinds, only: dp, pi
+  implicit none
+  private
+  public :: clearance, conicity, conicity_of_wavelength, rigid_contact, &
+    geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
+
+  !> Columns of the geometry file.
+  character(*), parameter :: geometry_names(*) = [character(12) :: 'Y', 'roll', 'Z', 'angle_L', &
+    'angle_R', 'radius_L', 'radius_R', 'delta_r', 'y_L', 'z_L', 'y_R', 'z_R', 'conicity']
+  character(*), parameter :: geometry_units(*) = [character(12) :: 'm', 'rad', 'm', 'rad', &
+    'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
+  !> Between its rows [m].
+  real(dp), parameter :: geometry_pitch = 1e-4_dp
+  integer, parameter :: periods = 200   ! points of a period
+
+contains
+
+  !> Height at which the left wheel's stations first..last touch, lowered vertically at lateral
+  !> position y and roll.  The scan is fresh, or that of these stations touching at another roll.
+  subroutine lower(pair, first, last, y, roll, work, z, station, ok)
+    type(pair_type), intent(in) :: pair
+    integer, intent(in) :: first, last
+    real(dp), intent(in) :: y, roll
+    type(scan_type), intent(inout) :: work
+    real(dp), intent(out) :: z, station
+    logical, intent(out) :: ok
+    real(dp), parameter :: above = 0.03_dp   ! start with the whole flange in the air [m]
+    ! A turn changes the height at which the wheel touches by less than this times its angle, on
+    ! flange faces of up to 78 degrees [m].
+    real(dp), parameter :: lever = 3
+    real(dp) :: start
+
+    if (work%fresh) then
+      ! Roll lifts the wheel by its lever arm.
+      start = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
+    else
+      start = work%centre(2) + lever*abs(roll - work%roll)
+    end if
+    call touch(pair, work, first, last, [y, start], roll, 0.0_dp, z, station, ok)
+    z = z + start
+  end subroutine lower
+
+  !> Roll angle and height at which the rigid wheelset stands on both rails with
+  !> the wheels' stations from `first` on; the least roll, where there are several.
+  subroutine rigid_contact(side, first, y, roll, z, station, ok)
+    type(side_type), intent(in) :: side(:) !! left, right
+    integer, intent(in) :: first(2)
+    real(dp), intent(in) :: y              !! lateral displacement of the axle centre [m]
+    real(dp), intent(out) :: roll, z       !! [rad, m]
+    real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
+    logical, intent(out) :: ok
+    real(dp), parameter :: stride = 1e-3_dp   ! two contacts that compete are further apart [rad]
+    real(dp), parameter :: largest = 0.2_dp   ! [rad]
+    type(scan_type) :: left, right
+    real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new
+    integer :: iter
+
+    left = new_scan(side(1)%pair)
+    right = new_scan(side(2)%pair)
+    z = 0
+    ! The side that would touch first is lifted until the other one does.
+    x = 0
+    roll = 0
+    f = difference(0.0_dp)
+    do while (ok .and. f(1)*f(2) > 0)
+      x(1) = x(2)
+      f(1) = f(2)
+      x(2) = x(1) + sign(stride, f(1))
+      ok = abs(x(2)) < largest
+      if (ok) f(2) = difference(x(2))
+    end do
+    if (.not. ok) return
+    ! Regula falsi; halved (Illinois) or bisected where it creeps.
+    do iter = 1, 100
+      if (abs(f(2)) < 1e-13_dp .or. abs(x(2) - x(1)) < 1e-16_dp) exit
+      x_new = x(2) - f(2)*(x(2) - x(1))/(f(2) - f(1))
+      if (iter > 20) x_new = (x(1) + x(2))/2
+      f_new = difference(x_new)
+      if (.not. ok) return
+      if (f_new*f(2) < 0) then
+        x(1) = x(2)
+        f(1) = f(2)
+      else
+        f(1) = f(1)/2
+      end if
+      x(2) = x_new
+      f(2) = f_new
+    end do
+    roll = x(2)
+    z = (z_left + z_right)/2
+    ok = abs(f(2)) < 1e-9_dp
+
+  contains
+
+    real(dp) function difference(roll)
+      real(dp), intent(in) :: roll
+      logical :: ok_left, ok_right
+
+      call lower(side(1)%pair, first(1), size(side(1)%pair%s), y, roll, left, z_left, station(1), ok_left)
+      call lower(side(2)%pair, first(2), size(side(2)%pair%s), -y, -roll, right, z_right, station(2), ok_right)
+      ok = ok_left .and. ok_right
+      difference = z_left - z_right
+    end function difference
+
+  end subroutine rigid_contact
+
+  !> Lateral displacement of the rigid wheelset, riding on both treads, at which
+  !> the left flange touches [m].
+  subroutine clearance(side, y, ok)
+    type(side_type), intent(in) :: side(:)    !! left, right
+    real(dp), intent(out) :: y
+    logical, intent(out) :: ok
+    real(dp), parameter :: widest = 0.05_dp, close = 1e-12_dp, near = 1e-3_dp    ! [m]
+    type(scan_type) :: work
+    type(bracket_type) :: range
+    real(dp) :: f
+    integer :: iter, k, tread(2), flange
+
+    work = new_scan(side(1)%pair)
+    do k = 1, 2
+      tread(k) = side(k)%zones(count(.not. side(k)%zones%flange))%first
+    end do
+    flange = side(1)%zones(size(side(1)%zones))%first
+    ! Bisection finds where the flange comes into reach, regula falsi the rest.
+    range = bracket_type(0.0_dp, -1.0_dp, widest, -1.0_dp)
+    do iter = 1, 100
+      y = (range%a + range%b)/2
+      if (range%fa > -near .and. range%fb > 0) y = range%guess()
+      call find_overlap(f)
+      if (.not. ok) return
+      if (abs(f) < close) exit
+      if (range%fa > -near .and. range%fb > 0) then
+        call range%narrow(y, f)
+      else if (f < 0) then
+        range%a = y
+        range%fa = f
+      else
+        range%b = y
+        range%fb = f
+      end if
+      if (abs(range%b - range%a) < close) exit
+    end do
+    ok = range%a > 0 .and. range%b < widest
+
+  contains
+
+    !> How far the flange is above the height at which it touches; -1 where it passes beside the rail.
+    subroutine find_overlap(f)
+      real(dp), intent(out) :: f
+      real(dp) :: roll, z, z_flange, station(2)
+      logical :: touches
+
+      call rigid_contact(side, tread, y, roll, z, station, ok)
+      if (.not. ok) return
+      work%fresh = .true.
+      call lower(side(1)%pair, flange, tread(1), y, roll, work, z_flange, station(1), touches)
+      f = -1
+      if (touches) f = z_flange - z
+    end subroutine find_overlap
+
+  end subroutine clearance
+
+  !> Equivalent conicity for an amplitude by harmonic linearisation of the rolling
+  !> radius difference: (1/(pi a)) * integral over one period of
+  !> (delta_r(c + a sin tau)/2) sin tau dtau, about the centre c where the mean of delta_r over the period is zero:
+  !> off the track's centre where left and right differ.  NaN where y does not hold such a motion.
+  pure real(dp) function conicity(amplitude, y, delta_r)
+    real(dp), intent(in) :: amplitude      !! [m]
+    real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
+    real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
+    real(dp) :: tau, centre
+    integer :: i
+
+    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
+    call find_centre(amplitude, y, delta_r, centre)
+    if (ieee_is_nan(centre)) return
+    conicity = 0
+    do i = 1, periods
+      tau = 2*pi*(i - 0.5_dp)/periods
+      conicity = conicity + between(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(periods*amplitude)
+    end do
+  end function conicity
+
+  !> Equivalent conicity for an amplitude by EN 15302: of the cone with the same wavelength of the wheelset's
+  !> kinematic motion y'' = -delta_r(y)/(e r), whose half wave is the time from one end to the other, as far apart as
+  !> twice the amplitude; NaN where delta_r turns the wheelset away from the centre of the motion, or y does not hold it.
+  pure real(dp) function conicity_of_wavelength(amplitude, y, delta_r) result(conicity)
+    real(dp), intent(in) :: amplitude      !! [m], within y
+    real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
+    real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
+    integer, parameter :: n = 400
+    real(dp) :: tau, at, area(0:size(y)), wave, rest, centre
+    integer :: i
+
+    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
+    ! Integral of delta_r, by the trapezoidal rule, and between the points.
+    area(0:1) = 0
+    do i = 2, size(y)
+      area(i) = area(i - 1) + (delta_r(i - 1) + delta_r(i))/2*(y(2) - y(1))
+    end do
+    call find_centre(amplitude, y, delta_r, centre, area)
+    if (ieee_is_nan(centre)) return
+    ! y'^2 = 2/(e r) times the integral of delta_r from y to the end; y = c + a sin tau takes away the
+    ! singularity at both ends.  wave = wavelength / sqrt(e r).
+    wave = 0
+    do i = 1, n
+      tau = -pi/2 + pi*(i - 0.5_dp)/n
+      at = centre + amplitude*sin(tau)
+      rest = integral(centre + amplitude, y, delta_r, area) - integral(at, y, delta_r, area)
+      if (rest <= 0) return
+      wave = wave + 2*amplitude*cos(tau)/sqrt(2*rest)*pi/n
+    end do
+    conicity = 2*pi**2/wave**2
+  end function conicity_of_wavelength
+
+  !> Centre of a motion about which delta_r is zero in the mean: over the phases of a harmonic, or, with its
+  !> integral `area`, over the way.  NaN where there is none within y.
+  pure subroutine find_centre(amplitude, y, delta_r, centre, area)
+    real(dp), intent(in) :: amplitude, y(:), delta_r(:)
+    real(dp), intent(out) :: centre
+    real(dp), intent(in), optional :: area(0:)
+    real(dp), parameter :: none = 1e-12_dp        ! rounding, where both sides are the same [m]
+    type(bracket_type) :: range
+    real(dp) :: start, last, f, old
+    integer :: iter
+
+    centre = 0
+    start = mean(0.0_dp)
+    if (abs(start) <= none) return
+    f = start
+    old = centre
+    last = f
+    do while (f*start > 0)
+      old = centre
+      last = f
+      centre = centre - sign(y(2) - y(1), start)
+      if (centre - amplitude < y(1) .or. centre + amplitude > y(size(y))) then
+        centre = ieee_value(1.0_dp, ieee_quiet_nan)
+        return
+      end if
+      f = mean(centre)
+    end do
+    range = bracket_type(old, last, centre, f)
+    do iter = 1, 60
+      if (abs(f) <= 1e-3_dp*none) exit
+      centre = range%guess()
+      f = mean(centre)
+      call range%narrow(centre, f)
+    end do
+
+  contains
+
+    pure real(dp) function mean(c)
+      real(dp), intent(in) :: c
+      integer :: i
+
+      if (present(area)) then
+        mean = (integral(c + amplitude, y, delta_r, area) - integral(c - amplitude, y, delta_r, area))/(2*amplitude)
+      else
+        mean = 0
+        do i = 1, periods
+          mean = mean + between(c + amplitude*sin(2*pi*(i - 0.5_dp)/periods), y, delta_r)/periods
+        end do
+      end if
+    end function mean
+
+  end subroutine find_centre
+
+  !> Values at y, by linear interpolation.
+  pure real(dp) function between(x, y, values)
+    real(dp), intent(in) :: x, y(:), values(:)
+    real(dp) :: at, share
+    integer :: j
+
+    at = 1 + (x - y(1))/(y(2) - y(1))
+    j = max(1, min(int(at), size(y) - 1))
+    share = at - j
+    between = (1 - share)*values(j) + share*values(j + 1)
+  end function between
+
+  !> Integral up to x of values at y, of which `area` is the integral at y.
+  pure real(dp) function integral(x, y, values, area)
+    real(dp), intent(in) :: x, y(:), values(:), area(0:)
+    real(dp) :: share, h
+    integer :: j
+
+    h = y(2) - y(1)
+    share = (x - y(1))/h
+    j = max(1, min(1 + int(share), size(y) - 1))
+    share = share - (j - 1)
+    integral = area(j) + h*share*(values(j) + share*(values(j + 1) - values(j))/2)
+  end function integral
+
+  !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
+  subroutine geometry_table(side, height, n, rows, last)
+    type(side_type), intent(in) :: side(:)  !! left, right
+    real(dp), intent(in) :: height          !! of the axle centre where Z is 0 [m]
+    integer, intent(in) :: n                !! the most that `last` can be
+    real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
+    integer, intent(out) :: last
+    integer :: i
+
+    call even_rows(side, height, geometry_pitch, n, rows, last)
+    if (last < 1) return
+    do i = -last, last
+      rows(13, i) = conicity(max(abs(i), 1)*geometry_pitch, rows(1, -last:last), rows(8, -last:last))
+    end do
+  end subroutine geometry_table
+
+  !> Such rows at any y, with the conicity by rows of about the same pitch; NaN where the rigid wheelset
+  !> does not stand on both rails.
+  subroutine geometry_at(side, height, y, rows)
+    type(side_type), intent(in) :: side(:) !! left, right
+    real(dp), intent(in) :: height         !! of the axle centre where Z is 0 [m]
+    real(dp), intent(in) :: y(:)           !! [m]
+    real(dp), intent(out) :: rows(:, :)    !! (column, y)
+    real(dp), allocatable :: table(:, :)
+    real(dp) :: row(12), reach, step
+    integer :: i, n, last
+    logical :: ok(size(y))
+
+    rows = ieee_value(1.0_dp, ieee_quiet_nan)
+    do i = 1, size(y)
+      call geometry_row(side, height, y(i), row, ok(i))
+      if (ok(i)) rows(:12, i) = row
+    end do
+    if (.not. any(ok)) return
+    reach = maxval(abs(y), mask=ok)
+    n = max(2, nint(reach/geometry_pitch))
+    step = max(reach, geometry_pitch)/n
+    allocate (table(12, -n:n))
+    call even_rows(side, height, step, n, table, last)
+    if (last < n) return
+    do i = 1, size(y)
+      if (ok(i)) rows(13, i) = conicity(max(abs(y(i)), step), table(1, :), table(8, :))
+    end do
+  end subroutine geometry_at
+
+  !> Rows without the conicity, every `pitch`: to the right they are the mirror image of those to the left
+  !> with the sides exchanged.
+  subroutine even_rows(side, height, pitch, n, rows, last)
+    type(side_type), intent(in) :: side(:)
+    real(dp), intent(in) :: height, pitch
+    integer, intent(in) :: n
+    real(dp), intent(out) :: rows(:, -n:)
+    integer, intent(out) :: last
+    real(dp) :: row(12)
+    integer :: i
+    logical :: ok, same
+
+    same = same_pair(side(1)%pair, side(2)%pair)
+    last = -1
+    do i = 0, n
+      call geometry_row(side, height, i*pitch, rows(:12, i), ok)
+      row = rows(:12, i)
+      if (ok .and. .not. same) call geometry_row(side(2:1:-1), height, i*pitch, row, ok)
+      if (.not. ok) exit
+      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*row([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10])
+      last = i
+    end do
+  end subroutine even_rows
+
+  !> One row of the geometry file, without the conicity.
+  subroutine geometry_row(side, height, y, row, ok)
+    type(side_type), intent(in) :: side(:)
+    real(dp), intent(in) :: height, y
+    real(dp), intent(out) :: row(12)
+    logical, intent(out) :: ok
+    real(dp) :: roll, z, station(2), r(2), x(2, 2), angle(2), radius(2), curvature
+    integer :: k
+
+    call rigid_contact(side, [1, 1], y, roll, z, station, ok)
+    if (.not. ok) return
+    do k = 1, 2
+      call curve_frame(side(k)%pair%wheel, station(k), r, angle(k), curvature)
+      radius(k) = -r(2)
+      x(:, k) = rolled(r, merge(roll, -roll, k == 1))
+      angle(k) = angle(k) + merge(roll, -roll, k == 1)
+    end do
+    row = [y, roll, z - height, angle, radius, radius(1) - radius(2), &
+      y + x(1, 1), z + x(2, 1), y - x(1, 2), z + x(2, 2)]
+  end subroutine geometry_row
+
+end module geometry_functions

@@ -1,0 +1,250 @@
+!> What happens in a run, and when: flange contacts, wheels that lift off and land, passages of the centre, flanges
+!> over the rail, derailment; with rigid contacts impacts, and rails that pull.
+!>
+!> Derailed means that there is no way back: the tip of a flange is outside the highest point of its rail, the
+!> wheelset moves outwards, and the lateral force does not draw it inwards. From there the crown pushes the flange
+!> outwards, and the tread of the other wheel rolls down its cone (tried by section `derailment` of `make validate`).
+!> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
+!> inside. It is an event of its own, which ends nothing.
+!>
+!> Times lie within the steps: of an elastic contact from its energy, which goes with the penetration as p^(5/2), and
+!> the rate at which it changes; of the others by linear interpolation. Steps of rigid contacts end where contacts open
+!> and close.
+module events
+  use contact_zones, only: side_type
+  use kinds, only: dp
+  use motion_state, only: motion_type
+  use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
+  implicit none
+  private
+  public :: event_log, watch, note_impact, event_kinds, elastic_kinds, kept, kept_impacts
+
+  enum, bind(c)
+    enumerator :: left_flange_contact = 1, right_flange_contact, left_lift_off, left_landing, &
+      right_lift_off, right_landing, centre_passage, left_over_rail, right_over_rail, derailment, impact, rail_pulls
+  end enum
+  character(24), parameter :: event_kinds(12) = [character(24) :: 'left flange contact', &
+    'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
+    'right wheel landing', 'centre passage', 'left flange over rail', 'right flange over rail', 'derailment', 'impact', &
+    'rail pulls']
+  integer, parameter :: elastic_kinds = 10  !! of these: the first
+
+  integer, parameter :: outwards(2) = [1, -1]   !! sign of Y on the left and on the right side
+  integer, parameter :: kept = 5            !! events of a kind that are recorded; later ones are counted
+  integer, parameter :: kept_impacts = 100  !! the same of impacts
+  integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
+  real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
+
+  type :: event_type
+    integer :: kind = 0
+    real(dp) :: t = 0              !! [s]
+    real(dp) :: force = 0          !! lateral force then [N]
+    real(dp) :: impulse(4) = 0     !! of an impact, by contact [N s]
+    real(dp) :: loss = 0           !! energy that is lost in it [J]
+  end type event_type
+
+  type :: event_log
+    integer :: n = 0
+    type(event_type) :: list(kept*size(event_kinds) + kept_impacts)
+    integer :: counts(size(event_kinds)) = 0
+    logical :: away = .false.         !! from the centre since the last passage
+    logical :: returned = .false.     !! to the centre after both flanges had been hit
+    logical :: derailed = .false.
+    integer :: n_moments = 0
+    real(dp) :: moments(most_moments) = 0   !! of events and of changes of contacts in the last step [s]
+  end type event_log
+
+contains
+
+  !> Compare the two ends of a step.
+  subroutine watch(log, w, old, new, side)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: old, new
+    type(side_type), intent(in) :: side(:)  !! left, right
+    real(dp) :: dt, before(2), after(2), force(3)
+    logical :: were(4), are(4), hit(4)
+    integer :: k
+
+    log%n_moments = 0
+    dt = new%t - old%t
+    were = closed(old%contact)
+    are = closed(new%contact)
+    hit = are .or. new%contact%struck
+    if (any(were .neqv. are) .or. any(new%contact%struck)) then
+      if (hit(left_flange) .and. .not. were(left_flange)) call note(left_flange_contact, touch(left_flange))
+      if (hit(right_flange) .and. .not. were(right_flange)) call note(right_flange_contact, touch(right_flange))
+      call wheel(left_tread, left_flange, left_lift_off, left_landing)
+      call wheel(right_tread, right_flange, right_lift_off, right_landing)
+      do k = 1, 4
+        if (are(k) .and. .not. were(k)) call add_moment(log, touch(k))
+        if (were(k) .and. .not. are(k)) call add_moment(log, leave(k))
+      end do
+    end if
+    log%away = log%away .or. abs(old%q(1)) > aside
+    if (log%away .and. old%q(1)*new%q(1) <= 0) then
+      log%away = .false.
+      if (log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0) log%returned = .true.
+      call note(centre_passage, new%t - dt*new%q(1)/(new%q(1) - old%q(1)))
+    end if
+    if (any(new%contact%pulls .and. .not. old%contact%pulls)) call note(rail_pulls, new%t - dt*share_of_pull())
+    after = over_rail(new%q, side)
+    if (all(after <= 0)) return
+    before = over_rail(old%q, side)
+    do k = 1, 2
+      if (after(k) > 0 .and. before(k) <= 0) &
+        call note(merge(left_over_rail, right_over_rail, k == 1), new%t - dt*after(k)/(after(k) - before(k)))
+    end do
+    if (log%derailed) return
+    after = past_crown(new%q, side)
+    before = min(past_crown(old%q, side), 0.0_dp)
+    force = external_force(w, new%t)
+    do k = 1, 2
+      if (after(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*force(1) < 0) cycle
+      log%derailed = .true.
+      call note(derailment, new%t - dt*after(k)/(after(k) - before(k)))
+    end do
+
+  contains
+
+    subroutine wheel(tread, flange, lift_off, landing)
+      integer, intent(in) :: tread, flange, lift_off, landing
+
+      if (.not. (were(tread) .or. were(flange))) then
+        if (hit(tread) .or. hit(flange)) call note(landing, min(touch(tread), touch(flange)))
+      end if
+      if (were(tread) .or. were(flange) .or. hit(tread) .or. hit(flange)) then
+        if (.not. (are(tread) .or. are(flange))) call note(lift_off, max(leave(tread), leave(flange)))
+      end if
+    end subroutine wheel
+
+    !> When a contact that is closed now was closed.
+    real(dp) function touch(contact) result(t)
+      integer, intent(in) :: contact
+
+      t = new%t
+      if (are(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
+    end function touch
+
+    !> When a contact that was closed was opened.
+    real(dp) function leave(contact) result(t)
+      integer, intent(in) :: contact
+
+      t = old%t
+      if (old%contact%rigid(contact) .or. new%contact%struck(contact)) then
+        t = new%t
+      else if (were(contact)) then
+        t = t + min(dt, lapse(old, contact))
+      end if
+    end function leave
+
+    !> Time in which the penetration changes by its own size [s].
+    real(dp) function lapse(motion, contact)
+      type(motion_type), intent(in) :: motion
+      integer, intent(in) :: contact
+      real(dp) :: rate
+
+      rate = abs(dot_product(motion%contact%slope(:, contact), motion%v))
+      lapse = 2.5_dp*motion%contact%energy(contact)/max(rate, motion%contact%energy(contact)/dt)
+    end function lapse
+
+    !> The part of the step after a force has changed its sign.
+    real(dp) function share_of_pull() result(share)
+      real(dp) :: before, after
+      integer :: k
+
+      share = 0
+      if (any(new%contact%struck)) return
+      do k = 1, 4
+        if (.not. new%contact%pulls(k) .or. old%contact%pulls(k) .or. .not. old%contact%rigid(k)) cycle
+        before = norm2(old%contact%slope(:2, k))
+        after = norm2(new%contact%slope(:2, k))
+        share = max(share, after/(before + after))
+      end do
+    end function share_of_pull
+
+    subroutine note(kind, time)
+      integer, intent(in) :: kind
+      real(dp), intent(in) :: time
+
+      call record(log, w, kind, time)
+    end subroutine note
+
+  end subroutine watch
+
+  subroutine record(log, w, kind, time)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    integer, intent(in) :: kind
+    real(dp), intent(in) :: time
+    real(dp) :: force(3)
+
+    call add_moment(log, time)
+    log%counts(kind) = log%counts(kind) + 1
+    if (log%counts(kind) > merge(kept_impacts, kept, kind == impact)) return
+    log%n = log%n + 1
+    force = external_force(w, time)
+    log%list(log%n) = event_type(kind, time, force(1))
+  end subroutine record
+
+  subroutine add_moment(log, time)
+    type(event_log), intent(inout) :: log
+    real(dp), intent(in) :: time            !! [s]
+
+    if (log%n_moments == most_moments) return
+    log%n_moments = log%n_moments + 1
+    log%moments(log%n_moments) = time
+  end subroutine add_moment
+
+  !> An impact of rigid contacts at the end of a step, by what it added to the impulses and the loss.
+  subroutine note_impact(log, w, old, new)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: old, new
+    integer :: n
+
+    if (.not. any(new%contact%struck)) return
+    n = log%n
+    call record(log, w, impact, new%t)
+    if (log%n == n) return
+    log%list(log%n)%impulse = new%impulse - old%impulse
+    log%list(log%n)%loss = new%loss - old%loss
+  end subroutine note_impact
+
+  !> How far the tip of each flange is outside the highest point of its rail [m], left and right.
+  pure function past_crown(q, side) result(past)
+    real(dp), intent(in) :: q(3)            !! axle centre y, z [m], roll [rad]
+    type(side_type), intent(in) :: side(2)  !! left, right
+    real(dp) :: past(2), tip(2, 2)
+
+    tip = tips(q, side)
+    past = tip(1, :) - side%pair%crown
+  end function past_crown
+
+  !> How far the tip of each flange is over its rail [m], left and right: outside the gauge line and higher than
+  !> the head's shoulders, the smaller of both distances.
+  pure function over_rail(q, side) result(over)
+    real(dp), intent(in) :: q(3)
+    type(side_type), intent(in) :: side(2)
+    real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
+    real(dp) :: over(2), tip(2, 2)
+
+    tip = tips(q, side)
+    over = min(tip(2, :) + shoulder, tip(1, :) - side%pair%gauge_face)
+  end function over_rail
+
+  !> Positions of the flanges' tips: outwards from the track's centre and upwards from top of rail [m], by side.
+  pure function tips(q, side) result(tip)
+    real(dp), intent(in) :: q(3)
+    type(side_type), intent(in) :: side(2)
+    real(dp) :: tip(2, 2), r(2)
+    integer :: k
+
+    do k = 1, 2
+      r = side(k)%pair%flange_tip
+      tip(1, k) = outwards(k)*(q(1) - r(2)*sin(q(3))) + r(1)*cos(q(3))
+      tip(2, k) = q(2) + outwards(k)*r(1)*sin(q(3)) + r(2)*cos(q(3))
+    end do
+  end function tips
+
+end module events

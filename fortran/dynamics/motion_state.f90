@@ -1,0 +1,24 @@
+!> Where the wheelset is and how it moves, at one instant of a run.
+module motion_state
+  use kinds, only: dp
+  use wheelset, only: contact_state
+  implicit none
+  private
+  public :: motion_type
+
+  type :: motion_type
+    real(dp) :: t = 0                  !! [s]
+    real(dp) :: q(3) = 0               !! y, z [m], roll [rad]
+    real(dp) :: v(3) = 0               !! their rates
+    real(dp) :: a(3) = 0               !! accelerations; 'energy': mean over the last step
+    real(dp) :: jerk(3) = 0            !! their growth, from the last two steps; it predicts the next implicit one
+    real(dp) :: dt = 0                 !! the last implicit step [s]
+    real(dp) :: work = 0               !! done by the lateral force so far [J]
+    type(contact_state) :: contact     !! at q
+    ! Of rigid contacts so far:
+    real(dp) :: impulse(4) = 0         !! of impacts, by contact [N s]
+    real(dp) :: loss = 0               !! energy lost in impacts [J]
+    real(dp) :: rest(3) = 0            !! what rounding has left of q in flight, where 1e4 steps add up to 1e-9 J
+  end type motion_type
+
+end module motion_state

@@ -1,0 +1,264 @@
+!> The wheelset on its two rails: inertia, loads, and the elastic potential of all
+!> four contacts as a function of the pose q = (y, z, roll).
+module wheelset
+  use root_bracket, only: bracket_type
+  use kinds, only: dp, gravity
+  use contact_table, only: table_type, find_roll, inside, roll_type, wheel_potential
+  implicit none
+  private
+  public :: wheelset_type, contact_state, closed, contacts, wheel_contacts, external_force, settle, hold, find_rest, &
+    contact_name
+  public :: left_tread, left_flange, right_tread, right_flange
+
+  type :: wheelset_type
+    real(dp) :: mass = 0               !! [kg]
+    real(dp) :: roll_inertia = 0       !! [kg m^2]
+    real(dp) :: pitch_inertia = 0      !! [kg m^2]
+    real(dp) :: vertical_load = 0      !! downwards, without inertia, at the centre of gravity [N]
+    real(dp) :: lateral_force = 0      !! at the centre of gravity, track frame, at t = 0 [N]
+    real(dp) :: lateral_ramp = 0       !! its growth [N/s]
+    !> Contact tables of both sides, each as of the left one; maybe one and the same.  Wheelsets may share them; whoever
+    !> made them frees them.
+    type(table_type), pointer :: table => null(), right_table => null()
+  contains
+    procedure :: inertia
+    procedure :: weight
+  end type wheelset_type
+
+  integer, parameter :: left_tread = 1, left_flange = 2, right_tread = 3, right_flange = 4
+  character(2), parameter :: contact_name(4) = ['LT', 'LF', 'RT', 'RF']
+
+  !> The contacts in one pose.
+  type :: contact_state
+    real(dp) :: energy(4) = 0          !! elastic energy of each contact [J]
+    real(dp) :: slope(3, 4) = 0        !! dU/dq of each: minus force and moment of the rail on the wheel
+    real(dp) :: gradient(3) = 0        !! their sum [N, N, N m]
+    real(dp) :: hessian(6) = 0         !! of the sum: yy, yz, y roll, zz, z roll, roll roll; 0 if not wanted
+    integer :: status = inside         !! whether the pose is on the table
+    ! Of rigid contacts, which have no energy:
+    logical :: rigid(4) = .false.      !! closed
+    logical :: struck(4) = .false.     !! with an impulse just then
+    logical :: pulls(4) = .false.      !! the force is negative: the rail holds the wheel down
+  end type contact_state
+
+contains
+
+  !> Diagonal of the mass matrix of q = (y, z, roll).
+  pure function inertia(this)
+    class(wheelset_type), intent(in) :: this
+    real(dp) :: inertia(3)
+
+    inertia = [this%mass, this%mass, this%roll_inertia]
+  end function inertia
+
+  !> Everything that pulls the wheelset down [N].
+  pure real(dp) function weight(this)
+    class(wheelset_type), intent(in) :: this
+
+    weight = this%mass*gravity + this%vertical_load
+  end function weight
+
+  !> Gravity, vertical load and lateral force at time t, as a force on q.
+  pure function external_force(this, t) result(f)
+    class(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: t            !! [s]
+    real(dp) :: f(3)
+
+    f = [this%lateral_force + this%lateral_ramp*t, -this%weight(), 0.0_dp]
+  end function external_force
+
+  !> Which contacts carry a force.
+  pure function closed(state)
+    type(contact_state), intent(in) :: state
+    logical :: closed(4)
+
+    closed = state%energy > 0 .or. state%rigid
+  end function closed
+
+  !> Potential of all contacts, with its Hessian unless `tangent` says no.
+  pure subroutine contacts(this, q, state, tangent)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
+    type(contact_state), intent(out) :: state
+    logical, intent(in), optional :: tangent
+    type(roll_type) :: roll, opposite
+    real(dp) :: left(6), right(6)
+    integer :: status
+
+    call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
+    if (state%status /= inside) return
+    call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), left, state%status)
+    call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), right, status)
+    if (wanted(tangent)) state%hessian = left + right
+    if (status /= inside) state%status = status
+    state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
+      + (state%slope(:, right_tread) + state%slope(:, right_flange))
+  end subroutine contacts
+
+  !> A roll angle as the left wheel's table and the right wheel's have it.
+  pure subroutine find_rolls(this, angle, tangent, roll, opposite, status)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: angle
+    logical, intent(in) :: tangent
+    type(roll_type), intent(out) :: roll, opposite
+    integer, intent(out) :: status
+    type(roll_type) :: other
+
+    call find_roll(this%table, angle, tangent, roll, opposite, status)
+    if (.not. associated(this%right_table, this%table) .and. status == inside) &
+      call find_roll(this%right_table, angle, tangent, other, opposite, status)
+  end subroutine find_rolls
+
+  pure logical function wanted(option)
+    logical, intent(in), optional :: option
+
+    wanted = .true.
+    if (present(option)) wanted = option
+  end function wanted
+
+  !> The same of one wheel alone; the other one's contacts are zero.
+  pure subroutine wheel_contacts(this, wheel, q, state, tangent)
+    type(wheelset_type), intent(in) :: this
+    integer, intent(in) :: wheel         !! 1 left, 2 right
+    real(dp), intent(in) :: q(3)
+    type(contact_state), intent(out) :: state
+    logical, intent(in), optional :: tangent
+    type(roll_type) :: roll, opposite
+
+    call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
+    if (state%status /= inside) return
+    if (wheel == 1) then
+      call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), state%hessian, &
+        state%status)
+    else
+      call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), &
+        state%hessian, state%status)
+    end if
+    state%gradient = sum(state%slope, 2)
+  end subroutine wheel_contacts
+
+  !> `wheel_potential` of the right wheel: the left one in the mirror.
+  pure subroutine right_potential(t, q, roll, tangent, energy, slope, hessian, status)
+    type(table_type), intent(in) :: t
+    real(dp), intent(in) :: q(3)
+    type(roll_type), intent(in) :: roll    !! of -q(3)
+    logical, intent(in) :: tangent
+    real(dp), intent(out) :: energy(2), slope(3, 2), hessian(6)
+    integer, intent(out) :: status
+    real(dp), parameter :: mirror(3) = [-1, 1, -1]
+    real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
+    integer :: i
+
+    call wheel_potential(t, mirror*q, roll, tangent, energy, slope, hessian, status)
+    do i = 1, 2
+      slope(:, i) = mirror*slope(:, i)
+    end do
+    if (tangent) hessian = mirror_2*hessian
+  end subroutine right_potential
+
+  !> Height z of the axle centre at which the centred wheelset, held at a roll angle, is in equilibrium,
+  !> searched downwards from `top`.
+  pure subroutine settle(this, top, roll, z, ok)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: top          !! rigid touching height [m]
+    real(dp), intent(in) :: roll         !! [rad]
+    real(dp), intent(out) :: z
+    logical, intent(out) :: ok
+    type(contact_state) :: state
+    real(dp) :: low, high, step, residual
+    integer :: iter
+
+    ok = .false.
+    high = top + 1e-4_dp
+    low = high
+    step = 5e-5_dp
+    do while (step > 1e-9_dp .and. .not. ok)
+      low = high - step
+      call contacts(this, [0.0_dp, low, roll], state)
+      if (state%status /= inside) then
+        step = step/2
+      else if (-state%gradient(2) > this%weight()) then
+        ok = .true.
+      else
+        high = low
+      end if
+    end do
+    if (.not. ok) return
+    z = low
+    do iter = 1, 100
+      call contacts(this, [0.0_dp, z, roll], state)
+      residual = -state%gradient(2) - this%weight()
+      if (residual > 0) low = z
+      if (residual <= 0) high = z
+      if (high - low <= epsilon(z) .or. abs(residual) <= 1e-12_dp*this%weight()) exit
+      if (state%hessian(4) > 0) z = z + residual/state%hessian(4)
+      if (.not. (z > low .and. z < high)) z = (low + high)/2
+    end do
+  end subroutine settle
+
+  !> Height and roll at which the wheelset, held at its lateral position, is in equilibrium: Newton's method from a
+  !> pose in which both wheels are pressed in.
+  pure subroutine hold(this, q, force, ok)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(inout) :: q(3)
+    real(dp), intent(out) :: force       !! with which the rails push it to the left [N]
+    logical, intent(out) :: ok
+    real(dp), parameter :: longest = 2e-5_dp      ! step [m, rad]
+    real(dp), parameter :: balanced = 1e-10_dp    ! of the weight [1, m]
+    type(contact_state) :: state
+    real(dp) :: up, moment, det, move(2)
+    integer :: iter
+
+    ok = .false.
+    force = 0
+    do iter = 1, 200
+      call contacts(this, q, state)
+      if (state%status /= inside) return
+      force = -state%gradient(1)
+      up = -state%gradient(2) - this%weight()
+      moment = -state%gradient(3)
+      ok = abs(up) + abs(moment) <= balanced*this%weight()
+      if (ok) return
+      associate (zz => state%hessian(4), zr => state%hessian(5), rr => state%hessian(6))
+        det = zz*rr - zr**2
+        if (.not. det > 0) return
+        move = [up*rr - moment*zr, moment*zz - up*zr]/det
+      end associate
+      q(2:) = q(2:) + move*min(1.0_dp, longest/maxval(abs(move)))
+    end do
+  end subroutine hold
+
+  !> The pose in which the wheelset stays: downhill from where it is held at the track's centre.
+  pure subroutine find_rest(this, centred, q, ok)
+    type(wheelset_type), intent(in) :: this
+    real(dp), intent(in) :: centred(3)   !! of `hold`
+    real(dp), intent(out) :: q(3)
+    logical, intent(out) :: ok
+    real(dp), parameter :: stride = 1e-4_dp, farthest = 0.05_dp   ! [m]
+    type(bracket_type) :: range
+    real(dp) :: start, force, before, from(3)
+    integer :: iter
+
+    q = centred
+    call hold(this, q, start, ok)
+    before = start
+    force = start
+    from = q
+    do while (ok .and. start*force > 0)
+      from = q
+      before = force
+      q(1) = q(1) + sign(stride, start)
+      ok = abs(q(1)) < farthest
+      if (ok) call hold(this, q, force, ok)
+    end do
+    if (.not. ok .or. abs(force) <= 0) return
+    range = bracket_type(from(1), before, q(1), force)
+    do iter = 1, 100
+      q(1) = range%guess()
+      call hold(this, q, force, ok)
+      if (.not. ok .or. abs(force) <= 1e-10_dp*this%weight() .or. abs(range%b - range%a) <= 1e-15_dp) return
+      call range%narrow(q(1), force)
+    end do
+  end subroutine find_rest
+
+end module wheelset

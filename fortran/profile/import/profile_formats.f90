@@ -1,0 +1,372 @@
+!> The points of a profile file, told by its contents: plain columns y z, MiniProf
+!> (.whl, .ban) or SIMPACK (.prw, .prr).
+!>
+!> MiniProf, old: free lines of heading, one of them naming it, a blank line, then X Y
+!> and more; new: `Key=Value` lines, among them ColumnDef=X,Y,A,C, XYPoints, XOffset
+!> and YOffset, then the rows (Greenwood Engineering, "MiniProf for Windows, Technical
+!> Reference", 2008).  SIMPACK: `header.begin` with type 0 (rail) or 1 (wheel),
+!> `spline.begin` with shifts, bounds, mirrors and the unit, `point.begin` with rows y, z
+!> and a weight, z down (E. Vollebregt, "User guide for CONTACT", section on profile files).
+module profile_formats
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp
+  use text, only: clip, line_type, lower, str, to_real
+  implicit none
+  private
+  public :: raw_type, read_points
+
+  !> What a file says.
+  type :: raw_type
+    real(dp), allocatable :: points(:, :)  !! y, z, (2, n), in the file's unit
+    integer, allocatable :: at(:)          !! line of each point
+    character(:), allocatable :: format    !! 'plain', 'MiniProf', 'SIMPACK'
+    character(5) :: kind = ''              !! 'wheel' or 'rail', where the file says so
+    real(dp) :: unit = 0                   !! where the file says so [mm]
+    logical :: reconstruction = .false.    !! the file says that it is one
+    integer :: announced = -1              !! number of points, where the file says so
+  end type raw_type
+
+  real(dp), parameter :: largest = 1e4_dp  !! no coordinate is larger, in any unit
+
+contains
+
+  subroutine read_points(file, lines, raw, error)
+    character(*), intent(in) :: file               !! for messages
+    type(line_type), intent(in) :: lines(:)
+    type(raw_type), intent(out) :: raw
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, stat
+
+    allocate (raw%points(2, size(lines)), raw%at(size(lines)), stat=stat)
+    if (stat /= 0) then
+      call fatal_error(error, file//': expected memory for the points of '//str(size(lines))//' lines, found less')
+      return
+    end if
+    raw%format = 'plain'
+    do i = 1, size(lines)
+      if (index(lower(lines(i)%text), 'reconstruction') > 0) raw%reconstruction = .true.
+      if (any(first_word(lines(i)%text) == ['header.begin', 'spline.begin', 'point.begin '])) raw%format = 'SIMPACK'
+    end do
+    if (raw%format == 'SIMPACK') then
+      call read_simpack(file, lines, raw, error)
+    else
+      call read_columns(file, lines, raw, error)
+    end if
+  end subroutine read_points
+
+  !> Rows of numbers below a heading: plain and MiniProf.
+  subroutine read_columns(file, lines, raw, error)
+    character(*), intent(in) :: file
+    type(line_type), intent(in) :: lines(:)
+    type(raw_type), intent(inout) :: raw
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: row, key, value
+    real(dp) :: x(2), offset(2)
+    integer :: i, n, start, column(2)
+    logical :: ok
+
+    column = [1, 2]
+    offset = 0
+    start = 1
+    n = 0
+    row = ''
+    do i = 1, size(lines)
+      if (n == 0) then
+        if (is_miniprof(lines(i)%text)) then
+          raw%format = 'MiniProf'
+          ! The heading may hold numbers; it ends with a blank line.
+          if (start == 1) start = next_blank(lines, i)
+        end if
+        if (i < start) cycle
+        call split_key(lines(i)%text, key, value)
+        if (key /= '') then
+          call take_key()
+          if (allocated(error)) return
+        end if
+      end if
+      row = uncommented(lines(i)%text, '#!%')
+      if (raw%format == 'MiniProf' .and. index(adjustl(row), '"') == 1) cycle
+      if (len_trim(row) == 0) cycle
+      call take_numbers(row, column, x, ok)
+      if (.not. ok) then
+        if (n == 0 .and. is_words(lines(i)%text)) cycle
+        call fatal_error(error, file//', line '//str(i)// &
+          ': expected two numbers, y and z in mm, found "'//clip(lines(i)%text)//'"')
+        return
+      end if
+      call add(file, raw, n, x + offset, i, lines(i)%text, error)
+      if (allocated(error)) return
+    end do
+    raw%points = raw%points(:, :n)
+    raw%at = raw%at(:n)
+
+  contains
+
+    !> Keys of MiniProf that matter.
+    subroutine take_key()
+      real(dp) :: number
+      integer :: k
+      logical :: ok
+
+      select case (key)
+      case ('columndef')
+        raw%format = 'MiniProf'
+        column = [column_of(value, 'X'), column_of(value, 'Y')]
+        if (all(column > 0)) return
+        call fatal_error(error, file//', line '//str(i)//': expected columns X and Y, found "'//clip(value)//'"')
+      case ('xoffset', 'yoffset', 'xypoints')
+        raw%format = 'MiniProf'
+        if (value == '') return
+        call to_real(value, number, ok)
+        if (ok) ok = abs(number) < largest .and. (key /= 'xypoints' .or. number > 0)
+        if (.not. ok) then
+          call fatal_error(error, file//', line '//str(i)//': expected a number after '//key//'=, found "'// &
+            clip(value)//'"')
+        else if (key == 'xypoints') then
+          raw%announced = nint(number)
+        else
+          k = merge(1, 2, key == 'xoffset')
+          offset(k) = number
+        end if
+      end select
+    end subroutine take_key
+
+  end subroutine read_columns
+
+  !> Sections and keys.
+  subroutine read_simpack(file, lines, raw, error)
+    character(*), intent(in) :: file
+    type(line_type), intent(in) :: lines(:)
+    type(raw_type), intent(inout) :: raw
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: row, key, value, section
+    real(dp) :: x(2), weight(1), shift(2), low(2), high(2), mirror(2), number
+    integer :: i, n
+    logical :: ok
+
+    shift = 0
+    low = 1
+    high = 0
+    mirror = 0
+    raw%unit = 1e3_dp
+    section = ''
+    n = 0
+    do i = 1, size(lines)
+      row = uncommented(lines(i)%text, '!#%')
+      if (len_trim(row) == 0) cycle
+      key = trim(first_word(row))
+      if (index(key, '.begin') > 1 .and. index(key, '.begin') == len(key) - 5) then
+        if (section /= merge('spline', '      ', key == 'point.begin')) then
+          call fail('expected the sections header, spline and in it point, one after the other', key)
+          return
+        end if
+        section = key(:len(key) - 6)
+      else if (index(key, '.end') > 1 .and. index(key, '.end') == len(key) - 3) then
+        if (section == '' .or. key /= section//'.end') then
+          call fail('expected the end of the section that is open', key)
+          return
+        end if
+        section = ''
+        if (key == 'point.end') section = 'spline'
+        if (key == 'spline.end') exit
+      else if (section == 'point') then
+        call take_numbers(row, [1, 2], x, ok)
+        if (.not. ok) then
+          call fail('expected two numbers, y and z', lines(i)%text)
+          return
+        end if
+        call take_numbers(row, [3], weight, ok)
+        if (ok) ok = weight(1) <= 0
+        if (ok) cycle
+        x = x + shift
+        if (any((x < low .or. x > high) .and. low < high)) cycle
+        call add(file, raw, n, merge(-x, x, mirror > 0), i, lines(i)%text, error)
+        if (allocated(error)) return
+      else
+        call split_key(row, key, value)
+        call take_key()
+        if (allocated(error)) return
+      end if
+    end do
+    if (section == 'point') then
+      call fatal_error(error, file//': expected point.end, found the end of the file')
+      return
+    end if
+    raw%points = raw%points(:, :n)
+    raw%at = raw%at(:n)
+
+  contains
+
+    subroutine take_key()
+      character(12), parameter :: known(*) = [character(12) :: 'shift.y', 'shift.z', 'mirror.y', 'mirror.z', &
+        'bound.y.min', 'bound.z.min', 'bound.y.max', 'bound.z.max', 'rotate', 'units.len.f', 'type']
+      integer :: k
+
+      if (section == '' .or. section == 'spline' .and. key == 'type') return
+      if (.not. any(key == known)) return
+      call to_real(value, number, ok)
+      if (ok) ok = abs(number) < 1e9_dp
+      if (.not. ok) then
+        call fail('expected a number for '//key, value)
+        return
+      end if
+      k = merge(1, 2, index(key, '.y') > 0)
+      select case (key)
+      case ('shift.y', 'shift.z')
+        shift(k) = number
+      case ('mirror.y', 'mirror.z')
+        mirror(k) = number
+      case ('bound.y.min', 'bound.z.min')
+        low(k) = number
+      case ('bound.y.max', 'bound.z.max')
+        high(k) = number
+      case ('rotate')
+        if (abs(number) > 0) call fail('expected rotate = 0', value)
+      case ('units.len.f')
+        if (number <= 0) then
+          call fail('expected units.len.f above 0', value)
+        else
+          raw%unit = 1e3_dp/number
+        end if
+      case ('type')
+        if (nint(number) /= 0 .and. nint(number) /= 1) then
+          call fail('expected type 0, a rail, or 1, a wheel', value)
+        else
+          raw%kind = merge('wheel', 'rail ', nint(number) == 1)
+        end if
+      end select
+    end subroutine take_key
+
+    subroutine fail(expected, found)
+      character(*), intent(in) :: expected, found
+
+      call fatal_error(error, file//', line '//str(i)//': '//expected//', found "'//clip(found)//'"')
+    end subroutine fail
+
+  end subroutine read_simpack
+
+  subroutine add(file, raw, n, x, line, text, error)
+    character(*), intent(in) :: file, text
+    type(raw_type), intent(inout) :: raw
+    integer, intent(inout) :: n
+    real(dp), intent(in) :: x(2)
+    integer, intent(in) :: line
+    type(error_type), allocatable, intent(out) :: error
+
+    if (any(abs(x) > largest)) then
+      call fatal_error(error, file//', line '//str(line)//': expected millimetres, found "'//clip(text)//'"')
+      return
+    end if
+    n = n + 1
+    raw%points(:, n) = x
+    raw%at(n) = line
+  end subroutine add
+
+  !> A line of heading that names MiniProf.
+  pure logical function is_miniprof(line)
+    character(*), intent(in) :: line
+    character(:), allocatable :: word
+
+    word = lower(adjustl(line))
+    is_miniprof = index(word, 'miniprof') == 1 .or. index(word, '#miniwheelprof') == 1 &
+      .or. index(word, '#minirailprof') == 1
+  end function is_miniprof
+
+  !> The first blank line after line i that numbers follow; 1, where there is none.
+  pure integer function next_blank(lines, i) result(line)
+    type(line_type), intent(in) :: lines(:)
+    integer, intent(in) :: i
+
+    do line = i + 1, size(lines) - 1
+      if (len_trim(lines(line)%text) == 0 .and. scan(first_word(lines(line + 1)%text), '0123456789') > 0) return
+    end do
+    line = 1
+  end function next_blank
+
+  !> `Key = value` as key in lower case and value without quotes; key '' where there is no such thing.
+  pure subroutine split_key(line, key, value)
+    character(*), intent(in) :: line
+    character(:), allocatable, intent(out) :: key, value
+    integer :: mark
+
+    key = ''
+    value = ''
+    mark = index(line, '=')
+    if (mark < 2) return
+    key = lower(trim(adjustl(line(:mark - 1))))
+    value = trim(adjustl(line(mark + 1:)))
+  end subroutine split_key
+
+  !> Position of a letter in a list such as X,Y,A,C; 0: none.
+  pure integer function column_of(list, letter) result(column)
+    character(*), intent(in) :: list
+    character, intent(in) :: letter
+    integer :: i
+
+    column = 1
+    do i = 1, len(list)
+      if (list(i:i) == letter) return
+      if (list(i:i) == ',') column = column + 1
+    end do
+    column = 0
+  end function column_of
+
+  pure function first_word(line) result(word)
+    character(*), intent(in) :: line
+    character(16) :: word
+    character(:), allocatable :: rest
+
+    rest = adjustl(line)
+    rest = rest(:index(rest//' ', ' ') - 1)
+    word = lower(rest)
+    if (len(rest) > len(word)) word = ''
+  end function first_word
+
+  !> A line up to its comment, with blanks for commas and semicolons.
+  pure function uncommented(line, marks) result(row)
+    character(*), intent(in) :: line, marks
+    character(scan(line//marks(1:1), marks) - 1) :: row
+    integer :: i
+
+    row = line
+    do i = 1, len(row)
+      if (scan(row(i:i), ',;') == 1) row(i:i) = ' '
+    end do
+  end function uncommented
+
+  !> A heading: it begins with a letter and is not a misspelt number.
+  pure logical function is_words(line)
+    character(*), intent(in) :: line
+    character(:), allocatable :: word
+
+    word = lower(adjustl(line))
+    is_words = len(word) > 0
+    if (is_words) is_words = verify(word(1:1), 'abcdefghijklmnopqrstuvwxyz"''(') == 0 &
+      .and. index(word, 'nan') /= 1 .and. index(word, 'inf') /= 1
+  end function is_words
+
+  !> The numbers of some columns of a row.
+  pure subroutine take_numbers(row, columns, x, ok)
+    character(*), intent(in) :: row
+    integer, intent(in) :: columns(:)
+    real(dp), intent(out) :: x(:)
+    logical, intent(out) :: ok
+    integer :: k, column, from, to
+
+    x = 0
+    ok = .true.
+    from = 1
+    do column = 1, maxval(columns)
+      k = verify(row(from:), ' ')
+      ok = k > 0
+      if (.not. ok) return
+      from = from + k - 1
+      to = from + index(row(from:)//' ', ' ') - 2
+      k = findloc(columns, column, 1)
+      if (k > 0) call to_real(row(from:to), x(k), ok)
+      if (.not. ok) return
+      from = to + 1
+    end do
+  end subroutine take_numbers
+
+end module profile_formats

@@ -1,0 +1,178 @@
+!> A wheel or rail profile: a file of points as people really have them, turned over, put into
+!> millimetres, mended and made a smooth curve in metres.
+module profile
+  use curve, only: curve_type, fit_curve
+  use errors, only: error_type, fatal_error
+  use profile_formats, only: raw_type, read_points
+  use kinds, only: dp
+  use profile_repair, only: check_points, mend_points, mended_text, mended_type
+  use profile_orientation, only: cut_faces, in_order, is_rail, is_wheel, recognise, turn_over
+  use text, only: checksum, line_type, read_lines, str
+  implicit none
+  private
+  public :: profile_type, read_profile
+
+  type :: profile_type
+    character(:), allocatable :: file      !! as named in the namelist
+    character(8) :: checksum = ''          !! CRC-32 of the file's lines
+    logical :: reconstruction = .false.    !! the file says that it is one
+    integer :: kind = 0                    !! is_wheel or is_rail
+    character(:), allocatable :: taken     !! how the file was taken, where it says more than y z in mm; '' else
+    character(:), allocatable :: mended    !! what was mended; '' for nothing
+    real(dp), allocatable :: points(:, :)  !! as taken and mended, y from a wheel's back, (2, n) [mm]
+    type(curve_type) :: curve              !! y, z [m], y increasing from first to last station
+  end type profile_type
+
+  integer, parameter :: least_points = 10
+  real(dp), parameter :: least_span = 10, largest_span = 1000   !! plausible widths [mm]
+  real(dp), parameter :: inch = 25.4_dp                         !! [mm]
+
+contains
+
+  !> Read a profile.  Accepted: the formats of `profile_formats`, either direction, z up or down, y in or
+  !> out, mm, m or inches, as the shape says or `flip` and `unit`; points that `profile_repair` can mend.
+  !> Refused, with file and line: anything else that is not a number, too few points, a
+  !> curve that turns back or crosses itself, widths that cannot be a profile's.
+  subroutine read_profile(file, kind, smoothing, flip, unit, p, error)
+    character(*), intent(in) :: file
+    integer, intent(in) :: kind            !! is_wheel, is_rail, or 0: by the shape
+    real(dp), intent(in) :: smoothing      !! rms distance curve to points [mm]
+    character(*), intent(in) :: flip       !! what to turn over: 'auto', 'none', 'y', 'z' or 'yz'
+    character(*), intent(in) :: unit       !! 'auto', 'mm', 'm' or 'in'
+    type(profile_type), intent(out) :: p
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type), allocatable :: lines(:)
+    type(raw_type) :: raw
+    type(mended_type) :: mended
+    logical :: over(2)
+    integer :: first, last
+
+    p%taken = ''
+    p%mended = ''
+    p%kind = kind
+    call read_lines(file, lines, error)
+    if (allocated(error)) return
+    p%file = file
+    p%checksum = checksum(lines)
+    call read_points(file, lines, raw, error)
+    if (allocated(error)) return
+    p%reconstruction = raw%reconstruction
+    if (raw%format /= 'plain') call say(raw%format)
+    if (kind > 0 .and. raw%kind /= '') then
+      if (raw%kind /= merge('wheel', 'rail ', kind == is_wheel)) then
+        call fatal_error(error, file//': expected a '//trim(merge('wheel', 'rail ', kind == is_wheel))// &
+          ', found a file that says it is a '//trim(raw%kind))
+        return
+      end if
+    end if
+    if (raw%announced >= 0 .and. raw%announced /= size(raw%at)) &
+      call say(str(size(raw%at))//' points of the '//str(raw%announced)//' announced')
+    call to_millimetres(error)
+    if (allocated(error)) return
+    call enough(error)
+    if (.not. allocated(error)) call mend_points(file, raw%points, raw%at, mended, error)
+    if (.not. allocated(error)) call enough(error)
+    if (allocated(error)) return
+    call choose_sides(over)
+    call turn_over(raw%points, over)
+    call in_order(raw%points, raw%at)
+    call cut_faces(raw%points, p%kind, first, last)
+    if (last - first + 1 >= least_points) then
+      if (last - first + 1 < size(raw%at)) call say('faces beyond the running surface left out')
+      if (p%kind == is_wheel) call put_back()
+      raw%points = raw%points(:, first:last)
+      raw%at = raw%at(first:last)
+    end if
+    call check_points(file, raw%points, raw%at, error)
+    if (allocated(error)) return
+    p%points = raw%points
+    call mended_text(mended, p%mended)
+    ! The mean of several points is nearer to the curve than they are.
+    call fit_curve(1e-3_dp*p%points(1, :), 1e-3_dp*p%points(2, :), 1e-3_dp*smoothing/sqrt(real(mended%group, dp)), &
+      p%curve, error)
+    if (allocated(error)) call fatal_error(error, file//': '//error%message)
+
+  contains
+
+    subroutine say(words)
+      character(*), intent(in) :: words
+
+      if (p%taken /= '') p%taken = p%taken//', '
+      p%taken = p%taken//words
+    end subroutine say
+
+    !> The unit: what the namelist says, the file, or the width.
+    subroutine to_millimetres(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(dp) :: span, factor
+
+      span = 0
+      if (size(raw%at) > 0) span = maxval(raw%points(1, :)) - minval(raw%points(1, :))
+      factor = 1
+      select case (unit)
+      case ('m')
+        factor = 1e3_dp
+      case ('in')
+        factor = inch
+      case ('auto')
+        if (raw%unit > 0) then
+          factor = raw%unit
+        else if (span >= 0.02_dp .and. span < 0.5_dp) then
+          factor = 1e3_dp
+          call say('in m')
+        else if (span >= 1.5_dp .and. span < least_span) then
+          factor = inch
+          call say('in inches')
+        end if
+      end select
+      if (abs(factor - 1) > 0) raw%points = factor*raw%points
+      if (size(raw%at) < least_points) return
+      span = factor*span
+      if (span < least_span .or. span > largest_span) call fatal_error(error, file// &
+        ': expected y in millimetres over '//str(least_span)//' to '//str(largest_span)//' mm, found a width of '// &
+        str(span))
+    end subroutine to_millimetres
+
+    subroutine enough(error)
+      type(error_type), allocatable, intent(out) :: error
+
+      if (size(raw%at) < least_points) call fatal_error(error, file//': expected at least '// &
+        str(least_points)//' points, found '//str(size(raw%at)))
+    end subroutine enough
+
+    subroutine choose_sides(over)
+      logical, intent(out) :: over(2)
+      integer :: found
+
+      call recognise(raw%points, kind, found, over)
+      if (p%kind == 0 .and. raw%kind /= '') p%kind = merge(is_wheel, is_rail, raw%kind == 'wheel')
+      if (p%kind == 0) p%kind = merge(is_rail, is_wheel, found == is_rail)
+      if (flip /= 'auto') over = [scan(flip, 'y') > 0, scan(flip, 'z') > 0]
+      if (all(over)) then
+        call say('y and z turned over')
+      else if (over(1)) then
+        call say('y turned over')
+      else if (over(2)) then
+        call say('z turned over')
+      end if
+    end subroutine choose_sides
+
+    !> Let a wheel's y begin at its back: as in the file, or with the tape circle, 70 mm from it, at 0, or
+    !> where its back is.
+    subroutine put_back()
+      real(dp), parameter :: tape_circle = 70, near = 3   ! [mm]
+      real(dp) :: back
+
+      back = minval(raw%points(1, :))
+      if (abs(back + tape_circle) < near) then
+        back = -tape_circle
+      else if (back > -near) then
+        return
+      end if
+      call say('wheel back at y = '//str(anint(1e3_dp*back)/1e3_dp)//' mm of the file')
+      raw%points(1, :) = raw%points(1, :) - back
+    end subroutine put_back
+
+  end subroutine read_profile
+
+end module profile

@@ -1,0 +1,147 @@
+!> The rows of a run on their way to who takes them: a file that grows with them, or memory.
+module row_sink
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp
+  use text, only: str
+  implicit none
+  private
+  public :: row_taker, row_list, row_queue, on_grid, at_event, at_impact
+
+  type, abstract :: row_taker
+  contains
+    procedure(take_row), deferred :: take
+  end type row_taker
+
+  abstract interface
+    subroutine take_row(this, row, error)
+      import :: dp, error_type, row_taker
+      class(row_taker), intent(inout) :: this
+      real(dp), intent(in) :: row(:)
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine take_row
+  end interface
+
+  enum, bind(c)
+    enumerator :: on_grid, at_event, at_impact
+  end enum
+
+  ! What two steps can add: each at most eleven events, four peaks, two rows of an impact and one row of the grid.
+  integer, parameter :: most = 64
+
+  !> All rows, in memory.
+  type, extends(row_taker) :: row_list
+    integer :: n = 0
+    real(dp), allocatable :: values(:, :)   !! (column, row), the first n of them
+  contains
+    procedure :: take
+  end type row_list
+
+  !> Rows in order of time that wait for rows before them: the peak of a force is known one step after it.
+  !>
+  !> Rows at equal intervals and rows before and after impacts are always given. A row at another event is left out
+  !> where its time could not be told from that of a neighbour in nine digits.
+  type :: row_queue
+    integer :: given = 0                    !! number of rows that have been given
+    real(dp), allocatable :: last(:)        !! the last of them, (column)
+    integer, private :: n = 0
+    integer, private :: kind(most) = 0
+    real(dp), private :: near = 0           ! rows within this time are one, besides nine digits [s]
+    real(dp), allocatable, private :: row(:, :)   ! (column, row), the first n of them
+  contains
+    procedure :: begin
+    procedure :: put
+    procedure :: give
+  end type row_queue
+
+contains
+
+  subroutine begin(this, columns, near)
+    class(row_queue), intent(out) :: this
+    integer, intent(in) :: columns
+    real(dp), intent(in) :: near            !! [s]
+
+    allocate (this%row(columns, most), this%last(columns))
+    this%last = 0
+    this%near = near
+  end subroutine begin
+
+  !> Put a row, whose first number is its time, in its place.
+  pure subroutine put(this, row, kind)
+    class(row_queue), intent(inout) :: this
+    real(dp), intent(in) :: row(:)          !! (column)
+    integer, intent(in) :: kind             !! on_grid, at_event, at_impact
+    real(dp) :: near
+    integer :: i, k
+
+    near = this%near + 2e-8_dp*row(1)
+    if (kind == at_event .and. this%given > 0 .and. row(1) - this%last(1) <= near) return
+    if (kind /= at_impact) then
+      do i = this%n, 1, -1
+        if (abs(this%row(1, i) - row(1)) > near) cycle
+        ! Of two events the earlier one is kept: so it is in the mirrored run.
+        if (kind == at_event .and. (this%kind(i) /= at_event .or. this%row(1, i) <= row(1))) return
+        if (this%kind(i) /= at_event) cycle
+        do k = i + 1, this%n
+          this%row(:, k - 1) = this%row(:, k)
+          this%kind(k - 1) = this%kind(k)
+        end do
+        this%n = this%n - 1
+      end do
+    end if
+    k = this%n
+    do while (k > 0)
+      if (this%row(1, k) <= row(1)) exit
+      this%row(:, k + 1) = this%row(:, k)
+      this%kind(k + 1) = this%kind(k)
+      k = k - 1
+    end do
+    this%row(:, k + 1) = row
+    this%kind(k + 1) = kind
+    this%n = this%n + 1
+  end subroutine put
+
+  !> Give away the rows up to a time.
+  subroutine give(this, up_to, taker, error)
+    class(row_queue), intent(inout) :: this
+    real(dp), intent(in) :: up_to           !! [s]
+    class(row_taker), intent(inout) :: taker
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, n
+
+    if (this%n == 0) return
+    n = count(this%row(1, :this%n) <= up_to)
+    do i = 1, n
+      call taker%take(this%row(:, i), error)
+      if (allocated(error)) return
+      this%last = this%row(:, i)
+      this%given = this%given + 1
+    end do
+    do i = n + 1, this%n
+      this%row(:, i - n) = this%row(:, i)
+      this%kind(i - n) = this%kind(i)
+    end do
+    this%n = this%n - n
+  end subroutine give
+
+  subroutine take(this, row, error)
+    class(row_list), intent(inout) :: this
+    real(dp), intent(in) :: row(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: grown(:, :)
+    integer :: stat
+
+    if (.not. allocated(this%values)) allocate (this%values(size(row), 1024))
+    if (this%n == size(this%values, 2)) then
+      allocate (grown(size(row), 2*this%n), stat=stat)
+      if (stat /= 0) then
+        call fatal_error(error, 'expected memory for '//str(2*this%n)//' rows, found less')
+        return
+      end if
+      grown(:, :this%n) = this%values
+      call move_alloc(grown, this%values)
+    end if
+    this%n = this%n + 1
+    this%values(:, this%n) = row
+  end subroutine take
+
+end module row_sink

@@ -1,0 +1,258 @@
+!> The motion of a wheelset with rigid contacts, bilateral or unilateral: how it starts, and its steps.
+module rigid_motion
+  use rigid_path, only: advance_along, path_state, path_type, point_type, start_at, tangent, turn_corner
+  use contact_zones, only: side_type
+  use errors, only: error_type, fatal_error
+  use gap_functions, only: close_gaps, contacts_type, gap_type, new_contacts, search, tightest
+  use kinds, only: dp
+  use motion_state, only: motion_type
+  use geometry_functions, only: rigid_contact
+  use text, only: str
+  use unilateral, only: advance_contacts, contacts_ok, rule_type, start_contacts
+  use wheelset, only: wheelset_type
+  implicit none
+  private
+  public :: rigid_type, start_rigid, advance_rigid, rigid_ok, rigid_end, rigid_stuck, rigid_crowded
+
+  !> What is known of the motion beside pose and velocity.
+  type :: rigid_type
+    logical :: bilateral = .false.
+    type(wheelset_type) :: w
+    type(rule_type) :: rule
+    type(point_type) :: point              !! bilateral
+    type(contacts_type) :: all             !! unilateral
+    logical, allocatable :: closed(:)      !! which of them
+    type(motion_type) :: own               !! or its mirror image, see below
+    type(motion_type) :: before            !! just before the last impact
+    logical :: mirrored = .false.
+    real(dp) :: step = 0                   !! the next one to try [s]
+    integer :: idle = 0                    !! events in a row without time between them
+  end type rigid_type
+
+  ! The mirrored case is integrated as the case itself and then mirrored: contacts have an order, left and right do not.
+  real(dp), parameter :: mirror(3) = [-1, 1, -1]
+  integer, parameter :: most_idle = 100
+  integer, parameter :: rigid_ok = 0, rigid_end = 1, rigid_stuck = 2, rigid_crowded = 3
+
+contains
+
+  !> The first pose and velocity.  On the rails they follow the constraints: lateral position and velocity are the
+  !> case's, the rest follows.  With unilateral contacts a wheelset in the air starts as the case says.
+  subroutine start_rigid(bilateral, rule, offset, given_rate, w, side, path, equilibrium, r, motion, changes, error)
+    logical, intent(in) :: bilateral              !! both wheels are held on their rails
+    type(rule_type), intent(in) :: rule
+    real(dp), intent(in) :: offset(3)             !! of the initial pose from `equilibrium`: y, z [m], roll [rad]
+    real(dp), intent(in) :: given_rate(3)         !! initial velocity [m/s, m/s, rad/s]
+    type(wheelset_type), intent(in) :: w
+    type(side_type), intent(in) :: side(:)        !! left, right
+    type(path_type), intent(in) :: path(:)        !! to the left, to the right
+    real(dp), intent(in) :: equilibrium(3)        !! y, z [m], roll [rad]
+    type(rigid_type), intent(out) :: r
+    type(motion_type), intent(out) :: motion
+    character(:), allocatable, intent(out) :: changes   !! what is not as the case says, in words
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: given(3), rate(3), first
+    integer :: k
+    logical :: ok
+
+    given = equilibrium + offset
+    rate = given_rate
+    ! Mirrored where the first of these that is not zero is negative.
+    associate (order => [rate(1), offset(1), offset(3), rate(3), w%lateral_force, w%lateral_ramp, equilibrium(3), &
+      side(1)%clearance - side(2)%clearance])
+      first = 0
+      k = findloc(abs(order) > 0, .true., 1)
+      if (k > 0) first = order(k)
+    end associate
+    r%bilateral = bilateral
+    r%mirrored = first < 0
+    r%rule = rule
+    r%w = w
+    if (r%mirrored) then
+      r%w%lateral_force = -w%lateral_force
+      r%w%lateral_ramp = -w%lateral_ramp
+      given = mirror*given
+      rate = mirror*rate
+    end if
+    r%own%q = given
+    r%own%v = rate
+    if (r%mirrored) then
+      call start_own(side(2:1:-1), path(2:1:-1), rate(1), r, ok)
+    else
+      call start_own(side, path, rate(1), r, ok)
+    end if
+    if (.not. ok) then
+      call fatal_error(error, '&initial Y = '//str(offset(1))//' m: expected a wheelset on both rails with formulation = '''// &
+        trim(merge('bilateral ', 'unilateral', bilateral))//''', found none there')
+      return
+    end if
+    motion = shown(r%own, r%mirrored)
+    if (r%mirrored) given = mirror*given
+    changes = ''
+    call compare('Z', given(2) - equilibrium(2), motion%q(2) - equilibrium(2), 1e-12_dp, 'm')
+    call compare('roll', given(3) - equilibrium(3), motion%q(3) - equilibrium(3), 1e-12_dp, 'rad')
+    call compare('vZ', given_rate(2), motion%v(2), 1e-12_dp, 'm/s')
+    call compare('roll_rate', given_rate(3), motion%v(3), 1e-12_dp, 'rad/s')
+
+  contains
+
+    subroutine compare(name, was, is, least, unit)
+      character(*), intent(in) :: name, unit
+      real(dp), intent(in) :: was, is, least
+
+      if (abs(is - was) <= least) return
+      if (changes /= '') changes = changes//', '
+      changes = changes//name//' = '//str(is)//' '//unit//' instead of '//str(was)
+    end subroutine compare
+
+  end subroutine start_rigid
+
+  !> The same of the wheelset that is integrated, from the pose and velocity that r has; `vy` is that to the left [m/s].
+  subroutine start_own(side, path, vy, r, ok)
+    type(side_type), intent(in) :: side(:)        !! left, right
+    type(path_type), intent(in) :: path(:)        !! to the left, to the right
+    real(dp), intent(in) :: vy
+    type(rigid_type), intent(inout) :: r
+    logical, intent(out) :: ok
+    type(gap_type) :: touching(2)
+    real(dp), parameter :: air = 1e-9_dp          ! [m]
+    real(dp) :: t(3), station(2), y
+    integer :: status
+
+    y = r%own%q(1)
+    if (r%bilateral) then
+      call start_at(path, y, r%point, ok)
+      if (ok) then
+        r%point%v = 1
+        call path_state(path, side, r%w, r%point, 0.0_dp, r%own%q, t, r%own%contact)
+        ok = abs(t(1)) > 1e-6_dp*norm2(t)
+        if (ok) r%point%v = vy/t(1)
+        call path_state(path, side, r%w, r%point, 0.0_dp, r%own%q, r%own%v, r%own%contact)
+      end if
+    else
+      r%all = new_contacts(side, rivals=.true.)
+      allocate (r%closed(size(r%all%c)))
+      call search(side, r%own%q, r%all)
+      ok = .true.
+      if (any(r%all%c%gap < air)) then
+        call rigid_contact(side, [1, 1], y, r%own%q(3), r%own%q(2), station, ok)
+        if (ok) then
+          call search(side, r%own%q, r%all)
+          touching = r%all%c([tightest(r%all, 1), tightest(r%all, 2)])
+          call close_gaps(side, r%w%inertia(), touching, r%own%q, ok)
+          t = tangent(r%w%inertia(), touching, [1.0_dp, 0.0_dp, 0.0_dp])
+          r%own%v = t*vy/t(1)
+        end if
+      end if
+      if (ok) call start_contacts(side, r%w, r%rule, r%all, r%closed, r%own, status)
+      if (ok) ok = status == contacts_ok
+    end if
+  end subroutine start_own
+
+  !> A step of at most dt, or up to what happens before; `motion` is before and after it.
+  subroutine advance_rigid(side, path, r, motion, dt, evaluations, status)
+    type(side_type), intent(in) :: side(:)     !! left, right
+    type(path_type), intent(in) :: path(:)     !! to the left, to the right
+    type(rigid_type), intent(inout) :: r
+    type(motion_type), intent(out) :: motion
+    real(dp), intent(inout) :: dt              !! on return what was taken [s]
+    integer, intent(out) :: evaluations, status
+    real(dp) :: asked
+
+    asked = dt
+    if (r%mirrored) then
+      call advance_own(side(2:1:-1), path(2:1:-1), r, dt, evaluations, status)
+    else
+      call advance_own(side, path, r, dt, evaluations, status)
+    end if
+    r%idle = merge(r%idle + 1, 0, dt <= epsilon(dt)*asked)
+    if (r%idle > most_idle) status = rigid_crowded
+    motion = shown(r%own, r%mirrored)
+    if (any(motion%contact%struck)) r%before = shown(r%before, r%mirrored)
+  end subroutine advance_rigid
+
+  !> The same of the wheelset that is integrated.
+  subroutine advance_own(side, path, r, dt, evaluations, status)
+    type(side_type), intent(in) :: side(:)
+    type(path_type), intent(in) :: path(:)
+    type(rigid_type), intent(inout) :: r
+    real(dp), intent(inout) :: dt
+    integer, intent(out) :: evaluations, status
+
+    if (r%bilateral) then
+      call along_path(path, side, r, dt, evaluations, status)
+    else
+      call advance_contacts(side, r%w, r%rule, r%all, r%closed, r%own, r%before, dt, evaluations, status)
+      if (status /= contacts_ok) status = rigid_stuck
+    end if
+  end subroutine advance_own
+
+  subroutine along_path(path, side, r, dt, evaluations, status)
+    type(path_type), intent(in) :: path(:)
+    type(side_type), intent(in) :: side(:)
+    type(rigid_type), intent(inout) :: r
+    real(dp), intent(inout) :: dt
+    integer, intent(out) :: evaluations, status
+    type(point_type) :: p
+    real(dp) :: h, time, work, q(3), impulse(4)
+    integer :: corner, halved
+
+    status = rigid_ok
+    evaluations = 0
+    q = r%own%q
+    work = r%own%work
+    h = dt
+    do halved = 0, r%rule%halvings
+      dt = h
+      p = r%point
+      time = r%own%t
+      work = r%own%work
+      call advance_along(path, r%w, p, time, dt, work, corner)
+      evaluations = evaluations + 6
+      call path_state(path, side, r%w, p, time, r%own%q, r%own%v, r%own%contact)
+      if (r%rule%tolerance <= 0 .or. halved == r%rule%halvings) exit
+      if (abs(0.5_dp*(p%v - r%point%v)*(p%v + r%point%v) + r%w%weight()*(r%own%q(2) - q(2)) &
+        - (work - r%own%work)) <= r%rule%tolerance) exit
+      h = h/2
+    end do
+    if (corner == 2) status = rigid_end
+    r%own%contact%struck = .false.
+    if (abs(corner) == 1) then
+      r%before = r%own
+      r%before%t = time
+      r%before%work = work
+      call turn_corner(path, r%w%inertia(), corner, p, impulse)
+      call path_state(path, side, r%w, p, time, r%own%q, r%own%v, r%own%contact)
+      r%own%impulse = r%own%impulse + impulse
+      r%own%contact%struck = abs(impulse) > 0
+    end if
+    r%point = p
+    r%own%t = time
+    r%own%work = work
+  end subroutine along_path
+
+  !> The motion of the case, from the one that is integrated.
+  pure function shown(own, mirrored) result(motion)
+    type(motion_type), intent(in) :: own
+    logical, intent(in) :: mirrored
+    type(motion_type) :: motion
+    integer, parameter :: other(4) = [3, 4, 1, 2]
+    integer :: k
+
+    motion = own
+    if (.not. mirrored) return
+    motion%q = mirror*own%q
+    motion%v = mirror*own%v
+    motion%impulse = own%impulse(other)
+    associate (c => motion%contact, mine => own%contact)
+      do k = 1, 4
+        c%slope(:, k) = mirror*mine%slope(:, other(k))
+      end do
+      c%gradient = mirror*mine%gradient
+      c%rigid = mine%rigid(other)
+      c%struck = mine%struck(other)
+      c%pulls = mine%pulls(other)
+    end associate
+  end function shown
+
+end module rigid_motion

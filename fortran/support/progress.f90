@@ -1,0 +1,73 @@
+!> Somebody who watches a long computation: told how far it is, may ask it to stop.
+module progress
+  use kinds, only: dp
+  implicit none
+  private
+  public :: monitor_type, goes_on, share_of_round
+
+  type, abstract :: monitor_type
+    logical :: stop = .false.            !! set it to end the computation early
+    real(dp) :: from = 0, to = 1         !! the share of the stage that is under way
+  contains
+    procedure(report), deferred :: report
+    procedure :: tell
+  end type monitor_type
+
+  abstract interface
+    subroutine report(this, stage, share)
+      import :: dp, monitor_type
+      class(monitor_type), intent(inout) :: this
+      character(*), intent(in) :: stage  !! 'table' or 'integration'
+      real(dp), intent(in) :: share      !! done, 0 to 1
+    end subroutine report
+  end interface
+
+contains
+
+  !> Report the share done of what is under way.
+  subroutine tell(this, stage, share)
+    class(monitor_type), intent(inout) :: this
+    character(*), intent(in) :: stage
+    real(dp), intent(in) :: share
+
+    call this%report(stage, this%from + share*(this%to - this%from))
+  end subroutine tell
+
+  !> Count a piece of the work, and whether it shall be done; the thread that began the work tells the watcher, who may
+  !> want no more.
+  logical function goes_on(work, done, all, stopped, watcher)
+    !$ use omp_lib, only: omp_get_thread_num
+    real(dp), intent(in) :: work(2)
+    integer, intent(inout) :: done         !! shared by the threads, as `stopped` is
+    integer, intent(in) :: all
+    logical, intent(inout) :: stopped
+    class(monitor_type), intent(inout), optional :: watcher
+    integer :: before
+    logical :: no_more
+
+    !$omp atomic capture
+    before = done
+    done = done + 1
+    !$omp end atomic
+    !$omp atomic read
+    no_more = stopped
+    goes_on = .not. no_more
+    if (.not. present(watcher) .or. .not. goes_on) return
+    !$ if (omp_get_thread_num() /= 0) return
+    call watcher%tell('table', work(1) + (work(2) - work(1))*before/all)
+    goes_on = .not. watcher%stop
+    if (goes_on) return
+    !$omp atomic write
+    stopped = .true.
+  end function goes_on
+
+  !> Share of the work done before and after a round, when each is expected to leave 0.6 of what is left.
+  pure function share_of_round(work, round) result(part)
+    real(dp), intent(in) :: work(2)
+    integer, intent(in) :: round
+    real(dp) :: part(2)
+
+    part = work(1) + (work(2) - work(1))*[1 - 0.6_dp**(round - 1), 1 - 0.6_dp**round]
+  end function share_of_round
+
+end module progress
