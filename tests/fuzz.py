@@ -174,8 +174,8 @@ class Child:
             raise
         assert self.ldbench.Case.from_namelist(case.to_namelist()) == case
         if rng.random() < 0.1:
-            case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3, rows="interval", stop_at="t_end", table_file="",
-                                wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
+            case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3, rows="interval", stop_at="t_end",
+                                table_file="", wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
             run = self.ldbench.run(case)
             run.write(self.folder/"columns.txt")
             moved = self.ldbench.read_columns(self.folder/"columns.txt")
@@ -349,8 +349,8 @@ def outcome_of(data: bytes, folder: Path, name: str) -> tuple[str, bytes]:
     try:
         case = ldbench.Case.from_namelist(source)
         assert ldbench.Case.from_namelist(case.to_namelist()) == case
-        case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, rows="interval", t_end=2e-3, stop_at="t_end", table_file="",
-                            output_file="", geometry_file="", name="mutant", wheel_profile="profiles/awprof.yz",
+        case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, rows="interval", t_end=2e-3, stop_at="t_end",
+                            table_file="", output_file="", geometry_file="", name="mutant", wheel_profile="profiles/awprof.yz",
                             rail_profile="profiles/arprof.yz", wheel_profile_right="", rail_profile_right="")
         ldbench.run(case).write(columns)
     except ldbench.Error as error:

@@ -2,6 +2,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+
 from ldbench import Case, run
 
 MASS, ROLL_INERTIA = Case.exercise(2).mass, Case.exercise(2).roll_inertia
