@@ -138,7 +138,12 @@ $(WRAPPER): build/wrapper/build.ninja $(SOURCES) fortran/fingerprint.sh $(wildca
 	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth
 	touch $@
 
-build/wrapper/build.ninja: meson.build .venv/stamp
+# Meson lists the sources when it is set up: again where there are others.
+build/sources: FORCE
+	@echo $(SOURCES) | cmp -s - $@ || echo $(SOURCES) > $@
+FORCE:
+
+build/wrapper/build.ninja: meson.build build/sources .venv/stamp
 	rm -rf build/wrapper
 	PATH="$(CURDIR)/.venv/bin:$$PATH" meson setup build/wrapper
 

@@ -310,7 +310,7 @@ def test_table_against_direct(stage: str, model: str, pair: str, case: Path, str
     """At poses of the ten runs, 5000 with strips and 500 with half-spaces, and as many of overturning as of a run, a
     wheel's force is that of direct evaluation; and a table knows that a run can come there."""
     chosen = driven_poses(shipped, pair, 1000 if model == "strip" else 100)[stage]
-    place, _, _, error = probe("table_error", strip_case if model == "strip" else case, 0,
+    place, _, _, error = probe("stated_error", strip_case if model == "strip" else case, 0,
                                stdin=f"{len(chosen)}\n" + text(chosen)).T
     largest, rms = error.max(), np.sqrt(np.mean(error**2))
     print(f"{pair} {model} {stage}: largest {largest:.2e}, rms {rms:.2e}, {np.mean(place == 0):.2%} out of reach, worst "

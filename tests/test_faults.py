@@ -107,68 +107,6 @@ def test_out_of_memory_is_one_line(case):
 
 
 @same_build
-def test_python_outlives_the_end_of_memory(tmp_path):
-    """Address space from none to enough, beyond what Python has: a table, a run of it, rigid contacts, a profile, reading
-    and writing, or an exception of one line."""
-    script = """
-import resource, ldbench, ldbench.profile
-case = ldbench.Case.exercise(2, 'sw').replace(model='strip', table_file='', accuracy=0.1, t_end=0.01, stop_at='t_end')
-kept = ldbench.ContactTable(case)
-done = ldbench.run(case, table=kept)
-works = {"table": lambda: ldbench.ContactTable(case), "fine": lambda: ldbench.ContactTable(case.replace(accuracy=1e-6)),
-         "run": lambda: ldbench.run(case, table=kept),
-         "rigid": lambda: ldbench.run(case.replace(formulation='unilateral')),
-         "profile": lambda: ldbench.profile.inspect(case.profile_files()['wheel_profile']),
-         "namelist": lambda: ldbench.Case.exercise(2, 'sw'), "write": lambda: done.write("columns.txt"),
-         "geometry": lambda: kept.write_geometry("geometry.txt")}
-for megabytes in (0, 1, 4, 12, 20, 40, 100, 200, 260, 1000):
-    for name, work in works.items():
-        size = int(open('/proc/self/statm').read().split()[0])*resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (size + megabytes*10**6, resource.RLIM_INFINITY))
-        found = None
-        try:
-            work()
-        except (ldbench.Error, MemoryError) as error:
-            found = error
-        finally:
-            resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
-        words = "done" if found is None else str(found) or "memory"
-        print(megabytes, name, words, sep="|")
-"""
-    if not Path("/proc/self/statm").exists():
-        pytest.skip("this system does not tell the size of a process")
-    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
-    assert done.returncode == 0 and done.stderr == "", done.stderr
-    told = [line.split("|") for line in done.stdout.splitlines()]
-    assert len(told) == 80, done.stdout
-    for megabytes, name, words in told:
-        assert words == "done" or "memory" in words, (megabytes, name, words)
-    assert {name for megabytes, name, words in told if words == "done" and megabytes == "1000"} == {
-        "table", "run", "rigid", "profile", "namelist", "write", "geometry"}
-    assert "&table accuracy = 1.0E-6: expected memory to build the table, 1405 MB, found less" in done.stdout
-
-
-def test_plots_outlive_the_end_of_memory(case):
-    """In the processes that read and draw as well, and where a thread of theirs cannot begin."""
-    script = """
-import resource, sys
-import ldbench.plot
-from ldbench.__main__ import main
-for megabytes in 0, 60, 120, 180, 240, 300, 2000:
-    size = int(open('/proc/self/statm').read().split()[0])*resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (size + megabytes*10**6, resource.RLIM_INFINITY))
-    status = main(["plot", "columns.txt"])
-    resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
-    print(megabytes, status)
-"""
-    if not Path("/proc/self/statm").exists():
-        pytest.skip("this system does not tell the size of a process")
-    done = subprocess.run([sys.executable, "-c", script], cwd=case, capture_output=True, text=True, timeout=HANG)
-    failed = done.stdout.count(" 1\n")
-    assert done.returncode == 0 and failed and done.stdout.endswith("2000 0\n"), done.stderr
-    assert re.fullmatch(rf"(ldbench: error: [^\n]*memory[^\n]*\n){{{failed}}}", done.stderr), done.stderr
-
-
 def test_a_process_that_is_ended_is_told():
     with pytest.raises(ldbench.Error, match="a process that read or drew was ended"), processes(1, 1) as pool:
         pool.submit(os._exit, 1).result()

@@ -66,7 +66,7 @@ def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dic
     accuracy = ContactTable(case).accuracy
     poses = drawn(pair, 40000)
     file = write_case(folder / f"{pair}_{model}", pair, Path(case.table_file), contact={"model": model})
-    place, tread, flange, error = probe("table_error", file, 2000, stdin=f"{len(poses)}\n" + text(poses)).T
+    place, tread, flange, error = probe("stated_error", file, 2000, stdin=f"{len(poses)}\n" + text(poses)).T
     there = place == 1
     assert there.sum() == 2000
     figures = {}
@@ -230,7 +230,7 @@ def test_fingerprint_is_that_of_every_source_of_the_law(tmp_path: Path):
     those use are in it, too, but for messages, files and progress."""
     folder = tmp_path / "sources"
     shutil.copytree(REPO / "fortran", folder)
-    law, changed, todo = fingerprint(REPO / "fortran"), set(), ["table_builder", "table_error", "table_file", "profile",
+    law, changed, todo = fingerprint(REPO / "fortran"), set(), ["table_builder", "stated_error", "table_file", "profile",
                                                             "geometry_functions"]
     assert fingerprint(folder) == law
     while todo:

@@ -1,14 +1,17 @@
 !> The command `ldbench`: one namelist file in, one column file out.
 program ldbench
-  use, intrinsic :: iso_fortran_env, only: error_unit, int64
+  use, intrinsic :: iso_fortran_env, only: error_unit
   use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, right_table_path, value_text, &
     variable_type
   use columns, only: column_file
   use errors, only: error_type, fatal_error, placed
   use kinds, only: version
   use report, only: begin_columns, check_writable, finish_files, summary
-  use simulation, only: free_tables, prepare, run_type, setup_type, simulate
-  use system, only: has_memory, say, survive_long_files
+  use run_monitor, only: run_type
+  use run_setup, only: setup_type
+  use run_tables, only: free_tables
+  use simulation, only: prepare, simulate
+  use system, only: say, survive_long_files
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines
   implicit none
@@ -64,8 +67,6 @@ contains
     if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
-    if (allocated(error)) return
-    if (.not. has_memory(0_int64)) call fatal_error(error, file//': expected memory for the threads of OMP_NUM_THREADS, found less')
     if (allocated(error)) return
     call compute(c, setup)
     call free_tables(setup)

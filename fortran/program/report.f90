@@ -9,7 +9,8 @@ module report
   use contact_table, only: table_type
   use profile, only: profile_type
   use geometry_functions, only: geometry_names, geometry_pitch, geometry_table, geometry_units
-  use simulation, only: run_type, setup_type
+  use run_monitor, only: run_type
+  use run_setup, only: setup_type
   use system, only: default_folder, lacks_folder, scratch_file
   use text, only: str, with_zero
   use wheelset, only: contact_name
@@ -256,8 +257,8 @@ contains
     if (c%formulation /= 'elastic') then
       lines = lines//nl//'largest impulses [N s]:'
       do k = 1, 4
-        lines = lines//' '//contact_name(k)//' '//fixed(run%blow(k), 3)
-        if (run%blow(k) > 0) lines = lines//' at '//fixed(run%blow_time(k), 6)//' s'
+        lines = lines//' '//contact_name(k)//' '//fixed(run%largest_impulse(k), 3)
+        if (run%largest_impulse(k) > 0) lines = lines//' at '//fixed(run%impulse_time(k), 6)//' s'
         if (k < 4) lines = lines//','
       end do
       lines = lines//nl//'energy lost in impacts [J]: '//fixed(run%last(size(run%last)), 6)

@@ -3,10 +3,9 @@ module system
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_int16_t, c_int32_t, c_int64_t, &
     c_intptr_t, c_loc, c_long, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
-  !$ use omp_lib, only: omp_get_max_threads
   implicit none
   private
-  public :: on_terminal, read_file, say, c_write, survive_long_files, scratch_file, same_file, lacks_folder, has_memory
+  public :: on_terminal, read_file, say, c_write, survive_long_files, scratch_file, same_file, lacks_folder
 
   !> Of outputs that are given no name; no other folder is made.
   character(*), parameter, public :: default_folder = 'outputs'
@@ -429,19 +428,5 @@ contains
 
     ignored = c_signal(sigxfsz, transfer(1_c_intptr_t, c_null_funptr))   ! SIG_IGN
   end subroutine survive_long_files
-
-  !> Whether there is memory for so many bytes and, beside them, for the stacks of OpenMP's threads. Where an ALLOCATE or
-  !> libgomp finds none they end the process, which may be Python's, in words of their own: look for it before.
-  logical function has_memory(bytes)
-    integer(int64), intent(in) :: bytes
-    integer(int64), parameter :: stack = 2_int64**23   ! of a thread, as systems have it [bytes]
-    character(:), allocatable :: room
-    integer :: threads, stat
-
-    threads = 1
-    !$ threads = omp_get_max_threads()
-    allocate (character(bytes + stack*threads) :: room, stat=stat)
-    has_memory = stat == 0
-  end function has_memory
 
 end module system

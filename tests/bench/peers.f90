@@ -22,7 +22,7 @@ module by_sundials
   use fsunnonlinsol_fixedpoint_mod
   use kinds, only: dp
   use contact_table, only: find_roll, height_over, inside, roll_type
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts, external_force
   implicit none
   private
@@ -312,7 +312,9 @@ program peers
   use newmark, only: advance, between, energy_change, energy_rounding, scheme_type, start_motion, step_ok
   use no_rows, only: row_sink
   use shared, only: read_prepared
-  use simulation, only: run_type, setup_type, simulate
+  use run_monitor, only: run_type
+  use run_setup, only: setup_type
+  use simulation, only: simulate
   use wheelset, only: contacts
   implicit none
   save

@@ -13,7 +13,7 @@ program bench_force
   use wheel_rail_pair, only: scan_depth
   use kinds, only: dp
   use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
   save

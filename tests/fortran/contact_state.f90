@@ -8,7 +8,7 @@ program contact_state
   use case, only: case_type
   use shared, only: read_prepared
   use kinds, only: dp
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use wheelset, only: state_type => contact_state, contacts
   implicit none
   save

@@ -7,7 +7,7 @@ program error_paths
   use case, only: case_type
   use errors, only: error_type, fatal_error
   use shared, only: read_prepared
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
   save

@@ -8,7 +8,7 @@ program force_loop
   use case, only: case_type
   use shared, only: read_poses, read_prepared
   use kinds, only: dp
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
   save

@@ -11,7 +11,7 @@ program halfspace_direct
   use halfspace_patches, only: patches_type, press_patches
   use shared, only: branch_contact, direct_type, new_direct, read_prepared
   use kinds, only: dp
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use wheelset, only: contact_state, wheel_contacts
   implicit none
   save

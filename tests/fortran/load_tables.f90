@@ -7,7 +7,7 @@ program load_tables
   use errors, only: error_type
   use contact_table, only: table_type
   use shared, only: read_prepared
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use table_file, only: load_table
   implicit none
   save

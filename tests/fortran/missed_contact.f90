@@ -11,7 +11,7 @@ program missed_contact
   use contact_table, only: bound_heights
   use service_poses, only: extent_type
   use shared, only: read_prepared
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   implicit none
   save
   type(case_type) :: c

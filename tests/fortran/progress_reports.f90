@@ -35,7 +35,9 @@ program progress_reports
   use listener, only: listening_monitor
   use row_sink, only: row_list
   use shared, only: integer_argument
-  use simulation, only: prepare, run_type, setup_type, simulate
+  use run_monitor, only: run_type
+  use run_setup, only: setup_type
+  use simulation, only: prepare, simulate
   use text, only: line_type, read_lines
   implicit none
   save

@@ -11,7 +11,7 @@ program read_profiles
   use profile_orientation, only: is_rail, is_wheel
   use profile, only: read_profile
   use geometry_functions, only: clearance
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   implicit none
   save
   type(error_type), allocatable :: error

@@ -10,7 +10,7 @@ program shaken_ratios
   use halfspace_correction, only: ratio_type, solve_ratios
   use service_poses, only: extent_type
   use shared, only: read_prepared
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   implicit none
   save
   type(case_type) :: c

@@ -9,7 +9,8 @@ module shared
   use hertz, only: contact_modulus
   use kinds, only: dp
   use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
-  use simulation, only: prepare, setup_type
+  use run_setup, only: setup_type
+  use simulation, only: prepare
   use text, only: line_type, read_lines
   implicit none
   private

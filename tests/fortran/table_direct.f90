@@ -8,7 +8,7 @@ program table_direct
   use case, only: case_type
   use shared, only: direct_type, new_direct, read_prepared, zone_contact
   use kinds, only: dp
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none
   save

@@ -12,7 +12,7 @@ program trajectory
   use kinds, only: dp, gravity
   use motion_state, only: motion_type
   use newmark, only: advance, scheme_type, start_motion, step_ok
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use text, only: str
   implicit none
   save

@@ -11,7 +11,7 @@ program tread_and_flange
   use kinds, only: dp, pi
   use halfspace_patches, only: patches_type, press_patches
   use shared, only: direct_type, new_direct, read_prepared
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   implicit none
   save
   type(case_type) :: c

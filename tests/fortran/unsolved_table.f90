@@ -11,7 +11,7 @@ program unsolved_table
   use kinds, only: dp
   use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
   use shared, only: read_prepared
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   use table_file, only: save_table
   implicit none
   save

@@ -8,7 +8,7 @@ program zone_cuts
   use contact_zones, only: find_zones, max_zones, zone_type
   use errors, only: error_type
   use kinds, only: dp
-  use simulation, only: prepare_geometry, setup_type
+  use run_setup, only: prepare_geometry, setup_type
   use text, only: line_type, read_lines
   implicit none
   save

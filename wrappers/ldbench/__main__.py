@@ -11,7 +11,7 @@ import threading
 from importlib import import_module
 from typing import TYPE_CHECKING, NoReturn
 
-from ._core import Error, look_for_memory, version
+from ._core import Error, version
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -89,7 +89,6 @@ def run_command(arguments: list[str] | None) -> int:
             raise Error("standard output: expected one that can be written, found it closed")
         args = parse(sys.argv[1:] if arguments is None else arguments)
         command = import_module(f".{args.command}", __package__)
-        look_for_memory(1)      # tqdm's
         status = command.main(args)
         sys.stdout.flush()
         return status

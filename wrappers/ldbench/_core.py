@@ -6,7 +6,6 @@ import fcntl
 import functools
 import glob
 import hashlib
-import mmap
 import os
 import threading
 import weakref
@@ -29,8 +28,6 @@ Shared = tuple[np.ndarray, np.ndarray]
 STAGES = "", "table", "integration"
 WRITERS = 100        # of one file at the same time, at most: the numbers of scratch files have two digits
 DEFAULT_FOLDER = "outputs"        # of outputs that are given no name; no other folder is made
-STACK = 2**23        # of a thread, as systems have it [bytes]
-ARENA = 2**27        # address space that glibc asks for where a thread first allocates, half of which it gives back [bytes]
 PATIENCE = 0.2       # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
 
 
@@ -250,15 +247,6 @@ def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:
         taken.add(file.resolve())
 
 
-def look_for_memory(threads: int = 0) -> None:
-    """MemoryError where the core, or a thread that is to begin, would find none: gfortran would end the process, and the
-    thread would be waited for for ever."""
-    try:
-        mmap.mmap(-1, STACK*(4 + threads) + (ARENA if threads else 0)).close()
-    except OSError:
-        raise MemoryError("expected more memory, found none left") from None
-
-
 def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) -> Result:
     """Do `work(shared)` in a thread of its own and wait for it.
 
@@ -266,7 +254,6 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
     is called here with stage 'table' or 'integration' and the share done, 0 to 1; True draws a bar on a
     terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
     """
-    look_for_memory(usable_cores())      # OpenMP's
     shared = np.zeros(2), np.zeros(1, np.intc)
     results: list[Result] = []
     errors: list[BaseException] = []

@@ -15,7 +15,7 @@ import f90nml
 import numpy as np
 
 from . import _flat
-from ._core import DEFAULT_FOLDER, Error, check, complete, look_for_memory, path_bytes, text, text_bytes
+from ._core import DEFAULT_FOLDER, Error, check, complete, path_bytes, text, text_bytes
 from .notebook import html_table
 
 Value = float | int | str
@@ -117,7 +117,6 @@ class Case:
 
     @classmethod
     def _read(cls, label: str, source: str | None) -> Case:
-        look_for_memory()
         numbers, words, *error = _flat.read_namelist(
             path_bytes(label), int(source is not None), _words(source or ""), len(variables()))
         check(*error)

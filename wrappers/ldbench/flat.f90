@@ -300,8 +300,8 @@ subroutine run_numbers(handle, numbers)
   numbers(11:14) = run%peak
   numbers(15:18) = run%peak_time
   numbers(19:30) = run%log%counts
-  numbers(31:34) = run%blow
-  numbers(35:38) = run%blow_time
+  numbers(31:34) = run%largest_impulse
+  numbers(35:38) = run%impulse_time
 end subroutine run_numbers
 
 !> The text for the terminal.

@@ -14,7 +14,11 @@ module handles
   use progress, only: monitor_type
   use report, only: begin_columns, finish_files
   use row_sink, only: row_list
-  use simulation, only: free_tables, prepare, prepare_geometry, run_type, set_wheelset, setup_type, simulate
+  use run_equilibrium, only: set_wheelset
+  use run_monitor, only: run_type
+  use run_setup, only: prepare_geometry, setup_type
+  use run_tables, only: free_tables
+  use simulation, only: prepare, simulate
   use text, only: checksum, line_type, read_lines
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
-from ._core import PATIENCE, Error, Progress, look_for_memory, usable_cores
+from ._core import PATIENCE, Error, Progress, usable_cores
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -37,7 +37,6 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
             raise Error("stopped")
 
     workers = max(1, min(workers, len(tasks)))
-    look_for_memory(workers)
     with ThreadPoolExecutor(workers) as pool:
         try:
             going = {pool.submit(work, task, tell): task for task in tasks}
@@ -119,7 +118,6 @@ def serve(asked: Connection, parent: int) -> None:
 def processes(jobs: int | None, tasks: int) -> Iterator[Processes]:
     """So many processes, or one per core, that take work; no more than there are tasks."""
     number = max(1, min(jobs or usable_cores(), tasks))
-    look_for_memory(number)     # the threads that ask them
     pool = Processes(number)
     try:
         yield pool

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import _flat
-from ._core import Error, Handle, check, check_written, complete, descriptions, look_for_memory, path_bytes, text, text_bytes
+from ._core import Error, Handle, check, check_written, complete, descriptions, path_bytes, text, text_bytes
 from .case import Case
 from .run import parse_setting
 from .table import located
@@ -96,7 +96,6 @@ def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = 0.0
 
     smoothing [mm], flip and unit as in &profiles of a namelist, gauge_depth [m]. Raises Error as a run would.
     """
-    look_for_memory()
     address, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, text_bytes(flip), text_bytes(unit),
                                             gauge_depth)
     check(*error)
@@ -136,7 +135,6 @@ class Pair:
 
 def pair(case: Case) -> Pair:
     """The rigid geometry of a case's profiles."""
-    look_for_memory()
     address, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
     check(message, length, case.label)
     handle = Handle(_flat.free_prepared, address)

@@ -27,7 +27,6 @@ from ._core import (
     Shared,
     check,
     descriptions,
-    look_for_memory,
     path_bytes,
     text,
     watched,
@@ -160,7 +159,6 @@ class Run:
         geometry: a file for the geometry functions. No earlier file is replaced before both new ones are complete.
         """
         path = os.fspath(path or output_path(self.case))
-        look_for_memory()
         message, length = _flat.write_run(self.table._handle, self._handle, path_bytes(path), path_bytes(geometry))
         check(message, length, self.case.label)
         return path

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _flat
-from ._core import Error, Handle, Progress, Shared, check, descriptions, look_for_memory, path_bytes, watched
+from ._core import Error, Handle, Progress, Shared, check, descriptions, path_bytes, watched
 from .case import TEXT_LENGTH, Case, variables
 from .notebook import html_table
 
@@ -98,7 +98,6 @@ class ContactTable:
             if ours != theirs and variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES:
                 raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
-        look_for_memory()
         address, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
         check(message, length, case.label)
         new = object.__new__(ContactTable)
@@ -262,7 +261,6 @@ class ContactTable:
 
     def write_geometry(self, path: str | os.PathLike[str]) -> None:
         """Write the geometry functions as the executable does for `&output geometry_file`."""
-        look_for_memory()
         message, length = _flat.write_geometry_file(self._handle, path_bytes(path))
         check(message, length, self.case.label)
 

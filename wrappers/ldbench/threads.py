@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Generator, Iterable, Sequence
 
-from ._core import PATIENCE, Error, look_for_memory
+from ._core import PATIENCE, Error
 from .members import Batch, Group, Member, Wanted, contents, run_member, stack, table_key
 from .table import ContactTable
 
@@ -101,7 +101,6 @@ def run_in_threads(members: Sequence[Member], groups: Sequence[Group], tables: I
         except BaseException as error:
             done.put(error)
 
-    look_for_memory(min(threads, total))
     pool = [threading.Thread(target=work, name="ldbench ensemble") for _ in range(min(threads, total))]
     try:
         for thread in pool:

@@ -8,7 +8,7 @@
 !> all that are on the table.
 !> Half-spaces are solved on elements 2/3 as long in either direction as those of the table and a hundred times
 !> more exactly.
-program table_error
+program stated_error
   use table_error, only: direct_force
   use case, only: case_type
   use hertz, only: contact_modulus
@@ -17,7 +17,7 @@ program table_error
   use contact_table, only: find_roll, height_over, inside, roll_type, wheel_potential
   use service_poses, only: extent_type, find_reach, strictness
   use shared, only: integer_argument, read_prepared
-  use simulation, only: setup_type
+  use run_setup, only: setup_type
   implicit none
   save
   real(dp), parameter :: least_force = 5e3_dp   ! [N]
@@ -99,4 +99,4 @@ contains
     error = norm2(-sum(gradient(:2, :), 2) - sum(force, 2))/max(norm2(sum(force, 2)), least_force)
   end subroutine compare
 
-end program table_error
+end program stated_error

@@ -1,0 +1,157 @@
+!> Steps of a run with rigid contacts.
+module rigid_run
+  use case, only: case_type
+  use errors, only: error_type, fatal_error
+  use events, only: note_impact, watch
+  use kinds, only: dp
+  use motion_state, only: motion_type
+  use newmark, only: energy_change, energy_rounding
+  use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
+  use rigid_path, only: path_end
+  use row_sink, only: at_event, at_impact, row_taker
+  use run_monitor, only: passed_peak, place, run_monitor_type
+  use run_setup, only: setup_type
+  use unilateral, only: rule_type
+  implicit none
+  private
+  public :: start_rigid_run, rigid_step
+
+contains
+
+  !> The initial motion of the case, changed to what the constraints allow; `changes` says how, in words.
+  subroutine start_rigid_run(c, setup, rigid, motion, changes, error)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(rigid_type), intent(out) :: rigid
+    type(motion_type), intent(out) :: motion
+    character(:), allocatable, intent(out) :: changes
+    type(error_type), allocatable, intent(out) :: error
+
+    call start_rigid(c%formulation == 'bilateral', rule_type(c%restitution, c%energy_tolerance, c%max_halvings), &
+      [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%path, setup%equilibrium, rigid, &
+      motion, changes, error)
+  end subroutine start_rigid_run
+
+  !> A step in pieces from event to event. The formulation cuts its pieces by energy itself; those that still miss the
+  !> tolerance are counted.
+  subroutine rigid_step(c, setup, rigid, motion, monitor, dt, taker, error)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(rigid_type), intent(inout) :: rigid
+    type(motion_type), intent(inout) :: motion
+    type(run_monitor_type), intent(inout) :: monitor
+    real(dp), intent(in) :: dt                   !! [s]
+    class(row_taker), intent(inout) :: taker
+    type(error_type), allocatable, intent(out) :: error
+    type(rigid_type) :: rigid_before
+    type(motion_type) :: old
+    real(dp) :: h, left
+    integer :: evaluations, status
+
+    left = dt
+    do while (left > 1e-12_dp*dt)
+      old = motion
+      if (monitor%event_rows) rigid_before = rigid
+      h = left
+      call advance_rigid(setup%side, setup%path, rigid, motion, h, evaluations, status)
+      left = left - h
+      associate (run => monitor%run)
+        run%evaluations = run%evaluations + evaluations
+        run%steps = run%steps + 1
+        call watch(run%log, setup%wheelset, old, motion, setup%side)
+        call note_impact(run%log, setup%wheelset, old, motion)
+        if (c%energy_tolerance > 0 .and. abs(energy_change(setup%wheelset, old, motion) + motion%loss - old%loss) > &
+          max(c%energy_tolerance, energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
+        where (motion%impulse - old%impulse > run%largest_impulse) run%impulse_time = motion%t
+        run%largest_impulse = max(run%largest_impulse, motion%impulse - old%impulse)
+      end associate
+      call monitor%note_step(c, setup, old, motion)
+      call note_rows(c, setup, rigid, rigid_before, motion, monitor)
+      call monitor%queue%give(monitor%past(1)%t, taker, error)
+      if (allocated(error)) return
+      if (status /= rigid_ok) then
+        call report_failure(setup, motion, status, error)
+        return
+      end if
+    end do
+    monitor%run%gone = monitor%run%log%derailed .and. beyond_table(c, setup, motion%q)
+  end subroutine rigid_step
+
+  !> Rows at the events of the last step, and at peaks of forces, which are those of steps' ends.
+  subroutine note_rows(c, setup, rigid, rigid_before, motion, monitor)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(rigid_type), intent(in) :: rigid           !! at the end of the step
+    type(rigid_type), intent(inout) :: rigid_before !! at the start of the step
+    type(motion_type), intent(in) :: motion
+    type(run_monitor_type), intent(inout) :: monitor
+    logical :: struck
+    integer :: i, k
+
+    struck = any(motion%contact%struck)
+    if (struck) call monitor%note_forces(rigid%before)
+    if (.not. monitor%event_rows) return
+    do k = 1, 4
+      if (passed_peak(monitor, k)) call monitor%put(c, setup, monitor%past(1), at_event)
+    end do
+    if (struck) then
+      call monitor%put(c, setup, rigid%before, at_impact)
+      call monitor%put(c, setup, motion, at_impact)
+    end if
+    do i = 1, monitor%run%log%n_moments
+      call put_at(monitor%run%log%moments(i))
+    end do
+
+  contains
+
+    !> A row at a time t within the last step, or at its end.
+    subroutine put_at(t)
+      real(dp), intent(in) :: t            !! [s]
+      type(motion_type) :: there
+      real(dp) :: h
+      integer :: evaluations, ignored
+
+      there = motion
+      if (t < motion%t) then
+        there = monitor%past(1)
+        do while (t - there%t > epsilon(t)*t)
+          h = t - there%t
+          call advance_rigid(setup%side, setup%path, rigid_before, there, h, evaluations, ignored)
+          monitor%run%evaluations = monitor%run%evaluations + evaluations
+        end do
+      end if
+      call monitor%put(c, setup, there, at_event)
+    end subroutine put_at
+
+  end subroutine note_rows
+
+  !> Whether a pose is outside what a contact table would cover: there the run of a derailed rigid wheelset ends.
+  pure logical function beyond_table(c, setup, q)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    real(dp), intent(in) :: q(3)                 !! y, z [m], roll [rad]
+
+    beyond_table = abs(q(1) + setup%equilibrium(2)*sin(q(3))) > c%lateral .or. abs(q(3)) > c%roll_range &
+      .or. q(2) < setup%equilibrium(2) - c%drop
+  end function beyond_table
+
+  subroutine report_failure(setup, motion, status, error)
+    type(setup_type), intent(in) :: setup
+    type(motion_type), intent(in) :: motion
+    integer, intent(in) :: status                !! of `rigid_motion`
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: reason
+
+    select case (status)
+    case (rigid_end)
+      reason = 'formulation = ''bilateral'': expected a path on which both wheels stay on their rails, found its end at '// &
+        trim(path_end(setup%path, motion%q(1) >= 0, setup%equilibrium))//', reached'
+    case (rigid_stuck)
+      reason = 'formulation = ''unilateral'': expected at most three contacts to close at once, found more or none that can,'
+    case default
+      reason = 'formulation = ''unilateral'': expected time between impacts, found none'
+    end select
+    call fatal_error(error, reason//place(motion, setup%equilibrium))
+  end subroutine report_failure
+
+end module rigid_run

@@ -1,0 +1,192 @@
+!> What is noted of a run on its way: rows, events, peaks, extremes, the energy balance.
+module run_monitor
+  use case, only: case_type
+  use columns, only: fill_row, n_columns, n_rigid_columns
+  use errors, only: error_type
+  use events, only: event_log
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: dp
+  use motion_state, only: motion_type
+  use row_sink, only: on_grid, row_queue, row_taker
+  use run_setup, only: setup_type
+  use text, only: str
+  implicit none
+  private
+  public :: run_type, run_monitor_type, passed_peak, normal_forces, place
+
+  !> The outcome of a run.
+  type :: run_type
+    integer :: rows = 0                    !! number of rows
+    real(dp), allocatable :: last(:)       !! the last row (n_columns or n_rigid_columns)
+    character(:), allocatable :: changes   !! initial conditions that were changed to meet rigid constraints, in words
+    type(event_log) :: log
+    real(dp) :: step = 0                   !! step in force, a whole fraction of the output interval [s]
+    real(dp) :: peak(4) = 0                !! largest normal force of each contact, also between rows [N]
+    real(dp) :: peak_time(4) = 0           !! [s]
+    real(dp) :: extreme(3) = 0             !! farthest to the left, to the right, up from equilibrium, also between rows [m]
+    real(dp) :: extreme_time(3) = 0        !! [s]
+    real(dp) :: largest_impulse(4) = 0     !! largest impulse of each contact in one impact [N s]
+    real(dp) :: impulse_time(4) = 0        !! [s]
+    real(dp) :: drift = 0                  !! largest |total energy - work + losses - initial|, over all steps [J]
+    real(dp) :: kinetic_energy = 0         !! initial energy of lateral, vertical and roll motion [J]
+    integer(int64) :: steps = 0
+    integer(int64) :: cuts = 0             !! number of steps that were cut
+    integer(int64) :: missed = 0           !! steps that change the total energy by more than allowed after all halvings
+    integer(int64) :: evaluations = 0      !! evaluations of the contacts in steps
+    logical :: cancelled = .false.         !! stopped by the watcher
+    logical :: gone = .false.              !! derailed, and then farther away than the table goes
+    real(dp) :: seconds = 0                !! processor time of the integration
+  end type run_type
+
+  type :: run_monitor_type
+    type(run_type) :: run
+    type(row_queue) :: queue
+    logical :: event_rows = .true.         !! rows at events and peaks, too
+    type(motion_type) :: past(2)           !! the motion one and two steps ago
+    real(dp) :: forces(4, 3) = 0           !! normal forces two steps ago, one step ago and now [N]
+    real(dp) :: first_energy = 0           !! total energy at the start [J]
+  contains
+    procedure :: start
+    procedure :: put
+    procedure :: note_step
+    procedure :: note_forces
+    procedure :: note_energy
+  end type run_monitor_type
+
+contains
+
+  !> Note the initial motion.
+  subroutine start(this, c, setup, motion)
+    class(run_monitor_type), intent(inout) :: this
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(motion_type), intent(in) :: motion
+    real(dp) :: row(n_rigid_columns)
+    integer :: width
+
+    width = merge(n_columns, n_rigid_columns, c%formulation == 'elastic')
+    this%event_rows = c%rows == 'interval_and_events'
+    this%forces = spread(normal_forces(motion), 2, 3)
+    this%past = motion
+    this%run%peak = this%forces(:, 3)
+    this%run%extreme = motion%q([1, 1, 2])
+    this%run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
+    call this%queue%begin(width, 1e-6_dp*c%interval)
+    this%first_energy = 0
+    call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, 0.0_dp, row(:width))
+    this%first_energy = row(n_columns)
+    call this%put(c, setup, motion, on_grid)
+  end subroutine start
+
+  !> The row of a motion, in its place in time.
+  subroutine put(this, c, setup, motion, kind)
+    class(run_monitor_type), intent(inout) :: this
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(motion_type), intent(in) :: motion
+    integer, intent(in) :: kind            !! on_grid, at_event, at_impact
+    real(dp) :: row(n_rigid_columns)
+
+    associate (width => size(this%queue%last))
+      call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, this%first_energy, &
+        row(:width))
+      call this%queue%put(row(:width), kind)
+    end associate
+    call this%note_energy(c, setup, motion)
+  end subroutine put
+
+  !> A step from `old` to `new`: farthest displacements, the forces of the last three steps, the energy.
+  subroutine note_step(this, c, setup, old, new)
+    class(run_monitor_type), intent(inout) :: this
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(motion_type), intent(in) :: old, new
+
+    call note_extremes(this%run, old, new)
+    this%past = [old, this%past(1)]
+    this%forces = cshift(this%forces, 1, 2)
+    this%forces(:, 3) = normal_forces(new)
+    call this%note_forces(new)
+    call this%note_energy(c, setup, new)
+  end subroutine note_step
+
+  !> Largest normal forces.
+  subroutine note_forces(this, motion)
+    class(run_monitor_type), intent(inout) :: this
+    type(motion_type), intent(in) :: motion
+    real(dp) :: force(4)
+
+    force = normal_forces(motion)
+    where (force > this%run%peak) this%run%peak_time = motion%t
+    this%run%peak = max(this%run%peak, force)
+  end subroutine note_forces
+
+  !> The largest drift of the energy balance.
+  subroutine note_energy(this, c, setup, motion)
+    class(run_monitor_type), intent(inout) :: this
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(motion_type), intent(in) :: motion
+    real(dp) :: kinetic, potential, constant
+
+    kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
+    potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
+      + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium(2))
+    ! The motions at constant speed.
+    constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
+    this%run%drift = max(this%run%drift, abs(kinetic + potential - motion%work + motion%loss - (this%first_energy - constant)))
+  end subroutine note_energy
+
+  !> Farthest displacements: at the end of a step or, where the velocity turns within it, on the cubic through both ends.
+  pure subroutine note_extremes(run, old, new)
+    type(run_type), intent(inout) :: run
+    type(motion_type), intent(in) :: old, new
+    integer, parameter :: coordinate(3) = [1, 1, 2], way(3) = [1, -1, 1]
+    real(dp) :: u, rise, before, after, x
+    integer :: k
+
+    do k = 1, 3
+      associate (j => coordinate(k))
+        u = 1
+        rise = new%q(j) - old%q(j)
+        x = new%q(j)
+        if (way(k)*old%v(j) > 0 .and. way(k)*new%v(j) < 0) then
+          before = (new%t - old%t)*old%v(j)
+          after = (new%t - old%t)*new%v(j)
+          u = before/(before - after)
+          x = old%q(j) + u*(before + u*(3*rise - 2*before - after + u*(before + after - 2*rise)))
+        end if
+      end associate
+      if (way(k)*(x - run%extreme(k)) <= 0) cycle
+      run%extreme(k) = x
+      run%extreme_time(k) = old%t + u*(new%t - old%t)
+    end do
+  end subroutine note_extremes
+
+  !> Whether the normal force of contact k was largest about one step ago: a peak is known one step after it has passed.
+  pure logical function passed_peak(this, k)
+    class(run_monitor_type), intent(in) :: this
+    integer, intent(in) :: k
+
+    passed_peak = this%forces(k, 2) > this%forces(k, 1) .and. this%forces(k, 2) >= this%forces(k, 3)
+  end function passed_peak
+
+  !> Normal forces of the four contacts [N].
+  pure function normal_forces(motion) result(force)
+    type(motion_type), intent(in) :: motion
+    real(dp) :: force(4)
+
+    force = hypot(motion%contact%slope(1, :), motion%contact%slope(2, :))
+  end function normal_forces
+
+  !> Where a run has come to, for messages.
+  function place(motion, equilibrium)
+    type(motion_type), intent(in) :: motion
+    real(dp), intent(in) :: equilibrium(3)
+    character(160) :: place
+
+    place = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
+      str(motion%q(2) - equilibrium(2))//' m, roll = '//str(motion%q(3) - equilibrium(3))//' rad'
+  end function place
+
+end module run_monitor
