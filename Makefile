@@ -78,7 +78,7 @@ $(BUILD)/fingerprint.f90: fortran/fingerprint.sh $(SOURCES) | $(BUILD)
 $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
-$(BUILD)/simulation.o: $(BUILD)/fingerprint.o
+$(BUILD)/run_tables.o: $(BUILD)/fingerprint.o
 
 # It has the name of a procedure of gfortran's library, and fewer arguments.
 $(BUILD)/memory.o: FFLAGS += -fno-lto

@@ -141,15 +141,9 @@ def columns(file: Path) -> Columns:
 
 
 def header(file: Path) -> str:
-    """The comment lines of a file that ldbench wrote, without the `# `."""
+    """The comment lines of a file that ldbench wrote, before and after the rows, without the `# `."""
     with open(file) as lines:
-        next(lines)
-        found = []
-        for line in lines:
-            if not line.startswith("#"):
-                break
-            found.append(line[2:])
-    return "".join(found)
+        return "".join(line[2:] for line in lines if line.startswith("# "))
 
 
 @dataclass

@@ -92,7 +92,7 @@ def table_file(shipped: dict[str, Run], pair: str) -> Path:
 
 def rest_height(run: Run) -> float:
     """Height of the axle centre above top of rail at Z = 0 [m]."""
-    return float(re.search(r"axle height at equilibrium \[m\]: (\S+)", run.header)[1])
+    return float(re.search(r"axle_height = (\S+)", run.header)[1])
 
 
 def poses(run: Run) -> np.ndarray:

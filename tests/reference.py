@@ -4,7 +4,7 @@
     python tests/reference.py --store    the same, then replace the references
 
 outputs/reference has two files per case, which read like any column file: <case>.txt, rows of the run with its
-events and peaks in the header; <case>_tolerance.txt, how far each of these numbers may move, inf where it is
+events and peaks of the summary; <case>_tolerance.txt, how far each of these numbers may move, inf where it is
 not compared.
 
 Tolerances. Another compiler rounds differently; impacts amplify that. How much is measured: the run is repeated
@@ -72,10 +72,10 @@ class Move:
 
 # ---- what a run says of itself -------------------------------------------------------
 def read_facts(text: str) -> dict[str, float]:
-    """Results in a column file's header; the k-th event of a kind is `kind k`."""
+    """Results in a summary and a column file's header; the k-th event of a kind is `kind k`."""
     found = {
         "clearance [mm]": float(re.search(r"rigid-axle clearance \[mm\]: 2 x (\S+)", text)[1]),
-        "axle height [m]": float(re.search(r"axle height at equilibrium \[m\]: (\S+)", text)[1]),
+        "axle height [m]": float(re.search(r"axle_height = (\S+)", text)[1]),
         "end [s]": float(re.search(r"ended at t = (\S+) s", text)[1]),
     }
     seen: dict[str, int] = {}
@@ -96,6 +96,10 @@ def read_facts(text: str) -> dict[str, float]:
 
 def read_ending(text: str) -> str:
     return re.search(r"ended at t = \S+ s: (.*)", text)[1]
+
+
+def units_line(text: str) -> list[str]:
+    return next(words for line in text.splitlines() if (words := line.split())[:2] == ["s", "m"])
 
 
 def read_step(text: str) -> float:
@@ -171,24 +175,24 @@ def resolution(what: str, run: Run) -> float:
     digit = next((digit for unit, digit in DIGIT.items() if what.endswith(unit)), 0.0)
     if not what.endswith("[s]"):
         return digit
-    return digit + (read_interval(run.header) if what == "end [s]" else read_step(run.header))
+    return digit + (read_interval(run.header) if what == "end [s]" else read_step(run.summary))
 
 
 def make(run: Run, others: list[Run]) -> Reference:
     """A run, and what became of it with the initial conditions perturbed."""
     run, *others = (on_grid(done) for done in (run, *others))
     found = [other.columns for other in others]
-    units = dict(zip(run.columns, run.header.splitlines()[-1].split(), strict=True))
+    units = dict(zip(run.columns, units_line(run.header), strict=True))
     rows = reproducible_rows(run.columns, found, units)
     kept = np.unique(np.linspace(0, len(run.columns["time"][rows]) - 1, ROWS).astype(int))
-    other_facts = [read_facts(other.header) for other in others]
+    other_facts = [read_facts(other.summary + other.header) for other in others]
     return Reference(
         {name: values[kept] for name, values in run.columns.items()},
         {name: column_tolerance(run.columns, found, units, name, rows)[kept] for name in run.columns},
         units,
         {what: fact_tolerance(what, value, [facts.get(what) for facts in other_facts], resolution(what, run))
-         for what, value in read_facts(run.header).items()},
-        read_ending(run.header))
+         for what, value in read_facts(run.summary + run.header).items()},
+        read_ending(run.summary))
 
 
 # ---- files ---------------------------------------------------------------------------
@@ -232,13 +236,13 @@ def compare(reference: Reference, run: Run) -> list[Move]:
         return [*moves, Move("columns", float(len(set(run.columns) ^ set(reference.columns))), 0.0)]
     found = {n: x[rows[there]] for n, x in run.columns.items()}
     moves += [compare_column(name, reference, found, there) for name in reference.columns]
-    facts = read_facts(run.header)
+    facts = read_facts(run.summary + run.header)
     for what, (value, tolerance) in reference.facts.items():
         if np.isfinite(tolerance):
             by = abs(facts[what] - value) if what in facts else np.inf
             moves.append(Move(what, by, tolerance, f" = {facts.get(what, 'none')}, was {value:.9g},"))
-    if read_ending(run.header) != reference.ending:
-        moves.append(Move("the end", np.inf, 0.0, f" ({read_ending(run.header)}, was {reference.ending})"))
+    if read_ending(run.summary) != reference.ending:
+        moves.append(Move("the end", np.inf, 0.0, f" ({read_ending(run.summary)}, was {reference.ending})"))
     return moves
 
 

@@ -488,7 +488,7 @@ def test_executable_and_wrapper_agree(name: str, tmp_path: Path):
     assert list(c)[-5:] == ["P_LT", "P_LF", "P_RT", "P_RF", "E_lost"]
     words = header(tmp_path / "ex2_sw.txt")
     assert "not used with it: &material" in words
-    assert "initial conditions follow the constraints: roll_rate = 0.0168" in words
+    assert "changes = 'roll_rate = 0.0168" in words
 
 
 def test_refusals(tmp_path: Path):

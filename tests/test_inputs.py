@@ -660,7 +660,7 @@ def test_header_holds_the_values_in_force(case, shipped):
     """Every variable stands in the column file's header: as given, or with its default."""
     given = parse((REPO / "inputs" / f"{case}.nml").read_text())
     head = shipped[case].header
-    in_force = parse(head[head.index("&case"):head.index("events:")])
+    in_force = parse(head[head.index("&case"):head.index("&results")])
     assert set(in_force) == set(BY_NAME)
     for key, variable in BY_NAME.items():
         if key in (("table", "file"), ("output", "file")):

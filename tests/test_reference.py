@@ -94,8 +94,8 @@ def test_a_contact_that_opens_is_found(stored, run):
 
 def changed(old: str, new: str) -> Callable[[Run], None]:
     def change(run: Run) -> None:
-        assert old in run.header
-        run.header = run.header.replace(old, new, 1)
+        assert old in run.summary
+        run.summary = run.summary.replace(old, new, 1)
 
     return change
 

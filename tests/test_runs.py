@@ -49,11 +49,11 @@ def total(c: Columns, name: str) -> np.ndarray:
 
 # ---- what happens --------------------------------------------------------------------
 def first_event(run: Run, kind: str) -> float:
-    return float(re.search(rf"t = (\S+) s  {kind}", run.header)[1])
+    return float(re.search(rf"t = (\S+) s  {kind}", run.summary)[1])
 
 
 def ending(run: Run) -> str:
-    return re.search(r"ended at t = \S+ s: (.*)", run.header)[1]
+    return re.search(r"ended at t = \S+ s: (.*)", run.summary)[1]
 
 
 @pytest.mark.parametrize("pair", PAIRS)
@@ -83,8 +83,8 @@ def test_exercise_4(pair: str, shipped: dict[str, Run]):
     assert 3e6 < run.columns["N_LF"].max() < 6e6
     assert ending(run) == "return to the centre after both flanges"
     assert run.columns["Y"][-2]*run.columns["Y"][-1] <= 0
-    assert ("right flange over rail" in re.findall(r"t = \S+ s  (.*)", run.header)) == (pair == "aw")
-    assert " 0 derailment" in run.header
+    assert ("right flange over rail" in re.findall(r"t = \S+ s  (.*)", run.summary)) == (pair == "aw")
+    assert " 0 derailment" in run.summary
 
 
 @pytest.mark.parametrize("pair", PAIRS)
@@ -115,7 +115,7 @@ def test_energy_bar(case: str, run: Run):
     ramp = case.startswith("ex5")
     bar = 1e-7*c["W_ext"][-1] if ramp else 1e-8*(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0]
     assert np.abs(c["E_drift"]).max() < bar
-    assert float(re.search(r"energy drift, largest \[J\]: (\S+?),?\s", run.header)[1]) < bar
+    assert float(re.search(r"energy drift, largest \[J\]: (\S+?),?\s", run.summary)[1]) < bar
     assert np.isfinite(c["E_drift"]).all()
 
 

@@ -3,14 +3,15 @@ program ldbench
   use, intrinsic :: iso_fortran_env, only: error_unit
   use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, right_table_path, value_text, &
     variable_type
-  use columns, only: column_file
+  use column_writer, only: column_file
   use errors, only: error_type, fatal_error, placed
   use kinds, only: version
-  use report, only: begin_columns, check_writable, finish_files, summary
+  use files, only: begin_columns, check_writable, finish_files
   use run_monitor, only: run_type
   use run_setup, only: setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
+  use summary_text, only: summary
   use system, only: say, survive_long_files
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines
@@ -82,7 +83,7 @@ contains
     type(run_type) :: result
 
     call prepare(c, setup, error, watcher)
-    if (.not. allocated(error)) call begin_columns(c, trim(output_path(c)), columns, error)
+    if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
     if (allocated(error)) return
     call simulate(c, setup, columns, result, error, watcher)
     if (allocated(error)) then

@@ -1,7 +1,7 @@
 !> What is noted of a run on its way: rows, events, peaks, extremes, the energy balance.
 module run_monitor
   use case, only: case_type
-  use columns, only: fill_row, n_columns, n_rigid_columns
+  use columns, only: list_columns, make_row, most_columns, row_type
   use errors, only: error_type
   use events, only: event_log
   use, intrinsic :: iso_fortran_env, only: int64
@@ -17,7 +17,8 @@ module run_monitor
   !> The outcome of a run.
   type :: run_type
     integer :: rows = 0                    !! number of rows
-    real(dp), allocatable :: last(:)       !! the last row (n_columns or n_rigid_columns)
+    real(dp), allocatable :: last(:)       !! the last row
+    real(dp) :: loss = 0                   !! energy lost in impacts [J]
     character(:), allocatable :: changes   !! initial conditions that were changed to meet rigid constraints, in words
     type(event_log) :: log
     real(dp) :: step = 0                   !! step in force, a whole fraction of the output interval [s]
@@ -48,6 +49,7 @@ module run_monitor
   contains
     procedure :: start
     procedure :: put
+    procedure, private :: row_of
     procedure :: note_step
     procedure :: note_forces
     procedure :: note_energy
@@ -61,20 +63,20 @@ contains
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: motion
-    real(dp) :: row(n_rigid_columns)
-    integer :: width
+    type(row_type) :: row
+    real(dp) :: values(most_columns)
+    integer :: n
 
-    width = merge(n_columns, n_rigid_columns, c%formulation == 'elastic')
     this%event_rows = c%rows == 'interval_and_events'
     this%forces = spread(normal_forces(motion), 2, 3)
     this%past = motion
     this%run%peak = this%forces(:, 3)
     this%run%extreme = motion%q([1, 1, 2])
     this%run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
-    call this%queue%begin(width, 1e-6_dp*c%interval)
-    this%first_energy = 0
-    call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, 0.0_dp, row(:width))
-    this%first_energy = row(n_columns)
+    row = this%row_of(c, setup, motion)
+    this%first_energy = row%total_energy()
+    call list_columns(row, values, n)
+    call this%queue%begin(n, 1e-6_dp*c%interval)
     call this%put(c, setup, motion, on_grid)
   end subroutine start
 
@@ -85,15 +87,24 @@ contains
     type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: motion
     integer, intent(in) :: kind            !! on_grid, at_event, at_impact
-    real(dp) :: row(n_rigid_columns)
+    real(dp) :: values(most_columns)
+    integer :: n
 
-    associate (width => size(this%queue%last))
-      call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, this%first_energy, &
-        row(:width))
-      call this%queue%put(row(:width), kind)
-    end associate
+    call list_columns(this%row_of(c, setup, motion), values, n)
+    call this%queue%put(values(:n), kind)
     call this%note_energy(c, setup, motion)
   end subroutine put
+
+  pure function row_of(this, c, setup, motion) result(row)
+    class(run_monitor_type), intent(in) :: this
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(motion_type), intent(in) :: motion
+    type(row_type) :: row
+
+    call make_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, this%first_energy, &
+      c%formulation /= 'elastic', row)
+  end function row_of
 
   !> A step from `old` to `new`: farthest displacements, the forces of the last three steps, the energy.
   subroutine note_step(this, c, setup, old, new)
@@ -134,6 +145,7 @@ contains
       + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium(2))
     ! The motions at constant speed.
     constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
+    this%run%loss = motion%loss
     this%run%drift = max(this%run%drift, abs(kinetic + potential - motion%work + motion%loss - (this%first_energy - constant)))
   end subroutine note_energy
 

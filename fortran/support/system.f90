@@ -1,7 +1,7 @@
 !> The little that is needed of the operating system.
 module system
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_int16_t, c_int32_t, c_int64_t, &
-    c_intptr_t, c_loc, c_long, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
+    c_intptr_t, c_loc, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
@@ -26,7 +26,6 @@ module system
     procedure :: begin
     procedure, private :: put_text, put_words
     generic :: put => put_text, put_words
-    procedure :: append
     procedure :: complete
     procedure :: finish
     procedure :: abandon
@@ -35,7 +34,6 @@ module system
   character(*), parameter :: part = '.ldbench-part'
   integer, parameter :: writers = 100     ! of one file at the same time, at most: numbers have two digits
   integer(c_int), parameter :: lock = 2, lock_now = lock + 4   ! LOCK_EX, LOCK_EX + LOCK_NB
-  integer, parameter :: block = 2**20     ! copied at once [bytes]
 
   !> Linux's struct statx, the same on all processors.
   type, bind(c) :: statx_type
@@ -120,12 +118,6 @@ module system
       integer(c_size_t), value :: size, n
       type(c_ptr), value :: file
     end function c_fwrite
-    integer(c_int) function c_fseek(file, offset, whence) bind(c, name='fseek')
-      import :: c_int, c_long, c_ptr
-      type(c_ptr), value :: file
-      integer(c_long), value :: offset
-      integer(c_int), value :: whence
-    end function c_fseek
     integer(c_int) function c_fileno(file) bind(c, name='fileno')
       import :: c_int, c_ptr
       type(c_ptr), value :: file
@@ -274,12 +266,10 @@ contains
     if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, all_may)
   end subroutine make_folder
 
-  !> Begin a file; the default folder is made for it. A folder or a device is not written over. One that is `nameless` is
-  !> for the process alone: it has space on the disk, but no entry in the folder, and goes with the process.
-  subroutine begin(this, file, nameless)
+  !> Begin a file; the default folder is made for it. A folder or a device is not written over.
+  subroutine begin(this, file)
     class(scratch_file), intent(inout) :: this
     character(*), intent(in) :: file
-    logical, intent(in), optional :: nameless
     integer, parameter :: kind_bits = int(o'170000'), regular = int(o'100000'), permissions = int(o'777')
     integer(c_int), parameter :: of_writer = int(o'600', c_int)
     type(statx_type) :: old, new
@@ -315,8 +305,6 @@ contains
     this%ok = c_associated(this%stream)
     this%named = this%ok
     if (this%ok .and. this%mode >= 0) ignored = c_fchmod(c_fileno(this%stream), ior(this%mode, of_writer))
-    if (.not. present(nameless) .or. .not. this%ok) return
-    if (nameless) this%named = c_remove(this%scratch//c_null_char) /= 0
   end subroutine begin
 
   subroutine put_text(this, text)
@@ -333,28 +321,6 @@ contains
 
     if (this%ok) this%ok = c_fwrite(c_loc(words), 8_c_size_t, size(words, kind=c_size_t), this%stream) == size(words)
   end subroutine put_words
-
-  !> Add all that is in another one.
-  subroutine append(this, other)
-    class(scratch_file), intent(inout) :: this
-    type(scratch_file), intent(inout) :: other
-    character(:), allocatable :: bytes
-    integer(c_size_t) :: got
-    integer :: stat
-
-    ! Rewinding writes what is in the buffer: here it comes out that the disk is full.
-    this%ok = this%ok .and. other%ok
-    if (this%ok) this%ok = c_fseek(other%stream, 0_c_long, 0_c_int) == 0
-    if (.not. this%ok) return
-    allocate (character(block) :: bytes, stat=stat)
-    this%ok = stat == 0
-    do while (this%ok)
-      got = c_fread(bytes, 1_c_size_t, int(block, c_size_t), other%stream)
-      if (got == 0) exit
-      call this%put(bytes(:got))
-    end do
-    if (c_ferror(other%stream) /= 0) this%ok = .false.
-  end subroutine append
 
   !> Write what is in the buffer: here it comes out that the disk is full. A network's file system says so when a
   !> descriptor is closed: it is a duplicate, for the lock goes with the file's own.

@@ -280,18 +280,18 @@ module no_rows
   use row_sink, only: row_taker
   implicit none
   private
-  public :: row_sink
+  public :: discarded_rows
 
-  type, extends(row_taker) :: row_sink
+  type, extends(row_taker) :: discarded_rows
     real(dp) :: total = 0                  !! of Y: keeps the rows alive
   contains
     procedure :: take
-  end type row_sink
+  end type discarded_rows
 
 contains
 
   subroutine take(this, row, error)
-    class(row_sink), intent(inout) :: this
+    class(discarded_rows), intent(inout) :: this
     real(dp), intent(in) :: row(:)
     type(error_type), allocatable, intent(out) :: error
 
@@ -304,13 +304,13 @@ program peers
   use, intrinsic :: iso_fortran_env, only: iostat_end
   use by_sundials, only: evolve, free_peer, new_peer, peer_type, problem_type
   use case, only: case_type
-  use columns, only: fill_row, n_columns
+  use columns, only: list_columns, make_row, most_columns, row_type
   use errors, only: error_type
   use events, only: event_log, watch
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: advance, between, energy_change, energy_rounding, scheme_type, start_motion, step_ok
-  use no_rows, only: row_sink
+  use newmark, only: advance, energy_change, energy_rounding, scheme_type, start_motion, step_ok
+  use no_rows, only: discarded_rows
   use shared, only: read_prepared
   use run_monitor, only: run_type
   use run_setup, only: setup_type
@@ -337,11 +337,10 @@ program peers
   type(motion_type) :: motion          ! where our steps are
   type(event_log) :: log
   logical :: ok                        ! so far
-  type(row_sink) :: sink
+  type(discarded_rows) :: sink
   type(error_type), allocatable :: error
   real(dp) :: last(3), spent, once
   integer :: repeats, steps, found, stat
-  integer :: row, next_row             ! at the end of the step that is made, the next within it
 
   call read_prepared(c, setup)
   do
@@ -387,8 +386,9 @@ contains
   subroutine solve(once)
     real(dp), intent(out) :: once
     type(peer_type) :: peer
-    real(dp) :: row(n_columns), from, to, t
-    integer :: i, n
+    type(row_type) :: row
+    real(dp) :: values(most_columns), from, to, t
+    integer :: columns, i, n
 
     n = row_count()
     found = 0
@@ -404,8 +404,9 @@ contains
       motion%v = peer%x(4:)
       call contacts(setup%wheelset, motion%q, motion%contact, tangent=.false.)
       problem%evaluations = problem%evaluations + 1
-      call fill_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, 0.0_dp, row)
-      call sink%take(row, error)
+      call make_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, 0.0_dp, .false., row)
+      call list_columns(row, values, columns)
+      call sink%take(values(:columns), error)
     end do
     call cpu_time(to)
     once = to - from
@@ -417,12 +418,11 @@ contains
   subroutine step_ours(once)
     real(dp), intent(out) :: once
     real(dp) :: from, to, piece
-    integer :: k, n, substeps, stride, status
+    integer :: k, n, row, substeps, status
 
     scheme = scheme_type(method, order, beta, c%gamma, c%tolerance, c%max_iterations)
     n = row_count()
     substeps = ceiling(t_end/n/dt*(1 - 1e-9_dp))
-    stride = max(1, floor(dt/(t_end/n)*(1 + 1e-9_dp)))
     steps = 0
     log = event_log()
     motion = motion_type()
@@ -431,11 +431,8 @@ contains
     call cpu_time(from)
     call start_motion(setup%wheelset, motion, status)
     ok = status == step_ok
-    row = 0
-    do while (row < n)
-      next_row = row + 1
-      row = min(row + stride, n)
-      piece = (row - next_row + 1)*(t_end/n)/substeps
+    piece = t_end/n/substeps
+    do row = 1, n
       do k = 1, substeps
         if (ok) call step(piece, 0)
       end do
@@ -450,7 +447,7 @@ contains
   recursive subroutine step(dt, halvings)
     real(dp), intent(in) :: dt
     integer, intent(in) :: halvings
-    type(motion_type) :: new, middle
+    type(motion_type) :: new
     real(dp) :: change, allowed
     integer :: evaluations, more, status, i
 
@@ -475,12 +472,6 @@ contains
       return
     end if
     if (events) call watch(log, setup%wheelset, motion, new, setup%side)
-    do while (next_row < row)
-      if (next_row*(t_end/row_count()) > new%t*(1 + 1e-12_dp)) exit
-      call between(setup%wheelset, motion, new, next_row*(t_end/row_count()), middle)
-      sink%total = sink%total + middle%q(1)
-      next_row = next_row + 1
-    end do
     motion = new
     steps = steps + 1
   end subroutine step
@@ -499,6 +490,7 @@ contains
     own%energy_tolerance = energy_tolerance
     own%t_end = t_end
     own%interval = t_end/row_count()
+    own%rows = 'interval'
     own%stop_at = 't_end'
     call simulate(own, setup, sink, run, error)
     last = ieee_value(1.0_dp, ieee_quiet_nan)

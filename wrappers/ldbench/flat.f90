@@ -30,7 +30,7 @@ end subroutine describe_variables
 !> Four lines: names and units of the columns, of the geometry columns; then the kinds of
 !> events, one per line; then the program's version.
 subroutine describe_results(listing, length)
-  use columns, only: column_names, column_units
+  use columns, only: column_type, most_columns, name_columns
   use events, only: event_kinds
   use handles, only: give
   use kinds, only: version
@@ -38,12 +38,14 @@ subroutine describe_results(listing, length)
   implicit none
   character(8192), intent(out) :: listing
   integer, intent(out) :: length
+  type(column_type) :: columns(most_columns)
   character(:), allocatable :: lines
-  integer :: k
+  integer :: k, n
 
   lines = ''
-  call add(column_names())
-  call add(column_units())
+  call name_columns(.true., columns, n)
+  call add(columns(:n)%name)
+  call add(columns(:n)%unit)
   call add(geometry_names)
   call add(geometry_units)
   do k = 1, size(event_kinds)
@@ -307,7 +309,7 @@ end subroutine run_numbers
 !> The text for the terminal.
 subroutine run_summary(prepared, handle, listing, length)
   use handles, only: finished_type, give, prepared_at, prepared_type, run_at
-  use report, only: summary
+  use summary_text, only: summary
   implicit none
   integer(8), intent(in) :: prepared, handle
   character(32768), intent(out) :: listing
@@ -340,9 +342,9 @@ end subroutine write_run
 
 subroutine write_geometry_file(prepared, path, message, length)
   use errors, only: error_type
-  use columns, only: column_file
+  use column_writer, only: column_file
   use handles, only: give_error, prepared_at, prepared_type
-  use report, only: write_geometry
+  use files, only: write_geometry
   implicit none
   integer(8), intent(in) :: prepared
   character(*), intent(in) :: path
@@ -639,7 +641,7 @@ end subroutine conicities
 subroutine check_writable(file, variable, path, message, length)
   use errors, only: error_type
   use handles, only: give_error
-  use report, only: check => check_writable
+  use files, only: check => check_writable
   implicit none
   character(*), intent(in) :: file, variable, path
   character(2048), intent(out) :: message

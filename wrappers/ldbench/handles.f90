@@ -5,14 +5,14 @@ module handles
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, list_variables, text_length, variable_type
-  use columns, only: column_file
+  use column_writer, only: column_file
   use curve, only: curve_type, fit_curve
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use profile_measures, only: survey, survey_type
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
-  use report, only: begin_columns, finish_files
+  use files, only: begin_columns, finish_files
   use row_sink, only: row_list
   use run_equilibrium, only: set_wheelset
   use run_monitor, only: run_type
@@ -212,7 +212,7 @@ contains
     type(column_file) :: columns
     integer :: i
 
-    call begin_columns(p%c, path, columns, error)
+    call begin_columns(p%c, p%setup, path, columns, error)
     do i = 1, run%rows
       if (.not. allocated(error)) call columns%take(run%kept%values(:, i), error)
     end do

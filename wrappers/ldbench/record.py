@@ -4,15 +4,16 @@ A file without our header, another code's submission, has the columns only.
 """
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
+import f90nml
 import numpy as np
 import pandas as pd
 
@@ -20,6 +21,7 @@ from ._core import Error, complete
 from .case import variables
 from .columns import read_columns
 from .pools import processes
+from .run import count_name, event_kinds
 from .table import CONTACT_NAMES, CONTACTS
 
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
@@ -139,107 +141,144 @@ def read_records(files: Sequence[Path], jobs: int | None = None) -> list[Record]
     return [found[k] for k in range(len(files))]
 
 
+TAIL = 2**17        # where the results at the end of a file are looked for [bytes]; longer ones are read whole
+
+
 def read_header(path: Path) -> dict[str, Any]:
-    """Keyword arguments of Record from the comment lines before the numbers; `settings` is empty without our header."""
-    lines = []
+    """Keyword arguments of Record from the comment lines before and after the numbers; `settings` is empty without ours."""
     try:
-        with open(path, encoding="utf-8-sig", errors="replace") as file:
-            for k, line in enumerate(file):
-                if line.startswith("#"):
-                    lines.append(line[1:].removeprefix(" ").rstrip())
-                elif k > 0:
+        with open(path, "rb") as file:
+            head = _comments(file)
+            end = file.seek(0, os.SEEK_END)
+            size = min(TAIL, end)
+            while True:
+                file.seek(end - size)
+                lines = file.read(size).split(b"\n")
+                whole = size == end or any(line and not line.startswith(b"#") for line in lines[1:])
+                if whole:
                     break
+                size = min(2*size, end)
     except (OSError, ValueError):           # a name with a zero byte
         raise Error(f"{path}: cannot be opened for reading") from None
+    tail: list[str] = []
+    for line in reversed(lines):
+        if line.startswith(b"#"):
+            tail.append(_plain(line))
+        elif line.strip():
+            break
     try:
-        return parse_header(lines)
+        return parse_header(head, tail[::-1])
     except Error as error:
         raise Error(f"{path}, header: {error}") from None
 
 
-def number(word: str) -> float:
-    """A number of the header, which is finite."""
-    with suppress(ValueError):
-        if np.isfinite(x := float(word)):
-            return x
-    raise Error(f"expected a number, found '{word}'")
+def _comments(file: BinaryIO) -> list[str]:
+    """The comment lines at the beginning of a file, before or after the line of names."""
+    lines = []
+    for k, line in enumerate(file):
+        if line.removeprefix(b"\xef\xbb\xbf").startswith(b"#"):
+            lines.append(_plain(line.removeprefix(b"\xef\xbb\xbf")))
+        elif k > 0:
+            break
+    return lines
 
 
-def parse_header(lines: Iterable[str]) -> dict[str, Any]:
-    """Keyword arguments of Record from the header's lines."""
-    facts: dict[str, Any] = {}
-    settings: dict[str, dict[str, Setting]] = {}
-    profiles: dict[str, str] = {}
-    events: list[Event] = []
-    group = ""
-    for line in lines:
-        if line.startswith("&"):
-            group = line[1:].strip()
-        elif found := re.match(r"  t = (\S+) s  ([^,]+)(?:, lateral force (\S+) kN)?"
-                               r"(?:, impulses \[N s\]([^,]*), energy lost \[J\] (\S+))?", line):
-            impulses = {c: number(x) for c, x in re.findall(r"(\w\w) (\S+)", found[4] or "")}
-            force = 1e3*number(found[3]) if found[3] else np.nan
-            events.append(Event(number(found[1]), found[2], force, impulses, number(found[5] or "0")))
-        elif found := re.match(r"  (\w+) = (.*?)(?:  ! .*)?$", line):
-            settings.setdefault(group, {})[found[1]] = setting_value(group, found[1], found[2])
-        elif line.startswith("  in all: "):
-            facts["counts"] = {kind: int(number(n)) for n, kind in re.findall(r"(\d+) ([^,]+)", line)}
-        elif found := re.match(r"ldbench (\S+)$", line):
-            facts["version"] = found[1]
-        elif found := re.match(r"case ([^:]*): (.*)", line):
+def _plain(line: bytes) -> str:
+    return line.decode(errors="replace")[1:].removeprefix(" ").rstrip()
+
+
+def parse_header(head: Sequence[str], tail: Sequence[str]) -> dict[str, Any]:
+    """Keyword arguments of Record from the comment lines of a file of ours before and after the rows."""
+    facts: dict[str, Any] = {"settings": {}, "profiles": {}}
+    if not (head and (found := re.match(r"ldbench (\S+)$", head[0]))):
+        return facts
+    facts["version"] = found[1]
+    for line in head:
+        if found := re.match(r"case ([^:]*): (.*)", line):
             facts["name"], facts["title"] = found[1], found[2]
         elif found := re.match(r"((?:left |right )?(?:wheel|rail)) profile: (.*?)(, RECONSTRUCTION.*)?$", line):
-            profiles[found[1]] = found[2]
+            facts["profiles"][found[1]] = found[2]
             facts["reconstruction"] = facts.get("reconstruction", False) or bool(found[3])
-        elif found := re.match(r"rigid-axle clearance \[mm\]: 2 x (\S+)", line):
-            facts["clearance"] = facts["clearance_right"] = 1e-3*number(found[1])
-        elif found := re.match(r"rigid-axle clearance \[mm\]: left (\S+), right (\S+)", line):
-            facts["clearance"], facts["clearance_right"] = 1e-3*number(found[1]), 1e-3*number(found[2])
-        elif found := re.match(r"(?:\w+ )?contact table: model \w+, (.*) points$", line):
-            facts.setdefault("table_points", found[1])
-        elif line.startswith("its error, rms (largest)"):
-            facts.setdefault("table_errors", {place: (number(rms), number(largest)) for place, rms, largest in
-                                              re.findall(r"(\w+(?: \w+)?) (\S+) \((\S+)\)", line.partition(":")[2])})
-        elif found := re.match(r"roll at equilibrium \[rad\]: (\S+)", line):
-            facts["axle_roll"] = number(found[1])
-        elif found := re.match(r"axle height at equilibrium \[m\]: (\S+)", line):
-            facts["axle_height"] = number(found[1])
-        elif line.startswith("peak normal forces"):
-            facts["peaks"] = {contact: (1e3*number(N), number(t)) for contact, N, t in
-                              re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
-        elif line.startswith("farthest"):
-            facts["extremes"] = {way: (number(x + "e-3"), number(t)) for way, x, t in
-                                 re.findall(r"(left|right|up) (\S+) at (\S+) s", line)}
-        elif line.startswith("largest impulses"):
-            facts["blows"] = {contact: (number(P), number(t)) for contact, P, t in
-                              re.findall(r"(\w\w) (\S+) at (\S+) s", line)}
-        elif found := re.match(r"energy drift, largest \[J\]: +([^ ,]+)", line):
-            facts["drift"] = number(found[1])
-        elif found := re.match(r"steps: (\d+) of at most (\S+) s(?:, \d+ cut, (\d+) over energy_tolerance)?", line):
-            facts["steps"], facts["step"], facts["missed"] = int(number(found[1])), number(found[2]), int(found[3] or 0)
-        elif found := re.match(r"ended at t = \S+ s: (.*)", line):
-            facts["ending"] = found[1]
-    facts.update(settings=settings, profiles=profiles, events=tuple(events))
-    return facts
+    groups = read_groups(head)
+    setup = groups.pop("setup", {})
+    facts["settings"] = {group: {known_name(group, name): setting_value(group, name, value) for name, value in values.items()}
+                         for group, values in groups.items()}
+    facts["clearance"], facts["clearance_right"] = number(setup, "clearance_left"), number(setup, "clearance_right")
+    facts["axle_height"], facts["axle_roll"] = number(setup, "axle_height"), number(setup, "axle_roll")
+    facts["table_points"] = str(setup.get("table_points", ""))
+    facts["table_errors"] = {place.replace("_", " "): (number(setup, name, 0), number(setup, name, 1))
+                             for name in setup if (place := name.removeprefix("table_error_")) != name
+                             and not place.endswith("_right")}
+    results = read_groups(tail).get("results")
+    if results is None:
+        raise Error("expected the group &results after the last row, found none: the run is not finished, or the file is cut")
+    return facts | read_results(results)
+
+
+def read_results(results: Mapping[str, Any]) -> dict[str, Any]:
+    """Keyword arguments of Record from the group `&results`."""
+    def pairs(value: str, time: str, names: Sequence[str]) -> dict[str, tuple[float, float]]:
+        found = {name: (number(results, value + name.lower()), number(results, time + name.lower())) for name in names
+                 if value + name.lower() in results}
+        return {name: pair for name, pair in found.items() if pair[0] or "farthest" in value}
+
+    listed = results.get("event", [])
+    events = listed if isinstance(listed, list) else [listed]
+    return {
+        "peaks": pairs("peak_n_", "t_peak_", CONTACTS), "blows": pairs("peak_p_", "t_peak_p_", CONTACTS),
+        "extremes": pairs("farthest_", "t_farthest_", ("left", "right", "up")),
+        "drift": number(results, "drift"), "step": number(results, "step"),
+        "steps": int(number(results, "steps")), "missed": int(number(results, "missed")), "ending": str(results.get("end", "")),
+        "counts": {kind: int(number(results, count_name(kind))) for kind in event_kinds() if count_name(kind) in results},
+        "events": tuple(Event(number(event, "t"), str(event.get("kind", "")),
+                              number(event, "force") if "force" in event else np.nan,
+                              {c: number(event, f"p_{c.lower()}") for c in CONTACTS if f"p_{c.lower()}" in event},
+                              number(event, "loss") if "loss" in event else 0.0)
+                        for event in events if isinstance(event, Mapping))}
+
+
+def read_groups(lines: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """The namelist groups among comment lines; names in small letters."""
+    kept: list[str] = []
+    inside = False
+    for line in lines:
+        inside = inside or line.startswith("&")
+        if inside:
+            kept.append(line)
+        inside = inside and line.strip() != "/"
+    try:
+        found = f90nml.reads("\n".join(kept) + "\n")
+        return {group: dict(values) for group, values in found.items() if isinstance(values, Mapping)}
+    except Exception as error:      # whatever f90nml finds wrong with a text
+        raise Error(f"expected namelist groups, found {type(error).__name__}: {error}") from None
+
+
+def number(group: Mapping[str, Any], name: str, k: int | None = None) -> float:
+    """A finite number of a group, or the k-th of several."""
+    value = group.get(name)
+    if k is not None and isinstance(value, list) and len(value) > k:
+        value = value[k]
+    if not isinstance(value, int | float) or isinstance(value, bool) or not np.isfinite(value):
+        raise Error(f"expected a number for {name}, found {value!r}")
+    return float(value)
 
 
 @cache
-def kinds() -> dict[tuple[str, str], str]:
-    """Kinds of the namelist's variables, by group and name."""
-    return {(variable.group, variable.name): variable.kind for variable in variables()}
+def kinds() -> dict[tuple[str, str], tuple[str, str]]:
+    """Names and kinds of the namelist's variables, by group and name in small letters."""
+    return {(variable.group, variable.name.lower()): (variable.name, variable.kind) for variable in variables()}
 
 
-def setting_value(group: str, name: str, word: str) -> Setting:
-    """A text without its quotes, or a number; of a variable that this version does not know, whichever it is."""
-    word = word.strip()
-    kind = kinds().get((group, name), "")
-    if kind == "text" or word.startswith("'"):
-        return word.removeprefix("'").removesuffix("'").replace("''", "'")
-    if kind:
-        return number(word)
-    with suppress(ValueError):
-        return float(word)
-    return word
+def known_name(group: str, name: str) -> str:
+    return kinds().get((group, name), (name, ""))[0]
+
+
+def setting_value(group: str, name: str, value: Any) -> Setting:
+    """A text or a number; of a variable that this version does not know, whichever it is."""
+    kind = kinds().get((group, name), ("", ""))[1]
+    if kind == "text":
+        return str(value or "")
+    return number({name: value}, name) if kind else value
 
 
 def energy_reference(record: Record) -> float:

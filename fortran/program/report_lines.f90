@@ -1,0 +1,156 @@
+!> Lines of words and numbers that the summary for the terminal and the comments of files have in common.
+module report_lines
+  use case, only: case_type
+  use contact_table, only: table_type
+  use kinds, only: dp
+  use profile, only: profile_type
+  use run_setup, only: setup_type
+  use text, only: str, with_zero
+  implicit none
+  private
+  public :: add_formulation, add_profiles, add_tables, add_warnings, table_points, fixed, scientific, newline, zone_places
+
+  character, parameter :: newline = new_line('a')
+  character(10), parameter :: zone_places(4) = [character(10) :: 'tread', 'flange', 'both', 'going over']
+
+contains
+
+  !> What a rigid formulation means for the case.
+  subroutine add_formulation(lines, c)
+    character(:), allocatable, intent(inout) :: lines
+    type(case_type), intent(in) :: c
+
+    select case (c%formulation)
+    case ('bilateral')
+      lines = lines//'formulation bilateral: rigid contacts, both wheels are held on their rails; a negative N is a rail that '// &
+        'pulls; P: impulses where contact jumps along the wheel'//newline
+    case ('unilateral')
+      lines = lines//'formulation unilateral: rigid contacts that only push, restitution '//str(c%restitution)// &
+        '; N: of contact that lasts, P: impulses of impacts so far'//newline
+    case default
+      return
+    end select
+    lines = lines//'not used with it: &material, &table but lateral, roll and drop (where a derailed run ends), &contact '// &
+      'model, &integrator scheme, order, beta, gamma, tolerance, max_iterations'//newline
+  end subroutine add_formulation
+
+  !> How exact the contact tables are, and a warning where that is not what was asked for.
+  subroutine add_tables(lines, c, setup)
+    character(:), allocatable, intent(inout) :: lines
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+
+    if (c%formulation /= 'elastic') return
+    if (setup%symmetric) then
+      call add_table(lines, c, 'contact table', setup%wheelset%table)
+    else
+      call add_table(lines, c, 'left contact table', setup%wheelset%table)
+      call add_table(lines, c, 'right contact table', setup%wheelset%right_table)
+    end if
+  end subroutine add_tables
+
+  subroutine add_table(lines, c, what, table)
+    character(:), allocatable, intent(inout) :: lines
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: what
+    type(table_type), intent(in) :: table
+    integer :: k
+
+    lines = lines//what//': model '//trim(c%model)//', '//trim(table_points(table))//' points'//newline
+    if (any(table%accuracy%poses > 0)) then
+      lines = lines//'its error, rms (largest), of max(|F|, 5 kN):'
+      do k = 1, size(zone_places)
+        if (table%accuracy%poses(k) == 0) cycle
+        lines = lines//' '//trim(zone_places(k))//' '//scientific(table%accuracy%rms(k))//' ('// &
+          scientific(table%accuracy%largest(k))//'),'
+      end do
+      lines = lines(:len(lines) - 1)//newline
+    end if
+    call add_warnings(lines, c, what, table)
+  end subroutine add_table
+
+  !> Points of a table by zone: across, over roll, over depth.
+  function table_points(table) result(words)
+    type(table_type), intent(in) :: table
+    character(256) :: words
+    integer :: z
+
+    words = ''
+    do z = 1, size(table%zones)
+      associate (t => table%zones(z))
+        if (z > 1) words = trim(words)//' +'
+        words = trim(words)//' '//str(t%u%n)//' x '//str(t%roll%n)//' x '//str(t%q%n)
+      end associate
+    end do
+    words = adjustl(words)
+  end function table_points
+
+  !> What a table could not be made to be.
+  subroutine add_warnings(lines, c, what, table)
+    character(:), allocatable, intent(inout) :: lines
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: what
+    type(table_type), intent(in) :: table
+
+    if (table%solutions(2) > 0) lines = lines//'warning: '//what//': '//str(table%solutions(2))//' of '// &
+      str(table%solutions(1))//' half-space solutions did not converge; see whether the error is larger than '// &
+      '&table accuracy'//newline
+    if (table%accuracy%unsolved > 0) lines = lines//'warning: '//what//': '//str(table%accuracy%unsolved)//' of '// &
+      str(sum(table%accuracy%poses) + table%accuracy%unsolved)//' half-space solutions that its error is measured by '// &
+      'did not converge; they are not in it'//newline
+    if (any(table%accuracy%poses > 0) .and. any(table%accuracy%rms(:3) > c%accuracy)) lines = lines//'warning: '//what// &
+      ': expected an rms error of at most &table accuracy = '//str(c%accuracy)//' in service, reached '// &
+      scientific(maxval(table%accuracy%rms(:3)))//newline
+  end subroutine add_warnings
+
+  !> One line where both sides have the same profile, or one per side.
+  subroutine add_profiles(lines, what, p)
+    character(:), allocatable, intent(inout) :: lines
+    character(*), intent(in) :: what
+    type(profile_type), intent(in) :: p(2)
+
+    if (p(1)%file == p(2)%file) then
+      call add_profile(lines, what, p(1))
+    else
+      call add_profile(lines, 'left '//what, p(1))
+      call add_profile(lines, 'right '//what, p(2))
+    end if
+  end subroutine add_profiles
+
+  subroutine add_profile(lines, what, p)
+    character(:), allocatable, intent(inout) :: lines
+    character(*), intent(in) :: what
+    type(profile_type), intent(in) :: p
+
+    lines = lines//what//' profile: '//p%file//', CRC-32 '//p%checksum
+    if (p%reconstruction) lines = lines//', RECONSTRUCTION (not the organisers'' file)'
+    if (p%taken /= '') lines = lines//', '//p%taken
+    if (p%mended /= '') lines = lines//'; '//p%mended
+    lines = lines//newline
+  end subroutine add_profile
+
+  pure function written(form, x) result(word)
+    character(*), intent(in) :: form
+    real(dp), intent(in) :: x
+    character(40) :: word
+
+    write (word, form) x
+    word = with_zero(adjustl(word))
+  end function written
+
+  pure function fixed(x, digits) result(word)
+    real(dp), intent(in) :: x
+    integer, intent(in) :: digits
+    character(len_trim(written('(f0.'//str(digits)//')', x))) :: word
+
+    word = written('(f0.'//str(digits)//')', x)
+  end function fixed
+
+  pure function scientific(x) result(word)
+    real(dp), intent(in) :: x
+    character(len_trim(written('(es9.2)', x))) :: word
+
+    word = written('(es9.2)', x)
+  end function scientific
+
+end module report_lines

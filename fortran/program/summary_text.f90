@@ -1,0 +1,171 @@
+!> What a run says on the terminal.
+module summary_text
+  use case, only: case_type, output_path
+  use events, only: elastic_kinds, event_kinds, kept
+  use kinds, only: dp
+  use profile, only: profile_type
+  use report_lines, only: add_formulation, add_profiles, add_tables, fixed, newline, scientific
+  use run_monitor, only: run_type
+  use run_results, only: ending
+  use run_setup, only: setup_type
+  use text, only: str
+  use wheelset, only: contact_name
+  implicit none
+  private
+  public :: summary
+
+  integer, parameter :: listed_impacts = 5
+
+contains
+
+  !> The text for the terminal.
+  subroutine summary(c, setup, run, lines)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(run_type), intent(in) :: run
+    character(:), allocatable, intent(out) :: lines
+    character(:), allocatable :: events
+
+    lines = trim(c%name)//': '//trim(c%title)//newline
+    call add_formulation(lines, c)
+    if (remarkable(setup%wheel)) call add_profiles(lines, 'wheel', setup%wheel)
+    if (remarkable(setup%rail)) call add_profiles(lines, 'rail', setup%rail)
+    call add_clearances(lines, setup)
+    lines = lines//'equilibrium: axle '//fixed(setup%equilibrium(2), 6)// &
+      ' m above the rails, approach '//fixed(1e3_dp*(setup%centred(2) - setup%equilibrium(2)), 4)//' mm, '// &
+      fixed(0.5e-3_dp*setup%wheelset%weight(), 3)//' kN per wheel'// &
+      trim(merge('           ', ' on average', setup%symmetric))//newline
+    call add_rest(lines, setup)
+    call add_frequencies(lines, setup)
+    call add_tables(lines, c, setup)
+    call outcome(c, run, listed_impacts, events)
+    lines = lines//events//'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
+      merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//newline// &
+      'columns: '//trim(output_path(c))//', '//str(run%rows)//' rows'//newline
+  end subroutine summary
+
+  !> Clearance, to either side where they differ.
+  subroutine add_clearances(lines, setup)
+    character(:), allocatable, intent(inout) :: lines
+    type(setup_type), intent(in) :: setup
+
+    if (setup%symmetric) then
+      lines = lines//'rigid-axle clearance [mm]: 2 x '//fixed(1e3_dp*setup%side(1)%clearance, 3)//newline
+    else
+      lines = lines//'rigid-axle clearance [mm]: left '//fixed(1e3_dp*setup%side(1)%clearance, 3)//', right '// &
+        fixed(1e3_dp*setup%side(2)%clearance, 3)//newline
+    end if
+  end subroutine add_clearances
+
+  !> Where a wheelset of two different sides stays by itself, as the columns tell it.
+  subroutine add_rest(lines, setup)
+    character(:), allocatable, intent(inout) :: lines
+    type(setup_type), intent(in) :: setup
+
+    if (setup%symmetric) return
+    associate (q => setup%rest - setup%equilibrium)
+      lines = lines//'at rest off the centre: Y = '//str(q(1))//' m, Z = '//str(q(2))//' m, roll = '//str(q(3))//' rad'//newline
+    end associate
+  end subroutine add_rest
+
+  !> Eigenfrequencies at equilibrium, named by what moves most (in kinetic energy).
+  subroutine add_frequencies(lines, setup)
+    character(:), allocatable, intent(inout) :: lines
+    type(setup_type), intent(in) :: setup
+    character(8), parameter :: motion(3) = [character(8) :: 'lateral', 'vertical', 'roll']
+    integer :: k
+
+    lines = lines//'eigenfrequencies at equilibrium [Hz]:'
+    do k = 1, setup%modes
+      lines = lines//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' '// &
+        fixed(setup%frequency(k), 4)
+      if (k < setup%modes) lines = lines//','
+    end do
+    lines = lines//newline
+  end subroutine add_frequencies
+
+  !> Whether something is to be said of a profile.
+  pure logical function remarkable(p)
+    type(profile_type), intent(in) :: p(2)
+
+    remarkable = p(1)%taken//p(1)%mended//p(2)%taken//p(2)%mended /= '' .or. p(1)%file /= p(2)%file
+  end function remarkable
+
+  !> Lines about the outcome, with so many impacts at most.
+  subroutine outcome(c, run, impacts, lines)
+    type(case_type), intent(in) :: c
+    type(run_type), intent(in) :: run
+    integer, intent(in) :: impacts
+    character(:), allocatable, intent(out) :: lines
+    character(5), parameter :: way(3) = [character(5) :: 'left', 'right', 'up']
+    integer :: k, kinds, struck
+
+    struck = 0
+    lines = ''
+    if (run%changes /= '') lines = 'initial conditions follow the constraints: '//run%changes//newline
+    lines = lines//'events:'//newline
+    do k = 1, run%log%n
+      associate (event => run%log%list(k))
+        if (event_kinds(event%kind) == 'impact') struck = struck + 1
+        if (event_kinds(event%kind) == 'impact' .and. struck > impacts) cycle
+        lines = lines//'  t = '//fixed(event%t, 6)//' s  '//trim(event_kinds(event%kind))
+        if (abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0) &
+          lines = lines//', lateral force '//fixed(1e-3_dp*event%force, 3)//' kN'
+        if (any(abs(event%impulse) > 0)) lines = lines//trim(impact(event%impulse, event%loss))
+        lines = lines//newline
+      end associate
+    end do
+    if (sum(run%log%counts) > run%log%n - max(0, struck - impacts)) then
+      lines = lines//'  (listed: the first '//str(kept)//' of each kind'
+      if (struck > 0) lines = lines//', '//str(impacts)//' impacts'
+      lines = lines//')'//newline
+    end if
+    lines = lines//'  in all:'
+    kinds = merge(elastic_kinds, size(event_kinds), c%formulation == 'elastic')
+    do k = 1, kinds
+      lines = lines//' '//str(run%log%counts(k))//' '//trim(event_kinds(k))
+      if (k < kinds) lines = lines//','
+    end do
+    lines = lines//newline//'farthest [mm]:'
+    do k = 1, 3
+      lines = lines//' '//trim(way(k))//' '//fixed(1e3_dp*run%extreme(k), 6)//' at '//fixed(run%extreme_time(k), 6)//' s'
+      if (k < 3) lines = lines//','
+    end do
+    lines = lines//newline//'peak normal forces [kN]:'
+    do k = 1, 4
+      lines = lines//' '//contact_name(k)//' '//fixed(1e-3_dp*run%peak(k), 3)
+      if (run%peak(k) > 0) lines = lines//' at '//fixed(run%peak_time(k), 6)//' s'
+      if (k < 4) lines = lines//','
+    end do
+    if (c%formulation /= 'elastic') then
+      lines = lines//newline//'largest impulses [N s]:'
+      do k = 1, 4
+        lines = lines//' '//contact_name(k)//' '//fixed(run%largest_impulse(k), 3)
+        if (run%largest_impulse(k) > 0) lines = lines//' at '//fixed(run%impulse_time(k), 6)//' s'
+        if (k < 4) lines = lines//','
+      end do
+      lines = lines//newline//'energy lost in impacts [J]: '//fixed(run%loss, 6)
+    end if
+    lines = lines//newline//'energy drift, largest [J]: '//scientific(run%drift)
+    if (run%kinetic_energy > 0) lines = lines//', of initial kinetic energy '// &
+      scientific(run%drift/run%kinetic_energy)
+    lines = lines//newline//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, '//str(run%cuts)//' cut'
+    if (run%missed > 0) lines = lines//', '//str(run%missed)//' over energy_tolerance after '//str(c%max_halvings)//' halvings'
+    lines = lines//'; contact evaluations: '//str(run%evaluations)//newline
+    lines = lines//'ended at t = '//fixed(run%last(1), 6)//' s: '//trim(ending(c, run))//newline
+  end subroutine outcome
+
+  !> Impulses and loss of an impact.
+  function impact(impulse, loss) result(words)
+    real(dp), intent(in) :: impulse(4), loss
+    character(240) :: words
+    integer :: k
+
+    words = ', impulses [N s]'
+    do k = 1, 4
+      if (abs(impulse(k)) > 0) words = trim(words)//' '//contact_name(k)//' '//fixed(impulse(k), 3)
+    end do
+    words = trim(words)//', energy lost [J] '//fixed(loss, 6)
+  end function impact
+
+end module summary_text
