@@ -26,7 +26,7 @@ def run(folder: Path, wheel: str, rail: str, **profiles: object) -> tuple[float,
     said = header(folder / "columns.txt")
     for line in re.findall(r"^\w+ profile: .*(?:mended|turned|MiniProf|SIMPACK|in m\b).*$", said, re.M):
         assert line in done.stdout          # what the header says of a file, the summary says too
-    clearance = float(re.search(r"clearance \[mm\]: 2 x (\S+)", said)[1])
+    clearance = float(re.search(r"clearance \[mm\]: 2 x (\S+)", done.stdout)[1])
     return clearance, columns(folder / "columns.txt")["Y"], said
 
 

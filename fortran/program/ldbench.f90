@@ -1,8 +1,9 @@
 !> The command `ldbench`: one namelist file in, one column file out.
 program ldbench
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use case, only: case_type, check_case, list_variables, output_path, range_text, read_case, right_table_path, value_text, &
-    variable_type
+  use case, only: case_type, list_variables, output_path, range_text, right_table_path, value_text, variable_type
+  use case_check, only: check_case
+  use case_reader, only: read_case
   use column_writer, only: column_file
   use errors, only: error_type, fatal_error, placed
   use kinds, only: version

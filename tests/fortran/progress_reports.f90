@@ -30,7 +30,8 @@ contains
 
 end module listener
 program progress_reports
-  use case, only: case_type, read_case
+  use case, only: case_type
+  use case_reader, only: read_case
   use errors, only: error_type
   use listener, only: listening_monitor
   use row_sink, only: row_list

@@ -2,7 +2,8 @@
 !> by direct evaluation.
 module shared
   use, intrinsic :: iso_fortran_env, only: int64
-  use case, only: case_type, read_case
+  use case, only: case_type
+  use case_reader, only: read_case
   use contact_zones, only: set_moduli, zone_energy, zone_force
   use errors, only: error_type
   use wheel_rail_pair, only: new_scan, scan_depth, scan_type

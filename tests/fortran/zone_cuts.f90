@@ -4,7 +4,8 @@
 !> Reads split angles [rad] from standard input; writes for each: the wheel's stations, where it is refused
 !> 0, else the zones, and of each of at most six: first and last station, its length [mm], 1 for the flange.
 program zone_cuts
-  use case, only: case_type, read_case
+  use case, only: case_type
+  use case_reader, only: read_case
   use contact_zones, only: find_zones, max_zones, zone_type
   use errors, only: error_type
   use kinds, only: dp

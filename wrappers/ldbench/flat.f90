@@ -69,7 +69,9 @@ end subroutine describe_results
 
 !> A namelist file, or (is_text = 1) the text of one that is called `file`, as a case.
 subroutine read_namelist(file, is_text, source, n, numbers, words, message, length)
-  use case, only: case_type, check_case, read_case
+  use case, only: case_type
+  use case_check, only: check_case
+  use case_reader, only: read_case
   use errors, only: error_type
   use handles, only: export_case, give_error
   use text, only: line_type, read_lines, split_lines
@@ -98,7 +100,8 @@ end subroutine read_namelist
 
 !> Check the values of a case; `file` is for messages.
 subroutine check_values(file, n, numbers, words, message, length)
-  use case, only: case_type, check_case
+  use case, only: case_type
+  use case_check, only: check_case
   use errors, only: error_type
   use handles, only: give_error, import_case
   implicit none

@@ -130,6 +130,9 @@ def read_record(path: str | PathLike[str], columns: str | PathLike[str] | None =
     path = Path(path)
     facts = read_header(path)
     table = read_columns(path, None if facts["settings"] else columns)
+    if facts["settings"] and "ending" not in facts and "time" in table.columns:
+        raise Error(f"{path}: expected the group &results after the last row, found none: the run is not finished, or the "
+                    "file is cut")
     return Record(**{"file": path, "columns": table, "name": path.stem} | facts)
 
 
@@ -210,9 +213,7 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> dict[str, Any]:
                              for name in setup if (place := name.removeprefix("table_error_")) != name
                              and not place.endswith("_right")}
     results = read_groups(tail).get("results")
-    if results is None:
-        raise Error("expected the group &results after the last row, found none: the run is not finished, or the file is cut")
-    return facts | read_results(results)
+    return facts | (read_results(results) if results else {})
 
 
 def read_results(results: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,90 @@
+!> What a case must satisfy before it is run, wherever it comes from.
+module case_check
+  use case, only: admissible, case_type, list_variables, output_path, range_text, right_table_path, text_length, value_text, &
+    variable_type
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp
+  use system, only: same_file
+  use text, only: str
+  implicit none
+  private
+  public :: check_case
+
+contains
+
+  !> Every range again (a case need not come from a file), and what several
+  !> variables must satisfy together.
+  subroutine check_case(file, c, error)
+    character(*), intent(in) :: file
+    type(case_type), target, intent(inout) :: c
+    type(error_type), allocatable, intent(out) :: error
+    type(variable_type), allocatable :: list(:)
+    integer :: k
+
+    call list_variables(c, list)
+    do k = 1, size(list)
+      if (admissible(list(k))) cycle
+      call fatal_error(error, file//', &'//list(k)%group//' '//list(k)%name//': expected '// &
+        trim(range_text(list(k)))//', found '//value_text(list(k)))
+      return
+    end do
+    if (len_trim(c%name) == 0 .or. scan(trim(c%name), '/ ') > 0) then
+      call fatal_error(error, file//", &case name: expected a word that can name a file, found '"// &
+        trim(c%name)//"'")
+    else if (all(c%order /= [2, 4, 6])) then
+      call fatal_error(error, file//', &integrator order: expected 2, 4 or 6, found '//str(c%order))
+    else if (c%order == 6 .and. .not. (c%scheme == 'newmark' .and. c%beta <= 0)) then
+      call fatal_error(error, file//', &integrator order: expected 2 or 4 unless scheme = ''newmark'' with beta = 0, found 6')
+    else if (c%scheme == 'newmark' .and. c%order > 2 .and. c%gamma > 0.5_dp) then
+      call fatal_error(error, file//', &integrator gamma: expected 0.5 with order = '//str(c%order)//', found '//str(c%gamma))
+    else if (c%formulation /= 'unilateral' .and. c%restitution < 1) then
+      call fatal_error(error, file//', &contact restitution: expected 1, for only formulation = ''unilateral'''// &
+        ' has impacts, found '//str(c%restitution)//' with '''//trim(c%formulation)//'''')
+    else if (c%formulation /= 'elastic' .and. abs(c%stiffness_scale - 1) > 0) then
+      call fatal_error(error, file//', &contact stiffness_scale: expected 1, for contacts are rigid with'// &
+        ' formulation = '''//trim(c%formulation)//''', found '//str(c%stiffness_scale))
+    else if (c%interval < c%dt) then
+      call fatal_error(error, file//', &output interval: expected at least the step &integrator dt = '// &
+        str(c%dt)//' s, found '//str(c%interval))
+    else if (c%interval/c%dt > 1e9_dp) then
+      call fatal_error(error, file//', &integrator dt: expected at most 1e9 steps between rows, found '// &
+        str(c%interval/c%dt))
+    else if (c%interval > c%t_end) then
+      call fatal_error(error, file//', &output interval: expected at most &integrator t_end = '// &
+        str(c%t_end)//' s, found '//str(c%interval))
+    else if (c%t_end/c%interval > 1e7_dp) then
+      call fatal_error(error, file//', &output interval: expected at most 1e7 rows up to t_end, found '// &
+        str(c%t_end/c%interval))
+    else
+      call check_files(file, c, error)
+    end if
+  end subroutine check_case
+
+  !> A file that is written must not be another file of the case.
+  subroutine check_files(file, c, error)
+    character(*), intent(in) :: file
+    type(case_type), intent(in) :: c
+    type(error_type), allocatable, intent(out) :: error
+    character(48), parameter :: names(9) = [character(48) :: 'the namelist itself', '&profiles wheel_profile', &
+      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&table file', &
+      '&table file of the right side', '&output file', '&output geometry_file']
+    integer, parameter :: first_written = 6
+    character(max(len(file), text_length + 12)) :: paths(size(names))     ! the default output path adds 12 characters
+    integer :: i, j
+
+    paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, &
+      c%rail_profile_right, c%table_file, right_table_path(c), output_path(c), c%geometry_file]
+    if (file == 'standard input') paths(1) = '-'
+    do i = first_written, size(names)
+      if (paths(i) == '') cycle
+      do j = 1, i - 1
+        if (paths(j) == '') cycle
+        if (.not. same_file(trim(paths(i)), trim(paths(j)))) cycle
+        call fatal_error(error, file//', '//trim(names(i))//': expected a file of its own, found '// &
+          trim(paths(i))//', which is '//trim(names(j)))
+        return
+      end do
+    end do
+  end subroutine check_files
+
+end module case_check

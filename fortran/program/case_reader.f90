@@ -1,0 +1,236 @@
+!> Read a case from the lines of a namelist file. Fortran's own reading of namelists cannot say what is wrong where.
+module case_reader
+  use case, only: admissible, case_type, list_variables, range_text, text_length, variable_type
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp
+  use text, only: clip, line_type, lower, str, to_real
+  implicit none
+  private
+  public :: read_case
+
+  integer, parameter :: nothing = 0, plain = 1, quoted = 2, mark = 3   ! kinds of words
+
+  !> Where the reading has come to, and the last word.
+  type :: reader_type
+    character(:), allocatable :: file      !! for messages
+    type(line_type), allocatable :: lines(:)
+    integer :: line = 1, column = 1        !! of the next character
+    character(:), allocatable :: group     !! that is open, or ''
+    integer :: kind = nothing
+    character(:), allocatable :: word      !! without quotes
+    character(:), allocatable :: shown     !! as it stands in the file
+  contains
+    procedure :: next
+    procedure :: next_quoted
+    procedure :: fail
+  end type reader_type
+
+contains
+
+  !> Set variables from the lines of a namelist file. Groups come in any order, each at most once; a comment begins with
+  !> `!`. Anything that is not understood is an error that names file, line, group and variable and quotes the line.
+  subroutine read_case(file, lines, c, error)
+    character(*), intent(in) :: file               !! for messages
+    type(line_type), intent(in) :: lines(:)
+    type(case_type), target, intent(inout) :: c
+    type(error_type), allocatable, intent(out) :: error
+    type(variable_type), allocatable :: list(:)
+    type(reader_type) :: reader
+    logical, allocatable :: seen(:)
+    character(:), allocatable :: groups_seen
+
+    call list_variables(c, list)
+    allocate (seen(size(list)))
+    seen = .false.
+    groups_seen = ' '
+    reader%file = file
+    reader%lines = lines
+    reader%group = ''
+    do
+      call reader%next(error)
+      if (allocated(error)) return
+      if (reader%kind == nothing) exit
+      if (reader%group == '') then
+        call open_group(reader, list, groups_seen, error)
+      else if (reader%kind == mark .and. reader%word == '/') then
+        reader%group = ''
+      else if (reader%kind /= mark .or. reader%word /= ',') then
+        call read_variable(reader, list, seen, error)
+      end if
+      if (allocated(error)) return
+    end do
+    if (reader%group /= '') then
+      call fatal_error(error, file//', &'//reader%group// &
+        ': expected / at the end of the group, found the end of the file')
+    else if (len_trim(groups_seen) == 0) then
+      call fatal_error(error, file//': expected namelist groups such as &case, found nothing')
+    end if
+  end subroutine read_case
+
+  !> Open the group that the last word names.
+  subroutine open_group(reader, list, groups_seen, error)
+    type(reader_type), intent(inout) :: reader
+    type(variable_type), intent(in) :: list(:)
+    character(:), allocatable, intent(inout) :: groups_seen    !! names between blanks
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: group, names
+    integer :: k
+
+    if (reader%kind /= plain .or. index(reader%word, '&') /= 1) then
+      call reader%fail('', 'expected a group such as &wheelset', reader%shown, error)
+      return
+    end if
+    group = lower(reader%word(2:))
+    reader%group = group
+    if (.not. any([(list(k)%group == group, k=1, size(list))])) then
+      names = ''
+      do k = 1, size(list)
+        if (index(names//' ', ' &'//list(k)%group//' ') == 0) names = names//' &'//list(k)%group
+      end do
+      call reader%fail('', 'expected one of'//names, reader%word, error)
+    else if (index(groups_seen, ' '//group//' ') > 0) then
+      call reader%fail('', 'expected each group once', 'a second '//reader%word, error)
+    end if
+    groups_seen = groups_seen//group//' '
+  end subroutine open_group
+
+  !> Read a variable, whose name is the last word, its = and its value.
+  subroutine read_variable(reader, list, seen, error)
+    type(reader_type), intent(inout) :: reader
+    type(variable_type), intent(inout) :: list(:)
+    logical, intent(inout) :: seen(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: name, names
+    integer :: j, k
+
+    name = reader%word
+    do k = size(list), 1, -1
+      if (list(k)%group == reader%group .and. lower(list(k)%name) == lower(name)) exit
+    end do
+    if (reader%kind /= plain .or. k == 0) then
+      names = ''
+      do j = 1, size(list)
+        if (list(j)%group == reader%group) names = names//' '//list(j)%name
+      end do
+      call reader%fail('', 'expected one of'//names, name, error)
+      return
+    end if
+    if (seen(k)) then
+      call reader%fail(name, 'expected once', 'a second time', error)
+      return
+    end if
+    seen(k) = .true.
+    call reader%next(error)
+    if (allocated(error)) return
+    if (reader%kind /= mark .or. reader%word /= '=') then
+      call reader%fail(name, 'expected =', reader%shown, error)
+      return
+    end if
+    call reader%next(error)
+    if (.not. allocated(error)) call set_value(reader, list(k), error)
+  end subroutine read_variable
+
+  !> Set a variable to the last word.
+  subroutine set_value(reader, variable, error)
+    type(reader_type), intent(in) :: reader
+    type(variable_type), intent(inout) :: variable
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: x
+    logical :: ok
+
+    if (associated(variable%text)) then
+      ok = reader%kind == quoted .and. len(reader%word) <= text_length
+      if (ok) variable%text = reader%word
+    else
+      ok = .false.
+      if (reader%kind == plain) call to_real(reader%word, x, ok)
+      if (ok .and. associated(variable%i)) ok = abs(x) < 1e9_dp .and. abs(x - anint(x)) <= 0
+      if (ok .and. associated(variable%i)) variable%i = nint(x)
+      if (ok .and. associated(variable%x)) variable%x = x
+    end if
+    if (ok) ok = admissible(variable)
+    if (.not. ok) call reader%fail(variable%name, 'expected '//trim(range_text(variable)), reader%shown, error)
+  end subroutine set_value
+
+  !> Go to the next word: plain text, a quoted text, or one of = , /.
+  subroutine next(this, error)
+    class(reader_type), intent(inout) :: this
+    type(error_type), allocatable, intent(out) :: error
+    integer :: from
+
+    this%kind = nothing
+    this%word = ''
+    this%shown = 'the end of the file'
+    do
+      if (this%line > size(this%lines)) return
+      if (this%column > len(this%lines(this%line)%text)) then
+        this%line = this%line + 1
+        this%column = 1
+      else if (this%lines(this%line)%text(this%column:this%column) == '!') then
+        this%column = len(this%lines(this%line)%text) + 1
+      else if (this%lines(this%line)%text(this%column:this%column) == ' ') then
+        this%column = this%column + 1
+      else
+        exit
+      end if
+    end do
+    associate (t => this%lines(this%line)%text)
+      from = this%column
+      if (scan(t(from:from), '=,/') == 1) then
+        this%kind = mark
+        this%word = t(from:from)
+        this%column = from + 1
+      else if (scan(t(from:from), '''"') == 1) then
+        call this%next_quoted(t, error)
+        if (allocated(error)) return
+      else
+        this%kind = plain
+        this%column = scan(t(from:), ' =,/!''"')
+        if (this%column == 0) this%column = len(t) - from + 2
+        this%column = from + this%column - 1
+        this%word = t(from:this%column - 1)
+      end if
+      this%shown = t(from:this%column - 1)
+    end associate
+  end subroutine next
+
+  !> Go to the end of a text in quotes. Two quotes within it are one that belongs to the text.
+  subroutine next_quoted(this, t, error)
+    class(reader_type), intent(inout) :: this
+    character(*), intent(in) :: t                  !! the line
+    type(error_type), allocatable, intent(out) :: error
+    character :: quote
+    integer :: from, length
+
+    this%kind = quoted
+    from = this%column
+    quote = t(from:from)
+    do
+      length = index(t(this%column + 1:), quote) - 1
+      if (length < 0) then
+        call this%fail('', 'expected a closing quote', t(from:), error)
+        return
+      end if
+      this%word = this%word//t(this%column + 1:this%column + length)
+      this%column = this%column + length + 2
+      if (index(t(this%column:), quote) /= 1) exit
+      this%word = this%word//quote
+    end do
+  end subroutine next_quoted
+
+  subroutine fail(this, name, expected, found, error)
+    class(reader_type), intent(in) :: this
+    character(*), intent(in) :: name, expected, found
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: place, quote
+    integer :: at
+
+    at = min(this%line, size(this%lines))
+    quote = trim(adjustl(this%lines(at)%text))
+    place = this%file//', line '//str(at)
+    if (this%group /= '') place = place//', &'//this%group
+    if (name /= '') place = place//' '//name
+    call fatal_error(error, place//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
+  end subroutine fail
+
+end module case_reader
