@@ -34,6 +34,14 @@ module path_motion
     integer :: at = 1                      !! the pose of that half before |s|; at a pose it may be the one after it
   end type point_type
 
+  !> Start of a step, and the cubic on which the step is made.
+  type :: start_type
+    type(piece_type) :: piece
+    real(dp) :: ends(2)                    !! |s| at both ends of the cubic [m kg^1/2]
+    type(point_type) :: point
+    real(dp) :: time                       !! [s]
+  end type start_type
+
   !> A step on one cubic of the path.
   type :: step_type
     real(dp) :: h = 0                      !! [s]
@@ -161,9 +169,9 @@ contains
     real(dp), intent(inout) :: dt               !! at most; on return the step that was made [s]
     real(dp), intent(inout) :: work             !! grows by the work of the lateral force [J]
     integer, intent(out) :: corner
-    type(piece_type) :: piece
+    type(start_type) :: start
     type(step_type) :: step, turning
-    real(dp) :: ends(2), turn, level
+    real(dp) :: turn, level
     integer :: out
 
     out = way_out(path, w, p, time)
@@ -172,23 +180,22 @@ contains
       return
     end if
     corner = 0
-    piece = piece_at(path, p)
-    ends = path(p%half)%s(p%at:p%at + 1)
-    step = step_on(piece, w, p, time, time_to_end(piece, ends, w, p, time, dt))
+    start = start_type(piece_at(path, p), path(p%half)%s(p%at:p%at + 1), p, time)
+    step = step_from(start, w, time_to_end(start, w, dt))
     turn = 0
     if (p%v*step%point%v < 0) then
       turning = step
-      call cut_step(piece, w, p, time, ends, 0.0_dp, turning)
-      if (side_of(ends, turning%point) /= 0) then
+      call cut_step(start, w, 0.0_dp, turning)
+      if (side_of(start%ends, turning%point) /= 0) then
         step = turning
       else
         turn = turning%h
       end if
     end if
-    out = side_of(ends, step%point)
+    out = side_of(start%ends, step%point)
     if (out /= 0) then
-      level = ends(merge(2, 1, out > 0))
-      call cut_step(piece, w, p, time, ends, turn, step, level)
+      level = start%ends(merge(2, 1, out > 0))
+      call cut_step(start, w, turn, step, level)
       step%point%s = outwards(p)*level
       call pass_pose(path, step%point, out, corner)
     end if
@@ -277,65 +284,64 @@ contains
     side_of = merge(1, 0, outwards(p)*p%s > ends(2)) - merge(1, 0, outwards(p)*p%s < ends(1))
   end function side_of
 
-  !> A step h from the point p on a cubic of the path.
-  pure function step_on(piece, w, p, time, h) result(step)
-    type(piece_type), intent(in) :: piece
+  !> A step h [s] on the cubic.
+  pure function step_from(start, w, h) result(step)
+    type(start_type), intent(in) :: start
     type(wheelset_type), intent(in) :: w
-    type(point_type), intent(in) :: p
-    real(dp), intent(in) :: time, h             !! [s]
+    real(dp), intent(in) :: h
     type(step_type) :: step
     real(dp) :: q(3), t(3), y, f(3), now
     integer :: i
 
     step%h = h
-    step%point = p
-    now = time
-    call evaluate_piece(piece, p%s, q, t)
+    step%point = start%point
+    now = start%time
+    call evaluate_piece(start%piece, step%point%s, q, t)
     y = q(1)
     do i = 1, size(drift)
       f = external_force(w, now)
       step%point%v = step%point%v + kick(i)*h*sum(f*t)
       step%point%s = step%point%s + drift(i)*h*step%point%v
-      call evaluate_piece(piece, step%point%s, q, t)
+      call evaluate_piece(start%piece, step%point%s, q, t)
       ! Time is a coordinate of the step like s: its momentum, the energy, grows by kicks.
-      f = external_force(w, time + sum(kick(:i))*h)
+      f = external_force(w, start%time + sum(kick(:i))*h)
       step%work = step%work + f(1)*(q(1) - y)
       y = q(1)
       now = now + drift(i)*h
     end do
-    f = external_force(w, time + h)
+    f = external_force(w, start%time + h)
     step%acceleration = sum(f*t)
     step%point%v = step%point%v + kick(size(kick))*h*step%acceleration
-  end function step_on
+  end function step_from
 
   !> The time to the next pose by Taylor's formula, and a little more [s]; `dt` if that is longer.
-  pure real(dp) function time_to_end(piece, ends, w, p, time, dt) result(h)
-    type(piece_type), intent(in) :: piece
-    real(dp), intent(in) :: ends(2)             !! |s| at both poses [m kg^1/2]
+  pure real(dp) function time_to_end(start, w, dt) result(h)
+    type(start_type), intent(in) :: start
     type(wheelset_type), intent(in) :: w
-    type(point_type), intent(in) :: p
-    real(dp), intent(in) :: time, dt            !! [s]
-    real(dp) :: q(3), t(3), bend(3), f(3), r, v, a, growth, ahead, root, move
+    real(dp), intent(in) :: dt                  !! [s]
+    real(dp) :: q(3), t(3), curvature(3), f(3), r, v, a, growth, ahead, root, move
 
-    call evaluate_piece(piece, p%s, q, t)
-    bend = (2*piece%power(:, 2) + 6*piece%power(:, 3)*(p%s - piece%s0)*piece%per_s)*piece%per_s**2
-    f = external_force(w, time)
-    r = outwards(p)*p%s
-    v = outwards(p)*p%v
-    a = outwards(p)*sum(f*t)
-    growth = v*sum(f*bend)
-    ahead = ends(2) - r
+    f = external_force(w, start%time)
+    associate (piece => start%piece, p => start%point)
+      call evaluate_piece(piece, p%s, q, t)
+      curvature = (2*piece%power(:, 2) + 6*piece%power(:, 3)*(p%s - piece%s0)*piece%per_s)*piece%per_s**2
+      r = outwards(p)*p%s
+      v = outwards(p)*p%v
+      a = outwards(p)*sum(f*t)
+    end associate
+    growth = v*sum(f*curvature)
+    ahead = start%ends(2) - r
     if (v < 0 .or. v <= 0 .and. a < 0) then
       v = -v
       a = -a
       growth = -growth
-      ahead = r - ends(1)
+      ahead = r - start%ends(1)
     end if
     root = v**2 + 2*a*ahead
     h = dt
     if (root < 0) then
       ! The point turns before that pose and comes to the other one.
-      ahead = ends(2) - ends(1) - ahead
+      ahead = start%ends(2) - start%ends(1) - ahead
       h = 1.02_dp*(v + sqrt(v**2 - 2*a*ahead))/(-a)
     else if (ahead < dt*(v + sqrt(root))) then
       h = 2*ahead/(v + sqrt(root))
@@ -346,30 +352,29 @@ contains
     h = min(h, dt)
   end function time_to_end
 
-  !> Cut a step from the point p to where |s| passes `level` or, without it, the velocity turns, but not before the time
+  !> Cut a step to where |s| passes `level` or, without it, the velocity turns, but not before the time
   !> `low`: Newton's method with second derivatives, bisection where that leaves the bracket.
-  pure subroutine cut_step(piece, w, p, time, ends, low, step, level)
-    type(piece_type), intent(in) :: piece
+  pure subroutine cut_step(start, w, low, step, level)
+    type(start_type), intent(in) :: start
     type(wheelset_type), intent(in) :: w
-    type(point_type), intent(in) :: p
-    real(dp), intent(in) :: time, low           !! [s]
-    real(dp), intent(in) :: ends(2)             !! |s| at both ends of the cubic [m kg^1/2]
+    real(dp), intent(in) :: low                 !! [s]
     type(step_type), intent(inout) :: step
     real(dp), intent(in), optional :: level     !! [m kg^1/2]
     real(dp) :: a, b, h, f, slope, beyond, small, move
-    integer :: iter
+    integer :: iter, sign_of_s
 
+    sign_of_s = outwards(start%point)
     a = low
     b = step%h
-    small = 1e-9_dp*max(abs(p%v), abs(step%point%v))
-    if (present(level)) small = 4*epsilon(level)*ends(2)
+    small = 1e-9_dp*max(abs(start%point%v), abs(step%point%v))
+    if (present(level)) small = 4*epsilon(level)*start%ends(2)
     beyond = 0
     do iter = 1, 100
       h = step%h
       f = step%point%v
       slope = step%acceleration
-      if (present(level)) f = outwards(p)*step%point%s - level
-      if (present(level)) slope = outwards(p)*step%point%v
+      if (present(level)) f = sign_of_s*step%point%s - level
+      if (present(level)) slope = sign_of_s*step%point%v
       if (abs(f) <= small) exit
       if (iter == 1) beyond = f
       if (f*beyond > 0) then
@@ -381,10 +386,10 @@ contains
       move = (a + b)/2 - h
       if (abs(slope)*(b - a) > abs(f)) then
         move = -f/slope
-        if (present(level)) move = -f/(slope + outwards(p)*step%acceleration*move/2)
+        if (present(level)) move = -f/(slope + sign_of_s*step%acceleration*move/2)
         if (h + move <= a .or. h + move >= b) move = (a + b)/2 - h
       end if
-      step = step_on(piece, w, p, time, h + move)
+      step = step_from(start, w, h + move)
     end do
   end subroutine cut_step
 

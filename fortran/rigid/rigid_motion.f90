@@ -9,12 +9,13 @@ module rigid_motion
   use errors, only: error_type, fatal_error
   use gap_functions, only: contacts_type, gap_type, mirror, new_contacts, search_stations, tightest
   use geometry_functions, only: rigid_contact
+  use impacts, only: contacts_ok
   use kinds, only: dp
   use motion_state, only: motion_type
   use path_motion, only: advance_along, path_state, point_type, start_at, turn_corner
   use rigid_path, only: path_type, tangent
   use text, only: str
-  use unilateral, only: advance_contacts, contacts_ok, rule_type, start_contacts
+  use unilateral, only: advance_contacts, rule_type, start_contacts
   use wheelset, only: wheelset_type
   implicit none
   private

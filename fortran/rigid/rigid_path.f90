@@ -36,10 +36,11 @@ module rigid_path
     real(dp) :: per_s                      !! 1/length, negative to the right of the centre
   end type piece_type
 
-  !> A pose on the path.
+  !> A pose on the path; the components are those of path_type.
   type :: pose_type
-    real(dp) :: q(3), t(3)                 !! pose and tangent
-    type(gap_type) :: c(2)                 !! left and right contact
+    real(dp) :: s = 0, q(3) = 0, t(3) = 0
+    integer :: stretch = 1
+    type(gap_type) :: c(2)
   end type pose_type
 
   real(dp), parameter :: accuracy = 1e-12_dp   ! of the interpolated path [m]
@@ -58,10 +59,11 @@ contains
     real(dp), intent(in) :: beyond              !! lateral displacement at which the path may end [m]
     type(path_type), intent(out) :: path
     type(contacts_type) :: contacts
+    type(pose_type), allocatable :: list(:)
     type(pose_type) :: here, next
     type(gap_type) :: left_behind
-    real(dp) :: h, scale, error, length
-    integer :: k(2), wheel
+    real(dp) :: h, scale, error
+    integer :: k(2), wheel, n, i
     logical :: ok
 
     scale = sqrt(inertia(1))
@@ -72,15 +74,17 @@ contains
     here%c = contacts%c(k)
     call close_gaps(side, inertia, here%c, here%q, ok)
     here%t = tangent(inertia, here%c, [1.0_dp, 0.0_dp, 0.0_dp])
-    call append(path, here, 0.0_dp, new_stretch=.true.)
+    allocate (list(1024))
+    n = 0
+    call append(list, n, here)
     h = first_step*scale
     do while (ok .and. here%q(1) < beyond .and. abs(here%q(3)) < 1.0_dp)
-      call smooth_step(side, inertia, here, h, next, length, error, ok)
+      call smooth_step(side, inertia, here, h, next, error, ok)
       if (.not. ok) exit
-      call find_corner(side, inertia, here, contacts, k, h, next, length, wheel, ok)
+      call find_corner(side, inertia, here, contacts, k, h, next, wheel, ok)
       if (.not. ok) exit
       here = next
-      call append(path, here, length, new_stretch=.false.)
+      call append(list, n, here)
       if (wheel > 0) then
         left_behind = here%c(wheel)
         here%c(wheel) = contacts%c(k(wheel))
@@ -88,61 +92,49 @@ contains
         ! The path goes on to where the point that touched so far opens.
         here%t = tangent(inertia, here%c, here%t)
         if (dot_product(here%t, left_behind%gradient) < 0) here%t = -here%t
-        call append(path, here, 0.0_dp, new_stretch=.true.)
+        here%stretch = here%stretch + 1
+        call append(list, n, here)
         h = first_step*scale
       else
         h = min(1.5_dp*h, longest*scale, h*max(0.5_dp, 0.8_dp*sqrt(sqrt(accuracy/max(error, 1e-16_dp)))))
       end if
-      if (path%n > most_poses) ok = .false.
+      if (n > most_poses) ok = .false.
     end do
     if (.not. ok .or. here%q(1) < beyond) path%stuck = h/scale
+
+    path%n = n
+    path%s = list(:n)%s
+    path%stretch = list(:n)%stretch
+    allocate (path%q(3, n), path%t(3, n), path%c(2, n))
+    do i = 1, n
+      path%q(:, i) = list(i)%q
+      path%t(:, i) = list(i)%t
+      path%c(:, i) = list(i)%c
+    end do
   end subroutine follow_path
 
-  !> Add a pose to the path, at the arc length `length` from the last one.
-  subroutine append(path, pose, length, new_stretch)
-    type(path_type), intent(inout) :: path
+  !> Add a pose to a list of n poses, which grows as needed.
+  subroutine append(list, n, pose)
+    type(pose_type), allocatable, intent(inout) :: list(:)
+    integer, intent(inout) :: n
     type(pose_type), intent(in) :: pose
-    real(dp), intent(in) :: length
-    logical, intent(in) :: new_stretch
-    type(path_type) :: old
-    integer :: n, room
 
-    n = path%n
-    if (n == 0) then
-      room = 1024
-      allocate (path%s(room), path%q(3, room), path%t(3, room), path%stretch(room), path%c(2, room))
-    else if (n == size(path%s)) then
-      room = 2*n
-      old = path
-      deallocate (path%s, path%q, path%t, path%stretch, path%c)
-      allocate (path%s(room), path%q(3, room), path%t(3, room), path%stretch(room), path%c(2, room))
-      path%s(:n) = old%s
-      path%q(:, :n) = old%q
-      path%t(:, :n) = old%t
-      path%stretch(:n) = old%stretch
-      path%c(:, :n) = old%c
-    end if
-    path%n = n + 1
-    path%s(n + 1) = length
-    path%stretch(n + 1) = merge(1, 0, new_stretch)
-    if (n > 0) path%s(n + 1) = path%s(n) + length
-    if (n > 0) path%stretch(n + 1) = path%stretch(n) + path%stretch(n + 1)
-    path%q(:, n + 1) = pose%q
-    path%t(:, n + 1) = pose%t
-    path%c(:, n + 1) = pose%c
+    if (n == size(list)) list = [list, list]
+    n = n + 1
+    list(n) = pose
   end subroutine append
 
   !> A step so short that the Hermite cubic follows the path; h is halved until it does.  `ok` is false if no step does.
-  subroutine smooth_step(side, inertia, here, h, next, length, error, ok)
+  subroutine smooth_step(side, inertia, here, h, next, error, ok)
     type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: inertia(3)
     type(pose_type), intent(in) :: here
     real(dp), intent(inout) :: h                !! along the tangent [m kg^1/2]
     type(pose_type), intent(out) :: next
-    real(dp), intent(out) :: length             !! arc length from `here` to `next` [m kg^1/2]
     real(dp), intent(out) :: error              !! distance between cubic and path at most [m]
     logical, intent(out) :: ok
     type(pose_type) :: middle
+    real(dp) :: length
 
     do
       call step(side, inertia, here, h, next, ok)
@@ -151,6 +143,7 @@ contains
         next%t = tangent(inertia, next%c, here%t)
         length = arc_length(inertia, here%q, middle%q, next%q)
         error = max(miss(inertia, here, next, length, middle), miss_at(0.25_dp), miss_at(0.75_dp))
+        next%s = here%s + length
         if (error < accuracy) return
       end if
       h = h/2
@@ -175,7 +168,7 @@ contains
 
   !> Cut the step to `next` to where another point of a wheel comes to touch the rail, if one does: the path has a corner
   !> there, and k becomes the index of that point.
-  subroutine find_corner(side, inertia, here, contacts, k, h, next, length, wheel, ok)
+  subroutine find_corner(side, inertia, here, contacts, k, h, next, wheel, ok)
     type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: inertia(3)
     type(pose_type), intent(in) :: here
@@ -183,7 +176,6 @@ contains
     integer, intent(inout) :: k(2)              !! indices of the left and right contact
     real(dp), intent(inout) :: h                !! the step [m kg^1/2]
     type(pose_type), intent(inout) :: next
-    real(dp), intent(inout) :: length           !! arc length from `here` to `next` [m kg^1/2]
     integer, intent(out) :: wheel               !! the wheel that has the corner, 0: none
     logical, intent(out) :: ok                  !! false: a step to the corner fails
     logical :: closed(size(contacts%c))
@@ -219,7 +211,7 @@ contains
     k(wheel) = other
     call step(side, inertia, here, h/2, middle, ok)
     next%t = tangent(inertia, next%c, here%t)
-    length = arc_length(inertia, here%q, middle%q, next%q)
+    next%s = here%s + arc_length(inertia, here%q, middle%q, next%q)
 
   contains
 
@@ -235,16 +227,16 @@ contains
 
   end subroutine find_corner
 
-  !> Go from `here` along the tangent by h, then back to both rails across it.  The tangent at the end is not set.
+  !> Go from `here` along the tangent by h, then back to both rails across it.  Of `there` pose and contacts are set.
   subroutine step(side, inertia, here, h, there, ok)
     type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: inertia(3)
     type(pose_type), intent(in) :: here
     real(dp), intent(in) :: h                   !! [m kg^1/2]
-    type(pose_type), intent(inout) :: there
+    type(pose_type), intent(out) :: there
     logical, intent(out) :: ok                  !! false: no pose on both rails is near, or a contact is at an end of its zone
 
-    there%c = here%c
+    there = here
     there%q = here%q + h*here%t
     call close_gaps(side, inertia, there%c, there%q, ok)
     if (ok) ok = kinetic_norm(inertia, there%q - here%q - h*here%t) < 0.3_dp*abs(h) &

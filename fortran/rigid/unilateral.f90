@@ -5,22 +5,13 @@
 !>     M q'' = f + J' force,   J q'' + q'.g_qq q' = 0.
 !>
 !> Free flight is exact.  Else the step is the classical Runge-Kutta step of fourth order, after which pose and velocity
-!> are projected onto the closed contacts in the kinetic metric.  A step ends where a gap closes or a force vanishes.
-!>
-!> Impact: Newton's law in the form of J. J. Moreau, "Unilateral contact and dry friction in finite freedom
-!> dynamics" (1988), for all contacts that touch at that instant at once: impulses P >= 0 with
-!>
-!>     u+ + e u- >= 0,  P.(u+ + e u-) = 0,  u+ = u- + J M^-1 J' P,
-!>
-!> which conserves energy for e = 1 and, for e = 0, projects the velocity onto what the contacts admit.
-!>
-!> Accumulating impacts: an approach slower than `resting` ends in contact (e = 0).  Which of the contacts
-!> at rest carry a force is the same complementarity problem for forces and accelerations.
+!> are projected onto the closed contacts in the kinetic metric.  A step ends where a gap closes or a force vanishes;
+!> `impacts` says what happens there.
 module unilateral
-  use complementarity, only: solve_complementarity
-  use constraint_forces, only: close_gaps, closing_forces, convective_acceleration, couplings, most_closed, set_state, stop_gaps
+  use constraint_forces, only: close_gaps, closing_forces, stop_gaps
   use contact_zones, only: side_type
   use gap_functions, only: contacts_type, find_gap, gap_type
+  use impacts, only: contacts_ok, resolve_contacts, set_forces, still, touching
   use kinds, only: dp
   use motion_state, only: motion_type
   use rival_points, only: drop_merged_rivals, search_rivals
@@ -28,7 +19,7 @@ module unilateral
   use wheelset, only: external_force, wheelset_type
   implicit none
   private
-  public :: rule_type, start_contacts, advance_contacts, contacts_ok, contacts_stuck, contacts_many
+  public :: rule_type, start_contacts, advance_contacts
 
   type :: rule_type
     real(dp) :: restitution = 1        !! coefficient of restitution, 0 to 1
@@ -41,16 +32,12 @@ module unilateral
     real(dp) :: h = 0                  !! time from the start of the step [s]
     type(motion_type) :: motion
     type(gap_type), allocatable :: c(:)
+    logical, allocatable :: closed(:)  !! which of them
+    integer :: evaluations = 0         !! of the contacts so far
   end type state_type
 
-  real(dp), parameter :: resting = 1e-7_dp     ! slowest approach that bounces [m/s]
-  real(dp), parameter :: touching = 1e-12_dp   ! a gap that is closed at an event [m]
-  real(dp), parameter :: still = 1e-8_dp       ! rate of a gap that neither opens nor closes, at most [m/s]
   real(dp), parameter :: pierced = 1e-14_dp    ! depth of a gap that has closed within a step [m]
   real(dp), parameter :: reach = 1e-4_dp       ! of a search: farther away another point of a wheel may be nearest [m]
-
-  ! Status: as it should be; no impulses or forces solve the problem; more contacts would close than can.
-  integer, parameter :: contacts_ok = 0, contacts_stuck = 1, contacts_many = 2
 
 contains
 
@@ -63,11 +50,11 @@ contains
     type(contacts_type), intent(inout) :: contacts
     logical, intent(out) :: closed(:)      !! of contacts%c
     type(motion_type), intent(inout) :: motion
-    integer, intent(out) :: status         !! contacts_ok, contacts_stuck or contacts_many
+    integer, intent(out) :: status         !! of `resolve_contacts`
 
     closed = .false.
     call search_rivals(side, motion%q, closed, contacts)
-    call resolve_contacts(w, rule, contacts%c, closed, motion, released=0, status=status)
+    call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released=0, status=status)
   end subroutine start_contacts
 
   !> One step of at most dt, or up to the next event.
@@ -81,28 +68,28 @@ contains
     type(motion_type), intent(inout) :: before   !! just before the event that ends the step, if one does
     real(dp), intent(inout) :: dt          !! at most; on return the step that was made [s]
     integer, intent(out) :: evaluations    !! of the contacts
-    integer, intent(out) :: status         !! contacts_ok, contacts_stuck or contacts_many
+    integer, intent(out) :: status         !! of `resolve_contacts`
     type(state_type) :: from, to
     real(dp) :: h
     integer :: event, halved, released
     logical :: merged
 
     status = contacts_ok
-    evaluations = 0
     if (contacts%stale .or. norm2(motion%q(:2) - contacts%searched(:2)) + abs(motion%q(3) - contacts%searched(3)) > reach) &
       call search_rivals(side, motion%q, closed, contacts)
-    from = state_type(0.0_dp, motion, contacts%c)
+    from = state_type(0.0_dp, motion, contacts%c, closed)
     to = from
     h = dt
     do halved = 0, rule%halvings
-      call move(side, w, closed, from, h, to, evaluations)
+      call move(side, w, from, h, to)
       if (halved == rule%halvings .or. rule%tolerance <= 0) exit
       if (abs(energy_change(w, from%motion, to%motion)) <= rule%tolerance) exit
       h = h/2
     end do
-    call find_event(side, w, closed, from, dt, to, event, merged, evaluations)
+    call find_event(side, w, from, dt, to, event, merged)
 
     dt = to%h
+    evaluations = to%evaluations
     motion = to%motion
     contacts%c = to%c
     ! A jump of the energy may come from another point of a wheel.
@@ -113,7 +100,7 @@ contains
       call set_forces(w, contacts%c, closed, before)
       released = merge(event, 0, closed(event))
       closed(event) = .false.
-      call resolve_contacts(w, rule, contacts%c, closed, motion, released, status)
+      call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released, status)
     else
       call set_forces(w, contacts%c, closed, motion)
     end if
@@ -121,32 +108,34 @@ contains
 
   !> Cut the step to its first event: contact `event` closes, or its force vanishes; 0: there is none.  The event that a
   !> step seems to begin with is located; while an earlier one shows in the shorter step, that one is.
-  subroutine find_event(side, w, closed, from, dt, to, event, merged, evaluations)
+  subroutine find_event(side, w, from, dt, to, event, merged)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
-    logical, intent(in) :: closed(:)
     type(state_type), intent(in) :: from   !! start of the step
     real(dp), intent(in) :: dt             !! the longest step [s]
     type(state_type), intent(inout) :: to  !! end of the step
     integer, intent(out) :: event
     logical, intent(out) :: merged         !! a point has come together with a rival, which goes on from there
-    integer, intent(inout) :: evaluations
+    real(dp) :: h
     integer :: k, trials
 
     event = 0
     merged = .false.
-    do trials = 1, 3*size(closed)
-      k = first_broken(w, closed, from, to)
+    do trials = 1, 3*size(to%c)
+      k = first_broken(w, from, to)
       if (k == 0) exit
       event = k
-      if (.not. closed(k) .and. new_gap(from, to, k) > -pierced) then
-        call move_to_dip(side, w, closed, from, k, to, evaluations)
+      if (.not. to%closed(k) .and. new_gap(from, to, k) > -pierced) then
+        ! The gap may be negative within the step, where it is least.
+        h = to%h
+        call move(side, w, from, dip_time(from, to, k), to)
         if (new_gap(from, to, k) > -pierced) then
+          call move(side, w, from, h, to)
           event = 0
           exit
         end if
       end if
-      call locate_event(side, w, closed, from, dt, k, to, merged, evaluations)
+      call locate_event(side, w, from, dt, k, to, merged)
       if (to%h <= 0) exit
       if (merged) event = 0
     end do
@@ -154,22 +143,21 @@ contains
 
   !> The contact that pierces the rail or pulls at the end of the step, or has pierced it within the step: the one that
   !> does so first, as far as can be told; 0: none.
-  integer function first_broken(w, closed, from, to) result(first)
+  integer function first_broken(w, from, to) result(first)
     type(wheelset_type), intent(in) :: w
-    logical, intent(in) :: closed(:)
     type(state_type), intent(in) :: from, to
-    real(dp) :: when, earliest, force(size(closed)), force_before(size(closed))
+    real(dp) :: when, earliest, force(size(to%c)), force_before(size(to%c))
     integer :: i
 
     first = 0
     if (to%h <= 0) return
-    force = normal_forces(w, closed, to)
+    force = normal_forces(w, to)
     earliest = huge(earliest)
-    do i = 1, size(closed)
+    do i = 1, size(to%c)
       when = huge(when)
-      if (closed(i)) then
+      if (to%closed(i)) then
         if (force(i) < -1e-8_dp*w%weight()) then
-          force_before = normal_forces(w, closed, from)
+          force_before = normal_forces(w, from)
           when = to%h*min(1.0_dp, 1/(1 - force(i)/max(force_before(i), 1.0_dp)))
         end if
       else if (new_gap(from, to, i) < -pierced) then
@@ -184,43 +172,25 @@ contains
     end do
   end function first_broken
 
-  !> Cut the step to where the gap of contact k is least, if it is negative there.
-  subroutine move_to_dip(side, w, closed, from, k, to, evaluations)
-    type(side_type), intent(in) :: side(:)
-    type(wheelset_type), intent(in) :: w
-    logical, intent(in) :: closed(:)
-    type(state_type), intent(in) :: from
-    integer, intent(in) :: k
-    type(state_type), intent(inout) :: to
-    integer, intent(inout) :: evaluations
-    real(dp) :: h
-
-    h = to%h
-    call move(side, w, closed, from, dip_time(from, to, k), to, evaluations)
-    if (new_gap(from, to, k) > -pierced) call move(side, w, closed, from, h, to, evaluations)
-  end subroutine move_to_dip
-
   !> Cut the step to the instant at which contact k closes, if it is open, or at which its force vanishes.
-  subroutine locate_event(side, w, closed, from, dt, k, to, merged, evaluations)
+  subroutine locate_event(side, w, from, dt, k, to, merged)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
-    logical, intent(in) :: closed(:)
     type(state_type), intent(in) :: from
     real(dp), intent(in) :: dt             !! the longest step [s]
     integer, intent(in) :: k
     type(state_type), intent(inout) :: to
     logical, intent(inout) :: merged       !! instead, the contact's point has come together with a rival
-    integer, intent(inout) :: evaluations
     type(bracket_type) :: range
-    real(dp) :: force(size(closed)), h, x, f, first, last, low
+    real(dp) :: force(size(to%c)), h, x, f, first, last, low
     integer :: iter
 
     h = to%h
     low = 0
-    if (closed(k)) then
-      force = normal_forces(w, closed, from)
+    if (to%closed(k)) then
+      force = normal_forces(w, from)
       first = force(k)
-      force = normal_forces(w, closed, to)
+      force = normal_forces(w, to)
       last = force(k)
     else
       ! The zero of gap/time is wanted: a gap that opens at the start has no zero there.
@@ -232,7 +202,7 @@ contains
         low = h
         do iter = 1, 50
           low = low/2
-          call move(side, w, closed, from, low, to, evaluations)
+          call move(side, w, from, low, to)
           first = (new_gap(from, to, k) - 0.1_dp*pierced)/low
           if (first > 0) exit
         end do
@@ -240,17 +210,17 @@ contains
     end if
     if (first <= 0) then
       ! The event is at the start.
-      call move(side, w, closed, from, 0.0_dp, to, evaluations)
+      call move(side, w, from, 0.0_dp, to)
       return
     end if
     range = bracket_type(low, first, h, last)
     do iter = 1, 100
       x = range%guess()
-      call move(side, w, closed, from, x, to, evaluations)
+      call move(side, w, from, x, to)
       merged = to%c(k)%absent
       if (merged .or. abs(range%b - range%a) <= 4*epsilon(x)*range%b) exit
-      if (closed(k)) then
-        force = normal_forces(w, closed, to)
+      if (to%closed(k)) then
+        force = normal_forces(w, to)
         f = force(k)
         if (abs(f) < 1e-9_dp*w%weight()) exit
       else
@@ -263,34 +233,32 @@ contains
     end do
   end subroutine locate_event
 
-  !> The state after the time h with the same contacts closed, and all gaps there.
-  subroutine move(side, w, closed, from, h, to, evaluations)
+  !> The state after the time h with the same contacts closed, and all gaps there.  `to` must have been a copy of `from`.
+  subroutine move(side, w, from, h, to)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
-    logical, intent(in) :: closed(:)
     type(state_type), intent(in) :: from
     real(dp), intent(in) :: h              !! [s]
     type(state_type), intent(inout) :: to
-    integer, intent(inout) :: evaluations
-    integer :: i, on(count(closed))
+    integer :: i, on(count(from%closed))
 
     to%h = h
     to%motion = from%motion
     to%c = from%c
-    if (count(closed) == 0) then
+    if (size(on) == 0) then
       call fly(w, h, to%motion)
     else
       ! Two halves: their error in energy is a sixteenth, below that of an impact.
-      on = pack([(i, i=1, size(closed))], closed)
+      on = pack([(i, i=1, size(to%c))], to%closed)
       call slide(side, w, h/2, on, to%c, to%motion)
       call slide(side, w, h/2, on, to%c, to%motion)
-      evaluations = evaluations + 8
+      to%evaluations = to%evaluations + 8
     end if
-    do i = 1, size(closed)
-      if (.not. closed(i)) call find_gap(side, to%motion%q, to%c(i))
+    do i = 1, size(to%c)
+      if (.not. to%closed(i)) call find_gap(side, to%motion%q, to%c(i))
     end do
-    call drop_merged_rivals(closed, to%c)
-    evaluations = evaluations + 1
+    call drop_merged_rivals(to%closed, to%c)
+    to%evaluations = to%evaluations + 1
   end subroutine move
 
   !> Change of the total energy less the work of the lateral force [J].
@@ -341,15 +309,14 @@ contains
   end function lowest_gap
 
   !> Normal force of every contact, 0 for open ones [N].
-  pure function normal_forces(w, closed, state) result(force)
+  pure function normal_forces(w, state) result(force)
     type(wheelset_type), intent(in) :: w
-    logical, intent(in) :: closed(:)
     type(state_type), intent(in) :: state
-    real(dp) :: force(size(closed)), part(count(closed))
+    real(dp) :: force(size(state%c)), part(count(state%closed))
     logical :: ok
 
-    call closing_forces(w%inertia(), external_force(w, state%motion%t), state%motion%v, pack(state%c, closed), part, ok)
-    force = unpack(part, closed, 0.0_dp)
+    call closing_forces(w%inertia(), external_force(w, state%motion%t), state%motion%v, pack(state%c, state%closed), part, ok)
+    force = unpack(part, state%closed, 0.0_dp)
   end function normal_forces
 
   !> Free flight over the time h under a lateral force that grows linearly: exact.
@@ -421,82 +388,5 @@ contains
     call stop_gaps(inertia, part, motion%v)
     c(on) = part
   end subroutine slide
-
-  !> Resolve what happens where contacts touch: an impact if one approaches, then the forces that set in.
-  subroutine resolve_contacts(w, rule, c, closed, motion, released, status)
-    type(wheelset_type), intent(in) :: w
-    type(rule_type), intent(in) :: rule
-    type(gap_type), intent(in) :: c(:)
-    logical, intent(inout) :: closed(:)
-    type(motion_type), intent(inout) :: motion
-    integer, intent(in) :: released        !! contact whose force has just vanished, or 0
-    integer, intent(out) :: status         !! contacts_ok, contacts_stuck or contacts_many
-    integer, allocatable :: on(:)
-    real(dp), allocatable :: acceleration(:), force(:)
-    integer :: i
-    logical :: ok
-
-    status = contacts_ok
-    on = pack([(i, i=1, size(c))], c%gap <= touching)
-    call strike(w, rule%restitution, c(on), motion, ok)
-    if (.not. ok) status = contacts_stuck
-    if (.not. ok) return
-    ! Contacts at rest carry a force or open.
-    on = pack(on, [(abs(dot_product(c(on(i))%gradient, motion%v)) <= still .and. on(i) /= released, i=1, size(on))])
-    acceleration = [(sum(c(on(i))%gradient*external_force(w, motion%t)/w%inertia()) &
-      + convective_acceleration(c(on(i)), motion%v), i=1, size(on))]
-    allocate (force(size(on)))
-    call solve_complementarity(couplings(w%inertia(), c(on)), acceleration, force, ok)
-    if (.not. ok) status = contacts_stuck
-    closed = .false.
-    do i = 1, size(on)
-      closed(on(i)) = force(i) > 0
-    end do
-    if (count(closed) > most_closed) status = contacts_many
-    if (status == contacts_ok) call set_forces(w, c, closed, motion)
-  end subroutine resolve_contacts
-
-  !> Change the velocity by the impact of contacts that touch, if one of them approaches.  `ok` is false if no impulses
-  !> solve the law of impact.
-  subroutine strike(w, restitution, c, motion, ok)
-    type(wheelset_type), intent(in) :: w
-    real(dp), intent(in) :: restitution
-    type(gap_type), intent(in) :: c(:)
-    type(motion_type), intent(inout) :: motion
-    logical, intent(out) :: ok
-    real(dp) :: rate(size(c)), impulse(size(c)), inertia(3), v(3)
-    integer :: i
-
-    ok = .true.
-    rate = [(dot_product(c(i)%gradient, motion%v), i=1, size(c))]
-    if (.not. any(rate < -still)) return
-    inertia = w%inertia()
-    call solve_complementarity(couplings(inertia, c), rate + merge(restitution, 0.0_dp, rate <= -resting)*rate, impulse, ok)
-    if (.not. ok) return
-    v = motion%v
-    do i = 1, size(c)
-      motion%v = motion%v + impulse(i)*c(i)%gradient/inertia
-      associate (k => c(i)%contact)
-        motion%impulse(k) = motion%impulse(k) + impulse(i)
-        if (impulse(i) > 0 .and. any(rate <= -resting)) motion%contact%struck(k) = .true.
-      end associate
-    end do
-    motion%loss = motion%loss - 0.5_dp*sum(inertia*(motion%v - v)*(motion%v + v))
-  end subroutine strike
-
-  !> Set the contact forces of a motion whose closed contacts are known.
-  subroutine set_forces(w, c, closed, motion)
-    type(wheelset_type), intent(in) :: w
-    type(gap_type), intent(in) :: c(:)
-    logical, intent(in) :: closed(:)
-    type(motion_type), intent(inout) :: motion
-    real(dp) :: force(count(closed))
-    logical :: struck(4), ok
-
-    struck = motion%contact%struck
-    call closing_forces(w%inertia(), external_force(w, motion%t), motion%v, pack(c, closed), force, ok)
-    call set_state(pack(c, closed), force, motion%contact)
-    motion%contact%struck = struck
-  end subroutine set_forces
 
 end module unilateral
