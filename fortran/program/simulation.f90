@@ -4,7 +4,7 @@ module simulation
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use table_error, only: measure
-  use path_motion, only: lowest_point, point_type, small_motion
+  use path_points, only: lowest_point, point_type, small_motion
   use rigid_path, only: follow_path, path_end, path_type
   use case, only: case_type, right_table_path, text_length
   use columns, only: elastic_columns, fill_row, n_columns, n_rigid_columns

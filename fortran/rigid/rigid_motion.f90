@@ -12,7 +12,8 @@ module rigid_motion
   use impacts, only: contacts_ok
   use kinds, only: dp
   use motion_state, only: motion_type
-  use path_motion, only: advance_along, path_state, point_type, start_at, turn_corner
+  use path_motion, only: advance_along, turn_corner
+  use path_points, only: path_state, point_type, start_at
   use rigid_path, only: path_type, tangent
   use text, only: str
   use unilateral, only: advance_contacts, rule_type, start_contacts
