@@ -109,9 +109,9 @@ contains
     type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: q(3)           !! axle centre y, z [m], roll [rad]
     type(gap_type), intent(inout) :: c
-    real(dp), parameter :: longest = 5e-4_dp   ! step [m]
+    real(dp), parameter :: longest = 5e-4_dp   ! longest step [m]
     real(dp), parameter :: close = 1e-9_dp     ! the last step [m]: Newton's method squares the error once more
-    integer, parameter :: patience = 12        ! steps that Newton's method takes where it converges
+    integer, parameter :: patience = 12        ! number of steps in which Newton's method converges if it does
     real(dp), dimension(2) :: r, r1, r2, x, x1, x2, f, f1, f2, e, t, n
     real(dp) :: own(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, before, reach, last_step, &
       ends(2), spin(3), shear(3)

@@ -19,8 +19,8 @@ module path_points
   type :: point_type
     real(dp) :: s = 0                      !! arc length, positive to the left [m kg^1/2]
     real(dp) :: v = 0                      !! ds/dt [m kg^1/2/s]
-    integer :: half = 1                    !! of the path: 1 to the left of the centre, 2 to the right
-    integer :: at = 1                      !! the pose of that half before |s|; at a pose it may be the one after it
+    integer :: half = 1                    !! half of the path: 1 to the left of the centre, 2 to the right
+    integer :: at = 1                      !! |s| lies between the poses `at` and `at` + 1 of that half
   end type point_type
 
 contains

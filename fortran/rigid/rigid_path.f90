@@ -43,10 +43,10 @@ module rigid_path
     type(gap_type) :: c(2)
   end type pose_type
 
-  real(dp), parameter :: accuracy = 1e-12_dp   ! of the interpolated path [m]
-  real(dp), parameter :: longest = 1e-4_dp     ! step [m]
-  real(dp), parameter :: first_step = 1e-5_dp  ! at the centre and after a corner [m]
-  real(dp), parameter :: shortest = 1e-9_dp    ! step: where it fails, the path ends [m]
+  real(dp), parameter :: accuracy = 1e-12_dp   ! distance between cubic and path, at most [m]
+  real(dp), parameter :: longest = 1e-4_dp     ! longest step [m]
+  real(dp), parameter :: first_step = 1e-5_dp  ! step at the centre and after a corner [m]
+  real(dp), parameter :: shortest = 1e-9_dp    ! shortest step; where it fails, the path ends [m]
   integer, parameter :: most_poses = 100000
 
 contains
@@ -227,7 +227,7 @@ contains
 
   end subroutine find_corner
 
-  !> Go from `here` along the tangent by h, then back to both rails across it.  Of `there` pose and contacts are set.
+  !> Go from `here` along the tangent by h, then back to both rails across it.  This sets the pose and the contacts of `there`.
   subroutine step(side, inertia, here, h, there, ok)
     type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: inertia(3)

@@ -14,7 +14,7 @@ module rival_points
 
   real(dp), parameter :: least_distance = 3e-5_dp  ! two points of a zone that are closer together are one [m]
   real(dp), parameter :: near = 1e-4_dp            ! gaps that a step may close [m]
-  real(dp), parameter :: stride = 2.5e-5_dp        ! of the search along the wheel beside a known point [m]
+  real(dp), parameter :: stride = 2.5e-5_dp        ! step of the search along the wheel beside a known point [m]
   integer, parameter :: strides = 48
 
 contains

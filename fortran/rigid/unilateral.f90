@@ -24,7 +24,7 @@ module unilateral
   type :: rule_type
     real(dp) :: restitution = 1        !! coefficient of restitution, 0 to 1
     real(dp) :: tolerance = 0          !! change of the total energy that a step may make [J]; 0: any
-    integer :: halvings = 10           !! of a step, at most
+    integer :: halvings = 10           !! how often a step may be halved
   end type rule_type
 
   !> Motion and contacts at the start or the end of a step.
@@ -37,7 +37,7 @@ module unilateral
   end type state_type
 
   real(dp), parameter :: pierced = 1e-14_dp    ! depth of a gap that has closed within a step [m]
-  real(dp), parameter :: reach = 1e-4_dp       ! of a search: farther away another point of a wheel may be nearest [m]
+  real(dp), parameter :: reach = 1e-4_dp       ! move after which another point of a wheel may be nearest: a search is due [m]
 
 contains
 
@@ -233,7 +233,7 @@ contains
     end do
   end subroutine locate_event
 
-  !> The state after the time h with the same contacts closed, and all gaps there.  `to` must have been a copy of `from`.
+  !> The state after the time h with the same contacts closed, and all gaps there.  `to` starts as a copy of `from`.
   subroutine move(side, w, from, h, to)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
