@@ -136,6 +136,7 @@ contains
     type(pose_type) :: middle
     real(dp) :: length
 
+    error = huge(error)
     do
       call step(side, inertia, here, h, next, ok)
       if (ok) call step(side, inertia, here, h/2, middle, ok)
