@@ -18,7 +18,7 @@ module motion_state
     ! Of rigid contacts so far:
     real(dp) :: impulse(4) = 0         !! of impacts, by contact [N s]
     real(dp) :: loss = 0               !! energy lost in impacts [J]
-    real(dp) :: rest(3) = 0            !! what rounding has left of q in flight, where 1e4 steps add up to 1e-9 J
+    real(dp) :: remainder(3) = 0       !! Kahan remainder of q in free flight, without which 1e4 steps lose 1e-9 J
   end type motion_type
 
 end module motion_state

@@ -5,7 +5,8 @@ module run_equilibrium
   use eigenmodes, only: small_oscillations
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use rigid_path, only: follow_path, lowest_point, path_type, point_type, small_motion
+  use path_points, only: lowest_point, point_type, small_motion
+  use rigid_path, only: follow_path, path_type
   use run_setup, only: setup_type
   use text, only: str
   use wheelset, only: find_rest, hold, settle

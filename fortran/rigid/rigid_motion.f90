@@ -1,47 +1,53 @@
-!> The motion of a wheelset with rigid contacts, bilateral or unilateral: how it starts, and its steps.
+!> The motion of a wheelset with rigid contacts, bilateral or unilateral: how it starts, and how it steps.
+!>
+!> The mirror image of a case gives the mirror image of its results, to the last digit: contacts have an order, left and
+!> right do not.  So a case is mirrored before it is integrated if it starts to the right, and the results are mirrored
+!> back.
 module rigid_motion
-  use rigid_path, only: advance_along, path_state, path_type, point_type, start_at, tangent, turn_corner
+  use constraint_forces, only: close_gaps
   use contact_zones, only: side_type
   use errors, only: error_type, fatal_error
-  use gap_functions, only: close_gaps, contacts_type, gap_type, new_contacts, search, tightest
+  use gap_functions, only: contacts_type, gap_type, mirror, new_contacts, search_stations, tightest
+  use geometry_functions, only: rigid_contact
+  use impacts, only: contacts_ok
   use kinds, only: dp
   use motion_state, only: motion_type
-  use geometry_functions, only: rigid_contact
+  use path_motion, only: advance_along, turn_corner
+  use path_points, only: path_state, point_type, start_at
+  use rigid_path, only: path_type, tangent
   use text, only: str
-  use unilateral, only: advance_contacts, contacts_ok, rule_type, start_contacts
+  use unilateral, only: advance_contacts, rule_type, start_contacts
   use wheelset, only: wheelset_type
   implicit none
   private
   public :: rigid_type, start_rigid, advance_rigid, rigid_ok, rigid_end, rigid_stuck, rigid_crowded
 
-  !> What is known of the motion beside pose and velocity.
+  !> State of a run with rigid contacts.
   type :: rigid_type
     logical :: bilateral = .false.
     type(wheelset_type) :: w
     type(rule_type) :: rule
-    type(point_type) :: point              !! bilateral
-    type(contacts_type) :: all             !! unilateral
-    logical, allocatable :: closed(:)      !! which of them
-    type(motion_type) :: own               !! or its mirror image, see below
-    type(motion_type) :: before            !! just before the last impact
-    logical :: mirrored = .false.
-    real(dp) :: step = 0                   !! the next one to try [s]
+    type(point_type) :: point              !! on the path (bilateral)
+    type(contacts_type) :: contacts        !! (unilateral)
+    logical, allocatable :: closed(:)      !! which of contacts%c are closed (unilateral)
+    type(motion_type) :: own               !! the motion that is integrated, maybe the mirror image of the case's
+    type(motion_type) :: before            !! the case's motion just before the last impact
+    logical :: mirrored = .false.          !! the mirror image of the case is integrated
     integer :: idle = 0                    !! events in a row without time between them
   end type rigid_type
 
-  ! The mirrored case is integrated as the case itself and then mirrored: contacts have an order, left and right do not.
-  real(dp), parameter :: mirror(3) = [-1, 1, -1]
   integer, parameter :: most_idle = 100
+  ! Status of a step: as it should be; the path ends; contacts fail; impacts follow each other without end.
   integer, parameter :: rigid_ok = 0, rigid_end = 1, rigid_stuck = 2, rigid_crowded = 3
 
 contains
 
-  !> The first pose and velocity.  On the rails they follow the constraints: lateral position and velocity are the
-  !> case's, the rest follows.  With unilateral contacts a wheelset in the air starts as the case says.
+  !> Start a run: the first pose and velocity.  On the rails lateral position and velocity are the case's, and the
+  !> constraints give the other components.  With unilateral contacts a wheelset in the air starts as the case says.
   subroutine start_rigid(bilateral, rule, offset, given_rate, w, side, path, equilibrium, r, motion, changes, error)
     logical, intent(in) :: bilateral              !! both wheels are held on their rails
     type(rule_type), intent(in) :: rule
-    real(dp), intent(in) :: offset(3)             !! of the initial pose from `equilibrium`: y, z [m], roll [rad]
+    real(dp), intent(in) :: offset(3)             !! initial pose relative to `equilibrium`: y, z [m], roll [rad]
     real(dp), intent(in) :: given_rate(3)         !! initial velocity [m/s, m/s, rad/s]
     type(wheelset_type), intent(in) :: w
     type(side_type), intent(in) :: side(:)        !! left, right
@@ -49,7 +55,7 @@ contains
     real(dp), intent(in) :: equilibrium(3)        !! y, z [m], roll [rad]
     type(rigid_type), intent(out) :: r
     type(motion_type), intent(out) :: motion
-    character(:), allocatable, intent(out) :: changes   !! what is not as the case says, in words
+    character(:), allocatable, intent(out) :: changes   !! in words, what differs from the case
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: given(3), rate(3), first
     integer :: k
@@ -57,7 +63,7 @@ contains
 
     given = equilibrium + offset
     rate = given_rate
-    ! Mirrored where the first of these that is not zero is negative.
+    ! The case is mirrored if the first of these that is not zero is negative.
     associate (order => [rate(1), offset(1), offset(3), rate(3), w%lateral_force, w%lateral_ramp, equilibrium(3), &
       side(1)%clearance - side(2)%clearance])
       first = 0
@@ -86,7 +92,7 @@ contains
         trim(merge('bilateral ', 'unilateral', bilateral))//''', found none there')
       return
     end if
-    motion = shown(r%own, r%mirrored)
+    motion = to_case(r%own, r%mirrored)
     if (r%mirrored) given = mirror*given
     changes = ''
     call compare('Z', given(2) - equilibrium(2), motion%q(2) - equilibrium(2), 1e-12_dp, 'm')
@@ -107,15 +113,15 @@ contains
 
   end subroutine start_rigid
 
-  !> The same of the wheelset that is integrated, from the pose and velocity that r has; `vy` is that to the left [m/s].
+  !> Put the wheelset that is integrated on its rails, from the pose and velocity in r%own.
   subroutine start_own(side, path, vy, r, ok)
     type(side_type), intent(in) :: side(:)        !! left, right
     type(path_type), intent(in) :: path(:)        !! to the left, to the right
-    real(dp), intent(in) :: vy
+    real(dp), intent(in) :: vy                    !! lateral velocity [m/s]
     type(rigid_type), intent(inout) :: r
     logical, intent(out) :: ok
     type(gap_type) :: touching(2)
-    real(dp), parameter :: air = 1e-9_dp          ! [m]
+    real(dp), parameter :: air = 1e-9_dp          ! gap of a wheelset that is not on the rails [m]
     real(dp) :: t(3), station(2), y
     integer :: status
 
@@ -130,33 +136,34 @@ contains
         call path_state(path, side, r%w, r%point, 0.0_dp, r%own%q, r%own%v, r%own%contact)
       end if
     else
-      r%all = new_contacts(side, rivals=.true.)
-      allocate (r%closed(size(r%all%c)))
-      call search(side, r%own%q, r%all)
+      r%contacts = new_contacts(side, rivals=.true.)
+      allocate (r%closed(size(r%contacts%c)))
+      call search_stations(side, r%own%q, r%contacts)
       ok = .true.
-      if (any(r%all%c%gap < air)) then
+      if (any(r%contacts%c%gap < air)) then
         call rigid_contact(side, [1, 1], y, r%own%q(3), r%own%q(2), station, ok)
         if (ok) then
-          call search(side, r%own%q, r%all)
-          touching = r%all%c([tightest(r%all, 1), tightest(r%all, 2)])
+          call search_stations(side, r%own%q, r%contacts)
+          touching = r%contacts%c([tightest(r%contacts, 1), tightest(r%contacts, 2)])
           call close_gaps(side, r%w%inertia(), touching, r%own%q, ok)
           t = tangent(r%w%inertia(), touching, [1.0_dp, 0.0_dp, 0.0_dp])
           r%own%v = t*vy/t(1)
         end if
       end if
-      if (ok) call start_contacts(side, r%w, r%rule, r%all, r%closed, r%own, status)
+      if (ok) call start_contacts(side, r%w, r%rule, r%contacts, r%closed, r%own, status)
       if (ok) ok = status == contacts_ok
     end if
   end subroutine start_own
 
-  !> A step of at most dt, or up to what happens before; `motion` is before and after it.
+  !> A step of at most dt, or up to the next event.
   subroutine advance_rigid(side, path, r, motion, dt, evaluations, status)
     type(side_type), intent(in) :: side(:)     !! left, right
     type(path_type), intent(in) :: path(:)     !! to the left, to the right
     type(rigid_type), intent(inout) :: r
-    type(motion_type), intent(out) :: motion
-    real(dp), intent(inout) :: dt              !! on return what was taken [s]
-    integer, intent(out) :: evaluations, status
+    type(motion_type), intent(out) :: motion   !! at the end of the step
+    real(dp), intent(inout) :: dt              !! at most; on return the step that was made [s]
+    integer, intent(out) :: evaluations        !! of the contacts
+    integer, intent(out) :: status             !! rigid_ok, rigid_end, rigid_stuck or rigid_crowded
     real(dp) :: asked
 
     asked = dt
@@ -167,11 +174,11 @@ contains
     end if
     r%idle = merge(r%idle + 1, 0, dt <= epsilon(dt)*asked)
     if (r%idle > most_idle) status = rigid_crowded
-    motion = shown(r%own, r%mirrored)
-    if (any(motion%contact%struck)) r%before = shown(r%before, r%mirrored)
+    motion = to_case(r%own, r%mirrored)
+    if (any(motion%contact%struck)) r%before = to_case(r%before, r%mirrored)
   end subroutine advance_rigid
 
-  !> The same of the wheelset that is integrated.
+  !> A step of the wheelset that is integrated.
   subroutine advance_own(side, path, r, dt, evaluations, status)
     type(side_type), intent(in) :: side(:)
     type(path_type), intent(in) :: path(:)
@@ -180,14 +187,15 @@ contains
     integer, intent(out) :: evaluations, status
 
     if (r%bilateral) then
-      call along_path(path, side, r, dt, evaluations, status)
+      call advance_bilateral(path, side, r, dt, evaluations, status)
     else
-      call advance_contacts(side, r%w, r%rule, r%all, r%closed, r%own, r%before, dt, evaluations, status)
+      call advance_contacts(side, r%w, r%rule, r%contacts, r%closed, r%own, r%before, dt, evaluations, status)
       if (status /= contacts_ok) status = rigid_stuck
     end if
   end subroutine advance_own
 
-  subroutine along_path(path, side, r, dt, evaluations, status)
+  !> A step along the path on both rails, cut until it keeps the energy; it ends in a corner that it meets.
+  subroutine advance_bilateral(path, side, r, dt, evaluations, status)
     type(path_type), intent(in) :: path(:)
     type(side_type), intent(in) :: side(:)
     type(rigid_type), intent(inout) :: r
@@ -229,10 +237,10 @@ contains
     r%point = p
     r%own%t = time
     r%own%work = work
-  end subroutine along_path
+  end subroutine advance_bilateral
 
-  !> The motion of the case, from the one that is integrated.
-  pure function shown(own, mirrored) result(motion)
+  !> The motion of the case, from the motion that is integrated.
+  pure function to_case(own, mirrored) result(motion)
     type(motion_type), intent(in) :: own
     logical, intent(in) :: mirrored
     type(motion_type) :: motion
@@ -253,6 +261,6 @@ contains
       c%struck = mine%struck(other)
       c%pulls = mine%pulls(other)
     end associate
-  end function shown
+  end function to_case
 
 end module rigid_motion

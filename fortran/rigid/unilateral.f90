@@ -2,282 +2,324 @@
 !>
 !> The motion goes from event to event.  Between them some contacts, none to three, stay closed:
 !>
-!>     M q'' = f + J' force,   J q'' + q'.g_qq q' = 0,
+!>     M q'' = f + J' force,   J q'' + q'.g_qq q' = 0.
 !>
-!> in flight exactly, else by the classical Runge-Kutta step of fourth order, after which pose and velocity are
-!> projected onto the closed contacts in the kinetic metric.  A step ends where a gap closes or a force vanishes.
-!>
-!> Impact: Newton's law in the form of J. J. Moreau, "Unilateral contact and dry friction in finite freedom
-!> dynamics" (1988), for all contacts that touch at that instant at once: impulses P >= 0 with
-!>
-!>     u+ + e u- >= 0,  P.(u+ + e u-) = 0,  u+ = u- + J M^-1 J' P,
-!>
-!> which conserves energy for e = 1 and, for e = 0, projects the velocity onto what the contacts admit.
-!>
-!> Accumulating impacts: an approach slower than `resting` ends in contact (e = 0).  Which of the contacts
-!> at rest carry a force is the same complementarity problem for forces and accelerations.
+!> Free flight is exact.  Else the step is the classical Runge-Kutta step of fourth order, after which pose and velocity
+!> are projected onto the closed contacts in the kinetic metric.  A step ends where a gap closes or a force vanishes;
+!> `impacts` says what happens there.
 module unilateral
-  use root_bracket, only: bracket_type
+  use constraint_forces, only: close_gaps, closing_forces, stop_gaps
   use contact_zones, only: side_type
-  use gap_functions, only: bending, close_gaps, closing_forces, complement, contacts_type, couplings, find_gap, gap_type, &
-    most_closed, part_rivals, search_rivals, set_state, stop_gaps
+  use gap_functions, only: contacts_type, find_gap, gap_type
+  use impacts, only: contacts_ok, resolve_contacts, set_forces, still, touching
   use kinds, only: dp
   use motion_state, only: motion_type
+  use rival_points, only: drop_merged_rivals, search_rivals
+  use root_bracket, only: bracket_type
   use wheelset, only: external_force, wheelset_type
   implicit none
   private
-  public :: rule_type, start_contacts, advance_contacts, resting, contacts_ok, contacts_stuck, contacts_many
+  public :: rule_type, start_contacts, advance_contacts
 
   type :: rule_type
-    real(dp) :: restitution = 1
-    real(dp) :: tolerance = 0          !! of the change of the total energy in a step [J]; 0: any
-    integer :: halvings = 10           !! of a step, at most
+    real(dp) :: restitution = 1        !! coefficient of restitution, 0 to 1
+    real(dp) :: tolerance = 0          !! change of the total energy that a step may make [J]; 0: any
+    integer :: halvings = 10           !! how often a step may be halved
   end type rule_type
 
-  real(dp), parameter :: resting = 1e-7_dp     !! slowest approach that bounces [m/s]
-  real(dp), parameter :: touching = 1e-12_dp   ! a gap that is closed at an event [m]
-  real(dp), parameter :: still = 1e-8_dp       ! a gap that neither opens nor closes [m/s]
-  real(dp), parameter :: pierced = 1e-14_dp    ! a gap that has closed within a step [m]
-  real(dp), parameter :: reach = 1e-4_dp       ! of a step: farther, another point of a wheel may be nearest [m]
+  !> Motion and contacts at the start or the end of a step.
+  type :: state_type
+    real(dp) :: h = 0                  !! time from the start of the step [s]
+    type(motion_type) :: motion
+    type(gap_type), allocatable :: c(:)
+    logical, allocatable :: closed(:)  !! which of them
+    integer :: evaluations = 0         !! of the contacts so far
+  end type state_type
 
-  integer, parameter :: contacts_ok = 0, contacts_stuck = 1, contacts_many = 2
+  real(dp), parameter :: pierced = 1e-14_dp    ! depth of a gap that has closed within a step [m]
+  real(dp), parameter :: reach = 1e-4_dp       ! move after which another point of a wheel may be nearest: a search is due [m]
 
 contains
 
-  !> Contacts at a pose and velocity that are given: what touches and does not open is closed, with an impact if it
+  !> Start with given pose and velocity: a contact that touches and does not open is closed, after an impact if it
   !> approaches.
-  subroutine start_contacts(side, w, rule, all, closed, motion, status)
-    type(side_type), intent(in) :: side(:)
+  subroutine start_contacts(side, w, rule, contacts, closed, motion, status)
+    type(side_type), intent(in) :: side(:) !! left, right
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
-    type(contacts_type), intent(inout) :: all
-    logical, intent(out) :: closed(:)      !! (contacts)
+    type(contacts_type), intent(inout) :: contacts
+    logical, intent(out) :: closed(:)      !! of contacts%c
     type(motion_type), intent(inout) :: motion
-    integer, intent(out) :: status
+    integer, intent(out) :: status         !! of `resolve_contacts`
 
     closed = .false.
-    call search_rivals(side, motion%q, closed, all)
-    call meet(w, rule, all%c, closed, motion, released=0, status=status)
+    call search_rivals(side, motion%q, closed, contacts)
+    call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released=0, status=status)
   end subroutine start_contacts
 
   !> One step of at most dt, or up to the next event.
-  subroutine advance_contacts(side, w, rule, all, closed, motion, before, dt, evaluations, status)
-    type(side_type), intent(in) :: side(:)
+  subroutine advance_contacts(side, w, rule, contacts, closed, motion, before, dt, evaluations, status)
+    type(side_type), intent(in) :: side(:) !! left, right
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
-    type(contacts_type), intent(inout) :: all
-    logical, intent(inout) :: closed(:)
+    type(contacts_type), intent(inout) :: contacts
+    logical, intent(inout) :: closed(:)    !! of contacts%c
     type(motion_type), intent(inout) :: motion
     type(motion_type), intent(inout) :: before   !! just before the event that ends the step, if one does
-    real(dp), intent(inout) :: dt          !! at most; on return what was taken [s]
-    integer, intent(out) :: evaluations, status
-    type(motion_type) :: new
-    type(gap_type) :: c(size(all%c))
-    type(bracket_type) :: range
-    real(dp) :: h, rate(size(all%c)), base(size(all%c)), least, x, f, low
-    integer :: k, event, trials, iter, halved
-    logical :: opens, lost
+    real(dp), intent(inout) :: dt          !! at most; on return the step that was made [s]
+    integer, intent(out) :: evaluations    !! of the contacts
+    integer, intent(out) :: status         !! of `resolve_contacts`
+    type(state_type) :: from, to
+    real(dp) :: h
+    integer :: event, halved, released
+    logical :: merged
 
     status = contacts_ok
-    evaluations = 0
-    lost = .false.
-    if (all%stale .or. norm2(motion%q(:2) - all%searched(:2)) + abs(motion%q(3) - all%searched(3)) > reach) &
-      call search_rivals(side, motion%q, closed, all)
-    do k = 1, size(all%c)
-      rate(k) = dot_product(all%c(k)%slope, motion%v)
-      base(k) = min(all%c(k)%gap, 0.0_dp)      ! what an event left of it
-    end do
+    if (contacts%stale .or. norm2(motion%q(:2) - contacts%searched(:2)) + abs(motion%q(3) - contacts%searched(3)) > reach) &
+      call search_rivals(side, motion%q, closed, contacts)
+    from = state_type(0.0_dp, motion, contacts%c, closed)
+    to = from
     h = dt
     do halved = 0, rule%halvings
-      call step(h, new, c)
+      call move(side, w, from, h, to)
       if (halved == rule%halvings .or. rule%tolerance <= 0) exit
-      if (abs(change()) <= rule%tolerance) exit
+      if (abs(energy_change(w, from%motion, to%motion)) <= rule%tolerance) exit
       h = h/2
     end do
+    call find_event(side, w, from, dt, to, event, merged)
 
-    ! The first event of the step: what it finds broken earlier than that is looked for in turn.
+    dt = to%h
+    evaluations = to%evaluations
+    motion = to%motion
+    contacts%c = to%c
+    ! A jump of the energy may come from another point of a wheel.
+    contacts%stale = halved > 0 .or. merged
+    motion%contact%struck = .false.
+    if (event > 0) then
+      before = motion
+      call set_forces(w, contacts%c, closed, before)
+      released = merge(event, 0, closed(event))
+      closed(event) = .false.
+      call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released, status)
+    else
+      call set_forces(w, contacts%c, closed, motion)
+    end if
+  end subroutine advance_contacts
+
+  !> Cut the step to its first event: contact `event` closes, or its force vanishes; 0: there is none.  The event that a
+  !> step seems to begin with is located; while an earlier one shows in the shorter step, that one is.
+  subroutine find_event(side, w, from, dt, to, event, merged)
+    type(side_type), intent(in) :: side(:)
+    type(wheelset_type), intent(in) :: w
+    type(state_type), intent(in) :: from   !! start of the step
+    real(dp), intent(in) :: dt             !! the longest step [s]
+    type(state_type), intent(inout) :: to  !! end of the step
+    integer, intent(out) :: event
+    logical, intent(out) :: merged         !! a point has come together with a rival, which goes on from there
+    real(dp) :: h
+    integer :: k, trials
+
     event = 0
-    do trials = 1, 3*size(closed)
-      k = broken(c, new, h)
+    merged = .false.
+    do trials = 1, 3*size(to%c)
+      k = first_broken(w, from, to)
       if (k == 0) exit
       event = k
-      opens = closed(k)
-      if (.not. opens .and. c(k)%gap - base(k) > -pierced) then
-        ! It dips below zero within the step and comes back.
-        x = lowest(k, h)
-        call step(x, new, c)
-        if (c(k)%gap - base(k) > -pierced) then
-          call step(h, new, c)
+      if (.not. to%closed(k) .and. new_gap(from, to, k) > -pierced) then
+        ! The gap may be negative within the step, where it is least.
+        h = to%h
+        call move(side, w, from, dip_time(from, to, k), to)
+        if (new_gap(from, to, k) > -pierced) then
+          call move(side, w, from, h, to)
           event = 0
           exit
         end if
-        h = x
       end if
-      if (opens) then
-        least = force_of(k, motion, all%c)
-        f = force_of(k, new, c)
-      else
-        ! Over time: a gap that opens at the start has no zero there.
-        least = rate(k)
-        if (all%c(k)%gap > touching) least = max(least, all%c(k)%gap/h)
-        f = (c(k)%gap - base(k))/h
+      call locate_event(side, w, from, dt, k, to, merged)
+      if (to%h <= 0) exit
+      if (merged) event = 0
+    end do
+  end subroutine find_event
+
+  !> The contact that pierces the rail or pulls at the end of the step, or has pierced it within the step: the one that
+  !> does so first, as far as can be told; 0: none.
+  integer function first_broken(w, from, to) result(first)
+    type(wheelset_type), intent(in) :: w
+    type(state_type), intent(in) :: from, to
+    real(dp) :: when, earliest, force(size(to%c)), force_before(size(to%c))
+    integer :: i
+
+    first = 0
+    if (to%h <= 0) return
+    force = normal_forces(w, to)
+    earliest = huge(earliest)
+    do i = 1, size(to%c)
+      when = huge(when)
+      if (to%closed(i)) then
+        if (force(i) < -1e-8_dp*w%weight()) then
+          force_before = normal_forces(w, from)
+          when = to%h*min(1.0_dp, 1/(1 - force(i)/max(force_before(i), 1.0_dp)))
+        end if
+      else if (new_gap(from, to, i) < -pierced) then
+        when = to%h*(from%c(i)%gap - min(from%c(i)%gap, 0.0_dp))/(from%c(i)%gap - to%c(i)%gap)
+      else if (gap_rate(from, i) < 0 .and. gap_rate(to, i) > 0) then
+        if (lowest_gap(from, to, i) - min(from%c(i)%gap, 0.0_dp) < -pierced) when = dip_time(from, to, i)
       end if
-      low = 0
-      if (.not. opens .and. all%c(k)%gap <= touching .and. abs(rate(k)) <= still) then
+      if (when < earliest) then
+        earliest = when
+        first = i
+      end if
+    end do
+  end function first_broken
+
+  !> Cut the step to the instant at which contact k closes, if it is open, or at which its force vanishes.
+  subroutine locate_event(side, w, from, dt, k, to, merged)
+    type(side_type), intent(in) :: side(:)
+    type(wheelset_type), intent(in) :: w
+    type(state_type), intent(in) :: from
+    real(dp), intent(in) :: dt             !! the longest step [s]
+    integer, intent(in) :: k
+    type(state_type), intent(inout) :: to
+    logical, intent(inout) :: merged       !! instead, the contact's point has come together with a rival
+    type(bracket_type) :: range
+    real(dp) :: force(size(to%c)), h, x, f, first, last, low
+    integer :: iter
+
+    h = to%h
+    low = 0
+    if (to%closed(k)) then
+      force = normal_forces(w, from)
+      first = force(k)
+      force = normal_forces(w, to)
+      last = force(k)
+    else
+      ! The zero of gap/time is wanted: a gap that opens at the start has no zero there.
+      first = gap_rate(from, k)
+      if (from%c(k)%gap > touching) first = max(first, from%c(k)%gap/h)
+      last = new_gap(from, to, k)/h
+      if (from%c(k)%gap <= touching .and. abs(gap_rate(from, k)) <= still) then
         ! A contact that has just been released, at rest but for rounding, closes again only after it has opened.
         low = h
         do iter = 1, 50
           low = low/2
-          call step(low, new, c)
-          least = (c(k)%gap - base(k) - 0.1_dp*pierced)/low
-          if (least > 0) exit
+          call move(side, w, from, low, to)
+          first = (new_gap(from, to, k) - 0.1_dp*pierced)/low
+          if (first > 0) exit
         end do
       end if
-      if (least <= 0) then
-        ! At once.
-        h = 0
-        call step(h, new, c)
-        exit
-      end if
-      range = bracket_type(low, least, h, f)
-      do iter = 1, 100
-        x = range%guess()
-        call step(x, new, c)
-        lost = c(k)%idle
-        if (lost) exit
-        f = force_of(k, new, c)
-        ! At the start, as close as an instant can be told, the mean rate is the rate.
-        if (.not. opens) f = least
-        if (.not. opens .and. x > epsilon(x)*dt) f = (c(k)%gap - base(k))/x
-        if (abs(range%b - range%a) <= 4*epsilon(x)*range%b) exit
-        if (.not. opens .and. abs(c(k)%gap - base(k)) < 1e-16_dp) exit
-        if (opens .and. abs(f) < 1e-9_dp*w%weight()) exit
-        call range%narrow(x, f)
-      end do
-      h = x
-      ! It has come to its rival's point, which goes on from here.
-      if (lost) event = 0
-    end do
-
-    dt = h
-    motion = new
-    all%c = c
-    ! What made the energy jump may be another point of a wheel.
-    all%stale = halved > 0 .or. lost
-    motion%contact%struck = .false.
-    if (event > 0) then
-      before = motion
-      call set_forces(w, all%c, closed, before)
-      if (opens) closed(event) = .false.
-      call meet(w, rule, all%c, closed, motion, released=merge(event, 0, opens), status=status)
-    else
-      call set_forces(w, all%c, closed, motion)
     end if
-
-  contains
-
-    !> The motion after h with the same contacts closed, and all gaps there.
-    subroutine step(h, new, c)
-      real(dp), intent(in) :: h
-      type(motion_type), intent(out) :: new
-      type(gap_type), intent(out) :: c(:)
-      integer :: i, on(count(closed))
-
-      new = motion
-      c = all%c
-      if (count(closed) == 0) then
-        call fly(w, h, new)
+    if (first <= 0) then
+      ! The event is at the start.
+      call move(side, w, from, 0.0_dp, to)
+      return
+    end if
+    range = bracket_type(low, first, h, last)
+    do iter = 1, 100
+      x = range%guess()
+      call move(side, w, from, x, to)
+      merged = to%c(k)%absent
+      if (merged .or. abs(range%b - range%a) <= 4*epsilon(x)*range%b) exit
+      if (to%closed(k)) then
+        force = normal_forces(w, to)
+        f = force(k)
+        if (abs(f) < 1e-9_dp*w%weight()) exit
       else
-        ! Two halves: their error in energy is a sixteenth, below that of an impact.
-        on = pack([(i, i=1, size(c))], closed)
-        call slide(side, w, h/2, on, c, new)
-        call slide(side, w, h/2, on, c, new)
-        evaluations = evaluations + 8
+        ! So near to the start that the instant cannot be told from it, gap/time is the rate.
+        f = first
+        if (x > epsilon(x)*dt) f = new_gap(from, to, k)/x
+        if (abs(new_gap(from, to, k)) < 1e-16_dp) exit
       end if
-      do i = 1, size(c)
-        if (.not. closed(i)) call find_gap(side, new%q, c(i))
-      end do
-      call part_rivals(closed, c)
-      evaluations = evaluations + 1
-    end subroutine step
+      call range%narrow(x, f)
+    end do
+  end subroutine locate_event
 
-    real(dp) function change()
-      change = 0.5_dp*sum(w%inertia()*(new%v - motion%v)*(new%v + motion%v)) &
-        + w%weight()*(new%q(2) - motion%q(2)) - (new%work - motion%work)
-    end function change
+  !> The state after the time h with the same contacts closed, and all gaps there.  `to` starts as a copy of `from`.
+  subroutine move(side, w, from, h, to)
+    type(side_type), intent(in) :: side(:)
+    type(wheelset_type), intent(in) :: w
+    type(state_type), intent(in) :: from
+    real(dp), intent(in) :: h              !! [s]
+    type(state_type), intent(inout) :: to
+    integer :: i, on(count(from%closed))
 
-    !> A contact that pierces or pulls at the end of the step, or has pierced within it; the one that is
-    !> likely to be the first.
-    integer function broken(c, new, h) result(first)
-      type(gap_type), intent(in) :: c(:)
-      type(motion_type), intent(in) :: new
-      real(dp), intent(in) :: h
-      real(dp) :: when, earliest, force
-      integer :: i
+    to%h = h
+    to%motion = from%motion
+    to%c = from%c
+    if (size(on) == 0) then
+      call fly(w, h, to%motion)
+    else
+      ! Two halves: their error in energy is a sixteenth, below that of an impact.
+      on = pack([(i, i=1, size(to%c))], to%closed)
+      call slide(side, w, h/2, on, to%c, to%motion)
+      call slide(side, w, h/2, on, to%c, to%motion)
+      to%evaluations = to%evaluations + 8
+    end if
+    do i = 1, size(to%c)
+      if (.not. to%closed(i)) call find_gap(side, to%motion%q, to%c(i))
+    end do
+    call drop_merged_rivals(to%closed, to%c)
+    to%evaluations = to%evaluations + 1
+  end subroutine move
 
-      first = 0
-      if (h <= 0) return
-      earliest = huge(h)
-      do i = 1, size(c)
-        when = huge(h)
-        if (closed(i)) then
-          force = force_of(i, new, c)
-          if (force < -1e-8_dp*w%weight()) when = h*min(1.0_dp, 1/(1 - force/max(force_of(i, motion, all%c), 1.0_dp)))
-        else if (c(i)%gap - base(i) < -pierced) then
-          when = h*(all%c(i)%gap - base(i))/(all%c(i)%gap - c(i)%gap)
-        else if (rate(i) < 0 .and. dot_product(c(i)%slope, new%v) > 0) then
-          if (dip(i, lowest(i, h), h, c(i), new) - base(i) < -pierced) when = lowest(i, h)
-        end if
-        if (when < earliest) then
-          earliest = when
-          first = i
-        end if
-      end do
-    end function broken
+  !> Change of the total energy less the work of the lateral force [J].
+  pure real(dp) function energy_change(w, from, to)
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: from, to
 
-    !> When the gap's cubic is lowest.
-    real(dp) function lowest(i, h) result(x)
-      integer, intent(in) :: i
-      real(dp), intent(in) :: h
-      real(dp) :: after
+    energy_change = 0.5_dp*sum(w%inertia()*(to%v - from%v)*(to%v + from%v)) + w%weight()*(to%q(2) - from%q(2)) &
+      - (to%work - from%work)
+  end function energy_change
 
-      after = dot_product(c(i)%slope, new%v)
-      x = h*rate(i)/(rate(i) - after)
-    end function lowest
+  !> Gap of contact i at the end of a step, relative to a negative gap that an event has left at the start [m].
+  pure real(dp) function new_gap(from, to, i)
+    type(state_type), intent(in) :: from, to
+    integer, intent(in) :: i
 
-    real(dp) function dip(i, x, h, c, new)
-      integer, intent(in) :: i
-      real(dp), intent(in) :: x, h
-      type(gap_type), intent(in) :: c
-      type(motion_type), intent(in) :: new
-      real(dp) :: u, a, b, da, db
+    new_gap = to%c(i)%gap - min(from%c(i)%gap, 0.0_dp)
+  end function new_gap
 
-      u = x/h
-      a = all%c(i)%gap
-      b = c%gap
-      da = h*rate(i)
-      db = h*dot_product(c%slope, new%v)
-      dip = a + u*(da + u*(3*(b - a) - 2*da - db + u*(da + db - 2*(b - a))))
-    end function dip
+  !> Rate of the gap of contact i [m/s].
+  pure real(dp) function gap_rate(state, i)
+    type(state_type), intent(in) :: state
+    integer, intent(in) :: i
 
-    !> Of a closed contact [N].
-    real(dp) function force_of(i, m, c) result(force)
-      integer, intent(in) :: i
-      type(motion_type), intent(in) :: m
-      type(gap_type), intent(in) :: c(:)
-      real(dp) :: forces(size(c))
-      logical :: ok
+    gap_rate = dot_product(state%c(i)%gradient, state%motion%v)
+  end function gap_rate
 
-      force = 0
-      if (.not. closed(i)) return
-      forces = 0
-      call closing_forces(w%inertia(), external_force(w, m%t), m%v, pack(c, closed), forces(:count(closed)), ok)
-      force = forces(count(closed(:i)))
-    end function force_of
+  !> The time from the start of a step at which the gap of contact i is least, where it falls and then grows [s].
+  pure real(dp) function dip_time(from, to, i)
+    type(state_type), intent(in) :: from, to
+    integer, intent(in) :: i
 
-  end subroutine advance_contacts
+    dip_time = to%h*gap_rate(from, i)/(gap_rate(from, i) - gap_rate(to, i))
+  end function dip_time
 
-  !> Free flight, with a lateral force that grows linearly: exact.
+  !> The gap of contact i at that time, on the cubic through both ends of the step [m].
+  pure real(dp) function lowest_gap(from, to, i)
+    type(state_type), intent(in) :: from, to
+    integer, intent(in) :: i
+    real(dp) :: u, a, b, da, db
+
+    u = dip_time(from, to, i)/to%h
+    a = from%c(i)%gap
+    b = to%c(i)%gap
+    da = to%h*gap_rate(from, i)
+    db = to%h*gap_rate(to, i)
+    lowest_gap = a + u*(da + u*(3*(b - a) - 2*da - db + u*(da + db - 2*(b - a))))
+  end function lowest_gap
+
+  !> Normal force of every contact, 0 for open ones [N].
+  pure function normal_forces(w, state) result(force)
+    type(wheelset_type), intent(in) :: w
+    type(state_type), intent(in) :: state
+    real(dp) :: force(size(state%c)), part(count(state%closed))
+    logical :: ok
+
+    call closing_forces(w%inertia(), external_force(w, state%motion%t), state%motion%v, pack(state%c, state%closed), part, ok)
+    force = unpack(part, state%closed, 0.0_dp)
+  end function normal_forces
+
+  !> Free flight over the time h under a lateral force that grows linearly: exact.
   pure subroutine fly(w, h, motion)
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: h
@@ -287,16 +329,16 @@ contains
     a = external_force(w, motion%t)/w%inertia()
     growth = [w%lateral_ramp/w%mass, 0.0_dp, 0.0_dp]
     v_y = motion%v(1)
-    move = h*(motion%v + h*(a/2 + h*growth/6)) + motion%rest
+    move = h*(motion%v + h*(a/2 + h*growth/6)) + motion%remainder
     q = motion%q + move
-    motion%rest = (motion%q - q) + move
+    motion%remainder = (motion%q - q) + move
     motion%q = q
     motion%v = motion%v + h*(a + h*growth/2)
     motion%t = motion%t + h
     motion%work = motion%work + 0.5_dp*w%mass*(motion%v(1) - v_y)*(motion%v(1) + v_y)
   end subroutine fly
 
-  !> A Runge-Kutta step with the contacts `on` closed, projected onto them.
+  !> A Runge-Kutta step h with the contacts `on` closed, projected onto them.
   pure subroutine slide(side, w, h, on, c, motion)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
@@ -330,7 +372,7 @@ contains
       call closing_forces(inertia, f, v, part, force, ok)
       a = f
       do i = 1, size(on)
-        a = a + force(i)*part(i)%slope
+        a = a + force(i)*part(i)%gradient
       end do
       a = a/inertia
       dq = dq + weight(stage)*v
@@ -338,7 +380,7 @@ contains
       work = work + weight(stage)*f(1)*v(1)
     end do
     motion%q = motion%q + h*dq
-    motion%rest = 0
+    motion%remainder = 0
     motion%v = motion%v + h*dv
     motion%t = motion%t + h
     motion%work = motion%work + h*work
@@ -346,71 +388,5 @@ contains
     call stop_gaps(inertia, part, motion%v)
     c(on) = part
   end subroutine slide
-
-  !> What happens where contacts touch: an impact if one approaches, then the forces that set in.  `released` is a
-  !> contact whose force has just vanished.
-  subroutine meet(w, rule, c, closed, motion, released, status)
-    type(wheelset_type), intent(in) :: w
-    type(rule_type), intent(in) :: rule
-    type(gap_type), intent(in) :: c(:)
-    logical, intent(inout) :: closed(:)
-    type(motion_type), intent(inout) :: motion
-    integer, intent(in) :: released
-    integer, intent(out) :: status
-    integer, allocatable :: on(:)
-    real(dp), allocatable :: u(:), back(:), x(:), g(:, :)
-    real(dp) :: inertia(3), v(3)
-    integer :: i
-    logical :: ok
-
-    status = contacts_ok
-    inertia = w%inertia()
-    on = pack([(i, i=1, size(c))], c%gap <= touching)
-    u = [(dot_product(c(on(i))%slope, motion%v), i=1, size(on))]
-    if (any(u < -still)) then
-      back = merge(rule%restitution, 0.0_dp, u <= -resting)*u
-      g = couplings(inertia, c(on))
-      allocate (x(size(on)))
-      call complement(g, u + back, x, ok)
-      if (.not. ok) status = contacts_stuck
-      if (.not. ok) return
-      v = motion%v
-      do i = 1, size(on)
-        motion%v = motion%v + x(i)*c(on(i))%slope/inertia
-        associate (k => c(on(i))%contact)
-          motion%impulse(k) = motion%impulse(k) + x(i)
-          if (x(i) > 0 .and. any(u <= -resting)) motion%contact%struck(k) = .true.
-        end associate
-      end do
-      motion%loss = motion%loss - 0.5_dp*sum(inertia*(motion%v - v)*(motion%v + v))
-      deallocate (x)
-    end if
-    ! Those at rest carry a force or open.
-    on = pack(on, [(abs(dot_product(c(on(i))%slope, motion%v)) <= still .and. on(i) /= released, i=1, size(on))])
-    u = [(sum(c(on(i))%slope*external_force(w, motion%t)/inertia) + bending(c(on(i)), motion%v), i=1, size(on))]
-    allocate (x(size(on)))
-    call complement(couplings(inertia, c(on)), u, x, ok)
-    if (.not. ok) status = contacts_stuck
-    closed = .false.
-    do i = 1, size(on)
-      closed(on(i)) = x(i) > 0
-    end do
-    if (count(closed) > most_closed) status = contacts_many
-    if (status == contacts_ok) call set_forces(w, c, closed, motion)
-  end subroutine meet
-
-  subroutine set_forces(w, c, closed, motion)
-    type(wheelset_type), intent(in) :: w
-    type(gap_type), intent(in) :: c(:)
-    logical, intent(in) :: closed(:)
-    type(motion_type), intent(inout) :: motion
-    real(dp) :: force(count(closed))
-    logical :: struck(4), ok
-
-    struck = motion%contact%struck
-    call closing_forces(w%inertia(), external_force(w, motion%t), motion%v, pack(c, closed), force, ok)
-    call set_state(pack(c, closed), force, motion%contact)
-    motion%contact%struck = struck
-  end subroutine set_forces
 
 end module unilateral

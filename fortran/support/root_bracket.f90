@@ -1,5 +1,5 @@
-!> A zero between two points where a function has different signs: regula falsi in Illinois' form, bisection
-!> where that creeps.
+!> A zero between two points where a function has different signs: regula falsi in the Illinois form, bisection
+!> where that converges slowly.
 module root_bracket
   use kinds, only: dp
   implicit none
@@ -7,24 +7,35 @@ module root_bracket
   public :: bracket_type
 
   type :: bracket_type
-    real(dp) :: a, fa, b, fb           !! the two points and the values there
-    integer :: steps = 0, side = 0
+    real(dp) :: a, fa, b, fb           !! the two points and the function's values there
+    integer :: steps = 0               !! how often the bracket was narrowed
+    integer :: moved = 0               !! the point that was replaced last: 1 a, 2 b, 0 none
   contains
     procedure :: guess
+    procedure :: middle
     procedure :: narrow
   end type bracket_type
 
+  integer, parameter :: patience = 30  ! steps of regula falsi before bisection
+
 contains
 
-  !> Where to look next.
+  !> The point at which the function is wanted next.
   pure real(dp) function guess(this) result(x)
     class(bracket_type), intent(in) :: this
 
     x = this%a - this%fa*(this%b - this%a)/(this%fb - this%fa)
-    if (this%steps > 30 .or. .not. (x > min(this%a, this%b) .and. x < max(this%a, this%b))) x = (this%a + this%b)/2
+    if (this%steps > patience .or. .not. (x > min(this%a, this%b) .and. x < max(this%a, this%b))) x = this%middle()
   end function guess
 
-  !> The value f at x is known.
+  !> The middle of the bracket, for bisection.
+  pure real(dp) function middle(this) result(x)
+    class(bracket_type), intent(in) :: this
+
+    x = (this%a + this%b)/2
+  end function middle
+
+  !> Narrow the bracket by the value f of the function at x.
   pure subroutine narrow(this, x, f)
     class(bracket_type), intent(inout) :: this
     real(dp), intent(in) :: x, f
@@ -33,13 +44,13 @@ contains
     if (f*this%fa > 0) then
       this%a = x
       this%fa = f
-      if (this%side == 1) this%fb = this%fb/2
-      this%side = 1
+      if (this%moved == 1) this%fb = this%fb/2
+      this%moved = 1
     else
       this%b = x
       this%fb = f
-      if (this%side == 2) this%fa = this%fa/2
-      this%side = 2
+      if (this%moved == 2) this%fa = this%fa/2
+      this%moved = 2
     end if
   end subroutine narrow
 
