@@ -18,7 +18,8 @@
 !> the pose.  The cut nearest to `split_angle` parts the tread from the flange.
 module contact_zones
   use errors, only: error_type, fatal_error
-  use wheel_rail_pair, only: deepest, pair_type, rail_curvature, scan_type
+  use station_scan, only: deepest, scan_type
+  use wheel_rail_pair, only: pair_type, rail_curvature
   use hertz, only: hertz_stiffness, strip_modulus
   use kinds, only: dp, degree
   use text, only: str

@@ -6,7 +6,8 @@ module geometry_functions
   use root_bracket, only: bracket_type
   use contact_zones, only: side_type
   use curve, only: curve_frame
-  use wheel_rail_pair, only: new_scan, pair_type, rolled, same_pair, scan_type, touch
+  use station_scan, only: new_scan, scan_type, touch
+  use wheel_rail_pair, only: pair_type, rolled, same_pair
   use kinds, only: dp, pi
   implicit none
   private

@@ -2,12 +2,11 @@
 module run_monitor
   use case, only: case_type
   use columns, only: list_columns, make_row, most_columns, row_type
-  use errors, only: error_type
   use events, only: event_log
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: dp
   use motion_state, only: motion_type
-  use row_sink, only: on_grid, row_queue, row_taker
+  use row_sink, only: on_grid, row_queue
   use run_setup, only: setup_type
   use text, only: str
   implicit none

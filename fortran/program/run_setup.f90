@@ -9,7 +9,8 @@ module run_setup
   use profile_orientation, only: is_rail, is_wheel
   use rigid_path, only: path_type
   use text, only: str
-  use wheel_rail_pair, only: place_profiles, same_pair
+  use placement, only: place_profiles
+  use wheel_rail_pair, only: same_pair
   use wheelset, only: wheelset_type
   implicit none
   private

@@ -12,7 +12,8 @@ module gap_functions
   use contact_zones, only: side_type
   use curve, only: curve_point, near_interval
   use kinds, only: dp
-  use wheel_rail_pair, only: deepest, new_scan, rolled, scan_depth, scan_type
+  use station_scan, only: deepest, new_scan, scan_depth, scan_type
+  use wheel_rail_pair, only: rolled
   use wheelset, only: left_flange, left_tread, right_flange, right_tread
   implicit none
   private

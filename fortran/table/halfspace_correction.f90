@@ -9,7 +9,7 @@ module halfspace_correction
   use contact_zones, only: zone_type
   use wheel_rail_pair, only: pair_type
   use kinds, only: dp
-  use halfspace_patches, only: elements_type, new_elements
+  use patch_grids, only: elements_type, new_elements
   use contact_table, only: bound_heights, table_type, zone_pose, zone_table
   use progress, only: goes_on, monitor_type, share_of_round
   use service_poses, only: extent_type, find_reach, least_force, lever, strictness

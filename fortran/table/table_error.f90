@@ -6,9 +6,11 @@
 !> the rail: a contact that it misses is an error of all its force.
 module table_error
   use contact_zones, only: set_moduli, stiffest, zone_energy, zone_force, zone_type
-  use wheel_rail_pair, only: new_scan, pair_type, rail_point, rolled, scan_depth, scan_type, touch
+  use station_scan, only: new_scan, scan_depth, scan_type, touch
+  use wheel_rail_pair, only: pair_type, rail_point, rolled
   use kinds, only: dp
-  use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
+  use halfspace_patches, only: patches_type, press_patches
+  use patch_grids, only: elements_type, new_elements
   use contact_table, only: accuracy_type, table_type, find_roll, inside, roll_type, wheel_potential
   use service_poses, only: extent_type, find_reach, first_roll, last_roll, least_force, strictness
   implicit none

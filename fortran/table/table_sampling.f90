@@ -2,9 +2,11 @@
 !> strips or as one Hertzian contact, and what half-spaces pressed together have instead.
 module table_sampling
   use contact_zones, only: set_moduli, stiffest, zone_energy, zone_type
-  use wheel_rail_pair, only: keep_feet, new_scan, pair_type, rolled, scan_depth, scan_type, touch
+  use station_scan, only: keep_feet, new_scan, scan_depth, scan_type, touch
+  use wheel_rail_pair, only: pair_type, rolled
   use kinds, only: dp
-  use halfspace_patches, only: elements_type, expect_area, keep_patches, patches_type, press_patches, pressed_area
+  use halfspace_patches, only: expect_area, keep_patches, patches_type, press_patches, pressed_area
+  use patch_grids, only: elements_type
   use contact_table, only: table_type, zone_pose, zone_table
   use service_poses, only: extent_type, find_reach, strictness
   implicit none

@@ -10,9 +10,10 @@
 program bench_force
   use case, only: case_type
   use shared, only: branch_contact, direct_type, integer_argument, new_direct, read_poses, read_prepared, zone_contact
-  use wheel_rail_pair, only: scan_depth
+  use station_scan, only: scan_depth
   use kinds, only: dp
-  use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
+  use halfspace_patches, only: patches_type, press_patches
+  use patch_grids, only: elements_type, new_elements
   use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts
   implicit none

@@ -7,7 +7,7 @@
 !> pressed as a whole if a patch reaches over the border of tread and flange, else of both apart.
 program halfspace_direct
   use case, only: case_type
-  use wheel_rail_pair, only: scan_depth
+  use station_scan, only: scan_depth
   use halfspace_patches, only: patches_type, press_patches
   use shared, only: branch_contact, direct_type, new_direct, read_prepared
   use kinds, only: dp

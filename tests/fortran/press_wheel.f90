@@ -6,11 +6,14 @@
 program press_wheel
   use case, only: case_type
   use errors, only: error_type
-  use wheel_rail_pair, only: new_scan, pair_type, place_profiles, scan_depth, scan_type
+  use placement, only: place_profiles
+  use station_scan, only: new_scan, scan_depth, scan_type
+  use wheel_rail_pair, only: pair_type
   use hertz, only: contact_modulus
   use kinds, only: dp
   use profile_orientation, only: is_rail, is_wheel
-  use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
+  use halfspace_patches, only: patches_type, press_patches
+  use patch_grids, only: elements_type, new_elements
   use profile, only: profile_type, read_profile
   implicit none
   save

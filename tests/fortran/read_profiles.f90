@@ -7,7 +7,7 @@ program read_profiles
   use case, only: case_type
   use contact_zones, only: find_zones
   use errors, only: error_type
-  use wheel_rail_pair, only: place_profiles
+  use placement, only: place_profiles
   use profile_orientation, only: is_rail, is_wheel
   use profile, only: read_profile
   use geometry_functions, only: clearance

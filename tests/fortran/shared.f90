@@ -6,10 +6,11 @@ module shared
   use case_reader, only: read_case
   use contact_zones, only: set_moduli, zone_energy, zone_force
   use errors, only: error_type
-  use wheel_rail_pair, only: new_scan, scan_depth, scan_type
+  use station_scan, only: new_scan, scan_depth, scan_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
+  use halfspace_patches, only: patches_type, press_patches
+  use patch_grids, only: elements_type, new_elements
   use run_setup, only: setup_type
   use simulation, only: prepare
   use text, only: line_type, read_lines

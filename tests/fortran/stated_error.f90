@@ -13,7 +13,7 @@ program stated_error
   use case, only: case_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use halfspace_patches, only: elements_type, new_elements
+  use patch_grids, only: elements_type, new_elements
   use contact_table, only: find_roll, height_over, inside, roll_type, wheel_potential
   use service_poses, only: extent_type, find_reach, strictness
   use shared, only: integer_argument, read_prepared

@@ -7,7 +7,7 @@
 !> the tread's centre of pressure along the wheel.
 program tread_and_flange
   use case, only: case_type
-  use wheel_rail_pair, only: scan_depth
+  use station_scan, only: scan_depth
   use kinds, only: dp, pi
   use halfspace_patches, only: patches_type, press_patches
   use shared, only: direct_type, new_direct, read_prepared

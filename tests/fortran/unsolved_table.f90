@@ -6,10 +6,11 @@
 program unsolved_table
   use case, only: case_type
   use errors, only: error_type
-  use wheel_rail_pair, only: new_scan, scan_depth, scan_type
+  use station_scan, only: new_scan, scan_depth, scan_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
+  use halfspace_patches, only: patches_type, press_patches
+  use patch_grids, only: elements_type, new_elements
   use shared, only: read_prepared
   use run_setup, only: setup_type
   use table_file, only: save_table

@@ -1,0 +1,248 @@
+!> Grids of elements on pressed patches, as they fit the patches.
+module patch_grids
+  use halfspace, only: mesh_type, unit_influence
+  use kinds, only: dp, pi
+  use station_scan, only: scan_type
+  use wheel_rail_pair, only: pair_type
+  implicit none
+  private
+  public :: elements_type, new_elements, fit_mesh, interpolate, guess, carry, fit_box, look_beyond
+
+  ! Aspects ds/dx of elements for which the influence is kept: powers of 2^(1/octave); it is linear between them.
+  integer, parameter :: octave = 32, flattest = -11*octave, steepest = 8*octave
+
+  real(dp), parameter :: margin = 0.02_dp    ! of a grid around the pressed area, of its length, at every end
+
+  !> What solutions for one resolution share.
+  type :: elements_type
+    integer :: nx = 0, ns = 0          !! elements over x > 0 and s
+    real(dp) :: tolerance = 0          !! in the depth, of its maximum
+    real(dp) :: e_star = 0             !! [Pa]
+    real(dp), allocatable :: within(:, :, :)   !! of unit_influence for every aspect
+    real(dp), allocatable :: self(:)
+  end type elements_type
+
+contains
+
+  pure function new_elements(nx, ns, tolerance, e_star) result(elements)
+    integer, intent(in) :: nx, ns
+    real(dp), intent(in) :: tolerance, e_star
+    type(elements_type) :: elements
+    integer :: k
+
+    elements%nx = nx
+    elements%ns = ns
+    elements%tolerance = tolerance
+    elements%e_star = e_star
+    allocate (elements%within(nx*(2*ns - 1), nx, flattest:steepest), elements%self(flattest:steepest))
+    do k = flattest, steepest
+      call unit_influence(nx, ns, 2.0_dp**(k/real(octave, dp)), elements%within(:, :, k), elements%self(k))
+    end do
+  end function new_elements
+
+  !> A grid around a pressed area, within the overlap's stretch.
+  pure subroutine fit_mesh(box, lap, elements, mesh)
+    real(dp), intent(in) :: box(3), lap(2)
+    type(elements_type), intent(in) :: elements
+    type(mesh_type), intent(out) :: mesh
+    real(dp) :: high
+
+    mesh%low = max(box(2) - margin*(box(3) - box(2)), lap(1))
+    high = min(box(3) + margin*(box(3) - box(2)), lap(2))
+    mesh%ds = (high - mesh%low)/elements%ns
+    mesh%dx = (1 + 2*margin)*box(1)/elements%nx
+  end subroutine fit_mesh
+
+  !> Influence of the elements of a grid.
+  pure subroutine interpolate(elements, mesh, within, self)
+    type(elements_type), intent(in) :: elements
+    type(mesh_type), intent(in) :: mesh
+    real(dp), intent(out) :: within(:, :), self
+    real(dp) :: t
+    integer :: k
+
+    t = octave*log(mesh%ds/mesh%dx)/log(2.0_dp)
+    k = max(flattest, min(floor(t), steepest - 1))
+    t = max(0.0_dp, min(t - k, 1.0_dp))
+    within = (1 - t)*elements%within(:, :, k) + t*elements%within(:, :, k + 1)
+    self = (1 - t)*elements%self(k) + t*elements%self(k + 1)
+  end subroutine interpolate
+
+  !> Hertz's pressure over a box: where x and s are the shares of its semi-axes, sqrt(1 - x^2 - s^2).
+  pure subroutine guess(box, deepest, mesh, p)
+    real(dp), intent(in) :: box(3), deepest
+    type(mesh_type), intent(in) :: mesh
+    real(dp), intent(out) :: p(:, :)
+    real(dp) :: s
+    integer :: i, j
+
+    do j = 1, size(p, 2)
+      s = (2*(mesh%low + (j - 0.5_dp)*mesh%ds) - box(2) - box(3))/(box(3) - box(2))
+      do i = 1, size(p, 1)
+        p(i, j) = sqrt(deepest*max(1 - ((i - 0.5_dp)*mesh%dx/box(1))**2 - s**2, 0.0_dp))
+      end do
+    end do
+  end subroutine guess
+
+  !> Pressures of one grid at the elements of another, linearly between its elements.
+  pure subroutine carry(old, q, new, p)
+    type(mesh_type), intent(in) :: old, new
+    real(dp), intent(in) :: q(:, :)
+    real(dp), intent(out) :: p(:, :)
+    real(dp) :: x, s
+    integer :: i, j, k, l
+
+    do j = 1, size(p, 2)
+      s = (new%low + (j - 0.5_dp)*new%ds - old%low)/old%ds + 0.5_dp
+      l = floor(s)
+      s = s - l
+      do i = 1, size(p, 1)
+        x = (i - 0.5_dp)*new%dx/old%dx + 0.5_dp
+        k = floor(x)
+        x = x - k
+        p(i, j) = (1 - s)*((1 - x)*at(k, l) + x*at(k + 1, l)) + s*((1 - x)*at(k, l + 1) + x*at(k + 1, l + 1))
+      end do
+    end do
+
+  contains
+
+    pure real(dp) function at(k, l)
+      integer, intent(in) :: k, l
+
+      at = 0
+      if (k <= size(q, 1) .and. l >= 1 .and. l <= size(q, 2)) at = q(max(k, 1), l)
+    end function at
+
+  end subroutine carry
+
+  !> The pressed area from the last pressures: p^2 falls linearly to its edge.  A patch that reaches the
+  !> end of its grid, or leaves much of it free, gets another one.
+  pure subroutine fit_box(elements, mesh, p, lap, old, round, box, fits)
+    type(elements_type), intent(in) :: elements
+    type(mesh_type), intent(in) :: mesh
+    real(dp), intent(in) :: p(:, :)                !! pressures (nx, ns) [Pa]
+    real(dp), intent(in) :: lap(2)                 !! stretch of s in which the undeformed bodies overlap [m]
+    real(dp), intent(in) :: old(3)                 !! the pressed area so far: x, first and last s [m]
+    integer, intent(in) :: round                   !! of the search
+    real(dp), intent(out) :: box(3)                !! the pressed area, as `old`
+    logical, intent(inout) :: fits
+    real(dp), parameter :: enlarge = 1.3_dp        ! of a grid that cuts its patch off
+    real(dp), parameter :: least_fill = 0.8_dp     ! of the grid by the patch
+    ! Neighbouring poses want their patches in the same place of their grids, or the grid's error jumps.
+    integer, parameter :: tight_rounds = 5, free_rounds = 8
+    real(dp), parameter :: slack = 0.03_dp         ! of the grid's length
+    real(dp) :: ends(2), far, length
+    integer :: i, j
+    logical :: cut(3)
+
+    box = old
+    if (all(p <= 0)) return
+    ends = [real(elements%ns, dp), 0.0_dp]
+    far = 0
+    do i = 1, elements%nx
+      j = findloc(p(i, :) > 0, .true., 1)
+      if (j == 0) cycle
+      if (j < elements%ns) ends(1) = min(ends(1), j - 0.5_dp - to_edge(p(i, j), p(i, j + 1)))
+      j = findloc(p(i, :) > 0, .true., 1, back=.true.)
+      if (j > 1) ends(2) = max(ends(2), j - 0.5_dp + to_edge(p(i, j), p(i, j - 1)))
+    end do
+    do j = 1, elements%ns
+      i = findloc(p(:, j) > 0, .true., 1, back=.true.)
+      if (i > 1) far = max(far, i - 0.5_dp + to_edge(p(i, j), p(i - 1, j)))
+      if (i == 1) far = max(far, 1.0_dp)
+    end do
+    if (ends(2) <= ends(1)) ends = [0.0_dp, real(elements%ns, dp)]
+    box = [far*mesh%dx, mesh%low + ends*mesh%ds]
+    length = elements%ns*mesh%ds
+    cut(1) = far > elements%nx + 0.3_dp
+    cut(2) = any(p(:, 1) > 0) .and. ends(1) < 0.1_dp .and. mesh%low > lap(1) + 1e-3_dp*length
+    cut(3) = any(p(:, elements%ns) > 0) .and. ends(2) > elements%ns - 0.1_dp &
+      .and. mesh%low + length < lap(2) - 1e-3_dp*length
+    if (cut(1)) box(1) = enlarge*elements%nx*mesh%dx
+    if (cut(2)) box(2) = mesh%low - (enlarge - 1)*length
+    if (cut(3)) box(3) = mesh%low + enlarge*length
+    box(2) = max(box(2), lap(1))
+    box(3) = min(box(3), lap(2))
+    fits = fits .and. .not. any(cut) .and. far < elements%nx
+    if (round > free_rounds) then
+      ! Two grids may ask for each other: from here on they only grow.
+      box = [max(box(1), merge(enlarge, 1.0_dp, far >= elements%nx)*old(1)), min(box(2), old(2)), &
+        max(box(3), old(3))]
+    else
+      fits = fits .and. far > least_fill*elements%nx .and. box(3) - box(2) > least_fill*length
+    end if
+    if (fits .and. round < tight_rounds) fits = abs(far*(1 + 2*margin) - elements%nx) < slack*elements%nx .and. &
+      abs(box(2) - max(mesh%low + margin*length, lap(1))) < slack*length .and. &
+      abs(mesh%low + length - min(box(3) + margin*length, lap(2))) < slack*length
+  end subroutine fit_box
+
+  !> A second pressed area of an overlap, beyond the grid: bodies that are displaced by all pressures would
+  !> still interpenetrate there.
+  pure subroutine look_beyond(pair, elements, scan, first, last, lap, overlap, mesh, p, g, box, fits)
+    type(pair_type), intent(in) :: pair
+    type(elements_type), intent(in) :: elements
+    type(scan_type), intent(in) :: scan
+    integer, intent(in) :: first, last             !! stations
+    real(dp), intent(in) :: lap(2)                 !! stretch of s in which the undeformed bodies overlap [m]
+    real(dp), intent(in) :: overlap                !! largest one there [m]
+    type(mesh_type), intent(in) :: mesh(:)         !! (patch)
+    real(dp), intent(in) :: p(:, :, :)             !! pressures (nx, ns, patch) [Pa]
+    integer, intent(in) :: g                       !! the patch
+    real(dp), intent(inout) :: box(3)      !! to be pressed
+    logical, intent(inout) :: fits
+    integer, parameter :: looks = 12
+    real(dp), parameter :: negligible = 1e-3_dp    ! of the overlap
+    real(dp) :: s, low, high, total, middle, spread, away
+    integer :: i, j, k, step
+
+    low = mesh(g)%low - mesh(g)%ds
+    high = mesh(g)%low + (elements%ns + 1)*mesh(g)%ds
+    if (low < lap(1) .and. high > lap(2)) return
+    total = max(sum(p(:, :, g)), tiny(total))
+    middle = mesh(g)%low + sum([(sum(p(:, j, g))*(j - 0.5_dp), j=1, elements%ns)])/total*mesh(g)%ds
+    spread = (sum([(sum(p(:, j, g))*(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds - middle)**2, j=1, elements%ns)]) &
+      + sum([(sum(p(i, :, g))*((i - 0.5_dp)*mesh(g)%dx)**2, i=1, elements%nx)]))/total
+    total = 2*total*mesh(g)%dx*mesh(g)%ds
+    step = max(1, count(pair%s(first:last) > lap(1) .and. pair%s(first:last) < lap(2))/looks)
+    do k = first, last, step
+      s = pair%s(k)
+      if (s < lap(1) .or. s > lap(2) .or. s > low .and. s < high) cycle
+      ! The mean of 1/r is at least one over the root of the mean of r^2.
+      away = sqrt((s - middle)**2 + spread)
+      if (scan%depth(k) <= negligible*overlap + total/(pi*elements%e_star*away)) cycle
+      if (scan%depth(k) <= negligible*overlap + displacement(elements, mesh, p, s)) cycle
+      if (s < low) box(2) = min(box(2), (s + lap(1))/2)
+      if (s > high) box(3) = max(box(3), (s + lap(2))/2)
+      fits = .false.
+    end do
+  end subroutine look_beyond
+
+  !> Displacement of both bodies together at x = 0 and s, off the grids [m]: every row of elements counts as a line.
+  pure real(dp) function displacement(elements, mesh, p, s)
+    type(elements_type), intent(in) :: elements
+    type(mesh_type), intent(in) :: mesh(:)         !! (patch)
+    real(dp), intent(in) :: p(:, :, :)             !! pressures (nx, ns, patch) [Pa]
+    real(dp), intent(in) :: s                      !! [m]
+    real(dp) :: away, to(0:elements%nx)
+    integer :: i, j, g
+
+    displacement = 0
+    do g = 1, size(mesh)
+      do j = 1, elements%ns
+        away = abs(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds - s)
+        to = asinh([(i*mesh(g)%dx/away, i=0, elements%nx)])
+        displacement = displacement + 2*mesh(g)%ds/(pi*elements%e_star)*sum(p(:, j, g)*(to(1:) - to(:elements%nx - 1)))
+      end do
+    end do
+  end function displacement
+
+  !> Way from the centre of the last pressed element to the edge of the patch, in elements, from the pressures of this
+  !> element and of the inner neighbour.
+  pure real(dp) function to_edge(last_p, inner) result(way)
+    real(dp), intent(in) :: last_p, inner
+
+    way = 0.5_dp
+    if (inner > last_p) way = min(last_p**2/(inner**2 - last_p**2), 0.9_dp)
+  end function to_edge
+
+end module patch_grids

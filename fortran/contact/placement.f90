@@ -1,0 +1,156 @@
+!> Placement of two profiles in the track frame, by gauge, back-to-back and rolling radius.
+module placement
+  use curve, only: curve_frame, curve_point, curve_type
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp, degree
+  use profile, only: profile_type
+  use station_scan, only: new_scan, scan_type, touch
+  use text, only: str
+  use wheel_rail_pair, only: mean_curvature, pair_type
+  implicit none
+  private
+  public :: place_profiles
+
+  real(dp), parameter :: max_spacing = 0.26e-3_dp, least_spacing = 0.1e-3_dp   ! of the wheel's stations [m]
+
+contains
+
+
+  !> Put wheel and rail where gauge, back-to-back and rolling radius say.
+  subroutine place_profiles(wheel, rail, gauge, gauge_depth, back_to_back, rolling_radius, pair, error)
+    type(profile_type), intent(in) :: wheel, rail
+    real(dp), intent(in) :: gauge           !! between the rails, gauge_depth below their top [m]
+    real(dp), intent(in) :: gauge_depth     !! [m]
+    real(dp), intent(in) :: back_to_back    !! [m]
+    real(dp), intent(in) :: rolling_radius  !! at the centred contact point [m]
+    type(pair_type), intent(out) :: pair
+    type(error_type), allocatable, intent(out) :: error
+    type(scan_type) :: work
+    real(dp) :: top, lift, r(2), angle, curvature
+    integer :: i, low(1)
+    logical :: ok
+
+    pair%rail = rail%curve
+    pair%wheel = wheel%curve
+
+    top = maxval(pair%rail%a(2, 1, :))
+    call gauge_point(pair%rail, top - gauge_depth, r, ok)
+    if (.not. ok) then
+      call fatal_error(error, rail%file//': the rail has no gauge face '//str(gauge_depth)// &
+        ' m below its top; &track gauge_depth must lie within the profile')
+      return
+    end if
+    pair%rail%a(1, 1, :) = pair%rail%a(1, 1, :) + gauge/2 - r(1)
+    pair%rail%a(2, 1, :) = pair%rail%a(2, 1, :) - top
+    pair%wheel%a(1, 1, :) = pair%wheel%a(1, 1, :) + back_to_back/2
+    pair%gauge_face = gauge/2
+    pair%crown = pair%rail%a(1, 1, maxloc(pair%rail%a(2, 1, :), 1) - 1 + lbound(pair%rail%a, 3))
+    call set_stations(pair)
+
+    ! Lower the centred wheel until it touches; its contact point is then at
+    ! the rolling radius.
+    work = new_scan(pair)
+    call touch(pair, work, 1, size(pair%s), [0.0_dp, 1.0_dp - minval(pair%r(2, :))], 0.0_dp, 0.0_dp, &
+      lift, pair%centred_station, ok)
+    if (ok) then
+      call curve_frame(pair%wheel, pair%centred_station, r, angle, curvature)
+      call find_tread(pair)
+      ! A wheel that stands on its flange has no flange face between tip and contact.
+      ok = abs(angle) < 20*degree .and. pair%centred_station < pair%s(size(pair%s)) &
+        .and. pair%steepest < count(pair%s <= pair%centred_station)
+    end if
+    if (.not. ok) then
+      call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '// &
+        str(back_to_back)//' m does not put the treads of '//wheel%file//' on '//rail%file)
+      return
+    end if
+    pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius
+    pair%wheel%a(2, 1, :) = pair%wheel%a(2, 1, :) - (r(2) + rolling_radius)
+    pair%r(2, :) = pair%r(2, :) - (r(2) + rolling_radius)
+    low = minloc(pair%r(2, :))
+    i = low(1)
+    pair%flange_tip = pair%r(:, i)
+  end subroutine place_profiles
+
+  !> The point of the rail's gauge side at height z.
+  subroutine gauge_point(rail, z, r, ok)
+    type(curve_type), intent(in) :: rail
+    real(dp), intent(in) :: z
+    real(dp), intent(out) :: r(2)
+    logical, intent(out) :: ok
+    real(dp) :: d1(2), d2(2), s, low, high
+    integer :: i, iter
+
+    do i = 1, rail%n
+      if (rail%a(2, 1, i) > z) exit
+    end do
+    ok = i > 1 .and. i <= rail%n
+    if (.not. ok) return
+    i = i - 1
+    low = rail%s(i)
+    high = rail%s(i + 1)
+    s = low
+    do iter = 1, 20
+      call curve_point(rail, s, i, r, d1, d2)
+      s = min(max(s + (z - r(2))/d1(2), low), high)
+    end do
+    call curve_point(rail, s, i, r, d1, d2)
+    if (abs(r(2) - z) < 1e-12_dp) return
+    ! Where the face is no graph over its height, Newton's method may find nothing.
+    do iter = 1, 60
+      s = (low + high)/2
+      call curve_point(rail, s, i, r, d1, d2)
+      if (r(2) > z) high = s
+      if (r(2) <= z) low = s
+    end do
+  end subroutine gauge_point
+
+  !> The flange face, between the flange's tip and the running point, and the tread up to its chamfer.
+  subroutine find_tread(pair)
+    type(pair_type), intent(inout) :: pair
+    real(dp), parameter :: chamfer = 25*degree
+    integer :: tip, running
+
+    tip = minloc(pair%r(2, :), 1)
+    running = count(pair%s <= pair%centred_station)
+    pair%steepest = min(tip, running) - 1 + maxloc(pair%angle(min(tip, running):running), 1)
+    pair%tread_end = running + findloc(pair%angle(running + 1:) > chamfer, .true., 1) - 1
+    if (pair%tread_end < running) pair%tread_end = size(pair%s)
+  end subroutine find_tread
+
+  subroutine set_stations(pair)
+    type(pair_type), intent(inout) :: pair
+    real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), from, r(2), d1(2), d2(2)
+    integer :: n, i, j, k, cuts
+
+    n = 1
+    s(1) = pair%wheel%s(1)
+    do i = 2, pair%wheel%n
+      from = s(n)
+      if (pair%wheel%s(i) - from < least_spacing .and. i < pair%wheel%n) cycle
+      cuts = ceiling((pair%wheel%s(i) - from)/max_spacing)
+      do j = 1, cuts
+        n = n + 1
+        s(n) = from + j*(pair%wheel%s(i) - from)/cuts
+      end do
+    end do
+    pair%s = s(:n)
+    allocate (pair%r(2, n), pair%t(2, n), pair%angle(n), pair%curvature(n))
+    k = 1
+    do i = 1, n
+      call curve_point(pair%wheel, pair%s(i), k, r, d1, d2)
+      pair%r(:, i) = r
+      pair%t(:, i) = d1
+      pair%angle(i) = atan2(d1(2), d1(1))
+      pair%curvature(i) = mean_curvature(pair%wheel, pair%s(i))
+    end do
+    allocate (pair%rail_angle(pair%rail%n))
+    k = 1
+    do i = 1, pair%rail%n
+      call curve_point(pair%rail, pair%rail%s(i), k, r, d1, d2)
+      pair%rail_angle(i) = atan2(d1(2), d1(1))
+      if (i > 1) pair%rail_angle(i) = min(pair%rail_angle(i), pair%rail_angle(i - 1))
+    end do
+  end subroutine set_stations
+
+end module placement
