@@ -130,7 +130,7 @@ contains
     end do
     zones(n_cuts + 1)%first = 1
     do i = 1, n_cuts + 1
-      call set_pole(zones(i))
+      call set_pole(pair, top, zones(i))
     end do
 
   contains
@@ -159,39 +159,41 @@ contains
       turn(n_cuts) = hollow
     end subroutine add_cut
 
-    !> Mean angle and pole of a zone from the stations that carry it in service.
-    subroutine set_pole(zone)
-      type(zone_type), intent(inout) :: zone
-      real(dp), parameter :: service = 20e-3_dp   ! either side of the running point [m]
-      real(dp), parameter :: weight = 1e-3_dp     ! holds the pole of a straight line
-      real(dp) :: middle(2), a(2, 2), b(2), t(2)
-      integer :: j, lo, hi
-
-      lo = max(zone%first, top)
-      hi = zone%last
-      if (zone%last == size(pair%s)) then
-        lo = max(zone%first, count(pair%s < pair%centred_station - service))
-        hi = min(zone%last, count(pair%s < pair%centred_station + service) + 1)
-      end if
-      zone%alpha = sum(pair%angle(lo:hi))/(hi - lo + 1)
-      middle = sum(pair%r(:, lo:hi), 2)/(hi - lo + 1)
-      ! Least squares: sum ((r - pole).t)^2 + weight |pole - middle|^2.
-      a = reshape([weight, 0.0_dp, 0.0_dp, weight], [2, 2])
-      b = 0
-      do j = lo, hi
-        t = pair%t(:, j)
-        a = a + spread(t, 2, 2)*spread(t, 1, 2)/(hi - lo + 1)
-        b = b + t*dot_product(pair%r(:, j) - middle, t)/(hi - lo + 1)
-      end do
-      zone%pole = middle + [a(2, 2)*b(1) - a(1, 2)*b(2), a(1, 1)*b(2) - a(2, 1)*b(1)] &
-        /(a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1))
-      ! Behind the flange tip the rail cannot be reached from this direction.
-      do while (zone%first < top .and. pair%angle(zone%first) < zone%alpha - 80*degree)
-        zone%first = zone%first + 1
-      end do
-    end subroutine set_pole
-
   end subroutine find_zones
+
+  !> Mean angle and pole of a zone from the stations that carry it in service.
+  pure subroutine set_pole(pair, top, zone)
+    type(pair_type), intent(in) :: pair
+    integer, intent(in) :: top                   !! station of the flange face
+    type(zone_type), intent(inout) :: zone
+    real(dp), parameter :: service = 20e-3_dp   ! either side of the running point [m]
+    real(dp), parameter :: weight = 1e-3_dp     ! holds the pole of a straight line
+    real(dp) :: middle(2), a(2, 2), b(2), t(2)
+    integer :: j, lo, hi
+
+    lo = max(zone%first, top)
+    hi = zone%last
+    if (zone%last == size(pair%s)) then
+      lo = max(zone%first, count(pair%s < pair%centred_station - service))
+      hi = min(zone%last, count(pair%s < pair%centred_station + service) + 1)
+    end if
+    zone%alpha = sum(pair%angle(lo:hi))/(hi - lo + 1)
+    middle = sum(pair%r(:, lo:hi), 2)/(hi - lo + 1)
+    ! Least squares: sum ((r - pole).t)^2 + weight |pole - middle|^2.
+    a = reshape([weight, 0.0_dp, 0.0_dp, weight], [2, 2])
+    b = 0
+    do j = lo, hi
+      t = pair%t(:, j)
+      a = a + spread(t, 2, 2)*spread(t, 1, 2)/(hi - lo + 1)
+      b = b + t*dot_product(pair%r(:, j) - middle, t)/(hi - lo + 1)
+    end do
+    zone%pole = middle + [a(2, 2)*b(1) - a(1, 2)*b(2), a(1, 1)*b(2) - a(2, 1)*b(1)] &
+      /(a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1))
+    ! Behind the flange tip the rail cannot be reached from this direction.
+    do while (zone%first < top .and. pair%angle(zone%first) < zone%alpha - 80*degree)
+      zone%first = zone%first + 1
+    end do
+  end subroutine set_pole
 
   !> Relative curvatures at a wheel's station for a given roll angle.
   pure subroutine relative_curvatures(pair, angle, radius, wheel_curvature, roll, A, B)

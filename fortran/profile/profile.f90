@@ -57,7 +57,7 @@ contains
     call read_points(file, lines, raw, error)
     if (allocated(error)) return
     p%reconstruction = raw%reconstruction
-    if (raw%format /= 'plain') call say(raw%format)
+    if (raw%format /= 'plain') call say(p, raw%format)
     if (kind > 0 .and. raw%kind /= '') then
       if (raw%kind /= merge('wheel', 'rail ', kind == is_wheel)) then
         call fatal_error(error, file//': expected a '//trim(merge('wheel', 'rail ', kind == is_wheel))// &
@@ -66,20 +66,20 @@ contains
       end if
     end if
     if (raw%announced >= 0 .and. raw%announced /= size(raw%at)) &
-      call say(str(size(raw%at))//' points of the '//str(raw%announced)//' announced')
-    call to_millimetres(error)
+      call say(p, str(size(raw%at))//' points of the '//str(raw%announced)//' announced')
+    call to_millimetres(file, unit, raw, p, error)
     if (allocated(error)) return
-    call enough(error)
+    call check_number(file, raw, error)
     if (.not. allocated(error)) call mend_points(file, raw%points, raw%at, mended, error)
-    if (.not. allocated(error)) call enough(error)
+    if (.not. allocated(error)) call check_number(file, raw, error)
     if (allocated(error)) return
-    call choose_sides(over)
+    call choose_sides(kind, flip, raw, p, over)
     call turn_over(raw%points, over)
     call in_order(raw%points, raw%at)
     call cut_faces(raw%points, p%kind, first, last)
     if (last - first + 1 >= least_points) then
-      if (last - first + 1 < size(raw%at)) call say('faces beyond the running surface left out')
-      if (p%kind == is_wheel) call put_back()
+      if (last - first + 1 < size(raw%at)) call say(p, 'faces beyond the running surface left out')
+      if (p%kind == is_wheel) call put_back(raw, p)
       raw%points = raw%points(:, first:last)
       raw%at = raw%at(first:last)
     end if
@@ -91,88 +91,100 @@ contains
     call fit_curve(1e-3_dp*p%points(1, :), 1e-3_dp*p%points(2, :), 1e-3_dp*smoothing/sqrt(real(mended%group, dp)), &
       p%curve, error)
     if (allocated(error)) call fatal_error(error, file//': '//error%message)
-
-  contains
-
-    subroutine say(words)
-      character(*), intent(in) :: words
-
-      if (p%taken /= '') p%taken = p%taken//', '
-      p%taken = p%taken//words
-    end subroutine say
-
-    !> The unit: what the namelist says, the file, or the width.
-    subroutine to_millimetres(error)
-      type(error_type), allocatable, intent(out) :: error
-      real(dp) :: span, factor
-
-      span = 0
-      if (size(raw%at) > 0) span = maxval(raw%points(1, :)) - minval(raw%points(1, :))
-      factor = 1
-      select case (unit)
-      case ('m')
-        factor = 1e3_dp
-      case ('in')
-        factor = inch
-      case ('auto')
-        if (raw%unit > 0) then
-          factor = raw%unit
-        else if (span >= 0.02_dp .and. span < 0.5_dp) then
-          factor = 1e3_dp
-          call say('in m')
-        else if (span >= 1.5_dp .and. span < least_span) then
-          factor = inch
-          call say('in inches')
-        end if
-      end select
-      if (abs(factor - 1) > 0) raw%points = factor*raw%points
-      if (size(raw%at) < least_points) return
-      span = factor*span
-      if (span < least_span .or. span > largest_span) call fatal_error(error, file// &
-        ': expected y in millimetres over '//str(least_span)//' to '//str(largest_span)//' mm, found a width of '// &
-        str(span))
-    end subroutine to_millimetres
-
-    subroutine enough(error)
-      type(error_type), allocatable, intent(out) :: error
-
-      if (size(raw%at) < least_points) call fatal_error(error, file//': expected at least '// &
-        str(least_points)//' points, found '//str(size(raw%at)))
-    end subroutine enough
-
-    subroutine choose_sides(over)
-      logical, intent(out) :: over(2)
-      integer :: found
-
-      call recognise(raw%points, kind, found, over)
-      if (p%kind == 0 .and. raw%kind /= '') p%kind = merge(is_wheel, is_rail, raw%kind == 'wheel')
-      if (p%kind == 0) p%kind = merge(is_rail, is_wheel, found == is_rail)
-      if (flip /= 'auto') over = [scan(flip, 'y') > 0, scan(flip, 'z') > 0]
-      if (all(over)) then
-        call say('y and z turned over')
-      else if (over(1)) then
-        call say('y turned over')
-      else if (over(2)) then
-        call say('z turned over')
-      end if
-    end subroutine choose_sides
-
-    !> Let a wheel's y begin at its back: as in the file, or with the tape circle, 70 mm from it, at 0, or
-    !> where its back is.
-    subroutine put_back()
-      real(dp), parameter :: tape_circle = 70, near = 3   ! [mm]
-      real(dp) :: back
-
-      back = minval(raw%points(1, :))
-      if (abs(back + tape_circle) < near) then
-        back = -tape_circle
-      else if (back > -near) then
-        return
-      end if
-      call say('wheel back at y = '//str(anint(1e3_dp*back)/1e3_dp)//' mm of the file')
-      raw%points(1, :) = raw%points(1, :) - back
-    end subroutine put_back
-
   end subroutine read_profile
+
+  !> Add to what is told of a file.
+  subroutine say(p, words)
+    type(profile_type), intent(inout) :: p
+    character(*), intent(in) :: words
+
+    if (p%taken /= '') p%taken = p%taken//', '
+    p%taken = p%taken//words
+  end subroutine say
+
+  !> Convert to millimetres. The unit is what the namelist says, or the file, or the width.
+  subroutine to_millimetres(file, unit, raw, p, error)
+    character(*), intent(in) :: file, unit
+    type(raw_type), intent(inout) :: raw
+    type(profile_type), intent(inout) :: p
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: span, factor
+
+    span = 0
+    if (size(raw%at) > 0) span = maxval(raw%points(1, :)) - minval(raw%points(1, :))
+    factor = 1
+    select case (unit)
+    case ('m')
+      factor = 1e3_dp
+    case ('in')
+      factor = inch
+    case ('auto')
+      if (raw%unit > 0) then
+        factor = raw%unit
+      else if (span >= 0.02_dp .and. span < 0.5_dp) then
+        factor = 1e3_dp
+        call say(p, 'in m')
+      else if (span >= 1.5_dp .and. span < least_span) then
+        factor = inch
+        call say(p, 'in inches')
+      end if
+    end select
+    if (abs(factor - 1) > 0) raw%points = factor*raw%points
+    if (size(raw%at) < least_points) return
+    span = factor*span
+    if (span < least_span .or. span > largest_span) call fatal_error(error, file// &
+      ': expected y in millimetres over '//str(least_span)//' to '//str(largest_span)//' mm, found a width of '// &
+      str(span))
+  end subroutine to_millimetres
+
+  !> Whether there are enough points.
+  subroutine check_number(file, raw, error)
+    character(*), intent(in) :: file
+    type(raw_type), intent(in) :: raw
+    type(error_type), allocatable, intent(out) :: error
+
+    if (size(raw%at) < least_points) call fatal_error(error, file//': expected at least '// &
+      str(least_points)//' points, found '//str(size(raw%at)))
+  end subroutine check_number
+
+  !> Which axes are to be turned over, and what the file is where nothing says it.
+  subroutine choose_sides(kind, flip, raw, p, over)
+    integer, intent(in) :: kind                !! is_wheel, is_rail, or 0: by the shape
+    character(*), intent(in) :: flip
+    type(raw_type), intent(in) :: raw
+    type(profile_type), intent(inout) :: p
+    logical, intent(out) :: over(2)
+    integer :: found
+
+    call recognise(raw%points, kind, found, over)
+    if (p%kind == 0 .and. raw%kind /= '') p%kind = merge(is_wheel, is_rail, raw%kind == 'wheel')
+    if (p%kind == 0) p%kind = merge(is_rail, is_wheel, found == is_rail)
+    if (flip /= 'auto') over = [scan(flip, 'y') > 0, scan(flip, 'z') > 0]
+    if (all(over)) then
+      call say(p, 'y and z turned over')
+    else if (over(1)) then
+      call say(p, 'y turned over')
+    else if (over(2)) then
+      call say(p, 'z turned over')
+    end if
+  end subroutine choose_sides
+
+  !> Let a wheel's y begin at its back: as in the file, or with the tape circle, 70 mm from it, at 0, or
+  !> where its back is.
+  subroutine put_back(raw, p)
+    type(raw_type), intent(inout) :: raw
+    type(profile_type), intent(inout) :: p
+    real(dp), parameter :: tape_circle = 70, near = 3   ! [mm]
+    real(dp) :: back
+
+    back = minval(raw%points(1, :))
+    if (abs(back + tape_circle) < near) then
+      back = -tape_circle
+    else if (back > -near) then
+      return
+    end if
+    call say(p, 'wheel back at y = '//str(anint(1e3_dp*back)/1e3_dp)//' mm of the file')
+    raw%points(1, :) = raw%points(1, :) - back
+  end subroutine put_back
 
 end module profile
