@@ -100,7 +100,8 @@ def test_out_of_memory_is_one_line(case):
         done = run(case, preexec_fn=limit(resource.RLIMIT_AS, megabytes*10**6))
         outcomes.add(done.returncode)
         if done.returncode:
-            assert re.fullmatch(r"[^\n]*(memory|shared object|Thread creation failed)[^\n]*\n", done.stderr), (megabytes, done.stderr)
+            said = re.fullmatch(r"[^\n]*(memory|shared object|Thread creation failed)[^\n]*\n", done.stderr)
+            assert said, (megabytes, done.stderr)
         assert {**bytes_of(case), "pair.table": whole["pair.table"]} == whole, megabytes
         (case/"pair.table").write_bytes(whole["pair.table"])
     assert 0 in outcomes and 1 in outcomes
