@@ -12,7 +12,7 @@ module halfspace_correction
   use halfspace_patches, only: elements_type, new_elements
   use contact_table, only: bound_heights, table_type, zone_pose, zone_table
   use progress, only: goes_on, monitor_type, share_of_round
-  use service_poses, only: extent_type, find_reach, least_force, lever, strictness
+  use service_poses, only: error_allowance, extent_type, find_reach, force_floor, hertz_factor, roll_lever
   use axis_refinement, only: cell_errors, fine_flange, fine_roll, fine_tread, grading, halve_cells, least_q, least_roll, least_u, &
     spread_roll, spread_u, united
   use table_sampling, only: sample_ratios
@@ -117,7 +117,7 @@ contains
       logical, allocatable :: counts(:, :, :)
       type(axis_type) :: u, a, q
       real(dp), allocatable :: h(:)
-      real(dp) :: depth, other, pose(3), strict, force, c_h
+      real(dp) :: depth, other, pose(3), allowance, force, c_h
       integer :: i, j, m
       logical :: more(3), within
 
@@ -131,14 +131,14 @@ contains
               if (.not. r%there(m, i, j)) cycle
               depth = r%q%x(m)**2
               pose = zone_pose(table%zones(z), r%u%x(i), h(i) - depth, r%roll%x(j))
-              strict = strictness(pair, extent, pose, .true.)
-              if (strict <= 0) cycle
+              allowance = error_allowance(pair, extent, pose, .true.)
+              if (allowance <= 0) cycle
               call find_reach(table, extent, z, depth, pose, .true., within, other)
               if (.not. within) cycle
-              c_h = 0.7_dp*e_star
+              c_h = hertz_factor*e_star
               force = c_h*depth**1.5_dp
-              by_value(m, i, j) = force/(aim*strict*max(force, least_force, c_h*max(other, 0.0_dp)**1.5_dp))
-              counts(m, i, j) = strictness(pair, extent, pose, .false.) > 0
+              by_value(m, i, j) = force/(aim*allowance*max(force, force_floor, c_h*max(other, 0.0_dp)**1.5_dp))
+              counts(m, i, j) = error_allowance(pair, extent, pose, .false.) > 0
               if (counts(m, i, j)) call find_reach(table, extent, z, depth, pose, .false., counts(m, i, j), other)
             end do
           end do
@@ -189,7 +189,7 @@ contains
     of_u = reshape(cell_errors(r%u, spread_u(r%c), spread_u(by_value), &
       spread_u(scaled(by_value, 0.4_dp*r%q%x**2))), [nu - 1, nq, nr])
     of_roll = reshape(cell_errors(r%roll, spread_roll(r%c), spread_roll(by_value), &
-      spread_roll(scaled(by_value, 0.4_dp*r%q%x**2))/lever), [nr - 1, nq, nu])
+      spread_roll(scaled(by_value, 0.4_dp*r%q%x**2))/roll_lever), [nr - 1, nq, nu])
     of_q = reshape(cell_errors(r%q, reshape(r%c, [nq, nu*nr]), reshape(by_value, [nq, nu*nr]), &
       reshape(scaled(by_value, 0.2_dp*r%q%x), [nq, nu*nr])), [nq - 1, nu, nr])
   end subroutine judge

@@ -15,7 +15,7 @@ module table_builder
   use contact_table, only: bound_heights, table_type, zone_pose, zone_table
   use progress, only: goes_on, monitor_type, share_of_round
   use halfspace_correction, only: multiply, ratio_type, solve_ratios
-  use service_poses, only: extent_type, find_reach, least_force, lever, strictness
+  use service_poses, only: error_allowance, extent_type, find_reach, force_floor, hertz_factor, roll_lever
   use axis_refinement, only: cell_errors, fine_flange, fine_roll, fine_tread, grading, halve_cells, least_q, least_roll, least_u, &
     spread_roll, spread_u, united
   use table_sampling, only: reference_shift, sample_row
@@ -244,7 +244,7 @@ contains
       integer, intent(in) :: z
       real(dp), allocatable, dimension(:, :, :) :: by_value, by_slope, scale
       real(dp), allocatable :: of_u(:), of_q(:), flat(:, :), of_h(:, :), tilt_h(:, :)
-      real(dp) :: depth, force, other, pose(3), strict
+      real(dp) :: depth, force, other, pose(3), allowance
       integer :: i, j, m, nq, nu, nr
       logical :: within
 
@@ -262,14 +262,14 @@ contains
             do m = 2, nq
               depth = v%q%x(m)**2
               pose = zone_pose(table%zones(z), v%u%x(i), v%h(i, j) - depth, roll%x(j))
-              strict = strictness(pair, extent, pose, .false.)
-              if (strict <= 0) cycle
-              if (strict > 1) strict = over*strict
+              allowance = error_allowance(pair, extent, pose, .false.)
+              if (allowance <= 0) cycle
+              if (allowance > 1) allowance = over*allowance
               call find_reach(table, extent, z, depth, pose, .false., within, other)
               if (.not. within) cycle
               force = 2.5_dp*v%q%x(m)**3*v%s(m, i, j)
               ! The other's force as Hertz's on a radius of about 0.3 m.
-              scale(m, i, j) = 1/(aim*strict*max(force, least_force, 0.7_dp*e_star*max(other, 0.0_dp)**1.5_dp))
+              scale(m, i, j) = 1/(aim*allowance*max(force, force_floor, hertz_factor*e_star*max(other, 0.0_dp)**1.5_dp))
               of_h(i, j) = max(of_h(i, j), of_kinks*3.75_dp*v%q%x(m)*v%s(m, i, j)*scale(m, i, j))
               tilt_h(i, j) = max(tilt_h(i, j), of_kinks*force*scale(m, i, j))
             end do
@@ -283,8 +283,8 @@ contains
         of_u = max(maxval(cell_errors(v%u, spread_u(v%s), spread_u(by_value), spread_u(by_slope)), 2), &
           maxval(cell_errors(v%u, v%h, of_h, tilt_h), 2))
         of_roll(:, z) = max(maxval(cell_errors(roll, spread_roll(v%s), spread_roll(by_value), &
-          spread_roll(by_slope)/lever), 2), &
-          maxval(cell_errors(roll, transpose(v%h), transpose(of_h), transpose(tilt_h)/lever), 2))
+          spread_roll(by_slope)/roll_lever), 2), &
+          maxval(cell_errors(roll, transpose(v%h), transpose(of_h), transpose(tilt_h)/roll_lever), 2))
         u(z) = v%u
         q(z) = v%q
         call halve_cells(u(z), of_u, least_u, most(1), any_finer(1, z))
