@@ -145,6 +145,9 @@ contains
     if (table%accuracy%unsolved > 0) lines = lines//'warning: '//what//': '//str(table%accuracy%unsolved)//' of '// &
       str(sum(table%accuracy%poses) + table%accuracy%unsolved)//' half-space solutions that its error is measured by '// &
       'did not converge; they are not in it'//nl
+    if (table%accuracy%pulling > 0) lines = lines//'warning: '//what//': expected contacts that push in '// &
+      'service, found '//str(table%accuracy%pulling)//' points at which the contact would pull, where a run stops; lower '// &
+      '&table accuracy or raise n_lateral, n_roll, n_depth'//nl
     if (all(table%accuracy%poses == 0)) return
     lines = lines//'its error, rms (largest), of max(|F|, 5 kN):'
     do k = 1, 4

@@ -35,6 +35,7 @@ module contact_table
   !> both at once, and in rolling over the rail. A place without poses has no known error.
   type :: accuracy_type
     integer :: unsolved = 0             !! poses left out, as their direct evaluation did not converge
+    integer :: pulling = 0              !! points in service where the contact would pull: a run stops there
     integer :: poses(4) = 0             !! compared
     real(dp) :: rms(4) = 0, largest(4) = 0   !! errors
   end type accuracy_type
@@ -58,7 +59,7 @@ module contact_table
     enumerator :: outside_law        ! S is negative: splines may oscillate outside the poses that runs reach
   end enum
 
-  !> Below S = 0 a zone counts as open if its force is at most this one, to which errors are relative [N].
+  !> A zone with S < 0 counts as open if its force is at most this one, to which errors are relative [N].
   real(dp), parameter :: largest_pull = 5e3_dp
 
 contains

@@ -4,12 +4,16 @@
 !> wheel touches the rail's point of the same normal, at some roll angle, and is pressed in by some depth. Only poses
 !> that a run can reach are compared. Penetrations are found without the table, so that a contact which the table misses
 !> is an error of all its force.
+!>
+!> S has to be positive, for a contact does not pull. The points in service at which `wheel_potential` refuses a pose because
+!> a contact would pull are counted.
 module table_error
+  use bspline, only: axis_type, spline_2d_at, spline_3d_at
   use contact_zones, only: set_moduli, stiffest, zone_energy, zone_force, zone_type
   use wheel_rail_pair, only: new_scan, pair_type, rail_point, rolled, scan_depth, scan_type, touch
   use kinds, only: dp
   use halfspace_patches, only: elements_type, new_elements, patches_type, press_patches
-  use contact_table, only: accuracy_type, table_type, find_roll, inside, roll_type, wheel_potential
+  use contact_table, only: accuracy_type, table_type, find_roll, inside, outside_law, roll_type, wheel_potential, zone_pose
   use service_poses, only: error_allowance, extent_type, find_reach, force_floor, largest_roll, service_roll, small_roll, &
     tread_share
   implicit none
@@ -36,8 +40,8 @@ module table_error
 
 contains
 
-  !> Fill in the errors of a table of model 'strip' or 'halfspace'. A table of 'hertz' has no known error: its force
-  !> jumps with the station.
+  !> Fill in the errors of a table, and count its points in service at which a contact would pull. A table of model 'hertz'
+  !> has no known error: its force jumps with the station.
   subroutine measure(pair, zones, model, e_star, extent, table)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
@@ -51,10 +55,13 @@ contains
     real(dp), allocatable :: pose(:, :), error(:)
     integer, allocatable :: place(:)       ! of the accuracy: tread, flange, both, rolling over
     logical, allocatable :: touching(:, :), solved(:)
-    integer :: wanted(2), drawn(2), i, k, n
+    integer :: wanted(2), drawn(2), i, k, n, z
     logical :: usable
 
     table%accuracy = accuracy_type()
+    do z = 1, size(zones)
+      table%accuracy%pulling = table%accuracy%pulling + pulling_points(pair, extent, table, z)
+    end do
     if (model == 'hertz') return
     wanted = strip_poses
     if (model == 'halfspace') wanted = halfspace_poses
@@ -91,6 +98,56 @@ contains
       end associate
     end do
   end subroutine measure
+
+  !> Count the points of a zone, and the middles of its cells along every axis, that are in service but at which the contact
+  !> would pull.
+  integer function pulling_points(pair, extent, table, zone) result(n)
+    type(pair_type), intent(in) :: pair
+    type(extent_type), intent(in) :: extent
+    type(table_type), intent(in) :: table
+    integer, intent(in) :: zone
+    real(dp) :: u(2*table%zones(zone)%u%n - 1), roll(2*table%zones(zone)%roll%n - 1), q(2*table%zones(zone)%q%n - 1)
+    real(dp) :: h(size(roll), 1), s(size(q), size(roll), 1)
+    type(roll_type) :: at_roll, opposite
+    real(dp) :: pose(3), deepest_other, energy(2), gradient(3, 2), hessian(6)
+    integer :: i, j, m, status
+    logical :: reachable
+
+    n = 0
+    associate (t => table%zones(zone))
+      u = with_middles(t%u)
+      roll = with_middles(t%roll)
+      q = with_middles(t%q)
+      !$omp parallel do schedule(dynamic) reduction(+:n) private(h, s, pose, at_roll, opposite, deepest_other, energy, &
+      !$omp gradient, hessian, j, m, status, reachable)
+      do i = 1, size(u)
+        call spline_2d_at(t%roll, t%u, t%h, roll, u(i:i), h)
+        call spline_3d_at(t%q, t%roll, t%u, t%s, q, roll, u(i:i), s)
+        do j = 1, size(roll)
+          do m = 2, size(q)
+            if (s(m, j, 1) > 0) cycle
+            pose = zone_pose(t, u(i), h(j, 1) - q(m)**2, roll(j))
+            ! The allowance is 1 in service.
+            if (abs(error_allowance(pair, extent, pose, .false.) - 1) > 0) cycle
+            call find_reach(table, extent, zone, q(m)**2, pose, .false., reachable, deepest_other)
+            if (.not. reachable) cycle
+            call find_roll(table, roll(j), .false., at_roll, opposite, status)
+            call wheel_potential(table, pose, at_roll, .false., energy, gradient, hessian, status)
+            if (status == outside_law) n = n + 1
+          end do
+        end do
+      end do
+    end associate
+  end function pulling_points
+
+  !> Return the points of an axis and the middles between them.
+  pure function with_middles(axis) result(x)
+    type(axis_type), intent(in) :: axis
+    real(dp) :: x(2*axis%n - 1)
+
+    x(1::2) = axis%x
+    x(2::2) = (axis%x(:axis%n - 1) + axis%x(2:))/2
+  end function with_middles
 
   !> Find the rail's highest point in every column.
   pure function rail_outline(pair) result(outline)

@@ -36,7 +36,7 @@ contains
     call out%begin(file)
     call put(words_of(magic))
     call put(int([len(table%key), size(table%zones), table%accuracy%poses, table%accuracy%unsolved, &
-      table%solutions], int64))
+      table%accuracy%pulling, table%solutions], int64))
     call put(words_of(table%key))
     call put_numbers([table%accuracy%rms, table%accuracy%largest])
     do i = 1, size(table%zones)
@@ -104,12 +104,13 @@ contains
     character(*), intent(in) :: key
     type(table_type), intent(inout) :: table
     logical, intent(inout) :: found
-    character(8*words_for(len(key))) :: stored
+    character(:), allocatable :: stored
     real(dp) :: numbers(8)
-    integer(int64) :: head(9)
+    integer(int64) :: head(10)
     integer :: i
 
-    call take_integers(in, 9, head)
+    stored = repeat(' ', 8*words_for(len(key)))
+    call take_integers(in, size(head), head)
     if (in%stat /= 0 .or. head(1) /= len(key) .or. head(2) < 1 .or. head(2) > max_zones) return
     read (in%unit, iostat=in%stat) stored
     if (in%stat /= 0 .or. stored /= key) return
@@ -117,8 +118,8 @@ contains
     table%key = key
     call take_numbers(in, 8, numbers)
     head(3:) = max(0_int64, min(head(3:), int(huge(1), int64)))
-    table%accuracy = accuracy_type(int(head(7)), int(head(3:6)), numbers(:4), numbers(5:))
-    table%solutions = int(head(8:9))
+    table%accuracy = accuracy_type(int(head(7)), int(head(8)), int(head(3:6)), numbers(:4), numbers(5:))
+    table%solutions = int(head(9:10))
     allocate (table%zones(head(2)))
     do i = 1, size(table%zones)
       call read_zone(in, table%zones(i))
