@@ -268,10 +268,9 @@ contains
     real(dp), dimension(:, :, :), intent(in) :: of_u, of_roll, of_q   !! as `find_cell_errors` has them
     type(axis_errors) :: error
 
-    allocate (error%u(size(of_u, 1)), error%roll(size(of_roll, 1)), error%q(size(of_q, 1)))
-    error%u = maxval(maxval(of_u, 3), 2)
-    error%roll = maxval(maxval(of_roll, 3), 2)
-    error%q = maxval(maxval(of_q, 3), 2)
+    allocate (error%u, source=maxval(maxval(of_u, 3), 2))
+    allocate (error%roll, source=maxval(maxval(of_roll, 3), 2))
+    allocate (error%q, source=maxval(maxval(of_q, 3), 2))
   end function largest_errors
 
   !> Estimate what the splines through lines f(n, m) miss in the cells of every line, multiplied by the weights.

@@ -209,8 +209,7 @@ contains
     cell_u = brackets(this%grid(z)%u, u)
     cell_roll = brackets(this%grid(z)%roll, roll)
     ! A row that is not known has no use for its h.
-    allocate (h(u%n, roll%n))
-    h = this%touching(z)%h(cell_u(1, :), cell_roll(1, :))
+    allocate (h(u%n, roll%n), source=this%touching(z)%h(cell_u(1, :), cell_roll(1, :)))
     call move_alloc(h, this%touching(z)%h)
     this%grid(z) = new
   end subroutine resize
