@@ -452,8 +452,8 @@ subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
   end do
 end subroutine tangents
 
-!> Geometry functions at lateral displacements y [m]; NaN where the rigid wheelset does not stand on both
-!> rails.
+!> Geometry functions, without the conicity, at lateral displacements y [m]; NaN where the rigid wheelset does not stand
+!> on both rails.
 subroutine geometry_functions(handle, n, y, rows)
   use handles, only: prepared_at, prepared_type
   use geometry_functions, only: geometry_at
@@ -461,7 +461,7 @@ subroutine geometry_functions(handle, n, y, rows)
   integer(8), intent(in) :: handle
   integer, intent(in) :: n
   real(8), intent(in) :: y(n)
-  real(8), intent(out) :: rows(13, n)
+  real(8), intent(out) :: rows(12, n)
   !f2py threadsafe
   type(prepared_type), pointer :: p
 
@@ -600,21 +600,19 @@ subroutine rigid_numbers(handle, side, numbers, zones)
   end associate
 end subroutine rigid_numbers
 
-!> Equivalent conicity for amplitudes, by EN 15302 and by harmonic linearisation, from n rows of y and
-!> delta_r [m].
-subroutine conicities(n, y, delta_r, m, amplitude, by_wavelength, linearised)
-  use geometry_functions, only: conicity, conicity_of_wavelength
+!> Equivalent conicity for amplitudes [m] by harmonic linearisation, from n rows of y and delta_r [m].
+subroutine linearised_conicities(n, y, delta_r, m, amplitude, found)
+  use geometry_functions, only: conicity
   implicit none
   integer, intent(in) :: n, m
   real(8), intent(in) :: y(n), delta_r(n), amplitude(m)
-  real(8), intent(out) :: by_wavelength(m), linearised(m)
+  real(8), intent(out) :: found(m)
   integer :: k
 
   do k = 1, m
-    by_wavelength(k) = conicity_of_wavelength(amplitude(k), y, delta_r)
-    linearised(k) = conicity(amplitude(k), y, delta_r)
+    found(k) = conicity(amplitude(k), y, delta_r)
   end do
-end subroutine conicities
+end subroutine linearised_conicities
 
 !> Find out before the work, not after it, that a file cannot be written.
 subroutine check_writable(file, variable, path, message, length)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 PARTS = "flange back", "flange", "throat", "tread", "chamfer", "gauge side", "head", "field side"
-PITCH = 0.1e-3                      # distance between stations [m]
+STATION_PITCH = 0.1e-3              # distance between stations [m]
 TAPE_CIRCLE = 70e-3                 # from the wheel's back (EN 13715) [m]
-GENTLE, CHAMFER = np.radians([10, 25])          # tangent angles at which the tread begins and ends [rad]
+GENTLE, CHAMFER = np.radians([10, 25])      # tangent angles at which the tread begins and ends [rad]
 STEEP = np.radians(60)              # the sides of a rail are steeper than its head [rad]
 LARGEST_INCLINATION = 0.12          # of a rail [rad]
 
@@ -35,7 +35,7 @@ def survey(kind: str, length: float, frames: Callable[[np.ndarray], np.ndarray],
 
     length [m] of the curve; frames(s) gives y, z, angle and curvature, (4, n), at stations s, (n,); gauge_depth [m].
     """
-    n = int(np.ceil(length/PITCH))
+    n = int(np.ceil(length/STATION_PITCH))
     s = np.arange(n)*length/(n - 1)
     y, z, angle, curvature = frames(s)
     part, measures = survey_wheel(y, z, angle) if kind == "wheel" else survey_rail(s, y, z, angle, gauge_depth)

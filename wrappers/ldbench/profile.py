@@ -21,6 +21,7 @@ import numpy as np
 from . import _flat
 from ._core import Error, Handle, check, check_written, complete, descriptions, look_for_memory, path_bytes, text, text_bytes
 from .case import Case
+from .conicity import GEOMETRY_PITCH, equivalent_conicity, geometry_rows, linearised_conicity
 from .measures import PARTS, Stations, survey
 from .run import parse_setting
 from .table import located
@@ -128,12 +129,12 @@ def pair(case: Case) -> Pair:
     (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
     zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}
     reach = max(20, int(1.3e4*max(left, right)))
-    rows = _flat.geometry_functions(handle, 1e-4*np.arange(-reach, reach + 1))
+    rows = geometry_rows(handle, GEOMETRY_PITCH*np.arange(-reach, reach + 1))
     rows = rows[:, np.isfinite(rows[7])]
     names = descriptions()[2].split()
-    amplitude = 1e-4*np.arange(2, int(1e4*rows[0, -1]) + 1)
+    amplitude = GEOMETRY_PITCH*np.arange(2, int(1e4*rows[0, -1]) + 1)
     return Pair((left, right), zones, dict(zip(names, rows, strict=True)), amplitude,
-                *_flat.conicities(rows[0], rows[7], amplitude))
+                *(conicity(amplitude, rows[0], rows[7]) for conicity in (equivalent_conicity, linearised_conicity)))
 
 
 # The page ---------------------------------------------------------------------------------
