@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from . import _flat
 from ._core import Error, Handle, Progress, Shared, check, descriptions, path_bytes, watched
 from .case import TEXT_LENGTH, Case, variables
+from .conicity import GEOMETRY_PITCH, geometry_rows
 from .notebook import html_table
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
@@ -254,9 +255,9 @@ class ContactTable:
 
         if y is None:
             reach = int(12e3 * max(self.clearance, self.clearance_right))
-            y = 1e-4 * np.arange(-reach, reach + 1)
+            y = GEOMETRY_PITCH*np.arange(-reach, reach + 1)
         y = np.atleast_1d(np.asarray(y, float)).ravel()
-        rows = _flat.geometry_functions(self._handle, y) if y.size else np.empty((13, 0))
+        rows = geometry_rows(self._handle, y) if y.size else np.empty((13, 0))
         names, units = (line.split() for line in descriptions()[2:4])
         frame = pd.DataFrame(rows.T, columns=names)
         frame["Y"] = y
