@@ -235,7 +235,7 @@ contains
     type(pose_type), intent(in) :: here
     real(dp), intent(in) :: h                   !! [m kg^1/2]
     type(pose_type), intent(out) :: there
-    logical, intent(out) :: ok                  !! it is false where no pose on both rails is near, or a contact is at an end of its zone
+    logical, intent(out) :: ok                  !! it is false where no pose on both rails is near or a zone ends
 
     there = here
     there%q = here%q + h*here%t
