@@ -81,7 +81,7 @@ contains
     end do
   end subroutine scan_depth
 
-  !> The same of those stations alone that may be the deepest, low..high, with one
+  !> Scan those stations alone that may be the deepest, low..high, with one
   !> more to either side; the depth of the others becomes an upper bound.
   pure subroutine scan_deepest(pair, centre, roll, first, last, work, low, high)
     type(pair_type), intent(in) :: pair

@@ -15,7 +15,7 @@ module motion_state
     real(dp) :: dt = 0                 !! the last implicit step [s]
     real(dp) :: work = 0               !! done by the lateral force so far [J]
     type(contact_state) :: contact     !! at q
-    ! Of rigid contacts so far:
+    ! What rigid contacts have done so far:
     real(dp) :: impulse(4) = 0         !! of impacts, by contact [N s]
     real(dp) :: loss = 0               !! energy lost in impacts [J]
     real(dp) :: remainder(3) = 0       !! Kahan remainder of q in free flight, without which 1e4 steps lose 1e-9 J
