@@ -12,7 +12,7 @@
 module halfspace_patches
   use curve, only: curve_point
   use station_scan, only: scan_type, set_depth
-  use wheel_rail_pair, only: pair_type, rolled
+  use wheel_rail_pair, only: least_cosine, pair_type, rolled
   use halfspace, only: mesh_type, new_system, set_influence, solve_pressure, system_type
   use kinds, only: dp
   use patch_grids, only: carry, elements_type, fit_box, fit_mesh, guess, interpolate, look_beyond
@@ -21,7 +21,6 @@ module halfspace_patches
   public :: patches_type, press_patches, keep_patches, expect_area, pressed_area
 
   integer, parameter :: most_patches = 4
-  real(dp), parameter :: least_cosine = 0.05_dp      ! of the normal in the overlap's length
 
   !> The pressed patches of a pose; they start the search in the next one.
   type :: patches_type

@@ -7,7 +7,7 @@ module wheel_rail_pair
   use kinds, only: dp
   implicit none
   private
-  public :: pair_type, same_pair, rolled, wheel_station, rail_curvature, rail_point, mean_curvature
+  public :: pair_type, same_pair, rolled, wheel_station, rail_curvature, rail_point, mean_curvature, least_cosine, window
 
   !> A pair of placed profiles.
   type :: pair_type
@@ -29,7 +29,9 @@ module wheel_rail_pair
     real(dp), allocatable :: rail_angle(:) !! tangent angle at the rail's knots, made monotone [rad]
   end type pair_type
 
-  real(dp), parameter, public :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
+  real(dp), parameter :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
+  !> Least cosine of a contact angle, that of 87 degrees, in the relative curvature in rolling direction.
+  real(dp), parameter :: least_cosine = 0.05_dp
 
 contains
 

@@ -5,7 +5,8 @@
 !> in by some depth.  Those count that a run can come to.  The table is not asked how deep a zone lies in
 !> the rail: a contact that it misses is an error of all its force.
 module table_error
-  use contact_zones, only: set_moduli, stiffest, zone_energy, zone_force, zone_type
+  use contact_zones, only: zone_type
+  use strip_law, only: set_moduli, stiffest, zone_energy, zone_force
   use station_scan, only: new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: pair_type, rail_point, rolled
   use kinds, only: dp

@@ -1,7 +1,8 @@
 !> Values that a contact table is made of, by direct evaluation: where a zone touches, its energy in
 !> strips or as one Hertzian contact, and what half-spaces pressed together have instead.
 module table_sampling
-  use contact_zones, only: set_moduli, stiffest, zone_energy, zone_type
+  use contact_zones, only: zone_type
+  use strip_law, only: set_moduli, stiffest, zone_energy
   use station_scan, only: keep_feet, new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: pair_type, rolled
   use kinds, only: dp
