@@ -25,33 +25,34 @@ module geometry_functions
 
 contains
 
-  !> Height at which the left wheel's stations first..last touch, lowered vertically at lateral
-  !> position y and roll.  The scan is fresh, or that of these stations touching at another roll.
-  subroutine lower(pair, first, last, y, roll, work, z, station, ok)
+  !> Height z [m] of the axle at which the left wheel's stations first..last touch when the wheel is lowered at
+  !> lateral position y [m] and roll angle [rad].  The scan is fresh, or from touching with these stations at another
+  !> roll angle.
+  subroutine lower(pair, first, last, y, roll, scan, z, station, ok)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last
     real(dp), intent(in) :: y, roll
-    type(scan_type), intent(inout) :: work
+    type(scan_type), intent(inout) :: scan
     real(dp), intent(out) :: z, station
     logical, intent(out) :: ok
     real(dp), parameter :: above = 0.03_dp   ! start with the whole flange in the air [m]
-    ! A turn changes the height at which the wheel touches by less than this times its angle, on
-    ! flange faces of up to 78 degrees [m].
+    ! Roll changes the height at which the wheel touches by less than this times the roll angle, on flange faces of
+    ! up to 78 degrees [m].
     real(dp), parameter :: lever = 3
     real(dp) :: start
 
-    if (work%fresh) then
+    if (scan%fresh) then
       ! Roll lifts the wheel by its lever arm.
       start = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
     else
-      start = work%centre(2) + lever*abs(roll - work%roll)
+      start = scan%centre(2) + lever*abs(roll - scan%roll)
     end if
-    call touch(pair, work, first, last, [y, start], roll, 0.0_dp, z, station, ok)
+    call touch(pair, scan, first, last, [y, start], roll, 0.0_dp, z, station, ok)
     z = z + start
   end subroutine lower
 
-  !> Roll angle and height at which the rigid wheelset stands on both rails with
-  !> the wheels' stations from `first` on; the least roll, where there are several.
+  !> Roll angle and height at which the rigid wheelset stands on both rails with the wheels' stations from `first` on:
+  !> the least roll angle where there are several.  `ok` is false where the wheelset does not stand on both rails.
   subroutine rigid_contact(side, first, y, roll, z, station, ok)
     type(side_type), intent(in) :: side(:) !! left, right
     integer, intent(in) :: first(2)
@@ -59,7 +60,7 @@ contains
     real(dp), intent(out) :: roll, z       !! [rad, m]
     real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
     logical, intent(out) :: ok
-    real(dp), parameter :: stride = 1e-3_dp   ! two contacts that compete are further apart [rad]
+    real(dp), parameter :: stride = 1e-3_dp   ! two solutions are further apart [rad]
     real(dp), parameter :: largest = 0.2_dp   ! [rad]
     type(scan_type) :: left, right
     real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new
@@ -80,7 +81,7 @@ contains
       if (ok) f(2) = difference(x(2))
     end do
     if (.not. ok) return
-    ! Regula falsi; halved (Illinois) or bisected where it creeps.
+    ! Regula falsi with halved values (Illinois), and bisection where it creeps.
     do iter = 1, 100
       if (abs(f(2)) < 1e-13_dp .or. abs(x(2) - x(1)) < 1e-16_dp) exit
       x_new = x(2) - f(2)*(x(2) - x(1))/(f(2) - f(1))
@@ -114,24 +115,24 @@ contains
 
   end subroutine rigid_contact
 
-  !> Lateral displacement of the rigid wheelset, riding on both treads, at which
-  !> the left flange touches [m].
+  !> Lateral displacement y [m] at which the left flange of the rigid wheelset touches while it rides on both treads.
+  !> `ok` is false where there is none between 0 and 0.05 m.
   subroutine clearance(side, y, ok)
     type(side_type), intent(in) :: side(:)    !! left, right
     real(dp), intent(out) :: y
     logical, intent(out) :: ok
     real(dp), parameter :: widest = 0.05_dp, close = 1e-12_dp, near = 1e-3_dp    ! [m]
-    type(scan_type) :: work
+    type(scan_type) :: scan
     type(bracket_type) :: range
     real(dp) :: f
     integer :: iter, k, tread(2), flange
 
-    work = new_scan(side(1)%pair)
+    scan = new_scan(side(1)%pair)
     do k = 1, 2
       tread(k) = side(k)%zones(count(.not. side(k)%zones%flange))%first
     end do
     flange = side(1)%zones(size(side(1)%zones))%first
-    ! Bisection finds where the flange comes into reach, regula falsi the rest.
+    ! Bisection finds where the flange comes into reach; regula falsi does the rest.
     range = bracket_type(0.0_dp, -1.0_dp, widest, -1.0_dp)
     do iter = 1, 100
       y = (range%a + range%b)/2
@@ -154,7 +155,8 @@ contains
 
   contains
 
-    !> How far the flange is above the height at which it touches; -1 where it passes beside the rail.
+    !> Overlap f [m]: the axle height at which the flange touches, minus that of the wheelset on its treads; -1 where the
+    !> flange passes beside the rail.
     subroutine find_overlap(f)
       real(dp), intent(out) :: f
       real(dp) :: roll, z, z_flange, station(2)
@@ -162,8 +164,8 @@ contains
 
       call rigid_contact(side, tread, y, roll, z, station, ok)
       if (.not. ok) return
-      work%fresh = .true.
-      call lower(side(1)%pair, flange, tread(1), y, roll, work, z_flange, station(1), touches)
+      scan%fresh = .true.
+      call lower(side(1)%pair, flange, tread(1), y, roll, scan, z_flange, station(1), touches)
       f = -1
       if (touches) f = z_flange - z
     end subroutine find_overlap
