@@ -35,7 +35,7 @@ contains
     type(scan_type), intent(inout) :: scan
     real(dp), intent(out) :: z, station
     logical, intent(out) :: ok
-    real(dp), parameter :: above = 0.03_dp   ! start with the whole flange in the air [m]
+    real(dp), parameter :: lift = 0.03_dp   ! the whole flange is in the air at the start [m]
     ! Roll changes the height at which the wheel touches by less than this times the roll angle, on flange faces of
     ! up to 78 degrees [m].
     real(dp), parameter :: lever = 3
@@ -43,7 +43,7 @@ contains
 
     if (scan%fresh) then
       ! Roll lifts the wheel by its lever arm.
-      start = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
+      start = pair%axle_height + lift - roll*pair%r(1, size(pair%s)/2)
     else
       start = scan%centre(2) + lever*abs(roll - scan%roll)
     end if

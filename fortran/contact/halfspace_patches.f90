@@ -72,7 +72,7 @@ contains
     do round = 1, most_rounds
       do g = 1, n
         call fit_mesh(patches%box(:, g), overlaps%ends(:, g), elements, mesh(g))
-        call interpolate_influence(elements, mesh(g), patches%system%within(:, :, g), self(g))
+        call interpolate_influence(elements, mesh(g), patches%system%own(:, :, g), self(g))
         call set_depths(pair, first, last, centre, roll, scan, mesh(g), depth(:, :, g), normal(:, :, :, g), &
           point(:, :, :, g))
         if (warm .or. round > 1) then
@@ -210,20 +210,20 @@ contains
   end subroutine expect_area
 
   !> Keep the patches of one pose as a start for other poses.
-  pure subroutine keep_patches(from, to)
-    type(patches_type), intent(in) :: from
-    type(patches_type), intent(inout) :: to
+  pure subroutine keep_patches(source, target)
+    type(patches_type), intent(in) :: source
+    type(patches_type), intent(inout) :: target
 
-    if (.not. allocated(from%p)) return
-    if (.not. allocated(to%p)) then
-      allocate (to%p, mold=from%p)
-      to%system = new_system(size(from%p, 1), size(from%p, 2), most_patches)
+    if (.not. allocated(source%p)) return
+    if (.not. allocated(target%p)) then
+      allocate (target%p, mold=source%p)
+      target%system = new_system(size(source%p, 1), size(source%p, 2), most_patches)
     end if
-    to%n = from%n
-    to%overlaps = from%overlaps
-    to%box(:, :to%n) = from%box(:, :to%n)
-    to%mesh(:to%n) = from%mesh(:to%n)
-    to%p(:, :, :to%n) = from%p(:, :, :to%n)
+    target%n = source%n
+    target%overlaps = source%overlaps
+    target%box(:, :target%n) = source%box(:, :target%n)
+    target%mesh(:target%n) = source%mesh(:target%n)
+    target%p(:, :, :target%n) = source%p(:, :, :target%n)
   end subroutine keep_patches
 
   !> At the elements of a grid: the undeformed interpenetration [m], the rail's normal, and the wheel's point relative

@@ -19,7 +19,7 @@ module patch_grids
     integer :: nx = 0, ns = 0          !! elements over x > 0 and s
     real(dp) :: tolerance = 0          !! of the depth under pressure, relative to its maximum
     real(dp) :: e_star = 0             !! [Pa]
-    real(dp), allocatable :: within(:, :, :)   !! influence from `unit_influence`, last index: ratio ds/dx
+    real(dp), allocatable :: own(:, :, :)      !! influence from `unit_influence`, last index: ratio ds/dx
     real(dp), allocatable :: self(:)           !! displacement of an element alone from `unit_influence`, by ratio
   end type elements_type
 
@@ -36,9 +36,9 @@ contains
     elements%ns = ns
     elements%tolerance = tolerance
     elements%e_star = e_star
-    allocate (elements%within(nx*(2*ns - 1), nx, flattest:steepest), elements%self(flattest:steepest))
+    allocate (elements%own(nx*(2*ns - 1), nx, flattest:steepest), elements%self(flattest:steepest))
     do k = flattest, steepest
-      call unit_influence(nx, ns, 2.0_dp**(k/real(octave, dp)), elements%within(:, :, k), elements%self(k))
+      call unit_influence(nx, ns, 2.0_dp**(k/real(octave, dp)), elements%own(:, :, k), elements%self(k))
     end do
   end function new_elements
 
@@ -57,17 +57,17 @@ contains
   end subroutine fit_mesh
 
   !> Influence of the elements of a grid on each other, as from `unit_influence`.
-  pure subroutine interpolate_influence(elements, mesh, within, self)
+  pure subroutine interpolate_influence(elements, mesh, own, self)
     type(elements_type), intent(in) :: elements
     type(mesh_type), intent(in) :: mesh
-    real(dp), intent(out) :: within(:, :), self
+    real(dp), intent(out) :: own(:, :), self
     real(dp) :: t
     integer :: k
 
     t = octave*log(mesh%ds/mesh%dx)/log(2.0_dp)
     k = max(flattest, min(floor(t), steepest - 1))
     t = max(0.0_dp, min(t - k, 1.0_dp))
-    within = (1 - t)*elements%within(:, :, k) + t*elements%within(:, :, k + 1)
+    own = (1 - t)*elements%own(:, :, k) + t*elements%own(:, :, k + 1)
     self = (1 - t)*elements%self(k) + t*elements%self(k + 1)
   end subroutine interpolate_influence
 
@@ -105,18 +105,20 @@ contains
         x = (i - 0.5_dp)*new%dx/old%dx + 0.5_dp
         k = floor(x)
         x = x - k
-        p(i, j) = (1 - s)*((1 - x)*at(k, l) + x*at(k + 1, l)) + s*((1 - x)*at(k, l + 1) + x*at(k + 1, l + 1))
+        p(i, j) = (1 - s)*((1 - x)*pressure(k, l) + x*pressure(k + 1, l)) &
+          + s*((1 - x)*pressure(k, l + 1) + x*pressure(k + 1, l + 1))
       end do
     end do
 
   contains
 
-    pure real(dp) function at(k, l)
+    !> Pressure of the old grid at element (k, l): symmetric about x = 0, and 0 beyond the other ends.
+    pure real(dp) function pressure(k, l)
       integer, intent(in) :: k, l
 
-      at = 0
-      if (k <= size(q, 1) .and. l >= 1 .and. l <= size(q, 2)) at = q(max(k, 1), l)
-    end function at
+      pressure = 0
+      if (k <= size(q, 1) .and. l >= 1 .and. l <= size(q, 2)) pressure = q(max(k, 1), l)
+    end function pressure
 
   end subroutine carry_pressures
 
@@ -228,15 +230,16 @@ contains
     type(mesh_type), intent(in) :: mesh(:)         !! (patch)
     real(dp), intent(in) :: p(:, :, :)             !! pressures (nx, ns, patch) [Pa]
     real(dp), intent(in) :: s                      !! [m]
-    real(dp) :: away, to(0:elements%nx)
+    real(dp) :: away, primitive(0:elements%nx)
     integer :: i, j, g
 
     displacement = 0
     do g = 1, size(mesh)
       do j = 1, elements%ns
         away = abs(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds - s)
-        to = asinh([(i*mesh(g)%dx/away, i=0, elements%nx)])
-        displacement = displacement + 2*mesh(g)%ds/(pi*elements%e_star)*sum(p(:, j, g)*(to(1:) - to(:elements%nx - 1)))
+        primitive = asinh([(i*mesh(g)%dx/away, i=0, elements%nx)])
+        displacement = displacement + 2*mesh(g)%ds/(pi*elements%e_star) &
+          *sum(p(:, j, g)*(primitive(1:) - primitive(:elements%nx - 1)))
       end do
     end do
   end function displacement

@@ -27,30 +27,30 @@ contains
     integer, intent(in) :: first, last
     type(scan_type), intent(in) :: scan
     type(overlaps_type), intent(out) :: overlaps
-    integer :: from, i
+    integer :: start, i
 
-    from = 0
+    start = 0
     do i = first, last
       if (scan%depth(i) <= 0) cycle
-      if (from == 0) from = i
+      if (start == 0) start = i
       if (i < last) then
         if (scan%depth(i + 1) > 0) cycle
       end if
-      call add_overlap(pair, first, last, scan, from, i, overlaps)
-      from = 0
+      call add_overlap(pair, first, last, scan, start, i, overlaps)
+      start = 0
     end do
   end subroutine find_overlaps
 
-  !> Add the overlap of the stations from..to.
-  pure subroutine add_overlap(pair, first, last, scan, from, to, overlaps)
+  !> Add the overlap of the stations start..finish.
+  pure subroutine add_overlap(pair, first, last, scan, start, finish, overlaps)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last     !! stations that are looked at
     type(scan_type), intent(in) :: scan
-    integer, intent(in) :: from, to
+    integer, intent(in) :: start, finish
     type(overlaps_type), intent(inout) :: overlaps
     integer :: node, n
 
-    node = from - 1 + maxloc(scan%depth(from:to), 1)
+    node = start - 1 + maxloc(scan%depth(start:finish), 1)
     if (overlaps%n == most_patches) then
       if (scan%depth(node) <= minval(overlaps%depth)) return
       call drop_overlap(minloc(overlaps%depth, 1), overlaps)
@@ -61,22 +61,22 @@ contains
     overlaps%station(n) = pair%s(node)
     ! Where the depth only grows, the station before the overlap stands for the first maximum.
     overlaps%tops(:, n) = pair%s([ &
-      max(1, from - 1 + findloc(scan%depth(from:to - 1) > scan%depth(from + 1:to), .true., 1)), &
-      from + findloc(scan%depth(from:to - 1) < scan%depth(from + 1:to), .true., 1, back=.true.)])
-    if (to - from < 2) overlaps%tops(:, n) = pair%s(node)
+      max(1, start - 1 + findloc(scan%depth(start:finish - 1) > scan%depth(start + 1:finish), .true., 1)), &
+      start + findloc(scan%depth(start:finish - 1) < scan%depth(start + 1:finish), .true., 1, back=.true.)])
+    if (finish - start < 2) overlaps%tops(:, n) = pair%s(node)
     overlaps%half_x(n) = min(sqrt(2*scan%depth(node)*(-pair%r(2, node))/max(scan%normal(2, node), least_cosine)), &
       -pair%r(2, node)/2)
-    overlaps%ends(:, n) = pair%s([from, to])
-    if (from > first) overlaps%ends(1, n) = overlaps%ends(1, n) - way_to_edge(from, from - 1)
-    if (to < last) overlaps%ends(2, n) = overlaps%ends(2, n) + way_to_edge(to, to + 1)
+    overlaps%ends(:, n) = pair%s([start, finish])
+    if (start > first) overlaps%ends(1, n) = overlaps%ends(1, n) - way_to_edge(start, start - 1)
+    if (finish < last) overlaps%ends(2, n) = overlaps%ends(2, n) + way_to_edge(finish, finish + 1)
 
   contains
 
     !> Way [m] from a station in the overlap to the edge of the overlap before the next station.
-    pure real(dp) function way_to_edge(inside, beyond) result(way)
-      integer, intent(in) :: inside, beyond
+    pure real(dp) function way_to_edge(inner, outer) result(way)
+      integer, intent(in) :: inner, outer
 
-      way = abs(pair%s(beyond) - pair%s(inside))*scan%depth(inside)/(scan%depth(inside) - scan%depth(beyond))
+      way = abs(pair%s(outer) - pair%s(inner))*scan%depth(inner)/(scan%depth(inner) - scan%depth(outer))
     end function way_to_edge
 
   end subroutine add_overlap

@@ -122,18 +122,18 @@ contains
   pure subroutine set_stations(pair)
     type(pair_type), intent(inout) :: pair
     real(dp), parameter :: largest_spacing = 0.26e-3_dp, least_spacing = 0.1e-3_dp   ! of stations [m]
-    real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), from, r(2), d1(2), d2(2)
+    real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), previous, r(2), d1(2), d2(2)
     integer :: n, i, j, k, cuts
 
     n = 1
     s(1) = pair%wheel%s(1)
     do i = 2, pair%wheel%n
-      from = s(n)
-      if (pair%wheel%s(i) - from < least_spacing .and. i < pair%wheel%n) cycle
-      cuts = ceiling((pair%wheel%s(i) - from)/largest_spacing)
+      previous = s(n)
+      if (pair%wheel%s(i) - previous < least_spacing .and. i < pair%wheel%n) cycle
+      cuts = ceiling((pair%wheel%s(i) - previous)/largest_spacing)
       do j = 1, cuts
         n = n + 1
-        s(n) = from + j*(pair%wheel%s(i) - from)/cuts
+        s(n) = previous + j*(pair%wheel%s(i) - previous)/cuts
       end do
     end do
     pair%s = s(:n)

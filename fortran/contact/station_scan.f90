@@ -109,18 +109,18 @@ contains
   end subroutine scan_deepest
 
   !> Start a scan of the stations first..last with the feet of another scan.
-  pure subroutine keep_feet(from, first, last, scan)
-    type(scan_type), intent(in) :: from
+  pure subroutine keep_feet(source, first, last, scan)
+    type(scan_type), intent(in) :: source
     integer, intent(in) :: first, last
     type(scan_type), intent(inout) :: scan
 
-    scan%centre = from%centre
-    scan%roll = from%roll
-    scan%fresh = from%fresh
-    scan%normal(:, first:last) = from%normal(:, first:last)
-    scan%foot(first:last) = from%foot(first:last)
-    scan%interval(first:last) = from%interval(first:last)
-    scan%rate(first:last) = from%rate(first:last)
+    scan%centre = source%centre
+    scan%roll = source%roll
+    scan%fresh = source%fresh
+    scan%normal(:, first:last) = source%normal(:, first:last)
+    scan%foot(first:last) = source%foot(first:last)
+    scan%interval(first:last) = source%interval(first:last)
+    scan%rate(first:last) = source%rate(first:last)
   end subroutine keep_feet
 
   !> Move the feet to where they are expected after a move [m] of the wheel.

@@ -148,7 +148,7 @@ contains
     real(dp), intent(in) :: h                  !! length of the interval [m]
     real(dp), intent(in) :: g(2), dg(2), k(2)  !! depth [m], its slope dg/ds and modulus [Pa] at the two stations
     real(dp), intent(out) :: energy, left, right
-    real(dp) :: c(0:3), from, to, peak, top
+    real(dp) :: c(0:3), start, finish, peak, top
     real(dp), dimension(4) :: t, depth, w
 
     energy = 0
@@ -159,22 +159,22 @@ contains
     c(1) = h*dg(1)
     c(2) = 3*(g(2) - g(1)) - h*(2*dg(1) + dg(2))
     c(3) = 2*(g(1) - g(2)) + h*(dg(1) + dg(2))
-    from = 0
-    to = 1
+    start = 0
+    finish = 1
     if (all(g < 0)) then
       peak = c(1)/(sqrt(max(c(2)**2 - 3*c(3)*c(1), 0.0_dp)) - c(2))
       top = value(peak)
       if (top <= 0) return
-      from = zero(0.0_dp, peak)
-      to = zero(peak, 1.0_dp)
+      start = zero(0.0_dp, peak)
+      finish = zero(peak, 1.0_dp)
     else if (g(1) < 0) then
-      from = zero(0.0_dp, 1.0_dp)
+      start = zero(0.0_dp, 1.0_dp)
     else if (g(2) < 0) then
-      to = zero(0.0_dp, 1.0_dp)
+      finish = zero(0.0_dp, 1.0_dp)
     end if
-    t = from + gauss_t*(to - from)
+    t = start + gauss_t*(finish - start)
     depth = max(value(t), 0.0_dp)
-    w = gauss_w*((to - from)*h)*(k(1) + t*(k(2) - k(1)))*depth
+    w = gauss_w*((finish - start)*h)*(k(1) + t*(k(2) - k(1)))*depth
     energy = sum(w*depth)/2
     left = sum(w*(1 - t))
     right = sum(w*t)

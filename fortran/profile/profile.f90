@@ -45,7 +45,7 @@ contains
     type(line_type), allocatable :: lines(:)
     type(raw_type) :: raw
     type(mended_type) :: mended
-    logical :: over(2)
+    logical :: turned(2)
     integer :: first, last
 
     p%taken = ''
@@ -74,8 +74,8 @@ contains
     if (.not. allocated(error)) call mend_points(file, raw%points, raw%line, mended, error)
     if (.not. allocated(error)) call check_number(file, raw, error)
     if (allocated(error)) return
-    call choose_sides(kind, flip, raw, p, over)
-    call turn_over(raw%points, over)
+    call choose_sides(kind, flip, raw, p, turned)
+    call turn_over(raw%points, turned)
     call put_in_order(raw%points, raw%line)
     call cut_faces(raw%points, p%kind, first, last)
     if (last - first + 1 >= least_points) then
@@ -150,23 +150,23 @@ contains
   end subroutine check_number
 
   !> Axes to be turned over, and whether the file is a wheel or a rail where neither the caller nor the file says it.
-  subroutine choose_sides(kind, flip, raw, p, over)
+  subroutine choose_sides(kind, flip, raw, p, turned)
     integer, intent(in) :: kind                !! is_wheel, is_rail, or 0: as the shape says
     character(*), intent(in) :: flip
     type(raw_type), intent(in) :: raw
     type(profile_type), intent(inout) :: p
-    logical, intent(out) :: over(2)
+    logical, intent(out) :: turned(2)
     integer :: found
 
-    call recognise(raw%points, kind, found, over)
+    call recognise(raw%points, kind, found, turned)
     if (p%kind == 0 .and. raw%kind /= '') p%kind = merge(is_wheel, is_rail, raw%kind == 'wheel')
     if (p%kind == 0) p%kind = merge(is_rail, is_wheel, found == is_rail)
-    if (flip /= 'auto') over = [scan(flip, 'y') > 0, scan(flip, 'z') > 0]
-    if (all(over)) then
+    if (flip /= 'auto') turned = [scan(flip, 'y') > 0, scan(flip, 'z') > 0]
+    if (all(turned)) then
       call say(p, 'y and z turned over')
-    else if (over(1)) then
+    else if (turned(1)) then
       call say(p, 'y turned over')
-    else if (over(2)) then
+    else if (turned(2)) then
       call say(p, 'z turned over')
     end if
   end subroutine choose_sides

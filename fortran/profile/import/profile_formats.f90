@@ -354,21 +354,21 @@ contains
     integer, intent(in) :: columns(:)
     real(dp), intent(out) :: x(:)
     logical, intent(out) :: ok
-    integer :: k, column, from, to
+    integer :: k, column, start, finish
 
     x = 0
     ok = .true.
-    from = 1
+    start = 1
     do column = 1, maxval(columns)
-      k = verify(row(from:), ' ')
+      k = verify(row(start:), ' ')
       ok = k > 0
       if (.not. ok) return
-      from = from + k - 1
-      to = from + index(row(from:)//' ', ' ') - 2
+      start = start + k - 1
+      finish = start + index(row(start:)//' ', ' ') - 2
       k = findloc(columns, column, 1)
-      if (k > 0) call to_real(row(from:to), x(k), ok)
+      if (k > 0) call to_real(row(start:finish), x(k), ok)
       if (.not. ok) return
-      from = to + 1
+      start = finish + 1
     end do
   end subroutine take_numbers
 

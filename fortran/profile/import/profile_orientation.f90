@@ -72,7 +72,7 @@ contains
     real(dp), intent(in) :: points(:, :)
     integer, intent(out) :: found
     logical, intent(out) :: flip(2)
-    real(dp), parameter :: below = 14      ! depth below the top at which the gauge is measured [mm]
+    real(dp), parameter :: gauge_depth = 14      ! depth below the top at which the gauge is measured [mm]
     real(dp), parameter :: lean = 3e-3_dp  ! least slope of a head that is not upright
     real(dp) :: z(size(points, 2)), middle, ends, y(2), mean, slope
     integer :: n, i, top, side
@@ -91,7 +91,7 @@ contains
     do side = 1, 2
       y(side) = points(1, merge(1, n, side == 1))
       do i = top, merge(1, n, side == 1), merge(-1, 1, side == 1)
-        if (z(i) > z(top) - below) cycle
+        if (z(i) > z(top) - gauge_depth) cycle
         y(side) = points(1, i)
         exit
       end do
