@@ -10,7 +10,8 @@ import pytest
 
 import shapes
 from conftest import HANG, REPO, same_build
-from ldbench import Case, Error, _flat
+from ldbench import Case, Error
+from ldbench.conicity import equivalent_conicity, linearised_conicity
 from ldbench.profile import inspect, pair
 
 pytestmark = same_build
@@ -72,16 +73,13 @@ def test_conicity_of_a_cone_and_of_a_cubic():
     """delta_r = 2 c y has the conicity c; delta_r = k y^3 the wavelength 4 sqrt(2/k)/a K(1/sqrt 2)/sqrt 2 sqrt(e r)."""
     y = np.linspace(-0.01, 0.01, 2001)
     amplitude = np.array([1e-3, 3e-3, 7e-3])
-    for by_wavelength, linearised in (_flat.conicities(y, 2*0.18*y, amplitude),):
-        assert by_wavelength == pytest.approx(0.18, rel=1e-6)
-        assert linearised == pytest.approx(0.18, rel=1e-6)
+    for conicity in equivalent_conicity, linearised_conicity:
+        assert conicity(amplitude, y, 2*0.18*y) == pytest.approx(0.18, rel=1e-6)
     k = 2e3
     quarter = gamma(0.25)**2/(4*sqrt(2*pi))           # integral of 1/sqrt(1 - u^4) from 0 to 1
     wave = 4*np.sqrt(2/k)/amplitude*quarter
-    found, _ = _flat.conicities(y, k*y**3, amplitude)
-    assert found == pytest.approx(2*pi**2/wave**2, rel=1e-4)
-    turned_away, _ = _flat.conicities(y, -y, amplitude)
-    assert np.isnan(turned_away).all()
+    assert equivalent_conicity(amplitude, y, k*y**3) == pytest.approx(2*pi**2/wave**2, rel=1e-4)
+    assert np.isnan(equivalent_conicity(amplitude, y, -y)).all()
 
 
 def test_modern_pair():

@@ -19,6 +19,7 @@ from browser import started
 from conftest import REPO, columns, header, refusal, rows, run_case, same_build, short_case
 from ldbench import Case, ContactTable, run
 from ldbench._core import Error
+from ldbench.conicity import equivalent_conicity, linearised_conicity
 from ldbench.outlines import pose, section
 from ldbench.record import Record, read_record
 from ldbench.view import film
@@ -270,7 +271,7 @@ def test_energy(formulation: str, tmp_path: Path):
 
 # ---- conicity ------------------------------------------------------------------------
 def conicities(y: np.ndarray, delta_r: np.ndarray, amplitude: list[float]) -> tuple[np.ndarray, np.ndarray]:
-    return ldbench._flat.conicities(y, delta_r, np.array(amplitude))
+    return equivalent_conicity(np.array(amplitude), y, delta_r), linearised_conicity(np.array(amplitude), y, delta_r)
 
 
 def test_conicity_about_the_centre_of_the_motion():

@@ -106,11 +106,11 @@ def test_hertz_states_none(tmp_path: Path):
 
 
 def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path):
-    """A solution that is asked for no error at all is counted; what a table's file counts is in summary, header and
-    `python -m ldbench table`, and nothing where every solution converged."""
+    """A solution that is asked for no error at all is counted; what a table's file counts, contacts that would pull, too, is
+    in summary, header and `python -m ldbench table`, and nothing where there is nothing to count."""
     file = tmp_path / "case.nml"
     file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
-    assert "did not converge" not in run_case(file.read_text(), tmp_path).stdout
+    assert not re.search("did not converge|pull", run_case(file.read_text(), tmp_path).stdout)
     assert probe("unsolved_table", file).tolist() == [[2, 1]]
     done = run_case(file.read_text(), tmp_path)
     assert done.returncode == 0 and "(found)" in done.stdout, done.stderr
@@ -120,14 +120,17 @@ def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path):
     for words in done.stdout, header(tmp_path / "columns.txt"), told:
         assert "contact table: 3 of 1000 half-space solutions did not converge; see whether" in words, words
         assert re.search(r"contact table: 2 .*that its error is measured by did not converge", words), words
+        assert "contact table: expected contacts that push in service, found 7 points" in words, words
 
 
 def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
-    """A table of strips whose flange is taken away has all of the flange's force as its error."""
+    """A table of strips whose flange is taken away has all of the flange's force as its error; a table whose contacts pull
+    counts them, and misses all of the tread's force."""
     file = tmp_path / "case.nml"
     file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
-    whole, missing = probe("missed_contact", file)
-    assert max(whole) < 0.5 and missing[0] == whole[0] and missing[1] == 1, (whole, missing)
+    whole, missing, pulling = probe("missed_contact", file)
+    assert max(whole[:2]) < 0.5 and missing[0] == whole[0] and missing[1] == 1, (whole, missing)
+    assert whole[2] == missing[2] == 0 and pulling[2] > 100 and pulling[0] == 1, pulling
 
 
 # ---- accuracy ------------------------------------------------------------------------

@@ -11,7 +11,7 @@ module geometry_functions
   use kinds, only: dp, pi
   implicit none
   private
-  public :: clearance, conicity, conicity_of_wavelength, rigid_contact, &
+  public :: clearance, conicity, rigid_contact, &
     geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
 
   !> Columns of the geometry file.
@@ -189,48 +189,14 @@ contains
     conicity = 0
     do i = 1, periods
       tau = 2*pi*(i - 0.5_dp)/periods
-      conicity = conicity + between(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(periods*amplitude)
+      conicity = conicity + interpolated(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(periods*amplitude)
     end do
   end function conicity
 
-  !> Equivalent conicity for an amplitude by EN 15302: of the cone with the same wavelength of the wheelset's
-  !> kinematic motion y'' = -delta_r(y)/(e r), whose half wave is the time from one end to the other, as far apart as
-  !> twice the amplitude; NaN where delta_r turns the wheelset away from the centre of the motion, or y does not hold it.
-  pure real(dp) function conicity_of_wavelength(amplitude, y, delta_r) result(conicity)
-    real(dp), intent(in) :: amplitude      !! [m], within y
-    real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
-    real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
-    integer, parameter :: n = 400
-    real(dp) :: tau, at, area(0:size(y)), wave, rest, centre
-    integer :: i
-
-    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
-    ! Integral of delta_r, by the trapezoidal rule, and between the points.
-    area(0:1) = 0
-    do i = 2, size(y)
-      area(i) = area(i - 1) + (delta_r(i - 1) + delta_r(i))/2*(y(2) - y(1))
-    end do
-    call find_centre(amplitude, y, delta_r, centre, area)
-    if (ieee_is_nan(centre)) return
-    ! y'^2 = 2/(e r) times the integral of delta_r from y to the end; y = c + a sin tau takes away the
-    ! singularity at both ends.  wave = wavelength / sqrt(e r).
-    wave = 0
-    do i = 1, n
-      tau = -pi/2 + pi*(i - 0.5_dp)/n
-      at = centre + amplitude*sin(tau)
-      rest = integral(centre + amplitude, y, delta_r, area) - integral(at, y, delta_r, area)
-      if (rest <= 0) return
-      wave = wave + 2*amplitude*cos(tau)/sqrt(2*rest)*pi/n
-    end do
-    conicity = 2*pi**2/wave**2
-  end function conicity_of_wavelength
-
-  !> Centre of a motion about which delta_r is zero in the mean: over the phases of a harmonic, or, with its
-  !> integral `area`, over the way.  NaN where there is none within y.
-  pure subroutine find_centre(amplitude, y, delta_r, centre, area)
+  !> Centre of a harmonic motion over whose phases the mean of delta_r is zero; NaN where y holds none.
+  pure subroutine find_centre(amplitude, y, delta_r, centre)
     real(dp), intent(in) :: amplitude, y(:), delta_r(:)
     real(dp), intent(out) :: centre
-    real(dp), intent(in), optional :: area(0:)
     real(dp), parameter :: none = 1e-12_dp        ! rounding, where both sides are the same [m]
     type(bracket_type) :: range
     real(dp) :: start, last, f, old
@@ -266,42 +232,25 @@ contains
       real(dp), intent(in) :: c
       integer :: i
 
-      if (present(area)) then
-        mean = (integral(c + amplitude, y, delta_r, area) - integral(c - amplitude, y, delta_r, area))/(2*amplitude)
-      else
-        mean = 0
-        do i = 1, periods
-          mean = mean + between(c + amplitude*sin(2*pi*(i - 0.5_dp)/periods), y, delta_r)/periods
-        end do
-      end if
+      mean = 0
+      do i = 1, periods
+        mean = mean + interpolated(c + amplitude*sin(2*pi*(i - 0.5_dp)/periods), y, delta_r)/periods
+      end do
     end function mean
 
   end subroutine find_centre
 
-  !> Values at y, by linear interpolation.
-  pure real(dp) function between(x, y, values)
+  !> The value at x of a function with the given values at the evenly spaced y, by linear interpolation.
+  pure real(dp) function interpolated(x, y, values)
     real(dp), intent(in) :: x, y(:), values(:)
-    real(dp) :: at, share
+    real(dp) :: position, share
     integer :: j
 
-    at = 1 + (x - y(1))/(y(2) - y(1))
-    j = max(1, min(int(at), size(y) - 1))
-    share = at - j
-    between = (1 - share)*values(j) + share*values(j + 1)
-  end function between
-
-  !> Integral up to x of values at y, of which `area` is the integral at y.
-  pure real(dp) function integral(x, y, values, area)
-    real(dp), intent(in) :: x, y(:), values(:), area(0:)
-    real(dp) :: share, h
-    integer :: j
-
-    h = y(2) - y(1)
-    share = (x - y(1))/h
-    j = max(1, min(1 + int(share), size(y) - 1))
-    share = share - (j - 1)
-    integral = area(j) + h*share*(values(j) + share*(values(j + 1) - values(j))/2)
-  end function integral
+    position = 1 + (x - y(1))/(y(2) - y(1))
+    j = max(1, min(int(position), size(y) - 1))
+    share = position - j
+    interpolated = (1 - share)*values(j) + share*values(j + 1)
+  end function interpolated
 
   !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
   subroutine geometry_table(side, height, n, rows, last)
@@ -319,32 +268,18 @@ contains
     end do
   end subroutine geometry_table
 
-  !> Such rows at any y, with the conicity by rows of about the same pitch; NaN where the rigid wheelset
-  !> does not stand on both rails.
+  !> Rows without the conicity at any y; NaN where the rigid wheelset does not stand on both rails.
   subroutine geometry_at(side, height, y, rows)
     type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: height         !! of the axle centre where Z is 0 [m]
     real(dp), intent(in) :: y(:)           !! [m]
     real(dp), intent(out) :: rows(:, :)    !! (column, y)
-    real(dp), allocatable :: table(:, :)
-    real(dp) :: row(12), reach, step
-    integer :: i, n, last
-    logical :: ok(size(y))
+    integer :: i
+    logical :: ok
 
-    rows = ieee_value(1.0_dp, ieee_quiet_nan)
     do i = 1, size(y)
-      call geometry_row(side, height, y(i), row, ok(i))
-      if (ok(i)) rows(:12, i) = row
-    end do
-    if (.not. any(ok)) return
-    reach = maxval(abs(y), mask=ok)
-    n = max(2, nint(reach/geometry_pitch))
-    step = max(reach, geometry_pitch)/n
-    allocate (table(12, -n:n))
-    call even_rows(side, height, step, n, table, last)
-    if (last < n) return
-    do i = 1, size(y)
-      if (ok(i)) rows(13, i) = conicity(max(abs(y(i)), step), table(1, :), table(8, :))
+      call geometry_row(side, height, y(i), rows(:, i), ok)
+      if (.not. ok) rows(:, i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
   end subroutine geometry_at
 

@@ -98,6 +98,9 @@ contains
     if (table%accuracy%unsolved > 0) lines = lines//'warning: '//what//': '//str(table%accuracy%unsolved)//' of '// &
       str(sum(table%accuracy%poses) + table%accuracy%unsolved)//' half-space solutions that its error is measured by '// &
       'did not converge; they are not in it'//newline
+    if (table%accuracy%pulling > 0) lines = lines//'warning: '//what//': expected contacts that push in '// &
+      'service, found '//str(table%accuracy%pulling)//' points at which the contact would pull, where a run stops; lower '// &
+      '&table accuracy or raise n_lateral, n_roll, n_depth'//newline
     if (any(table%accuracy%poses > 0) .and. any(table%accuracy%rms(:3) > c%accuracy)) lines = lines//'warning: '//what// &
       ': expected an rms error of at most &table accuracy = '//str(c%accuracy)//' in service, reached '// &
       scientific(maxval(table%accuracy%rms(:3)))//newline

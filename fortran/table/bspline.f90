@@ -1,9 +1,8 @@
 !> Tensor-product cubic B-splines on axes of any points: fit, value, gradient, Hessian.
 !>
-!> The knots are the points; beyond the ends they go on at the last spacing.
-!> Interpolation at n points by n + 2 coefficients; at both ends the third
-!> derivative runs through the first interior knot ("not a knot").  In a cell four
-!> B-splines live, kept as polynomials.  C. de Boor, A Practical Guide to Splines.
+!> The knots are the points; beyond the ends the knots continue at the last spacing. A spline through n points has
+!> n + 2 coefficients: at both ends the third derivative does not jump at the first interior knot ("not a knot").
+!> Four B-splines are not zero in a cell; they are kept as polynomials. C. de Boor, A Practical Guide to Splines.
 module bspline
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: dp
@@ -16,13 +15,13 @@ module bspline
   type :: axis_type
     integer :: n = 0              !! points
     real(dp), allocatable :: x(:) !! ascending
-    real(dp) :: low = 0, high = 0 !! the first and the last
+    real(dp) :: low = 0, high = 0 !! the first and the last point
     real(dp), allocatable :: cell(:, :, :)   !! (B-spline, power of x - x(i), cell i)
-    integer, allocatable :: bin(:)           !! the last cell that begins before each of equal steps
-    real(dp) :: per_bin = 0       !! steps per length
+    integer, allocatable :: bin(:)           !! last cell that begins before the end of each of equal bins
+    real(dp) :: bins_per_length = 0       !! bins per unit length
   end type axis_type
 
-  !> The four B-splines that live in one cell, with derivatives with respect to x.
+  !> The four B-splines that are not zero in one cell, with derivatives with respect to x.
   type :: basis_type
     integer :: i                  !! index of the first coefficient
     real(dp) :: b(4, 0:2)         !! value, first, second derivative
@@ -47,7 +46,7 @@ module bspline
 
 contains
 
-  !> An axis on at least five ascending points.
+  !> Return the axis on at least five ascending points.
   pure function new_axis(points) result(axis)
     real(dp), intent(in) :: points(:)
     type(axis_type) :: axis
@@ -87,18 +86,18 @@ contains
       end do
       axis%cell(:, :, i) = b(:4, :)
     end do
-    axis%per_bin = n_bins*(1 - epsilon(1.0_dp))/(axis%high - axis%low)
+    axis%bins_per_length = n_bins*(1 - epsilon(1.0_dp))/(axis%high - axis%low)
     ! With the rounding of `axis_basis`, a point that lies in a later bin is never below the cell's beginning.
     k = 1
     do i = 1, n - 1
       l = n_bins
-      if (i < n - 1) l = int((points(i + 1) - axis%low)*axis%per_bin) + 1
+      if (i < n - 1) l = int((points(i + 1) - axis%low)*axis%bins_per_length) + 1
       axis%bin(k:l) = i
       k = l + 1
     end do
   end function new_axis
 
-  !> n points from first to last, spaced as scale*sinh about the centre.
+  !> Return n points from first to last, spaced as scale*sinh about the centre.
   pure function graded_points(first, last, centre, scale, n) result(x)
     real(dp), intent(in) :: first, last, centre, scale
     integer, intent(in) :: n
@@ -110,6 +109,7 @@ contains
     x = [first, (centre + scale*sinh(low + (i - 1)*(high - low)/(n - 1)), i=2, n - 1), last]
   end function graded_points
 
+  !> Whether x lies between the ends of an axis; false for NaN.
   pure logical function axis_holds(axis, x)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: x
@@ -117,16 +117,16 @@ contains
     axis_holds = x >= axis%low .and. x <= axis%high
   end function axis_holds
 
-  !> B-splines at x, which must lie on the axis; without their second derivatives if `bend` is false.
-  pure subroutine axis_basis(axis, x, basis, bend)
+  !> Compute the B-splines at x, which must lie on the axis, without their second derivatives if `second` is false.
+  pure subroutine axis_basis(axis, x, basis, second)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: x
     type(basis_type), intent(out) :: basis
-    logical, intent(in), optional :: bend
+    logical, intent(in), optional :: second
     real(dp) :: t
     integer :: i
 
-    i = axis%bin(int((x - axis%low)*axis%per_bin) + 1)
+    i = axis%bin(int((x - axis%low)*axis%bins_per_length) + 1)
     do while (i < axis%n - 1)
       if (x < axis%x(i + 1)) exit
       i = i + 1
@@ -136,14 +136,15 @@ contains
     associate (c => axis%cell(:, :, i))
       basis%b(:, 0) = c(:, 1) + t*(c(:, 2) + t*(c(:, 3) + t*c(:, 4)))
       basis%b(:, 1) = c(:, 2) + t*(2*c(:, 3) + t*(3*c(:, 4)))
-      if (present(bend)) then
-        if (.not. bend) return
+      if (present(second)) then
+        if (.not. second) return
       end if
       basis%b(:, 2) = 2*c(:, 3) + t*(6*c(:, 4))
     end associate
   end subroutine axis_basis
 
-  !> Coefficients along one axis: values f(n, m) at its points give c(n + 2, m).
+  !> Compute the coefficients c(n + 2, m) of the m splines through values f(n, m) at the points of an axis. They are NaN if
+  !> the system is singular.
   subroutine fit_axis(axis, f, c)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: f(:, :)
@@ -175,21 +176,21 @@ contains
     c(n, :) = 0
     call dgbtrf(n, n, k, k, ab, 3*k + 1, ipiv, info)
     if (info == 0) call dgbtrs('N', n, k, k, size(f, 2), ab, 3*k + 1, ipiv, c, n, info)
-    ! No pose is then inside the table.
+    ! With NaN no pose is inside the table.
     if (info /= 0) c = ieee_value(1.0_dp, ieee_quiet_nan)
   end subroutine fit_axis
 
-  !> The B-splines that do not vanish at the last point.
+  !> Return the three B-splines that do not vanish at the last point.
   pure function at_end(axis) result(b)
     type(axis_type), intent(in) :: axis
     real(dp) :: b(3)
     type(basis_type) :: basis
 
-    call axis_basis(axis, axis%high, basis, bend=.false.)
+    call axis_basis(axis, axis%high, basis, second=.false.)
     b = basis%b(2:, 0)
   end function at_end
 
-  !> Jump of the third derivative at an interior point i, of the coefficients i - 1..i + 3.
+  !> Return the row that gives the jump of the third derivative at an interior point i from the coefficients i - 1..i + 3.
   pure function jump_row(axis, i) result(row)
     type(axis_type), intent(in) :: axis
     integer, intent(in) :: i
@@ -198,11 +199,11 @@ contains
     row = 6*([0.0_dp, axis%cell(:, 3, i)] - [axis%cell(:, 3, i - 1), 0.0_dp])
   end function jump_row
 
-  !> Jumps of the third derivative along an axis at its points, for values f(n, m).
+  !> Compute the jumps of the third derivative at the points of an axis, for splines through values f(n, m).
   subroutine third_jumps(axis, f, jump)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: f(:, :)
-    real(dp), intent(out) :: jump(:, :)    !! like f; 0 at both ends
+    real(dp), intent(out) :: jump(:, :)    !! shape of f; 0 at both ends
     real(dp) :: c(size(f, 1) + 2, size(f, 2)), row(5)
     integer :: i, j
 
@@ -216,7 +217,7 @@ contains
     end do
   end subroutine third_jumps
 
-  !> Coefficients c(n1 + 2, n2 + 2) of values f(n1, n2).
+  !> Compute the coefficients c(n1 + 2, n2 + 2) of the spline through values f(n1, n2).
   subroutine fit_2d(x, y, f, c)
     type(axis_type), intent(in) :: x, y
     real(dp), intent(in) :: f(:, :)
@@ -228,7 +229,7 @@ contains
     c = transpose(b)
   end subroutine fit_2d
 
-  !> Coefficients c(n1 + 2, n2 + 2, n3 + 2) of values f(n1, n2, n3).
+  !> Compute the coefficients c(n1 + 2, n2 + 2, n3 + 2) of the spline through values f(n1, n2, n3).
   subroutine fit_3d(x, y, z, f, c)
     type(axis_type), intent(in) :: x, y, z
     real(dp), intent(in) :: f(:, :, :)
@@ -250,7 +251,7 @@ contains
     c = reshape(a, [n(1) + 2, n(2) + 2, n(3) + 2], order=[3, 2, 1])
   end subroutine fit_3d
 
-  !> Value alone of sum c(i, j) X_i Y_j.
+  !> Return the value of sum c(i, j) X_i Y_j.
   pure real(dp) function spline_2d_value(c, x, y) result(v)
     real(dp), intent(in) :: c(:, :)
     type(basis_type), intent(in) :: x, y
@@ -262,7 +263,7 @@ contains
     end do
   end function spline_2d_value
 
-  !> Values f(i, j) of the spline on x, y at points u, v.
+  !> Evaluate the spline with coefficients c on the axes x, y at all points (u(i), v(j)): f(i, j).
   pure subroutine spline_2d_at(x, y, c, u, v, f)
     type(axis_type), intent(in) :: x, y
     real(dp), intent(in) :: c(:, :), u(:), v(:)
@@ -281,7 +282,8 @@ contains
     end do
   end subroutine spline_2d_at
 
-  !> Values f(i, j, k) of the spline on x, y, z at points u, v, w: sums over one axis after the other.
+  !> Evaluate the spline with coefficients c on the axes x, y, z at all points (u(i), v(j), w(k)): f(i, j, k). It sums over one
+  !> axis after the other.
   pure subroutine spline_3d_at(x, y, z, c, u, v, w, f)
     type(axis_type), intent(in) :: x, y, z
     real(dp), intent(in) :: c(:, :, :), u(:), v(:), w(:)
@@ -314,7 +316,7 @@ contains
     end do
   end subroutine spline_3d_at
 
-  !> Value and gradient of sum c(i, j) X_i Y_j.
+  !> Compute the value and the gradient of sum c(i, j) X_i Y_j.
   pure subroutine spline_2d_gradient(c, x, y, v)
     real(dp), intent(in), contiguous :: c(:, :)
     type(basis_type), intent(in) :: x, y
@@ -333,16 +335,16 @@ contains
     v = [dot_product(t, x%b(:, 0)), dot_product(t, x%b(:, 1)), dot_product(ty, x%b(:, 0))]
   end subroutine spline_2d_gradient
 
-  !> Value, gradient (x, y) and, where `bend`, Hessian (xx, xy, yy) of sum c(i, j) X_i Y_j.
-  pure subroutine spline_2d(c, x, y, bend, v)
+  !> Compute the value, the gradient (x, y) and, if `second`, the Hessian (xx, xy, yy) of sum c(i, j) X_i Y_j.
+  pure subroutine spline_2d(c, x, y, second, v)
     real(dp), intent(in), contiguous :: c(:, :)
     type(basis_type), intent(in) :: x, y
-    logical, intent(in) :: bend
-    real(dp), intent(inout) :: v(6)        !! f, fx, fy, fxx, fxy, fyy; the last three where `bend`
+    logical, intent(in) :: second
+    real(dp), intent(inout) :: v(6)        !! f, fx, fy, fxx, fxy, fyy; the last three if `second`
     real(dp) :: a(4, 0:2)
     integer :: j
 
-    if (.not. bend) then
+    if (.not. second) then
       call spline_2d_gradient(c, x, y, v(:3))
       return
     end if
@@ -359,7 +361,7 @@ contains
     v(6) = dot_product(a(:, 0), y%b(:, 2))
   end subroutine spline_2d
 
-  !> Value and gradient of sum c(i, j, k) X_i Y_j Z_k.
+  !> Compute the value and the gradient of sum c(i, j, k) X_i Y_j Z_k.
   pure subroutine spline_3d_gradient(c, x, y, z, v)
     real(dp), intent(in), contiguous :: c(:, :, :)
     type(basis_type), intent(in) :: x, y, z
@@ -386,16 +388,16 @@ contains
     v = [dot_product(t, x%b(:, 0)), dot_product(t, x%b(:, 1)), dot_product(ty, x%b(:, 0)), dot_product(tz, x%b(:, 0))]
   end subroutine spline_3d_gradient
 
-  !> Value, gradient and, where `bend`, Hessian of sum c(i, j, k) X_i Y_j Z_k.
-  pure subroutine spline_3d(c, x, y, z, bend, v)
+  !> Compute the value, the gradient and, if `second`, the Hessian of sum c(i, j, k) X_i Y_j Z_k.
+  pure subroutine spline_3d(c, x, y, z, second, v)
     real(dp), intent(in), contiguous :: c(:, :, :)
     type(basis_type), intent(in) :: x, y, z
-    logical, intent(in) :: bend
-    real(dp), intent(inout) :: v(10)       !! f, fx, fy, fz, fxx, fxy, fxz, fyy, fyz, fzz; from the fifth where `bend`
+    logical, intent(in) :: second
+    real(dp), intent(inout) :: v(10)       !! f, fx, fy, fz, fxx, fxy, fxz, fyy, fyz, fzz; from the fifth if `second`
     real(dp) :: a(4, 6), w(4), p(4, 0:2)
     integer :: j, k, d
 
-    if (.not. bend) then
+    if (.not. second) then
       call spline_3d_gradient(c, x, y, z, v(:4))
       return
     end if

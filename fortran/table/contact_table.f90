@@ -1,22 +1,21 @@
-!> The contact potential of a wheel/rail pair, looked up: one C2 function of the pose.
+!> The tabulated contact potential of a wheel/rail pair: one C2 function of the pose.
 !>
-!> Per zone, in coordinates of the zone's pole (u along the rail's tangent at the
-!> zone's mean contact angle, w along its normal, roll phi):
+!> Every zone has coordinates of its pole: u along the rail's tangent at the zone's mean contact angle, w along the
+!> normal, roll angle phi:
 !>
-!>     p = h(u, phi) - w                    penetration; h: where the zone touches
-!>     U = S(u, phi, q) q^5,  q = sqrt(p+)
+!>     p = h(u, phi) - w                    penetration; the zone touches at w = h
+!>     U = S(u, phi, q) q^5,  q = sqrt(p+)  elastic energy
 !>
-!> For a Hertzian patch U goes with p^(5/2), for a patch cut by the end of its
-!> zone with p^3, so S is smooth in q.  h and S are tensor cubic B-splines.  Forces are
-!> the exact gradient of the interpolant and stiffnesses its exact Hessian, so
-!> energy is conserved whatever the resolution.
+!> For a Hertzian patch U is proportional to p^(5/2), for a patch cut by the end of its zone to p^3, so S is smooth in q.
+!> h and S are tensor cubic B-splines. Forces are the exact gradient of the interpolant and stiffnesses its exact
+!> Hessian, so energy is conserved whatever the resolution.
 module contact_table
   use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_value, spline_3d
   use kinds, only: dp
   implicit none
   private
   public :: zone_table, table_type, accuracy_type, roll_type, bound_heights, find_roll, wheel_potential, &
-    height_over, zone_pose
+    zone_penetration, zone_pose
   public :: inside, outside_lateral, outside_roll, outside_depth, outside_law
 
   type :: zone_table
@@ -28,26 +27,27 @@ module contact_table
     type(axis_type) :: u, roll, q
     real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u)
     real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u)
-    real(dp), allocatable :: highest(:, :)   !! bound of h over (equal steps of u, cell of roll)
-    real(dp) :: steps = 0               !! of u per metre
+    real(dp), allocatable :: h_bound(:, :)   !! upper bound of h in (bin of u, cell of roll) [m]
+    real(dp) :: bins_per_metre = 0      !! bins of `h_bound` per metre of u
   end type zone_table
 
-  !> Error of the force against direct evaluation, of max(|F|, 5 kN), F the wheel's: on the tread, on the
-  !> flange, on both at once, and of wheelsets that go over a rail.  Not known where there are no poses.
+  !> Error of a wheel's force F against direct evaluation, relative to max(|F|, 5 kN): on the tread, on the flange, on
+  !> both at once, and in rolling over the rail. A place without poses has no known error.
   type :: accuracy_type
-    integer :: unsolved = 0             !! further poses, whose direct evaluation did not converge
-    integer :: poses(4) = 0
-    real(dp) :: rms(4) = 0, largest(4) = 0
+    integer :: unsolved = 0             !! poses left out, as their direct evaluation did not converge
+    integer :: pulling = 0              !! points in service where the contact would pull: a run stops there
+    integer :: poses(4) = 0             !! compared
+    real(dp) :: rms(4) = 0, largest(4) = 0   !! errors
   end type accuracy_type
 
   type :: table_type
     character(:), allocatable :: key    !! everything that the table depends on
     type(zone_table), allocatable :: zones(:)
     type(accuracy_type) :: accuracy
-    integer :: solutions(2) = 0         !! of half-spaces in it, and those that did not converge
+    integer :: solutions(2) = 0         !! half-space solutions in the table, and those that did not converge
   end type table_type
 
-  !> A roll angle as the zones of a wheel see it.
+  !> A roll angle, prepared for the zones of one wheel.
   type :: roll_type
     real(dp) :: cosine, sine
     type(basis_type) :: basis
@@ -56,38 +56,39 @@ module contact_table
   !> Whether a pose is on the table.
   enum, bind(c)
     enumerator :: inside = 0, outside_lateral, outside_roll, outside_depth
-    enumerator :: outside_law        ! S is negative: beyond what runs reach, splines oscillate
+    enumerator :: outside_law        ! S is negative: splines may oscillate outside the poses that runs reach
   end enum
 
-  !> Just below S = 0 a zone is taken for open. What is dropped then is no more than accuracies are measured by [N].
+  !> A zone with S < 0 counts as open if its force is at most this one, to which errors are relative [N].
   real(dp), parameter :: largest_pull = 5e3_dp
 
 contains
 
-  !> Bounds of h, by which a zone that does not touch is passed over: a spline is nowhere
-  !> larger than the coefficients of its cell.
+  !> Compute the bounds of h, with which a zone that does not touch is skipped: in a cell a spline is at most its largest
+  !> coefficient there.
   pure subroutine bound_heights(t)
     type(zone_table), intent(inout) :: t
-    integer, parameter :: n_steps = 256
+    integer, parameter :: n_bins = 256
     type(basis_type) :: first, last
     integer :: i, j
 
-    t%steps = n_steps*(1 - epsilon(1.0_dp))/(t%u%high - t%u%low)
-    if (allocated(t%highest)) deallocate (t%highest)
-    allocate (t%highest(n_steps, t%roll%n - 1))
-    do j = 1, n_steps
-      call axis_basis(t%u, t%u%low + (j - 1)/t%steps, first)
-      call axis_basis(t%u, min(t%u%low + j/t%steps, t%u%high), last)
-      ! One more to either side, for rounding.
+    t%bins_per_metre = n_bins*(1 - epsilon(1.0_dp))/(t%u%high - t%u%low)
+    if (allocated(t%h_bound)) deallocate (t%h_bound)
+    allocate (t%h_bound(n_bins, t%roll%n - 1))
+    do j = 1, n_bins
+      call axis_basis(t%u, t%u%low + (j - 1)/t%bins_per_metre, first)
+      call axis_basis(t%u, min(t%u%low + j/t%bins_per_metre, t%u%high), last)
+      ! One more cell on either side covers rounding.
       first%i = max(first%i - 1, 1)
       last%i = min(last%i + 1, t%u%n - 1)
       do i = 1, t%roll%n - 1
-        t%highest(j, i) = maxval(t%h(i:i + 3, first%i:last%i + 3))
+        t%h_bound(j, i) = maxval(t%h(i:i + 3, first%i:last%i + 3))
       end do
     end do
   end subroutine bound_heights
 
-  !> A roll angle [rad] and its opposite, which the other wheel sees.
+  !> Prepare a roll angle [rad] for the left wheel, and its opposite for the right wheel, which is solved as the mirror image
+  !> of a left one. The status is `inside` or `outside_roll`.
   pure subroutine find_roll(t, angle, tangent, roll, opposite, status)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: angle
@@ -106,9 +107,9 @@ contains
     call axis_basis(t%zones(1)%roll, -angle, opposite%basis, tangent)
   end subroutine find_roll
 
-  !> Elastic energy [J] of the left wheel's tread and flange, their gradients with
-  !> respect to the pose (y, z, roll), and, if wanted, the Hessian (yy, yz, y roll,
-  !> zz, z roll, roll roll) of their sum, else 0.
+  !> Compute the elastic energy [J] of the left wheel's tread and flange, its gradients with respect to the pose
+  !> (y, z, roll) [N, N, N m], and, if wanted, the Hessian (yy, yz, y roll, zz, z roll, roll roll) of the sum, else 0.
+  !> The status is `inside`, or says why the pose is not on the table.
   pure subroutine wheel_potential(t, pose, roll, tangent, energy, gradient, hessian, status)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
@@ -116,16 +117,16 @@ contains
     logical, intent(in) :: tangent         !! whether the Hessian is wanted
     real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
     integer, intent(out) :: status
-    real(dp) :: part, slope(3), bend(6)
+    real(dp) :: part, slope(3), curvature(6)
     integer :: i, branch
 
     energy = 0
     gradient = 0
     hessian = 0
-    bend = 0
+    curvature = 0
     status = inside
     do i = 1, size(t%zones)
-      call zone_potential(t%zones(i), pose, roll, tangent, part, slope, bend, status)
+      call zone_potential(t%zones(i), pose, roll, tangent, part, slope, curvature, status)
       if (status /= inside) return
       if (part < 0) then
         if (norm2(slope(:2)) > largest_pull) status = outside_law
@@ -135,11 +136,12 @@ contains
       branch = merge(2, 1, t%zones(i)%flange)
       energy(branch) = energy(branch) + part
       gradient(:, branch) = gradient(:, branch) + slope
-      if (tangent) hessian = hessian + bend
+      if (tangent) hessian = hessian + curvature
     end do
   end subroutine wheel_potential
 
-  !> The same of one zone.  Where it does not touch, only the energy is set, to zero.
+  !> Compute energy, gradient and Hessian of one zone, as `wheel_potential`. If the zone does not touch, the energy is zero and
+  !> the others are not set.
   pure subroutine zone_potential(t, pose, roll, tangent, energy, gradient, hessian, status)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)
@@ -156,11 +158,11 @@ contains
     arm = pole_arm(t, roll)
     call zone_coordinates(t, pose, arm, u, w)
     if (.not. axis_holds(t%u, u)) then
-      ! What is no number is neither above nor below.
+      ! NaN is neither above nor below the ceiling, so it is not on the table.
       if (.not. (pose(2) + arm(2) > t%ceiling .and. abs(pose(1)) <= huge(u))) status = outside_lateral
       return
     end if
-    if (w >= t%highest(int((u - t%u%low)*t%steps) + 1, roll%basis%i)) return
+    if (w >= t%h_bound(int((u - t%u%low)*t%bins_per_metre) + 1, roll%basis%i)) return
     call axis_basis(t%u, u, bu, tangent)
     call spline_2d(t%h, roll%basis, bu, tangent, h)      ! h, h_r, h_u, h_rr, h_ru, h_uu
     p = h(1) - w
@@ -188,8 +190,8 @@ contains
     call to_pose(t, arm, h, f, tangent, gradient, hessian)
   end subroutine zone_potential
 
-  !> Penetration of a zone in a pose [m]; negative where it does not touch.
-  pure real(dp) function height_over(t, pose, roll) result(p)
+  !> Return the penetration of a zone in a pose [m]; negative if the zone does not touch.
+  pure real(dp) function zone_penetration(t, pose, roll) result(p)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)
     type(roll_type), intent(in) :: roll    !! of the pose
@@ -202,9 +204,9 @@ contains
     if (pose(2) + arm(2) > t%ceiling .or. .not. axis_holds(t%u, u)) return
     call axis_basis(t%u, u, bu, .false.)
     p = spline_2d_value(t%h, roll%basis, bu) - w
-  end function height_over
+  end function zone_penetration
 
-  !> The pose (y, z, roll) in which the pole of a zone is at u and w.
+  !> Return the pose (y, z, roll) in which the pole of a zone is at u and w.
   pure function zone_pose(t, u, w, roll) result(pose)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: u, w, roll     !! [m, rad]
@@ -214,7 +216,7 @@ contains
       - [t%pole(1)*cos(roll) - t%pole(2)*sin(roll), t%pole(1)*sin(roll) + t%pole(2)*cos(roll)], roll]
   end function zone_pose
 
-  !> The pole from the axle centre, track frame [m].
+  !> Return the vector from the axle centre to the pole, track frame [m].
   pure function pole_arm(t, roll) result(arm)
     type(zone_table), intent(in) :: t
     type(roll_type), intent(in) :: roll
@@ -223,7 +225,7 @@ contains
     arm = [t%pole(1)*roll%cosine - t%pole(2)*roll%sine, t%pole(1)*roll%sine + t%pole(2)*roll%cosine]
   end function pole_arm
 
-  !> u and w of the pole in a pose; arm: the pole from the axle centre, track frame.
+  !> Compute u and w of the pole in a pose [m]; `arm` is the vector from the axle centre to the pole, track frame [m].
   pure subroutine zone_coordinates(t, pose, arm, u, w)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: pose(3), arm(2)
@@ -235,17 +237,17 @@ contains
     w = x(2)*t%along(1) - x(1)*t%along(2) - t%origin(2)
   end subroutine zone_coordinates
 
-  !> Gradient and Hessian with respect to the pose of F(u, roll, p), p = h(u, roll) - w.
+  !> Compute gradient and Hessian with respect to the pose of F(u, roll, p), p = h(u, roll) - w.
   pure subroutine to_pose(t, arm, h, f, tangent, gradient, hessian)
     type(zone_table), intent(in) :: t
-    real(dp), intent(in) :: arm(2)         !! the pole from the axle centre, track frame [m]
+    real(dp), intent(in) :: arm(2)         !! from the axle centre to the pole, track frame [m]
     real(dp), intent(in) :: h(6)           !! h, h_r, h_u, h_rr, h_ru, h_uu
     real(dp), intent(in) :: f(10)          !! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu
     logical, intent(in) :: tangent         !! whether the Hessian is wanted
     real(dp), intent(inout) :: gradient(3), hessian(6)
     real(dp) :: ca, sa, eu, ew, er, euu, euw, eur, eww, ewr, err, ur, wr
 
-    ! With respect to u, w, roll; u and w of the pole as functions of the pose.
+    ! e.. are derivatives with respect to u, w, roll; ur and wr are du/droll and dw/droll of the pole.
     eu = f(4) + f(2)*h(3)
     er = f(3) + f(2)*h(2)
     ew = -f(2)

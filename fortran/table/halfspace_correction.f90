@@ -1,169 +1,152 @@
-!> Energy of half-spaces over that of strips, by which S of the strips is multiplied: a smooth
-!> function c(u, phi, q) of the pose, because the strips already carry the geometry.
+!> Ratio of half-space to strip energy, by which S of the strips is multiplied: a smooth function c(u, phi, q) of the pose,
+!> because the strips already carry the geometry.
 !>
-!> It is solved at the points of axes of its own, coarser than those of S, which are halved where
-!> the spline through it misses the accuracy asked for; of the new points those are solved around which it does,
-!> the spline gives the others.
+!> The ratio has axes of its own, coarser than those of S. When its cells are halved, only those new points are solved at
+!> which the spline errs; elsewhere the spline gives the value.
 module halfspace_correction
-  use bspline, only: axis_type, fit_2d, fit_3d, graded_points, new_axis, spline_2d_at, spline_3d_at
+  use adaptive_grid, only: adapt, axis_errors, brackets, find_cell_errors, first_roll, first_u, grading, gridded_function, &
+    grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, united, weigh_errors
+  use bspline, only: axis_type, fit_2d, fit_3d, new_axis, spline_2d_at, spline_3d_at
   use contact_zones, only: zone_type
   use wheel_rail_pair, only: pair_type
   use kinds, only: dp
   use patch_grids, only: elements_type, new_elements
-  use contact_table, only: bound_heights, table_type, zone_pose, zone_table
-  use progress, only: goes_on, monitor_type, share_of_round
-  use service_poses, only: extent_type, find_reach, least_force, lever, strictness
-  use axis_refinement, only: cell_errors, fine_flange, fine_roll, fine_tread, grading, halve_cells, least_q, least_roll, least_u, &
-    spread_roll, spread_u, united
+  use contact_table, only: bound_heights, table_type, zone_table
+  use progress, only: monitor_type
+  use service_poses, only: extent_type, hertz_factor
   use table_sampling, only: sample_ratios
   implicit none
   private
-  public :: ratio_type, solve_ratios, multiply
+  public :: solve_ratios, multiply
 
-  !> Ratio of half-space to strip energy at the points of axes of its own.
-  type :: ratio_type
-    type(axis_type) :: u, roll, q
-    real(dp), allocatable :: c(:, :, :)      !! (q, u, roll)
-    logical, allocatable :: open(:, :, :)    !! to be solved, if a run comes there
-    logical, allocatable :: there(:, :, :)   !! solved, or between such points
-    real(dp), allocatable :: area(:, :, :, :)   !! pressed by a single patch: (3, q, u, roll)
+  !> What is kept of the solutions of a zone.
+  type :: solved_type
+    logical, allocatable :: open(:, :, :)       !! to be solved, if a run reaches the pose; (q, u, roll)
+    real(dp), allocatable :: area(:, :, :, :)   !! pressed by a single patch, else negative: (3, q, u, roll)
+    real(dp), allocatable :: weight(:, :, :)    !! of an error of the ratio; 0 where it is not known
+  end type solved_type
+
+  type, extends(gridded_function) :: ratio_type
+    type(elements_type) :: elements(2)          !! of tread and flange
+    type(solved_type), allocatable :: solved(:)
+    integer :: solutions(2) = 0                 !! poses solved, and those that did not converge
+  contains
+    procedure :: sample
+    procedure :: complete
+    procedure :: find_errors
+    procedure :: resize
   end type ratio_type
 
   integer, parameter :: first_points(3) = [27, 21, 7]          ! of u, roll, q
-  integer, parameter :: most_rounds = 6, rounds_of_q = 3
+  integer, parameter :: most_rounds = 7, rounds_q = 3
   ! Grids over half a patch on tread and flange, as exact as their energies have to be: worn treads want more than the
   ! 4 x 16 elements that do for new ones.
   integer, parameter :: elements_x(2) = [5, 6], elements_s = 20
   real(dp), parameter :: tolerance(2) = [5e-4_dp, 1e-2_dp]      ! of tread and flange
-  real(dp), parameter :: enough = 0.25_dp    ! errors of the spline, of those allowed, with which points are not solved
-  ! The tread's lateral stiffness is that of gravity, on which noise of finer cells would tell.
-  real(dp), parameter :: least_tread = 0.1e-3_dp   ! [m]
+  ! A point is interpolated, not solved, if the spline's error there is below this fraction of the one allowed.
+  real(dp), parameter :: interpolated = 0.25_dp
+  ! On the tread the lateral stiffness is only gravitational, so noise from smaller cells would be visible [m].
+  real(dp), parameter :: least_tread = 0.1e-3_dp
 
 contains
 
-  !> Sample the ratios of all zones, on axes that are halved like those of S.
-  subroutine solve_ratios(pair, zones, e_star, extent, aim, most, table, ratio, solutions, work, stopped, watcher)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
-    real(dp), intent(in) :: e_star
+  !> Compute the ratios of all zones of a table of strips, to `accuracy` of the force.
+  subroutine solve_ratios(pair, zones, e_star, extent, accuracy, most, table, ratio, solutions, share, stopped, watcher)
+    type(pair_type), intent(in), target :: pair
+    type(zone_type), intent(in), target :: zones(:)
+    real(dp), intent(in) :: e_star           !! [Pa]
     type(extent_type), intent(in) :: extent
-    real(dp), intent(in) :: aim
-    integer, intent(in) :: most(3)
-    type(table_type), intent(in) :: table
-    type(ratio_type), intent(inout) :: ratio(:)
-    integer, intent(out) :: solutions(2)   !! poses solved, and those that did not converge
-    real(dp), intent(in) :: work(2)
+    real(dp), intent(in) :: accuracy
+    integer, intent(in) :: most(3)           !! points of u, roll, q, at most
+    type(table_type), intent(in), target :: table
+    type(grid_type), allocatable, intent(out) :: ratio(:)
+    integer, intent(inout) :: solutions(2)   !! poses solved, and those that did not converge
+    real(dp), intent(in) :: share(2)         !! of the progress, where it begins and ends
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
-    type(elements_type) :: elements(2)
-    integer :: z, round
-    logical :: finer(size(zones))
+    type(ratio_type) :: c
+    integer :: z, n(3)
 
-    elements(1) = new_elements(elements_x(1), elements_s, tolerance(1), e_star)
-    elements(2) = new_elements(elements_x(2), elements_s, tolerance(2), e_star)
+    allocate (c%grid(size(zones)), c%solved(size(zones)))
+    c%pair => pair
+    c%zones => zones
+    c%table => table
+    c%extent = extent
+    c%e_star = e_star
+    c%tolerance = accuracy
+    do z = 1, 2
+      c%elements(z) = new_elements(elements_x(z), elements_s, tolerance(z), e_star)
+    end do
+    n = min(first_points, most)
     do z = 1, size(zones)
-      call start_ratio(ratio(z), graded_points(table%zones(z)%u%low, table%zones(z)%u%high, 0.0_dp, &
-        merge(fine_flange, fine_tread, zones(z)%flange), min(first_points(1), most(1))), &
-        graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, min(first_points(2), most(2))), &
-        first_depths(min(first_points(3), most(3)), table%zones(z)%q%high))
-    end do
-    solutions = 0
-    do round = 1, most_rounds
-      call solve_rows()
-      if (stopped) return
-      !$omp parallel do schedule(dynamic)
-      do z = 1, size(zones)
-        call fill_gaps(ratio(z))
-        call refine_ratio(z, finer(z))
-      end do
-      if (.not. any(finer)) exit
-    end do
-    ! The last halving has no values yet.
-    if (any(finer)) call solve_rows()
-    do z = 1, size(zones)
-      call fill_gaps(ratio(z))
-    end do
-
-  contains
-
-    subroutine solve_rows()
-      integer :: row, z, j, done, n(0:size(zones))
-
-      n(0) = 0
-      do z = 1, size(zones)
-        n(z) = n(z - 1) + ratio(z)%roll%n
-      end do
-      done = 0
-      stopped = .false.
-      !$omp parallel do schedule(dynamic) private(z, j) reduction(+:solutions)
-      do row = 1, n(size(zones))
-        if (.not. goes_on(share_of_round(work, round), done, n(size(zones)), stopped, watcher)) cycle
-        z = count(n(:size(zones) - 1) < row)
-        j = row - n(z - 1)
-        call sample_ratios(pair, zones, z, elements(merge(2, 1, zones(z)%flange)), table, extent, &
-          ratio(z)%roll%x(j), ratio(z)%u%x, &
-          heights(table%zones(z), ratio(z)%u%x, ratio(z)%roll%x(j)), ratio(z)%q%x, ratio(z)%open(:, :, j), &
-          ratio(z)%c(:, :, j), ratio(z)%there(:, :, j), ratio(z)%area(:, :, :, j), solutions)
-      end do
-    end subroutine solve_rows
-
-    !> Halve the axes where the force misses `aim`: an error of c changes the force like c itself, its slopes
-    !> by the energy.
-    subroutine refine_ratio(z, finer)
-      integer, intent(in) :: z
-      logical, intent(out) :: finer
-      type(ratio_type) :: new
-      real(dp), allocatable, dimension(:, :, :) :: by_value, of_u, of_roll, of_q
-      logical, allocatable :: counts(:, :, :)
-      type(axis_type) :: u, a, q
-      real(dp), allocatable :: h(:)
-      real(dp) :: depth, other, pose(3), strict, force, c_h
-      integer :: i, j, m
-      logical :: more(3), within
-
-      associate (r => ratio(z))
-        allocate (by_value(r%q%n, r%u%n, r%roll%n), source=0.0_dp)
-        allocate (counts(r%q%n, r%u%n, r%roll%n), source=.false.)
-        do j = 1, r%roll%n
-          h = heights(table%zones(z), r%u%x, r%roll%x(j))
-          do i = 1, r%u%n
-            do m = 2, r%q%n
-              if (.not. r%there(m, i, j)) cycle
-              depth = r%q%x(m)**2
-              pose = zone_pose(table%zones(z), r%u%x(i), h(i) - depth, r%roll%x(j))
-              strict = strictness(pair, extent, pose, .true.)
-              if (strict <= 0) cycle
-              call find_reach(table, extent, z, depth, pose, .true., within, other)
-              if (.not. within) cycle
-              c_h = 0.7_dp*e_star
-              force = c_h*depth**1.5_dp
-              by_value(m, i, j) = force/(aim*strict*max(force, least_force, c_h*max(other, 0.0_dp)**1.5_dp))
-              counts(m, i, j) = strictness(pair, extent, pose, .false.) > 0
-              if (counts(m, i, j)) call find_reach(table, extent, z, depth, pose, .false., counts(m, i, j), other)
-            end do
-          end do
-        end do
-        ! Axes are halved for what a run comes to, points are solved for its surroundings, too.
-        call judge(r, merge(by_value, 0.0_dp, counts), of_u, of_roll, of_q)
-        u = r%u
-        a = r%roll
-        q = r%q
-        call halve_cells(u, maxval(maxval(of_u, 3), 2), merge(4*least_u, least_tread, table%zones(z)%flange), most(1), more(1))
-        call halve_cells(a, maxval(maxval(of_roll, 3), 2), 2*least_roll, most(2), more(2))
-        more(3) = .false.
-        if (round <= rounds_of_q) call halve_cells(q, maxval(maxval(of_q, 3), 2), 2*least_q, most(3), more(3))
-        finer = any(more)
-        if (.not. finer) return
-        call start_ratio(new, u%x, a%x, q%x)
-        call judge(r, by_value, of_u, of_roll, of_q)
-        call carry_over(r, by_value, of_u, of_roll, of_q, new)
-        r = new
+      associate (t => table%zones(z))
+        c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%flange, n(1)), first_roll(extent, n(2)), &
+          new_axis(first_depths(n(3), t%q%high)), &
+          [merge(4*least_u, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
+        call start_solved(c%grid(z), c%solved(z))
       end associate
-    end subroutine refine_ratio
-
+    end do
+    call adapt(c, rules_type(most, most_rounds, rounds_q), share, stopped, watcher)
+    solutions = c%solutions
+    call move_alloc(c%grid, ratio)
   end subroutine solve_ratios
 
-  !> h of a zone at many u, in steps of 10 nm.  A solution starts from its neighbour's, so that the last digits of the
+  !> Solve what is open of zone z at the j-th roll angle.
+  subroutine sample(this, z, j)
+    class(ratio_type), intent(inout) :: this
+    integer, intent(in) :: z, j
+    integer :: solutions(2)
+
+    solutions = 0
+    associate (g => this%grid(z), s => this%solved(z))
+      call sample_ratios(this%pair, this%zones, z, this%elements(merge(2, 1, this%zones(z)%flange)), this%table, this%extent, &
+        g%roll%x(j), g%u%x, heights(this%table%zones(z), g%u%x, g%roll%x(j)), g%q%x, s%open(:, :, j), g%f(:, :, j), &
+        g%known(:, :, j), s%area(:, :, :, j), solutions)
+    end associate
+    !$omp critical
+    this%solutions = this%solutions + solutions
+    !$omp end critical
+  end subroutine sample
+
+  !> Continue the ratios to the poses that no run reaches.
+  subroutine complete(this)
+    class(ratio_type), intent(inout) :: this
+    integer :: z
+
+    !$omp parallel do schedule(dynamic)
+    do z = 1, size(this%grid)
+      call fill_gaps(this%grid(z))
+    end do
+  end subroutine complete
+
+  !> Estimate the errors of the ratio: an error changes the force by as much. Axes are halved for the poses that a run can
+  !> reach; points are also solved around them, for which the weights are kept.
+  subroutine find_errors(this, z, error)
+    class(ratio_type), intent(inout) :: this
+    integer, intent(in) :: z
+    type(axis_errors), intent(out) :: error
+    real(dp), allocatable, dimension(:, :, :) :: force, inner, of_u, of_roll, of_q
+    real(dp), allocatable :: h(:, :)
+    integer :: j, m
+
+    associate (g => this%grid(z), s => this%solved(z))
+      allocate (force, inner, mold=g%f)
+      allocate (h(g%u%n, g%roll%n))
+      do j = 1, g%roll%n
+        h(:, j) = heights(this%table%zones(z), g%u%x, g%roll%x(j))
+      end do
+      do m = 1, g%q%n
+        force(m, :, :) = hertz_factor*this%e_star*(g%q%x(m)**2)**1.5_dp
+      end do
+      call weigh_errors(this, z, h, force, .true., s%weight)
+      call weigh_errors(this, z, h, force, .false., inner)
+      s%weight = force*s%weight
+      call find_cell_errors(g, merge(s%weight, 0.0_dp, inner > 0), this%halve_q, of_u, of_roll, of_q)
+    end associate
+    error = largest_errors(of_u, of_roll, of_q)
+  end subroutine find_errors
+
+  !> Return h of a zone at many u, rounded to 10 nm. A solution starts from its neighbour's, so that the last digits of the
   !> spline, which another processor rounds otherwise, would grow along a row until other cells are halved.
   pure function heights(t, u, roll) result(h)
     type(zone_table), intent(in) :: t
@@ -175,49 +158,17 @@ contains
     h = anint(line(1, :)/step)*step
   end function heights
 
-  !> Errors of the cells along u (u, q, roll), roll (roll, q, u), and q (q, u, roll), where c has the weights `by_value`
-  !> (q, u, roll) at the points, and its slopes those of the energy.
-  subroutine judge(r, by_value, of_u, of_roll, of_q)
-    type(ratio_type), intent(in) :: r
-    real(dp), intent(in) :: by_value(:, :, :)
-    real(dp), allocatable, dimension(:, :, :), intent(out) :: of_u, of_roll, of_q
-    integer :: nq, nu, nr
+  !> Open all points of a zone.
+  pure subroutine start_solved(grid, solved)
+    type(grid_type), intent(in) :: grid
+    type(solved_type), intent(out) :: solved
 
-    nq = r%q%n
-    nu = r%u%n
-    nr = r%roll%n
-    of_u = reshape(cell_errors(r%u, spread_u(r%c), spread_u(by_value), &
-      spread_u(scaled(by_value, 0.4_dp*r%q%x**2))), [nu - 1, nq, nr])
-    of_roll = reshape(cell_errors(r%roll, spread_roll(r%c), spread_roll(by_value), &
-      spread_roll(scaled(by_value, 0.4_dp*r%q%x**2))/lever), [nr - 1, nq, nu])
-    of_q = reshape(cell_errors(r%q, reshape(r%c, [nq, nu*nr]), reshape(by_value, [nq, nu*nr]), &
-      reshape(scaled(by_value, 0.2_dp*r%q%x), [nq, nu*nr])), [nq - 1, nu, nr])
-  end subroutine judge
+    allocate (solved%open(grid%q%n, grid%u%n, grid%roll%n), source=.true.)
+    allocate (solved%area(3, grid%q%n, grid%u%n, grid%roll%n), source=-1.0_dp)
+    allocate (solved%weight(grid%q%n, grid%u%n, grid%roll%n), source=0.0_dp)
+  end subroutine start_solved
 
-  pure function scaled(f, factor)
-    real(dp), intent(in) :: f(:, :, :), factor(:)
-    real(dp) :: scaled(size(f, 1), size(f, 2), size(f, 3))
-    integer :: m
-
-    do m = 1, size(f, 1)
-      scaled(m, :, :) = f(m, :, :)*factor(m)
-    end do
-  end function scaled
-
-  pure subroutine start_ratio(r, u, roll, q)
-    type(ratio_type), intent(out) :: r
-    real(dp), intent(in) :: u(:), roll(:), q(:)
-
-    r%u = new_axis(u)
-    r%roll = new_axis(roll)
-    r%q = new_axis(q)
-    allocate (r%c(size(q), size(u), size(roll)), source=1.0_dp)
-    allocate (r%there(size(q), size(u), size(roll)), source=.false.)
-    allocate (r%area(3, size(q), size(u), size(roll)), source=-1.0_dp)
-    allocate (r%open(size(q), size(u), size(roll)), source=.true.)
-  end subroutine start_ratio
-
-  !> Square roots of penetrations.  The strips' modulus is a mean over more than the smallest patches: the ratio
+  !> Return the first n points of q. The strips' modulus is a mean over more than the smallest patches, so that the ratio
   !> varies down to 0.
   pure function first_depths(n, deepest) result(q)
     integer, intent(in) :: n
@@ -228,110 +179,96 @@ contains
     q = [0.0_dp, 0.06_dp*deepest, (((i - 2)/real(n - 2, dp))**grading*deepest, i=3, n)]
   end function first_depths
 
-  !> Values at the points of finer axes, from the old ones and their errors: those of common points, and the
-  !> spline's where it errs little.
-  subroutine carry_over(old, by_value, of_u, of_roll, of_q, new)
-    type(ratio_type), intent(in) :: old
-    real(dp), intent(in) :: by_value(:, :, :)  !! (q, u, roll), weights of c; 0 where none is known
-    real(dp), intent(in) :: of_u(:, :, :)      !! of cells: (u, q, roll)
-    real(dp), intent(in) :: of_roll(:, :, :)   !! (roll, q, u)
-    real(dp), intent(in) :: of_q(:, :, :)      !! (q, u, roll)
-    type(ratio_type), intent(inout) :: new
-    real(dp), allocatable :: c(:, :, :)
-    integer :: cell_u(2, new%u%n), cell_roll(2, new%roll%n), cell_q(2, new%q%n), wide(2, 3), i, j, m
+  !> Keep the values at common points, and take those of the spline at new points where it errs little.
+  subroutine resize(this, z, u, roll, q)
+    class(ratio_type), intent(inout) :: this
+    integer, intent(in) :: z
+    type(axis_type), intent(in) :: u, roll, q
+    type(grid_type) :: new
+    type(solved_type) :: solved
+    real(dp), allocatable, dimension(:, :, :) :: of_u, of_roll, of_q, c
+    integer :: cell_u(2, u%n), cell_roll(2, roll%n), cell_q(2, q%n), wide(2, 3), i, j, m
     real(dp) :: error
 
-    allocate (c(new%q%n, new%roll%n, new%u%n))
-    call values_at(old, new%q%x, new%roll%x, new%u%x, c)
-    cell_u = places(old%u%x, new%u%x)
-    cell_roll = places(old%roll%x, new%roll%x)
-    cell_q = places(old%q%x, new%q%x)
-    do j = 1, new%roll%n
-      do i = 1, new%u%n
-        do m = 1, new%q%n
-          associate (k => cell_u(:, i), l => cell_roll(:, j), n => cell_q(:, m))
-            if (k(2) == k(1) .and. l(2) == l(1) .and. n(2) == n(1)) then
-              new%there(m, i, j) = old%there(n(1), k(1), l(1))
-              new%open(m, i, j) = old%open(n(1), k(1), l(1))
-              new%c(m, i, j) = old%c(n(1), k(1), l(1))
-              new%area(:, m, i, j) = old%area(:, n(1), k(1), l(1))
-              cycle
-            end if
-            ! The next cells and lines count, too: on coarse axes a bend shows at a few points only.
-            wide = reshape([max(k(1) - 1, 1), min(k(2) + 1, old%u%n), max(l(1) - 1, 1), min(l(2) + 1, old%roll%n), &
-              max(n(1) - 1, 1), min(n(2) + 1, old%q%n)], [2, 3])
-            error = 0
-            if (k(2) > k(1)) error = maxval(of_u(wide(1, 1):wide(2, 1) - 1, wide(1, 3):wide(2, 3), wide(1, 2):wide(2, 2)))
-            if (l(2) > l(1)) error = max(error, &
-              maxval(of_roll(wide(1, 2):wide(2, 2) - 1, wide(1, 3):wide(2, 3), wide(1, 1):wide(2, 1))))
-            if (n(2) > n(1)) error = max(error, &
-              maxval(of_q(wide(1, 3):wide(2, 3) - 1, wide(1, 1):wide(2, 1), wide(1, 2):wide(2, 2))))
-            new%there(m, i, j) = error <= enough .and. all(old%there(n(1):n(2), k(1):k(2), l(1):l(2))) &
-              .and. all(by_value(n(1):n(2), k(1):k(2), l(1):l(2)) > 0)
-            new%open(m, i, j) = .not. new%there(m, i, j)
-            new%c(m, i, j) = c(m, j, i)
-            if (minval(old%area(1, n(1):n(2), k(1):k(2), l(1):l(2))) > 0) new%area(:, m, i, j) = &
-              sum(sum(sum(old%area(:, n(1):n(2), k(1):k(2), l(1):l(2)), 4), 3), 2) &
-              /((n(2) - n(1) + 1)*(k(2) - k(1) + 1)*(l(2) - l(1) + 1))
-          end associate
+    associate (old => this%grid(z), before => this%solved(z))
+      new = new_grid(u, roll, q, old%least, 1.0_dp)
+      call start_solved(new, solved)
+      call keep_values(old, new)
+      call find_cell_errors(old, before%weight, this%halve_q, of_u, of_roll, of_q)
+      allocate (c(q%n, roll%n, u%n))
+      call values_at(old, q%x, roll%x, u%x, c)
+      cell_u = brackets(old%u, u)
+      cell_roll = brackets(old%roll, roll)
+      cell_q = brackets(old%q, q)
+      do j = 1, roll%n
+        do i = 1, u%n
+          do m = 1, q%n
+            associate (k => cell_u(:, i), l => cell_roll(:, j), n => cell_q(:, m))
+              if (k(2) == k(1) .and. l(2) == l(1) .and. n(2) == n(1)) then
+                solved%open(m, i, j) = before%open(n(1), k(1), l(1))
+                solved%area(:, m, i, j) = before%area(:, n(1), k(1), l(1))
+                cycle
+              end if
+              ! The next cells and lines count, too: on coarse axes a bend shows at a few points only.
+              wide = reshape([max(k(1) - 1, 1), min(k(2) + 1, old%u%n), max(l(1) - 1, 1), min(l(2) + 1, old%roll%n), &
+                max(n(1) - 1, 1), min(n(2) + 1, old%q%n)], [2, 3])
+              error = 0
+              if (k(2) > k(1)) error = maxval(of_u(wide(1, 1):wide(2, 1) - 1, wide(1, 3):wide(2, 3), wide(1, 2):wide(2, 2)))
+              if (l(2) > l(1)) error = max(error, &
+                maxval(of_roll(wide(1, 2):wide(2, 2) - 1, wide(1, 3):wide(2, 3), wide(1, 1):wide(2, 1))))
+              if (n(2) > n(1)) error = max(error, &
+                maxval(of_q(wide(1, 3):wide(2, 3) - 1, wide(1, 1):wide(2, 1), wide(1, 2):wide(2, 2))))
+              new%known(m, i, j) = error <= interpolated .and. all(old%known(n(1):n(2), k(1):k(2), l(1):l(2))) &
+                .and. all(before%weight(n(1):n(2), k(1):k(2), l(1):l(2)) > 0)
+              solved%open(m, i, j) = .not. new%known(m, i, j)
+              new%f(m, i, j) = c(m, j, i)
+              associate (area => before%area(:, n(1):n(2), k(1):k(2), l(1):l(2)))
+                if (minval(area(1, :, :, :)) > 0) solved%area(:, m, i, j) = sum(sum(sum(area, 4), 3), 2)/size(area(1, :, :, :))
+              end associate
+            end associate
+          end do
         end do
       end do
-    end do
+    end associate
+    this%grid(z) = new
+    this%solved(z) = solved
+  end subroutine resize
 
-  contains
-
-    !> First and last of the old points around every new one; they are the same where it is one of them.
-    pure function places(old, new) result(cell)
-      real(dp), intent(in) :: old(:), new(:)
-      integer :: cell(2, size(new))
-      integer :: i, k
-
-      k = 1
-      do i = 1, size(new)
-        if (k < size(old)) then
-          if (new(i) >= old(k + 1)) k = k + 1
-        end if
-        cell(:, i) = [k, k + merge(1, 0, new(i) > old(k))]
-      end do
-    end function places
-
-  end subroutine carry_over
-
-  !> The ratio at other points, (q, roll, u).
+  !> Evaluate the ratio at other points: c(q, roll, u).
   subroutine values_at(r, q, roll, u, c)
-    type(ratio_type), intent(in) :: r
+    type(grid_type), intent(in) :: r
     real(dp), intent(in) :: q(:), roll(:), u(:)
     real(dp), intent(out) :: c(:, :, :)
     real(dp), allocatable :: spline(:, :, :)
 
-    call fit_3d(r%q, r%roll, r%u, reshape(r%c, [r%q%n, r%roll%n, r%u%n], order=[1, 3, 2]), spline)
+    call fit_3d(r%q, r%roll, r%u, reshape(r%f, [r%q%n, r%roll%n, r%u%n], order=[1, 3, 2]), spline)
     call spline_3d_at(r%q, r%roll, r%u, spline, q, roll, u, c)
   end subroutine values_at
 
-  !> Where no run comes the ratio goes on along roll, on which it hardly depends, else along u, else along q.
+  !> Continue the ratio to the poses that no run reaches: along q, then along roll, on which it hardly depends, then along u.
   pure subroutine fill_gaps(r)
-    type(ratio_type), intent(inout) :: r
-    logical :: known(size(r%c, 1), size(r%c, 2), size(r%c, 3))
+    type(grid_type), intent(inout) :: r
+    logical :: known(size(r%f, 1), size(r%f, 2), size(r%f, 3))
     integer :: i, j, m
 
-    known = r%there
+    known = r%known
     do j = 1, r%roll%n
       do i = 1, r%u%n
-        call continue_line(r%q%x, r%c(:, i, j), known(:, i, j))
+        call continue_line(r%q%x, r%f(:, i, j), known(:, i, j))
       end do
     end do
     do m = 1, r%q%n
       do i = 1, r%u%n
-        call continue_line(r%roll%x, r%c(m, i, :), known(m, i, :))
+        call continue_line(r%roll%x, r%f(m, i, :), known(m, i, :))
       end do
       do j = 1, r%roll%n
-        call continue_line(r%u%x, r%c(m, :, j), known(m, :, j))
+        call continue_line(r%u%x, r%f(m, :, j), known(m, :, j))
       end do
     end do
-    where (.not. known) r%c = 1
+    where (.not. known) r%f = 1
   end subroutine fill_gaps
 
-  !> Straight between known values; beyond them for two cells, then constant.
+  !> Fill in the unknown values of a line: linear between known ones, beyond them linear for two cells, then constant.
   pure subroutine continue_line(x, f, known)
     real(dp), intent(in) :: x(:)
     real(dp), intent(inout) :: f(:)
@@ -366,10 +303,10 @@ contains
     known = .true.
   end subroutine continue_line
 
-  !> The table of half-spaces from that of strips, on axes that have the points of both; of q none below the first of
-  !> the strips, which patches smaller than the rounding of the profiles' points would give.
+  !> Turn a zone's table of strips into one of half-spaces, on axes with the points of both. Points of q below the first of the
+  !> strips are left out: so small patches would show the rounding of the profiles' points.
   subroutine multiply(r, roll, most, t)
-    type(ratio_type), intent(in) :: r
+    type(grid_type), intent(in) :: r
     type(axis_type), intent(in) :: roll    !! the table's and the ratios' points
     integer, intent(in) :: most(3)
     type(zone_table), intent(inout) :: t

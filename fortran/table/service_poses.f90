@@ -1,17 +1,18 @@
-!> Which poses a run can come to, and how exact the table has to be there.
+!> Poses that a run can reach, and how large the table's error may be there.
 !>
-!> In service the wheelset runs between its flanges, or is lifted a little; going over, it stands on one flange or
-!> rolls over the rail, until the flange's tip is outside the highest point of the rail and it has derailed. Every
-!> other pose has its contacts elsewhere, or the wheelset has derailed before.
+!> In service the wheelset runs between its flanges, or is lifted a little. A wheelset that rolls over the rail first
+!> stands on one flange, until the flange's tip is outside the rail's highest point and it has derailed. In every other
+!> pose the contacts are elsewhere, or the wheelset has derailed before.
 module service_poses
   use wheel_rail_pair, only: pair_type, rolled
   use kinds, only: dp
-  use contact_table, only: table_type, find_roll, height_over, inside, roll_type
+  use contact_table, only: table_type, find_roll, inside, roll_type, zone_penetration
   implicit none
   private
-  public :: extent_type, first_roll, last_roll, least_force, lever, strictness, find_reach
+  public :: extent_type, service_roll, small_roll, largest_roll, tread_share, force_floor, roll_lever, hertz_factor
+  public :: error_allowance, find_reach
 
-  !> Extent of the table and of what runs reach of it.
+  !> Extent of the table, and the clearance that says which part of it is service.
   type :: extent_type
     real(dp) :: lateral = 80e-3_dp      !! shift of the wheel to either side [m]
     real(dp) :: lift = 40e-3_dp         !! of the wheel; higher it cannot touch [m]
@@ -21,95 +22,103 @@ module service_poses
     real(dp) :: clearance = 10e-3_dp    !! of the flanges, one side [m]
   end type extent_type
 
-  real(dp), parameter :: service_roll = 0.02_dp, service_shift = 5e-3_dp   ! beyond the clearance [rad, m]
-  real(dp), parameter :: first_roll = 0.05_dp, last_roll = 0.38_dp         ! of a wheelset that goes over [rad]
-  real(dp), parameter :: past = 1e-3_dp         ! of the flange's tip past the rail's highest point [m]
-  real(dp), parameter :: going_over = 10     ! errors allowed there, of those in service
-  ! Penetrations of the largest: of the tread; of the shallower and the deeper of two zones at once; going over.
-  real(dp), parameter :: of_tread = 0.45_dp, of_two = 0.25_dp, of_deeper = 0.7_dp, of_going_over = 0.33_dp
+  ! Service: roll angle to either side, lateral displacement beyond the clearance [rad, m].
+  real(dp), parameter :: service_roll = 0.02_dp, service_shift = 5e-3_dp
+  ! A wheelset that rolls over the left rail has roll angles from -largest_roll to small_roll [rad].
+  real(dp), parameter :: small_roll = 0.05_dp, largest_roll = 0.38_dp
+  real(dp), parameter :: tip_margin = 1e-3_dp   ! derailed: the flange's tip is so far outside the rail's highest point [m]
+  real(dp), parameter :: rollover_allowance = 10   ! errors allowed in rolling over, relative to service
+  ! Largest penetrations, as shares of the table's depth: of the tread; of the shallower and the deeper of two zones that
+  ! touch at once; of any zone in rolling over.
+  real(dp), parameter :: tread_share = 0.45_dp, shallower_share = 0.25_dp, deeper_share = 0.7_dp, rollover_share = 0.33_dp
 
-  real(dp), parameter :: least_force = 5e3_dp   ! that errors are compared with [N]
-  real(dp), parameter :: lever = 0.75_dp        ! of a wheel's force about X [m]
-  ! Surroundings of what counts, for splines want some points there.
-  real(dp), parameter :: more_roll = 0.01_dp, more_shift = 2e-3_dp, more_height = 6e-3_dp   ! [rad, m, m]
+  real(dp), parameter :: force_floor = 5e3_dp   ! errors are relative to the force, but at least to this one [N]
+  real(dp), parameter :: roll_lever = 0.75_dp   ! lever of a wheel's force about X [m]
+  ! Hertz's force on an area with a radius of about 0.3 m is 0.7 E* p^1.5: estimates forces not yet known [sqrt(m)].
+  real(dp), parameter :: hertz_factor = 0.7_dp
+  ! Splines need some points outside the poses that runs reach [rad, m, m].
+  real(dp), parameter :: margin_roll = 0.01_dp, margin_shift = 2e-3_dp, margin_height = 6e-3_dp
 
 contains
 
-  !> Errors allowed in a pose of the left wheel, of those in service; 0 where no run comes.
-  pure real(dp) function strictness(pair, extent, pose, around)
+  !> Error allowance at a pose of the left wheel, relative to the service poses: 1 in service, 10 in rolling over; 0 if
+  !> no run reaches the pose.
+  pure real(dp) function error_allowance(pair, extent, pose, with_margin)
     type(pair_type), intent(in) :: pair
     type(extent_type), intent(in) :: extent
-    real(dp), intent(in) :: pose(3)
-    logical, intent(in) :: around          !! with the surroundings
-    real(dp) :: tip(2), tip_opposite(2), more(2)
+    real(dp), intent(in) :: pose(3)        !! y, z, roll [m, rad]
+    logical, intent(in) :: with_margin     !! whether the points around the reachable poses count
+    real(dp) :: tip(2), tip_opposite(2), roll_more, shift_more
     logical :: reached
 
-    strictness = 0
-    more = 0
-    if (around) more = [more_roll, more_shift]
-    if (abs(pose(3)) <= service_roll + more(1) .and. abs(pose(1)) <= extent%clearance + service_shift + more(2)) then
-      strictness = 1
-    else if (pose(3) > -last_roll - more(1) .and. pose(3) <= first_roll + more(1)) then
-      ! Neither flange is outside its rail's crown; rolled farther, the wheelset turns about the left rail.
+    error_allowance = 0
+    roll_more = merge(margin_roll, 0.0_dp, with_margin)
+    shift_more = merge(margin_shift, 0.0_dp, with_margin)
+    if (abs(pose(3)) <= service_roll + roll_more .and. abs(pose(1)) <= extent%clearance + service_shift + shift_more) then
+      error_allowance = 1
+    else if (pose(3) > -largest_roll - roll_more .and. pose(3) <= small_roll + roll_more) then
+      ! Neither flange is outside its rail's crown; at larger angles the wheelset turns about the left rail.
       tip = pose(:2) + rolled(pair%flange_tip, pose(3))
       tip_opposite = [-pose(1), pose(2)] + rolled(pair%flange_tip, -pose(3))
-      reached = max(tip(1), tip_opposite(1)) - pair%crown < past + more(2)
-      if (pose(3) < -first_roll - more(1)) reached = reached .and. pose(1) + pair%axle_height*sin(pose(3)) > -more(2)
-      if (reached) strictness = going_over
+      reached = max(tip(1), tip_opposite(1)) - pair%crown < tip_margin + shift_more
+      if (pose(3) < -small_roll - roll_more) reached = reached .and. &
+        pose(1) + pair%axle_height*sin(pose(3)) > -shift_more
+      if (reached) error_allowance = rollover_allowance
     end if
-  end function strictness
+  end function error_allowance
 
-  !> Whether a run can press a zone of the left wheel by `depth` in a pose: neither another of its zones nor the right
-  !> wheel lies deep inside the rail.  `other` is the deepest of the other zones.
-  pure subroutine find_reach(table, extent, zone, depth, pose, around, within, other, depths)
+  !> Whether a run can press a zone of the left wheel by `depth` in a pose: neither another zone of the left wheel nor the
+  !> right wheel may lie deep inside the rail. Poses off the table's roll axis are not reachable.
+  pure subroutine find_reach(table, extent, zone, depth, pose, with_margin, reachable, deepest_other, depths)
     type(table_type), intent(in) :: table
     type(extent_type), intent(in) :: extent
     integer, intent(in) :: zone
     real(dp), intent(in) :: depth, pose(3)     !! [m, rad]
-    logical, intent(in) :: around              !! with the surroundings
-    logical, intent(out) :: within
-    real(dp), intent(out) :: other             !! [m]; negative where none touches
-    real(dp), intent(in), optional :: depths(:, :)   !! of the zones of the left and right wheel [m], not by the table
+    logical, intent(in) :: with_margin         !! whether the points around the reachable poses count
+    logical, intent(out) :: reachable
+    real(dp), intent(out) :: deepest_other     !! of the left wheel's other zones [m]; negative if none touches
+    !> Penetrations of the zones of the left and right wheel (zone, wheel) [m]; without them the table gives them.
+    real(dp), intent(in), optional :: depths(:, :)
     type(roll_type) :: roll, opposite
-    real(dp) :: limit, deeper, tread, found
+    real(dp) :: shallower, deeper, tread, found
     integer :: i, status
 
-    limit = of_two*extent%depth*merge(1.5_dp, 1.0_dp, around)
-    deeper = of_deeper*extent%depth*merge(1.5_dp, 1.0_dp, around)
-    tread = of_tread*extent%depth
-    other = -1
-    if (abs(pose(3)) > service_roll + more_roll) then
-      tread = of_going_over*extent%depth
+    shallower = shallower_share*extent%depth*merge(1.5_dp, 1.0_dp, with_margin)
+    deeper = deeper_share*extent%depth*merge(1.5_dp, 1.0_dp, with_margin)
+    tread = tread_share*extent%depth
+    deepest_other = -1
+    if (abs(pose(3)) > service_roll + margin_roll) then
+      tread = rollover_share*extent%depth
       deeper = min(deeper, 1.5_dp*tread)
-      limit = min(limit, tread/2)
-      within = depth <= tread*merge(1.5_dp, 1.0_dp, around)
+      shallower = min(shallower, tread/2)
+      reachable = depth <= tread*merge(1.5_dp, 1.0_dp, with_margin)
     else
-      within = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, around)
+      reachable = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, with_margin)
     end if
-    if (.not. within) return
+    if (.not. reachable) return
     call find_roll(table, pose(3), .false., roll, opposite, status)
-    within = status == inside
-    if (.not. within) return
+    reachable = status == inside
+    if (.not. reachable) return
     do i = 1, size(table%zones)
       if (i == zone) cycle
       if (present(depths)) then
         found = depths(i, 1)
       else
-        found = height_over(table%zones(i), pose, roll)
+        found = zone_penetration(table%zones(i), pose, roll)
       end if
-      other = max(other, found)
-      within = min(depth, other) <= limit .and. (other <= 0 .or. max(depth, other) <= deeper)
-      if (.not. table%zones(i)%flange) within = within .and. found <= tread*merge(1.2_dp, 1.0_dp, around)
-      if (.not. within) return
+      deepest_other = max(deepest_other, found)
+      reachable = min(depth, deepest_other) <= shallower .and. (deepest_other <= 0 .or. max(depth, deepest_other) <= deeper)
+      if (.not. table%zones(i)%flange) reachable = reachable .and. found <= tread*merge(1.2_dp, 1.0_dp, with_margin)
+      if (.not. reachable) return
     end do
     do i = 1, size(table%zones)
       if (present(depths)) then
         found = depths(i, 2)
       else
-        found = height_over(table%zones(i), [-pose(1), pose(2), -pose(3)], opposite)
+        found = zone_penetration(table%zones(i), [-pose(1), pose(2), -pose(3)], opposite)
       end if
-      within = found <= merge(extent%depth, tread, table%zones(i)%flange) + merge(more_height, 0.0_dp, around)
-      if (.not. within) return
+      reachable = found <= merge(extent%depth, tread, table%zones(i)%flange) + merge(margin_height, 0.0_dp, with_margin)
+      if (.not. reachable) return
     end do
   end subroutine find_reach
 

@@ -1,95 +1,99 @@
-!> The generator of the contact table of a wheel/rail pair: it tabulates h and S of
-!> `contact_table` for every zone, on axes that it halves where the splines miss the accuracy that
-!> is asked for, in the force of poses that a run can come to.
+!> The generator of the contact table of a wheel/rail pair: it tabulates h and S of `contact_table` for every zone, on axes
+!> that are halved until the force reaches the accuracy in all poses that a run can reach.
 !>
 !> For half-spaces S of the strips is multiplied by the ratio of both energies (`halfspace_correction`).
 !>
-!> Rows of one roll angle are sampled in several threads; none depends on another, so that the
-!> table is the same for any number of them.
+!> Rows of one roll angle are sampled in several threads; none depends on another, so that the table is the same for any
+!> number of threads.
 module table_builder
-  use, intrinsic :: iso_fortran_env, only: int64
-  use bspline, only: axis_type, fit_2d, fit_3d, graded_points, new_axis
+  use adaptive_grid, only: adapt, axis_errors, brackets, cell_errors, find_cell_errors, first_roll, first_u, &
+    grading, gridded_function, grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, &
+    scaled, united, weigh_errors
+  use bspline, only: axis_type, fit_2d, fit_3d, new_axis
   use contact_zones, only: zone_type
   use wheel_rail_pair, only: pair_type
   use kinds, only: dp
-  use contact_table, only: bound_heights, table_type, zone_pose, zone_table
-  use progress, only: goes_on, monitor_type, share_of_round
-  use halfspace_correction, only: multiply, ratio_type, solve_ratios
-  use service_poses, only: extent_type, find_reach, least_force, lever, strictness
-  use axis_refinement, only: cell_errors, fine_flange, fine_roll, fine_tread, grading, halve_cells, least_q, least_roll, least_u, &
-    spread_roll, spread_u, united
+  use contact_table, only: bound_heights, table_type, zone_table
+  use progress, only: monitor_type
+  use halfspace_correction, only: multiply, solve_ratios
+  use service_poses, only: extent_type, roll_lever
   use table_sampling, only: reference_shift, sample_row
   implicit none
   private
-  public :: build_table, build_memory
+  public :: build_table
 
-  !> Values of a zone at the points of its axes.
-  type :: samples_type
-    type(axis_type) :: u, q
+  !> Heights at which a zone touches.
+  type :: heights_type
     real(dp), allocatable :: h(:, :)       !! (u, roll) [m]
-    real(dp), allocatable :: s(:, :, :)    !! (q, u, roll)
-    logical, allocatable :: good(:, :)     !! (u, roll): sampled
-  end type samples_type
+  end type heights_type
 
-  integer, parameter :: first_u = 31, first_roll = 21, first_q = 15     ! points
-  integer, parameter :: most_rounds = 9, rounds_of_q = 4, rounds_of_hertz = 4
-  ! Where contact moves from one arc of the profiles to the next h bends sharply, and misses more than is estimated.
-  real(dp), parameter :: of_kinks = 3
-  ! Errors of strips going over, of those that are allowed: the crown and the corner of a rail touch at once there.
-  real(dp), parameter :: stricter_over = 0.35_dp
+  !> S of strips or of Hertzian contacts, and h.
+  type, extends(gridded_function) :: energy_type
+    character(:), allocatable :: law       !! 'strip' or 'hertz'
+    type(heights_type), allocatable :: touching(:)
+  contains
+    procedure :: sample
+    procedure :: complete
+    procedure :: find_errors
+    procedure :: resize
+  end type energy_type
+
+  integer, parameter :: first_points(3) = [31, 21, 15]          ! of u, roll, q
+  ! Hertz's energy of one contact jumps with the station: no cell is small enough.
+  integer, parameter :: most_rounds = 9, rounds_hertz = 4, rounds_q = 4
+  ! Where contact moves from one arc of the profiles to the next h bends sharply, and errs more than is estimated.
+  real(dp), parameter :: kink_factor = 3
+  ! Strips are allowed smaller errors in rolling over: the crown and the corner of a rail touch at once there.
+  real(dp), parameter :: rollover_factor = 0.35_dp
   ! Shares of the accuracy that the splines of strips and of the ratio may use up.
   real(dp), parameter :: share_strip = 0.7_dp, share_ratio = 0.3_dp
+  real(dp), parameter :: progress_strip = 0.4_dp   ! share of the time for a table of half-spaces that strips take
 
 contains
 
-  !> Tabulate all zones of a pair for a normal model, to `accuracy` of max(force, 5 kN), with at most `most` points
-  !> along u, roll and the root of the depth.
+  !> Tabulate all zones of a pair for a normal model, to `accuracy` of max(force, 5 kN), with at most `most` points along u,
+  !> roll and the root of the depth. If the watcher asks to stop, the table is not complete.
   subroutine build_table(pair, zones, model, e_star, extent, accuracy, most, key, table, watcher)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
+    type(pair_type), intent(in), target :: pair
+    type(zone_type), intent(in), target :: zones(:)
     character(*), intent(in) :: model      !! 'strip', 'hertz' or 'halfspace'
     real(dp), intent(in) :: e_star         !! [Pa]
     type(extent_type), intent(in) :: extent
     real(dp), intent(in) :: accuracy
     integer, intent(in) :: most(3)
     character(*), intent(in) :: key
-    type(table_type), intent(out) :: table
+    type(table_type), intent(out), target :: table
     class(monitor_type), intent(inout), optional :: watcher
-    type(samples_type) :: values(size(zones))
-    type(ratio_type) :: ratio(size(zones))
-    character(:), allocatable :: law
+    type(energy_type) :: energy
+    type(grid_type), allocatable :: ratio(:)
+    type(rules_type) :: rules
     type(axis_type) :: roll
-    real(dp) :: work(2)                    ! its share of the whole work, from and to
-    integer :: round, z, solutions(2)
-    logical :: finer, stopped
+    integer :: z
+    logical :: stopped
 
-    law = model
-    if (model == 'halfspace') law = 'strip'
-    work = [0.0_dp, merge(0.4_dp, 1.0_dp, model == 'halfspace')]
     table%key = key
-    allocate (table%zones(size(zones)))
-    roll = new_axis(graded_points(-extent%roll, extent%roll, 0.0_dp, fine_roll, min(first_roll, most(2))))
+    allocate (table%zones(size(zones)), energy%grid(size(zones)), energy%touching(size(zones)))
+    energy%pair => pair
+    energy%zones => zones
+    energy%table => table
+    energy%extent = extent
+    energy%e_star = e_star
+    energy%tolerance = accuracy*share_strip
+    ! With half-spaces the ratio needs the points more.
+    energy%rollover_factor = merge(1.0_dp, rollover_factor, model == 'halfspace')
+    energy%law = model
+    if (model == 'halfspace') energy%law = 'strip'
+    rules = rules_type(most, merge(rounds_hertz, most_rounds, model == 'hertz'), rounds_q, common_roll=.true.)
     do z = 1, size(zones)
-      call start_zone(pair, zones(z), extent, most, table%zones(z), values(z))
-      call resize(values(z), values(z)%u, values(z)%q, roll, roll)
+      call start_zone(energy, z, most)
     end do
-    stopped = .false.
-    do round = 1, most_rounds
-      call sample_rows(pair, zones, law, e_star, table, roll, values, share_of_round(work, round), stopped, watcher)
-      if (stopped) return
-      call fit(values, roll, table)
-      ! One Hertz spring jumps with the station: no cell is small enough.
-      if (round == merge(rounds_of_hertz, most_rounds, model == 'hertz')) exit
-      ! Of half-spaces the ratio needs the points more.
-      call refine_axes(pair, extent, e_star, accuracy*share_strip, merge(1.0_dp, stricter_over, model == 'halfspace'), &
-        most, round <= rounds_of_q, table, values, roll, finer)
-      if (.not. finer) exit
-    end do
+    call adapt(energy, rules, [0.0_dp, merge(progress_strip, 1.0_dp, model == 'halfspace')], stopped, watcher)
+    if (stopped) return
     if (model == 'halfspace') then
       call solve_ratios(pair, zones, e_star, extent, accuracy*share_ratio, most, table, ratio, &
-        solutions, [work(2), 1.0_dp], stopped, watcher)
+        table%solutions, [progress_strip, 1.0_dp], stopped, watcher)
       if (stopped) return
-      table%solutions = solutions
+      roll = energy%grid(1)%roll
       do z = 1, size(zones)
         roll = united(roll, ratio(z)%roll, least_roll, most(2))
       end do
@@ -101,211 +105,113 @@ contains
     if (present(watcher)) call watcher%tell('table', 1.0_dp)
   end subroutine build_table
 
-  !> Where the zone's coordinates are, and its first axes.
-  subroutine start_zone(pair, zone, extent, most, t, v)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zone
-    type(extent_type), intent(in) :: extent
+  !> Place the coordinates of a zone, and choose the first axes.
+  subroutine start_zone(energy, z, most)
+    type(energy_type), intent(inout) :: energy
+    integer, intent(in) :: z
     integer, intent(in) :: most(3)
-    type(zone_table), intent(inout) :: t
-    type(samples_type), intent(inout) :: v
+    type(axis_type) :: u, roll, q
     real(dp) :: centre(2), corners(2)
-    integer :: i, n
+    integer :: i, n(3)
 
-    t%flange = zone%flange
-    t%pole = zone%pole
-    t%along = [cos(zone%alpha), sin(zone%alpha)]
-    ! Reference pose: the zone just touches, where the wheelset is likely to be
-    ! when it does.
-    centre = [reference_shift(pair, zone), pair%axle_height]
-    t%origin = [dot_product(centre + t%pole, t%along), dot_product(centre + t%pole, [-t%along(2), t%along(1)])]
-    t%ceiling = pair%axle_height + t%pole(2) + extent%lift
-    corners = [-extent%lateral - centre(1), extent%lateral - centre(1)]*t%along(1) &
-      + [-extent%drop, extent%lift]*t%along(2)
-    v%u = new_axis(graded_points(corners(1), corners(2), 0.0_dp, merge(fine_flange, fine_tread, zone%flange), &
-      min(first_u, most(1))))
-    n = min(first_q, most(3))
-    v%q = new_axis([(((i - 1)/real(n - 1, dp))**grading*sqrt(extent%depth), i=1, n)])
+    n = min(first_points, most)
+    associate (pair => energy%pair, zone => energy%zones(z), extent => energy%extent, t => energy%table%zones(z))
+      t%flange = zone%flange
+      t%pole = zone%pole
+      t%along = [cos(zone%alpha), sin(zone%alpha)]
+      ! In the reference pose the zone just touches, where the wheelset is likely to be when it does.
+      centre = [reference_shift(pair, zone), pair%axle_height]
+      t%origin = [dot_product(centre + t%pole, t%along), dot_product(centre + t%pole, [-t%along(2), t%along(1)])]
+      t%ceiling = pair%axle_height + t%pole(2) + extent%lift
+      corners = [-extent%lateral - centre(1), extent%lateral - centre(1)]*t%along(1) &
+        + [-extent%drop, extent%lift]*t%along(2)
+      u = first_u(corners(1), corners(2), zone%flange, n(1))
+      roll = first_roll(extent, n(2))
+      q = new_axis([(((i - 1)/real(n(3) - 1, dp))**grading*sqrt(extent%depth), i=1, n(3))])
+    end associate
+    energy%grid(z) = new_grid(u, roll, q, [least_u, least_roll, least_q], 0.0_dp)
+    allocate (energy%touching(z)%h(u%n, roll%n), source=-1.0_dp)
   end subroutine start_zone
 
-  !> Values on other axes: those at common points are kept, unless q has others.
-  pure subroutine resize(v, u, q, roll, new_roll)
-    type(samples_type), intent(inout) :: v
-    type(axis_type), intent(in) :: u, q, roll, new_roll
-    real(dp), allocatable :: h(:, :), s(:, :, :)
-    logical, allocatable :: good(:, :)
-    integer :: i, j, k, l
+  !> Compute h and S of zone z at the j-th roll angle.
+  subroutine sample(this, z, j)
+    class(energy_type), intent(inout) :: this
+    integer, intent(in) :: z, j
+    logical, allocatable :: known(:)
 
-    allocate (h(u%n, new_roll%n), s(q%n, u%n, new_roll%n), good(u%n, new_roll%n))
-    good = .false.
-    h = -1
-    s = 0
-    if (allocated(v%h)) then
-      l = 1
-      do j = 1, new_roll%n
-        if (new_roll%x(j) > roll%x(l)) l = l + 1
-        if (new_roll%x(j) < roll%x(l)) cycle
-        k = 1
-        do i = 1, u%n
-          if (u%x(i) > v%u%x(k)) k = k + 1
-          if (u%x(i) < v%u%x(k)) cycle
-          h(i, j) = v%h(k, l)
-          if (q%n /= v%q%n) cycle
-          s(:, i, j) = v%s(:, k, l)
-          good(i, j) = v%good(k, l)
-        end do
-      end do
-    end if
-    v%u = u
-    v%q = q
-    call move_alloc(h, v%h)
-    call move_alloc(s, v%s)
-    call move_alloc(good, v%good)
-  end subroutine resize
+    associate (g => this%grid(z))
+      known = all(g%known(:, :, j), 1)
+      call sample_row(this%pair, this%zones(z), this%law, this%e_star, this%table%zones(z), g%roll%x(j), g%u%x, g%q%x, known, &
+        this%touching(z)%h(:, j), g%f(:, :, j))
+      g%known(:, :, j) = spread(known, 1, g%q%n)
+    end associate
+  end subroutine sample
 
-  !> Sample what is not there.
-  subroutine sample_rows(pair, zones, law, e_star, table, roll, values, work, stopped, watcher)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
-    character(*), intent(in) :: law
-    real(dp), intent(in) :: e_star
-    type(table_type), intent(in) :: table
-    type(axis_type), intent(in) :: roll
-    type(samples_type), intent(inout) :: values(:)
-    real(dp), intent(in) :: work(2)
-    logical, intent(out) :: stopped
-    class(monitor_type), intent(inout), optional :: watcher
-    integer :: row, z, j, done
-
-    stopped = .false.
-    done = 0
-    !$omp parallel do schedule(dynamic) private(z, j) shared(done, stopped)
-    do row = 1, size(zones)*roll%n
-      z = (row - 1)/roll%n + 1
-      j = row - (z - 1)*roll%n
-      if (.not. goes_on(work, done, size(zones)*roll%n, stopped, watcher)) cycle
-      call sample_row(pair, zones(z), law, e_star, table%zones(z), roll%x(j), values(z)%u%x, values(z)%q%x, &
-        values(z)%good(:, j), values(z)%h(:, j), values(z)%s(:, :, j))
-    end do
-  end subroutine sample_rows
-
-  !> The splines through the values.
-  subroutine fit(values, roll, table)
-    type(samples_type), intent(in) :: values(:)
-    type(axis_type), intent(in) :: roll
-    type(table_type), intent(inout) :: table
+  !> Fit the splines of the table.
+  subroutine complete(this)
+    class(energy_type), intent(inout) :: this
     integer :: z
 
     !$omp parallel do
-    do z = 1, size(values)
-      associate (t => table%zones(z), v => values(z))
-        t%u = v%u
-        t%roll = roll
-        t%q = v%q
-        call fit_2d(roll, v%u, transpose(v%h), t%h)
-        call fit_3d(v%q, roll, v%u, reshape(v%s, [v%q%n, roll%n, v%u%n], order=[1, 3, 2]), t%s)
+    do z = 1, size(this%grid)
+      associate (t => this%table%zones(z), g => this%grid(z))
+        t%u = g%u
+        t%roll = g%roll
+        t%q = g%q
+        call fit_2d(g%roll, g%u, transpose(this%touching(z)%h), t%h)
+        call fit_3d(g%q, g%roll, g%u, reshape(g%f, [g%q%n, g%roll%n, g%u%n], order=[1, 3, 2]), t%s)
         call bound_heights(t)
       end associate
     end do
-  end subroutine fit
+  end subroutine complete
 
-  !> Halve the cells of all axes in which the force errs by more than `aim`; `over`: of what is allowed going over.
-  subroutine refine_axes(pair, extent, e_star, aim, over, most, depths, table, values, roll, finer)
-    type(pair_type), intent(in) :: pair
-    type(extent_type), intent(in) :: extent
-    real(dp), intent(in) :: e_star, aim, over
-    integer, intent(in) :: most(3)
-    logical, intent(in) :: depths          !! whether q may be halved, too
-    type(table_type), intent(in) :: table
-    type(samples_type), intent(inout) :: values(:)
-    type(axis_type), intent(inout) :: roll
-    logical, intent(out) :: finer
-    type(axis_type) :: u(size(values)), q(size(values)), old
-    real(dp) :: of_roll(roll%n - 1, size(values))
-    logical :: any_finer(3, size(values))
-    integer :: z
+  !> Estimate the errors of S and of h. The force is 2.5 q^3 S, if slopes of S are left aside, and its derivative with respect
+  !> to the penetration 3.75 q S.
+  subroutine find_errors(this, z, error)
+    class(energy_type), intent(inout) :: this
+    integer, intent(in) :: z
+    type(axis_errors), intent(out) :: error
+    real(dp), allocatable, dimension(:, :, :) :: force, weight, of_u, of_roll, of_q
+    real(dp), allocatable :: value_h(:, :), slope_h(:, :)
+    integer :: i, j
 
-    any_finer = .false.
-    of_roll = 0
-    !$omp parallel do schedule(dynamic)
-    do z = 1, size(values)
-      call refine_zone(z)
-    end do
-    old = roll
-    call halve_cells(roll, maxval(of_roll, 2), least_roll, most(2), finer)
-    finer = finer .or. any(any_finer)
-    do z = 1, size(values)
-      if (finer) call resize(values(z), u(z), q(z), old, roll)
-    end do
-
-  contains
-
-    subroutine refine_zone(z)
-      integer, intent(in) :: z
-      real(dp), allocatable, dimension(:, :, :) :: by_value, by_slope, scale
-      real(dp), allocatable :: of_u(:), of_q(:), flat(:, :), of_h(:, :), tilt_h(:, :)
-      real(dp) :: depth, force, other, pose(3), strict
-      integer :: i, j, m, nq, nu, nr
-      logical :: within
-
-      associate (v => values(z))
-        nq = v%q%n
-        nu = v%u%n
-        nr = roll%n
-        allocate (by_value(nq, nu, nr), by_slope(nq, nu, nr), scale(nq, nu, nr), of_h(nu, nr), tilt_h(nu, nr))
-        scale = 0
-        of_h = 0
-        tilt_h = 0
-        do j = 1, nr
-          do i = 1, nu
-            if (.not. v%good(i, j)) cycle
-            do m = 2, nq
-              depth = v%q%x(m)**2
-              pose = zone_pose(table%zones(z), v%u%x(i), v%h(i, j) - depth, roll%x(j))
-              strict = strictness(pair, extent, pose, .false.)
-              if (strict <= 0) cycle
-              if (strict > 1) strict = over*strict
-              call find_reach(table, extent, z, depth, pose, .false., within, other)
-              if (.not. within) cycle
-              force = 2.5_dp*v%q%x(m)**3*v%s(m, i, j)
-              ! The other's force as Hertz's on a radius of about 0.3 m.
-              scale(m, i, j) = 1/(aim*strict*max(force, least_force, 0.7_dp*e_star*max(other, 0.0_dp)**1.5_dp))
-              of_h(i, j) = max(of_h(i, j), of_kinks*3.75_dp*v%q%x(m)*v%s(m, i, j)*scale(m, i, j))
-              tilt_h(i, j) = max(tilt_h(i, j), of_kinks*force*scale(m, i, j))
-            end do
-          end do
+    associate (g => this%grid(z), h => this%touching(z)%h)
+      allocate (weight, mold=g%f)
+      allocate (value_h, slope_h, mold=h)
+      force = scaled(g%f, 2.5_dp*g%q%x**3)
+      call weigh_errors(this, z, h, force, .false., weight)
+      do j = 1, g%roll%n
+        do i = 1, g%u%n
+          value_h(i, j) = max(0.0_dp, maxval(kink_factor*3.75_dp*g%q%x*g%f(:, i, j)*weight(:, i, j)))
+          slope_h(i, j) = max(0.0_dp, maxval(kink_factor*force(:, i, j)*weight(:, i, j)))
         end do
-        do m = 1, nq
-          by_value(m, :, :) = 2.5_dp*v%q%x(m)**3*scale(m, :, :)
-          by_slope(m, :, :) = v%q%x(m)**5*scale(m, :, :)
-        end do
-        ! Along u: S with (u, q roll); h.
-        of_u = max(maxval(cell_errors(v%u, spread_u(v%s), spread_u(by_value), spread_u(by_slope)), 2), &
-          maxval(cell_errors(v%u, v%h, of_h, tilt_h), 2))
-        of_roll(:, z) = max(maxval(cell_errors(roll, spread_roll(v%s), spread_roll(by_value), &
-          spread_roll(by_slope)/lever), 2), &
-          maxval(cell_errors(roll, transpose(v%h), transpose(of_h), transpose(tilt_h)/lever), 2))
-        u(z) = v%u
-        q(z) = v%q
-        call halve_cells(u(z), of_u, least_u, most(1), any_finer(1, z))
-        if (.not. depths) return
-        do m = 1, nq
-          by_slope(m, :, :) = 0.5_dp*v%q%x(m)**4*scale(m, :, :)
-        end do
-        flat = reshape(v%s, [nq, nu*nr])
-        of_q = maxval(cell_errors(v%q, flat, reshape(by_value, [nq, nu*nr]), reshape(by_slope, [nq, nu*nr])), 2)
-        call halve_cells(q(z), of_q, least_q, most(3), any_finer(3, z))
-      end associate
-    end subroutine refine_zone
+      end do
+      weight = scaled(weight, 2.5_dp*g%q%x**3)
+      call find_cell_errors(g, weight, this%halve_q, of_u, of_roll, of_q)
+      error = largest_errors(of_u, of_roll, of_q)
+      error%u = max(error%u, maxval(cell_errors(g%u, h, value_h, slope_h), 2))
+      error%roll = max(error%roll, maxval(cell_errors(g%roll, transpose(h), transpose(value_h), &
+        transpose(slope_h)/roll_lever), 2))
+    end associate
+  end subroutine find_errors
 
-  end subroutine refine_axes
+  !> Keep h and S at common points. Where q has new points, S is sampled again.
+  subroutine resize(this, z, u, roll, q)
+    class(energy_type), intent(inout) :: this
+    integer, intent(in) :: z
+    type(axis_type), intent(in) :: u, roll, q
+    type(grid_type) :: new
+    real(dp), allocatable :: h(:, :)
+    integer :: cell_u(2, u%n), cell_roll(2, roll%n)
 
-  !> Memory that building a table takes at most [bytes]: of the pairs that were measured, half-spaces of S1002 on 60E1
-  !> took most, 243 MB at an accuracy of 1e-3 and 403 MB at 1e-4.
-  elemental integer(int64) function build_memory(accuracy)
-    real(dp), intent(in) :: accuracy       !! of the force, relative
-
-    build_memory = nint(250e6_dp*(1e-3_dp/accuracy)**0.25_dp, int64)
-  end function build_memory
+    new = new_grid(u, roll, q, this%grid(z)%least, 0.0_dp)
+    call keep_values(this%grid(z), new)
+    cell_u = brackets(this%grid(z)%u, u)
+    cell_roll = brackets(this%grid(z)%roll, roll)
+    ! A row that is not known has no use for its h.
+    allocate (h(u%n, roll%n), source=this%touching(z)%h(cell_u(1, :), cell_roll(1, :)))
+    call move_alloc(h, this%touching(z)%h)
+    this%grid(z) = new
+  end subroutine resize
 
 end module table_builder

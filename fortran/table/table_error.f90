@@ -1,10 +1,14 @@
-!> The error of a contact table: its forces against direct evaluation, at poses between its points.
+!> Error of a contact table: its forces against direct evaluation, in poses between its points.
 !>
-!> Poses follow one another as an additive recurrence (R. Kronecker's sequence), the same for every
-!> table: a station of the wheel touches the rail's point of the same normal, at some roll angle, pressed
-!> in by some depth.  Those count that a run can come to.  The table is not asked how deep a zone lies in
-!> the rail: a contact that it misses is an error of all its force.
+!> The poses follow an additive recurrence (Kronecker's sequence), which is the same for every table: a station of the
+!> wheel touches the rail's point of the same normal, at some roll angle, and is pressed in by some depth. Only poses
+!> that a run can reach are compared. Penetrations are found without the table, so that a contact which the table misses
+!> is an error of all its force.
+!>
+!> S has to be positive, for a contact does not pull. The points in service at which `wheel_potential` refuses a pose because
+!> a contact would pull are counted.
 module table_error
+  use bspline, only: axis_type, spline_2d_at, spline_3d_at
   use contact_zones, only: zone_type
   use strip_law, only: set_moduli, stiffest, zone_energy, zone_force
   use station_scan, only: new_scan, scan_depth, scan_type, touch
@@ -12,21 +16,35 @@ module table_error
   use kinds, only: dp
   use halfspace_patches, only: patches_type, press_patches
   use patch_grids, only: elements_type, new_elements
-  use contact_table, only: accuracy_type, table_type, find_roll, inside, roll_type, wheel_potential
-  use service_poses, only: extent_type, find_reach, first_roll, last_roll, least_force, strictness
+  use contact_table, only: accuracy_type, table_type, find_roll, inside, outside_law, roll_type, wheel_potential, zone_pose
+  use service_poses, only: error_allowance, extent_type, find_reach, force_floor, largest_roll, service_roll, small_roll, &
+    tread_share
   implicit none
   private
   public :: measure, direct_force
 
-  ! Poses in service and going over; half-spaces take far longer than strips.
-  integer, parameter :: of_strips(2) = [1000, 200], of_halfspaces(2) = [600, 200], tries = 240000
-  ! Square roots of primes, less their whole part.
-  real(dp), parameter :: steps(4) = [0.414213562373095_dp, 0.732050807568877_dp, 0.236067977499790_dp, &
+  ! Numbers of poses in service and in rolling over; half-spaces take far longer than strips.
+  integer, parameter :: strip_poses(2) = [1000, 200], halfspace_poses(2) = [600, 200], most_draws = 240000
+  ! The recurrence has irrational steps: the fractions of square roots of primes.
+  real(dp), parameter :: irrational(4) = [0.414213562373095_dp, 0.732050807568877_dp, 0.236067977499790_dp, &
     0.645751311064591_dp]
+  ! Half-spaces are solved on finer grids than for the table, to a smaller tolerance.
+  integer, parameter :: elements_x = 8, elements_s = 32
+  real(dp), parameter :: tolerance = 1e-4_dp
+
+  !> The rail's height in columns of equal width, which tells soon whether a point of the wheel is inside the rail.
+  type :: outline_type
+    real(dp) :: gauge_side                 !! where the columns begin [m]
+    real(dp), allocatable :: top(:)        !! Z of the highest point in every column, from index 0 [m]
+  end type outline_type
+
+  real(dp), parameter :: column_width = 0.5e-3_dp   ! [m]
+  real(dp), parameter :: too_deep = 10e-3_dp        ! vertical depth that no run reaches [m]
 
 contains
 
-  !> Fill in the errors of a table of 'strip' or 'halfspace'.
+  !> Fill in the errors of a table, and count its points in service at which a contact would pull. A table of model 'hertz'
+  !> has no known error: its force jumps with the station.
   subroutine measure(pair, zones, model, e_star, extent, table)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
@@ -36,48 +54,44 @@ contains
     type(table_type), intent(inout) :: table
     type(elements_type) :: elements
     type(scan_type) :: scan
-    ! The rail's height over its width [m]: a vertical depth of `hopeless` is no penetration that a run comes to.
-    real(dp), parameter :: strip = 0.5e-3_dp, hopeless = 10e-3_dp
-    real(dp), allocatable :: top(:)
-    real(dp) :: gauge_side
+    type(outline_type) :: outline
     real(dp), allocatable :: pose(:, :), error(:)
-    integer, allocatable :: place(:)
+    integer, allocatable :: place(:)       ! of the accuracy: tread, flange, both, rolling over
     logical, allocatable :: touching(:, :), solved(:)
-    integer :: wanted(2), drawn(2), i, n
+    integer :: wanted(2), drawn(2), i, k, n, z
+    logical :: usable
 
     table%accuracy = accuracy_type()
-    if (model == 'hertz') return
-    wanted = of_strips
-    if (model == 'halfspace') wanted = of_halfspaces
-    scan = new_scan(pair)
-    gauge_side = minval(pair%rail%a(1, 1, :))
-    allocate (top(0:floor((maxval(pair%rail%a(1, 1, :)) - gauge_side)/strip)), source=-1.0_dp)
-    do i = 1, pair%rail%n
-      n = floor((pair%rail%a(1, 1, i) - gauge_side)/strip)
-      top(n) = max(top(n), pair%rail%a(2, 1, i))
+    do z = 1, size(zones)
+      table%accuracy%pulling = table%accuracy%pulling + pulling_points(pair, extent, table, z)
     end do
+    if (model == 'hertz') return
+    wanted = strip_poses
+    if (model == 'halfspace') wanted = halfspace_poses
+    scan = new_scan(pair)
+    outline = rail_outline(pair)
     n = sum(wanted)
     allocate (pose(3, n), error(n), place(n), touching(2, n), solved(n))
     drawn = 0
-    do i = 1, tries
+    do i = 1, most_draws
       if (all(drawn >= wanted)) exit
-      call draw(i, pose(:, min(sum(drawn) + 1, sum(wanted))), n)
-      if (n == 0) cycle
-      drawn(n) = drawn(n) + 1
-      place(sum(drawn)) = n
+      ! Draws of all zones alternate between service and rolling over.
+      k = merge(1, 2, modulo(i/size(zones), 2) == 0)
+      if (drawn(k) >= wanted(k)) cycle
+      n = sum(drawn) + 1
+      call draw_pose(pair, zones, table, extent, outline, i, k == 2, scan, pose(:, n), usable)
+      if (.not. usable) cycle
+      drawn(k) = drawn(k) + 1
+      place(n) = merge(1, 4, k == 1)
     end do
-    if (model == 'halfspace') elements = new_elements(8, 32, 1e-4_dp, e_star)
+    if (model == 'halfspace') elements = new_elements(elements_x, elements_s, tolerance, e_star)
     n = sum(drawn)
     !$omp parallel do schedule(dynamic)
     do i = 1, n
-      call compare(pose(:, i), error(i), touching(:, i), solved(i))
+      call compare_forces(pair, zones, model, e_star, elements, table, pose(:, i), error(i), touching(:, i), solved(i))
     end do
     table%accuracy%unsolved = count(.not. solved(:n))
-    where (place(:n) == 2)
-      place(:n) = 4
-    elsewhere (touching(2, :n))
-      place(:n) = merge(3, 2, touching(1, :n))
-    end where
+    where (place(:n) == 1 .and. touching(2, :n)) place(:n) = merge(3, 2, touching(1, :n))
     do i = 1, 4
       associate (here => place(:n) == i .and. solved(:n))
         table%accuracy%poses(i) = count(here)
@@ -86,105 +100,183 @@ contains
         table%accuracy%largest(i) = maxval(error(:n), here)
       end associate
     end do
-
-  contains
-
-    !> The i-th pose; n: in service (1), going over (2), or none that counts.
-    subroutine draw(i, pose, n)
-      integer, intent(in) :: i
-      real(dp), intent(out) :: pose(3)
-      integer, intent(out) :: n
-      real(dp) :: x(4), point(2), normal(2), other, depth, strict, depths(size(zones), 2)
-      integer :: z, j, k, side
-      logical :: ok, within
-
-      n = 0
-      x = modulo(i*steps, 1.0_dp)
-      z = 1 + mod(i, size(zones))
-      k = zones(z)%first + nint(x(1)*(zones(z)%last - zones(z)%first))
-      ! Every other one goes over.
-      pose(3) = 0.02_dp*(2*x(2) - 1)
-      if (modulo(i/size(zones), 2) == 1) pose(3) = first_roll - (first_roll + last_roll)*x(2)
-      depth = extent%depth*merge(1.0_dp, 0.45_dp, zones(z)%flange)*x(3)**2
-      call rail_point(pair, pair%angle(k) + pose(3), point, normal, ok)
-      if (.not. ok) return
-      pose(:2) = point - rolled(pair%r(:, k), pose(3)) - depth*normal
-      strict = strictness(pair, extent, pose, .false.)
-      k = merge(1, 2, modulo(i/size(zones), 2) == 0)
-      if (strict < 1 .or. (strict > 1 .neqv. k == 2) .or. drawn(k) >= wanted(k)) return
-      ! A run that leaves the extent of its table stops and says so.
-      if (abs(pose(1) + pair%axle_height*sin(pose(3))) > extent%lateral) return
-      depths = -1
-      depths(z, 1) = penetration(zones(z), pose)
-      if (depths(z, 1) <= 0 .or. depths(z, 1) > extent%depth) return
-      ! The left wheel first: it is enough for most poses that are out of reach.
-      do side = 1, 2
-        do j = 1, size(zones)
-          if (side == 1 .and. j == z) cycle
-          depths(j, side) = penetration(zones(j), merge(1, -1, [side == 1, .true., side == 1])*pose)
-        end do
-        call find_reach(table, extent, z, depths(z, 1), pose, .false., within, other, depths)
-        if (.not. within) return
-      end do
-      n = k
-    end subroutine draw
-
-    !> How far a zone of the left wheel lies inside the rail along its normal [m]; -1 where it does not.
-    real(dp) function penetration(zone, pose) result(depth)
-      type(zone_type), intent(in) :: zone
-      real(dp), intent(in) :: pose(3)
-      real(dp) :: x(2), y(2), z(2), station
-      integer :: first, last, i, j
-      logical :: ok
-
-      depth = -1
-      y = rolled([1.0_dp, 0.0_dp], pose(3))
-      z = [-y(2), y(1)]
-      first = 0
-      do i = zone%first, zone%last
-        x = pose(:2) + (pair%r(1, i)*y + pair%r(2, i)*z)
-        j = floor((x(1) - gauge_side)/strip)
-        if (j < 0 .or. j > ubound(top, 1) .or. x(2) >= 0) cycle
-        ! No foot is looked for where the wheel lies too deep for any run: the search would be long.
-        if (x(2) < top(j) - hopeless) then
-          depth = hopeless
-          return
-        end if
-        if (first == 0) first = i
-        last = i
-      end do
-      if (first == 0) return
-      first = max(zone%first, first - 1)
-      last = min(zone%last, last + 1)
-      scan%fresh = .true.
-      call scan_depth(pair, pose(:2), pose(3), first, last, scan)
-      scan%fresh = .false.
-      ok = any(scan%depth(first:last) > 0)
-      if (ok) call touch(pair, scan, first, last, pose(:2), pose(3), zone%alpha, depth, station, ok)
-      if (.not. ok) depth = -1
-    end function penetration
-
-    subroutine compare(pose, error, touching, ok)
-      real(dp), intent(in) :: pose(3)
-      real(dp), intent(out) :: error
-      logical, intent(out) :: touching(2), ok    !! of tread and flange; whether the direct evaluation converged
-      type(roll_type) :: roll, opposite
-      real(dp) :: energy(2), gradient(3, 2), hessian(6), exact(2, 2), wheel(2)
-      integer :: status
-
-      call find_roll(table, pose(3), .false., roll, opposite, status)
-      gradient = 0
-      if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
-      call direct_force(pair, zones, model, e_star, elements, pose, exact, ok)
-      touching = abs(exact(1, :)) + abs(exact(2, :)) > 0
-      wheel = sum(exact, 2)
-      if (status /= inside) gradient = 0
-      error = norm2(-sum(gradient(:2, :), 2) - wheel)/max(norm2(wheel), least_force)
-    end subroutine compare
-
   end subroutine measure
 
-  !> Force [N] (y, z) on tread and flange of the left wheel in a pose, without a table.
+  !> Count the points of a zone, and the middles of its cells along every axis, that are in service but at which the contact
+  !> would pull.
+  integer function pulling_points(pair, extent, table, zone) result(n)
+    type(pair_type), intent(in) :: pair
+    type(extent_type), intent(in) :: extent
+    type(table_type), intent(in) :: table
+    integer, intent(in) :: zone
+    real(dp) :: u(2*table%zones(zone)%u%n - 1), roll(2*table%zones(zone)%roll%n - 1), q(2*table%zones(zone)%q%n - 1)
+    real(dp) :: h(size(roll), 1), s(size(q), size(roll), 1)
+    type(roll_type) :: at_roll, opposite
+    real(dp) :: pose(3), deepest_other, energy(2), gradient(3, 2), hessian(6)
+    integer :: i, j, m, status
+    logical :: reachable
+
+    n = 0
+    associate (t => table%zones(zone))
+      u = with_middles(t%u)
+      roll = with_middles(t%roll)
+      q = with_middles(t%q)
+      !$omp parallel do schedule(dynamic) reduction(+:n) private(h, s, pose, at_roll, opposite, deepest_other, energy, &
+      !$omp gradient, hessian, j, m, status, reachable)
+      do i = 1, size(u)
+        call spline_2d_at(t%roll, t%u, t%h, roll, u(i:i), h)
+        call spline_3d_at(t%q, t%roll, t%u, t%s, q, roll, u(i:i), s)
+        do j = 1, size(roll)
+          do m = 2, size(q)
+            if (s(m, j, 1) > 0) cycle
+            pose = zone_pose(t, u(i), h(j, 1) - q(m)**2, roll(j))
+            ! The allowance is 1 in service.
+            if (abs(error_allowance(pair, extent, pose, .false.) - 1) > 0) cycle
+            call find_reach(table, extent, zone, q(m)**2, pose, .false., reachable, deepest_other)
+            if (.not. reachable) cycle
+            call find_roll(table, roll(j), .false., at_roll, opposite, status)
+            call wheel_potential(table, pose, at_roll, .false., energy, gradient, hessian, status)
+            if (status == outside_law) n = n + 1
+          end do
+        end do
+      end do
+    end associate
+  end function pulling_points
+
+  !> Return the points of an axis and the middles between them.
+  pure function with_middles(axis) result(x)
+    type(axis_type), intent(in) :: axis
+    real(dp) :: x(2*axis%n - 1)
+
+    x(1::2) = axis%x
+    x(2::2) = (axis%x(:axis%n - 1) + axis%x(2:))/2
+  end function with_middles
+
+  !> Find the rail's highest point in every column.
+  pure function rail_outline(pair) result(outline)
+    type(pair_type), intent(in) :: pair
+    type(outline_type) :: outline
+    integer :: i, column
+
+    associate (y => pair%rail%a(1, 1, :), z => pair%rail%a(2, 1, :))
+      outline%gauge_side = minval(y)
+      allocate (outline%top(0:floor((maxval(y) - outline%gauge_side)/column_width)), source=-1.0_dp)
+      do i = 1, pair%rail%n
+        column = floor((y(i) - outline%gauge_side)/column_width)
+        outline%top(column) = max(outline%top(column), z(i))
+      end do
+    end associate
+  end function rail_outline
+
+  !> Compute the i-th pose of the sequence, and whether a run can reach it.
+  subroutine draw_pose(pair, zones, table, extent, outline, i, rolling_over, scan, pose, usable)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zones(:)
+    type(table_type), intent(in) :: table
+    type(extent_type), intent(in) :: extent
+    type(outline_type), intent(in) :: outline
+    integer, intent(in) :: i
+    logical, intent(in) :: rolling_over    !! or in service
+    type(scan_type), intent(inout) :: scan !! workspace
+    real(dp), intent(out) :: pose(3)
+    logical, intent(out) :: usable
+    real(dp) :: x(4), point(2), normal(2), deepest_other, depth, allowance, depths(size(zones), 2)
+    integer :: z, j, station, side
+
+    x = modulo(i*irrational, 1.0_dp)
+    z = 1 + mod(i, size(zones))
+    station = zones(z)%first + nint(x(1)*(zones(z)%last - zones(z)%first))
+    pose(3) = service_roll*(2*x(2) - 1)
+    if (rolling_over) pose(3) = small_roll - (small_roll + largest_roll)*x(2)
+    depth = extent%depth*merge(1.0_dp, tread_share, zones(z)%flange)*x(3)**2
+    call rail_point(pair, pair%angle(station) + pose(3), point, normal, usable)
+    if (.not. usable) return
+    pose(:2) = point - rolled(pair%r(:, station), pose(3)) - depth*normal
+    allowance = error_allowance(pair, extent, pose, .false.)
+    ! A run that leaves the extent of the table stops with an error.
+    usable = allowance >= 1 .and. (allowance > 1 .eqv. rolling_over) .and. &
+      abs(pose(1) + pair%axle_height*sin(pose(3))) <= extent%lateral
+    if (.not. usable) return
+    depths = -1
+    depths(z, 1) = direct_penetration(pair, zones(z), outline, pose, scan)
+    usable = depths(z, 1) > 0 .and. depths(z, 1) <= extent%depth
+    ! The left wheel alone excludes most poses that are out of reach.
+    do side = 1, 2
+      do j = 1, size(zones)
+        if (.not. usable) return
+        if (side == 1 .and. j == z) cycle
+        depths(j, side) = direct_penetration(pair, zones(j), outline, merge(1, -1, [side == 1, .true., side == 1])*pose, scan)
+      end do
+      if (usable) call find_reach(table, extent, z, depths(z, 1), pose, .false., usable, deepest_other, depths)
+    end do
+  end subroutine draw_pose
+
+  !> Return how far a zone of the left wheel lies inside the rail along the zone's normal [m]; -1 if it does not.
+  real(dp) function direct_penetration(pair, zone, outline, pose, scan) result(depth)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zone
+    type(outline_type), intent(in) :: outline
+    real(dp), intent(in) :: pose(3)        !! [m, rad]
+    type(scan_type), intent(inout) :: scan !! workspace
+    real(dp) :: x(2), y(2), z(2), station
+    integer :: first, last, i, column
+    logical :: ok
+
+    depth = -1
+    y = rolled([1.0_dp, 0.0_dp], pose(3))
+    z = [-y(2), y(1)]
+    first = 0
+    do i = zone%first, zone%last
+      x = pose(:2) + (pair%r(1, i)*y + pair%r(2, i)*z)
+      column = floor((x(1) - outline%gauge_side)/column_width)
+      if (column < 0 .or. column > ubound(outline%top, 1) .or. x(2) >= 0) cycle
+      ! Where the wheel lies too deep for any run, a search for its feet on the rail would take long.
+      if (x(2) < outline%top(column) - too_deep) then
+        depth = too_deep
+        return
+      end if
+      if (first == 0) first = i
+      last = i
+    end do
+    if (first == 0) return
+    first = max(zone%first, first - 1)
+    last = min(zone%last, last + 1)
+    scan%fresh = .true.
+    call scan_depth(pair, pose(:2), pose(3), first, last, scan)
+    scan%fresh = .false.
+    ok = any(scan%depth(first:last) > 0)
+    if (ok) call touch(pair, scan, first, last, pose(:2), pose(3), zone%alpha, depth, station, ok)
+    if (.not. ok) depth = -1
+  end function direct_penetration
+
+  !> Compare the table's force on the left wheel with the direct one.
+  subroutine compare_forces(pair, zones, model, e_star, elements, table, pose, error, touching, ok)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zones(:)
+    character(*), intent(in) :: model      !! 'strip' or 'halfspace'
+    real(dp), intent(in) :: e_star         !! [Pa]
+    type(elements_type), intent(in) :: elements
+    type(table_type), intent(in) :: table
+    real(dp), intent(in) :: pose(3)        !! [m, rad]
+    real(dp), intent(out) :: error         !! relative to max(|F|, force_floor)
+    logical, intent(out) :: touching(2)    !! tread and flange, by the direct evaluation
+    logical, intent(out) :: ok             !! whether the direct evaluation converged
+    type(roll_type) :: roll, opposite
+    real(dp) :: energy(2), gradient(3, 2), hessian(6), exact(2, 2), wheel(2)
+    integer :: status
+
+    call find_roll(table, pose(3), .false., roll, opposite, status)
+    gradient = 0
+    if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
+    call direct_force(pair, zones, model, e_star, elements, pose, exact, ok)
+    touching = abs(exact(1, :)) + abs(exact(2, :)) > 0
+    wheel = sum(exact, 2)
+    if (status /= inside) gradient = 0
+    error = norm2(-sum(gradient(:2, :), 2) - wheel)/max(norm2(wheel), force_floor)
+  end subroutine compare_forces
+
+  !> Compute the force [N] (y, z) on tread and flange of the left wheel in a pose, without a table. `ok` is false if a
+  !> half-space solution did not converge.
   subroutine direct_force(pair, zones, model, e_star, elements, pose, force, ok)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zones(:)
@@ -192,9 +284,9 @@ contains
     real(dp), intent(in) :: e_star         !! [Pa]
     type(elements_type), intent(in) :: elements   !! of half-spaces
     real(dp), intent(in) :: pose(3)        !! [m, rad]
-    real(dp), intent(out) :: force(2, 2)
+    real(dp), intent(out) :: force(2, 2)   !! (direction, branch)
     logical, intent(out) :: ok
-    type(scan_type) :: work
+    type(scan_type) :: scan
     type(patches_type) :: patches
     type(zone_type) :: pressed
     real(dp) :: k(size(pair%s)), part(3), energy, strip(2)
@@ -203,32 +295,32 @@ contains
     force = 0
     strip = 0
     ok = .true.
-    work = new_scan(pair)
+    scan = new_scan(pair)
     do z = 1, size(zones)
-      work%fresh = .true.
-      call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, work)
-      associate (sunk => work%depth(zones(z)%first:zones(z)%last) > 0)
+      scan%fresh = .true.
+      call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, scan)
+      associate (sunk => scan%depth(zones(z)%first:zones(z)%last) > 0)
         if (.not. any(sunk)) cycle
-        ! The stations inside the rail and their neighbours.
+        ! The stations inside the rail and their neighbours are pressed.
         pressed = zones(z)
         pressed%first = max(zones(z)%first, zones(z)%first + findloc(sunk, .true., 1) - 2)
         pressed%last = min(zones(z)%last, zones(z)%first + findloc(sunk, .true., 1, back=.true.))
       end associate
       call set_moduli(pair, pressed, e_star, pose(3), k)
       branch = merge(2, 1, zones(z)%flange)
-      part = zone_force(pair, pressed, pose(3), work, k)
+      part = zone_force(pair, pressed, pose(3), scan, k)
       force(:, branch) = force(:, branch) + part(:2)
-      strip(branch) = strip(branch) + zone_energy(pair, pressed, 'strip', e_star, pose(3), work, k)
+      strip(branch) = strip(branch) + zone_energy(pair, pressed, 'strip', e_star, pose(3), scan, k)
     end do
     if (model /= 'halfspace') return
     do branch = 1, 2
       if (strip(branch) <= 0) cycle
       first = minval(zones%first, zones%flange .eqv. branch == 2)
       last = maxval(zones%last, zones%flange .eqv. branch == 2)
-      work%fresh = .true.
+      scan%fresh = .true.
       patches%n = 0
-      call scan_depth(pair, pose(:2), pose(3), first, last, work)
-      call press_patches(pair, elements, first, last, pose(:2), pose(3), work, patches, energy, ok, part)
+      call scan_depth(pair, pose(:2), pose(3), first, last, scan)
+      call press_patches(pair, elements, first, last, pose(:2), pose(3), scan, patches, energy, ok, part)
       ok = ok .and. patches%unsolved == 0
       if (.not. ok) return
       if (energy < stiffest*strip(branch)) then

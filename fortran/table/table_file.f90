@@ -1,22 +1,29 @@
-!> Contact tables in files: words of 64 bits, the last of which is a checksum of the others.
+!> Contact tables in files. A file consists of words of 64 bits, of which the last one is a checksum of the others.
 module table_file
   use, intrinsic :: iso_fortran_env, only: int64
-  use bspline, only: new_axis
+  use bspline, only: axis_type, new_axis
   use contact_zones, only: max_zones
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use contact_table, only: accuracy_type, bound_heights, table_type
+  use contact_table, only: accuracy_type, bound_heights, table_type, zone_table
   use system, only: scratch_file
   implicit none
   private
   public :: save_table, load_table
 
-  ! Files of an older program have something else behind the kind, or another key.
+  ! Files of other versions of the program have something else behind the kind, or another key.
   character(*), parameter :: kind = 'ldbench contact table', magic = kind//'   '
+
+  !> A file that is being read.
+  type :: reader_type
+    integer :: unit = 0, stat = 0          !! stat is 0 while everything was right
+    integer(int64) :: bytes = 0            !! size of the file
+    integer(int64) :: mix = 0              !! checksum of the words read so far
+  end type reader_type
 
 contains
 
-  !> Write a table to a file, complete or not at all.
+  !> Write a table to a file, complete or not at all. A file that cannot be written is an error.
   subroutine save_table(file, table, error)
     character(*), intent(in) :: file
     type(table_type), intent(in) :: table
@@ -29,7 +36,7 @@ contains
     call out%begin(file)
     call put(words_of(magic))
     call put(int([len(table%key), size(table%zones), table%accuracy%poses, table%accuracy%unsolved, &
-      table%solutions], int64))
+      table%accuracy%pulling, table%solutions], int64))
     call put(words_of(table%key))
     call put_numbers([table%accuracy%rms, table%accuracy%largest])
     do i = 1, size(table%zones)
@@ -61,118 +68,133 @@ contains
 
   end subroutine save_table
 
-  !> Read a table that was made for `key`; `found` is false when the file is absent, damaged or
-  !> made for something else.  An error when it is no table: it would be lost.
+  !> Read the table that was made for `key`. `found` is false if the file is absent, damaged or made for something else.
+  !> A file that is no table is an error, for the table would replace it.
   subroutine load_table(file, key, table, found, error)
     character(*), intent(in) :: file, key
     type(table_type), intent(out) :: table
     logical, intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
+    type(reader_type) :: in
     character(len(magic)) :: mark
-    character(:), allocatable :: stored
-    real(dp), allocatable :: u(:), roll(:), q(:)
-    real(dp) :: numbers(8)
-    integer(int64) :: bytes, mix, head(9)
-    integer :: unit, stat, n, i
+    integer :: n
 
     found = .false.
-    stored = repeat(' ', 8*words_for(len(key)))
-    open (newunit=unit, file=file, access='stream', form='unformatted', action='read', &
-      status='old', iostat=stat)
-    if (stat /= 0) return
-    inquire (unit=unit, size=bytes)
-    n = int(min(bytes, len(kind, int64)))
-    read (unit, iostat=stat) mark(:n)
-    if (stat /= 0 .or. mark(:n) /= kind(:n)) then
+    open (newunit=in%unit, file=file, access='stream', form='unformatted', action='read', &
+      status='old', iostat=in%stat)
+    if (in%stat /= 0) return
+    inquire (unit=in%unit, size=in%bytes)
+    n = int(min(in%bytes, len(kind, int64)))
+    read (in%unit, iostat=in%stat) mark(:n)
+    if (in%stat /= 0 .or. mark(:n) /= kind(:n)) then
       call fatal_error(error, '&table file = '//file//': expected a contact table or no file, found another one')
     else
-      mix = 0
-      read (unit, pos=1, iostat=stat) mark
-      if (stat == 0 .and. mark == magic) call read_table()
+      read (in%unit, pos=1, iostat=in%stat) mark
+      if (in%stat == 0 .and. mark == magic) then
+        call stir(in%mix, size(words_of(mark)), words_of(mark))
+        call read_table(in, key, table, found)
+      end if
     end if
-    close (unit)
-
-  contains
-
-    subroutine read_table()
-      call stir(mix, size(words_of(mark)), words_of(mark))
-      call take_integers(9, head)
-      if (stat /= 0 .or. head(1) /= len(key) .or. head(2) < 1 .or. head(2) > max_zones) return
-      read (unit, iostat=stat) stored
-      if (stat /= 0 .or. stored /= key) return
-      call stir(mix, size(words_of(stored)), words_of(stored))
-      table%key = key
-      call take_numbers(8, numbers)
-      head(3:) = max(0_int64, min(head(3:), int(huge(1), int64)))
-      table%accuracy = accuracy_type(int(head(7)), int(head(3:6)), numbers(:4), numbers(5:))
-      table%solutions = int(head(8:9))
-      allocate (table%zones(head(2)))
-      do i = 1, size(table%zones)
-        associate (t => table%zones(i))
-          call take_integers(4, head)
-          if (stat /= 0 .or. any(head(2:4) < 5 .or. head(2:4) > 10000)) return
-          t%flange = head(1) == 1
-          call take_numbers(7, numbers)
-          t%along = numbers(1:2)
-          t%pole = numbers(3:4)
-          t%origin = numbers(5:6)
-          t%ceiling = numbers(7)
-          call take_points(u, head(2))
-          call take_points(roll, head(3))
-          call take_points(q, head(4))
-          if (stat /= 0) return
-          t%u = new_axis(u)
-          t%roll = new_axis(roll)
-          t%q = new_axis(q)
-          ! No more than the file has: what its damage promises may be more than memory has.
-          if (8*product(head(2:4) + 2) > bytes) return
-          allocate (t%h(head(3) + 2, head(2) + 2), t%s(head(4) + 2, head(3) + 2, head(2) + 2), stat=stat)
-          if (stat /= 0) return
-          call take_numbers(size(t%h), t%h)
-          call take_numbers(size(t%s), t%s)
-        end associate
-      end do
-      if (stat == 0) read (unit, iostat=stat) head(1)
-      if (stat /= 0 .or. head(1) /= mix) return
-      inquire (unit=unit, pos=head(1))
-      found = head(1) == bytes + 1
-      if (.not. found) return
-      do i = 1, size(table%zones)
-        call bound_heights(table%zones(i))
-      end do
-    end subroutine read_table
-
-    subroutine take_integers(n, integers)
-      integer, intent(in) :: n
-      integer(int64), intent(out) :: integers(n)
-
-      integers = 0
-      if (stat == 0) read (unit, iostat=stat) integers
-      if (stat == 0) call stir(mix, n, integers)
-    end subroutine take_integers
-
-    subroutine take_numbers(n, numbers)
-      integer, intent(in) :: n
-      real(dp), intent(out) :: numbers(n)
-
-      if (stat == 0) read (unit, iostat=stat) numbers
-      if (stat /= 0) numbers = 0
-      if (stat == 0) call stir_numbers(mix, n, numbers)
-    end subroutine take_numbers
-
-    !> Points of an axis.
-    subroutine take_points(x, n)
-      real(dp), allocatable, intent(out) :: x(:)
-      integer(int64), intent(in) :: n
-
-      allocate (x(n))
-      call take_numbers(int(n), x)
-      if (stat == 0 .and. .not. rising(x)) stat = 1
-    end subroutine take_points
-
+    close (in%unit)
   end subroutine load_table
 
-  !> Whether numbers from a file, which may be anything, are the points of an axis.
+  !> Read what follows the kind of file.
+  subroutine read_table(in, key, table, found)
+    type(reader_type), intent(inout) :: in
+    character(*), intent(in) :: key
+    type(table_type), intent(inout) :: table
+    logical, intent(inout) :: found
+    character(:), allocatable :: stored
+    real(dp) :: numbers(8)
+    integer(int64) :: head(10)
+    integer :: i
+
+    stored = repeat(' ', 8*words_for(len(key)))
+    call take_integers(in, size(head), head)
+    if (in%stat /= 0 .or. head(1) /= len(key) .or. head(2) < 1 .or. head(2) > max_zones) return
+    read (in%unit, iostat=in%stat) stored
+    if (in%stat /= 0 .or. stored /= key) return
+    call stir(in%mix, size(words_of(stored)), words_of(stored))
+    table%key = key
+    call take_numbers(in, 8, numbers)
+    head(3:) = max(0_int64, min(head(3:), int(huge(1), int64)))
+    table%accuracy = accuracy_type(int(head(7)), int(head(8)), int(head(3:6)), numbers(:4), numbers(5:))
+    table%solutions = int(head(9:10))
+    allocate (table%zones(head(2)))
+    do i = 1, size(table%zones)
+      call read_zone(in, table%zones(i))
+      if (in%stat /= 0) return
+    end do
+    read (in%unit, iostat=in%stat) head(1)
+    if (in%stat /= 0 .or. head(1) /= in%mix) return
+    inquire (unit=in%unit, pos=head(1))
+    found = head(1) == in%bytes + 1
+    if (.not. found) return
+    do i = 1, size(table%zones)
+      call bound_heights(table%zones(i))
+    end do
+  end subroutine read_table
+
+  !> Read the axes and the coefficients of one zone. Whatever the file holds, no more memory is taken than it has bytes.
+  subroutine read_zone(in, t)
+    type(reader_type), intent(inout) :: in
+    type(zone_table), intent(inout) :: t
+    real(dp) :: numbers(7)
+    integer(int64) :: head(4)
+
+    call take_integers(in, 4, head)
+    if (in%stat == 0 .and. any(head(2:4) < 5 .or. head(2:4) > 10000)) in%stat = 1
+    if (in%stat /= 0) return
+    t%flange = head(1) == 1
+    call take_numbers(in, 7, numbers)
+    t%along = numbers(1:2)
+    t%pole = numbers(3:4)
+    t%origin = numbers(5:6)
+    t%ceiling = numbers(7)
+    call take_axis(in, int(head(2)), t%u)
+    call take_axis(in, int(head(3)), t%roll)
+    call take_axis(in, int(head(4)), t%q)
+    if (in%stat == 0 .and. 8*product(head(2:4) + 2) > in%bytes) in%stat = 1
+    if (in%stat /= 0) return
+    allocate (t%h(head(3) + 2, head(2) + 2), t%s(head(4) + 2, head(3) + 2, head(2) + 2), stat=in%stat)
+    if (in%stat /= 0) return
+    call take_numbers(in, size(t%h), t%h)
+    call take_numbers(in, size(t%s), t%s)
+  end subroutine read_zone
+
+  subroutine take_integers(in, n, integers)
+    type(reader_type), intent(inout) :: in
+    integer, intent(in) :: n
+    integer(int64), intent(out) :: integers(n)
+
+    integers = 0
+    if (in%stat == 0) read (in%unit, iostat=in%stat) integers
+    if (in%stat == 0) call stir(in%mix, n, integers)
+  end subroutine take_integers
+
+  subroutine take_numbers(in, n, numbers)
+    type(reader_type), intent(inout) :: in
+    integer, intent(in) :: n
+    real(dp), intent(out) :: numbers(n)
+
+    if (in%stat == 0) read (in%unit, iostat=in%stat) numbers
+    if (in%stat /= 0) numbers = 0
+    if (in%stat == 0) call stir_numbers(in%mix, n, numbers)
+  end subroutine take_numbers
+
+  !> Read the n points of an axis.
+  subroutine take_axis(in, n, axis)
+    type(reader_type), intent(inout) :: in
+    integer, intent(in) :: n
+    type(axis_type), intent(inout) :: axis
+    real(dp) :: x(n)
+
+    call take_numbers(in, n, x)
+    if (in%stat == 0 .and. .not. rising(x)) in%stat = 1
+    if (in%stat == 0) axis = new_axis(x)
+  end subroutine take_axis
+
+  !> Whether numbers from a file, which may be damaged, can be the points of an axis.
   pure logical function rising(x)
     real(dp), intent(in) :: x(:)
 
@@ -185,7 +207,7 @@ contains
     words_for = (letters + 7)/8
   end function words_for
 
-  !> A text in words, the last one filled up with blanks.
+  !> Return a text as words; blanks fill up the last one.
   pure function words_of(text) result(words)
     character(*), intent(in) :: text
     integer(int64) :: words(words_for(len(text)))
@@ -195,8 +217,8 @@ contains
     words = transfer(filled, words)
   end function words_of
 
-  !> Mix words into one, which changes with every one of them: between them a step of the generator xorshift64
-  !> (G. Marsaglia, J. Stat. Softw. 8 (2003) 14), which loses nothing and comes round after 2^64 - 1 steps.
+  !> Mix words into a checksum that changes with every word. Between two words the generator xorshift64 makes a step
+  !> (G. Marsaglia, J. Stat. Softw. 8 (2003) 14), which is invertible and has the period 2^64 - 1.
   pure subroutine stir(mix, n, words)
     integer(int64), intent(inout) :: mix
     integer, intent(in) :: n

@@ -21,7 +21,7 @@ module by_sundials
   use fsunmatrix_dense_mod
   use fsunnonlinsol_fixedpoint_mod
   use kinds, only: dp
-  use contact_table, only: find_roll, height_over, inside, roll_type
+  use contact_table, only: find_roll, zone_penetration, inside, roll_type
   use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts, external_force
   implicit none
@@ -255,11 +255,11 @@ contains
       if (.not. associated(w%right_table, w%table)) call find_roll(w%right_table, q(3), .false., other, opposite, outside)
       do z = 1, size(w%table%zones)
         k = merge(2, 1, w%table%zones(z)%flange)
-        p(k) = max(p(k), height_over(w%table%zones(z), q, roll))
+        p(k) = max(p(k), zone_penetration(w%table%zones(z), q, roll))
       end do
       do z = 1, size(w%right_table%zones)
         k = merge(4, 3, w%right_table%zones(z)%flange)
-        p(k) = max(p(k), height_over(w%right_table%zones(z), mirror*q, opposite))
+        p(k) = max(p(k), zone_penetration(w%right_table%zones(z), mirror*q, opposite))
       end do
     end associate
   end function gaps

@@ -1,8 +1,8 @@
-!> The error that a table of strips states of itself, and of itself without its flange.
+!> The error that a table of strips states: as it is, without its flange, and with the opposite sign of S.
 !>
 !> usage: missed_contact case.nml
-!> Prints the largest error on the tread and on the flange, of max(|F|, 5 kN), for the table and for one whose flange
-!> touches nowhere.
+!> Prints for each of the three tables the largest error on the tread and on the flange, of max(|F|, 5 kN), and the number
+!> of points in service at which the contact would pull.
 program missed_contact
   use table_error, only: measure
   use case, only: case_type
@@ -22,15 +22,16 @@ program missed_contact
   call read_prepared(c, setup)
   extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%side(1)%clearance)
   associate (table => setup%wheelset%table, side => setup%side(1))
-    do k = 1, 2
+    do k = 1, 3
       do z = 1, size(table%zones)
-        if (k == 1 .or. .not. table%zones(z)%flange) cycle
+        if (k == 3) table%zones(z)%s = -table%zones(z)%s
+        if (k /= 2 .or. .not. table%zones(z)%flange) cycle
         table%zones(z)%h = table%zones(z)%h - 1.0_dp
         call bound_heights(table%zones(z))
       end do
       call measure(side%pair, side%zones, trim(c%model), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
         extent, table)
-      print '(2es12.4)', table%accuracy%largest(:2)
+      print '(2es12.4, i8)', table%accuracy%largest(:2), table%accuracy%pulling
     end do
   end associate
 end program missed_contact

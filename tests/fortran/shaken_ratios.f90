@@ -7,7 +7,8 @@ program shaken_ratios
   use case, only: case_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use halfspace_correction, only: ratio_type, solve_ratios
+  use adaptive_grid, only: grid_type
+  use halfspace_correction, only: solve_ratios
   use service_poses, only: extent_type
   use shared, only: read_prepared
   use run_setup, only: setup_type
@@ -16,7 +17,7 @@ program shaken_ratios
   type(case_type) :: c
   type(setup_type) :: setup
   type(extent_type) :: extent
-  type(ratio_type), allocatable :: ratio(:, :)
+  type(grid_type), allocatable :: ratio(:, :), found(:)
   real(dp), allocatable :: noise(:, :)
   real(dp) :: differ
   integer :: k, z, solutions(2)
@@ -28,7 +29,8 @@ program shaken_ratios
     allocate (ratio(size(side%zones), 2))
     do k = 1, 2
       call solve_ratios(side%pair, side%zones, c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), extent, &
-        c%accuracy, [c%n_lateral, c%n_roll, c%n_depth], table, ratio(:, k), solutions, [0.0_dp, 1.0_dp], stopped)
+        c%accuracy, [c%n_lateral, c%n_roll, c%n_depth], table, found, solutions, [0.0_dp, 1.0_dp], stopped)
+      ratio(:, k) = found
       do z = 1, size(table%zones)
         allocate (noise, mold=table%zones(z)%h)
         call random_number(noise)
@@ -39,7 +41,7 @@ program shaken_ratios
   end associate
   do z = 1, size(ratio, 1)
     differ = 1
-    if (all(shape(ratio(z, 1)%c) == shape(ratio(z, 2)%c))) differ = maxval(abs(ratio(z, 1)%c - ratio(z, 2)%c))
+    if (all(shape(ratio(z, 1)%f) == shape(ratio(z, 2)%f))) differ = maxval(abs(ratio(z, 1)%f - ratio(z, 2)%f))
     print '(6i5, es10.2)', (ratio(z, k)%u%n, ratio(z, k)%roll%n, ratio(z, k)%q%n, k=1, 2), differ
   end do
 end program shaken_ratios

@@ -37,7 +37,7 @@ program spline_values
     if (stat /= 0) exit
     do i = 1, 3
       call axis_basis(axis(i), x(i), b(i))
-      call axis_basis(axis(i), x(i), b1(i), bend=.false.)
+      call axis_basis(axis(i), x(i), b1(i), second=.false.)
     end do
     call spline_3d(space, b(1), b(2), b(3), .true., v)
     call spline_2d(plane(:, :, 1), b(1), b(2), .true., w)

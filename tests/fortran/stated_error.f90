@@ -14,8 +14,8 @@ program stated_error
   use hertz, only: contact_modulus
   use kinds, only: dp
   use patch_grids, only: elements_type, new_elements
-  use contact_table, only: find_roll, height_over, inside, roll_type, wheel_potential
-  use service_poses, only: extent_type, find_reach, strictness
+  use contact_table, only: find_roll, zone_penetration, inside, roll_type, wheel_potential
+  use service_poses, only: extent_type, find_reach, error_allowance
   use shared, only: integer_argument, read_prepared
   use run_setup, only: setup_type
   implicit none
@@ -60,21 +60,21 @@ contains
   integer function place_of(pose) result(place)
     real(dp), intent(in) :: pose(3)
     type(roll_type) :: roll, opposite
-    real(dp) :: depth, other, strict
+    real(dp) :: depth, other, allowance
     integer :: status, z
     logical :: within
 
     place = 0
-    strict = strictness(setup%side(1)%pair, extent, pose, .false.)
-    if (strict <= 0) return
+    allowance = error_allowance(setup%side(1)%pair, extent, pose, .false.)
+    if (allowance <= 0) return
     associate (table => setup%wheelset%table)
       call find_roll(table, pose(3), .false., roll, opposite, status)
       if (status /= inside) return
       do z = 1, size(table%zones)
-        depth = height_over(table%zones(z), pose, roll)
+        depth = zone_penetration(table%zones(z), pose, roll)
         if (depth <= 0 .or. depth > extent%depth) cycle
         call find_reach(table, extent, z, depth, pose, .false., within, other)
-        if (within) place = merge(1, 2, strict <= 1)
+        if (within) place = merge(1, 2, allowance <= 1)
       end do
     end associate
   end function place_of

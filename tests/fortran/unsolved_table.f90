@@ -1,8 +1,9 @@
-!> Half-space solutions that do not converge, and a table that has some.
+!> Half-space solutions that do not converge, and a table that counts some, and points where the contact would pull.
 !>
 !> usage: unsolved_table case.nml
 !> Prints how many poses were solved, once as for tables and once to no error at all, and how many of them did not
-!> converge; writes into the case's table file that 3 of its 1000 solutions did not, and 2 of those of its error.
+!> converge; writes into the case's table file that 3 of its 1000 solutions did not, and 2 of those of its error,
+!> and that the contact would pull at 7 points in service.
 program unsolved_table
   use case, only: case_type
   use errors, only: error_type
@@ -38,6 +39,7 @@ program unsolved_table
   print '(2i4)', patches%poses, patches%unsolved
   setup%wheelset%table%solutions = [1000, 3]
   setup%wheelset%table%accuracy%unsolved = 2
+  setup%wheelset%table%accuracy%pulling = 7
   call save_table(trim(c%table_file), setup%wheelset%table, error)
   if (allocated(error)) error stop error%message
 end program unsolved_table

@@ -197,20 +197,22 @@ end subroutine prepared_numbers
 !> Error of the contact table of a side (1 left, 2 right): poses, rms and largest of max(|F|, 5 kN) on the tread, on
 !> the flange, on both at once, going over a rail; no poses where it is not known.  solutions: half-space solutions
 !> in the table, those that did not converge, those that its error is measured by and did not converge.
-subroutine table_accuracy(handle, side, numbers, solutions)
+!> pulling: points in service at which the contact would pull.
+subroutine table_accuracy(handle, side, numbers, solutions, pulling)
   use handles, only: prepared_at, prepared_type
   use contact_table, only: table_type
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: side
   real(8), intent(out) :: numbers(3, 4)
-  integer, intent(out) :: solutions(3)
+  integer, intent(out) :: solutions(3), pulling
   type(prepared_type), pointer :: p
   type(table_type), pointer :: table
 
   p => prepared_at(handle)
   numbers = 0
   solutions = 0
+  pulling = 0
   table => p%setup%wheelset%table
   if (side == 2) table => p%setup%wheelset%right_table
   if (.not. associated(table)) return
@@ -218,6 +220,7 @@ subroutine table_accuracy(handle, side, numbers, solutions)
   numbers(2, :) = table%accuracy%rms
   numbers(3, :) = table%accuracy%largest
   solutions = [table%solutions, table%accuracy%unsolved]
+  pulling = table%accuracy%pulling
 end subroutine table_accuracy
 
 !> Integrate a prepared case.
@@ -457,8 +460,8 @@ subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
   end do
 end subroutine tangents
 
-!> Geometry functions at lateral displacements y [m]; NaN where the rigid wheelset does not stand on both
-!> rails.
+!> Geometry functions, without the conicity, at lateral displacements y [m]; NaN where the rigid wheelset does not stand
+!> on both rails.
 subroutine geometry_functions(handle, n, y, rows)
   use handles, only: prepared_at, prepared_type
   use geometry_functions, only: geometry_at
@@ -466,7 +469,7 @@ subroutine geometry_functions(handle, n, y, rows)
   integer(8), intent(in) :: handle
   integer, intent(in) :: n
   real(8), intent(in) :: y(n)
-  real(8), intent(out) :: rows(13, n)
+  real(8), intent(out) :: rows(12, n)
   !f2py threadsafe
   type(prepared_type), pointer :: p
 
@@ -474,15 +477,15 @@ subroutine geometry_functions(handle, n, y, rows)
   call geometry_at(p%setup%side, p%setup%centred(2), y, rows)
 end subroutine geometry_functions
 
-!> Read a profile and measure it, as `kind` (1 wheel, 2 rail) or what its shape is (0).  smoothing [mm],
-!> flip and unit as in &profiles, gauge_depth [m].
-subroutine inspect_profile(path, kind, smoothing, flip, unit, gauge_depth, handle, message, length)
+!> Read a profile as `kind` (1 wheel, 2 rail) or as what its shape says (0).  smoothing [mm], flip and unit are
+!> those of &profiles.
+subroutine inspect_profile(path, kind, smoothing, flip, unit, handle, message, length)
   use errors, only: error_type
   use handles, only: free_inspected_at, give_error, inspect, inspected_type, new_inspected
   implicit none
   character(*), intent(in) :: path, flip, unit
   integer, intent(in) :: kind
-  real(8), intent(in) :: smoothing, gauge_depth
+  real(8), intent(in) :: smoothing
   integer(8), intent(out) :: handle
   character(2048), intent(out) :: message
   integer, intent(out) :: length
@@ -491,7 +494,7 @@ subroutine inspect_profile(path, kind, smoothing, flip, unit, gauge_depth, handl
   type(error_type), allocatable :: error
 
   call new_inspected(p, handle)
-  call inspect(p, path, kind, smoothing, flip, unit, gauge_depth, error)
+  call inspect(p, path, kind, smoothing, flip, unit, error)
   if (allocated(error)) call free_inspected_at(handle)
   call give_error(error, message, length)
 end subroutine inspect_profile
@@ -504,78 +507,59 @@ subroutine free_profile(handle)
   call free_inspected_at(handle)
 end subroutine free_profile
 
-!> Kind (1 wheel, 2 rail), numbers of points and of stations before and after smoothing; noise [m] and the six
-!> measures [m, rad, 1]; lines: checksum, how the file was taken, what was mended, names of the measures.
+!> Kind (1 wheel, 2 rail) and number of points; estimated noise of the points, length of the smoothed curve and of the
+!> curve through the points [m]; lines: checksum, how the file was taken, what was mended.
 subroutine profile_facts(handle, sizes, numbers, listing, length)
   use handles, only: give, inspected_at, inspected_type
-  use profile_measures, only: measure_names
   implicit none
   integer(8), intent(in) :: handle
-  integer, intent(out) :: sizes(4)
-  real(8), intent(out) :: numbers(7)
+  integer, intent(out) :: sizes(2)
+  real(8), intent(out) :: numbers(3)
   character(8192), intent(out) :: listing
   integer, intent(out) :: length
-  character(:), allocatable :: lines
   type(inspected_type), pointer :: p
-  integer :: k
 
   p => inspected_at(handle)
-  sizes = [p%p%kind, size(p%p%points, 2), size(p%rough%s), size(p%smooth%s)]
-  numbers = [p%noise, p%smooth%measure]
-  lines = p%p%checksum//new_line('a')//p%p%taken//new_line('a')//p%p%mended//new_line('a')
-  do k = 1, size(measure_names, 1)
-    lines = lines//trim(measure_names(k, p%p%kind))//' '
-  end do
-  call give(trim(lines), listing, length)
+  sizes = [p%p%kind, size(p%p%points, 2)]
+  numbers = [p%noise, p%p%curve%last(), p%rough%last()]
+  call give(p%p%checksum//new_line('a')//p%p%taken//new_line('a')//p%p%mended, listing, length)
 end subroutine profile_facts
 
-!> The points as taken and mended, y from a wheel's back [mm]; stations before and after smoothing: s, y, z [m],
-!> angle [rad], curvature [1/m], part (a place in part_list).
-subroutine profile_curves(handle, n_points, n_rough, n_smooth, points, rough, smooth)
+!> The points as taken and mended, y from a wheel's back [mm].
+subroutine profile_points(handle, n, points)
   use handles, only: inspected_at, inspected_type
-  use profile_measures, only: survey_type
   implicit none
   integer(8), intent(in) :: handle
-  integer, intent(in) :: n_points, n_rough, n_smooth
-  real(8), intent(out) :: points(2, n_points), rough(6, n_rough), smooth(6, n_smooth)
+  integer, intent(in) :: n
+  real(8), intent(out) :: points(2, n)
   type(inspected_type), pointer :: p
 
   p => inspected_at(handle)
   points = p%p%points
-  call columns(p%rough, rough)
-  call columns(p%smooth, smooth)
+end subroutine profile_points
 
-contains
-
-  subroutine columns(c, rows)
-    type(survey_type), intent(in) :: c
-    real(8), intent(out) :: rows(:, :)
-
-    rows(1, :) = c%s
-    rows(2:3, :) = c%r
-    rows(4, :) = c%angle
-    rows(5, :) = c%curvature
-    rows(6, :) = c%part
-  end subroutine columns
-
-end subroutine profile_curves
-
-!> The names of parts, by commas.
-subroutine part_list(listing, length)
-  use handles, only: give
-  use profile_measures, only: part_names
+!> The smoothed curve (smoothed = 1) or the curve through the points (0) at stations s [m]: y, z [m], angle of the
+!> tangent [rad], curvature [1/m].
+subroutine profile_frames(handle, smoothed, n, s, frames)
+  use curve, only: curve_frame
+  use handles, only: inspected_at, inspected_type
   implicit none
-  character(512), intent(out) :: listing
-  integer, intent(out) :: length
-  character(:), allocatable :: line
-  integer :: k
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: smoothed, n
+  real(8), intent(in) :: s(n)
+  real(8), intent(out) :: frames(4, n)
+  type(inspected_type), pointer :: p
+  integer :: i
 
-  line = ''
-  do k = 1, size(part_names)
-    line = line//','//trim(part_names(k))
+  p => inspected_at(handle)
+  do i = 1, n
+    if (smoothed == 1) then
+      call curve_frame(p%p%curve, s(i), frames(:2, i), frames(3, i), frames(4, i))
+    else
+      call curve_frame(p%rough, s(i), frames(:2, i), frames(3, i), frames(4, i))
+    end if
   end do
-  call give(line(2:), listing, length)
-end subroutine part_list
+end subroutine profile_frames
 
 !> Profiles in their places, zones and clearance of a case, without a contact table.
 subroutine prepare_rigid_case(n, numbers, words, paths, handle, message, length)
@@ -624,21 +608,19 @@ subroutine rigid_numbers(handle, side, numbers, zones)
   end associate
 end subroutine rigid_numbers
 
-!> Equivalent conicity for amplitudes, by EN 15302 and by harmonic linearisation, from n rows of y and
-!> delta_r [m].
-subroutine conicities(n, y, delta_r, m, amplitude, by_wavelength, linearised)
-  use geometry_functions, only: conicity, conicity_of_wavelength
+!> Equivalent conicity for amplitudes [m] by harmonic linearisation, from n rows of y and delta_r [m].
+subroutine linearised_conicities(n, y, delta_r, m, amplitude, found)
+  use geometry_functions, only: conicity
   implicit none
   integer, intent(in) :: n, m
   real(8), intent(in) :: y(n), delta_r(n), amplitude(m)
-  real(8), intent(out) :: by_wavelength(m), linearised(m)
+  real(8), intent(out) :: found(m)
   integer :: k
 
   do k = 1, m
-    by_wavelength(k) = conicity_of_wavelength(amplitude(k), y, delta_r)
-    linearised(k) = conicity(amplitude(k), y, delta_r)
+    found(k) = conicity(amplitude(k), y, delta_r)
   end do
-end subroutine conicities
+end subroutine linearised_conicities
 
 !> Find out before the work, not after it, that a file cannot be written.
 subroutine check_writable(file, variable, path, message, length)

@@ -9,7 +9,6 @@ module handles
   use curve, only: curve_type, fit_curve
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use profile_measures, only: survey, survey_type
   use profile, only: profile_type, read_profile
   use progress, only: monitor_type
   use files, only: begin_columns, finish_files
@@ -40,11 +39,11 @@ module handles
     type(row_list) :: kept
   end type finished_type
 
-  !> A profile as read, and what it measures before and after smoothing.
+  !> A profile as read, with a second curve that is not smoothed.
   type :: inspected_type
     type(profile_type) :: p
-    type(survey_type) :: smooth, rough
-    real(dp) :: noise = 0                  !! of its points, estimated [m]
+    type(curve_type) :: rough              !! through the points, y, z [m]
+    real(dp) :: noise = 0                  !! estimated noise of the points [m]
   end type inspected_type
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
@@ -130,22 +129,20 @@ contains
     p%c = c
   end subroutine prepare_rigid
 
-  !> Read a profile and measure it, as `kind` (1 wheel, 2 rail) or what its shape is (0).
-  subroutine inspect(found, path, kind, smoothing, flip, unit, gauge_depth, error)
+  !> Read a profile as `kind` (1 wheel, 2 rail) or as what its shape says (0).  flip and unit are those of &profiles.
+  subroutine inspect(found, path, kind, smoothing, flip, unit, error)
     type(inspected_type), intent(out) :: found
     character(*), intent(in) :: path, flip, unit
     integer, intent(in) :: kind
-    real(dp), intent(in) :: smoothing, gauge_depth   !! [mm, m]
+    real(dp), intent(in) :: smoothing                !! [mm]
     type(error_type), allocatable, intent(out) :: error
     type(curve_type) :: curve
 
     call read_profile(path, kind, smoothing, flip, unit, found%p, error)
     if (allocated(error)) return
-    call survey(found%p%curve, found%p%kind, gauge_depth, found%smooth)
     associate (points => 1e-3_dp*found%p%points)
-      call fit_curve(points(1, :), points(2, :), 0.0_dp, curve, error)
+      call fit_curve(points(1, :), points(2, :), 0.0_dp, found%rough, error)
       if (allocated(error)) return
-      call survey(curve, found%p%kind, gauge_depth, found%rough)
       call fit_curve(points(1, :), points(2, :), -1.0_dp, curve, error)
     end associate
     if (.not. allocated(error)) found%noise = curve%noise

@@ -11,7 +11,6 @@ examples:
 from __future__ import annotations
 
 import argparse
-import functools
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,8 @@ import numpy as np
 from . import _flat
 from ._core import Error, Handle, check, check_written, complete, descriptions, path_bytes, text, text_bytes
 from .case import Case
+from .conicity import GEOMETRY_PITCH, equivalent_conicity, geometry_rows, linearised_conicity
+from .measures import PARTS, Stations, survey
 from .run import parse_setting
 from .table import located
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 KINDS = "", "wheel", "rail"
 MM, DEG = 1e3, 180/np.pi
-# Of a measure of the core: what it is, unit, scale from SI, decimals.
+# Label of a measure, unit, scale from SI, decimals.
 MEASURES = {
     "Sh": ("flange height Sh", "mm", MM, 2), "Sd": ("flange thickness Sd", "mm", MM, 2), "qR": ("qR", "mm", MM, 2),
     "flange_angle": ("flange angle", "°", DEG, 2), "tread_slope": ("tread slope", "", 1.0, 4),
@@ -44,17 +45,6 @@ MEASURES = {
 
 
 @dataclass(frozen=True)
-class Stations:
-    """A profile's curve at its stations, SI units."""
-    s: np.ndarray
-    y: np.ndarray
-    z: np.ndarray
-    angle: np.ndarray
-    curvature: np.ndarray
-    part: np.ndarray            # a place in `parts()`, from 1
-
-
-@dataclass(frozen=True)
 class Profile:
     """A profile as the program takes it."""
     path: str
@@ -64,8 +54,8 @@ class Profile:
     taken: str                  # how, where it says more than y, z in mm
     mended: str                 # '' where nothing was
     points: np.ndarray          # (n, 2) [mm], y from a wheel's back
-    rough: Stations             # through the points
-    smooth: Stations            # at the smoothing that is asked for
+    rough: Stations             # curve through the points
+    smooth: Stations            # curve at the smoothing that is asked for
     noise: float                # of the points, estimated [m]
     measures: dict[str, float]  # SI units; NaN where the profile does not go so far
 
@@ -84,27 +74,22 @@ class Profile:
         return found
 
 
-@functools.cache
-def parts() -> list[str]:
-    """Names of the parts of profiles."""
-    return text(*_flat.part_list()).split(",")
-
-
 def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = 0.0, flip: str = "auto",
             unit: str = "auto", gauge_depth: float = 0.014) -> Profile:
     """Read a profile file; without `kind` its shape says whether it is a wheel or a rail.
 
     smoothing [mm], flip and unit as in &profiles of a namelist, gauge_depth [m]. Raises Error as a run would.
     """
-    address, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, text_bytes(flip), text_bytes(unit),
-                                            gauge_depth)
+    address, *error = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, text_bytes(flip), text_bytes(unit))
     check(*error)
     handle = Handle(_flat.free_profile, address)
-    sizes, numbers, *listing = _flat.profile_facts(handle)
-    checksum, taken, mended, names = text(*listing).split("\n")
-    points, rough, smooth = _flat.profile_curves(handle, *map(int, sizes[1:]))
-    return Profile(os.fspath(path), KINDS[sizes[0]], smoothing, checksum, taken, mended, points.T, Stations(*rough),
-                   Stations(*smooth), float(numbers[0]), dict(zip(names.split(), numbers[1:].tolist(), strict=True)))
+    (kind_number, n), (noise, length, rough_length), *listing = _flat.profile_facts(handle)
+    found = KINDS[kind_number]
+    checksum, taken, mended = text(*listing).split("\n")
+    rough, _ = survey(found, rough_length, lambda s: _flat.profile_frames(handle, 0, s), gauge_depth)
+    smooth, measures = survey(found, length, lambda s: _flat.profile_frames(handle, 1, s), gauge_depth)
+    return Profile(os.fspath(path), found, smoothing, checksum, taken, mended, _flat.profile_points(handle, n).T, rough,
+                   smooth, float(noise), measures)
 
 
 @dataclass(frozen=True)
@@ -142,12 +127,12 @@ def pair(case: Case) -> Pair:
     (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
     zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}
     reach = max(20, int(1.3e4*max(left, right)))
-    rows = _flat.geometry_functions(handle, 1e-4*np.arange(-reach, reach + 1))
+    rows = geometry_rows(handle, GEOMETRY_PITCH*np.arange(-reach, reach + 1))
     rows = rows[:, np.isfinite(rows[7])]
     names = descriptions()[2].split()
-    amplitude = 1e-4*np.arange(2, int(1e4*rows[0, -1]) + 1)
+    amplitude = GEOMETRY_PITCH*np.arange(2, int(1e4*rows[0, -1]) + 1)
     return Pair((left, right), zones, dict(zip(names, rows, strict=True)), amplitude,
-                *_flat.conicities(rows[0], rows[7], amplitude))
+                *(conicity(amplitude, rows[0], rows[7]) for conicity in (equivalent_conicity, linearised_conicity)))
 
 
 # The page ---------------------------------------------------------------------------------
@@ -204,10 +189,10 @@ def draw_shape(ax: Axes, profile: Profile, found: Pair | None) -> None:
     """Points, curve and parts; of a wheel in a pair the ends of its zones."""
     from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 
-    colors = dict(zip(parts(), (GREY, RED, ORANGE, BLUE, GREEN, PURPLE, BLUE, GREEN), strict=True))
+    colors = dict(zip(PARTS, (GREY, RED, ORANGE, BLUE, GREEN, PURPLE, BLUE, GREEN), strict=True))
     c = profile.smooth
     ax.plot(*profile.points.T, ".", markersize=1.5, color=SKY, zorder=1)
-    for k, name in enumerate(parts(), 1):
+    for k, name in enumerate(PARTS, 1):
         here = c.part == k
         if here.any():
             ax.plot(MM*np.where(here, c.y, np.nan), MM*c.z, color=colors[name], linewidth=1.4, label=name)

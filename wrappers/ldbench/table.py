@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from . import _flat
 from ._core import Error, Handle, Progress, Shared, check, descriptions, path_bytes, watched
 from .case import TEXT_LENGTH, Case, variables
+from .conicity import GEOMETRY_PITCH, geometry_rows
 from .notebook import html_table
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
@@ -130,7 +131,7 @@ class ContactTable:
         return self._accuracy(2)
 
     def _accuracy(self, side: int) -> dict[str, Accuracy]:
-        numbers, _ = _flat.table_accuracy(self._handle, side)
+        numbers, _, _ = _flat.table_accuracy(self._handle, side)
         return {place: Accuracy(int(poses), rms, largest)
                 for place, (poses, rms, largest) in zip(PLACES, numbers.T.tolist(), strict=True) if poses}
 
@@ -144,6 +145,10 @@ class ContactTable:
     def solutions_right(self) -> tuple[int, int, int]:
         """Half-space solutions in the right wheel's table, as `solutions`."""
         return tuple(_flat.table_accuracy(self._handle, 2)[1].tolist())
+
+    def _pulling(self, side: int) -> int:
+        """Points of a side's table (1 left, 2 right) in service at which the contact would pull, where a run stops."""
+        return int(_flat.table_accuracy(self._handle, side)[2])
 
     @property
     def clearance(self) -> float:
@@ -250,9 +255,9 @@ class ContactTable:
 
         if y is None:
             reach = int(12e3 * max(self.clearance, self.clearance_right))
-            y = 1e-4 * np.arange(-reach, reach + 1)
+            y = GEOMETRY_PITCH*np.arange(-reach, reach + 1)
         y = np.atleast_1d(np.asarray(y, float)).ravel()
-        rows = _flat.geometry_functions(self._handle, y) if y.size else np.empty((13, 0))
+        rows = geometry_rows(self._handle, y) if y.size else np.empty((13, 0))
         names, units = (line.split() for line in descriptions()[2:4])
         frame = pd.DataFrame(rows.T, columns=names)
         frame["Y"] = y
@@ -340,8 +345,9 @@ def main(args: argparse.Namespace) -> int:
           f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else
           f"contact table: model {case.model}, {'found' if table._found else f'built in {table._seconds:.2f} s'}"
           + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
-    for side, errors, (solved, failed, missed) in (("", table.accuracy, table.solutions),
-                                                   ("right ", table.accuracy_right, table.solutions_right)):
+    for side, errors, (solved, failed, missed), pulling in (
+            ("", table.accuracy, table.solutions, table._pulling(1)),
+            ("right ", table.accuracy_right, table.solutions_right, table._pulling(2))):
         if side and errors == table.accuracy:
             continue
         if failed:
@@ -350,6 +356,9 @@ def main(args: argparse.Namespace) -> int:
         if missed:
             print(f"warning: {side}contact table: {missed} half-space solutions that its error is measured by did not "
                   "converge; they are not in it")
+        if pulling:
+            print(f"warning: {side}contact table: expected contacts that push in service, found {pulling} points at which the "
+                  "contact would pull, where a run stops; lower &table accuracy or raise n_lateral, n_roll, n_depth")
         for place, error in errors.items():
             print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
                   f"at {error.poses} poses")

@@ -1,0 +1,423 @@
+!> Functions of (q, u, roll), one per zone of a contact table, on axes that are halved where the spline errs.
+!>
+!> A cubic spline through values of f misses f by at most d^4 f''''/384 in a cell of length d and its slope by
+!> d^3 f'''' sqrt(3)/216 (errors of Hermite's interpolation; C. A. Hall, J. Approx. Theory 1 (1968) 209-218); f'''' is the
+!> jump of the spline's third derivative at a point over the distance of the neighbouring cells' middles.
+!>
+!> An extension of `gridded_function` says how values are computed and how an error of them changes the force.
+module adaptive_grid
+  use bspline, only: axis_type, graded_points, new_axis, third_jumps
+  use wheel_rail_pair, only: pair_type
+  use contact_zones, only: zone_type
+  use kinds, only: dp
+  use contact_table, only: table_type, zone_pose
+  use progress, only: goes_on, monitor_type, share_of_round
+  use service_poses, only: error_allowance, extent_type, find_reach, force_floor, hertz_factor, roll_lever
+  implicit none
+  private
+  public :: grid_type, gridded_function, rules_type, axis_errors
+  public :: adapt, new_grid, first_u, first_roll, weigh_errors, find_cell_errors, cell_errors, largest_errors
+  public :: brackets, keep_values, scaled, united, grading, least_u, least_roll, least_q
+
+  real(dp), parameter :: grading = 1.25_dp   ! of the first points of q towards 0
+  ! Shorter cells are not halved: patches are larger [m, rad, sqrt(m)].
+  real(dp), parameter :: least_u = 0.02e-3_dp, least_roll = 0.5e-3_dp, least_q = 0.5e-3_dp
+
+  !> Values of a function of (q, u, roll) at the points of its axes.
+  type :: grid_type
+    type(axis_type) :: u, roll, q
+    real(dp), allocatable :: f(:, :, :)      !! (q, u, roll)
+    logical, allocatable :: known(:, :, :)   !! computed, or interpolated well enough
+    real(dp) :: least(3) = 0                 !! cells of u, roll, q of less than twice this length are not halved
+  end type grid_type
+
+  !> When the halving of cells ends.
+  type :: rules_type
+    integer :: most(3) = 0                   !! points of u, roll, q, at most
+    integer :: rounds = 0, rounds_q = 0      !! of sampling, at most; after the later ones q is not halved
+    logical :: common_roll = .false.         !! whether all zones have the same roll axis
+  end type rules_type
+
+  !> Largest errors in the cells of every axis, relative to those allowed.
+  type :: axis_errors
+    real(dp), allocatable :: u(:), roll(:), q(:)
+  end type axis_errors
+
+  !> A function of every zone, whose errors are judged by the force of poses that a run can reach.
+  type, abstract :: gridded_function
+    type(pair_type), pointer :: pair => null()
+    type(zone_type), pointer :: zones(:) => null()
+    type(table_type), pointer :: table => null()
+    type(extent_type) :: extent
+    real(dp) :: e_star = 0                   !! [Pa]
+    real(dp) :: tolerance = 0                !! error allowed in service, relative to the force
+    real(dp) :: rollover_factor = 1          !! multiplies the error allowance in rolling over
+    logical :: halve_q = .true.              !! whether cells of q may be halved in this round
+    type(grid_type), allocatable :: grid(:)
+  contains
+    procedure(sample), deferred :: sample
+    procedure(complete), deferred :: complete
+    procedure(find_errors), deferred :: find_errors
+    procedure(resize), deferred :: resize
+  end type gridded_function
+
+  abstract interface
+    !> Compute the unknown values of zone z at the j-th roll angle. Several threads do that at once.
+    subroutine sample(this, z, j)
+      import :: gridded_function
+      class(gridded_function), intent(inout) :: this
+      integer, intent(in) :: z, j
+    end subroutine sample
+    !> Use the values of a round: all rows are sampled.
+    subroutine complete(this)
+      import :: gridded_function
+      class(gridded_function), intent(inout) :: this
+    end subroutine complete
+    !> Estimate the errors of zone z.
+    subroutine find_errors(this, z, error)
+      import :: axis_errors, gridded_function
+      class(gridded_function), intent(inout) :: this
+      integer, intent(in) :: z
+      type(axis_errors), intent(out) :: error
+    end subroutine find_errors
+    !> Give zone z finer axes; known values at common points stay known.
+    subroutine resize(this, z, u, roll, q)
+      import :: axis_type, gridded_function
+      class(gridded_function), intent(inout) :: this
+      integer, intent(in) :: z
+      type(axis_type), intent(in) :: u, roll, q
+    end subroutine resize
+  end interface
+
+contains
+
+  !> Sample a function and halve the cells in which the spline errs, until no cell errs or a rule ends it. `stopped` is true
+  !> if the watcher asked to stop.
+  subroutine adapt(values, rules, share, stopped, watcher)
+    class(gridded_function), intent(inout) :: values
+    type(rules_type), intent(in) :: rules
+    real(dp), intent(in) :: share(2)       !! of the progress, where it begins and ends
+    logical, intent(out) :: stopped
+    class(monitor_type), intent(inout), optional :: watcher
+    integer :: round
+    logical :: finer
+
+    stopped = .false.
+    do round = 1, rules%rounds
+      call sample_rows(values, share_of_round(share, round), stopped, watcher)
+      if (stopped) return
+      call values%complete()
+      if (round == rules%rounds) exit
+      values%halve_q = round <= rules%rounds_q
+      call refine(values, rules, finer)
+      if (.not. finer) exit
+    end do
+  end subroutine adapt
+
+  !> Sample all rows, each in one thread.
+  subroutine sample_rows(values, share, stopped, watcher)
+    class(gridded_function), intent(inout) :: values
+    real(dp), intent(in) :: share(2)
+    logical, intent(inout) :: stopped
+    class(monitor_type), intent(inout), optional :: watcher
+    integer :: row, z, done, before(0:size(values%grid))
+
+    before(0) = 0
+    do z = 1, size(values%grid)
+      before(z) = before(z - 1) + values%grid(z)%roll%n
+    end do
+    done = 0
+    !$omp parallel do schedule(dynamic) private(z) shared(done, stopped)
+    do row = 1, before(size(values%grid))
+      if (.not. goes_on(share, done, before(size(values%grid)), stopped, watcher)) cycle
+      z = count(before(:size(values%grid) - 1) < row)
+      call values%sample(z, row - before(z - 1))
+    end do
+  end subroutine sample_rows
+
+  !> Halve the cells of all zones in which the spline errs.
+  subroutine refine(values, rules, finer)
+    class(gridded_function), intent(inout) :: values
+    type(rules_type), intent(in) :: rules
+    logical, intent(out) :: finer
+    type(axis_type), dimension(size(values%grid)) :: u, roll, q
+    type(axis_errors) :: error(size(values%grid))
+    real(dp), allocatable :: error_roll(:)
+    logical :: changed(3, size(values%grid))
+    integer :: z
+
+    changed = .false.
+    !$omp parallel do schedule(dynamic)
+    do z = 1, size(values%grid)
+      call values%find_errors(z, error(z))
+    end do
+    error_roll = error(1)%roll
+    do z = 1, size(values%grid)
+      if (rules%common_roll) error_roll = max(error_roll, error(z)%roll)
+    end do
+    do z = 1, size(values%grid)
+      associate (g => values%grid(z))
+        u(z) = g%u
+        roll(z) = g%roll
+        q(z) = g%q
+        if (.not. rules%common_roll) error_roll = error(z)%roll
+        call halve_cells(u(z), error(z)%u, g%least(1), rules%most(1), changed(1, z))
+        call halve_cells(roll(z), error_roll, g%least(2), rules%most(2), changed(2, z))
+        if (values%halve_q) call halve_cells(q(z), error(z)%q, g%least(3), rules%most(3), changed(3, z))
+      end associate
+    end do
+    finer = any(changed)
+    !$omp parallel do schedule(dynamic)
+    do z = 1, size(values%grid)
+      if (any(changed(:, z))) call values%resize(z, u(z), roll(z), q(z))
+    end do
+  end subroutine refine
+
+  !> Return a grid on axes, with one value at all points, none of which is known.
+  pure function new_grid(u, roll, q, least, value) result(grid)
+    type(axis_type), intent(in) :: u, roll, q
+    real(dp), intent(in) :: least(3), value
+    type(grid_type) :: grid
+
+    grid%u = u
+    grid%roll = roll
+    grid%q = q
+    grid%least = least
+    allocate (grid%f(q%n, u%n, roll%n), source=value)
+    allocate (grid%known(q%n, u%n, roll%n), source=.false.)
+  end function new_grid
+
+  !> Return the first axis of u with n points, fine about 0: in the throat of the flange a shift of 1 mm moves the patch by
+  !> 10 mm, on the tread by about 1 mm.
+  pure function first_u(low, high, flange, n) result(axis)
+    real(dp), intent(in) :: low, high      !! [m]
+    logical, intent(in) :: flange
+    integer, intent(in) :: n
+    type(axis_type) :: axis
+    real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
+
+    axis = new_axis(graded_points(low, high, 0.0_dp, merge(fine_flange, fine_tread, flange), n))
+  end function first_u
+
+  !> Return the first axis of the roll angle with n points, fine about 0.
+  pure function first_roll(extent, n) result(axis)
+    type(extent_type), intent(in) :: extent
+    integer, intent(in) :: n
+    type(axis_type) :: axis
+    real(dp), parameter :: fine = 0.02_dp  ! [rad]
+
+    axis = new_axis(graded_points(-extent%roll, extent%roll, 0.0_dp, fine, n))
+  end function first_roll
+
+  !> Compute the weight of an error of the force at the known points of a zone [1/N]: the error is allowed if its product with
+  !> the weight is at most 1. The weight is 0 if no run reaches the point.
+  subroutine weigh_errors(this, z, h, force, with_margin, weight)
+    class(gridded_function), intent(in) :: this
+    integer, intent(in) :: z
+    real(dp), intent(in) :: h(:, :)        !! where the zone touches, (u, roll) [m]
+    real(dp), intent(in) :: force(:, :, :) !! (q, u, roll) [N]
+    logical, intent(in) :: with_margin     !! whether the points around the reachable poses count
+    real(dp), intent(out) :: weight(:, :, :)   !! (q, u, roll)
+    real(dp) :: depth, deepest_other, pose(3), allowance
+    integer :: i, j, m
+    logical :: reachable
+
+    weight = 0
+    associate (g => this%grid(z))
+      do j = 1, g%roll%n
+        do i = 1, g%u%n
+          do m = 2, g%q%n
+            if (.not. g%known(m, i, j)) cycle
+            depth = g%q%x(m)**2
+            pose = zone_pose(this%table%zones(z), g%u%x(i), h(i, j) - depth, g%roll%x(j))
+            allowance = error_allowance(this%pair, this%extent, pose, with_margin)
+            if (allowance <= 0) cycle
+            if (allowance > 1) allowance = this%rollover_factor*allowance
+            call find_reach(this%table, this%extent, z, depth, pose, with_margin, reachable, deepest_other)
+            if (reachable) weight(m, i, j) = 1/(this%tolerance*allowance*max(force(m, i, j), force_floor, &
+              hertz_factor*this%e_star*max(deepest_other, 0.0_dp)**1.5_dp))
+          end do
+        end do
+      end do
+    end associate
+  end subroutine weigh_errors
+
+  !> Estimate the errors in the cells along u (u, q, roll), roll (roll, q, u) and q (q, u, roll), if a value of f has a weight
+  !> in the force. Slopes change the force by the energy, which is 0.4 p = 0.4 q^2 times the force.
+  subroutine find_cell_errors(g, weight, with_q, of_u, of_roll, of_q)
+    type(grid_type), intent(in) :: g
+    real(dp), intent(in) :: weight(:, :, :)   !! (q, u, roll)
+    logical, intent(in) :: with_q          !! or errors along q are left 0
+    real(dp), allocatable, dimension(:, :, :), intent(out) :: of_u, of_roll, of_q
+    integer :: nq, nu, nr
+
+    nq = g%q%n
+    nu = g%u%n
+    nr = g%roll%n
+    of_u = reshape(cell_errors(g%u, along_u(g%f), along_u(weight), along_u(scaled(weight, 0.4_dp*g%q%x**2))), &
+      [nu - 1, nq, nr])
+    of_roll = reshape(cell_errors(g%roll, along_roll(g%f), along_roll(weight), &
+      along_roll(scaled(weight, 0.4_dp*g%q%x**2))/roll_lever), [nr - 1, nq, nu])
+    allocate (of_q(nq - 1, nu, nr), source=0.0_dp)
+    if (with_q) of_q = reshape(cell_errors(g%q, reshape(g%f, [nq, nu*nr]), reshape(weight, [nq, nu*nr]), &
+      reshape(scaled(weight, 0.2_dp*g%q%x), [nq, nu*nr])), [nq - 1, nu, nr])
+  end subroutine find_cell_errors
+
+  !> Return the largest errors in the cells of every axis.
+  pure function largest_errors(of_u, of_roll, of_q) result(error)
+    real(dp), dimension(:, :, :), intent(in) :: of_u, of_roll, of_q   !! as `find_cell_errors` has them
+    type(axis_errors) :: error
+
+    allocate (error%u, source=maxval(maxval(of_u, 3), 2))
+    allocate (error%roll, source=maxval(maxval(of_roll, 3), 2))
+    allocate (error%q, source=maxval(maxval(of_q, 3), 2))
+  end function largest_errors
+
+  !> Estimate what the splines through lines f(n, m) miss in the cells of every line, multiplied by the weights.
+  function cell_errors(axis, f, value_weight, slope_weight) result(error)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: f(:, :)
+    real(dp), intent(in) :: value_weight(:, :), slope_weight(:, :)   !! at the points, shape of f
+    real(dp) :: error(size(f, 1) - 1, size(f, 2))
+    real(dp) :: jump(size(f, 1), size(f, 2)), fourth, d
+    integer :: i, j, k
+
+    error = 0
+    call third_jumps(axis, f, jump)
+    do j = 1, size(f, 2)
+      do i = 2, axis%n - 1
+        if (value_weight(i, j) <= 0 .and. slope_weight(i, j) <= 0) cycle
+        ! "Not a knot": there is no jump at the outermost interior points.
+        k = min(max(i, 3), axis%n - 2)
+        fourth = abs(jump(k, j))*2/(axis%x(k + 1) - axis%x(k - 1))
+        do k = i - 1, i
+          d = axis%x(k + 1) - axis%x(k)
+          error(k, j) = max(error(k, j), fourth*d**3*(value_weight(i, j)*d/384 + slope_weight(i, j)*(sqrt(3.0_dp)/216)))
+        end do
+      end do
+    end do
+  end function cell_errors
+
+  !> Halve the cells whose error exceeds 1, the worst first, if they are at least 2*least long and there are at most `most`
+  !> points. If only a handful of cells errs, and none grossly, the axis stays as it is: kinks of the profiles have no end.
+  subroutine halve_cells(axis, error, least, most, finer)
+    type(axis_type), intent(inout) :: axis
+    real(dp), intent(in) :: error(:)
+    real(dp), intent(in) :: least
+    integer, intent(in) :: most
+    logical, intent(out) :: finer
+    real(dp), parameter :: handful = 0.03_dp, gross = 10
+    real(dp) :: points(2*axis%n)
+    logical :: halve(axis%n - 1)
+    integer :: i, n
+
+    halve = error > 1 .and. axis%x(2:) - axis%x(:axis%n - 1) >= 2*least
+    finer = (count(halve) > handful*axis%n .or. any(halve .and. error > gross)) .and. axis%n < most
+    if (.not. finer) return
+    do while (axis%n + count(halve) > most)
+      halve(minloc(error, 1, halve)) = .false.
+    end do
+    n = 0
+    do i = 1, axis%n
+      n = n + 1
+      points(n) = axis%x(i)
+      if (i == axis%n) exit
+      if (.not. halve(i)) cycle
+      n = n + 1
+      points(n) = (axis%x(i) + axis%x(i + 1))/2
+    end do
+    axis = new_axis(points(:n))
+  end subroutine halve_cells
+
+  !> Return the indices of the old points before and behind every point of a finer axis; they are equal at common points.
+  pure function brackets(old, new) result(cell)
+    type(axis_type), intent(in) :: old, new
+    integer :: cell(2, new%n)
+    integer :: i, k
+
+    k = 1
+    do i = 1, new%n
+      if (k < old%n) then
+        if (new%x(i) >= old%x(k + 1)) k = k + 1
+      end if
+      cell(:, i) = [k, k + merge(1, 0, new%x(i) > old%x(k))]
+    end do
+  end function brackets
+
+  !> Copy the values of a grid at the points that a finer one has in common with it.
+  pure subroutine keep_values(old, new)
+    type(grid_type), intent(in) :: old
+    type(grid_type), intent(inout) :: new
+    integer :: u(2, new%u%n), roll(2, new%roll%n), q(2, new%q%n), i, j, m
+
+    u = brackets(old%u, new%u)
+    roll = brackets(old%roll, new%roll)
+    q = brackets(old%q, new%q)
+    do j = 1, new%roll%n
+      do i = 1, new%u%n
+        if (u(1, i) /= u(2, i) .or. roll(1, j) /= roll(2, j)) cycle
+        do m = 1, new%q%n
+          if (q(1, m) /= q(2, m)) cycle
+          new%f(m, i, j) = old%f(q(1, m), u(1, i), roll(1, j))
+          new%known(m, i, j) = old%known(q(1, m), u(1, i), roll(1, j))
+        end do
+      end do
+    end do
+  end subroutine keep_values
+
+  !> Return an axis with the points of two, at most `most`; points of b nearer than least/2 to one of a are left out.
+  pure function united(a, b, least, most) result(axis)
+    type(axis_type), intent(in) :: a, b
+    real(dp), intent(in) :: least
+    integer, intent(in) :: most
+    type(axis_type) :: axis
+    real(dp) :: x(a%n + b%n)
+    integer :: i, j, n
+
+    n = 0
+    j = 1
+    do i = 1, a%n
+      do while (j <= b%n)
+        if (b%x(j) >= a%x(i)) exit
+        if (b%x(j) > a%x(max(i - 1, 1)) + least/2 .and. b%x(j) < a%x(i) - least/2 .and. n + a%n - i + 1 < most) then
+          n = n + 1
+          x(n) = b%x(j)
+        end if
+        j = j + 1
+      end do
+      n = n + 1
+      x(n) = a%x(i)
+    end do
+    axis = new_axis(x(:n))
+  end function united
+
+  !> Return f(q, u, roll) with every q multiplied by a factor.
+  pure function scaled(f, factor)
+    real(dp), intent(in) :: f(:, :, :), factor(:)
+    real(dp) :: scaled(size(f, 1), size(f, 2), size(f, 3))
+    integer :: i, j
+
+    do j = 1, size(f, 3)
+      do i = 1, size(f, 2)
+        scaled(:, i, j) = f(:, i, j)*factor
+      end do
+    end do
+  end function scaled
+
+  !> Return f(q, u, roll) as lines along u.
+  pure function along_u(f) result(lines)
+    real(dp), intent(in) :: f(:, :, :)
+    real(dp) :: lines(size(f, 2), size(f, 1)*size(f, 3))
+
+    lines = reshape(reshape(f, [size(f, 2), size(f, 1), size(f, 3)], order=[2, 1, 3]), shape(lines))
+  end function along_u
+
+  !> Return f(q, u, roll) as lines along roll.
+  pure function along_roll(f) result(lines)
+    real(dp), intent(in) :: f(:, :, :)
+    real(dp) :: lines(size(f, 3), size(f, 1)*size(f, 2))
+
+    lines = transpose(reshape(f, [size(f, 1)*size(f, 2), size(f, 3)]))
+  end function along_roll
+
+end module adaptive_grid
