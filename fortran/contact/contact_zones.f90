@@ -26,8 +26,8 @@ module contact_zones
   !> One side of the wheelset, treated as a left side.
   type :: side_type
     type(pair_type) :: pair
-    type(zone_type), allocatable :: zones(:)   !! from the tread to the flange
-    real(dp) :: clearance = 0          !! of the rigid wheelset to this side [m]
+    type(zone_type), allocatable :: zones(:)   !! ordered from the tread to the flange
+    real(dp) :: clearance = 0          !! lateral way of the centred rigid wheelset until this flange touches [m]
   end type side_type
 
   !> Arcs of the wheel that cannot touch, from the running point to the flange.

@@ -1,6 +1,5 @@
-!> Rigid contact geometry of the whole wheelset: where it touches both rails at a
-!> lateral displacement, its flange clearance, and the geometry functions that
-!> railway engineers read.
+!> Rigid contact geometry of the whole wheelset: where it stands on both rails at a lateral displacement, the flange
+!> clearance, and the geometry functions that railway engineers read.
 module geometry_functions
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use root_bracket, only: bracket_type
@@ -19,9 +18,9 @@ module geometry_functions
     'angle_R', 'radius_L', 'radius_R', 'delta_r', 'y_L', 'z_L', 'y_R', 'z_R', 'conicity']
   character(*), parameter :: geometry_units(*) = [character(12) :: 'm', 'rad', 'm', 'rad', &
     'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
-  !> Between its rows [m].
+  !> Distance between the rows of the geometry file [m].
   real(dp), parameter :: geometry_pitch = 1e-4_dp
-  integer, parameter :: periods = 200   ! points of a period
+  integer, parameter :: phases = 200   ! points of a period
 
 contains
 
@@ -172,10 +171,10 @@ contains
 
   end subroutine clearance
 
-  !> Equivalent conicity for an amplitude by harmonic linearisation of the rolling
-  !> radius difference: (1/(pi a)) * integral over one period of
-  !> (delta_r(c + a sin tau)/2) sin tau dtau, about the centre c where the mean of delta_r over the period is zero:
-  !> off the track's centre where left and right differ.  NaN where y does not hold such a motion.
+  !> Equivalent conicity for an amplitude a by harmonic linearisation of the rolling radius difference: 1/(pi a) times the
+  !> integral over one period of (delta_r(c + a sin tau)/2) sin tau dtau.  The mean of delta_r over the period is zero
+  !> about the centre c, which is off the track's centre where left and right differ.  NaN where such a motion leaves the
+  !> range of y.
   pure real(dp) function conicity(amplitude, y, delta_r)
     real(dp), intent(in) :: amplitude      !! [m]
     real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
@@ -187,24 +186,24 @@ contains
     call find_centre(amplitude, y, delta_r, centre)
     if (ieee_is_nan(centre)) return
     conicity = 0
-    do i = 1, periods
-      tau = 2*pi*(i - 0.5_dp)/periods
-      conicity = conicity + interpolated(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(periods*amplitude)
+    do i = 1, phases
+      tau = 2*pi*(i - 0.5_dp)/phases
+      conicity = conicity + interpolated(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(phases*amplitude)
     end do
   end function conicity
 
-  !> Centre of a harmonic motion over whose phases the mean of delta_r is zero; NaN where y holds none.
+  !> Centre of the harmonic motion over which the mean of delta_r is zero; NaN where this motion leaves the range of y.
   pure subroutine find_centre(amplitude, y, delta_r, centre)
     real(dp), intent(in) :: amplitude, y(:), delta_r(:)
     real(dp), intent(out) :: centre
-    real(dp), parameter :: none = 1e-12_dp        ! rounding, where both sides are the same [m]
+    real(dp), parameter :: rounding = 1e-12_dp    ! largest mean where both sides are the same [m]
     type(bracket_type) :: range
     real(dp) :: start, last, f, old
     integer :: iter
 
     centre = 0
     start = mean(0.0_dp)
-    if (abs(start) <= none) return
+    if (abs(start) <= rounding) return
     f = start
     old = centre
     last = f
@@ -220,7 +219,7 @@ contains
     end do
     range = bracket_type(old, last, centre, f)
     do iter = 1, 60
-      if (abs(f) <= 1e-3_dp*none) exit
+      if (abs(f) <= 1e-3_dp*rounding) exit
       centre = range%guess()
       f = mean(centre)
       call range%narrow(centre, f)
@@ -233,8 +232,8 @@ contains
       integer :: i
 
       mean = 0
-      do i = 1, periods
-        mean = mean + interpolated(c + amplitude*sin(2*pi*(i - 0.5_dp)/periods), y, delta_r)/periods
+      do i = 1, phases
+        mean = mean + interpolated(c + amplitude*sin(2*pi*(i - 0.5_dp)/phases), y, delta_r)/phases
       end do
     end function mean
 
@@ -252,11 +251,12 @@ contains
     interpolated = (1 - share)*values(j) + share*values(j + 1)
   end function interpolated
 
-  !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
+  !> Rows -last..last of the geometry file, as far as the rigid wheelset stands on both rails; last is -1 where it stands
+  !> nowhere.
   subroutine geometry_table(side, height, n, rows, last)
     type(side_type), intent(in) :: side(:)  !! left, right
-    real(dp), intent(in) :: height          !! of the axle centre where Z is 0 [m]
-    integer, intent(in) :: n                !! the most that `last` can be
+    real(dp), intent(in) :: height          !! height of the axle centre at Z = 0 [m]
+    integer, intent(in) :: n                !! largest possible `last`
     real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
     integer, intent(out) :: last
     integer :: i
@@ -268,10 +268,10 @@ contains
     end do
   end subroutine geometry_table
 
-  !> Rows without the conicity at any y; NaN where the rigid wheelset does not stand on both rails.
+  !> Rows of the geometry file, without the conicity, at any y; NaN where the rigid wheelset does not stand on both rails.
   subroutine geometry_at(side, height, y, rows)
     type(side_type), intent(in) :: side(:) !! left, right
-    real(dp), intent(in) :: height         !! of the axle centre where Z is 0 [m]
+    real(dp), intent(in) :: height         !! height of the axle centre at Z = 0 [m]
     real(dp), intent(in) :: y(:)           !! [m]
     real(dp), intent(out) :: rows(:, :)    !! (column, y)
     integer :: i
@@ -283,8 +283,8 @@ contains
     end do
   end subroutine geometry_at
 
-  !> Rows without the conicity, every `pitch`: to the right they are the mirror image of those to the left
-  !> with the sides exchanged.
+  !> Rows of the geometry file, without the conicity, at every `pitch` [m].  Rows to the right are the mirror images of
+  !> rows to the left with the sides exchanged.
   subroutine even_rows(side, height, pitch, n, rows, last)
     type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: height, pitch

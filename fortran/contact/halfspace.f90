@@ -122,7 +122,7 @@ contains
   pure subroutine solve_pressure(system, depth, tolerance, p, r, ok, iterations)
     type(system_type), intent(in) :: system
     real(dp), intent(in), contiguous :: depth(:, :)
-    real(dp), intent(in) :: tolerance      !! of the depth under pressure, relative to its maximum
+    real(dp), intent(in) :: tolerance      !! error of the depth under pressure, relative to its maximum
     real(dp), intent(inout), contiguous :: p(:, :)
     real(dp), intent(out), contiguous :: r(:, :)   !! residual, depth - A p [m]
     logical, intent(out) :: ok

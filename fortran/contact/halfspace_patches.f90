@@ -28,7 +28,7 @@ module halfspace_patches
     type(overlaps_type) :: overlaps            !! one for every patch
     real(dp) :: box(3, most_patches) = 0       !! pressed area: half of its length along x, first and last s [m]
     type(mesh_type) :: mesh(most_patches)
-    real(dp) :: expected(3) = -1               !! what `expect_area` has said about the next pose; negative: nothing
+    real(dp) :: expected(3) = -1               !! pressed area of the next pose, set by `expect_area`; negative: unknown
     real(dp), allocatable :: p(:, :, :)        !! pressures (nx, ns, patch) [Pa]
     type(system_type) :: system
   end type patches_type
@@ -42,9 +42,9 @@ contains
     type(pair_type), intent(in) :: pair
     type(elements_type), intent(in) :: elements
     integer, intent(in) :: first, last
-    real(dp), intent(in) :: centre(2), roll    !! of the axle [m, rad]
-    type(scan_type), intent(in) :: scan        !! in this pose
-    type(patches_type), intent(inout) :: patches   !! of a pose nearby, or new
+    real(dp), intent(in) :: centre(2), roll    !! position and roll angle of the axle [m, rad]
+    type(scan_type), intent(in) :: scan        !! depths in this pose
+    type(patches_type), intent(inout) :: patches   !! patches of a pose nearby, or new ones
     real(dp), intent(out) :: energy
     logical, intent(out) :: ok
     real(dp), intent(out), optional :: force(3)
@@ -155,9 +155,9 @@ contains
 
   !> Move patch i of the last pose with the overlap and stretch it to the size of this pose.
   pure subroutine move_patch(overlaps, i, patches)
-    type(overlaps_type), intent(in) :: overlaps      !! of this pose
+    type(overlaps_type), intent(in) :: overlaps      !! overlaps of this pose
     integer, intent(in) :: i
-    type(patches_type), intent(inout) :: patches     !! with the overlaps of the last pose
+    type(patches_type), intent(inout) :: patches     !! patches and overlaps of the last pose
     real(dp) :: along_s, along_x
 
     associate (old => patches%overlaps, mesh => patches%mesh(i))
@@ -178,7 +178,7 @@ contains
     type(system_type), intent(in) :: system
     integer, intent(in) :: m, n
     real(dp), intent(in) :: depth(m, n)    !! [m]
-    real(dp), intent(in) :: tolerance      !! of the depth under pressure, relative to its maximum
+    real(dp), intent(in) :: tolerance      !! error of the depth under pressure, relative to its maximum
     real(dp), intent(inout) :: p(m, n)     !! [Pa]
     real(dp), intent(out) :: r(m, n)       !! residual [m]
     logical, intent(out) :: ok
@@ -204,7 +204,7 @@ contains
   !> the first round.
   pure subroutine expect_area(patches, area)
     type(patches_type), intent(inout) :: patches
-    real(dp), intent(in) :: area(3)        !! as `pressed_area`
+    real(dp), intent(in) :: area(3)        !! in the shares that `pressed_area` returns
 
     patches%expected = area
   end subroutine expect_area

@@ -12,12 +12,12 @@ module patch_grids
   ! The influence is kept for elements with these ratios ds/dx: powers of 2^(1/octave).  It is linear between them.
   integer, parameter :: octave = 32, flattest = -11*octave, steepest = 8*octave
 
-  real(dp), parameter :: margin = 0.02_dp    ! of a grid at every end of the pressed area, relative to the area's length
+  real(dp), parameter :: margin = 0.02_dp    ! free share of the area's length at every end of it
 
   !> What all solutions with one resolution share.
   type :: elements_type
     integer :: nx = 0, ns = 0          !! elements over x > 0 and s
-    real(dp) :: tolerance = 0          !! of the depth under pressure, relative to its maximum
+    real(dp) :: tolerance = 0          !! error of the depth under pressure, relative to its maximum
     real(dp) :: e_star = 0             !! [Pa]
     real(dp), allocatable :: own(:, :, :)      !! influence from `unit_influence`, last index: ratio ds/dx
     real(dp), allocatable :: self(:)           !! displacement of an element alone from `unit_influence`, by ratio
@@ -28,7 +28,7 @@ contains
   !> Elements of nx by ns to a grid.
   pure function new_elements(nx, ns, tolerance, e_star) result(elements)
     integer, intent(in) :: nx, ns
-    real(dp), intent(in) :: tolerance, e_star   !! as in elements_type
+    real(dp), intent(in) :: tolerance, e_star   !! error of the depth, relative to its maximum; [Pa]
     type(elements_type) :: elements
     integer :: k
 
@@ -130,14 +130,14 @@ contains
     real(dp), intent(in) :: p(:, :)                !! pressures (nx, ns) [Pa]
     real(dp), intent(in) :: lap(2)                 !! overlap: first and last s [m]
     real(dp), intent(in) :: old(3)                 !! pressed area so far: half of its length along x, first and last s [m]
-    integer, intent(in) :: round                   !! of the search
+    integer, intent(in) :: round                   !! number of this round of the search
     real(dp), intent(out) :: box(3)                !! pressed area, as `old`
     logical, intent(inout) :: fits
     real(dp), parameter :: enlarge = 1.3_dp        ! factor for a grid that cuts its patch off
     real(dp), parameter :: least_fill = 0.8_dp     ! least share of the grid that the patch fills
     ! Patches of neighbouring poses must have the same place in their grids, or the grid's error jumps between them.
     integer, parameter :: tight_rounds = 5, free_rounds = 8
-    real(dp), parameter :: slack = 0.03_dp         ! of the grid's length
+    real(dp), parameter :: slack = 0.03_dp         ! largest shift of the patch in its grid, relative to the length of the grid
     real(dp) :: ends(2), far, length
     integer :: i, j
     logical :: cut(3)
@@ -198,7 +198,7 @@ contains
     real(dp), intent(inout) :: box(3)              !! pressed area: half of its length along x, first and last s [m]
     logical, intent(inout) :: fits
     integer, parameter :: looks = 12               ! stations that are looked at, about
-    real(dp), parameter :: negligible = 1e-3_dp    ! of the overlap
+    real(dp), parameter :: negligible = 1e-3_dp    ! interpenetration, relative to the overlap
     real(dp) :: s, low, high, total, middle, spread, away
     integer :: i, j, k, step
 

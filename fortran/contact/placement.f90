@@ -121,7 +121,7 @@ contains
   !> knots as many as the largest spacing asks for.
   pure subroutine set_stations(pair)
     type(pair_type), intent(inout) :: pair
-    real(dp), parameter :: largest_spacing = 0.26e-3_dp, least_spacing = 0.1e-3_dp   ! of stations [m]
+    real(dp), parameter :: largest_spacing = 0.26e-3_dp, least_spacing = 0.1e-3_dp   ! distances of stations [m]
     real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), previous, r(2), d1(2), d2(2)
     integer :: n, i, j, k, cuts
 

@@ -47,7 +47,7 @@ contains
   !> search.
   pure subroutine scan_depth(pair, centre, roll, first, last, scan)
     type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: centre(2), roll   !! of the axle, track frame [m, rad]
+    real(dp), intent(in) :: centre(2), roll   !! position of the axle, track frame, and roll angle [m, rad]
     integer, intent(in) :: first, last
     type(scan_type), intent(inout) :: scan
     real(dp) :: y(2), z(2), t(2)
@@ -147,7 +147,7 @@ contains
     integer, intent(inout) :: interval(n)      !! knot interval of the foot
     real(dp), intent(out) :: depth(n), normal(2, n), rate(n)
     real(dp), intent(out) :: step(n)           !! last Newton step of the foot [m]
-    real(dp), parameter :: tolerance = 3e-6_dp ! of a step [m]: the error of the foot is the square of the step
+    real(dp), parameter :: tolerance = 3e-6_dp ! step [m]: the foot's error is about the square of it
     integer :: i, iter
 
     do i = 1, n
@@ -256,7 +256,7 @@ contains
     integer, intent(in) :: first, last
     real(dp), intent(in) :: centre(2), roll, alpha
     real(dp), intent(out) :: shift        !! along the direction [m]
-    real(dp), intent(out) :: station      !! of the point of the wheel that touches [m]
+    real(dp), intent(out) :: station      !! station of the wheel that touches [m]
     logical, intent(out) :: ok
     real(dp), parameter :: least_climb = 0.15_dp   ! cosine between the rail's normal and the direction: 81 degrees
     real(dp) :: along(2), depth, climb

@@ -21,7 +21,7 @@ module strip_law
   !> half-space that is pressed in by the sliver alone is up to 60 times stiffer than the strips.
   real(dp), parameter :: stiffest = 1.5_dp
 
-  real(dp), parameter :: least_ratio = 0.02_dp    ! of B to A: flatter patches are line contacts
+  real(dp), parameter :: least_ratio = 0.02_dp    ! B/A: longer patches are line contacts
 
   ! Gauss-Legendre, four points on [0, 1]: exact for the cubic depth squared times a linear modulus.
   real(dp), parameter :: gauss_t(4) = 0.5_dp + 0.5_dp*[-0.861136311594052575_dp, &
@@ -34,7 +34,7 @@ contains
   !> Relative curvatures of wheel and rail at a station of the wheel, for a roll angle.
   pure subroutine relative_curvatures(pair, angle, radius, wheel_curvature, roll, A, B)
     type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: angle, radius, wheel_curvature   !! of the wheel there [rad, m, 1/m]
+    real(dp), intent(in) :: angle, radius, wheel_curvature   !! of the wheel's station [rad, m, 1/m]
     real(dp), intent(in) :: roll      !! [rad]
     real(dp), intent(out) :: A, B     !! rolling and transverse [1/m]
 

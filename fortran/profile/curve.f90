@@ -119,7 +119,7 @@ contains
     type(curve_type), intent(out) :: c
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: finest = 0.25e-3_dp, coarsest = 0.5e-3_dp   ! between knots [m]
-    integer, parameter :: rounds = 4       ! of stations and splines in turn: stations move by the square of the noise
+    integer, parameter :: rounds = 4       ! stations and splines in turn: stations move by the square of the noise
     real(dp) :: p(size(y), 2), s(size(y)), h
     real(dp), allocatable :: beta(:, :)
     integer :: n, m, i, round
@@ -167,7 +167,7 @@ contains
     real(dp), intent(out) :: noise         !! rms, unit of p
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: differences(4) = [-1, 3, -3, 1]
-    real(dp), parameter :: range = 40      ! of ln lambda; beyond, rounding decides
+    real(dp), parameter :: range = 40      ! width in ln lambda: beyond it rounding decides
     integer, parameter :: trials = 30
     real(dp) :: fit(4, size(beta, 1)), bend(4, size(beta, 1)), ab(4, size(beta, 1)), &
       rhs(size(beta, 1), 2), w(4, size(x)), low, high, score, best, rms, free, asked

@@ -156,7 +156,7 @@ contains
     real(dp), intent(in) :: points(:, :)   !! turned and in order [mm]
     integer, intent(in) :: kind            !! is_wheel or is_rail
     integer, intent(out) :: first, last
-    real(dp), parameter :: undercut = 0.5_dp   ! of a rail's head at the end of its side [mm]
+    real(dp), parameter :: undercut = 0.5_dp   ! way in y below a head by which its side ends [mm]
     real(dp), parameter :: upright = 0.02_dp   ! largest way in y along a vertical side [mm]
     real(dp) :: angle(size(points, 2)), s(size(points, 2)), extreme
     integer :: n, i, tip, tape, side, edge

@@ -18,11 +18,11 @@ module profile_repair
     real(dp) :: move = 0               !! largest move of such a point [mm]
   end type mended_type
 
-  real(dp), parameter :: largest_turn = 120*degree   !! at a point: two points are exchanged where it is larger
+  real(dp), parameter :: largest_turn = 120*degree   !! turn at a point: a larger one means that two points are exchanged
   real(dp), parameter :: least_spacing = 1e-2_dp     !! nearer points say nothing more [mm]
-  real(dp), parameter :: largest_move = 0.3_dp       !! of a point that doubles back: more is no measuring error [mm]
+  real(dp), parameter :: largest_move = 0.3_dp       !! a point that doubles back farther is no measuring error [mm]
   real(dp), parameter :: least_miss = 0.15_dp        !! a point that is nearer to the curve stays [mm]
-  real(dp), parameter :: least_share = 0.9_dp        !! of the points that must be good
+  real(dp), parameter :: least_share = 0.9_dp        !! share of the points that must be on the curve
   integer, parameter :: enough_points = 200          !! points are put together only where there are more
   real(dp), parameter :: largest_backward = 0.03_dp  !! share of points that turn back: above, the noise exceeds the spacing
 
