@@ -178,7 +178,7 @@ contains
     real(dp), intent(inout) :: h                !! the step [m kg^1/2]
     type(pose_type), intent(inout) :: next
     integer, intent(out) :: wheel               !! the wheel that has the corner, 0: none
-    logical, intent(out) :: ok                  !! false: a step to the corner fails
+    logical, intent(out) :: ok                  !! it is false where a step to the corner fails
     logical :: closed(size(contacts%c))
     type(bracket_type) :: range
     type(pose_type) :: middle
@@ -235,7 +235,7 @@ contains
     type(pose_type), intent(in) :: here
     real(dp), intent(in) :: h                   !! [m kg^1/2]
     type(pose_type), intent(out) :: there
-    logical, intent(out) :: ok                  !! false: no pose on both rails is near, or a contact is at an end of its zone
+    logical, intent(out) :: ok                  !! it is false where no pose on both rails is near or a zone ends
 
     there = here
     there%q = here%q + h*here%t
