@@ -119,13 +119,13 @@ contains
     call add('aZ', 'm/s2', row%a(2))
     call add('roll_acc', 'rad/s2', row%a(3))
     do c = 1, 4
-      call add('angle_'//contact_name(c), 'rad', row%contact(1, c))
-      call add('N_'//contact_name(c), 'N', row%contact(2, c))
-      call add('Fy_'//contact_name(c), 'N', row%contact(3, c))
-      call add('Fz_'//contact_name(c), 'N', row%contact(4, c))
-      call add('y_'//contact_name(c), 'm', row%contact(5, c))
-      call add('z_'//contact_name(c), 'm', row%contact(6, c))
-      call add('radius_'//contact_name(c), 'm', row%contact(7, c))
+      call add('angle', 'rad', row%contact(1, c), c)
+      call add('N', 'N', row%contact(2, c), c)
+      call add('Fy', 'N', row%contact(3, c), c)
+      call add('Fz', 'N', row%contact(4, c), c)
+      call add('y', 'm', row%contact(5, c), c)
+      call add('z', 'm', row%contact(6, c), c)
+      call add('radius', 'm', row%contact(7, c), c)
     end do
     call add('F_ext', 'N', row%lateral_force)
     call add('M_gyro', 'N.m', row%gyroscopic)
@@ -144,19 +144,22 @@ contains
     call add('E_drift', 'J', total - row%work - row%first_energy + row%loss)
     if (.not. row%rigid) return
     do c = 1, 4
-      call add('P_'//contact_name(c), 'N.s', row%impulse(c))
+      call add('P', 'N.s', row%impulse(c), c)
     end do
     call add('E_lost', 'J', row%loss)
 
   contains
 
-    subroutine add(name, unit, value)
+    subroutine add(name, unit, value, contact)
       character(*), intent(in) :: name, unit
       real(dp), intent(in) :: value
+      integer, intent(in), optional :: contact   !! whose name ends that of the column
 
       n = n + 1
       values(n) = value
-      if (present(columns)) columns(n) = column_type(name, unit)
+      if (.not. present(columns)) return
+      columns(n) = column_type(name, unit)
+      if (present(contact)) columns(n)%name = name//'_'//contact_name(contact)
     end subroutine add
 
   end subroutine list_columns

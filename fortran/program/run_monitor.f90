@@ -42,6 +42,7 @@ module run_monitor
     type(run_type) :: run
     type(row_queue) :: queue
     logical :: event_rows = .true.         !! rows at events and peaks, too
+    logical :: rigid = .false.             !! columns of rigid contacts, too
     type(motion_type) :: past(2)           !! the motion one and two steps ago
     real(dp) :: forces(4, 3) = 0           !! normal forces two steps ago, one step ago and now [N]
     real(dp) :: first_energy = 0           !! total energy at the start [J]
@@ -67,6 +68,7 @@ contains
     integer :: n
 
     this%event_rows = c%rows == 'interval_and_events'
+    this%rigid = c%formulation /= 'elastic'
     this%forces = spread(normal_forces(motion), 2, 3)
     this%past = motion
     this%run%peak = this%forces(:, 3)
@@ -102,7 +104,7 @@ contains
     type(row_type) :: row
 
     call make_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, this%first_energy, &
-      c%formulation /= 'elastic', row)
+      this%rigid, row)
   end function row_of
 
   !> A step from `old` to `new`: farthest displacements, the forces of the last three steps, the energy.
@@ -113,8 +115,10 @@ contains
     type(motion_type), intent(in) :: old, new
 
     call note_extremes(this%run, old, new)
-    this%past = [old, this%past(1)]
-    this%forces = cshift(this%forces, 1, 2)
+    this%past(2) = this%past(1)
+    this%past(1) = old
+    this%forces(:, 1) = this%forces(:, 2)
+    this%forces(:, 2) = this%forces(:, 3)
     this%forces(:, 3) = normal_forces(new)
     call this%note_forces(new)
     call this%note_energy(c, setup, new)
