@@ -1,6 +1,5 @@
-!> Rigid contact geometry of the whole wheelset: where it touches both rails at a
-!> lateral displacement, its flange clearance, and the geometry functions that
-!> railway engineers read.
+!> Rigid contact geometry of the whole wheelset: where it stands on both rails at a lateral displacement, the flange
+!> clearance, and the geometry functions that railway engineers read.
 module geometry_functions
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use root_bracket, only: bracket_type
@@ -19,39 +18,40 @@ module geometry_functions
     'angle_R', 'radius_L', 'radius_R', 'delta_r', 'y_L', 'z_L', 'y_R', 'z_R', 'conicity']
   character(*), parameter :: geometry_units(*) = [character(12) :: 'm', 'rad', 'm', 'rad', &
     'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
-  !> Between its rows [m].
+  !> Distance between the rows of the geometry file [m].
   real(dp), parameter :: geometry_pitch = 1e-4_dp
-  integer, parameter :: periods = 200   ! points of a period
+  integer, parameter :: phases = 200   ! points of a period
 
 contains
 
-  !> Height at which the left wheel's stations first..last touch, lowered vertically at lateral
-  !> position y and roll.  The scan is fresh, or that of these stations touching at another roll.
-  subroutine lower(pair, first, last, y, roll, work, z, station, ok)
+  !> Height z [m] of the axle at which the left wheel's stations first..last touch when the wheel is lowered at
+  !> lateral position y [m] and roll angle [rad].  The scan is fresh, or from touching with these stations at another
+  !> roll angle.
+  subroutine lower(pair, first, last, y, roll, scan, z, station, ok)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last
     real(dp), intent(in) :: y, roll
-    type(scan_type), intent(inout) :: work
+    type(scan_type), intent(inout) :: scan
     real(dp), intent(out) :: z, station
     logical, intent(out) :: ok
-    real(dp), parameter :: above = 0.03_dp   ! start with the whole flange in the air [m]
-    ! A turn changes the height at which the wheel touches by less than this times its angle, on
-    ! flange faces of up to 78 degrees [m].
+    real(dp), parameter :: lift = 0.03_dp   ! the whole flange is in the air at the start [m]
+    ! Roll changes the height at which the wheel touches by less than this times the roll angle, on flange faces of
+    ! up to 78 degrees [m].
     real(dp), parameter :: lever = 3
     real(dp) :: start
 
-    if (work%fresh) then
+    if (scan%fresh) then
       ! Roll lifts the wheel by its lever arm.
-      start = pair%axle_height + above - roll*pair%r(1, size(pair%s)/2)
+      start = pair%axle_height + lift - roll*pair%r(1, size(pair%s)/2)
     else
-      start = work%centre(2) + lever*abs(roll - work%roll)
+      start = scan%centre(2) + lever*abs(roll - scan%roll)
     end if
-    call touch(pair, work, first, last, [y, start], roll, 0.0_dp, z, station, ok)
+    call touch(pair, scan, first, last, [y, start], roll, 0.0_dp, z, station, ok)
     z = z + start
   end subroutine lower
 
-  !> Roll angle and height at which the rigid wheelset stands on both rails with
-  !> the wheels' stations from `first` on; the least roll, where there are several.
+  !> Roll angle and height at which the rigid wheelset stands on both rails with the wheels' stations from `first` on:
+  !> the least roll angle where there are several.  `ok` is false where the wheelset does not stand on both rails.
   subroutine rigid_contact(side, first, y, roll, z, station, ok)
     type(side_type), intent(in) :: side(:) !! left, right
     integer, intent(in) :: first(2)
@@ -59,7 +59,7 @@ contains
     real(dp), intent(out) :: roll, z       !! [rad, m]
     real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
     logical, intent(out) :: ok
-    real(dp), parameter :: stride = 1e-3_dp   ! two contacts that compete are further apart [rad]
+    real(dp), parameter :: stride = 1e-3_dp   ! two solutions are further apart [rad]
     real(dp), parameter :: largest = 0.2_dp   ! [rad]
     type(scan_type) :: left, right
     real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new
@@ -80,7 +80,7 @@ contains
       if (ok) f(2) = difference(x(2))
     end do
     if (.not. ok) return
-    ! Regula falsi; halved (Illinois) or bisected where it creeps.
+    ! Regula falsi with halved values (Illinois), and bisection where it creeps.
     do iter = 1, 100
       if (abs(f(2)) < 1e-13_dp .or. abs(x(2) - x(1)) < 1e-16_dp) exit
       x_new = x(2) - f(2)*(x(2) - x(1))/(f(2) - f(1))
@@ -114,24 +114,24 @@ contains
 
   end subroutine rigid_contact
 
-  !> Lateral displacement of the rigid wheelset, riding on both treads, at which
-  !> the left flange touches [m].
+  !> Lateral displacement y [m] at which the left flange of the rigid wheelset touches while it rides on both treads.
+  !> `ok` is false where there is none between 0 and 0.05 m.
   subroutine clearance(side, y, ok)
     type(side_type), intent(in) :: side(:)    !! left, right
     real(dp), intent(out) :: y
     logical, intent(out) :: ok
     real(dp), parameter :: widest = 0.05_dp, close = 1e-12_dp, near = 1e-3_dp    ! [m]
-    type(scan_type) :: work
+    type(scan_type) :: scan
     type(bracket_type) :: range
     real(dp) :: f
     integer :: iter, k, tread(2), flange
 
-    work = new_scan(side(1)%pair)
+    scan = new_scan(side(1)%pair)
     do k = 1, 2
       tread(k) = side(k)%zones(count(.not. side(k)%zones%flange))%first
     end do
     flange = side(1)%zones(size(side(1)%zones))%first
-    ! Bisection finds where the flange comes into reach, regula falsi the rest.
+    ! Bisection finds where the flange comes into reach; regula falsi does the rest.
     range = bracket_type(0.0_dp, -1.0_dp, widest, -1.0_dp)
     do iter = 1, 100
       y = (range%a + range%b)/2
@@ -154,7 +154,8 @@ contains
 
   contains
 
-    !> How far the flange is above the height at which it touches; -1 where it passes beside the rail.
+    !> Overlap f [m]: the axle height at which the flange touches, minus that of the wheelset on its treads; -1 where the
+    !> flange passes beside the rail.
     subroutine find_overlap(f)
       real(dp), intent(out) :: f
       real(dp) :: roll, z, z_flange, station(2)
@@ -162,18 +163,18 @@ contains
 
       call rigid_contact(side, tread, y, roll, z, station, ok)
       if (.not. ok) return
-      work%fresh = .true.
-      call lower(side(1)%pair, flange, tread(1), y, roll, work, z_flange, station(1), touches)
+      scan%fresh = .true.
+      call lower(side(1)%pair, flange, tread(1), y, roll, scan, z_flange, station(1), touches)
       f = -1
       if (touches) f = z_flange - z
     end subroutine find_overlap
 
   end subroutine clearance
 
-  !> Equivalent conicity for an amplitude by harmonic linearisation of the rolling
-  !> radius difference: (1/(pi a)) * integral over one period of
-  !> (delta_r(c + a sin tau)/2) sin tau dtau, about the centre c where the mean of delta_r over the period is zero:
-  !> off the track's centre where left and right differ.  NaN where y does not hold such a motion.
+  !> Equivalent conicity for an amplitude a by harmonic linearisation of the rolling radius difference: 1/(pi a) times the
+  !> integral over one period of (delta_r(c + a sin tau)/2) sin tau dtau.  The mean of delta_r over the period is zero
+  !> about the centre c, which is off the track's centre where left and right differ.  NaN where such a motion leaves the
+  !> range of y.
   pure real(dp) function conicity(amplitude, y, delta_r)
     real(dp), intent(in) :: amplitude      !! [m]
     real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
@@ -185,24 +186,24 @@ contains
     call find_centre(amplitude, y, delta_r, centre)
     if (ieee_is_nan(centre)) return
     conicity = 0
-    do i = 1, periods
-      tau = 2*pi*(i - 0.5_dp)/periods
-      conicity = conicity + between(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(periods*amplitude)
+    do i = 1, phases
+      tau = 2*pi*(i - 0.5_dp)/phases
+      conicity = conicity + interpolated(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(phases*amplitude)
     end do
   end function conicity
 
-  !> Centre of a harmonic motion over whose phases the mean of delta_r is zero; NaN where y holds none.
+  !> Centre of the harmonic motion over which the mean of delta_r is zero; NaN where this motion leaves the range of y.
   pure subroutine find_centre(amplitude, y, delta_r, centre)
     real(dp), intent(in) :: amplitude, y(:), delta_r(:)
     real(dp), intent(out) :: centre
-    real(dp), parameter :: none = 1e-12_dp        ! rounding, where both sides are the same [m]
+    real(dp), parameter :: rounding = 1e-12_dp    ! largest mean where both sides are the same [m]
     type(bracket_type) :: range
     real(dp) :: start, last, f, old
     integer :: iter
 
     centre = 0
     start = mean(0.0_dp)
-    if (abs(start) <= none) return
+    if (abs(start) <= rounding) return
     f = start
     old = centre
     last = f
@@ -218,7 +219,7 @@ contains
     end do
     range = bracket_type(old, last, centre, f)
     do iter = 1, 60
-      if (abs(f) <= 1e-3_dp*none) exit
+      if (abs(f) <= 1e-3_dp*rounding) exit
       centre = range%guess()
       f = mean(centre)
       call range%narrow(centre, f)
@@ -231,30 +232,31 @@ contains
       integer :: i
 
       mean = 0
-      do i = 1, periods
-        mean = mean + between(c + amplitude*sin(2*pi*(i - 0.5_dp)/periods), y, delta_r)/periods
+      do i = 1, phases
+        mean = mean + interpolated(c + amplitude*sin(2*pi*(i - 0.5_dp)/phases), y, delta_r)/phases
       end do
     end function mean
 
   end subroutine find_centre
 
-  !> Values at y, by linear interpolation.
-  pure real(dp) function between(x, y, values)
+  !> The value at x of a function with the given values at the evenly spaced y, by linear interpolation.
+  pure real(dp) function interpolated(x, y, values)
     real(dp), intent(in) :: x, y(:), values(:)
-    real(dp) :: at, share
+    real(dp) :: position, share
     integer :: j
 
-    at = 1 + (x - y(1))/(y(2) - y(1))
-    j = max(1, min(int(at), size(y) - 1))
-    share = at - j
-    between = (1 - share)*values(j) + share*values(j + 1)
-  end function between
+    position = 1 + (x - y(1))/(y(2) - y(1))
+    j = max(1, min(int(position), size(y) - 1))
+    share = position - j
+    interpolated = (1 - share)*values(j) + share*values(j + 1)
+  end function interpolated
 
-  !> The geometry file's rows -last..last, as far as the rigid wheelset stands on both rails; -1: nowhere.
+  !> Rows -last..last of the geometry file, as far as the rigid wheelset stands on both rails; last is -1 where it stands
+  !> nowhere.
   subroutine geometry_table(side, height, n, rows, last)
     type(side_type), intent(in) :: side(:)  !! left, right
-    real(dp), intent(in) :: height          !! of the axle centre where Z is 0 [m]
-    integer, intent(in) :: n                !! the most that `last` can be
+    real(dp), intent(in) :: height          !! height of the axle centre at Z = 0 [m]
+    integer, intent(in) :: n                !! largest possible `last`
     real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
     integer, intent(out) :: last
     integer :: i
@@ -266,10 +268,10 @@ contains
     end do
   end subroutine geometry_table
 
-  !> Rows without the conicity at any y; NaN where the rigid wheelset does not stand on both rails.
+  !> Rows of the geometry file, without the conicity, at any y; NaN where the rigid wheelset does not stand on both rails.
   subroutine geometry_at(side, height, y, rows)
     type(side_type), intent(in) :: side(:) !! left, right
-    real(dp), intent(in) :: height         !! of the axle centre where Z is 0 [m]
+    real(dp), intent(in) :: height         !! height of the axle centre at Z = 0 [m]
     real(dp), intent(in) :: y(:)           !! [m]
     real(dp), intent(out) :: rows(:, :)    !! (column, y)
     integer :: i
@@ -281,8 +283,8 @@ contains
     end do
   end subroutine geometry_at
 
-  !> Rows without the conicity, every `pitch`: to the right they are the mirror image of those to the left
-  !> with the sides exchanged.
+  !> Rows of the geometry file, without the conicity, at every `pitch` [m].  Rows to the right are the mirror images of
+  !> rows to the left with the sides exchanged.
   subroutine even_rows(side, height, pitch, n, rows, last)
     type(side_type), intent(in) :: side(:)
     real(dp), intent(in) :: height, pitch

@@ -1,54 +1,51 @@
 !> Frictionless normal contact of elastic half-spaces on grids of rectangles.
 !>
-!> Pressures p >= 0, constant on each element, press the surfaces apart by A p
-!> (J. Boussinesq; closed form for a rectangle: A. E. H. Love, Phil. Trans. A 228
-!> (1929) 377-420).  With D the undeformed interpenetration the solution is the
-!> minimum of p.A p/2 - p.D over p >= 0: there A p = D under pressure and A p >= D
-!> elsewhere (no tension, no interpenetration; J. J. Kalker, Three-Dimensional
-!> Elastic Bodies in Rolling Contact, 1990, ch. 4).  The minimum is found by
-!> conjugate gradients with an active set: I. A. Polonsky, L. M. Keer, Wear 231
-!> (1999) 206-219; E. A. H. Vollebregt, J. Comput. Phys. 257 (2014) 333-351.
+!> Pressures p >= 0, constant on each element, press the surfaces apart by A p (J. Boussinesq; closed form for a
+!> rectangle: A. E. H. Love, Phil. Trans. A 228 (1929) 377-420).  With D the undeformed interpenetration the solution is
+!> the minimum of p.A p/2 - p.D over p >= 0.  There A p = D under pressure and A p >= D elsewhere: no tension, no
+!> interpenetration (J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990, ch. 4).  Conjugate
+!> gradients with an active set find the minimum: I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219;
+!> E. A. H. Vollebregt, J. Comput. Phys. 257 (2014) 333-351.
 !>
-!> Every patch has a grid of its own, symmetric about x = 0 (rolling direction);
-!> unknowns are those of the half x > 0.  A grid's elements are alike, so the
-!> influence of a row of elements on the others is one and the same vector, shifted:
-!> A is never formed.  Patches act on each other as rows of point loads.
+!> Every patch has a grid of its own, symmetric about x = 0 (rolling direction); the unknowns are the pressures of the
+!> half x > 0.  All elements of a grid are alike, so the influence of a row of elements on the others is always the same
+!> vector, shifted: A is never formed.  Patches act on each other as rows of point loads.
 module halfspace
   use kinds, only: dp, pi
   implicit none
   private
   public :: mesh_type, system_type, new_system, unit_influence, set_influence, solve_pressure
 
-  !> Elements (i, j), centred at x = (i - 1/2) dx > 0 and s = low + (j - 1/2) ds.
+  !> A grid.  Elements (i, j) are centred at x = (i - 1/2) dx > 0 and s = low + (j - 1/2) ds.
   type :: mesh_type
     real(dp) :: dx = 0, ds = 0, low = 0    !! [m]
   end type mesh_type
 
-  !> A p of several grids of nx by ns elements.  In units of the displacement of an element under its
-  !> own pressure, and of pressures weighted with sqrt(area times that displacement), A is symmetric.
+  !> The influence A of several grids of nx by ns elements.  A is symmetric in units of the displacement of an element
+  !> under its own pressure, for pressures weighted with sqrt(area times that displacement).
   type :: system_type
-    integer :: nx = 0, ns = 0, n = 0       !! elements over x and s; grids
-    real(dp), allocatable :: within(:, :, :)      !! of unit_influence, over its own; (nx*(2*ns - 1), nx, grid)
-    real(dp), allocatable :: across(:, :, :, :)   !! between grids, (nx*ns, nx*ns, grid, a later grid)
+    integer :: nx = 0, ns = 0, n = 0       !! elements over x and s; number of grids
+    real(dp), allocatable :: own(:, :, :)         !! influence in a grid, of unit_influence, (nx*(2*ns - 1), nx, grid)
+    real(dp), allocatable :: cross(:, :, :, :)    !! influence between grids, (nx*ns, nx*ns, grid, a later grid)
     real(dp), allocatable :: weight(:)            !! sqrt(area/displacement under unit pressure) [sqrt(m Pa)]
-    real(dp), allocatable :: compliance(:)        !! displacement under its own unit pressure [m/Pa]
+    real(dp), allocatable :: compliance(:)        !! displacement of an element under its own unit pressure [m/Pa]
   end type system_type
 
 contains
 
-  !> Room for `most` grids.
+  !> A system with room for `most` grids of nx by ns elements.
   pure function new_system(nx, ns, most) result(system)
     integer, intent(in) :: nx, ns, most
     type(system_type) :: system
 
     system%nx = nx
     system%ns = ns
-    allocate (system%within(nx*(2*ns - 1), nx, most), system%weight(most), system%compliance(most))
+    allocate (system%own(nx*(2*ns - 1), nx, most), system%weight(most), system%compliance(most))
   end function new_system
 
-  !> Displacement per pressure of elements with dx = 1, ds = `ratio`, over that of an element alone, `self`
-  !> (E* = 1): column k is the influence of the elements (k, l), each with its mirror image at -x, on (i, j), at
-  !> i + (j - l + ns - 1) nx.
+  !> Displacement per pressure of elements with dx = 1, ds = `ratio` and E* = 1.  `self` is the displacement of an
+  !> element under its own unit pressure.  v holds displacements relative to `self`: v(i, j - l, k) is the influence of
+  !> element (k, l), together with its mirror image at -x, on element (i, j).
   pure subroutine unit_influence(nx, ns, ratio, v, self)
     integer, intent(in) :: nx, ns
     real(dp), intent(in) :: ratio
@@ -56,7 +53,7 @@ contains
     real(dp) :: u(0:2*nx - 1, 0:ns - 1), corner(0:2*nx, 0:ns)
     integer :: i, j, k
 
-    ! Primitive of 1/r at the corners (i - 1/2, j - 1/2) of the element at the origin's distance.
+    ! Primitive of 1/r at the corners (i - 1/2, j - 1/2) of elements around the origin.
     do j = 0, ns
       do i = 0, 2*nx
         corner(i, j) = primitive(i - 0.5_dp, (j - 0.5_dp)*ratio)
@@ -78,20 +75,20 @@ contains
     end do
   end subroutine unit_influence
 
-  !> d2F/dxdy = 1/sqrt(x^2 + y^2).
+  !> F(x, y) with d2F/dxdy = 1/sqrt(x^2 + y^2).
   elemental real(dp) function primitive(x, y) result(f)
     real(dp), intent(in) :: x, y
 
     f = x*asinh(y/abs(x)) + y*asinh(x/abs(y))
   end function primitive
 
-  !> The system of the grids `mesh`, whose `within` is set.
+  !> Set the system for the grids `mesh`.  Its `own` influence is already set.
   pure subroutine set_influence(mesh, self, e_star, system)
     type(mesh_type), intent(in) :: mesh(:)
-    real(dp), intent(in) :: self(:)        !! of unit_influence
+    real(dp), intent(in) :: self(:)        !! from `unit_influence`
     real(dp), intent(in) :: e_star         !! [Pa]
     type(system_type), intent(inout) :: system
-    real(dp) :: x(system%nx), apart, scale
+    real(dp) :: x(system%nx), distance, scale
     integer :: g, h, i, j, k, l
 
     system%n = size(mesh)
@@ -99,7 +96,7 @@ contains
       system%compliance(g) = self(g)*mesh(g)%dx/e_star
       system%weight(g) = sqrt(mesh(g)%dx*mesh(g)%ds/system%compliance(g))
     end do
-    if (system%n > 1 .and. .not. allocated(system%across)) allocate (system%across(system%nx*system%ns, &
+    if (system%n > 1 .and. .not. allocated(system%cross)) allocate (system%cross(system%nx*system%ns, &
       system%nx*system%ns, size(system%weight), size(system%weight)))
     do h = 2, system%n
       do g = 1, h - 1
@@ -107,11 +104,11 @@ contains
         x = [(i - 0.5_dp, i=1, system%nx)]*mesh(g)%dx
         do l = 1, system%ns
           do k = 1, system%nx
-            associate (column => system%across(:, k + (l - 1)*system%nx, g, h), to => (k - 0.5_dp)*mesh(h)%dx)
+            associate (column => system%cross(:, k + (l - 1)*system%nx, g, h), x_load => (k - 0.5_dp)*mesh(h)%dx)
               do j = 1, system%ns
-                apart = mesh(h)%low + (l - 0.5_dp)*mesh(h)%ds - mesh(g)%low - (j - 0.5_dp)*mesh(g)%ds
-                column((j - 1)*system%nx + 1:j*system%nx) = scale*(1/sqrt((x - to)**2 + apart**2) &
-                  + 1/sqrt((x + to)**2 + apart**2))
+                distance = mesh(h)%low + (l - 0.5_dp)*mesh(h)%ds - mesh(g)%low - (j - 0.5_dp)*mesh(g)%ds
+                column((j - 1)*system%nx + 1:j*system%nx) = scale*(1/sqrt((x - x_load)**2 + distance**2) &
+                  + 1/sqrt((x + x_load)**2 + distance**2))
               end do
             end associate
           end do
@@ -120,19 +117,18 @@ contains
     end do
   end subroutine set_influence
 
-  !> Pressures [Pa] for interpenetrations `depth` [m], (nx*ns, grid).  `p` is the first guess on entry.
-  !> `ok` is false when the iteration does not reach the tolerance.  p.(depth + r)/2, minus the minimum,
-  !> has the error of p squared.
+  !> Pressures p [Pa] for interpenetrations `depth` [m], both (nx*ns, grid).  On entry p is a first guess.  `ok` is false
+  !> where the iteration does not reach the tolerance.  The energy p.(depth + r)/2 has the square of the error of p.
   pure subroutine solve_pressure(system, depth, tolerance, p, r, ok, iterations)
     type(system_type), intent(in) :: system
     real(dp), intent(in), contiguous :: depth(:, :)
-    real(dp), intent(in) :: tolerance      !! of the depth under pressure, relative to its maximum
+    real(dp), intent(in) :: tolerance      !! error of the depth under pressure, relative to its maximum
     real(dp), intent(inout), contiguous :: p(:, :)
     real(dp), intent(out), contiguous :: r(:, :)   !! residual, depth - A p [m]
     logical, intent(out) :: ok
     integer, intent(out) :: iterations
     integer, parameter :: most = 1000
-    real(dp), dimension(size(p, 1), size(p, 2)) :: d, t, q, aside
+    real(dp), dimension(size(p, 1), size(p, 2)) :: d, t, q, correction
     real(dp) :: limit(size(p, 2)), g, g_old, tau, next
     logical :: fresh
     integer :: i, k
@@ -146,7 +142,7 @@ contains
       d(:, k) = depth(:, k)*system%weight(k)
       limit(k) = tolerance*maxval(depth)*system%weight(k)
     end do
-    ! Hertz: the surfaces touch where they would overlap by more than half.
+    ! Without a guess: as in Hertz's theory, the surfaces touch where they would overlap by more than half the maximum.
     if (all(p <= 0)) p = sqrt(max(2*depth - maxval(depth), 0.0_dp))
     do k = 1, system%n
       p(:, k) = max(p(:, k), 0.0_dp)*(system%weight(k)*system%compliance(k))
@@ -173,7 +169,7 @@ contains
       end do
       if (ok) exit
       if (g <= 0) then
-        ! Everything was clipped.
+        ! All pressures were clipped to zero.
         p = max(r, 0.0_dp)
         call displace(system, p, q)
         tau = sum(p*d)/sum(p*q)
@@ -191,26 +187,25 @@ contains
       g_old = g
       call displace(system, t, q)
       tau = sum(r*t)/sum(t*q)
-      ! Where the surfaces overlap without pressure, pressure has to appear, and
-      ! the directions start anew.
-      aside = 0
+      ! Where the surfaces overlap without pressure, pressure must appear, and the search directions start anew.
+      correction = 0
       do k = 1, system%n
         do i = 1, size(p, 1)
           if (p(i, k) > 0) then
             next = p(i, k) + tau*t(i, k)
             p(i, k) = max(next, 0.0_dp)
-            aside(i, k) = p(i, k) - next
+            correction(i, k) = p(i, k) - next
           else if (r(i, k) > 0) then
             p(i, k) = tau*r(i, k)
-            aside(i, k) = p(i, k)
+            correction(i, k) = p(i, k)
           end if
         end do
       end do
       r = r - tau*q
-      fresh = any(abs(aside) > 0)
+      fresh = any(abs(correction) > 0)
       if (fresh) then
-        ! Few elements: their product costs little.
-        call displace(system, aside, q)
+        ! These are few elements, so the product costs little.
+        call displace(system, correction, q)
         r = r - q
       end if
     end do
@@ -220,23 +215,23 @@ contains
     end do
   end subroutine solve_pressure
 
-  !> q = A p, element by element: only those under pressure count.
+  !> q = A p, summed over the elements that are under pressure.
   pure subroutine displace(system, p, q)
     type(system_type), intent(in) :: system
     real(dp), intent(in), contiguous :: p(:, :)
     real(dp), intent(out), contiguous :: q(:, :)
-    integer :: g, h, k, l, m, first, n, from
+    integer :: g, h, k, l, m, first, n, offset
 
     q = 0
     m = system%nx*system%ns
     do g = 1, system%n
       do l = 1, system%ns
-        from = (system%ns - l)*system%nx
-        associate (load => p((l - 1)*system%nx + 1:l*system%nx, g), w => system%within(from + 1:from + m, :, g))
+        offset = (system%ns - l)*system%nx
+        associate (load => p((l - 1)*system%nx + 1:l*system%nx, g), w => system%own(offset + 1:offset + m, :, g))
           first = findloc(abs(load) > 0, .true., 1)
           if (first == 0) cycle
           n = findloc(abs(load) > 0, .true., 1, back=.true.)
-          ! Three columns at a time: q comes from memory and goes there once for all.
+          ! Three columns at a time: q is read from memory and written once for all three.
           do k = first, n - 2, 3
             q(:, g) = q(:, g) + (load(k)*w(:, k) + load(k + 1)*w(:, k + 1) + load(k + 2)*w(:, k + 2))
           end do
@@ -247,8 +242,8 @@ contains
       end do
       do h = g + 1, system%n
         do l = 1, m
-          q(:, g) = q(:, g) + p(l, h)*system%across(:, l, g, h)
-          q(l, h) = q(l, h) + dot_product(system%across(:, l, g, h), p(:, g))
+          q(:, g) = q(:, g) + p(l, h)*system%cross(:, l, g, h)
+          q(l, h) = q(l, h) + dot_product(system%cross(:, l, g, h), p(:, g))
         end do
       end do
     end do

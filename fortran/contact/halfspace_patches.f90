@@ -1,39 +1,34 @@
 !> Half-spaces pressed together at a wheel and its rail, in one pose.
 !>
-!> The surface is developed into the plane (x rolling, s along the wheel).  The
-!> interpenetration is that of the real profiles and of the wheel's circles: at x
-!> the wheel's point is r - sqrt(r^2 - x^2) higher, and its depth is measured
+!> The surface is developed into the plane (x rolling, s along the wheel).  The interpenetration is that of the real
+!> profiles and of the wheel's circles: at x the wheel's point is r - sqrt(r^2 - x^2) higher, and its depth is measured
 !> along the rail's normal there.  All patches of a stretch of the wheel act on each other.
 !>
-!> Every patch has a grid that fits its pressed area.  It is looked for where the
-!> undeformed bodies overlap: Hertz's ellipse has the shares f_x, f_s of the semi-axes of the
-!> overlap with f_x^2 + f_s^2 = 1 (from K. L. Johnson, Contact Mechanics, 4.25-4.32), and
-!> neighbouring poses nearly the same shares.
+!> Every patch has a grid that fits its pressed area.  The pressed area is looked for where the undeformed bodies
+!> overlap: Hertz's ellipse has the shares f_x, f_s of the semi-axes of the overlap with f_x^2 + f_s^2 = 1 (from
+!> K. L. Johnson, Contact Mechanics, 4.25-4.32), and neighbouring poses have nearly the same shares.
 module halfspace_patches
   use curve, only: curve_point
-  use station_scan, only: scan_type, set_depth
-  use wheel_rail_pair, only: pair_type, rolled
   use halfspace, only: mesh_type, new_system, set_influence, solve_pressure, system_type
   use kinds, only: dp
-  use patch_grids, only: carry, elements_type, fit_box, fit_mesh, guess, interpolate, look_beyond
+  use patch_grids, only: carry_pressures, elements_type, fit_box, fit_mesh, guess_pressures, interpolate_influence, &
+    look_beyond
+  use patch_overlaps, only: expected_area, find_overlaps, most_patches, near_overlaps, overlaps_type
+  use station_scan, only: scan_type, set_depth
+  use wheel_rail_pair, only: pair_type, rolled
   implicit none
   private
   public :: patches_type, press_patches, keep_patches, expect_area, pressed_area
 
-  integer, parameter :: most_patches = 4
-  real(dp), parameter :: least_cosine = 0.05_dp      ! of the normal in the overlap's length
-
-  !> The pressed patches of a pose; they start the search in the next one.
+  !> The pressed patches of a pose.  They start the search in the next pose.
   type :: patches_type
     integer :: n = 0
-    integer :: solutions = 0, iterations = 0   !! so far
-    integer :: poses = 0, unsolved = 0         !! so far; poses whose pressures or grids did not converge
-    real(dp) :: lap(2, most_patches) = 0       !! stretch of s in which the undeformed bodies overlap [m]
-    real(dp) :: lap_x(most_patches) = 0        !! half its length along x [m]
-    real(dp) :: deepest(most_patches) = 0      !! overlap [m]
-    real(dp) :: box(3, most_patches) = 0       !! pressed: x, first and last s [m]
+    integer :: solutions = 0, iterations = 0   !! counted over all poses so far
+    integer :: poses = 0, unsolved = 0         !! poses so far; poses whose pressures or grids did not converge
+    type(overlaps_type) :: overlaps            !! one for every patch
+    real(dp) :: box(3, most_patches) = 0       !! pressed area: half of its length along x, first and last s [m]
     type(mesh_type) :: mesh(most_patches)
-    real(dp) :: expected(3) = -1               !! of a single patch, as `pressed_area`; or nothing is known
+    real(dp) :: expected(3) = -1               !! pressed area of the next pose, set by `expect_area`; negative: unknown
     real(dp), allocatable :: p(:, :, :)        !! pressures (nx, ns, patch) [Pa]
     type(system_type) :: system
   end type patches_type
@@ -47,20 +42,21 @@ contains
     type(pair_type), intent(in) :: pair
     type(elements_type), intent(in) :: elements
     integer, intent(in) :: first, last
-    real(dp), intent(in) :: centre(2), roll    !! of the axle [m, rad]
-    type(scan_type), intent(in) :: scan        !! in this pose
-    type(patches_type), intent(inout) :: patches   !! of a pose nearby, or new
+    real(dp), intent(in) :: centre(2), roll    !! position and roll angle of the axle [m, rad]
+    type(scan_type), intent(in) :: scan        !! depths in this pose
+    type(patches_type), intent(inout) :: patches   !! patches of a pose nearby, or new ones
     real(dp), intent(out) :: energy
     logical, intent(out) :: ok
     real(dp), intent(out), optional :: force(3)
     real(dp), parameter :: rough = 0.1_dp      ! tolerance while a patch is looked for
     integer, parameter :: most_rounds = 20
     ! Constant pressures on ns/4 by ns elements that fit half an ellipse overestimate energy and force by
-    ! 0.8/ns^2, whatever its axis ratio from 1/20 to 20 (found on Hertz's).
+    ! 0.8/ns^2 (found on Hertz's ellipses with axis ratios from 1/20 to 20).
     real(dp), parameter :: grid_error = 0.8_dp
     real(dp), dimension(elements%nx, elements%ns, most_patches) :: depth, p, r
     real(dp), dimension(2, elements%nx, elements%ns, most_patches) :: normal, point
     type(mesh_type) :: mesh(most_patches)
+    type(overlaps_type) :: overlaps
     integer :: n, g, round, iterations
     real(dp) :: box(3), self(most_patches)
     logical :: warm, known, fits
@@ -68,45 +64,26 @@ contains
     energy = 0
     ok = .true.
     if (present(force)) force = 0
-    call find_overlaps(pair, first, last, scan, patches, warm)
+    call find_overlaps(pair, first, last, scan, overlaps)
+    call start_patches(elements, overlaps, patches, warm, known)
     n = patches%n
     if (n == 0) return
-    if (n == 1 .and. patches%expected(1) > 0) then
-      associate (lap => patches%lap(:, 1))
-        patches%box(:, 1) = [patches%expected(1)*patches%lap_x(1), lap(1) + patches%expected(2:)*(lap(2) - lap(1))]
-      end associate
-    end if
-    known = warm .or. (n == 1 .and. patches%expected(1) > 0)
-    patches%expected = -1
-    if (.not. allocated(patches%p)) then
-      patches%system = new_system(elements%nx, elements%ns, most_patches)
-      allocate (patches%p(elements%nx, elements%ns, most_patches))
-    end if
     fits = .false.
     do round = 1, most_rounds
       do g = 1, n
-        call fit_mesh(patches%box(:, g), patches%lap(:, g), elements, mesh(g))
-        call interpolate(elements, mesh(g), patches%system%within(:, :, g), self(g))
+        call fit_mesh(patches%box(:, g), overlaps%ends(:, g), elements, mesh(g))
+        call interpolate_influence(elements, mesh(g), patches%system%own(:, :, g), self(g))
         call set_depths(pair, first, last, centre, roll, scan, mesh(g), depth(:, :, g), normal(:, :, :, g), &
           point(:, :, :, g))
         if (warm .or. round > 1) then
-          call carry(patches%mesh(g), patches%p(:, :, g), mesh(g), p(:, :, g))
+          call carry_pressures(patches%mesh(g), patches%p(:, :, g), mesh(g), p(:, :, g))
         else
-          call guess(patches%box(:, g), patches%deepest(g), mesh(g), p(:, :, g))
+          call guess_pressures(patches%box(:, g), overlaps%depth(g), mesh(g), p(:, :, g))
         end if
       end do
       call set_influence(mesh(:n), self(:n), elements%e_star, patches%system)
-      associate (m => elements%nx*elements%ns)
-        block
-          real(dp) :: d2(m, n), p2(m, n), r2(m, n)
-          d2 = reshape(depth(:, :, :n), [m, n])
-          p2 = reshape(p(:, :, :n), [m, n])
-          call solve_pressure(patches%system, d2, merge(elements%tolerance, max(rough, elements%tolerance), &
-            known .or. round > 1), p2, r2, ok, iterations)
-          p(:, :, :n) = reshape(p2, [elements%nx, elements%ns, n])
-          r(:, :, :n) = reshape(r2, [elements%nx, elements%ns, n])
-        end block
-      end associate
+      call solve_grids(patches%system, elements%nx*elements%ns, n, depth, &
+        merge(elements%tolerance, max(rough, elements%tolerance), known .or. round > 1), p, r, ok, iterations)
       patches%solutions = patches%solutions + 1
       patches%iterations = patches%iterations + iterations
       patches%mesh(:n) = mesh(:n)
@@ -115,13 +92,13 @@ contains
       if (.not. ok) exit
       fits = known .or. round > 1
       do g = 1, n
-        call fit_box(elements, mesh(g), p(:, :, g), patches%lap(:, g), patches%box(:, g), round, box, fits)
+        call fit_box(elements, mesh(g), p(:, :, g), overlaps%ends(:, g), patches%box(:, g), round, box, fits)
         patches%box(:, g) = box
       end do
       if (fits) then
         do g = 1, n
-          call look_beyond(pair, elements, scan, first, last, patches%lap(:, g), patches%deepest(g), mesh(:n), p(:, :, :n), g, &
-            patches%box(:, g), fits)
+          call look_beyond(pair, elements, scan, first, last, overlaps%ends(:, g), overlaps%depth(g), mesh(:n), &
+            p(:, :, :n), g, patches%box(:, g), fits)
         end do
       end if
       if (fits) exit
@@ -138,140 +115,119 @@ contains
     if (present(force)) force = force/(1 + grid_error/elements%ns**2)
   end subroutine press_patches
 
-  !> The area that a single patch pressed last, as shares of its overlap: half its length along x, both ends along s;
-  !> negative where there are several.
+  !> Place the patches of the last pose, or new ones, in the overlaps of this pose.  `warm` says that the patches of
+  !> the last pose have been moved, pressures included; `known`, that the pressed areas are near to the true ones.
+  pure subroutine start_patches(elements, overlaps, patches, warm, known)
+    type(elements_type), intent(in) :: elements
+    type(overlaps_type), intent(in) :: overlaps
+    type(patches_type), intent(inout) :: patches
+    logical, intent(out) :: warm, known
+    integer :: i
+
+    warm = near_overlaps(patches%overlaps, overlaps)
+    do i = 1, overlaps%n
+      if (warm) then
+        call move_patch(overlaps, i, patches)
+      else
+        patches%box(:, i) = expected_area(overlaps, i)
+      end if
+      ! An overlap with two maxima may be one patch or two.
+      patches%box(2, i) = min(patches%box(2, i), (overlaps%tops(1, i) + overlaps%ends(1, i))/2)
+      patches%box(3, i) = max(patches%box(3, i), (overlaps%tops(2, i) + overlaps%ends(2, i))/2)
+    end do
+    patches%n = overlaps%n
+    patches%overlaps = overlaps
+    known = warm
+    if (overlaps%n == 0) return
+    if (overlaps%n == 1 .and. patches%expected(1) > 0) then
+      known = .true.
+      associate (ends => overlaps%ends(:, 1))
+        patches%box(:, 1) = [patches%expected(1)*overlaps%half_x(1), &
+          ends(1) + patches%expected(2:)*(ends(2) - ends(1))]
+      end associate
+    end if
+    patches%expected = -1
+    if (.not. allocated(patches%p)) then
+      patches%system = new_system(elements%nx, elements%ns, most_patches)
+      allocate (patches%p(elements%nx, elements%ns, most_patches))
+    end if
+  end subroutine start_patches
+
+  !> Move patch i of the last pose with the overlap and stretch it to the size of this pose.
+  pure subroutine move_patch(overlaps, i, patches)
+    type(overlaps_type), intent(in) :: overlaps      !! overlaps of this pose
+    integer, intent(in) :: i
+    type(patches_type), intent(inout) :: patches     !! patches and overlaps of the last pose
+    real(dp) :: along_s, along_x
+
+    associate (old => patches%overlaps, mesh => patches%mesh(i))
+      along_s = (overlaps%ends(2, i) - overlaps%ends(1, i))/(old%ends(2, i) - old%ends(1, i))
+      along_x = overlaps%half_x(i)/old%half_x(i)
+      patches%box(:, i) = [patches%box(1, i)*along_x, &
+        overlaps%ends(1, i) + (patches%box(2:3, i) - old%ends(1, i))*along_s]
+      mesh%low = overlaps%ends(1, i) + (mesh%low - old%ends(1, i))*along_s
+      mesh%ds = mesh%ds*along_s
+      mesh%dx = mesh%dx*along_x
+      patches%p(:, :, i) = patches%p(:, :, i)*sqrt(overlaps%depth(i)/old%depth(i))
+    end associate
+  end subroutine move_patch
+
+  !> Solve for the pressures on the first n grids, with the m elements of each grid in one column, as
+  !> `solve_pressure` takes them.
+  pure subroutine solve_grids(system, m, n, depth, tolerance, p, r, ok, iterations)
+    type(system_type), intent(in) :: system
+    integer, intent(in) :: m, n
+    real(dp), intent(in) :: depth(m, n)    !! [m]
+    real(dp), intent(in) :: tolerance      !! error of the depth under pressure, relative to its maximum
+    real(dp), intent(inout) :: p(m, n)     !! [Pa]
+    real(dp), intent(out) :: r(m, n)       !! residual [m]
+    logical, intent(out) :: ok
+    integer, intent(out) :: iterations
+
+    call solve_pressure(system, depth, tolerance, p, r, ok, iterations)
+  end subroutine solve_grids
+
+  !> The area that a single patch pressed last, as shares of its overlap: half of its length along x, both ends along s.
+  !> Negative where there are several patches.
   pure function pressed_area(patches) result(area)
     type(patches_type), intent(in) :: patches
     real(dp) :: area(3)
 
     area = -1
-    if (patches%n == 1) area = [patches%box(1, 1)/patches%lap_x(1), &
-      (patches%box(2:, 1) - patches%lap(1, 1))/(patches%lap(2, 1) - patches%lap(1, 1))]
+    associate (overlaps => patches%overlaps)
+      if (patches%n == 1) area = [patches%box(1, 1)/overlaps%half_x(1), &
+        (patches%box(2:, 1) - overlaps%ends(1, 1))/(overlaps%ends(2, 1) - overlaps%ends(1, 1))]
+    end associate
   end function pressed_area
 
-  !> What the next pose is expected to press, found from poses around it: then it is likely to be solved at once.
+  !> Say what the next pose is expected to press, found from poses around it.  The pose is then likely to be solved in
+  !> the first round.
   pure subroutine expect_area(patches, area)
     type(patches_type), intent(inout) :: patches
-    real(dp), intent(in) :: area(3)        !! as `pressed_area`
+    real(dp), intent(in) :: area(3)        !! in the shares that `pressed_area` returns
 
     patches%expected = area
   end subroutine expect_area
 
-  !> The patches of one pose as a start for others.
-  pure subroutine keep_patches(from, to)
-    type(patches_type), intent(in) :: from
-    type(patches_type), intent(inout) :: to
+  !> Keep the patches of one pose as a start for other poses.
+  pure subroutine keep_patches(source, target)
+    type(patches_type), intent(in) :: source
+    type(patches_type), intent(inout) :: target
 
-    if (.not. allocated(from%p)) return
-    if (.not. allocated(to%p)) then
-      allocate (to%p, mold=from%p)
-      to%system = new_system(size(from%p, 1), size(from%p, 2), most_patches)
+    if (.not. allocated(source%p)) return
+    if (.not. allocated(target%p)) then
+      allocate (target%p, mold=source%p)
+      target%system = new_system(size(source%p, 1), size(source%p, 2), most_patches)
     end if
-    to%n = from%n
-    to%lap(:, :to%n) = from%lap(:, :to%n)
-    to%lap_x(:to%n) = from%lap_x(:to%n)
-    to%deepest(:to%n) = from%deepest(:to%n)
-    to%box(:, :to%n) = from%box(:, :to%n)
-    to%mesh(:to%n) = from%mesh(:to%n)
-    to%p(:, :, :to%n) = from%p(:, :, :to%n)
+    target%n = source%n
+    target%overlaps = source%overlaps
+    target%box(:, :target%n) = source%box(:, :target%n)
+    target%mesh(:target%n) = source%mesh(:target%n)
+    target%p(:, :, :target%n) = source%p(:, :, :target%n)
   end subroutine keep_patches
 
-  !> Stretches in which the undeformed bodies overlap, and where they are expected to press each other;
-  !> `warm`, when they are those of the last pose, moved.
-  pure subroutine find_overlaps(pair, first, last, scan, patches, warm)
-    type(pair_type), intent(in) :: pair
-    integer, intent(in) :: first, last
-    type(scan_type), intent(in) :: scan
-    type(patches_type), intent(inout) :: patches
-    logical, intent(out) :: warm
-    real(dp) :: lap(2, most_patches), lap_x(most_patches), deepest(most_patches), station(most_patches), &
-      tops(2, most_patches), stretch, bend(2), share(2), way
-    integer :: i, n, from, least, node
-
-    n = 0
-    from = 0
-    do i = first, last + 1
-      if (i <= last) then
-        if (scan%depth(i) > 0) then
-          if (from == 0) from = i
-          cycle
-        end if
-      end if
-      if (from == 0) cycle
-      if (n == most_patches) then
-        ! The shallowest gives way.
-        least = minloc(deepest, 1)
-        if (maxval(scan%depth(from:i - 1)) <= deepest(least)) then
-          from = 0
-          cycle
-        end if
-        lap(:, least:n - 1) = lap(:, least + 1:n)
-        lap_x(least:n - 1) = lap_x(least + 1:n)
-        deepest(least:n - 1) = deepest(least + 1:n)
-        station(least:n - 1) = station(least + 1:n)
-        tops(:, least:n - 1) = tops(:, least + 1:n)
-        n = n - 1
-      end if
-      n = n + 1
-      node = from - 1 + maxloc(scan%depth(from:i - 1), 1)
-      deepest(n) = scan%depth(node)
-      station(n) = pair%s(node)
-      ! Where the depth only grows, the station before the lap stands for the first top.
-      tops(:, n) = pair%s([max(1, from - 1 + findloc(scan%depth(from:i - 2) > scan%depth(from + 1:i - 1), .true., 1)), &
-        from + findloc(scan%depth(from:i - 2) < scan%depth(from + 1:i - 1), .true., 1, back=.true.)])
-      if (i - from < 3) tops(:, n) = station(n)
-      lap_x(n) = min(sqrt(2*deepest(n)*(-pair%r(2, node))/max(scan%normal(2, node), least_cosine)), -pair%r(2, node)/2)
-      lap(:, n) = pair%s([from, i - 1])
-      if (from > first) lap(1, n) = lap(1, n) - crossing(from, from - 1)
-      if (i <= last) lap(2, n) = lap(2, n) + crossing(i - 1, i)
-      from = 0
-    end do
-    warm = n > 0 .and. n == patches%n
-    do i = 1, n
-      if (.not. warm) exit
-      ! The same patch overlaps its last place and is not of another size.
-      warm = abs(sum(lap(:, i)) - sum(patches%lap(:, i))) < lap(2, i) - lap(1, i) &
-        .and. deepest(i) < 4*patches%deepest(i) .and. patches%deepest(i) < 4*deepest(i)
-    end do
-    do i = 1, n
-      if (warm) then
-        stretch = (lap(2, i) - lap(1, i))/(patches%lap(2, i) - patches%lap(1, i))
-        way = lap_x(i)/patches%lap_x(i)
-        patches%box(:, i) = [patches%box(1, i)*way, lap(1, i) + (patches%box(2:3, i) - patches%lap(1, i))*stretch]
-        patches%mesh(i)%low = lap(1, i) + (patches%mesh(i)%low - patches%lap(1, i))*stretch
-        patches%mesh(i)%ds = patches%mesh(i)%ds*stretch
-        patches%mesh(i)%dx = patches%mesh(i)%dx*way
-        patches%p(:, :, i) = patches%p(:, :, i)*sqrt(deepest(i)/patches%deepest(i))
-      else
-        ! Of the overlap's ellipse; axis ratio of Hertz's as fitted by Brewe and Hamrock (1977).
-        bend = [1/lap_x(i)**2, 4/(lap(2, i) - lap(1, i))**2]
-        share = [bend(1)*(bend(2)/bend(1))**1.272_dp, bend(2)]
-        share = sqrt(share/sum(share))
-        patches%box(:, i) = [share(1)*lap_x(i), station(i) + share(2)*(lap(:, i) - station(i))]
-        if (patches%box(2, i) >= patches%box(3, i)) patches%box(2:3, i) = lap(:, i)
-      end if
-      ! Two tops may be one patch or two.
-      patches%box(2, i) = min(patches%box(2, i), (tops(1, i) + lap(1, i))/2)
-      patches%box(3, i) = max(patches%box(3, i), (tops(2, i) + lap(2, i))/2)
-    end do
-    patches%n = n
-    patches%lap = lap
-    patches%lap_x = lap_x
-    patches%deepest = deepest
-
-  contains
-
-    !> From an overlapping station to where the overlap ends before the next one.
-    pure real(dp) function crossing(inside, beyond) result(way)
-      integer, intent(in) :: inside, beyond
-
-      way = abs(pair%s(beyond) - pair%s(inside))*scan%depth(inside)/(scan%depth(inside) - scan%depth(beyond))
-    end function crossing
-
-  end subroutine find_overlaps
-
-  !> Undeformed interpenetration at the elements [m], the rail's normal there and the wheel's point from the
-  !> axle centre, track frame.
+  !> At the elements of a grid: the undeformed interpenetration [m], the rail's normal, and the wheel's point relative
+  !> to the axle centre, track frame [m].
   pure subroutine set_depths(pair, first, last, centre, roll, scan, mesh, depth, normal, point)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last

@@ -1,9 +1,8 @@
 !> Hertz's law for two elastic bodies that touch at a point.
 !>
-!> K. L. Johnson, Contact Mechanics (Cambridge 1985), section 4.2.  The gap of
-!> the undeformed bodies is A x^2 + B y^2; the contact ellipse has semi-axes
-!> a (along x) and b (along y); 1/E* = 2 (1 - nu^2)/E for two bodies of the same
-!> material.
+!> K. L. Johnson, Contact Mechanics (Cambridge 1985), section 4.2.  The gap of the undeformed bodies is A x^2 + B y^2.
+!> The contact ellipse has semi-axes a (along x) and b (along y).  For two bodies of the same material
+!> 1/E* = 2 (1 - nu^2)/E.
 module hertz
   use kinds, only: dp, pi
   implicit none
@@ -20,8 +19,8 @@ contains
     e_star = youngs_modulus/(2*(1 - poisson**2))
   end function contact_modulus
 
-  !> The contact under a normal force N [N]: approach [m], semi-axes a, b [m],
-  !> largest pressure p0 [Pa].
+  !> Approach [m], semi-axes a, b [m] and largest pressure p0 [Pa] under a normal force N [N], for E* [Pa] and relative
+  !> curvatures A, B > 0 [1/m].
   pure subroutine hertz_contact(e_star, A, B, N, approach, semi_a, semi_b, p0)
     real(dp), intent(in) :: e_star, A, B, N
     real(dp), intent(out) :: approach, semi_a, semi_b, p0
@@ -35,7 +34,7 @@ contains
     semi_b = merge(major, ratio*major, A > B)
   end subroutine hertz_contact
 
-  !> C_H [N/m^1.5] of N = C_H delta^(3/2) for relative curvatures A, B > 0 [1/m].
+  !> C_H [N/m^1.5] in N = C_H delta^(3/2), for E* [Pa] and relative curvatures A, B > 0 [1/m].
   elemental real(dp) function hertz_stiffness(e_star, A, B) result(c_h)
     real(dp), intent(in) :: e_star, A, B
     real(dp) :: k, D, ratio
@@ -44,17 +43,16 @@ contains
     c_h = pi*e_star/1.5_dp*sqrt(D/min(A, B)/k**3)
   end function hertz_stiffness
 
-  !> The modulus k [Pa] with which a row of independent strips, each pressed by
-  !> k g(y) per unit width, carries Hertz's force: k = 3/4 C_H sqrt(B).
+  !> The modulus k [Pa] with which a row of independent strips carries Hertz's force, where a strip of depth g(y) carries
+  !> k g(y) per unit width: k = 3/4 C_H sqrt(B).
   elemental real(dp) function strip_modulus(e_star, A, B) result(k)
     real(dp), intent(in) :: e_star, A, B
 
     k = 0.75_dp*hertz_stiffness(e_star, A, B)*sqrt(B)
   end function strip_modulus
 
-  !> Axis ratio (minor/major, <= 1) of the contact ellipse whose ratio of
-  !> relative curvatures is `curvatures` >= 1, with the complete elliptic
-  !> integrals K(e) and D = (K - E)/e^2 of its eccentricity.
+  !> Axis ratio (minor/major, <= 1) of the contact ellipse for a ratio `curvatures` >= 1 of the relative curvatures, and
+  !> the complete elliptic integrals K(e) and D = (K - E)/e^2 of the ellipse's eccentricity e.
   elemental subroutine ellipse(curvatures, ratio, k, D)
     real(dp), intent(in) :: curvatures
     real(dp), intent(out) :: ratio, k, D
@@ -79,8 +77,7 @@ contains
     end do
   end subroutine ellipse
 
-  !> K(e) and (K(e) - E(e))/e^2 for e^2 = 1 - ratio^2 by the arithmetic-geometric
-  !> mean (Abramowitz and Stegun 17.6).
+  !> K(e) and D = (K(e) - E(e))/e^2 for e^2 = 1 - ratio^2 by the arithmetic-geometric mean (Abramowitz and Stegun 17.6).
   elemental subroutine integrals(ratio, k, D)
     real(dp), intent(in) :: ratio
     real(dp), intent(out) :: k, D

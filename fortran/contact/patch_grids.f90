@@ -1,4 +1,4 @@
-!> Grids of elements on pressed patches, as they fit the patches.
+!> Grids of elements on pressed patches: their place and size, first pressures, and whether they fit.
 module patch_grids
   use halfspace, only: mesh_type, unit_influence
   use kinds, only: dp, pi
@@ -6,27 +6,29 @@ module patch_grids
   use wheel_rail_pair, only: pair_type
   implicit none
   private
-  public :: elements_type, new_elements, fit_mesh, interpolate, guess, carry, fit_box, look_beyond
+  public :: elements_type, new_elements, fit_mesh, interpolate_influence, guess_pressures, carry_pressures, fit_box, &
+    look_beyond
 
-  ! Aspects ds/dx of elements for which the influence is kept: powers of 2^(1/octave); it is linear between them.
+  ! The influence is kept for elements with these ratios ds/dx: powers of 2^(1/octave).  It is linear between them.
   integer, parameter :: octave = 32, flattest = -11*octave, steepest = 8*octave
 
-  real(dp), parameter :: margin = 0.02_dp    ! of a grid around the pressed area, of its length, at every end
+  real(dp), parameter :: margin = 0.02_dp    ! free share of the area's length at every end of it
 
-  !> What solutions for one resolution share.
+  !> What all solutions with one resolution share.
   type :: elements_type
     integer :: nx = 0, ns = 0          !! elements over x > 0 and s
-    real(dp) :: tolerance = 0          !! in the depth, of its maximum
+    real(dp) :: tolerance = 0          !! error of the depth under pressure, relative to its maximum
     real(dp) :: e_star = 0             !! [Pa]
-    real(dp), allocatable :: within(:, :, :)   !! of unit_influence for every aspect
-    real(dp), allocatable :: self(:)
+    real(dp), allocatable :: own(:, :, :)      !! influence from `unit_influence`, last index: ratio ds/dx
+    real(dp), allocatable :: self(:)           !! displacement of an element alone from `unit_influence`, by ratio
   end type elements_type
 
 contains
 
+  !> Elements of nx by ns to a grid.
   pure function new_elements(nx, ns, tolerance, e_star) result(elements)
     integer, intent(in) :: nx, ns
-    real(dp), intent(in) :: tolerance, e_star
+    real(dp), intent(in) :: tolerance, e_star   !! error of the depth, relative to its maximum; [Pa]
     type(elements_type) :: elements
     integer :: k
 
@@ -34,15 +36,16 @@ contains
     elements%ns = ns
     elements%tolerance = tolerance
     elements%e_star = e_star
-    allocate (elements%within(nx*(2*ns - 1), nx, flattest:steepest), elements%self(flattest:steepest))
+    allocate (elements%own(nx*(2*ns - 1), nx, flattest:steepest), elements%self(flattest:steepest))
     do k = flattest, steepest
-      call unit_influence(nx, ns, 2.0_dp**(k/real(octave, dp)), elements%within(:, :, k), elements%self(k))
+      call unit_influence(nx, ns, 2.0_dp**(k/real(octave, dp)), elements%own(:, :, k), elements%self(k))
     end do
   end function new_elements
 
-  !> A grid around a pressed area, within the overlap's stretch.
+  !> The grid around a pressed area, within the overlap.
   pure subroutine fit_mesh(box, lap, elements, mesh)
-    real(dp), intent(in) :: box(3), lap(2)
+    real(dp), intent(in) :: box(3)         !! pressed area: half of its length along x, first and last s [m]
+    real(dp), intent(in) :: lap(2)         !! overlap: first and last s [m]
     type(elements_type), intent(in) :: elements
     type(mesh_type), intent(out) :: mesh
     real(dp) :: high
@@ -53,24 +56,26 @@ contains
     mesh%dx = (1 + 2*margin)*box(1)/elements%nx
   end subroutine fit_mesh
 
-  !> Influence of the elements of a grid.
-  pure subroutine interpolate(elements, mesh, within, self)
+  !> Influence of the elements of a grid on each other, as from `unit_influence`.
+  pure subroutine interpolate_influence(elements, mesh, own, self)
     type(elements_type), intent(in) :: elements
     type(mesh_type), intent(in) :: mesh
-    real(dp), intent(out) :: within(:, :), self
+    real(dp), intent(out) :: own(:, :), self
     real(dp) :: t
     integer :: k
 
     t = octave*log(mesh%ds/mesh%dx)/log(2.0_dp)
     k = max(flattest, min(floor(t), steepest - 1))
     t = max(0.0_dp, min(t - k, 1.0_dp))
-    within = (1 - t)*elements%within(:, :, k) + t*elements%within(:, :, k + 1)
+    own = (1 - t)*elements%own(:, :, k) + t*elements%own(:, :, k + 1)
     self = (1 - t)*elements%self(k) + t*elements%self(k + 1)
-  end subroutine interpolate
+  end subroutine interpolate_influence
 
-  !> Hertz's pressure over a box: where x and s are the shares of its semi-axes, sqrt(1 - x^2 - s^2).
-  pure subroutine guess(box, deepest, mesh, p)
-    real(dp), intent(in) :: box(3), deepest
+  !> Hertz's pressure, up to a factor, on an ellipse that fills the pressed area: proportional to sqrt(1 - x^2 - s^2),
+  !> with x and s relative to the semi-axes.
+  pure subroutine guess_pressures(box, deepest, mesh, p)
+    real(dp), intent(in) :: box(3)         !! pressed area: half of its length along x, first and last s [m]
+    real(dp), intent(in) :: deepest        !! largest overlap [m]
     type(mesh_type), intent(in) :: mesh
     real(dp), intent(out) :: p(:, :)
     real(dp) :: s
@@ -82,10 +87,10 @@ contains
         p(i, j) = sqrt(deepest*max(1 - ((i - 0.5_dp)*mesh%dx/box(1))**2 - s**2, 0.0_dp))
       end do
     end do
-  end subroutine guess
+  end subroutine guess_pressures
 
-  !> Pressures of one grid at the elements of another, linearly between its elements.
-  pure subroutine carry(old, q, new, p)
+  !> Pressures q of the old grid, interpolated linearly to the elements of the new one.
+  pure subroutine carry_pressures(old, q, new, p)
     type(mesh_type), intent(in) :: old, new
     real(dp), intent(in) :: q(:, :)
     real(dp), intent(out) :: p(:, :)
@@ -100,37 +105,39 @@ contains
         x = (i - 0.5_dp)*new%dx/old%dx + 0.5_dp
         k = floor(x)
         x = x - k
-        p(i, j) = (1 - s)*((1 - x)*at(k, l) + x*at(k + 1, l)) + s*((1 - x)*at(k, l + 1) + x*at(k + 1, l + 1))
+        p(i, j) = (1 - s)*((1 - x)*pressure(k, l) + x*pressure(k + 1, l)) &
+          + s*((1 - x)*pressure(k, l + 1) + x*pressure(k + 1, l + 1))
       end do
     end do
 
   contains
 
-    pure real(dp) function at(k, l)
+    !> Pressure of the old grid at element (k, l): symmetric about x = 0, and 0 beyond the other ends.
+    pure real(dp) function pressure(k, l)
       integer, intent(in) :: k, l
 
-      at = 0
-      if (k <= size(q, 1) .and. l >= 1 .and. l <= size(q, 2)) at = q(max(k, 1), l)
-    end function at
+      pressure = 0
+      if (k <= size(q, 1) .and. l >= 1 .and. l <= size(q, 2)) pressure = q(max(k, 1), l)
+    end function pressure
 
-  end subroutine carry
+  end subroutine carry_pressures
 
-  !> The pressed area from the last pressures: p^2 falls linearly to its edge.  A patch that reaches the
-  !> end of its grid, or leaves much of it free, gets another one.
+  !> The pressed area from the last pressures: p^2 falls linearly to the edge of the area.  `fits` becomes false where
+  !> the patch reaches the end of its grid or leaves much of the grid free: it then needs another grid.
   pure subroutine fit_box(elements, mesh, p, lap, old, round, box, fits)
     type(elements_type), intent(in) :: elements
     type(mesh_type), intent(in) :: mesh
     real(dp), intent(in) :: p(:, :)                !! pressures (nx, ns) [Pa]
-    real(dp), intent(in) :: lap(2)                 !! stretch of s in which the undeformed bodies overlap [m]
-    real(dp), intent(in) :: old(3)                 !! the pressed area so far: x, first and last s [m]
-    integer, intent(in) :: round                   !! of the search
-    real(dp), intent(out) :: box(3)                !! the pressed area, as `old`
+    real(dp), intent(in) :: lap(2)                 !! overlap: first and last s [m]
+    real(dp), intent(in) :: old(3)                 !! pressed area so far: half of its length along x, first and last s [m]
+    integer, intent(in) :: round                   !! number of this round of the search
+    real(dp), intent(out) :: box(3)                !! pressed area, as `old`
     logical, intent(inout) :: fits
-    real(dp), parameter :: enlarge = 1.3_dp        ! of a grid that cuts its patch off
-    real(dp), parameter :: least_fill = 0.8_dp     ! of the grid by the patch
-    ! Neighbouring poses want their patches in the same place of their grids, or the grid's error jumps.
+    real(dp), parameter :: enlarge = 1.3_dp        ! factor for a grid that cuts its patch off
+    real(dp), parameter :: least_fill = 0.8_dp     ! least share of the grid that the patch fills
+    ! Patches of neighbouring poses must have the same place in their grids, or the grid's error jumps between them.
     integer, parameter :: tight_rounds = 5, free_rounds = 8
-    real(dp), parameter :: slack = 0.03_dp         ! of the grid's length
+    real(dp), parameter :: slack = 0.03_dp         ! largest shift of the patch in its grid, relative to the length of the grid
     real(dp) :: ends(2), far, length
     integer :: i, j
     logical :: cut(3)
@@ -165,7 +172,7 @@ contains
     box(3) = min(box(3), lap(2))
     fits = fits .and. .not. any(cut) .and. far < elements%nx
     if (round > free_rounds) then
-      ! Two grids may ask for each other: from here on they only grow.
+      ! Two grids may ask for each other in turn: from here on the pressed area only grows.
       box = [max(box(1), merge(enlarge, 1.0_dp, far >= elements%nx)*old(1)), min(box(2), old(2)), &
         max(box(3), old(3))]
     else
@@ -176,22 +183,22 @@ contains
       abs(mesh%low + length - min(box(3) + margin*length, lap(2))) < slack*length
   end subroutine fit_box
 
-  !> A second pressed area of an overlap, beyond the grid: bodies that are displaced by all pressures would
-  !> still interpenetrate there.
+  !> Look for a second pressed area of an overlap, beyond the grid: where the bodies still interpenetrate after the
+  !> displacement by all pressures.  It enlarges `box`, and `fits` becomes false.
   pure subroutine look_beyond(pair, elements, scan, first, last, lap, overlap, mesh, p, g, box, fits)
     type(pair_type), intent(in) :: pair
     type(elements_type), intent(in) :: elements
     type(scan_type), intent(in) :: scan
     integer, intent(in) :: first, last             !! stations
-    real(dp), intent(in) :: lap(2)                 !! stretch of s in which the undeformed bodies overlap [m]
-    real(dp), intent(in) :: overlap                !! largest one there [m]
+    real(dp), intent(in) :: lap(2)                 !! overlap: first and last s [m]
+    real(dp), intent(in) :: overlap                !! largest overlap [m]
     type(mesh_type), intent(in) :: mesh(:)         !! (patch)
     real(dp), intent(in) :: p(:, :, :)             !! pressures (nx, ns, patch) [Pa]
     integer, intent(in) :: g                       !! the patch
-    real(dp), intent(inout) :: box(3)      !! to be pressed
+    real(dp), intent(inout) :: box(3)              !! pressed area: half of its length along x, first and last s [m]
     logical, intent(inout) :: fits
-    integer, parameter :: looks = 12
-    real(dp), parameter :: negligible = 1e-3_dp    ! of the overlap
+    integer, parameter :: looks = 12               ! stations that are looked at, about
+    real(dp), parameter :: negligible = 1e-3_dp    ! interpenetration, relative to the overlap
     real(dp) :: s, low, high, total, middle, spread, away
     integer :: i, j, k, step
 
@@ -223,15 +230,16 @@ contains
     type(mesh_type), intent(in) :: mesh(:)         !! (patch)
     real(dp), intent(in) :: p(:, :, :)             !! pressures (nx, ns, patch) [Pa]
     real(dp), intent(in) :: s                      !! [m]
-    real(dp) :: away, to(0:elements%nx)
+    real(dp) :: away, primitive(0:elements%nx)
     integer :: i, j, g
 
     displacement = 0
     do g = 1, size(mesh)
       do j = 1, elements%ns
         away = abs(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds - s)
-        to = asinh([(i*mesh(g)%dx/away, i=0, elements%nx)])
-        displacement = displacement + 2*mesh(g)%ds/(pi*elements%e_star)*sum(p(:, j, g)*(to(1:) - to(:elements%nx - 1)))
+        primitive = asinh([(i*mesh(g)%dx/away, i=0, elements%nx)])
+        displacement = displacement + 2*mesh(g)%ds/(pi*elements%e_star) &
+          *sum(p(:, j, g)*(primitive(1:) - primitive(:elements%nx - 1)))
       end do
     end do
   end function displacement

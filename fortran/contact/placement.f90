@@ -1,9 +1,9 @@
-!> Placement of two profiles in the track frame, by gauge, back-to-back and rolling radius.
+!> Placement of a wheel's and a rail's profile in the track frame: the gauge, the distance of the wheels' backs and
+!> the rolling radius say where they are.
 module placement
   use curve, only: curve_frame, curve_point, curve_type
   use errors, only: error_type, fatal_error
-  use kinds, only: dp, degree
-  use profile, only: profile_type
+  use kinds, only: degree, dp
   use station_scan, only: new_scan, scan_type, touch
   use text, only: str
   use wheel_rail_pair, only: mean_curvature, pair_type
@@ -11,32 +11,32 @@ module placement
   private
   public :: place_profiles
 
-  real(dp), parameter :: max_spacing = 0.26e-3_dp, least_spacing = 0.1e-3_dp   ! of the wheel's stations [m]
-
 contains
 
-
-  !> Put wheel and rail where gauge, back-to-back and rolling radius say.
-  subroutine place_profiles(wheel, rail, gauge, gauge_depth, back_to_back, rolling_radius, pair, error)
-    type(profile_type), intent(in) :: wheel, rail
+  !> Place the curves of a left wheel and a left rail.  Fails where the rail does not reach down to `gauge_depth`, and
+  !> where the centred wheelset does not stand on its treads; the messages name the files.
+  subroutine place_profiles(wheel, rail, wheel_file, rail_file, gauge, gauge_depth, back_to_back, rolling_radius, &
+    pair, error)
+    type(curve_type), intent(in) :: wheel   !! y outward from the wheel's back, z up [m]
+    type(curve_type), intent(in) :: rail    !! y outward, z up, y from any point [m]
+    character(*), intent(in) :: wheel_file, rail_file   !! for messages
     real(dp), intent(in) :: gauge           !! between the rails, gauge_depth below their top [m]
     real(dp), intent(in) :: gauge_depth     !! [m]
     real(dp), intent(in) :: back_to_back    !! [m]
     real(dp), intent(in) :: rolling_radius  !! at the centred contact point [m]
     type(pair_type), intent(out) :: pair
     type(error_type), allocatable, intent(out) :: error
-    type(scan_type) :: work
+    type(scan_type) :: scan
     real(dp) :: top, lift, r(2), angle, curvature
-    integer :: i, low(1)
     logical :: ok
 
-    pair%rail = rail%curve
-    pair%wheel = wheel%curve
+    pair%rail = rail
+    pair%wheel = wheel
 
     top = maxval(pair%rail%a(2, 1, :))
-    call gauge_point(pair%rail, top - gauge_depth, r, ok)
+    call find_gauge_point(pair%rail, top - gauge_depth, r, ok)
     if (.not. ok) then
-      call fatal_error(error, rail%file//': the rail has no gauge face '//str(gauge_depth)// &
+      call fatal_error(error, rail_file//': the rail has no gauge face '//str(gauge_depth)// &
         ' m below its top; &track gauge_depth must lie within the profile')
       return
     end if
@@ -46,11 +46,11 @@ contains
     pair%gauge_face = gauge/2
     pair%crown = pair%rail%a(1, 1, maxloc(pair%rail%a(2, 1, :), 1) - 1 + lbound(pair%rail%a, 3))
     call set_stations(pair)
+    call set_rail_angles(pair)
 
-    ! Lower the centred wheel until it touches; its contact point is then at
-    ! the rolling radius.
-    work = new_scan(pair)
-    call touch(pair, work, 1, size(pair%s), [0.0_dp, 1.0_dp - minval(pair%r(2, :))], 0.0_dp, 0.0_dp, &
+    ! The centred wheel is lowered until it touches.  Its contact point is then at the rolling radius.
+    scan = new_scan(pair)
+    call touch(pair, scan, 1, size(pair%s), [0.0_dp, 1.0_dp - minval(pair%r(2, :))], 0.0_dp, 0.0_dp, &
       lift, pair%centred_station, ok)
     if (ok) then
       call curve_frame(pair%wheel, pair%centred_station, r, angle, curvature)
@@ -61,19 +61,17 @@ contains
     end if
     if (.not. ok) then
       call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '// &
-        str(back_to_back)//' m does not put the treads of '//wheel%file//' on '//rail%file)
+        str(back_to_back)//' m does not put the treads of '//wheel_file//' on '//rail_file)
       return
     end if
     pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius
     pair%wheel%a(2, 1, :) = pair%wheel%a(2, 1, :) - (r(2) + rolling_radius)
     pair%r(2, :) = pair%r(2, :) - (r(2) + rolling_radius)
-    low = minloc(pair%r(2, :))
-    i = low(1)
-    pair%flange_tip = pair%r(:, i)
+    pair%flange_tip = pair%r(:, minloc(pair%r(2, :), 1))
   end subroutine place_profiles
 
-  !> The point of the rail's gauge side at height z.
-  subroutine gauge_point(rail, z, r, ok)
+  !> The point r [m] of the rail's gauge side at height z [m].  `ok` is false where the rail does not reach it.
+  subroutine find_gauge_point(rail, z, r, ok)
     type(curve_type), intent(in) :: rail
     real(dp), intent(in) :: z
     real(dp), intent(out) :: r(2)
@@ -103,12 +101,13 @@ contains
       if (r(2) > z) high = s
       if (r(2) <= z) low = s
     end do
-  end subroutine gauge_point
+  end subroutine find_gauge_point
 
-  !> The flange face, between the flange's tip and the running point, and the tread up to its chamfer.
-  subroutine find_tread(pair)
+  !> The steepest station of the flange face, between the flange's tip and the running point, and the last station of
+  !> the tread before its chamfer.
+  pure subroutine find_tread(pair)
     type(pair_type), intent(inout) :: pair
-    real(dp), parameter :: chamfer = 25*degree
+    real(dp), parameter :: chamfer = 25*degree   ! a tread is less steep
     integer :: tip, running
 
     tip = minloc(pair%r(2, :), 1)
@@ -118,20 +117,23 @@ contains
     if (pair%tread_end < running) pair%tread_end = size(pair%s)
   end subroutine find_tread
 
-  subroutine set_stations(pair)
+  !> The wheel's stations: every knot of the profile except those that are too near to the one before, and between two
+  !> knots as many as the largest spacing asks for.
+  pure subroutine set_stations(pair)
     type(pair_type), intent(inout) :: pair
-    real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), from, r(2), d1(2), d2(2)
+    real(dp), parameter :: largest_spacing = 0.26e-3_dp, least_spacing = 0.1e-3_dp   ! distances of stations [m]
+    real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), previous, r(2), d1(2), d2(2)
     integer :: n, i, j, k, cuts
 
     n = 1
     s(1) = pair%wheel%s(1)
     do i = 2, pair%wheel%n
-      from = s(n)
-      if (pair%wheel%s(i) - from < least_spacing .and. i < pair%wheel%n) cycle
-      cuts = ceiling((pair%wheel%s(i) - from)/max_spacing)
+      previous = s(n)
+      if (pair%wheel%s(i) - previous < least_spacing .and. i < pair%wheel%n) cycle
+      cuts = ceiling((pair%wheel%s(i) - previous)/largest_spacing)
       do j = 1, cuts
         n = n + 1
-        s(n) = from + j*(pair%wheel%s(i) - from)/cuts
+        s(n) = previous + j*(pair%wheel%s(i) - previous)/cuts
       end do
     end do
     pair%s = s(:n)
@@ -144,6 +146,14 @@ contains
       pair%angle(i) = atan2(d1(2), d1(1))
       pair%curvature(i) = mean_curvature(pair%wheel, pair%s(i))
     end do
+  end subroutine set_stations
+
+  !> The tangent angles at the rail's knots, made to fall from the gauge side to the field side.
+  pure subroutine set_rail_angles(pair)
+    type(pair_type), intent(inout) :: pair
+    real(dp) :: r(2), d1(2), d2(2)
+    integer :: i, k
+
     allocate (pair%rail_angle(pair%rail%n))
     k = 1
     do i = 1, pair%rail%n
@@ -151,6 +161,6 @@ contains
       pair%rail_angle(i) = atan2(d1(2), d1(1))
       if (i > 1) pair%rail_angle(i) = min(pair%rail_angle(i), pair%rail_angle(i - 1))
     end do
-  end subroutine set_stations
+  end subroutine set_rail_angles
 
 end module placement

@@ -1,4 +1,4 @@
-!> Depth of the wheel's stations inside the rail, in one pose of the axle; rigid touching.
+!> Depth of the wheel's stations inside the rail in one pose of the axle, and the pose in which rigid bodies touch.
 module station_scan
   use curve, only: curve_type, find_interval
   use kinds, only: dp
@@ -7,146 +7,147 @@ module station_scan
   private
   public :: scan_type, new_scan, scan_depth, keep_feet, deepest, touch, set_depth
 
-  !> The wheel's stations in one pose.
+  !> Depths of the wheel's stations in one pose.
   type :: scan_type
     real(dp), allocatable :: point(:, :)   !! position, track frame, (2, n) [m]
-    real(dp), allocatable :: depth(:)      !! g: depth inside the rail along its normal [m]
+    real(dp), allocatable :: depth(:)      !! g: depth inside the rail along the rail's normal [m]
     real(dp), allocatable :: slope(:)      !! dg/ds
     real(dp), allocatable :: normal(:, :)  !! the rail's outward normal at the foot, (2, n)
     real(dp), allocatable :: foot(:)       !! station on the rail of the nearest point [m]
-    integer, allocatable :: interval(:)    !! its knot interval
-    real(dp), allocatable :: rate(:)       !! of the foot, per move of the station along the rail
-    real(dp), allocatable :: step(:)       !! of the search for the foot [m]
+    integer, allocatable :: interval(:)    !! knot interval of the foot
+    real(dp), allocatable :: rate(:)       !! way of the foot over the way of the wheel's station along the rail
+    real(dp), allocatable :: step(:)       !! last Newton step of the foot [m]
     real(dp) :: centre(2) = 0, roll = 0    !! pose of the scan [m, rad]
-    logical :: fresh = .true.              !! no feet known yet
+    logical :: fresh = .true.              !! no feet are known yet
   end type scan_type
 
 contains
 
-  pure function new_scan(pair) result(work)
+  !> A scan with room for all stations of a pair's wheel, without feet.
+  pure function new_scan(pair) result(scan)
     type(pair_type), intent(in) :: pair
-    type(scan_type) :: work
+    type(scan_type) :: scan
     integer :: n
 
     n = size(pair%s)
-    allocate (work%point(2, n), work%depth(n), work%slope(n), work%normal(2, n), work%foot(n), work%interval(n), &
-      work%rate(n), work%step(n))
-    work%point = 0
-    work%depth = 0
-    work%slope = 0
-    work%normal = 0
-    work%foot = 0
-    work%interval = 1
-    work%rate = 1
-    work%step = 0
-    work%fresh = .true.
+    allocate (scan%point(2, n), scan%depth(n), scan%slope(n), scan%normal(2, n), scan%foot(n), scan%interval(n), &
+      scan%rate(n), scan%step(n))
+    scan%point = 0
+    scan%depth = 0
+    scan%slope = 0
+    scan%normal = 0
+    scan%foot = 0
+    scan%interval = 1
+    scan%rate = 1
+    scan%step = 0
+    scan%fresh = .true.
   end function new_scan
 
-  !> Depth inside the rail of the wheel's stations first..last, with the axle
-  !> centre at `centre` [m] and the roll angle `roll` [rad].  Feet of an earlier
-  !> scan start the search.
-  pure subroutine scan_depth(pair, centre, roll, first, last, work)
+  !> Depth inside the rail of the wheel's stations first..last, in a pose.  The feet of an earlier scan start the
+  !> search.
+  pure subroutine scan_depth(pair, centre, roll, first, last, scan)
     type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: centre(2), roll
+    real(dp), intent(in) :: centre(2), roll   !! position of the axle, track frame, and roll angle [m, rad]
     integer, intent(in) :: first, last
-    type(scan_type), intent(inout) :: work
+    type(scan_type), intent(inout) :: scan
     real(dp) :: y(2), z(2), t(2)
     integer :: i
 
     y = [cos(roll), sin(roll)]
     z = [-y(2), y(1)]
     do i = first, last
-      work%point(:, i) = centre + (pair%r(1, i)*y + pair%r(2, i)*z)
+      scan%point(:, i) = centre + (pair%r(1, i)*y + pair%r(2, i)*z)
     end do
-    if (work%fresh) then
-      call nearest_knot(pair%rail, work%point(:, first), work%interval(first), work%foot(first))
+    if (scan%fresh) then
+      call nearest_knot(pair%rail, scan%point(:, first), scan%interval(first), scan%foot(first))
       do i = first, last
-        if (i > first) work%foot(i) = work%foot(i - 1)
-        if (i > first) work%interval(i) = work%interval(i - 1)
-        call set_depth(pair%rail, 1, work%point(:, i), work%foot(i), work%interval(i), work%depth(i), &
-          work%normal(:, i), work%rate(i), work%step(i))
+        if (i > first) scan%foot(i) = scan%foot(i - 1)
+        if (i > first) scan%interval(i) = scan%interval(i - 1)
+        call set_depth(pair%rail, 1, scan%point(:, i), scan%foot(i), scan%interval(i), scan%depth(i), &
+          scan%normal(:, i), scan%rate(i), scan%step(i))
       end do
     else
-      call move_feet(work, centre - work%centre, first, last)
+      call move_feet(scan, centre - scan%centre, first, last)
       i = last - first + 1
-      call set_depth(pair%rail, i, work%point(:, first:last), work%foot(first:last), work%interval(first:last), &
-        work%depth(first:last), work%normal(:, first:last), work%rate(first:last), &
-        work%step(first:last))
+      call set_depth(pair%rail, i, scan%point(:, first:last), scan%foot(first:last), scan%interval(first:last), &
+        scan%depth(first:last), scan%normal(:, first:last), scan%rate(first:last), &
+        scan%step(first:last))
     end if
-    work%centre = centre
-    work%roll = roll
+    scan%centre = centre
+    scan%roll = roll
     do i = first, last
       t = pair%t(1, i)*y + pair%t(2, i)*z
-      work%slope(i) = -(work%normal(1, i)*t(1) + work%normal(2, i)*t(2))
+      scan%slope(i) = -(scan%normal(1, i)*t(1) + scan%normal(2, i)*t(2))
     end do
   end subroutine scan_depth
 
-  !> Scan those stations alone that may be the deepest, low..high, with one
-  !> more to either side; the depth of the others becomes an upper bound.
-  pure subroutine scan_deepest(pair, centre, roll, first, last, work, low, high)
+  !> Depth of those stations of first..last alone that may be the deepest, low..high, and of one more on either
+  !> side.  The depths of the other stations become upper bounds.
+  pure subroutine scan_deepest(pair, centre, roll, first, last, scan, low, high)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: centre(2), roll
     integer, intent(in) :: first, last
-    type(scan_type), intent(inout) :: work
+    type(scan_type), intent(inout) :: scan
     integer, intent(out) :: low, high
     real(dp) :: move(2), way, least
 
     low = first
     high = last
-    if (.not. work%fresh .and. abs(roll - work%roll) <= 0) then
+    if (.not. scan%fresh .and. abs(roll - scan%roll) <= 0) then
       ! No depth changes by more than the wheel moves.
-      move = centre - work%centre
+      move = centre - scan%centre
       way = norm2(move)
-      least = maxval(work%depth(first:last)) - 2*way
-      low = max(first, first + findloc(work%depth(first:last) >= least, .true., 1) - 2)
-      high = min(last, first + findloc(work%depth(first:last) >= least, .true., 1, back=.true.))
-      call move_feet(work, move, first, low - 1)
-      call move_feet(work, move, high + 1, last)
-      work%depth(first:low - 1) = work%depth(first:low - 1) + way
-      work%depth(high + 1:last) = work%depth(high + 1:last) + way
+      least = maxval(scan%depth(first:last)) - 2*way
+      low = max(first, first + findloc(scan%depth(first:last) >= least, .true., 1) - 2)
+      high = min(last, first + findloc(scan%depth(first:last) >= least, .true., 1, back=.true.))
+      call move_feet(scan, move, first, low - 1)
+      call move_feet(scan, move, high + 1, last)
+      scan%depth(first:low - 1) = scan%depth(first:low - 1) + way
+      scan%depth(high + 1:last) = scan%depth(high + 1:last) + way
     end if
-    call scan_depth(pair, centre, roll, low, high, work)
+    call scan_depth(pair, centre, roll, low, high, scan)
   end subroutine scan_deepest
 
-  !> Let a scan go on from the feet of another.
-  pure subroutine keep_feet(from, first, last, work)
-    type(scan_type), intent(in) :: from
+  !> Start a scan of the stations first..last with the feet of another scan.
+  pure subroutine keep_feet(source, first, last, scan)
+    type(scan_type), intent(in) :: source
     integer, intent(in) :: first, last
-    type(scan_type), intent(inout) :: work
+    type(scan_type), intent(inout) :: scan
 
-    work%centre = from%centre
-    work%roll = from%roll
-    work%fresh = from%fresh
-    work%normal(:, first:last) = from%normal(:, first:last)
-    work%foot(first:last) = from%foot(first:last)
-    work%interval(first:last) = from%interval(first:last)
-    work%rate(first:last) = from%rate(first:last)
+    scan%centre = source%centre
+    scan%roll = source%roll
+    scan%fresh = source%fresh
+    scan%normal(:, first:last) = source%normal(:, first:last)
+    scan%foot(first:last) = source%foot(first:last)
+    scan%interval(first:last) = source%interval(first:last)
+    scan%rate(first:last) = source%rate(first:last)
   end subroutine keep_feet
 
-  !> Where the feet are expected after a move of the wheel.
-  pure subroutine move_feet(work, move, first, last)
-    type(scan_type), intent(inout) :: work
+  !> Move the feet to where they are expected after a move [m] of the wheel.
+  pure subroutine move_feet(scan, move, first, last)
+    type(scan_type), intent(inout) :: scan
     real(dp), intent(in) :: move(2)
     integer, intent(in) :: first, last
     integer :: i
 
     do i = first, last
-      work%foot(i) = work%foot(i) + (move(1)*work%normal(2, i) - move(2)*work%normal(1, i))*work%rate(i)
+      scan%foot(i) = scan%foot(i) + (move(1)*scan%normal(2, i) - move(2)*scan%normal(1, i))*scan%rate(i)
     end do
   end subroutine move_feet
 
-  !> Depth [m] of points inside the rail along the rail's normal, and that normal.  `foot`
-  !> and `interval` are those of points nearby on entry, their own on return; a move of the
-  !> point along the rail's tangent moves the foot by `rate` times that.  `step` is the last of the
-  !> search for the foot [m].
+  !> Depths [m] of n points inside a rail and the rail's outward normals at their feet.  The foot of a point p is where
+  !> p is nearest to the rail's curve r(s): there p - r(s) is normal to the curve.  On entry `foot` and `interval` belong to
+  !> points nearby, on return to the points p.  When a point moves along the rail's tangent, its foot moves by `rate`
+  !> times that way.
   pure subroutine set_depth(rail, n, p, foot, interval, depth, normal, rate, step)
     type(curve_type), intent(in) :: rail
     integer, intent(in) :: n
-    real(dp), intent(in) :: p(2, n)        !! track frame [m]
-    real(dp), intent(inout) :: foot(n)
-    integer, intent(inout) :: interval(n)
-    real(dp), intent(out) :: depth(n), normal(2, n), rate(n), step(n)
-    real(dp), parameter :: tolerance = 3e-6_dp   ! [m]; Newton squares it
+    real(dp), intent(in) :: p(2, n)            !! points, track frame [m]
+    real(dp), intent(inout) :: foot(n)         !! station of the foot on the rail [m]
+    integer, intent(inout) :: interval(n)      !! knot interval of the foot
+    real(dp), intent(out) :: depth(n), normal(2, n), rate(n)
+    real(dp), intent(out) :: step(n)           !! last Newton step of the foot [m]
+    real(dp), parameter :: tolerance = 3e-6_dp ! step [m]: the foot's error is about the square of it
     integer :: i, iter
 
     do i = 1, n
@@ -163,16 +164,15 @@ contains
     end do
   end subroutine set_depth
 
-  !> A step of Newton's method on (p - r(s)).r'(s) = 0; free of branches, so that it goes
-  !> for two points at a time.  Depth and normal follow the step, when it is tiny, by
-  !> Taylor's series.
+  !> One Newton step for (p - r(s)).r'(s) = 0.  The loop has no branches, so that the compiler can treat two
+  !> points at a time.  Depth and normal follow a tiny step by Taylor's series.
   pure subroutine step_foot(knots, s, a, n, p, interval, foot, depth, normal, rate, step)
     integer, intent(in) :: knots, n
     real(dp), intent(in) :: s(0:knots), a(2, 4, 0:knots), p(2, n)
     integer, intent(in) :: interval(n)
     real(dp), intent(inout) :: foot(n)
     real(dp), intent(out) :: depth(n), normal(2, n), rate(n), step(n)
-    real(dp), parameter :: longest = 3e-3_dp   ! [m]
+    real(dp), parameter :: longest = 3e-3_dp   ! step [m]
     real(dp) :: t, y, z, y1, z1, y2, z2, unit
     integer :: i, k
 
@@ -199,34 +199,34 @@ contains
     end do
   end subroutine step_foot
 
-  pure subroutine nearest_knot(c, p, i, s)
-    type(curve_type), intent(in) :: c
+  !> The rail's knot i that is nearest to point p [m], and its station s [m].
+  pure subroutine nearest_knot(rail, p, i, s)
+    type(curve_type), intent(in) :: rail
     real(dp), intent(in) :: p(2)
     integer, intent(out) :: i
     real(dp), intent(out) :: s
 
-    i = minloc((c%a(1, 1, 1:) - p(1))**2 + (c%a(2, 1, 1:) - p(2))**2, 1)
-    s = c%s(i)
+    i = minloc((rail%a(1, 1, 1:) - p(1))**2 + (rail%a(2, 1, 1:) - p(2))**2, 1)
+    s = rail%s(i)
   end subroutine nearest_knot
 
-  !> The deepest point among the stations first..last of a scan, on the cubic
-  !> Hermite interpolant of the depth.
-  pure subroutine deepest(pair, work, first, last, depth, station, node)
+  !> The deepest point of the stations first..last of a scan, on the cubic Hermite interpolant of the depth.
+  pure subroutine deepest(pair, scan, first, last, depth, station, node)
     type(pair_type), intent(in) :: pair
-    type(scan_type), intent(in) :: work
+    type(scan_type), intent(in) :: scan
     integer, intent(in) :: first, last
-    real(dp), intent(out) :: depth, station
-    integer, intent(out) :: node              !! the nearest station below
+    real(dp), intent(out) :: depth, station   !! [m]
+    integer, intent(out) :: node              !! index of the last station before the point
     real(dp) :: h, t, g
     integer :: i
 
-    node = first - 1 + maxloc(work%depth(first:last), 1)
-    depth = work%depth(node)
+    node = first - 1 + maxloc(scan%depth(first:last), 1)
+    depth = scan%depth(node)
     station = pair%s(node)
     do i = max(first, node - 1), min(last - 1, node)
-      if (work%slope(i) <= 0 .or. work%slope(i + 1) >= 0) cycle
+      if (scan%slope(i) <= 0 .or. scan%slope(i + 1) >= 0) cycle
       h = pair%s(i + 1) - pair%s(i)
-      call hermite_top(work%depth(i), h*work%slope(i), work%depth(i + 1), h*work%slope(i + 1), t, g)
+      call hermite_top(scan%depth(i), h*scan%slope(i), scan%depth(i + 1), h*scan%slope(i + 1), t, g)
       if (g > depth) then
         depth = g
         station = pair%s(i) + t*h
@@ -248,17 +248,17 @@ contains
     top = a + t*(da + t*(c2 + t*c3))
   end subroutine hermite_top
 
-  !> Move the wheel along (-sin alpha, cos alpha) from `centre` until its stations
-  !> first..last just touch the rail.  `ok` is false when they pass beside it.
-  pure subroutine touch(pair, work, first, last, centre, roll, alpha, shift, station, ok)
+  !> Move the wheel along (-sin alpha, cos alpha) from `centre` until the stations first..last just touch the rail.
+  !> `ok` is false where they pass beside the rail.
+  pure subroutine touch(pair, scan, first, last, centre, roll, alpha, shift, station, ok)
     type(pair_type), intent(in) :: pair
-    type(scan_type), intent(inout) :: work
+    type(scan_type), intent(inout) :: scan
     integer, intent(in) :: first, last
     real(dp), intent(in) :: centre(2), roll, alpha
     real(dp), intent(out) :: shift        !! along the direction [m]
-    real(dp), intent(out) :: station      !! of the wheel's point that touches [m]
+    real(dp), intent(out) :: station      !! station of the wheel that touches [m]
     logical, intent(out) :: ok
-    real(dp), parameter :: steepest = 0.15_dp   ! cos of normal to direction, 81 degrees
+    real(dp), parameter :: least_climb = 0.15_dp   ! cosine between the rail's normal and the direction: 81 degrees
     real(dp) :: along(2), depth, climb
     integer :: iter, node, low, high
 
@@ -266,15 +266,15 @@ contains
     shift = 0
     ok = .false.
     do iter = 1, 60
-      call scan_deepest(pair, centre + shift*along, roll, first, last, work, low, high)
-      work%fresh = .false.
-      call deepest(pair, work, low, high, depth, station, node)
-      climb = dot_product(work%normal(:, node), along)
+      call scan_deepest(pair, centre + shift*along, roll, first, last, scan, low, high)
+      scan%fresh = .false.
+      call deepest(pair, scan, low, high, depth, station, node)
+      climb = dot_product(scan%normal(:, node), along)
       if (abs(depth) < 2e-14_dp) exit
-      shift = shift + depth/max(climb, steepest)
+      shift = shift + depth/max(climb, least_climb)
       if (abs(shift) > 2) return
     end do
-    ok = climb > steepest .and. abs(depth) < 1e-11_dp
+    ok = climb > least_climb .and. abs(depth) < 1e-11_dp
   end subroutine touch
 
 end module station_scan

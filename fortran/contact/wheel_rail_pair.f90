@@ -1,35 +1,38 @@
-!> A wheel on its rail: both curves in the track frame, points of given tangent angles.
+!> A wheel on its rail: both curves in the track frame, and their points with a given tangent angle.
 !>
-!> Everything here is the LEFT wheel and rail (Y outward, Z up, roll phi lifts the left wheel); the right side is the same
-!> at (-y, z, -phi). With the yaw angle held at zero the cross-section through the axle is the whole contact geometry.
+!> All of this is the LEFT wheel and rail (Y outward, Z up, roll phi lifts the left wheel).  The right side is
+!> treated as a left side at (-y, z, -phi).  The yaw angle is zero, so the cross-section through the axle is the
+!> whole contact geometry.
 module wheel_rail_pair
   use curve, only: curve_point, curve_type, near_interval
   use kinds, only: dp
   implicit none
   private
-  public :: pair_type, same_pair, rolled, wheel_station, rail_curvature, rail_point, mean_curvature
+  public :: pair_type, same_pair, rolled, wheel_station, rail_curvature, rail_point, mean_curvature, least_cosine, window
 
-  !> A pair of placed profiles.
+  !> A wheel and a rail, placed.
   type :: pair_type
     type(curve_type) :: rail           !! left rail in the track frame [m]
     type(curve_type) :: wheel          !! left wheel in the wheelset frame, origin at the axle centre [m]
-    real(dp) :: axle_height = 0        !! of the centred, rigid, touching wheelset [m]
-    real(dp) :: centred_station = 0    !! of the wheel's contact point then [m]
+    real(dp) :: axle_height = 0        !! Z of the axle of the centred wheelset that stands on rigid rails [m]
+    real(dp) :: centred_station = 0    !! the running point: station at which the centred wheel touches [m]
     real(dp) :: gauge_face = 0         !! Y of the rail's gauge point [m]
     real(dp) :: crown = 0              !! Y of the rail's highest point [m]
     real(dp) :: flange_tip(2) = 0      !! lowest point of the wheel, wheelset frame [m]
-    ! The wheel's stations: every knot of the profile but those too near, and between them to at most max_spacing.
-    real(dp), allocatable :: s(:)          !! station [m]
+    ! Stations of the wheel, from the flange to the field side.
+    real(dp), allocatable :: s(:)          !! arc length [m]
     real(dp), allocatable :: r(:, :)       !! position, wheelset frame, (2, n) [m]
     real(dp), allocatable :: t(:, :)       !! dr/ds, (2, n)
     real(dp), allocatable :: angle(:)      !! tangent angle [rad]
     real(dp), allocatable :: curvature(:)  !! convex positive, mean over `window` [1/m]
-    integer :: steepest = 0                !! station of the flange face
-    integer :: tread_end = 0               !! the last before a chamfer
+    integer :: steepest = 0                !! index of the flange face's steepest station
+    integer :: tread_end = 0               !! index of the tread's last station before a chamfer
     real(dp), allocatable :: rail_angle(:) !! tangent angle at the rail's knots, made monotone [rad]
   end type pair_type
 
-  real(dp), parameter, public :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
+  real(dp), parameter :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
+  !> Least cosine of a contact angle, that of 87 degrees, in the relative curvature in rolling direction.
+  real(dp), parameter :: least_cosine = 0.05_dp
 
 contains
 
@@ -56,8 +59,8 @@ contains
     x = [r(1)*cos(roll) - r(2)*sin(roll), r(1)*sin(roll) + r(2)*cos(roll)]
   end function rolled
 
-  !> The wheel's station nearest to where its tangent angle is `angle`, on the
-  !> tread side of the flange face.
+  !> Station [m] of the wheel where the tangent angle falls below `angle` [rad], between the flange face and the
+  !> tread's chamfer.
   pure real(dp) function wheel_station(pair, angle) result(s)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
@@ -76,7 +79,7 @@ contains
     s = pair%s(high)
   end function wheel_station
 
-  !> Curvature (convex positive) [1/m] of the rail where its tangent angle is `angle`.
+  !> Curvature [1/m] of the rail where its tangent angle is `angle` [rad], convex positive.
   pure real(dp) function rail_curvature(pair, angle) result(curvature)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
@@ -84,7 +87,8 @@ contains
     curvature = -mean_curvature(pair%rail, rail_station(pair, angle))
   end function rail_curvature
 
-  !> The rail's point and normal where its tangent angle is `angle`; not `ok` beyond its ends.
+  !> The rail's point [m] and outward normal where its tangent angle is `angle` [rad].  `ok` is false where the rail
+  !> has no such angle.
   pure subroutine rail_point(pair, angle, point, normal, ok)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
@@ -100,7 +104,7 @@ contains
     normal = [-d1(2), d1(1)]/norm2(d1)
   end subroutine rail_point
 
-  !> Station [m] of the rail where its tangent angle is `angle`.
+  !> Station [m] of the rail where its tangent angle is `angle` [rad]; the first or last one where it has no such angle.
   pure real(dp) function rail_station(pair, angle) result(station)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
@@ -122,8 +126,8 @@ contains
     station = pair%rail%s(low) + share*(pair%rail%s(high) - pair%rail%s(low))
   end function rail_station
 
-  !> d(angle)/ds [1/m], mean over a window about s: the curvature of profiles that
-  !> were measured, or rounded to six decimals, is noise on a finer scale.
+  !> d(angle)/ds [1/m], mean over a window about station s [m]: on a finer scale the curvature of profiles that were
+  !> measured, or rounded to six decimals, is noise.
   pure real(dp) function mean_curvature(c, s) result(curvature)
     type(curve_type), intent(in) :: c
     real(dp), intent(in) :: s

@@ -16,7 +16,7 @@
 !> distance just below the points' noise would let the curve follow the noise, and
 !> is raised to it, by at most a quarter.  The noise is that of generalised
 !> cross-validation (P. Craven, G. Wahba, Numer. Math. 31 (1979) 377-403).
-!> Station s_i is the foot of point p_i on the curve, its arc length (J. Hoschek,
+!> Station s_i is the arc length of the curve up to the foot of point p_i (J. Hoschek,
 !> "Intrinsic parametrization for approximation", CAGD 5 (1988) 27-31).
 module curve
   use errors, only: error_type, fatal_error
@@ -25,17 +25,18 @@ module curve
   private
   public :: curve_type, fit_curve, curve_point, curve_frame, find_interval, near_interval
 
+  !> A curve of n knots.  The intervals 0 and n are the straight lines beyond its ends.
   type :: curve_type
     integer :: n = 0                     !! knots
-    real(dp), allocatable :: s(:)        !! station of each knot [m], (0:n+1); 0 is the first too, n+1 never reached
-    real(dp) :: noise = 0                !! rms of the points about the curve, estimated when it is smoothed [m]
-    real(dp), allocatable :: a(:, :, :)  !! cubic coefficients of y and z in (s - s_i), (2, 4, 0:n); straight in 0 and n
+    real(dp), allocatable :: s(:)        !! station of each knot [m], (0:n+1); s(0) = s(1), s(n+1) is never reached
+    real(dp) :: noise = 0                !! rms of the points about the curve, estimated for smoothing [m]
+    real(dp), allocatable :: a(:, :, :)  !! cubic coefficients of y and z in (s - s_i), (2, 4, 0:n)
   contains
     procedure :: first => first_station
     procedure :: last => last_station
   end type curve_type
 
-  !> The curve keeps this share more than the distance that is asked for, where the points' noise is that much.
+  !> Share by which a curve may exceed the distance that is asked for, where the points' noise exceeds it.
   real(dp), parameter :: leeway = 0.25_dp
 
   interface
@@ -50,9 +51,9 @@ module curve
 
 contains
 
-  !> Fit a curve to points.  `smoothing` is the root-mean-square distance
-  !> [same unit as the points] that the curve may keep from them; 0 interpolates, below 0 it
-  !> is the points' noise.
+  !> Fit a curve to points.  `smoothing` is the root-mean-square distance [m] that the curve may keep from them.  Where it
+  !> is 0 the curve interpolates the points; where it is negative the distance is the points' noise.  Fails where the
+  !> system of equations is singular.
   subroutine fit_curve(y, z, smoothing, c, error)
     real(dp), intent(in) :: y(:), z(:)     !! [m], in the order of the walk along the curve
     real(dp), intent(in) :: smoothing
@@ -118,7 +119,7 @@ contains
     type(curve_type), intent(out) :: c
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: finest = 0.25e-3_dp, coarsest = 0.5e-3_dp   ! between knots [m]
-    integer, parameter :: rounds = 4       ! of stations and splines: the stations move by the noise's square
+    integer, parameter :: rounds = 4       ! stations and splines in turn: stations move by the square of the noise
     real(dp) :: p(size(y), 2), s(size(y)), h
     real(dp), allocatable :: beta(:, :)
     integer :: n, m, i, round
@@ -156,17 +157,17 @@ contains
     end do
   end subroutine smooth
 
-  !> Coefficients of cubic B-splines on the knots 0, 1, ... with the least third
-  !> differences at an rms distance from points p at stations x; `noise` is that of the points.
+  !> Coefficients of cubic B-splines on the knots 0, 1, ... with the least third differences at an rms distance from
+  !> points p at stations x, and the noise of the points.
   subroutine penalised(x, p, distance, beta, noise, error)
     real(dp), intent(in) :: x(:)           !! [intervals]
     real(dp), intent(in) :: p(:, :)        !! (point, coordinate)
     real(dp), intent(in) :: distance
     real(dp), intent(out) :: beta(:, :)    !! (coefficient, coordinate)
-    real(dp), intent(out) :: noise         !! rms, as p
+    real(dp), intent(out) :: noise         !! rms, unit of p
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: differences(4) = [-1, 3, -3, 1]
-    real(dp), parameter :: range = 40      ! of ln lambda; beyond, rounding decides
+    real(dp), parameter :: range = 40      ! width in ln lambda: beyond it rounding decides
     integer, parameter :: trials = 30
     real(dp) :: fit(4, size(beta, 1)), bend(4, size(beta, 1)), ab(4, size(beta, 1)), &
       rhs(size(beta, 1), 2), w(4, size(x)), low, high, score, best, rms, free, asked
@@ -195,7 +196,7 @@ contains
       end do
     end do
 
-    ! The noise, by generalised cross-validation.
+    ! Generalised cross-validation finds the noise.
     low = log(1e-7_dp*sum(fit(4, :))/sum(bend(4, :)))
     best = huge(best)
     noise = 0
@@ -228,7 +229,7 @@ contains
 
   contains
 
-    !> The coefficients for a logarithm of lambda, their rms distance, the factor of the system.
+    !> Find the coefficients for a logarithm of lambda, their rms distance, and the triangular factor of the system.
     subroutine solve(log_lambda)
       real(dp), intent(in) :: log_lambda
       integer :: q, info
@@ -278,7 +279,7 @@ contains
     end do
   end function trace
 
-  !> The arc lengths at the feet of points on a curve, from their stations nearby.
+  !> Arc lengths at the feet of points on a curve, found from stations nearby.
   subroutine find_feet(c, p, s)
     type(curve_type), intent(in) :: c
     real(dp), intent(in) :: p(:, :)        !! (point, coordinate) [m]
@@ -297,7 +298,7 @@ contains
       do j = 1, 3
         k = max(1, min(1 + int(x/c%s(2)), c%n - 1))
         call cubic_point(c%a(:, :, k), x - c%s(k), r, d1, d2)
-        ! Beyond the ends the last cubic goes on; half an interval is more than a foot moves.
+        ! Beyond the ends the last cubic is continued.  A foot moves by less than half an interval.
         x = x + max(-c%s(2)/2, min(dot_product(p(i, :) - r, d1)/dot_product(d1, d1), c%s(2)/2))
       end do
       s(i) = length(k) + arc(k, x - c%s(k))
@@ -305,7 +306,7 @@ contains
 
   contains
 
-    !> Length of a knot interval up to t.
+    !> Arc length of knot interval i up to t [m].
     real(dp) function arc(i, t)
       integer, intent(in) :: i
       real(dp), intent(in) :: t
@@ -320,7 +321,7 @@ contains
 
   end subroutine find_feet
 
-  !> Sort points by station; they are nearly sorted.
+  !> Sort points, which are nearly sorted, by station.
   pure subroutine sort_along(s, p)
     real(dp), intent(inout) :: s(:), p(:, :)
     real(dp) :: key, point(2)
@@ -349,18 +350,20 @@ contains
     c = [f(1), (f(2) - f(1))/h - h*(2*f2(1) + f2(2))/6, f2(1)/2, (f2(2) - f2(1))/(6*h)]
   end function cubic
 
+  !> Station of the first knot [m].
   pure real(dp) function first_station(c)
     class(curve_type), intent(in) :: c
     first_station = c%s(1)
   end function first_station
 
+  !> Station of the last knot [m].
   pure real(dp) function last_station(c)
     class(curve_type), intent(in) :: c
     last_station = c%s(c%n)
   end function last_station
 
-  !> Position r and its first two derivatives at station s.  `i` is the knot
-  !> interval: a guess on entry (any value), the right one on return.
+  !> Position r [m] and its first two derivatives at station s [m].  `i` is the knot interval: any guess on entry, the
+  !> right one on return.
   pure subroutine curve_point(c, s, i, r, d1, d2)
     type(curve_type), intent(in) :: c
     real(dp), intent(in) :: s
@@ -372,7 +375,7 @@ contains
     call cubic_point(c%a(:, :, i), s - c%s(i), r, d1, d2)
   end subroutine curve_point
 
-  !> The knot interval i, a guess on entry, of station x on a curve's s.
+  !> The knot interval i of station x [m] on a curve with the knots s.  On entry i is a guess from 0 to n.
   pure subroutine find_interval(s, x, i)
     real(dp), intent(in) :: s(0:*), x
     integer, intent(inout) :: i
@@ -386,7 +389,7 @@ contains
     end do
   end subroutine find_interval
 
-  !> The knot interval of station s if the knots were equally spaced: a guess.
+  !> A guess of the knot interval of station s [m]: the right one if the knots were equally spaced.
   pure integer function near_interval(c, s) result(i)
     type(curve_type), intent(in) :: c
     real(dp), intent(in) :: s
@@ -394,6 +397,7 @@ contains
     i = 1 + int((c%n - 1)*(s - c%first())/(c%last() - c%first()))
   end function near_interval
 
+  !> Value and first two derivatives of a cubic at t.
   pure subroutine cubic_point(a, t, r, d1, d2)
     real(dp), intent(in) :: a(2, 4), t
     real(dp), intent(out) :: r(2), d1(2), d2(2)
@@ -403,8 +407,7 @@ contains
     d2 = 2*a(:, 3) + 6*t*a(:, 4)
   end subroutine cubic_point
 
-  !> Position, tangent angle to the y axis [rad] and signed curvature d(angle)/ds
-  !> [1/m] at station s.
+  !> Position [m], tangent angle to the y axis [rad] and signed curvature d(angle)/ds [1/m] at station s [m].
   pure subroutine curve_frame(c, s, r, angle, curvature)
     type(curve_type), intent(in) :: c
     real(dp), intent(in) :: s

@@ -89,7 +89,8 @@ contains
       if (of_rail /= '') file = c%rail_profile_right
       call read_profile(trim(file), is_rail, c%smoothing_mm, trim(c%rail_flip), trim(c%rail_unit), rail, error)
       if (failed('rail_profile'//of_rail)) return
-      call place_profiles(wheel, rail, c%gauge, c%gauge_depth, c%back_to_back, c%rolling_radius, side%pair, error)
+      call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
+        c%rolling_radius, side%pair, error)
       if (.not. allocated(error)) call find_zones(side%pair, c%split_angle, side%zones, error)
       if (of_wheel//of_rail == '') return
       if (failed('wheel_profile'//of_wheel//', rail_profile'//of_rail)) return

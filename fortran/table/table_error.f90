@@ -9,7 +9,8 @@
 !> a contact would pull are counted.
 module table_error
   use bspline, only: axis_type, spline_2d_at, spline_3d_at
-  use contact_zones, only: set_moduli, stiffest, zone_energy, zone_force, zone_type
+  use contact_zones, only: zone_type
+  use strip_law, only: set_moduli, stiffest, zone_energy, zone_force
   use station_scan, only: new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: pair_type, rail_point, rolled
   use kinds, only: dp

@@ -1,7 +1,8 @@
 !> The functions that a contact table interpolates, by direct evaluation: the height at which a zone touches, its elastic
 !> energy by strips or by one Hertzian contact, and the ratio of half-space to strip energy.
 module table_sampling
-  use contact_zones, only: set_moduli, stiffest, zone_energy, zone_type
+  use contact_zones, only: zone_type
+  use strip_law, only: set_moduli, stiffest, zone_energy
   use station_scan, only: keep_feet, new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: pair_type, rolled
   use kinds, only: dp

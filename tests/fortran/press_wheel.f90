@@ -38,7 +38,8 @@ program press_wheel
     if (allocated(error)) error stop error%message
     read (*, *, iostat=stat) radius, depth
     if (stat /= 0) exit
-    call place_profiles(wheel, rail, c%gauge, c%gauge_depth, c%back_to_back, radius, pair, error)
+    call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, radius, &
+      pair, error)
     if (allocated(error)) cycle
     centre = [0.0_dp, pair%axle_height - depth]
     work = new_scan(pair)

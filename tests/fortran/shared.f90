@@ -4,7 +4,7 @@ module shared
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type
   use case_reader, only: read_case
-  use contact_zones, only: set_moduli, zone_energy, zone_force
+  use strip_law, only: set_moduli, zone_energy, zone_force
   use errors, only: error_type
   use station_scan, only: new_scan, scan_depth, scan_type
   use hertz, only: contact_modulus

@@ -1,12 +1,11 @@
-!> The points of a profile file, told by its contents: plain columns y z, MiniProf
-!> (.whl, .ban) or SIMPACK (.prw, .prr).
+!> Reads the points of a profile file.  The contents tell the format: plain columns y z, MiniProf (.whl, .ban) or
+!> SIMPACK (.prw, .prr).
 !>
-!> MiniProf, old: free lines of heading, one of them naming it, a blank line, then X Y
-!> and more; new: `Key=Value` lines, among them ColumnDef=X,Y,A,C, XYPoints, XOffset
-!> and YOffset, then the rows (Greenwood Engineering, "MiniProf for Windows, Technical
-!> Reference", 2008).  SIMPACK: `header.begin` with type 0 (rail) or 1 (wheel),
-!> `spline.begin` with shifts, bounds, mirrors and the unit, `point.begin` with rows y, z
-!> and a weight, z down (E. Vollebregt, "User guide for CONTACT", section on profile files).
+!> An old MiniProf file has free lines of heading, one of which names MiniProf, a blank line, then rows of X, Y and
+!> more.  A new one has `Key=Value` lines, among them ColumnDef=X,Y,A,C, XYPoints, XOffset and YOffset, then the rows
+!> (Greenwood Engineering, "MiniProf for Windows, Technical Reference", 2008).  A SIMPACK file has `header.begin` with
+!> type 0 (rail) or 1 (wheel), `spline.begin` with shifts, bounds, mirrors and the unit, and `point.begin` with rows of y,
+!> z and a weight, z down (E. Vollebregt, "User guide for CONTACT", section on profile files).
 module profile_formats
   use errors, only: error_type, fatal_error
   use kinds, only: dp
@@ -15,21 +14,22 @@ module profile_formats
   private
   public :: raw_type, read_points
 
-  !> What a file says.
+  !> What a profile file says.
   type :: raw_type
-    real(dp), allocatable :: points(:, :)  !! y, z, (2, n), in the file's unit
-    integer, allocatable :: at(:)          !! line of each point
+    real(dp), allocatable :: points(:, :)  !! y, z in the file's unit, (2, n)
+    integer, allocatable :: line(:)        !! line of each point in the file
     character(:), allocatable :: format    !! 'plain', 'MiniProf', 'SIMPACK'
-    character(5) :: kind = ''              !! 'wheel' or 'rail', where the file says so
-    real(dp) :: unit = 0                   !! where the file says so [mm]
-    logical :: reconstruction = .false.    !! the file says that it is one
-    integer :: announced = -1              !! number of points, where the file says so
+    character(5) :: kind = ''              !! 'wheel' or 'rail'; '' where the file does not say it
+    real(dp) :: unit = 0                   !! the file's unit; 0 where the file does not say it [mm]
+    logical :: reconstruction = .false.    !! whether the file says that it is a reconstruction
+    integer :: announced = -1              !! number of points; -1 where the file does not say it
   end type raw_type
 
-  real(dp), parameter :: largest = 1e4_dp  !! no coordinate is larger, in any unit
+  real(dp), parameter :: largest = 1e4_dp  !! coordinate, in any unit
 
 contains
 
+  !> Read the points of a file from its lines.  Fails, with file and line, where the lines do not follow a format.
   subroutine read_points(file, lines, raw, error)
     character(*), intent(in) :: file               !! for messages
     type(line_type), intent(in) :: lines(:)
@@ -37,7 +37,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: i, stat
 
-    allocate (raw%points(2, size(lines)), raw%at(size(lines)), stat=stat)
+    allocate (raw%points(2, size(lines)), raw%line(size(lines)), stat=stat)
     if (stat /= 0) then
       call fatal_error(error, file//': expected memory for the points of '//str(size(lines))//' lines, found less')
       return
@@ -54,7 +54,7 @@ contains
     end if
   end subroutine read_points
 
-  !> Rows of numbers below a heading: plain and MiniProf.
+  !> Read rows of numbers below a heading: plain and MiniProf.
   subroutine read_columns(file, lines, raw, error)
     character(*), intent(in) :: file
     type(line_type), intent(in) :: lines(:)
@@ -74,7 +74,7 @@ contains
       if (n == 0) then
         if (is_miniprof(lines(i)%text)) then
           raw%format = 'MiniProf'
-          ! The heading may hold numbers; it ends with a blank line.
+          ! The heading may hold numbers.  It ends with a blank line.
           if (start == 1) start = next_blank(lines, i)
         end if
         if (i < start) cycle
@@ -94,15 +94,15 @@ contains
           ': expected two numbers, y and z in mm, found "'//clip(lines(i)%text)//'"')
         return
       end if
-      call add(file, raw, n, x + offset, i, lines(i)%text, error)
+      call add_point(file, raw, n, x + offset, i, lines(i)%text, error)
       if (allocated(error)) return
     end do
     raw%points = raw%points(:, :n)
-    raw%at = raw%at(:n)
+    raw%line = raw%line(:n)
 
   contains
 
-    !> Keys of MiniProf that matter.
+    !> Take the value of a MiniProf key that matters.
     subroutine take_key()
       real(dp) :: number
       integer :: k
@@ -133,7 +133,7 @@ contains
 
   end subroutine read_columns
 
-  !> Sections and keys.
+  !> Read sections and keys: SIMPACK.
   subroutine read_simpack(file, lines, raw, error)
     character(*), intent(in) :: file
     type(line_type), intent(in) :: lines(:)
@@ -180,7 +180,7 @@ contains
         if (ok) cycle
         x = x + shift
         if (any((x < low .or. x > high) .and. low < high)) cycle
-        call add(file, raw, n, merge(-x, x, mirror > 0), i, lines(i)%text, error)
+        call add_point(file, raw, n, merge(-x, x, mirror > 0), i, lines(i)%text, error)
         if (allocated(error)) return
       else
         call split_key(row, key, value)
@@ -193,10 +193,11 @@ contains
       return
     end if
     raw%points = raw%points(:, :n)
-    raw%at = raw%at(:n)
+    raw%line = raw%line(:n)
 
   contains
 
+    !> Take the value of a SIMPACK key that matters.
     subroutine take_key()
       character(12), parameter :: known(*) = [character(12) :: 'shift.y', 'shift.z', 'mirror.y', 'mirror.z', &
         'bound.y.min', 'bound.z.min', 'bound.y.max', 'bound.z.max', 'rotate', 'units.len.f', 'type']
@@ -245,7 +246,8 @@ contains
 
   end subroutine read_simpack
 
-  subroutine add(file, raw, n, x, line, text, error)
+  !> Add a point as number n + 1.  Fails where a coordinate is too large.
+  subroutine add_point(file, raw, n, x, line, text, error)
     character(*), intent(in) :: file, text
     type(raw_type), intent(inout) :: raw
     integer, intent(inout) :: n
@@ -259,10 +261,10 @@ contains
     end if
     n = n + 1
     raw%points(:, n) = x
-    raw%at(n) = line
-  end subroutine add
+    raw%line(n) = line
+  end subroutine add_point
 
-  !> A line of heading that names MiniProf.
+  !> Whether a line of heading names MiniProf.
   pure logical function is_miniprof(line)
     character(*), intent(in) :: line
     character(:), allocatable :: word
@@ -272,7 +274,7 @@ contains
       .or. index(word, '#minirailprof') == 1
   end function is_miniprof
 
-  !> The first blank line after line i that numbers follow; 1, where there is none.
+  !> The first blank line after line i that numbers follow; 1 where there is no such line.
   pure integer function next_blank(lines, i) result(line)
     type(line_type), intent(in) :: lines(:)
     integer, intent(in) :: i
@@ -283,7 +285,7 @@ contains
     line = 1
   end function next_blank
 
-  !> `Key = value` as key in lower case and value without quotes; key '' where there is no such thing.
+  !> Split `key = value`: the key in lower case, and the value.  The key is '' where the line has no `=`.
   pure subroutine split_key(line, key, value)
     character(*), intent(in) :: line
     character(:), allocatable, intent(out) :: key, value
@@ -297,7 +299,7 @@ contains
     value = trim(adjustl(line(mark + 1:)))
   end subroutine split_key
 
-  !> Position of a letter in a list such as X,Y,A,C; 0: none.
+  !> Position of a letter in a list such as X,Y,A,C; 0 where the list does not have it.
   pure integer function column_of(list, letter) result(column)
     character(*), intent(in) :: list
     character, intent(in) :: letter
@@ -311,6 +313,7 @@ contains
     column = 0
   end function column_of
 
+  !> The first word of a line in lower case; '' for a word of more than 16 letters.
   pure function first_word(line) result(word)
     character(*), intent(in) :: line
     character(16) :: word
@@ -322,7 +325,7 @@ contains
     if (len(rest) > len(word)) word = ''
   end function first_word
 
-  !> A line up to its comment, with blanks for commas and semicolons.
+  !> A line up to a comment, which starts with one of the marks; commas and semicolons become blanks.
   pure function uncommented(line, marks) result(row)
     character(*), intent(in) :: line, marks
     character(scan(line//marks(1:1), marks) - 1) :: row
@@ -334,7 +337,7 @@ contains
     end do
   end function uncommented
 
-  !> A heading: it begins with a letter and is not a misspelt number.
+  !> Whether a line is a heading: it begins with a letter and is not a misspelt number.
   pure logical function is_words(line)
     character(*), intent(in) :: line
     character(:), allocatable :: word
@@ -345,27 +348,27 @@ contains
       .and. index(word, 'nan') /= 1 .and. index(word, 'inf') /= 1
   end function is_words
 
-  !> The numbers of some columns of a row.
+  !> The numbers x of some columns of a row.  `ok` is false where one of them is no number.
   pure subroutine take_numbers(row, columns, x, ok)
     character(*), intent(in) :: row
     integer, intent(in) :: columns(:)
     real(dp), intent(out) :: x(:)
     logical, intent(out) :: ok
-    integer :: k, column, from, to
+    integer :: k, column, start, finish
 
     x = 0
     ok = .true.
-    from = 1
+    start = 1
     do column = 1, maxval(columns)
-      k = verify(row(from:), ' ')
+      k = verify(row(start:), ' ')
       ok = k > 0
       if (.not. ok) return
-      from = from + k - 1
-      to = from + index(row(from:)//' ', ' ') - 2
+      start = start + k - 1
+      finish = start + index(row(start:)//' ', ' ') - 2
       k = findloc(columns, column, 1)
-      if (k > 0) call to_real(row(from:to), x(k), ok)
+      if (k > 0) call to_real(row(start:finish), x(k), ok)
       if (.not. ok) return
-      from = to + 1
+      start = finish + 1
     end do
   end subroutine take_numbers
 

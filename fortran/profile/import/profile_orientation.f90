@@ -1,28 +1,28 @@
-!> Which way a profile lies in its file, wheel or rail, told by its shape, and what of it can be
-!> running surface.
+!> Which way a profile lies in its file and whether it is a wheel or a rail, told by the shape, and which of its points
+!> can be running surface.
 module profile_orientation
   use kinds, only: degree, dp, pi
   implicit none
   private
-  public :: recognise, turn_over, in_order, cut_faces, is_wheel, is_rail
+  public :: recognise, turn_over, put_in_order, cut_faces, is_wheel, is_rail, tape_circle
 
   integer, parameter :: is_wheel = 1, is_rail = 2
 
-  real(dp), parameter :: tape_circle = 70        !! from the wheel's back [mm]
-  real(dp), parameter :: face = 60*degree        !! a profile that ends steeper does so with a face
-  real(dp), parameter :: chord = 3               !! over which directions are taken here: above any noise [mm]
-  real(dp), parameter :: least_flange = 12       !! a lower one is none [mm]
-  real(dp), parameter :: head_depth = 10, deepest_side = 60   !! of a rail: its sides are between, below its top [mm]
+  real(dp), parameter :: tape_circle = 70        !! distance from the wheel's back (EN 15313) [mm]
+  real(dp), parameter :: face = 60*degree        !! a steeper end of a profile is a face
+  real(dp), parameter :: chord = 3               !! length over which directions are taken: larger than any noise [mm]
+  real(dp), parameter :: least_flange = 12       !! least height of a flange [mm]
+  real(dp), parameter :: head_depth = 10, deepest_side = 60   !! the sides of a rail's head are between, below its top [mm]
 
 contains
 
-  !> What points show, and how they must be turned over so that z is up and y goes from the
-  !> track to the field side (a left wheel or rail).  Where a rail is symmetric, y stays.
+  !> Whether points show a wheel or a rail, and which axes must be turned over so that z is up and y goes from the
+  !> track to the field side, as on a left wheel or rail.  The y of a symmetric rail stays.
   pure subroutine recognise(points, kind, found, flip)
     real(dp), intent(in) :: points(:, :)   !! (2, n) [mm]
     integer, intent(in) :: kind            !! is_wheel, is_rail, or 0 for either
-    integer, intent(out) :: found          !! the same; 0 for neither
-    logical, intent(out) :: flip(2)        !! y, z
+    integer, intent(out) :: found          !! is_wheel, is_rail, or 0 for neither
+    logical, intent(out) :: flip(2)        !! whether to turn over y, z
 
     found = 0
     flip = .false.
@@ -30,7 +30,7 @@ contains
     if (kind /= is_wheel .and. found == 0) call recognise_rail(points, found, flip)
   end subroutine recognise
 
-  !> The flange is what reaches farthest from the level of the tread, once the faces at both ends are off.
+  !> Recognise a wheel: without the faces at both ends, its flange reaches farthest from the level of the tread.
   pure subroutine recognise_wheel(points, found, flip)
     real(dp), intent(in) :: points(:, :)
     integer, intent(out) :: found
@@ -62,18 +62,18 @@ contains
     end if
     middle = (minval(points(1, :)) + maxval(points(1, :)))/2
     flip(1) = tip > middle
-    ! A head has its top in the middle, and both its sides go down.
+    ! A rail's head has its top in the middle, and both of its sides go down.
     if (abs(tip - middle) > 0.15_dp*(maxval(points(1, :)) - minval(points(1, :)))) found = is_wheel
     if (found == 0) flip = .false.
   end subroutine recognise_wheel
 
-  !> The head is above its sides; the side towards the track is the one at y = 0, or the lower one.
+  !> Recognise a rail: its head is above its sides.  The side towards the track is the one at y = 0, or the lower one.
   pure subroutine recognise_rail(points, found, flip)
     real(dp), intent(in) :: points(:, :)
     integer, intent(out) :: found
     logical, intent(out) :: flip(2)
-    real(dp), parameter :: below = 14      ! where the gauge is measured [mm]
-    real(dp), parameter :: lean = 3e-3_dp  ! a head that leans less is upright
+    real(dp), parameter :: gauge_depth = 14      ! depth below the top at which the gauge is measured [mm]
+    real(dp), parameter :: lean = 3e-3_dp  ! least slope of a head that is not upright
     real(dp) :: z(size(points, 2)), middle, ends, y(2), mean, slope
     integer :: n, i, top, side
 
@@ -87,11 +87,11 @@ contains
     flip(2) = middle < ends
     z = merge(-points(2, :), points(2, :), flip(2))
     top = maxloc(z, 1)
-    ! Both sides where the gauge is measured, or as far down as the file goes.
+    ! y of both sides at the depth of the gauge, or as far down as the file goes.
     do side = 1, 2
       y(side) = points(1, merge(1, n, side == 1))
       do i = top, merge(1, n, side == 1), merge(-1, 1, side == 1)
-        if (z(i) > z(top) - below) cycle
+        if (z(i) > z(top) - gauge_depth) cycle
         y(side) = points(1, i)
         exit
       end do
@@ -106,6 +106,8 @@ contains
     if (abs(slope) > lean) flip(1) = slope < 0
   end subroutine recognise_rail
 
+  !> Slope of the line through the points of a head's crown that are within `reach` of y = `mean` [mm], by least squares;
+  !> 0 for fewer than three points.
   pure real(dp) function crown_slope(y, z, mean, reach) result(slope)
     real(dp), intent(in) :: y(:), z(:), mean, reach
     real(dp) :: w(size(y)), cy, cz
@@ -118,7 +120,7 @@ contains
     slope = sum(w*(y - cy)*(z - cz))/max(sum(w*(y - cy)**2), tiny(1.0_dp))
   end function crown_slope
 
-  !> Mirror images of points.
+  !> Turn over the axes of points.
   pure subroutine turn_over(points, flip)
     real(dp), intent(inout) :: points(:, :)
     logical, intent(in) :: flip(2)
@@ -127,34 +129,35 @@ contains
     if (flip(2)) points(2, :) = -points(2, :)
   end subroutine turn_over
 
-  !> Let points go to the field side; a closed contour begins at its lowest point.
-  pure subroutine in_order(points, at)
+  !> Put points in order towards the field side.  A closed contour begins at its lowest point.
+  pure subroutine put_in_order(points, line)
     real(dp), intent(inout) :: points(:, :)
-    integer, intent(inout) :: at(:)
-    real(dp), parameter :: closed = 3      ! nearer ends belong together [mm]
+    integer, intent(inout) :: line(:)
+    real(dp), parameter :: closed = 3      ! the ends of a closed contour are nearer [mm]
     integer :: n, low, top
 
     n = size(points, 2)
     if (norm2(points(:, n) - points(:, 1)) < closed) then
       low = minloc(points(2, :), 1)
       points = cshift(points, low - 1, 2)
-      at = cshift(at, low - 1)
+      line = cshift(line, low - 1)
       top = maxloc(points(2, :), 1)
       if (points(1, max(top - 1, 1)) <= points(1, min(top + 1, n))) return
     else if (points(1, 1) <= points(1, n)) then
       return
     end if
     points = points(:, n:1:-1)
-    at = at(n:1:-1)
-  end subroutine in_order
+    line = line(n:1:-1)
+  end subroutine put_in_order
 
-  !> The points first..last that can be running surface, or hold it: without a wheel's back above the level
-  !> of its tread and its rim face, without what is below a rail's sides.
+  !> The points first..last that can be running surface or hold it: without the part of a wheel's back above the level
+  !> of its tread, without its rim face, and without the part of a rail below the sides of its head.
   pure subroutine cut_faces(points, kind, first, last)
     real(dp), intent(in) :: points(:, :)   !! turned and in order [mm]
     integer, intent(in) :: kind            !! is_wheel or is_rail
     integer, intent(out) :: first, last
-    real(dp), parameter :: undercut = 0.5_dp, upright = 0.02_dp   ! of a rail's side, and of one that is vertical [mm]
+    real(dp), parameter :: undercut = 0.5_dp   ! way in y below a head by which its side ends [mm]
+    real(dp), parameter :: upright = 0.02_dp   ! largest way in y along a vertical side [mm]
     real(dp) :: angle(size(points, 2)), s(size(points, 2)), extreme
     integer :: n, i, tip, tape, side, edge
 
@@ -170,7 +173,7 @@ contains
       end do
       call directions(points, chord/2, s, angle)
       do last = tape, n
-        ! A way back has another direction than a face.
+        ! Points that go back have another direction than a face.
         if (angle(last) > face .and. angle(last) < pi - face) exit
       end do
       last = min(last, n)
@@ -193,7 +196,7 @@ contains
     end if
   end subroutine cut_faces
 
-  !> Stations of points, and the direction of the chord of a length about each [rad].
+  !> Stations of points [mm], and the direction [rad] of a chord of the given length about each point.
   pure subroutine directions(points, length, s, angle)
     real(dp), intent(in) :: points(:, :), length
     real(dp), intent(out) :: s(:), angle(:)
@@ -218,7 +221,7 @@ contains
     end do
   end subroutine directions
 
-  !> The value that half of the length s has less than.
+  !> Median of x over the length s: on half of the length x is smaller.
   pure real(dp) function median(x, s)
     real(dp), intent(in) :: x(:), s(:)
     real(dp) :: low, high

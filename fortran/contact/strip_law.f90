@@ -1,0 +1,213 @@
+!> Elastic energy of one zone of a wheel on its rail, evaluated directly in one pose.
+!>
+!>     U = 1/2 integral k(s) g+(s)^2 ds       (model 'strip')
+!>     U = 2/5 C_H delta^(5/2)                (model 'hertz')
+!>
+!> Here g is the depth of the wheel's station s inside the rail and delta the largest depth of the zone.  The modulus
+!> k = 3/4 C_H(A, B) sqrt(B) lets the strips return Hertz's law N = C_H delta^(3/2) wherever the curvatures A
+!> (rolling) and B (transverse) are constant.  Model 'halfspace' is in `halfspace_patches`.
+module strip_law
+  use contact_zones, only: zone_type
+  use hertz, only: hertz_stiffness, strip_modulus
+  use kinds, only: dp
+  use station_scan, only: deepest, scan_type
+  use wheel_rail_pair, only: least_cosine, pair_type, rail_curvature, rolled
+  implicit none
+  private
+  public :: set_moduli, zone_energy, zone_force, stiffest
+
+  !> Largest energy of half-spaces, relative to that of strips.  A patch of the tread that reaches over the cut to the
+  !> flange leaves a sliver there.  In the whole patch the sliver has the pressure of an edge, next to nothing; a
+  !> half-space that is pressed in by the sliver alone is up to 60 times stiffer than the strips.
+  real(dp), parameter :: stiffest = 1.5_dp
+
+  real(dp), parameter :: least_ratio = 0.02_dp    ! B/A: longer patches are line contacts
+
+  ! Gauss-Legendre, four points on [0, 1]: exact for the cubic depth squared times a linear modulus.
+  real(dp), parameter :: gauss_t(4) = 0.5_dp + 0.5_dp*[-0.861136311594052575_dp, &
+    -0.339981043584856265_dp, 0.339981043584856265_dp, 0.861136311594052575_dp]
+  real(dp), parameter :: gauss_w(4) = 0.5_dp*[0.347854845137453857_dp, 0.652145154862546143_dp, &
+    0.652145154862546143_dp, 0.347854845137453857_dp]
+
+contains
+
+  !> Relative curvatures of wheel and rail at a station of the wheel, for a roll angle.
+  pure subroutine relative_curvatures(pair, angle, radius, wheel_curvature, roll, A, B)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: angle, radius, wheel_curvature   !! of the wheel's station [rad, m, 1/m]
+    real(dp), intent(in) :: roll      !! [rad]
+    real(dp), intent(out) :: A, B     !! rolling and transverse [1/m]
+
+    A = max(cos(angle + roll), least_cosine)/(2*radius)
+    B = max((wheel_curvature + rail_curvature(pair, angle + roll))/2, least_ratio*A)
+  end subroutine relative_curvatures
+
+  !> Strip modulus k [Pa] at a zone's stations, for a roll angle.
+  pure subroutine set_moduli(pair, zone, e_star, roll, k)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zone
+    real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
+    real(dp), intent(inout) :: k(:)        !! (stations of the wheel)
+    real(dp) :: A, B
+    integer :: i
+
+    do i = zone%first, zone%last
+      call relative_curvatures(pair, pair%angle(i), -pair%r(2, i), pair%curvature(i), roll, A, B)
+      k(i) = strip_modulus(e_star, A, B)*hypot(pair%t(1, i), pair%t(2, i))
+    end do
+  end subroutine set_moduli
+
+  !> Elastic energy [J] of a zone in the pose of a scan.
+  pure real(dp) function zone_energy(pair, zone, model, e_star, roll, scan, k) result(energy)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zone
+    character(*), intent(in) :: model      !! 'strip' or 'hertz'
+    real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
+    type(scan_type), intent(in) :: scan
+    real(dp), intent(in), contiguous :: k(:)   !! strip moduli from `set_moduli`, unused for 'hertz' [Pa]
+    real(dp) :: part, left, right, depth, station, A, B
+    integer :: i, n, node
+
+    energy = 0
+    if (model == 'hertz') then
+      call deepest(pair, scan, zone%first, zone%last, depth, station, node)
+      if (depth <= 0) return
+      call relative_curvatures(pair, pair%angle(node), -pair%r(2, node), pair%curvature(node), roll, A, B)
+      energy = 0.4_dp*hertz_stiffness(e_star, A, B)*depth**2.5_dp
+    else
+      n = 0
+      do i = zone%first, zone%last
+        if (i < zone%last) then
+          if (all(scan%depth(i:i + 1) > 0)) then
+            n = n + 1
+            cycle
+          end if
+        end if
+        energy = energy + pressed_energy(n, pair%s(i - n:i), scan%depth(i - n:i), scan%slope(i - n:i), k(i - n:i))
+        n = 0
+        if (i == zone%last) exit
+        call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), k(i:i + 1), part, &
+          left, right)
+        energy = energy + part
+      end do
+    end if
+  end function zone_energy
+
+  !> Energy [J] of n neighbouring intervals that are pressed from end to end: the sum of the first integral of
+  !> `interval_integrals` in closed form, in a loop without branches.
+  pure real(dp) function pressed_energy(n, s, g, dg, k) result(energy)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: s(n + 1), g(n + 1), dg(n + 1), k(n + 1)
+    real(dp), parameter :: w(8) = 1/[1.0_dp, 2.0_dp, 3.0_dp, 4.0_dp, 5.0_dp, 6.0_dp, 7.0_dp, 8.0_dp]
+    real(dp) :: h, c0, c1, c2, c3, k1, k2
+    integer :: i
+
+    energy = 0
+    do i = 1, n
+      h = s(i + 1) - s(i)
+      c0 = g(i)
+      c1 = h*dg(i)
+      c2 = 3*(g(i + 1) - g(i)) - h*(2*dg(i) + dg(i + 1))
+      c3 = 2*(g(i) - g(i + 1)) + h*(dg(i) + dg(i + 1))
+      k1 = k(i)
+      k2 = k(i + 1) - k(i)
+      ! Coefficients of g^2 times the integrals of (k1 + k2 t) t^j, j = 0..6.
+      energy = energy + h/2*(c0**2*(k1*w(1) + k2*w(2)) + 2*c0*c1*(k1*w(2) + k2*w(3)) &
+        + (2*c0*c2 + c1**2)*(k1*w(3) + k2*w(4)) + 2*(c0*c3 + c1*c2)*(k1*w(4) + k2*w(5)) &
+        + (2*c1*c3 + c2**2)*(k1*w(5) + k2*w(6)) + 2*c2*c3*(k1*w(6) + k2*w(7)) &
+        + c3**2*(k1*w(7) + k2*w(8)))
+    end do
+  end function pressed_energy
+
+  !> Force of the rail on a zone of strips in the pose of a scan, and the moment of this force about the axle centre,
+  !> with the moduli k taken as fixed: (F_y [N], F_z [N], M_x [N m]).
+  pure function zone_force(pair, zone, roll, scan, k) result(force)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zone
+    real(dp), intent(in) :: roll           !! [rad]
+    type(scan_type), intent(in) :: scan
+    real(dp), intent(in) :: k(:)           !! strip moduli from `set_moduli` [Pa]
+    real(dp) :: force(3), part, share(0:1), n(2), x(2)
+    integer :: i, j
+
+    force = 0
+    do i = zone%first, zone%last - 1
+      call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), k(i:i + 1), part, &
+        share(0), share(1))
+      do j = 0, 1
+        n = scan%normal(:, i + j)
+        x = rolled(pair%r(:, i + j), roll)
+        force = force + share(j)*[n(1), n(2), x(1)*n(2) - x(2)*n(1)]
+      end do
+    end do
+  end function zone_force
+
+  !> Integrals over the interval between two stations: the energy 1/2 integral of k g+^2 [J], and the force as the
+  !> integral of k g+ [N], shared out to the left and right stations.  The depth g is the Hermite cubic.
+  pure subroutine interval_integrals(h, g, dg, k, energy, left, right)
+    real(dp), intent(in) :: h                  !! length of the interval [m]
+    real(dp), intent(in) :: g(2), dg(2), k(2)  !! depth [m], its slope dg/ds and modulus [Pa] at the two stations
+    real(dp), intent(out) :: energy, left, right
+    real(dp) :: c(0:3), start, finish, peak, top
+    real(dp), dimension(4) :: t, depth, w
+
+    energy = 0
+    left = 0
+    right = 0
+    if (all(g < 0) .and. (dg(1) <= 0 .or. dg(2) >= 0)) return
+    c(0) = g(1)
+    c(1) = h*dg(1)
+    c(2) = 3*(g(2) - g(1)) - h*(2*dg(1) + dg(2))
+    c(3) = 2*(g(1) - g(2)) + h*(dg(1) + dg(2))
+    start = 0
+    finish = 1
+    if (all(g < 0)) then
+      peak = c(1)/(sqrt(max(c(2)**2 - 3*c(3)*c(1), 0.0_dp)) - c(2))
+      top = value(peak)
+      if (top <= 0) return
+      start = zero(0.0_dp, peak)
+      finish = zero(peak, 1.0_dp)
+    else if (g(1) < 0) then
+      start = zero(0.0_dp, 1.0_dp)
+    else if (g(2) < 0) then
+      finish = zero(0.0_dp, 1.0_dp)
+    end if
+    t = start + gauss_t*(finish - start)
+    depth = max(value(t), 0.0_dp)
+    w = gauss_w*((finish - start)*h)*(k(1) + t*(k(2) - k(1)))*depth
+    energy = sum(w*depth)/2
+    left = sum(w*(1 - t))
+    right = sum(w*t)
+
+  contains
+
+    elemental real(dp) function value(t)
+      real(dp), intent(in) :: t
+      value = c(0) + t*(c(1) + t*(c(2) + t*c(3)))
+    end function value
+
+    !> The zero of the cubic between a and b, by Newton's method; by bisection where a step leaves the bracket.
+    pure real(dp) function zero(a, b) result(t)
+      real(dp), intent(in) :: a, b
+      real(dp) :: lo, hi, f, slope, rising, t_old
+      integer :: iter
+
+      lo = a
+      hi = b
+      rising = sign(1.0_dp, value(b) - value(a))
+      t = (a*value(b) - b*value(a))/(value(b) - value(a))
+      do iter = 1, 60
+        f = value(t)*rising
+        if (f > 0) hi = t
+        if (f <= 0) lo = t
+        slope = (c(1) + t*(2*c(2) + t*3*c(3)))*rising
+        t_old = t
+        t = t - f/merge(slope, 1.0_dp, slope > 0)
+        if (slope <= 0 .or. t < lo .or. t > hi) t = (lo + hi)/2
+        if (abs(t - t_old) <= 4*epsilon(t)) exit
+      end do
+    end function zero
+
+  end subroutine interval_integrals
+
+end module strip_law
