@@ -30,13 +30,12 @@ module contact_zones
     real(dp) :: clearance = 0          !! lateral way of the centred rigid wheelset until this flange touches [m]
   end type side_type
 
-  !> Arcs of the wheel that cannot touch, from the running point to the flange.
-  type :: gaps_type
-    integer :: n = 0
-    integer :: start(max_zones) = 0    !! index of the station at which the arc starts, on its tread side
-    integer :: cut(max_zones) = 0      !! index of the station in its middle
-    real(dp) :: turn(max_zones) = 0    !! angle by which the normals of wheel and rail part over the arc [rad]
-  end type gaps_type
+  !> An arc of the wheel that cannot touch.
+  type :: gap_type
+    integer :: start = 0               !! index of the station at which the arc starts, on its tread side
+    integer :: cut = 0                 !! index of the station in its middle
+    real(dp) :: turn = 0               !! angle by which the normals of wheel and rail part over the arc [rad]
+  end type gap_type
 
   real(dp), parameter :: least_gap = 0.4e-3_dp    ! shortest arc that counts as a gap [m]
   real(dp), parameter :: least_zone = window/2     ! shortest zone [m]: the mean curvature does not show shorter arcs
@@ -50,7 +49,7 @@ contains
     real(dp), intent(in) :: split_angle              !! [rad]
     type(zone_type), allocatable, intent(out) :: zones(:)
     type(error_type), allocatable, intent(out) :: error
-    type(gaps_type) :: gaps
+    type(gap_type), allocatable :: gaps(:)
     integer :: running, split, parting, i
 
     running = count(pair%s <= pair%centred_station)
@@ -72,27 +71,24 @@ contains
     call find_gaps(pair, running, gaps)
     call part_flange(pair, split, gaps, parting)
 
-    allocate (zones(gaps%n + 1))
-    zones(1)%last = size(pair%s)
-    do i = 1, gaps%n
-      zones(i)%first = gaps%cut(i)
-      zones(i + 1)%last = gaps%cut(i)
-      zones(i + 1)%flange = gaps%cut(i) <= parting
-    end do
-    zones(gaps%n + 1)%first = 1
-    do i = 1, gaps%n + 1
+    allocate (zones(size(gaps) + 1))
+    zones%first = [gaps%cut, 1]
+    zones%last = [size(pair%s), gaps%cut]
+    zones%flange = zones%last <= parting
+    do i = 1, size(zones)
       call set_pole(pair, zones(i))
     end do
   end subroutine find_zones
 
-  !> Arcs of negative relative curvature between the running point and the flange face.
+  !> Find the arcs of negative relative curvature, from the running point to the flange face.
   pure subroutine find_gaps(pair, running, gaps)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: running         !! index of the running point
-    type(gaps_type), intent(out) :: gaps
+    type(gap_type), allocatable, intent(out) :: gaps(:)
     real(dp) :: curvature, turn
     integer :: start, i
 
+    allocate (gaps(0))
     start = 0
     turn = 0
     do i = running, pair%steepest, -1
@@ -103,43 +99,35 @@ contains
         cycle
       end if
       if (start > 0) then
-        if (pair%s(start) - pair%s(i) > least_gap) call add_gap(pair, start, i, turn, gaps)
+        if (pair%s(start) - pair%s(i) > least_gap) call add_gap(pair, gap_type(start, (start + i)/2, turn), gaps)
       end if
       start = 0
       turn = 0
     end do
   end subroutine find_gaps
 
-  !> Add the arc between the stations start and finish.  Where the last gap is too near, the one with the larger turn
-  !> stays.  Where there is no room, as on profiles that conform, the gap with the least turn goes.
-  pure subroutine add_gap(pair, start, finish, turn, gaps)
+  !> Add a gap.  Where the last gap is too near, the one with the larger turn stays.  Where there is no room, as on profiles
+  !> that conform, the gap with the least turn goes.
+  pure subroutine add_gap(pair, gap, gaps)
     type(pair_type), intent(in) :: pair
-    integer, intent(in) :: start, finish
-    real(dp), intent(in) :: turn           !! [rad]
-    type(gaps_type), intent(inout) :: gaps
-    integer :: flattest
+    type(gap_type), intent(in) :: gap
+    type(gap_type), allocatable, intent(inout) :: gaps(:)
+    integer :: n, flattest
 
-    associate (n => gaps%n)
-      if (n > 0) then
-        if (pair%s(gaps%cut(n)) - pair%s((start + finish)/2) < least_zone) then
-          if (gaps%turn(n) > turn) return
-          n = n - 1
-        end if
+    n = size(gaps)
+    if (n > 0) then
+      if (pair%s(gaps(n)%cut) - pair%s(gap%cut) < least_zone) then
+        if (gaps(n)%turn > gap%turn) return
+        gaps = gaps(:n - 1)
       end if
-      ! One cut more may be needed to part the flange.
-      if (n == max_zones - 2) then
-        flattest = minloc(gaps%turn(:n), 1)
-        if (gaps%turn(flattest) > turn) return
-        gaps%cut(flattest:n - 1) = gaps%cut(flattest + 1:n)
-        gaps%start(flattest:n - 1) = gaps%start(flattest + 1:n)
-        gaps%turn(flattest:n - 1) = gaps%turn(flattest + 1:n)
-        n = n - 1
-      end if
-      n = n + 1
-      gaps%cut(n) = (start + finish)/2
-      gaps%start(n) = start
-      gaps%turn(n) = turn
-    end associate
+    end if
+    ! One cut more may be needed to part the flange.
+    if (size(gaps) == max_zones - 2) then
+      flattest = minloc(gaps%turn, 1)
+      if (gaps(flattest)%turn > gap%turn) return
+      gaps = [gaps(:flattest - 1), gaps(flattest + 1:)]
+    end if
+    gaps = [gaps, gap]
   end subroutine add_gap
 
   !> The cut that parts the tread from the flange: in the last gap that starts before the split angle, else in one
@@ -147,21 +135,19 @@ contains
   pure subroutine part_flange(pair, split, gaps, parting)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: split           !! index of the station with the split angle
-    type(gaps_type), intent(inout) :: gaps
+    type(gap_type), allocatable, intent(inout) :: gaps(:)
     integer, intent(out) :: parting        !! index of the station of the cut
     integer :: i, before
 
     parting = 0
-    do i = 1, gaps%n
-      if (gaps%start(i) > split .or. parting == 0 .and. pair%s(split) - pair%s(gaps%cut(i)) < least_zone) &
-        parting = gaps%cut(i)
+    do i = 1, size(gaps)
+      if (gaps(i)%start > split .or. parting == 0 .and. pair%s(split) - pair%s(gaps(i)%cut) < least_zone) &
+        parting = gaps(i)%cut
     end do
     if (parting > 0) return
     parting = split
-    before = count(gaps%cut(:gaps%n) > split)
-    gaps%cut(before + 2:gaps%n + 1) = gaps%cut(before + 1:gaps%n)
-    gaps%cut(before + 1) = split
-    gaps%n = gaps%n + 1
+    before = count(gaps%cut > split)
+    gaps = [gaps(:before), gap_type(cut=split), gaps(before + 1:)]
   end subroutine part_flange
 
   !> Mean angle and pole of a zone from its stations that touch in service.

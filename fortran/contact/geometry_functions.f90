@@ -252,16 +252,27 @@ contains
   end function interpolated
 
   !> Rows -last..last of the geometry file, as far as the rigid wheelset stands on both rails; last is -1 where it stands
-  !> nowhere.
+  !> nowhere.  Rows to the right are the mirror images of rows to the left with the sides exchanged.
   subroutine geometry_table(side, height, n, rows, last)
     type(side_type), intent(in) :: side(:)  !! left, right
     real(dp), intent(in) :: height          !! height of the axle centre at Z = 0 [m]
     integer, intent(in) :: n                !! largest possible `last`
     real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
     integer, intent(out) :: last
+    real(dp) :: row(12)
     integer :: i
+    logical :: ok, same
 
-    call even_rows(side, height, geometry_pitch, n, rows, last)
+    same = same_pair(side(1)%pair, side(2)%pair)
+    last = -1
+    do i = 0, n
+      call geometry_row(side, height, i*geometry_pitch, rows(:12, i), ok)
+      row = rows(:12, i)
+      if (ok .and. .not. same) call geometry_row(side(2:1:-1), height, i*geometry_pitch, row, ok)
+      if (.not. ok) exit
+      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*row([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10])
+      last = i
+    end do
     if (last < 1) return
     do i = -last, last
       rows(13, i) = conicity(max(abs(i), 1)*geometry_pitch, rows(1, -last:last), rows(8, -last:last))
@@ -282,30 +293,6 @@ contains
       if (.not. ok) rows(:, i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
   end subroutine geometry_at
-
-  !> Rows of the geometry file, without the conicity, at every `pitch` [m].  Rows to the right are the mirror images of
-  !> rows to the left with the sides exchanged.
-  subroutine even_rows(side, height, pitch, n, rows, last)
-    type(side_type), intent(in) :: side(:)
-    real(dp), intent(in) :: height, pitch
-    integer, intent(in) :: n
-    real(dp), intent(out) :: rows(:, -n:)
-    integer, intent(out) :: last
-    real(dp) :: row(12)
-    integer :: i
-    logical :: ok, same
-
-    same = same_pair(side(1)%pair, side(2)%pair)
-    last = -1
-    do i = 0, n
-      call geometry_row(side, height, i*pitch, rows(:12, i), ok)
-      row = rows(:12, i)
-      if (ok .and. .not. same) call geometry_row(side(2:1:-1), height, i*pitch, row, ok)
-      if (.not. ok) exit
-      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*row([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10])
-      last = i
-    end do
-  end subroutine even_rows
 
   !> One row of the geometry file, without the conicity.
   subroutine geometry_row(side, height, y, row, ok)

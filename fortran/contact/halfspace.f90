@@ -121,16 +121,16 @@ contains
   !> where the iteration does not reach the tolerance.  The energy p.(depth + r)/2 has the square of the error of p.
   pure subroutine solve_pressure(system, depth, tolerance, p, r, ok, iterations)
     type(system_type), intent(in) :: system
-    real(dp), intent(in), contiguous :: depth(:, :)
+    real(dp), intent(in) :: depth(system%nx*system%ns, system%n)
     real(dp), intent(in) :: tolerance      !! error of the depth under pressure, relative to its maximum
-    real(dp), intent(inout), contiguous :: p(:, :)
-    real(dp), intent(out), contiguous :: r(:, :)   !! residual, depth - A p [m]
+    real(dp), intent(inout) :: p(system%nx*system%ns, system%n)
+    real(dp), intent(out) :: r(system%nx*system%ns, system%n)   !! residual, depth - A p [m]
     logical, intent(out) :: ok
     integer, intent(out) :: iterations
     integer, parameter :: most = 1000
     real(dp), dimension(size(p, 1), size(p, 2)) :: d, t, q, correction
     real(dp) :: limit(size(p, 2)), g, g_old, tau, next
-    logical :: fresh
+    logical :: fresh, guessed
     integer :: i, k
 
     iterations = 0
@@ -147,14 +147,17 @@ contains
     do k = 1, system%n
       p(:, k) = max(p(:, k), 0.0_dp)*(system%weight(k)*system%compliance(k))
     end do
-    call displace(system, p, q)
-    tau = sum(p*d)/sum(p*q)
-    p = p*tau
-    r = d - q*tau
     t = 0
     g_old = 1
-    fresh = .true.
+    guessed = .true.
     do iterations = 1, most
+      if (guessed) then
+        call displace(system, p, q)
+        tau = sum(p*d)/sum(p*q)
+        p = p*tau
+        r = d - q*tau
+        fresh = .true.
+      end if
       ok = .true.
       g = 0
       do k = 1, system%n
@@ -168,14 +171,10 @@ contains
         end do
       end do
       if (ok) exit
-      if (g <= 0) then
-        ! All pressures were clipped to zero.
+      ! All pressures may have been clipped to zero.
+      guessed = g <= 0
+      if (guessed) then
         p = max(r, 0.0_dp)
-        call displace(system, p, q)
-        tau = sum(p*d)/sum(p*q)
-        p = p*tau
-        r = d - q*tau
-        fresh = .true.
         cycle
       end if
       if (fresh) g_old = huge(g)

@@ -13,12 +13,12 @@ module halfspace_patches
   use kinds, only: dp
   use patch_grids, only: carry_pressures, elements_type, fit_box, fit_mesh, guess_pressures, interpolate_influence, &
     look_beyond
-  use patch_overlaps, only: expected_area, find_overlaps, most_patches, near_overlaps, overlaps_type
+  use patch_overlaps, only: expected_area, find_overlaps, most_patches, near_overlaps, overlap_type, overlaps_type
   use station_scan, only: scan_type, set_depth
   use wheel_rail_pair, only: pair_type, rolled
   implicit none
   private
-  public :: patches_type, press_patches, keep_patches, expect_area, pressed_area
+  public :: patches_type, press_patches, keep_patches, pressed_area
 
   !> The pressed patches of a pose.  They start the search in the next pose.
   type :: patches_type
@@ -28,7 +28,9 @@ module halfspace_patches
     type(overlaps_type) :: overlaps            !! one for every patch
     real(dp) :: box(3, most_patches) = 0       !! pressed area: half of its length along x, first and last s [m]
     type(mesh_type) :: mesh(most_patches)
-    real(dp) :: expected(3) = -1               !! pressed area of the next pose, set by `expect_area`; negative: unknown
+    !> The area that the next pose is expected to press, in the shares of `pressed_area`; negative if it is not known.  A pose
+    !> whose area is known, from poses around it, is likely to be solved in the first round.
+    real(dp) :: expected(3) = -1
     real(dp), allocatable :: p(:, :, :)        !! pressures (nx, ns, patch) [Pa]
     type(system_type) :: system
   end type patches_type
@@ -71,18 +73,18 @@ contains
     fits = .false.
     do round = 1, most_rounds
       do g = 1, n
-        call fit_mesh(patches%box(:, g), overlaps%ends(:, g), elements, mesh(g))
+        call fit_mesh(patches%box(:, g), overlaps%list(g)%ends, elements, mesh(g))
         call interpolate_influence(elements, mesh(g), patches%system%own(:, :, g), self(g))
         call set_depths(pair, first, last, centre, roll, scan, mesh(g), depth(:, :, g), normal(:, :, :, g), &
           point(:, :, :, g))
         if (warm .or. round > 1) then
           call carry_pressures(patches%mesh(g), patches%p(:, :, g), mesh(g), p(:, :, g))
         else
-          call guess_pressures(patches%box(:, g), overlaps%depth(g), mesh(g), p(:, :, g))
+          call guess_pressures(patches%box(:, g), overlaps%list(g)%depth, mesh(g), p(:, :, g))
         end if
       end do
       call set_influence(mesh(:n), self(:n), elements%e_star, patches%system)
-      call solve_grids(patches%system, elements%nx*elements%ns, n, depth, &
+      call solve_pressure(patches%system, depth, &
         merge(elements%tolerance, max(rough, elements%tolerance), known .or. round > 1), p, r, ok, iterations)
       patches%solutions = patches%solutions + 1
       patches%iterations = patches%iterations + iterations
@@ -92,12 +94,12 @@ contains
       if (.not. ok) exit
       fits = known .or. round > 1
       do g = 1, n
-        call fit_box(elements, mesh(g), p(:, :, g), overlaps%ends(:, g), patches%box(:, g), round, box, fits)
+        call fit_box(elements, mesh(g), p(:, :, g), overlaps%list(g)%ends, patches%box(:, g), round, box, fits)
         patches%box(:, g) = box
       end do
       if (fits) then
         do g = 1, n
-          call look_beyond(pair, elements, scan, first, last, overlaps%ends(:, g), overlaps%depth(g), mesh(:n), &
+          call look_beyond(pair, elements, scan, first, last, overlaps%list(g)%ends, overlaps%list(g)%depth, mesh(:n), &
             p(:, :, :n), g, patches%box(:, g), fits)
         end do
       end if
@@ -127,13 +129,15 @@ contains
     warm = near_overlaps(patches%overlaps, overlaps)
     do i = 1, overlaps%n
       if (warm) then
-        call move_patch(overlaps, i, patches)
+        call move_patch(overlaps%list(i), i, patches)
       else
-        patches%box(:, i) = expected_area(overlaps, i)
+        patches%box(:, i) = expected_area(overlaps%list(i))
       end if
       ! An overlap with two maxima may be one patch or two.
-      patches%box(2, i) = min(patches%box(2, i), (overlaps%tops(1, i) + overlaps%ends(1, i))/2)
-      patches%box(3, i) = max(patches%box(3, i), (overlaps%tops(2, i) + overlaps%ends(2, i))/2)
+      associate (new => overlaps%list(i))
+        patches%box(2, i) = min(patches%box(2, i), (new%tops(1) + new%ends(1))/2)
+        patches%box(3, i) = max(patches%box(3, i), (new%tops(2) + new%ends(2))/2)
+      end associate
     end do
     patches%n = overlaps%n
     patches%overlaps = overlaps
@@ -141,9 +145,9 @@ contains
     if (overlaps%n == 0) return
     if (overlaps%n == 1 .and. patches%expected(1) > 0) then
       known = .true.
-      associate (ends => overlaps%ends(:, 1))
-        patches%box(:, 1) = [patches%expected(1)*overlaps%half_x(1), &
-          ends(1) + patches%expected(2:)*(ends(2) - ends(1))]
+      associate (new => overlaps%list(1))
+        patches%box(:, 1) = [patches%expected(1)*new%half_x, &
+          new%ends(1) + patches%expected(2:)*(new%ends(2) - new%ends(1))]
       end associate
     end if
     patches%expected = -1
@@ -153,39 +157,23 @@ contains
     end if
   end subroutine start_patches
 
-  !> Move patch i of the last pose with the overlap and stretch it to the size of this pose.
-  pure subroutine move_patch(overlaps, i, patches)
-    type(overlaps_type), intent(in) :: overlaps      !! overlaps of this pose
+  !> Move patch i of the last pose with its overlap and stretch it to the size of this pose.
+  pure subroutine move_patch(new, i, patches)
+    type(overlap_type), intent(in) :: new            !! the overlap of this pose
     integer, intent(in) :: i
     type(patches_type), intent(inout) :: patches     !! patches and overlaps of the last pose
     real(dp) :: along_s, along_x
 
-    associate (old => patches%overlaps, mesh => patches%mesh(i))
-      along_s = (overlaps%ends(2, i) - overlaps%ends(1, i))/(old%ends(2, i) - old%ends(1, i))
-      along_x = overlaps%half_x(i)/old%half_x(i)
-      patches%box(:, i) = [patches%box(1, i)*along_x, &
-        overlaps%ends(1, i) + (patches%box(2:3, i) - old%ends(1, i))*along_s]
-      mesh%low = overlaps%ends(1, i) + (mesh%low - old%ends(1, i))*along_s
+    associate (old => patches%overlaps%list(i), mesh => patches%mesh(i))
+      along_s = (new%ends(2) - new%ends(1))/(old%ends(2) - old%ends(1))
+      along_x = new%half_x/old%half_x
+      patches%box(:, i) = [patches%box(1, i)*along_x, new%ends(1) + (patches%box(2:3, i) - old%ends(1))*along_s]
+      mesh%low = new%ends(1) + (mesh%low - old%ends(1))*along_s
       mesh%ds = mesh%ds*along_s
       mesh%dx = mesh%dx*along_x
-      patches%p(:, :, i) = patches%p(:, :, i)*sqrt(overlaps%depth(i)/old%depth(i))
+      patches%p(:, :, i) = patches%p(:, :, i)*sqrt(new%depth/old%depth)
     end associate
   end subroutine move_patch
-
-  !> Solve for the pressures on the first n grids, with the m elements of each grid in one column, as
-  !> `solve_pressure` takes them.
-  pure subroutine solve_grids(system, m, n, depth, tolerance, p, r, ok, iterations)
-    type(system_type), intent(in) :: system
-    integer, intent(in) :: m, n
-    real(dp), intent(in) :: depth(m, n)    !! [m]
-    real(dp), intent(in) :: tolerance      !! error of the depth under pressure, relative to its maximum
-    real(dp), intent(inout) :: p(m, n)     !! [Pa]
-    real(dp), intent(out) :: r(m, n)       !! residual [m]
-    logical, intent(out) :: ok
-    integer, intent(out) :: iterations
-
-    call solve_pressure(system, depth, tolerance, p, r, ok, iterations)
-  end subroutine solve_grids
 
   !> The area that a single patch pressed last, as shares of its overlap: half of its length along x, both ends along s.
   !> Negative where there are several patches.
@@ -194,20 +182,11 @@ contains
     real(dp) :: area(3)
 
     area = -1
-    associate (overlaps => patches%overlaps)
-      if (patches%n == 1) area = [patches%box(1, 1)/overlaps%half_x(1), &
-        (patches%box(2:, 1) - overlaps%ends(1, 1))/(overlaps%ends(2, 1) - overlaps%ends(1, 1))]
+    associate (overlap => patches%overlaps%list(1))
+      if (patches%n == 1) area = [patches%box(1, 1)/overlap%half_x, &
+        (patches%box(2:, 1) - overlap%ends(1))/(overlap%ends(2) - overlap%ends(1))]
     end associate
   end function pressed_area
-
-  !> Say what the next pose is expected to press, found from poses around it.  The pose is then likely to be solved in
-  !> the first round.
-  pure subroutine expect_area(patches, area)
-    type(patches_type), intent(inout) :: patches
-    real(dp), intent(in) :: area(3)        !! in the shares that `pressed_area` returns
-
-    patches%expected = area
-  end subroutine expect_area
 
   !> Keep the patches of one pose as a start for other poses.
   pure subroutine keep_patches(source, target)

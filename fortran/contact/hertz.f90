@@ -7,7 +7,7 @@ module hertz
   use kinds, only: dp, pi
   implicit none
   private
-  public :: hertz_contact, hertz_stiffness, strip_modulus, contact_modulus
+  public :: ellipse, hertz_stiffness, strip_modulus, contact_modulus
 
 contains
 
@@ -18,21 +18,6 @@ contains
 
     e_star = youngs_modulus/(2*(1 - poisson**2))
   end function contact_modulus
-
-  !> Approach [m], semi-axes a, b [m] and largest pressure p0 [Pa] under a normal force N [N], for E* [Pa] and relative
-  !> curvatures A, B > 0 [1/m].
-  pure subroutine hertz_contact(e_star, A, B, N, approach, semi_a, semi_b, p0)
-    real(dp), intent(in) :: e_star, A, B, N
-    real(dp), intent(out) :: approach, semi_a, semi_b, p0
-    real(dp) :: k, D, ratio, major
-
-    call ellipse(max(A, B)/min(A, B), ratio, k, D)
-    major = (1.5_dp*N*D/(pi*e_star*min(A, B)))**(1/3.0_dp)
-    approach = 1.5_dp*N*k/(pi*e_star*major)
-    p0 = 1.5_dp*N/(pi*ratio*major**2)
-    semi_a = merge(major, ratio*major, A <= B)
-    semi_b = merge(major, ratio*major, A > B)
-  end subroutine hertz_contact
 
   !> C_H [N/m^1.5] in N = C_H delta^(3/2), for E* [Pa] and relative curvatures A, B > 0 [1/m].
   elemental real(dp) function hertz_stiffness(e_star, A, B) result(c_h)

@@ -5,18 +5,22 @@ module patch_overlaps
   use wheel_rail_pair, only: least_cosine, pair_type
   implicit none
   private
-  public :: overlaps_type, find_overlaps, near_overlaps, expected_area, most_patches
+  public :: overlap_type, overlaps_type, find_overlaps, near_overlaps, expected_area, most_patches
 
   integer, parameter :: most_patches = 4
+
+  type :: overlap_type
+    real(dp) :: ends(2) = 0      !! first and last s [m]
+    real(dp) :: half_x = 0       !! half of the length along x [m]
+    real(dp) :: depth = 0        !! largest overlap [m]
+    real(dp) :: station = 0      !! s of the largest overlap [m]
+    real(dp) :: tops(2) = 0      !! first and last s at which the overlap has a maximum [m]
+  end type overlap_type
 
   !> The overlaps of a pose, in the order of the wheel's stations.
   type :: overlaps_type
     integer :: n = 0
-    real(dp) :: ends(2, most_patches) = 0      !! first and last s [m]
-    real(dp) :: half_x(most_patches) = 0       !! half of the length along x [m]
-    real(dp) :: depth(most_patches) = 0        !! largest overlap [m]
-    real(dp) :: station(most_patches) = 0      !! s of the largest overlap [m]
-    real(dp) :: tops(2, most_patches) = 0      !! first and last s at which the overlap has a maximum [m]
+    type(overlap_type) :: list(most_patches)   !! the first n of them
   end type overlaps_type
 
 contains
@@ -48,27 +52,30 @@ contains
     type(scan_type), intent(in) :: scan
     integer, intent(in) :: start, finish
     type(overlaps_type), intent(inout) :: overlaps
-    integer :: node, n
+    integer :: node, shallowest
 
     node = start - 1 + maxloc(scan%depth(start:finish), 1)
     if (overlaps%n == most_patches) then
-      if (scan%depth(node) <= minval(overlaps%depth)) return
-      call drop_overlap(minloc(overlaps%depth, 1), overlaps)
+      shallowest = minloc(overlaps%list%depth, 1)
+      if (scan%depth(node) <= overlaps%list(shallowest)%depth) return
+      overlaps%list(shallowest:most_patches - 1) = overlaps%list(shallowest + 1:)
+      overlaps%n = most_patches - 1
     end if
-    n = overlaps%n + 1
-    overlaps%n = n
-    overlaps%depth(n) = scan%depth(node)
-    overlaps%station(n) = pair%s(node)
-    ! Where the depth only grows, the station before the overlap stands for the first maximum.
-    overlaps%tops(:, n) = pair%s([ &
-      max(1, start - 1 + findloc(scan%depth(start:finish - 1) > scan%depth(start + 1:finish), .true., 1)), &
-      start + findloc(scan%depth(start:finish - 1) < scan%depth(start + 1:finish), .true., 1, back=.true.)])
-    if (finish - start < 2) overlaps%tops(:, n) = pair%s(node)
-    overlaps%half_x(n) = min(sqrt(2*scan%depth(node)*(-pair%r(2, node))/max(scan%normal(2, node), least_cosine)), &
-      -pair%r(2, node)/2)
-    overlaps%ends(:, n) = pair%s([start, finish])
-    if (start > first) overlaps%ends(1, n) = overlaps%ends(1, n) - way_to_edge(start, start - 1)
-    if (finish < last) overlaps%ends(2, n) = overlaps%ends(2, n) + way_to_edge(finish, finish + 1)
+    overlaps%n = overlaps%n + 1
+    associate (new => overlaps%list(overlaps%n))
+      new%depth = scan%depth(node)
+      new%station = pair%s(node)
+      ! Where the depth only grows, the station before the overlap stands for the first maximum.
+      new%tops = pair%s([ &
+        max(1, start - 1 + findloc(scan%depth(start:finish - 1) > scan%depth(start + 1:finish), .true., 1)), &
+        start + findloc(scan%depth(start:finish - 1) < scan%depth(start + 1:finish), .true., 1, back=.true.)])
+      if (finish - start < 2) new%tops = pair%s(node)
+      new%half_x = min(sqrt(2*scan%depth(node)*(-pair%r(2, node))/max(scan%normal(2, node), least_cosine)), &
+        -pair%r(2, node)/2)
+      new%ends = pair%s([start, finish])
+      if (start > first) new%ends(1) = new%ends(1) - way_to_edge(start, start - 1)
+      if (finish < last) new%ends(2) = new%ends(2) + way_to_edge(finish, finish + 1)
+    end associate
 
   contains
 
@@ -81,21 +88,6 @@ contains
 
   end subroutine add_overlap
 
-  !> Leave out overlap i.
-  pure subroutine drop_overlap(i, overlaps)
-    integer, intent(in) :: i
-    type(overlaps_type), intent(inout) :: overlaps
-
-    associate (n => overlaps%n)
-      overlaps%ends(:, i:n - 1) = overlaps%ends(:, i + 1:n)
-      overlaps%half_x(i:n - 1) = overlaps%half_x(i + 1:n)
-      overlaps%depth(i:n - 1) = overlaps%depth(i + 1:n)
-      overlaps%station(i:n - 1) = overlaps%station(i + 1:n)
-      overlaps%tops(:, i:n - 1) = overlaps%tops(:, i + 1:n)
-      n = n - 1
-    end associate
-  end subroutine drop_overlap
-
   !> Whether the overlaps of two poses are the same ones, moved: each overlaps its old place and has kept its size.
   pure logical function near_overlaps(old, new) result(near)
     type(overlaps_type), intent(in) :: old, new
@@ -104,23 +96,23 @@ contains
     near = new%n > 0 .and. new%n == old%n
     do i = 1, new%n
       if (.not. near) exit
-      near = abs(sum(new%ends(:, i)) - sum(old%ends(:, i))) < new%ends(2, i) - new%ends(1, i) &
-        .and. new%depth(i) < 4*old%depth(i) .and. old%depth(i) < 4*new%depth(i)
+      associate (a => old%list(i), b => new%list(i))
+        near = abs(sum(b%ends) - sum(a%ends)) < b%ends(2) - b%ends(1) .and. b%depth < 4*a%depth .and. a%depth < 4*b%depth
+      end associate
     end do
   end function near_overlaps
 
-  !> The area that overlap i is expected to press: half of its length along x, its first and its last s [m].  It is the
+  !> The area that an overlap is expected to press: half of its length along x, its first and its last s [m].  It is the
   !> ellipse of Hertz's theory; its axis ratio is as fitted by Brewe and Hamrock (1977).
-  pure function expected_area(overlaps, i) result(area)
-    type(overlaps_type), intent(in) :: overlaps
-    integer, intent(in) :: i
+  pure function expected_area(overlap) result(area)
+    type(overlap_type), intent(in) :: overlap
     real(dp) :: area(3), bend(2), share(2)
 
-    bend = [1/overlaps%half_x(i)**2, 4/(overlaps%ends(2, i) - overlaps%ends(1, i))**2]
+    bend = [1/overlap%half_x**2, 4/(overlap%ends(2) - overlap%ends(1))**2]
     share = [bend(1)*(bend(2)/bend(1))**1.272_dp, bend(2)]
     share = sqrt(share/sum(share))
-    area = [share(1)*overlaps%half_x(i), overlaps%station(i) + share(2)*(overlaps%ends(:, i) - overlaps%station(i))]
-    if (area(2) >= area(3)) area(2:3) = overlaps%ends(:, i)
+    area = [share(1)*overlap%half_x, overlap%station + share(2)*(overlap%ends - overlap%station)]
+    if (area(2) >= area(3)) area(2:3) = overlap%ends
   end function expected_area
 
 end module patch_overlaps

@@ -5,7 +5,7 @@ module station_scan
   use wheel_rail_pair, only: pair_type
   implicit none
   private
-  public :: scan_type, new_scan, scan_depth, keep_feet, deepest, touch, set_depth
+  public :: scan_type, new_scan, scan_depth, keep_feet, stretch_around, deepest, touch, set_depth
 
   !> Depths of the wheel's stations in one pose.
   type :: scan_type
@@ -59,7 +59,11 @@ contains
       scan%point(:, i) = centre + (pair%r(1, i)*y + pair%r(2, i)*z)
     end do
     if (scan%fresh) then
-      call nearest_knot(pair%rail, scan%point(:, first), scan%interval(first), scan%foot(first))
+      ! The search begins at the rail's knot nearest to the first station.
+      associate (knot => pair%rail%a(:, 1, 1:), p => scan%point(:, first))
+        scan%interval(first) = minloc((knot(1, :) - p(1))**2 + (knot(2, :) - p(2))**2, 1)
+      end associate
+      scan%foot(first) = pair%rail%s(scan%interval(first))
       do i = first, last
         if (i > first) scan%foot(i) = scan%foot(i - 1)
         if (i > first) scan%interval(i) = scan%interval(i - 1)
@@ -89,7 +93,8 @@ contains
     integer, intent(in) :: first, last
     type(scan_type), intent(inout) :: scan
     integer, intent(out) :: low, high
-    real(dp) :: move(2), way, least
+    real(dp) :: move(2), way
+    integer :: ends(2)
 
     low = first
     high = last
@@ -97,9 +102,9 @@ contains
       ! No depth changes by more than the wheel moves.
       move = centre - scan%centre
       way = norm2(move)
-      least = maxval(scan%depth(first:last)) - 2*way
-      low = max(first, first + findloc(scan%depth(first:last) >= least, .true., 1) - 2)
-      high = min(last, first + findloc(scan%depth(first:last) >= least, .true., 1, back=.true.))
+      ends = stretch_around(first, last, scan%depth(first:last) >= maxval(scan%depth(first:last)) - 2*way)
+      low = ends(1)
+      high = ends(2)
       call move_feet(scan, move, first, low - 1)
       call move_feet(scan, move, high + 1, last)
       scan%depth(first:low - 1) = scan%depth(first:low - 1) + way
@@ -107,6 +112,15 @@ contains
     end if
     call scan_depth(pair, centre, roll, low, high, scan)
   end subroutine scan_deepest
+
+  !> The first and the last of the stations first..last that are wanted, and one more on either side.
+  pure function stretch_around(first, last, wanted) result(ends)
+    integer, intent(in) :: first, last
+    logical, intent(in) :: wanted(:)      !! (first..last), true for one station at least
+    integer :: ends(2)
+
+    ends = [max(first, first + findloc(wanted, .true., 1) - 2), min(last, first + findloc(wanted, .true., 1, back=.true.))]
+  end function stretch_around
 
   !> Start a scan of the stations first..last with the feet of another scan.
   pure subroutine keep_feet(source, first, last, scan)
@@ -198,17 +212,6 @@ contains
       depth(i) = (z1*y - y1*z)*unit
     end do
   end subroutine step_foot
-
-  !> The rail's knot i that is nearest to point p [m], and its station s [m].
-  pure subroutine nearest_knot(rail, p, i, s)
-    type(curve_type), intent(in) :: rail
-    real(dp), intent(in) :: p(2)
-    integer, intent(out) :: i
-    real(dp), intent(out) :: s
-
-    i = minloc((rail%a(1, 1, 1:) - p(1))**2 + (rail%a(2, 1, 1:) - p(2))**2, 1)
-    s = rail%s(i)
-  end subroutine nearest_knot
 
   !> The deepest point of the stations first..last of a scan, on the cubic Hermite interpolant of the depth.
   pure subroutine deepest(pair, scan, first, last, depth, station, node)

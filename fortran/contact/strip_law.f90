@@ -31,15 +31,15 @@ module strip_law
 
 contains
 
-  !> Relative curvatures of wheel and rail at a station of the wheel, for a roll angle.
-  pure subroutine relative_curvatures(pair, angle, radius, wheel_curvature, roll, A, B)
+  !> Relative curvatures of wheel and rail at station i of the wheel, for a roll angle.
+  pure subroutine relative_curvatures(pair, i, roll, A, B)
     type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: angle, radius, wheel_curvature   !! of the wheel's station [rad, m, 1/m]
+    integer, intent(in) :: i
     real(dp), intent(in) :: roll      !! [rad]
     real(dp), intent(out) :: A, B     !! rolling and transverse [1/m]
 
-    A = max(cos(angle + roll), least_cosine)/(2*radius)
-    B = max((wheel_curvature + rail_curvature(pair, angle + roll))/2, least_ratio*A)
+    A = max(cos(pair%angle(i) + roll), least_cosine)/(-2*pair%r(2, i))
+    B = max((pair%curvature(i) + rail_curvature(pair, pair%angle(i) + roll))/2, least_ratio*A)
   end subroutine relative_curvatures
 
   !> Strip modulus k [Pa] at a zone's stations, for a roll angle.
@@ -52,7 +52,7 @@ contains
     integer :: i
 
     do i = zone%first, zone%last
-      call relative_curvatures(pair, pair%angle(i), -pair%r(2, i), pair%curvature(i), roll, A, B)
+      call relative_curvatures(pair, i, roll, A, B)
       k(i) = strip_modulus(e_star, A, B)*hypot(pair%t(1, i), pair%t(2, i))
     end do
   end subroutine set_moduli
@@ -72,7 +72,7 @@ contains
     if (model == 'hertz') then
       call deepest(pair, scan, zone%first, zone%last, depth, station, node)
       if (depth <= 0) return
-      call relative_curvatures(pair, pair%angle(node), -pair%r(2, node), pair%curvature(node), roll, A, B)
+      call relative_curvatures(pair, node, roll, A, B)
       energy = 0.4_dp*hertz_stiffness(e_star, A, B)*depth**2.5_dp
     else
       n = 0

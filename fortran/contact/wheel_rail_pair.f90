@@ -8,7 +8,8 @@ module wheel_rail_pair
   use kinds, only: dp
   implicit none
   private
-  public :: pair_type, same_pair, rolled, wheel_station, rail_curvature, rail_point, mean_curvature, least_cosine, window
+  public :: pair_type, same_pair, rolled, wheel_station, rail_curvature, rail_point, mean_curvature
+  public :: mirror, least_cosine, window
 
   !> A wheel and a rail, placed.
   type :: pair_type
@@ -30,6 +31,8 @@ module wheel_rail_pair
     real(dp), allocatable :: rail_angle(:) !! tangent angle at the rail's knots, made monotone [rad]
   end type pair_type
 
+  !> Factors that mirror a pose, a velocity or a force (y, z, roll) from left to right.
+  real(dp), parameter :: mirror(3) = [-1, 1, -1]
   real(dp), parameter :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
   !> Least cosine of a contact angle, that of 87 degrees, in the relative curvature in rolling direction.
   real(dp), parameter :: least_cosine = 0.05_dp

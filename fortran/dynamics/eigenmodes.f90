@@ -3,6 +3,7 @@
 module eigenmodes
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: dp, pi
+  use newmark, only: symmetric
   use wheelset, only: contact_state, contacts, wheelset_type
   implicit none
   private
@@ -32,9 +33,7 @@ contains
     integer :: info, i
 
     call contacts(w, q, state)
-    associate (h => state%hessian)
-      shapes = reshape([h(1), h(2), h(3), h(2), h(4), h(5), h(3), h(5), h(6)], [3, 3])
-    end associate
+    shapes = symmetric(state%hessian)
     root = sqrt(w%inertia())
     do i = 1, 3
       shapes(:, i) = shapes(:, i)/(root*root(i))

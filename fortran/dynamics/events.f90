@@ -17,7 +17,7 @@ module events
   use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
   private
-  public :: event_log, watch, note_impact, event_kinds, elastic_kinds, kept, kept_impacts
+  public :: event_log, watch, note_impact, event_kinds, elastic_kinds, kept
 
   enum, bind(c)
     enumerator :: left_flange_contact = 1, right_flange_contact, left_lift_off, left_landing, &
@@ -27,11 +27,11 @@ module events
     'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
     'right wheel landing', 'centre passage', 'left flange over rail', 'right flange over rail', 'derailment', 'impact', &
     'rail pulls']
-  integer, parameter :: elastic_kinds = 10  !! of these: the first
+  integer, parameter :: elastic_kinds = 10  !! number of kinds that elastic contacts have: the first ones
 
   integer, parameter :: outwards(2) = [1, -1]   !! sign of Y on the left and on the right side
   integer, parameter :: kept = 5            !! events of a kind that are recorded; later ones are counted
-  integer, parameter :: kept_impacts = 100  !! the same of impacts
+  integer, parameter :: kept_impacts = 100  !! impacts that are recorded
   integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
   real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
 
@@ -39,7 +39,7 @@ module events
     integer :: kind = 0
     real(dp) :: t = 0              !! [s]
     real(dp) :: force = 0          !! lateral force then [N]
-    real(dp) :: impulse(4) = 0     !! of an impact, by contact [N s]
+    real(dp) :: impulse(4) = 0     !! impulse of an impact, by contact [N s]
     real(dp) :: loss = 0           !! energy that is lost in it [J]
   end type event_type
 
@@ -72,8 +72,8 @@ contains
     are = closed(new%contact)
     hit = are .or. new%contact%struck
     if (any(were .neqv. are) .or. any(new%contact%struck)) then
-      if (hit(left_flange) .and. .not. were(left_flange)) call note(left_flange_contact, touch(left_flange))
-      if (hit(right_flange) .and. .not. were(right_flange)) call note(right_flange_contact, touch(right_flange))
+      if (hit(left_flange) .and. .not. were(left_flange)) call record(log, w, left_flange_contact, touch(left_flange))
+      if (hit(right_flange) .and. .not. were(right_flange)) call record(log, w, right_flange_contact, touch(right_flange))
       call wheel(left_tread, left_flange, left_lift_off, left_landing)
       call wheel(right_tread, right_flange, right_lift_off, right_landing)
       do k = 1, 4
@@ -85,15 +85,15 @@ contains
     if (log%away .and. old%q(1)*new%q(1) <= 0) then
       log%away = .false.
       if (log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0) log%returned = .true.
-      call note(centre_passage, new%t - dt*new%q(1)/(new%q(1) - old%q(1)))
+      call record(log, w, centre_passage, new%t - dt*new%q(1)/(new%q(1) - old%q(1)))
     end if
-    if (any(new%contact%pulls .and. .not. old%contact%pulls)) call note(rail_pulls, new%t - dt*share_of_pull())
+    if (any(new%contact%pulls .and. .not. old%contact%pulls)) call record(log, w, rail_pulls, new%t - dt*share_of_pull())
     after = over_rail(new%q, side)
     if (all(after <= 0)) return
     before = over_rail(old%q, side)
     do k = 1, 2
       if (after(k) > 0 .and. before(k) <= 0) &
-        call note(merge(left_over_rail, right_over_rail, k == 1), new%t - dt*after(k)/(after(k) - before(k)))
+        call record(log, w, merge(left_over_rail, right_over_rail, k == 1), new%t - dt*after(k)/(after(k) - before(k)))
     end do
     if (log%derailed) return
     after = past_crown(new%q, side)
@@ -102,7 +102,7 @@ contains
     do k = 1, 2
       if (after(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*force(1) < 0) cycle
       log%derailed = .true.
-      call note(derailment, new%t - dt*after(k)/(after(k) - before(k)))
+      call record(log, w, derailment, new%t - dt*after(k)/(after(k) - before(k)))
     end do
 
   contains
@@ -111,10 +111,10 @@ contains
       integer, intent(in) :: tread, flange, lift_off, landing
 
       if (.not. (were(tread) .or. were(flange))) then
-        if (hit(tread) .or. hit(flange)) call note(landing, min(touch(tread), touch(flange)))
+        if (hit(tread) .or. hit(flange)) call record(log, w, landing, min(touch(tread), touch(flange)))
       end if
       if (were(tread) .or. were(flange) .or. hit(tread) .or. hit(flange)) then
-        if (.not. (are(tread) .or. are(flange))) call note(lift_off, max(leave(tread), leave(flange)))
+        if (.not. (are(tread) .or. are(flange))) call record(log, w, lift_off, max(leave(tread), leave(flange)))
       end if
     end subroutine wheel
 
@@ -162,13 +162,6 @@ contains
         share = max(share, after/(before + after))
       end do
     end function share_of_pull
-
-    subroutine note(kind, time)
-      integer, intent(in) :: kind
-      real(dp), intent(in) :: time
-
-      call record(log, w, kind, time)
-    end subroutine note
 
   end subroutine watch
 

@@ -9,15 +9,15 @@ module motion_state
   type :: motion_type
     real(dp) :: t = 0                  !! [s]
     real(dp) :: q(3) = 0               !! y, z [m], roll [rad]
-    real(dp) :: v(3) = 0               !! their rates
+    real(dp) :: v(3) = 0               !! dq/dt
     real(dp) :: a(3) = 0               !! accelerations; 'energy': mean over the last step
-    real(dp) :: jerk(3) = 0            !! their growth, from the last two steps; it predicts the next implicit one
+    real(dp) :: jerk(3) = 0            !! growth of the accelerations in the last two steps; predicts the next implicit step
     real(dp) :: dt = 0                 !! the last implicit step [s]
     real(dp) :: work = 0               !! done by the lateral force so far [J]
     type(contact_state) :: contact     !! at q
-    ! What rigid contacts have done so far:
-    real(dp) :: impulse(4) = 0         !! of impacts, by contact [N s]
-    real(dp) :: loss = 0               !! energy lost in impacts [J]
+    ! With rigid contacts:
+    real(dp) :: impulse(4) = 0         !! impulses of all impacts so far, by contact [N s]
+    real(dp) :: loss = 0               !! energy lost in impacts so far [J]
     real(dp) :: remainder(3) = 0       !! Kahan remainder of q in free flight, without which 1e4 steps lose 1e-9 J
   end type motion_type
 

@@ -20,18 +20,17 @@ module newmark
   use kinds, only: dp
   use motion_state, only: motion_type
   use contact_table, only: inside
-  use wheelset, only: contact_state, contacts, external_force, wheelset_type
+  use wheelset, only: contact_state, contacts, external_force, total, wheelset_type
   implicit none
   private
-  public :: scheme_type, start_motion, evaluate, advance, energy_change, energy_rounding, step_ok, &
-    step_diverged, kick_4, drift_4
+  public :: scheme_type, start_motion, advance, energy_change, energy_rounding, step_ok, step_diverged, kick_4, drift_4, symmetric
 
   type :: scheme_type
     character(16) :: name = 'newmark'  !! or 'energy'
     integer :: order = 2               !! or 4, or 6 if explicit
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
-    real(dp) :: tolerance = 1e-10_dp   !! of the last Newton correction [m, rad]; the next would be
-                                       !! its square times about 1/m
+    real(dp) :: tolerance = 1e-10_dp   !! largest Newton correction at convergence [m, rad]; the next
+                                       !! correction would be about the square of it times 1/m
     integer :: max_iterations = 12
   end type scheme_type
 
@@ -84,7 +83,7 @@ contains
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(out) :: new
-    integer, intent(out) :: evaluations    !! of the contacts
+    integer, intent(out) :: evaluations    !! number of evaluations of the contacts
     integer, intent(out) :: status
     real(dp), parameter :: p = 1/(4 - 4**(1/3.0_dp))
     real(dp), parameter :: suzuki(5) = [p, p, 1 - 4*p, p, p]
@@ -118,9 +117,15 @@ contains
     type(motion_type), intent(in) :: old, new
 
     change = 0.5_dp*sum(w%inertia()*(new%v - old%v)*(new%v + old%v)) + w%weight()*(new%q(2) - old%q(2)) &
-      + (sum(new%contact%energy(:2) - old%contact%energy(:2)) + sum(new%contact%energy(3:) - old%contact%energy(3:))) &
-      - (new%work - old%work)
+      + elastic_change(old%contact, new%contact) - (new%work - old%work)
   end function energy_change
+
+  !> Change of the contacts' elastic energy [J].
+  pure real(dp) function elastic_change(old, new) result(change)
+    type(contact_state), intent(in) :: old, new
+
+    change = sum(new%energy(:2) - old%energy(:2)) + sum(new%energy(3:) - old%energy(3:))
+  end function elastic_change
 
   !> What rounding of the pose can make of the total energy [J].
   pure real(dp) function energy_rounding(w, motion)
@@ -128,8 +133,7 @@ contains
     type(motion_type), intent(in) :: motion
     real(dp) :: forces(3)
 
-    forces = (sum(abs(motion%contact%slope(:, :2)), 2) + sum(abs(motion%contact%slope(:, 3:)), 2)) &
-      + abs(external_force(w, motion%t))
+    forces = total(abs(motion%contact%slope)) + abs(external_force(w, motion%t))
     energy_rounding = 4*epsilon(1.0_dp)*dot_product(forces, abs(motion%q))
   end function energy_rounding
 
@@ -153,11 +157,9 @@ contains
       new%work = new%work + force(1)*move(1)
       new%q = new%q + move
       new%t = new%t + drift(i)*dt
-      call contacts(w, new%q, new%contact, tangent=.false.)
+      call evaluate(w, new, status)
       evaluations = evaluations + 1
-      status = new%contact%status
       if (status /= inside) return
-      new%a = (external_force(w, new%t) - new%contact%gradient)/w%inertia()
     end do
     new%v = new%v + kick(size(kick))*dt*new%a
     new%t = old%t + dt
@@ -179,11 +181,9 @@ contains
       call advance_newmark(w, scheme, old, dt, new, evaluations, status)
     else
       new%q = old%q + dt*old%v + 0.5_dp*dt**2*old%a
-      call contacts(w, new%q, new%contact, tangent=.false.)
-      new%a = (external_force(w, new%t) - new%contact%gradient)/w%inertia()
+      call evaluate(w, new, status)
       new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
       evaluations = 1
-      status = new%contact%status
     end if
     new%dt = dt
     force = external_force(w, old%t + dt/2)
@@ -251,12 +251,11 @@ contains
       excess = 0
       excess_slope = 0
       if (square > least_square) then
-        excess = ((sum(new%contact%energy(:2) - old%contact%energy(:2)) &
-          + sum(new%contact%energy(3:) - old%contact%energy(3:))) - dot_product(middle%gradient, d))/square
+        excess = (elastic_change(old%contact, new%contact) - dot_product(middle%gradient, d))/square
         excess_slope = (new%contact%gradient - middle%gradient - 0.5_dp*matmul(h, d) - 2*excess*md)/square
       end if
       residual = 2*m*(d - dt*old%v)/dt**2 + middle%gradient + excess*md - f
-      tangent = diagonal((2/dt**2 + excess)*m) + 0.5_dp*h + outer(md, excess_slope)
+      tangent = diagonal((2/dt**2 + excess)*m) + 0.5_dp*h + spread(md, 2, 3)*spread(excess_slope, 1, 3)
       move = solve(tangent, residual)
       d = d - move
       if (maxval(abs(move)) <= scheme%tolerance) status = step_ok
@@ -286,6 +285,7 @@ contains
     contact%gradient = contact%gradient + matmul(h, move)
   end subroutine carry
 
+  !> The matrix of a Hessian yy, yz, y roll, zz, z roll, roll roll.
   pure function symmetric(h) result(a)
     real(dp), intent(in) :: h(6)
     real(dp) :: a(3, 3)
@@ -294,16 +294,6 @@ contains
     a(:, 2) = [h(2), h(4), h(5)]
     a(:, 3) = [h(3), h(5), h(6)]
   end function symmetric
-
-  pure function outer(a, b) result(ab)
-    real(dp), intent(in) :: a(3), b(3)
-    real(dp) :: ab(3, 3)
-    integer :: j
-
-    do j = 1, 3
-      ab(:, j) = a*b(j)
-    end do
-  end function outer
 
   pure function diagonal(d) result(a)
     real(dp), intent(in) :: d(3)

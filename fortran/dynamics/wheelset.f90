@@ -4,11 +4,12 @@ module wheelset
   use root_bracket, only: bracket_type
   use kinds, only: dp, gravity
   use contact_table, only: table_type, find_roll, inside, roll_type, wheel_potential
+  use wheel_rail_pair, only: mirror
   implicit none
   private
-  public :: wheelset_type, contact_state, closed, contacts, wheel_contacts, external_force, settle, hold, find_rest, &
-    contact_name
-  public :: left_tread, left_flange, right_tread, right_flange
+  public :: wheelset_type, contact_state, closed, contacts, wheel_contacts, total, external_force, settle, hold, &
+    find_rest, contact_name
+  public :: left_tread, left_flange, right_tread, right_flange, other_side
 
   type :: wheelset_type
     real(dp) :: mass = 0               !! [kg]
@@ -16,8 +17,8 @@ module wheelset
     real(dp) :: pitch_inertia = 0      !! [kg m^2]
     real(dp) :: vertical_load = 0      !! downwards, without inertia, at the centre of gravity [N]
     real(dp) :: lateral_force = 0      !! at the centre of gravity, track frame, at t = 0 [N]
-    real(dp) :: lateral_ramp = 0       !! its growth [N/s]
-    !> Contact tables of both sides, each as of the left one; maybe one and the same.  Wheelsets may share them; whoever
+    real(dp) :: lateral_ramp = 0       !! growth of the lateral force [N/s]
+    !> Contact tables of both sides, each made as for a left side; both may be one table.  Wheelsets may share them; whoever
     !> made them frees them.
     type(table_type), pointer :: table => null(), right_table => null()
   contains
@@ -26,6 +27,7 @@ module wheelset
   end type wheelset_type
 
   integer, parameter :: left_tread = 1, left_flange = 2, right_tread = 3, right_flange = 4
+  integer, parameter :: other_side(4) = [right_tread, right_flange, left_tread, left_flange]   !! by contact
   character(2), parameter :: contact_name(4) = ['LT', 'LF', 'RT', 'RF']
 
   !> The contacts in one pose.
@@ -33,12 +35,11 @@ module wheelset
     real(dp) :: energy(4) = 0          !! elastic energy of each contact [J]
     real(dp) :: slope(3, 4) = 0        !! dU/dq of each: minus force and moment of the rail on the wheel
     real(dp) :: gradient(3) = 0        !! their sum [N, N, N m]
-    real(dp) :: hessian(6) = 0         !! of the sum: yy, yz, y roll, zz, z roll, roll roll; 0 if not wanted
+    real(dp) :: hessian(6) = 0         !! second derivatives of the energy: yy, yz, y roll, zz, z roll, roll roll; 0 if not wanted
     integer :: status = inside         !! whether the pose is on the table
-    ! Of rigid contacts, which have no energy:
-    logical :: rigid(4) = .false.      !! closed
-    logical :: struck(4) = .false.     !! with an impulse just then
-    logical :: pulls(4) = .false.      !! the force is negative: the rail holds the wheel down
+    ! Rigid contacts have no energy. They are closed, have had an impulse just then, or have a negative force, with which the
+    ! rail holds the wheel down:
+    logical, dimension(4) :: rigid = .false., struck = .false., pulls = .false.
   end type contact_state
 
 contains
@@ -91,9 +92,16 @@ contains
     call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), right, status)
     if (wanted(tangent)) state%hessian = left + right
     if (status /= inside) state%status = status
-    state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
-      + (state%slope(:, right_tread) + state%slope(:, right_flange))
+    state%gradient = total(state%slope)
   end subroutine contacts
+
+  !> Sum over the contacts. Left and right are summed apart, so that the mirrored run rounds in the same way.
+  pure function total(slope)
+    real(dp), intent(in) :: slope(3, 4)
+    real(dp) :: total(3)
+
+    total = (slope(:, left_tread) + slope(:, left_flange)) + (slope(:, right_tread) + slope(:, right_flange))
+  end function total
 
   !> A roll angle as the left wheel's table and the right wheel's have it.
   pure subroutine find_rolls(this, angle, tangent, roll, opposite, status)
@@ -116,7 +124,7 @@ contains
     if (present(option)) wanted = option
   end function wanted
 
-  !> The same of one wheel alone; the other one's contacts are zero.
+  !> Potential of one wheel's contacts; the contacts of the other wheel are zero.
   pure subroutine wheel_contacts(this, wheel, q, state, tangent)
     type(wheelset_type), intent(in) :: this
     integer, intent(in) :: wheel         !! 1 left, 2 right
@@ -137,7 +145,7 @@ contains
     state%gradient = sum(state%slope, 2)
   end subroutine wheel_contacts
 
-  !> `wheel_potential` of the right wheel: the left one in the mirror.
+  !> `wheel_potential` of the right wheel, which is solved as the mirror image of a left one.
   pure subroutine right_potential(t, q, roll, tangent, energy, slope, hessian, status)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: q(3)
@@ -145,15 +153,14 @@ contains
     logical, intent(in) :: tangent
     real(dp), intent(out) :: energy(2), slope(3, 2), hessian(6)
     integer, intent(out) :: status
-    real(dp), parameter :: mirror(3) = [-1, 1, -1]
-    real(dp), parameter :: mirror_2(6) = [1, -1, 1, 1, -1, 1]
+    real(dp), parameter :: mirror_hessian(6) = [1, -1, 1, 1, -1, 1]
     integer :: i
 
     call wheel_potential(t, mirror*q, roll, tangent, energy, slope, hessian, status)
     do i = 1, 2
       slope(:, i) = mirror*slope(:, i)
     end do
-    if (tangent) hessian = mirror_2*hessian
+    if (tangent) hessian = mirror_hessian*hessian
   end subroutine right_potential
 
   !> Height z of the axle centre at which the centred wheelset, held at a roll angle, is in equilibrium,

@@ -28,11 +28,10 @@ module curve
   !> A curve of n knots.  The intervals 0 and n are the straight lines beyond its ends.
   type :: curve_type
     integer :: n = 0                     !! knots
-    real(dp), allocatable :: s(:)        !! station of each knot [m], (0:n+1); s(0) = s(1), s(n+1) is never reached
+    real(dp), allocatable :: s(:)        !! station of each knot [m], (0:n+1); s(0) = s(1) = 0, s(n+1) is never reached
     real(dp) :: noise = 0                !! rms of the points about the curve, estimated for smoothing [m]
     real(dp), allocatable :: a(:, :, :)  !! cubic coefficients of y and z in (s - s_i), (2, 4, 0:n)
   contains
-    procedure :: first => first_station
     procedure :: last => last_station
   end type curve_type
 
@@ -87,10 +86,7 @@ contains
     n = size(y)
     c%n = n
     allocate (c%s(0:n + 1), c%a(2, 4, 0:n))
-    c%s(1) = 0
-    do i = 2, n
-      c%s(i) = c%s(i - 1) + hypot(y(i) - y(i - 1), z(i) - z(i - 1))
-    end do
+    c%s(1:n) = chord_stations(y, z)
     r = 1/(c%s(2:n) - c%s(1:n - 1))
     ab = 0
     do i = 1, n - 2
@@ -113,6 +109,18 @@ contains
     end do
   end subroutine interpolate
 
+  !> Cumulative chord length up to every point.
+  pure function chord_stations(y, z) result(s)
+    real(dp), intent(in) :: y(:), z(:)
+    real(dp) :: s(size(y))
+    integer :: i
+
+    s(1) = 0
+    do i = 2, size(y)
+      s(i) = s(i - 1) + hypot(y(i) - y(i - 1), z(i) - z(i - 1))
+    end do
+  end function chord_stations
+
   !> The penalised spline at an rms distance from the points.
   subroutine smooth(y, z, distance, c, error)
     real(dp), intent(in) :: y(:), z(:), distance
@@ -127,10 +135,7 @@ contains
     n = size(y)
     p(:, 1) = y
     p(:, 2) = z
-    s(1) = 0
-    do i = 2, n
-      s(i) = s(i - 1) + hypot(y(i) - y(i - 1), z(i) - z(i - 1))
-    end do
+    s = chord_stations(y, z)
     m = min(max(8, nint(s(n)/max(finest, min(s(n)/(n - 1), coarsest)))), n)
     do round = 1, rounds
       if (round > 1) then
@@ -151,7 +156,6 @@ contains
         c%a(:, 3, i) = (beta(i, :) - 2*beta(i + 1, :) + beta(i + 2, :))/(2*h**2)
         c%a(:, 4, i) = (beta(i + 3, :) - beta(i, :) + 3*(beta(i + 1, :) - beta(i + 2, :)))/(6*h**3)
       end do
-      c%a(:, :, [0, m + 1]) = 0
       ! A curve that is to follow the noise has no feet worth finding.
       if (distance > 0 .and. c%noise > (1 + leeway)*distance) exit
     end do
@@ -350,12 +354,6 @@ contains
     c = [f(1), (f(2) - f(1))/h - h*(2*f2(1) + f2(2))/6, f2(1)/2, (f2(2) - f2(1))/(6*h)]
   end function cubic
 
-  !> Station of the first knot [m].
-  pure real(dp) function first_station(c)
-    class(curve_type), intent(in) :: c
-    first_station = c%s(1)
-  end function first_station
-
   !> Station of the last knot [m].
   pure real(dp) function last_station(c)
     class(curve_type), intent(in) :: c
@@ -394,7 +392,7 @@ contains
     type(curve_type), intent(in) :: c
     real(dp), intent(in) :: s
 
-    i = 1 + int((c%n - 1)*(s - c%first())/(c%last() - c%first()))
+    i = 1 + int((c%n - 1)*s/c%last())
   end function near_interval
 
   !> Value and first two derivatives of a cubic at t.

@@ -6,6 +6,7 @@
 !> values, in the type's declaration.
 module case
   use kinds, only: dp
+  use service_poses, only: extent_type
   use system, only: default_folder
   use text, only: str
   implicit none
@@ -55,8 +56,7 @@ module case
     real(dp) :: stiffness_scale = 1
     ! &table
     character(text_length) :: table_file = ''
-    real(dp) :: lateral = 0.080_dp, lift = 0.040_dp, drop = 0.010_dp
-    real(dp) :: roll_range = 0.5_dp, depth = 2.2e-3_dp
+    type(extent_type) :: extent
     real(dp) :: accuracy = 1e-3_dp
     integer :: n_lateral = 360, n_roll = 160, n_depth = 40
     ! &integrator
@@ -117,37 +117,44 @@ contains
     type(case_type), target, intent(inout) :: c
     type(variable_list), intent(inout) :: all
 
-    call all%add_text('case', 'name', c%name, '', 'names the column file')
-    call all%add_text('case', 'title', c%title, '', 'one line, copied to the header')
-    call all%add_real('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', '')
-    call all%add_real('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', '')
+    call all%add_text('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
+    call all%add_text('case', 'title', c%title, '', 'one line that header and plots repeat')
+    call all%add_real('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
+    call all%add_real('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
+      'moment of inertia about the longitudinal axis')
     call all%add_real('wheelset', 'pitch_inertia', c%pitch_inertia, 0.0_dp, 1e6_dp, 'kg m2', &
-      'gyroscopic reaction only')
+      'moment of inertia about the axle; it enters the gyroscopic moment only')
     call all%add_real('wheelset', 'rolling_radius', c%rolling_radius, 0.05_dp, 2.0_dp, 'm', &
-      'at the contact point of the centred wheelset')
-    call all%add_real('wheelset', 'back_to_back', c%back_to_back, 0.3_dp, 3.0_dp, 'm', '')
+      'rolling radius at the contact point of the centred wheelset')
+    call all%add_real('wheelset', 'back_to_back', c%back_to_back, 0.3_dp, 3.0_dp, 'm', &
+      'distance between the backs of the wheels')
     call all%add_real('wheelset', 'vertical_load', c%vertical_load, 0.0_dp, 1e7_dp, 'N', &
-      'constant, without inertia, at the centre of gravity')
-    call all%add_real('track', 'gauge', c%gauge, 0.3_dp, 3.0_dp, 'm', '')
+      'constant vertical load at the centre of gravity, without inertia')
+    call all%add_real('track', 'gauge', c%gauge, 0.3_dp, 3.0_dp, 'm', 'track gauge')
     call all%add_real('track', 'gauge_depth', c%gauge_depth, 1e-3_dp, 0.05_dp, 'm', &
-      'below top of rail, where the gauge is measured')
-    call all%add_real('track', 'friction', c%friction, 0.0_dp, 1e-7_dp, '1', 'is taken as exactly zero')
-    call all%add_real('material', 'youngs_modulus', c%youngs_modulus, 1e6_dp, 1e13_dp, 'Pa', '')
-    call all%add_real('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', '')
+      'depth below the top of the rails at which the gauge is measured')
+    call all%add_real('track', 'friction', c%friction, 0.0_dp, 1e-7_dp, '1', 'friction coefficient; it is taken as exactly zero')
+    call all%add_real('material', 'youngs_modulus', c%youngs_modulus, 1e6_dp, 1e13_dp, 'Pa', &
+      'Young''s modulus of wheels and rails')
+    call all%add_real('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', 'Poisson''s ratio of wheels and rails')
     call all%add_real('material', 'shear_modulus', c%shear_modulus, 1e6_dp, 1e13_dp, 'Pa', &
-      'recorded; normal contact needs E and nu')
-    call all%add_text('profiles', 'wheel_profile', c%wheel_profile, '', 'file of y, z, MiniProf or SIMPACK')
-    call all%add_text('profiles', 'rail_profile', c%rail_profile, '', 'file of y, z, MiniProf or SIMPACK')
+      'shear modulus; it is recorded but not used, normal contact needs E and nu')
+    call all%add_text('profiles', 'wheel_profile', c%wheel_profile, '', &
+      'wheel profile: a file of y z points, MiniProf or SIMPACK')
+    call all%add_text('profiles', 'rail_profile', c%rail_profile, '', &
+      'rail profile: a file of y z points, MiniProf or SIMPACK')
     call all%add_text('profiles', 'wheel_profile_right', c%wheel_profile_right, '', &
-      'of the right wheel; as the left one if not named')
-    call all%add_text('profiles', 'rail_profile_right', c%rail_profile_right, '', 'the same of the right rail')
+      'wheel profile on the right; the empty name means as on the left')
+    call all%add_text('profiles', 'rail_profile_right', c%rail_profile_right, '', &
+      'rail profile on the right; the empty name means as on the left')
     call all%add_real('profiles', 'smoothing_mm', c%smoothing_mm, 0.0_dp, 1.0_dp, 'mm', &
-      'rms distance of the smoothing spline, the points'' noise; 0 interpolates')
+      'rms distance of the smoothing spline from the points, about their noise; 0 interpolates')
     call all%add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
-      'axes of the files to turn over, left and right; auto: by the shape')
-    call all%add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'of the files, left and right; auto: by the width')
-    call all%add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', 'the same of the rails'' files')
-    call all%add_text('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', '')
+      'axes of the wheel files to turn over; auto: as the shape says')
+    call all%add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'unit of the wheel files; auto: as the width says')
+    call all%add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', &
+      'axes of the rail files to turn over; auto: as the shape says')
+    call all%add_text('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', 'unit of the rail files; auto: as the width says')
   end subroutine list_vehicle
 
   !> Variables of the initial motion, the loads, the contacts and their table.
@@ -155,37 +162,43 @@ contains
     type(case_type), target, intent(inout) :: c
     type(variable_list), intent(inout) :: all
 
-    call all%add_real('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'lateral, left positive')
-    call all%add_real('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', 'vertical, from static equilibrium')
-    call all%add_real('initial', 'roll', c%roll, -0.3_dp, 0.3_dp, 'rad', 'positive lifts the left wheel')
-    call all%add_real('initial', 'pitch', c%pitch, -1e3_dp, 1e3_dp, 'rad', '')
-    call all%add_real('initial', 'vX', c%vx, -100.0_dp, 100.0_dp, 'm/s', 'constant')
-    call all%add_real('initial', 'vY', c%vy, -20.0_dp, 20.0_dp, 'm/s', '')
-    call all%add_real('initial', 'vZ', c%vz, -20.0_dp, 20.0_dp, 'm/s', '')
-    call all%add_real('initial', 'roll_rate', c%roll_rate, -20.0_dp, 20.0_dp, 'rad/s', '')
-    call all%add_real('initial', 'pitch_rate', c%pitch_rate, -1e3_dp, 1e3_dp, 'rad/s', '')
+    call all%add_real('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'initial lateral displacement, positive to the left')
+    call all%add_real('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', &
+      'initial vertical displacement from static equilibrium, positive upwards')
+    call all%add_real('initial', 'roll', c%roll, -0.3_dp, 0.3_dp, 'rad', 'initial roll angle; a positive one lifts the left wheel')
+    call all%add_real('initial', 'pitch', c%pitch, -1e3_dp, 1e3_dp, 'rad', 'initial pitch angle')
+    call all%add_real('initial', 'vX', c%vx, -100.0_dp, 100.0_dp, 'm/s', 'forward velocity, constant')
+    call all%add_real('initial', 'vY', c%vy, -20.0_dp, 20.0_dp, 'm/s', 'initial lateral velocity')
+    call all%add_real('initial', 'vZ', c%vz, -20.0_dp, 20.0_dp, 'm/s', 'initial vertical velocity')
+    call all%add_real('initial', 'roll_rate', c%roll_rate, -20.0_dp, 20.0_dp, 'rad/s', 'initial roll rate')
+    call all%add_real('initial', 'pitch_rate', c%pitch_rate, -1e3_dp, 1e3_dp, 'rad/s', 'pitch rate, constant')
     call all%add_real('loading', 'lateral_force', c%lateral_force, -1e7_dp, 1e7_dp, 'N', &
-      'at the centre of gravity, track frame, at t = 0')
-    call all%add_real('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', 'its growth')
+      'lateral force at the centre of gravity at t = 0, in the track frame')
+    call all%add_real('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', &
+      'growth rate of the lateral force')
     call all%add_text('contact', 'formulation', c%formulation, 'elastic bilateral unilateral', &
-      'rigid: held on the rails, or only pushed')
+      'elastic contact, or rigid: wheels held on the rails (bilateral) or contacts that only push (unilateral)')
     call all%add_real('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
-      'of impacts, with formulation = ''unilateral''')
-    call all%add_text('contact', 'model', c%model, 'halfspace strip hertz', 'elastic normal force')
+      'coefficient of restitution of impacts with formulation = ''unilateral''')
+    call all%add_text('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
     call all%add_real('contact', 'split_angle', c%split_angle, 0.03_dp, 1.2_dp, 'rad', &
-      'tangent angle that parts tread and flange')
+      'tangent angle at the border of tread and flange')
     call all%add_real('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', &
-      'multiplies the elastic modulus')
-    call all%add_text('table', 'file', c%table_file, '', 'keep the contact table here and find it again')
-    call all%add_real('table', 'lateral', c%lateral, 0.02_dp, 0.1_dp, 'm', 'shift of a wheel to either side')
-    call all%add_real('table', 'lift', c%lift, 0.03_dp, 0.1_dp, 'm', 'of a wheel; higher it cannot touch')
-    call all%add_real('table', 'drop', c%drop, 1e-3_dp, 0.03_dp, 'm', 'of a wheel below its running height')
-    call all%add_real('table', 'roll', c%roll_range, 0.01_dp, 0.6_dp, 'rad', 'to either side')
-    call all%add_real('table', 'depth', c%depth, 1e-6_dp, 1e-2_dp, 'm', 'largest penetration')
-    call all%add_real('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', 'error of a wheel''s force allowed, of max(|F|, 5 kN)')
-    call all%add_integer('table', 'n_lateral', c%n_lateral, 20, 10000, 'points across, at most, per zone')
-    call all%add_integer('table', 'n_roll', c%n_roll, 5, 1000, 'points over roll, at most')
-    call all%add_integer('table', 'n_depth', c%n_depth, 5, 1000, 'points over the root of the penetration, at most')
+      'factor on the elastic modulus')
+    call all%add_text('table', 'file', c%table_file, '', 'file that keeps the contact table for later runs; none if empty')
+    call all%add_real('table', 'lateral', c%extent%lateral, 0.02_dp, 0.1_dp, 'm', &
+      'the table covers this shift of a wheel to either side')
+    call all%add_real('table', 'lift', c%extent%lift, 0.03_dp, 0.1_dp, 'm', &
+      'the table covers this lift of a wheel; higher it cannot touch')
+    call all%add_real('table', 'drop', c%extent%drop, 1e-3_dp, 0.03_dp, 'm', &
+      'the table covers this drop of a wheel below its running height')
+    call all%add_real('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
+    call all%add_real('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
+    call all%add_real('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
+      'rms error of a wheel''s force that the table may have, relative to max(|F|, 5 kN)')
+    call all%add_integer('table', 'n_lateral', c%n_lateral, 20, 10000, 'most lateral points of the table, per zone')
+    call all%add_integer('table', 'n_roll', c%n_roll, 5, 1000, 'most points of the table over the roll angle')
+    call all%add_integer('table', 'n_depth', c%n_depth, 5, 1000, 'most points of the table over the root of the penetration')
   end subroutine list_motion_and_contact
 
   !> Variables of the integrator and the output.
@@ -193,25 +206,28 @@ contains
     type(case_type), target, intent(inout) :: c
     type(variable_list), intent(inout) :: all
 
-    call all%add_text('integrator', 'scheme', c%scheme, 'newmark energy', '')
-    call all%add_integer('integrator', 'order', c%order, 2, 6, '2; 4, or 6 if explicit, by composition')
-    call all%add_real('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'Newmark; 0 is explicit')
-    call all%add_real('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'Newmark')
-    call all%add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', 'step, at most; rows are whole steps apart')
-    call all%add_real('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', '')
+    call all%add_text('integrator', 'scheme', c%scheme, 'newmark energy', &
+      'Newmark''s family, or average acceleration with a discrete gradient, which keeps the energy')
+    call all%add_integer('integrator', 'order', c%order, 2, 6, &
+      'order of the scheme: 2, 4 or, explicit only, 6; the higher ones by composition')
+    call all%add_real('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'parameter beta of Newmark''s method; 0 is explicit')
+    call all%add_real('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'parameter gamma of Newmark''s method')
+    call all%add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', &
+      'longest step; the interval between rows is a whole number of steps')
+    call all%add_real('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', 'end of the run, at the latest')
     call all%add_text('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
-      'runs end, too, where the derailed leave &table')
+      'what ends the run; a derailed wheelset that leaves &table ends it too')
     call all%add_real('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
-      'a step that changes the total energy by more is cut; 0: none is')
+      'a step that changes the total energy by more is cut; 0 cuts no step')
     call all%add_real('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', &
-      'of the last Newton correction')
-    call all%add_integer('integrator', 'max_iterations', c%max_iterations, 1, 1000, 'of Newton, per step')
-    call all%add_integer('integrator', 'max_halvings', c%max_halvings, 0, 30, 'of a step that is cut')
-    call all%add_text('output', 'file', c%output_file, '', 'columns; default outputs/<name>.txt')
-    call all%add_real('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'between rows')
+      'largest Newton correction at convergence')
+    call all%add_integer('integrator', 'max_iterations', c%max_iterations, 1, 1000, 'most Newton iterations per step')
+    call all%add_integer('integrator', 'max_halvings', c%max_halvings, 0, 30, 'most halvings of a step that is cut')
+    call all%add_text('output', 'file', c%output_file, '', 'column file; outputs/NAME.txt if empty')
+    call all%add_real('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'time between rows')
     call all%add_text('output', 'rows', c%rows, 'interval_and_events interval', &
-      'equidistant; at events and peaks, too')
-    call all%add_text('output', 'geometry_file', c%geometry_file, '', 'geometry functions, if named')
+      'rows at equal intervals, and also at events, changes of contact and peaks of force')
+    call all%add_text('output', 'geometry_file', c%geometry_file, '', 'file of the geometry functions; none if empty')
   end subroutine list_run
 
   subroutine add(this, group, name, unit, meaning)
@@ -291,7 +307,8 @@ contains
     character(text_length) :: words
 
     if (associated(variable%x)) then
-      words = 'a number from '//str(variable%least)//' to '//str(variable%largest)//' '//variable%unit
+      words = 'a number from '//str(variable%least)//' to '//str(variable%largest)
+      if (variable%unit /= '1') words = trim(words)//' '//variable%unit
     else if (associated(variable%i)) then
       words = 'a whole number from '//str(nint(variable%least))//' to '//str(nint(variable%largest))
     else if (len(variable%words) > 0) then

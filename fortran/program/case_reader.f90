@@ -14,7 +14,7 @@ module case_reader
   type :: reader_type
     character(:), allocatable :: file      !! for messages
     type(line_type), allocatable :: lines(:)
-    integer :: line = 1, column = 1        !! of the next character
+    integer :: line = 1, column = 1        !! place of the next character
     character(:), allocatable :: group     !! that is open, or ''
     integer :: kind = nothing
     character(:), allocatable :: word      !! without quotes

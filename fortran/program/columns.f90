@@ -35,7 +35,7 @@ module columns
     real(dp) :: kinetic(5) = 0       !! longitudinal, lateral, vertical, roll, pitch [J]
     real(dp) :: gravity = 0, load = 0   !! potential energies [J]
     real(dp) :: elastic(2) = 0       !! left, right [J]
-    real(dp) :: work = 0             !! of the lateral force [J]
+    real(dp) :: work = 0             !! work of the lateral force [J]
     real(dp) :: impulse(4) = 0       !! of impacts, by contact [N s]
     real(dp) :: loss = 0             !! in impacts [J]
     real(dp) :: first_energy = 0     !! total energy at the start [J]

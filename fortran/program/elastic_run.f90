@@ -1,15 +1,13 @@
 !> Steps of a run with elastic contacts.
 module elastic_run
-  use case, only: case_type
   use contact_table, only: outside_depth, outside_lateral, outside_law, outside_roll
   use errors, only: error_type, fatal_error
   use events, only: watch
   use kinds, only: dp
   use motion_state, only: motion_type
   use newmark, only: advance, energy_change, energy_rounding, scheme_type, start_motion, step_diverged, step_ok
-  use row_sink, only: at_event, row_taker
+  use row_sink, only: at_event
   use run_monitor, only: normal_forces, passed_peak, place, run_monitor_type
-  use run_setup, only: setup_type
   use text, only: str
   implicit none
   private
@@ -18,66 +16,66 @@ module elastic_run
 contains
 
   !> The initial motion of the case.
-  subroutine start_elastic(c, setup, motion, error)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+  subroutine start_elastic(monitor, motion, error)
+    type(run_monitor_type), intent(in) :: monitor
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
     integer :: status
 
-    motion%q = setup%equilibrium + [c%y, c%z, c%roll]
-    motion%v = [c%vy, c%vz, c%roll_rate]
-    call start_motion(setup%wheelset, motion, status)
-    if (status /= step_ok) call report_failure(c, setup, motion, c%dt, status, error)
+    associate (c => monitor%c)
+      motion%q = monitor%setup%equilibrium + [c%y, c%z, c%roll]
+      motion%v = [c%vy, c%vz, c%roll_rate]
+    end associate
+    call start_motion(monitor%setup%wheelset, motion, status)
+    if (status /= step_ok) call report_failure(monitor, motion, monitor%c%dt, status, error)
   end subroutine start_elastic
 
   !> One step; where it fails or the total energy changes by more than the tolerance, the step is cut into two, four, ...
   !> and they are tried instead. What decides is the same for the reversed step: the integration stays reversible.
-  recursive subroutine elastic_step(c, setup, scheme, motion, monitor, dt, halvings, taker, error)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+  recursive subroutine elastic_step(scheme, motion, monitor, dt, halvings, error)
     type(scheme_type), intent(in) :: scheme
     type(motion_type), intent(inout) :: motion
     type(run_monitor_type), intent(inout) :: monitor
     real(dp), intent(in) :: dt               !! [s]
     integer, intent(in) :: halvings          !! that have led to this step
-    class(row_taker), intent(inout) :: taker
     type(error_type), allocatable, intent(out) :: error
     type(motion_type) :: new
     integer :: evaluations, more, i, status
     real(dp) :: change, allowed
 
-    call advance(setup%wheelset, scheme, motion, dt, new, evaluations, status)
-    monitor%run%evaluations = monitor%run%evaluations + evaluations
-    more = 0
-    if (status /= step_ok) then
-      more = 1
-      if (halvings == c%max_halvings) then
-        call report_failure(c, setup, motion, monitor%run%step, status, error)
+    associate (c => monitor%c, w => monitor%setup%wheelset, run => monitor%run)
+      call advance(w, scheme, motion, dt, new, evaluations, status)
+      run%evaluations = run%evaluations + evaluations
+      more = 0
+      if (status /= step_ok) then
+        more = 1
+        if (halvings == c%max_halvings) then
+          call report_failure(monitor, motion, run%step, status, error)
+          return
+        end if
+      else if (c%energy_tolerance > 0) then
+        change = energy_change(w, motion, new)
+        if (abs(change) > c%energy_tolerance) then
+          allowed = max(c%energy_tolerance, energy_rounding(w, motion), energy_rounding(w, new))
+          more = min(halvings_for(change, allowed, c%order), c%max_halvings - halvings)
+          if (more == 0 .and. abs(change) > allowed) run%missed = run%missed + 1
+        end if
+      end if
+      if (more > 0) then
+        run%cuts = run%cuts + 1
+        do i = 1, 2**more
+          call elastic_step(scheme, motion, monitor, dt/2**more, halvings + more, error)
+          if (allocated(error)) return
+        end do
         return
       end if
-    else if (c%energy_tolerance > 0) then
-      change = energy_change(setup%wheelset, motion, new)
-      if (abs(change) > c%energy_tolerance) then
-        allowed = max(c%energy_tolerance, energy_rounding(setup%wheelset, motion), energy_rounding(setup%wheelset, new))
-        more = min(halvings_for(change, allowed, c%order), c%max_halvings - halvings)
-        if (more == 0 .and. abs(change) > allowed) monitor%run%missed = monitor%run%missed + 1
-      end if
-    end if
-    if (more > 0) then
-      monitor%run%cuts = monitor%run%cuts + 1
-      do i = 1, 2**more
-        call elastic_step(c, setup, scheme, motion, monitor, dt/2**more, halvings + more, taker, error)
-        if (allocated(error)) return
-      end do
-      return
-    end if
-    monitor%run%steps = monitor%run%steps + 1
-    call watch(monitor%run%log, setup%wheelset, motion, new, setup%side)
-    call monitor%note_step(c, setup, motion, new)
+      run%steps = run%steps + 1
+      call watch(run%log, w, motion, new, monitor%setup%side)
+    end associate
+    call monitor%note_step(motion, new)
     motion = new
-    call note_between(c, setup, scheme, motion, monitor)
-    call monitor%queue%give(monitor%past(1)%t, taker, error)
+    call note_between(scheme, motion, monitor)
+    call monitor%queue%give(monitor%past(1)%t, error)
   end subroutine elastic_step
 
   !> Halvings of a step after which the energy's change, which goes with dt^(order + 1), is within the tolerance.
@@ -90,9 +88,7 @@ contains
   end function halvings_for
 
   !> Rows and peaks between the ends of steps: at the moments of the last step, and at the peak of a force that has passed.
-  subroutine note_between(c, setup, scheme, motion, monitor)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+  subroutine note_between(scheme, motion, monitor)
     type(scheme_type), intent(in) :: scheme
     type(motion_type), intent(in) :: motion
     type(run_monitor_type), intent(inout) :: monitor
@@ -103,20 +99,20 @@ contains
 
     if (monitor%event_rows) then
       do i = 1, monitor%run%log%n_moments
-        call side_step(c, setup, scheme, monitor, monitor%past(1), monitor%run%log%moments(i), there, found)
-        if (found) call monitor%put(c, setup, there, at_event)
+        call side_step(scheme, monitor, monitor%past(1), monitor%run%log%moments(i), there, found)
+        if (found) call monitor%put(there, at_event)
       end do
     end if
     do k = 1, 4
       if (.not. passed_peak(monitor, k)) cycle
       call find_peak(monitor%forces(k, :), [monitor%past(2)%t, monitor%past(1)%t, motion%t], t, found)
       if (.not. found) cycle
-      call side_step(c, setup, scheme, monitor, monitor%past(merge(2, 1, t < monitor%past(1)%t)), t, there, found)
+      call side_step(scheme, monitor, monitor%past(merge(2, 1, t < monitor%past(1)%t)), t, there, found)
       if (.not. found) cycle
       force = normal_forces(there)
       if (force(k) < monitor%forces(k, 2)) there = monitor%past(1)
       call monitor%note_forces(there)
-      if (monitor%event_rows) call monitor%put(c, setup, there, at_event)
+      if (monitor%event_rows) call monitor%put(there, at_event)
     end do
   end subroutine note_between
 
@@ -137,9 +133,7 @@ contains
 
   !> The motion at a time t near a step's end `old`: a step of its own, which the run does not go on from, in as many
   !> parts as the energy tolerance needs.
-  subroutine side_step(c, setup, scheme, monitor, old, t, there, found)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+  subroutine side_step(scheme, monitor, old, t, there, found)
     type(scheme_type), intent(in) :: scheme
     type(run_monitor_type), intent(inout) :: monitor
     type(motion_type), intent(in) :: old
@@ -150,23 +144,24 @@ contains
     integer, parameter :: most_halvings = 6
     integer :: evaluations, halvings, i, status
 
-    do halvings = 0, most_halvings
-      there = old
-      do i = 1, 2**halvings
-        from = there
-        call advance(setup%wheelset, scheme, from, (t - old%t)/2**halvings, there, evaluations, status)
-        monitor%run%evaluations = monitor%run%evaluations + evaluations
-        if (status /= step_ok) exit
+    associate (tolerance => monitor%c%energy_tolerance, w => monitor%setup%wheelset)
+      do halvings = 0, most_halvings
+        there = old
+        do i = 1, 2**halvings
+          from = there
+          call advance(w, scheme, from, (t - old%t)/2**halvings, there, evaluations, status)
+          monitor%run%evaluations = monitor%run%evaluations + evaluations
+          if (status /= step_ok) exit
+        end do
+        if (status /= step_ok) cycle
+        if (tolerance <= 0 .or. abs(energy_change(w, old, there)) <= tolerance) exit
       end do
-      if (status /= step_ok) cycle
-      if (c%energy_tolerance <= 0 .or. abs(energy_change(setup%wheelset, old, there)) <= c%energy_tolerance) exit
-    end do
+    end associate
     found = status == step_ok
   end subroutine side_step
 
-  subroutine report_failure(c, setup, motion, step, status, error)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+  subroutine report_failure(monitor, motion, step, status, error)
+    type(run_monitor_type), intent(in) :: monitor
     type(motion_type), intent(in) :: motion
     real(dp), intent(in) :: step                 !! [s]
     integer, intent(in) :: status                !! of `newmark` or `contact_table`
@@ -175,20 +170,20 @@ contains
 
     select case (status)
     case (outside_lateral)
-      reason = '&table lateral = '//str(c%lateral)//' m: expected the wheels within it, found them outside'
+      reason = '&table lateral = '//str(monitor%c%extent%lateral)//' m: expected the wheels within it, found them outside'
     case (outside_roll)
-      reason = '&table roll = '//str(c%roll_range)//' rad: expected the wheelset within it, found it outside'
+      reason = '&table roll = '//str(monitor%c%extent%roll)//' rad: expected the wheelset within it, found it outside'
     case (outside_depth)
-      reason = '&table depth = '//str(c%depth)//' m: expected penetrations within it, found a deeper one'
+      reason = '&table depth = '//str(monitor%c%extent%depth)//' m: expected penetrations within it, found a deeper one'
     case (outside_law)
       reason = '&table: expected poses that the table was made for, found one in which the contact would pull'
     case (step_diverged)
       reason = '&integrator dt = '//str(step)//' s: expected Newton to converge within '// &
-        str(c%max_iterations)//' iterations and '//str(c%max_halvings)//' halvings, found it does not'
+        str(monitor%c%max_iterations)//' iterations and '//str(monitor%c%max_halvings)//' halvings, found it does not'
     case default
       reason = 'the step failed'
     end select
-    call fatal_error(error, reason//place(motion, setup%equilibrium))
+    call fatal_error(error, reason//place(motion, monitor%setup%equilibrium))
   end subroutine report_failure
 
 end module elastic_run

@@ -5,7 +5,7 @@ program ldbench
   use case_check, only: check_case
   use case_reader, only: read_case
   use column_writer, only: column_file
-  use errors, only: error_type, fatal_error, placed
+  use errors, only: error_type, fatal_error
   use kinds, only: version
   use files, only: begin_columns, check_writable, finish_files
   use run_monitor, only: run_type
@@ -73,7 +73,7 @@ contains
     call compute(c, setup)
     call free_tables(setup)
     call watcher%clear()
-    if (allocated(error)) error%message = placed(file, error%message)
+    if (allocated(error)) error%message = file//merge(', ', ': ', index(error%message, '&') == 1)//error%message
   end subroutine run
 
   !> From a case that was checked to its files.
@@ -122,7 +122,6 @@ contains
     type(case_type), target :: c
     type(variable_type), allocatable :: list(:)
     character(:), allocatable :: group
-    character(20) :: name
     integer :: k
 
     lines = 'ldbench '//version//': a railway wheelset without friction between its flanges'//nl//nl// &
@@ -131,16 +130,14 @@ contains
       '       ldbench --help | --version'//nl//nl// &
       'Reads one namelist file, writes one column file and a summary.'//nl// &
       'Exit status: 0, or 1 with one line on standard error.'//nl//nl// &
-      'Variables, all optional, SI units [range or words] (default):'//nl
+      'Variables, all optional, in SI units, with default, admissible values and meaning:'//nl
     call list_variables(c, list)
     group = ''
     do k = 1, size(list)
       if (list(k)%group /= group) lines = lines//'&'//list(k)%group//nl
       group = list(k)%group
-      name = list(k)%name
-      lines = lines//'  '//name//'('//trim(value_text(list(k)))//') '//trim(range_text(list(k)))
-      if (list(k)%meaning /= '') lines = lines//'; '//list(k)%meaning
-      lines = lines//nl
+      lines = lines//'  '//trim(list(k)%name)//' = '//trim(value_text(list(k)))//'   '//trim(range_text(list(k)))//nl// &
+        '      '//list(k)%meaning//nl
     end do
   end subroutine help
 

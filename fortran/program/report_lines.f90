@@ -58,13 +58,11 @@ contains
 
     lines = lines//what//': model '//trim(c%model)//', '//trim(table_points(table))//' points'//newline
     if (any(table%accuracy%poses > 0)) then
-      lines = lines//'its error, rms (largest), of max(|F|, 5 kN):'
+      lines = lines//'error of the contact force, rms (largest), relative to max(|F|, 5 kN):'//newline
       do k = 1, size(zone_places)
-        if (table%accuracy%poses(k) == 0) cycle
-        lines = lines//' '//trim(zone_places(k))//' '//scientific(table%accuracy%rms(k))//' ('// &
-          scientific(table%accuracy%largest(k))//'),'
+        if (table%accuracy%poses(k) > 0) lines = lines//'  '//trim(zone_places(k))//' '//scientific(table%accuracy%rms(k))//' ('// &
+          scientific(table%accuracy%largest(k))//')'//newline
       end do
-      lines = lines(:len(lines) - 1)//newline
     end if
     call add_warnings(lines, c, what, table)
   end subroutine add_table
@@ -79,7 +77,7 @@ contains
     do z = 1, size(table%zones)
       associate (t => table%zones(z))
         if (z > 1) words = trim(words)//' +'
-        words = trim(words)//' '//str(t%u%n)//' x '//str(t%roll%n)//' x '//str(t%q%n)
+        words = trim(words)//' '//str(t%u%n)//' x '//str(table%roll%n)//' x '//str(t%q%n)
       end associate
     end do
     words = adjustl(words)

@@ -8,7 +8,7 @@ module rigid_run
   use newmark, only: energy_change, energy_rounding
   use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
   use rigid_path, only: path_end
-  use row_sink, only: at_event, at_impact, row_taker
+  use row_sink, only: at_event, at_impact
   use run_monitor, only: passed_peak, place, run_monitor_type
   use run_setup, only: setup_type
   use unilateral, only: rule_type
@@ -19,29 +19,27 @@ module rigid_run
 contains
 
   !> The initial motion of the case, changed to what the constraints allow; `changes` says how, in words.
-  subroutine start_rigid_run(c, setup, rigid, motion, changes, error)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+  subroutine start_rigid_run(monitor, rigid, motion, changes, error)
+    type(run_monitor_type), intent(in) :: monitor
     type(rigid_type), intent(out) :: rigid
     type(motion_type), intent(out) :: motion
     character(:), allocatable, intent(out) :: changes
     type(error_type), allocatable, intent(out) :: error
 
-    call start_rigid(c%formulation == 'bilateral', rule_type(c%restitution, c%energy_tolerance, c%max_halvings), &
-      [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%path, setup%equilibrium, rigid, &
-      motion, changes, error)
+    associate (c => monitor%c, setup => monitor%setup)
+      call start_rigid(c%formulation == 'bilateral', rule_type(c%restitution, c%energy_tolerance, c%max_halvings), &
+        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%path, setup%equilibrium, rigid, &
+        motion, changes, error)
+    end associate
   end subroutine start_rigid_run
 
   !> A step in pieces from event to event. The formulation cuts its pieces by energy itself; those that still miss the
   !> tolerance are counted.
-  subroutine rigid_step(c, setup, rigid, motion, monitor, dt, taker, error)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+  subroutine rigid_step(rigid, motion, monitor, dt, error)
     type(rigid_type), intent(inout) :: rigid
     type(motion_type), intent(inout) :: motion
     type(run_monitor_type), intent(inout) :: monitor
     real(dp), intent(in) :: dt                   !! [s]
-    class(row_taker), intent(inout) :: taker
     type(error_type), allocatable, intent(out) :: error
     type(rigid_type) :: rigid_before
     type(motion_type) :: old
@@ -53,9 +51,9 @@ contains
       old = motion
       if (monitor%event_rows) rigid_before = rigid
       h = left
-      call advance_rigid(setup%side, setup%path, rigid, motion, h, evaluations, status)
-      left = left - h
-      associate (run => monitor%run)
+      associate (c => monitor%c, setup => monitor%setup, run => monitor%run)
+        call advance_rigid(setup%side, setup%path, rigid, motion, h, evaluations, status)
+        left = left - h
         run%evaluations = run%evaluations + evaluations
         run%steps = run%steps + 1
         call watch(run%log, setup%wheelset, old, motion, setup%side)
@@ -65,22 +63,17 @@ contains
         where (motion%impulse - old%impulse > run%largest_impulse) run%impulse_time = motion%t
         run%largest_impulse = max(run%largest_impulse, motion%impulse - old%impulse)
       end associate
-      call monitor%note_step(c, setup, old, motion)
-      call note_rows(c, setup, rigid, rigid_before, motion, monitor)
-      call monitor%queue%give(monitor%past(1)%t, taker, error)
+      call monitor%note_step(old, motion)
+      call note_rows(rigid, rigid_before, motion, monitor)
+      call monitor%queue%give(monitor%past(1)%t, error)
+      if (.not. allocated(error) .and. status /= rigid_ok) call report_failure(monitor%setup, motion, status, error)
       if (allocated(error)) return
-      if (status /= rigid_ok) then
-        call report_failure(setup, motion, status, error)
-        return
-      end if
     end do
-    monitor%run%gone = monitor%run%log%derailed .and. beyond_table(c, setup, motion%q)
+    monitor%run%gone = monitor%run%log%derailed .and. beyond_table(monitor%c, monitor%setup, motion%q)
   end subroutine rigid_step
 
   !> Rows at the events of the last step, and at peaks of forces, which are those of steps' ends.
-  subroutine note_rows(c, setup, rigid, rigid_before, motion, monitor)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
+  subroutine note_rows(rigid, rigid_before, motion, monitor)
     type(rigid_type), intent(in) :: rigid           !! at the end of the step
     type(rigid_type), intent(inout) :: rigid_before !! at the start of the step
     type(motion_type), intent(in) :: motion
@@ -92,11 +85,11 @@ contains
     if (struck) call monitor%note_forces(rigid%before)
     if (.not. monitor%event_rows) return
     do k = 1, 4
-      if (passed_peak(monitor, k)) call monitor%put(c, setup, monitor%past(1), at_event)
+      if (passed_peak(monitor, k)) call monitor%put(monitor%past(1), at_event)
     end do
     if (struck) then
-      call monitor%put(c, setup, rigid%before, at_impact)
-      call monitor%put(c, setup, motion, at_impact)
+      call monitor%put(rigid%before, at_impact)
+      call monitor%put(motion, at_impact)
     end if
     do i = 1, monitor%run%log%n_moments
       call put_at(monitor%run%log%moments(i))
@@ -116,11 +109,11 @@ contains
         there = monitor%past(1)
         do while (t - there%t > epsilon(t)*t)
           h = t - there%t
-          call advance_rigid(setup%side, setup%path, rigid_before, there, h, evaluations, ignored)
+          call advance_rigid(monitor%setup%side, monitor%setup%path, rigid_before, there, h, evaluations, ignored)
           monitor%run%evaluations = monitor%run%evaluations + evaluations
         end do
       end if
-      call monitor%put(c, setup, there, at_event)
+      call monitor%put(there, at_event)
     end subroutine put_at
 
   end subroutine note_rows
@@ -131,8 +124,8 @@ contains
     type(setup_type), intent(in) :: setup
     real(dp), intent(in) :: q(3)                 !! y, z [m], roll [rad]
 
-    beyond_table = abs(q(1) + setup%equilibrium(2)*sin(q(3))) > c%lateral .or. abs(q(3)) > c%roll_range &
-      .or. q(2) < setup%equilibrium(2) - c%drop
+    beyond_table = abs(q(1) + setup%equilibrium(2)*sin(q(3))) > c%extent%lateral .or. abs(q(3)) > c%extent%roll &
+      .or. q(2) < setup%equilibrium(2) - c%extent%drop
   end function beyond_table
 
   subroutine report_failure(setup, motion, status, error)

@@ -1,4 +1,4 @@
-!> The rows of a run on their way to who takes them: a file that grows with them, or memory.
+!> The rows of a run on their way to a file that grows with them, or to memory.
 module row_sink
   use errors, only: error_type, fatal_error
   use kinds, only: dp
@@ -7,6 +7,7 @@ module row_sink
   private
   public :: row_taker, row_list, row_queue, on_grid, at_event, at_impact
 
+  !> Receives the rows of a run in the order of time.
   type, abstract :: row_taker
   contains
     procedure(take_row), deferred :: take
@@ -47,6 +48,7 @@ module row_sink
     integer, private :: kind(most) = 0
     real(dp), private :: near = 0           ! rows within this time are one, besides nine digits [s]
     real(dp), allocatable, private :: row(:, :)   ! (column, row), the first n of them
+    class(row_taker), pointer, private :: taker => null()
   contains
     procedure :: begin
     procedure :: put
@@ -55,11 +57,13 @@ module row_sink
 
 contains
 
-  subroutine begin(this, columns, near)
+  subroutine begin(this, columns, near, taker)
     class(row_queue), intent(out) :: this
     integer, intent(in) :: columns
     real(dp), intent(in) :: near            !! [s]
+    class(row_taker), target, intent(inout) :: taker
 
+    this%taker => taker
     allocate (this%row(columns, most), this%last(columns))
     this%last = 0
     this%near = near
@@ -78,7 +82,7 @@ contains
     if (kind /= at_impact) then
       do i = this%n, 1, -1
         if (abs(this%row(1, i) - row(1)) > near) cycle
-        ! Of two events the earlier one is kept: so it is in the mirrored run.
+        ! The earlier one of two events is kept, as it is in the mirrored run.
         if (kind == at_event .and. (this%kind(i) /= at_event .or. this%row(1, i) <= row(1))) return
         if (this%kind(i) /= at_event) cycle
         do k = i + 1, this%n
@@ -100,18 +104,17 @@ contains
     this%n = this%n + 1
   end subroutine put
 
-  !> Give away the rows up to a time.
-  subroutine give(this, up_to, taker, error)
+  !> Give the rows up to a time to their taker.
+  subroutine give(this, up_to, error)
     class(row_queue), intent(inout) :: this
     real(dp), intent(in) :: up_to           !! [s]
-    class(row_taker), intent(inout) :: taker
     type(error_type), allocatable, intent(out) :: error
     integer :: i, n
 
     if (this%n == 0) return
     n = count(this%row(1, :this%n) <= up_to)
     do i = 1, n
-      call taker%take(this%row(:, i), error)
+      call this%taker%take(this%row(:, i), error)
       if (allocated(error)) return
       this%last = this%row(:, i)
       this%given = this%given + 1

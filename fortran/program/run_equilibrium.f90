@@ -9,6 +9,7 @@ module run_equilibrium
   use rigid_path, only: follow_path, path_type
   use run_setup, only: setup_type
   use text, only: str
+  use wheel_rail_pair, only: mirror
   use wheelset, only: find_rest, hold, settle
   implicit none
   private
@@ -39,7 +40,7 @@ contains
     if (.not. setup%symmetric .and. ok) call hold(setup%wheelset, setup%equilibrium, force, ok)
     if (.not. ok) then
       call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
-        ' N: expected an equilibrium within &table depth = '//str(c%depth)//' m, found none')
+        ' N: expected an equilibrium within &table depth = '//str(c%extent%depth)//' m, found none')
       return
     end if
     setup%rest = setup%equilibrium
@@ -64,15 +65,14 @@ contains
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: mirror(3) = [-1, 1, -1]
     type(point_type) :: lowest
     logical :: ok
 
-    call follow_path(setup%side, setup%centred, setup%wheelset%inertia(), c%lateral, setup%path(1))
+    call follow_path(setup%side, setup%centred, setup%wheelset%inertia(), c%extent%lateral, setup%path(1))
     if (setup%symmetric) then
       setup%path(2) = setup%path(1)
     else
-      call follow_path(setup%side(2:1:-1), mirror*setup%centred, setup%wheelset%inertia(), c%lateral, setup%path(2))
+      call follow_path(setup%side(2:1:-1), mirror*setup%centred, setup%wheelset%inertia(), c%extent%lateral, setup%path(2))
     end if
     setup%equilibrium = [0.0_dp, setup%path(1)%q(2, 1), merge(0.0_dp, setup%path(1)%q(3, 1), setup%symmetric)]
     call lowest_point(setup%path, lowest, ok)

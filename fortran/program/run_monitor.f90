@@ -6,7 +6,7 @@ module run_monitor
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: dp
   use motion_state, only: motion_type
-  use row_sink, only: on_grid, row_queue
+  use row_sink, only: on_grid, row_queue, row_taker
   use run_setup, only: setup_type
   use text, only: str
   implicit none
@@ -38,7 +38,10 @@ module run_monitor
     real(dp) :: seconds = 0                !! processor time of the integration
   end type run_type
 
+  !> What the steps of a run have in common.
   type :: run_monitor_type
+    type(case_type), pointer :: c => null()
+    type(setup_type), pointer :: setup => null()
     type(run_type) :: run
     type(row_queue) :: queue
     logical :: event_rows = .true.         !! rows at events and peaks, too
@@ -58,60 +61,55 @@ module run_monitor
 contains
 
   !> Note the initial motion.
-  subroutine start(this, c, setup, motion)
+  subroutine start(this, motion, taker)
     class(run_monitor_type), intent(inout) :: this
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: motion
+    class(row_taker), target, intent(inout) :: taker   !! receives the rows
     type(row_type) :: row
     real(dp) :: values(most_columns)
     integer :: n
 
-    this%event_rows = c%rows == 'interval_and_events'
-    this%rigid = c%formulation /= 'elastic'
+    this%event_rows = this%c%rows == 'interval_and_events'
+    this%rigid = this%c%formulation /= 'elastic'
     this%forces = spread(normal_forces(motion), 2, 3)
     this%past = motion
     this%run%peak = this%forces(:, 3)
     this%run%extreme = motion%q([1, 1, 2])
-    this%run%kinetic_energy = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
-    row = this%row_of(c, setup, motion)
+    this%run%kinetic_energy = 0.5_dp*sum(this%setup%wheelset%inertia()*motion%v**2)
+    row = this%row_of(motion)
     this%first_energy = row%total_energy()
     call list_columns(row, values, n)
-    call this%queue%begin(n, 1e-6_dp*c%interval)
-    call this%put(c, setup, motion, on_grid)
+    call this%queue%begin(n, 1e-6_dp*this%c%interval, taker)
+    call this%put(motion, on_grid)
   end subroutine start
 
   !> The row of a motion, in its place in time.
-  subroutine put(this, c, setup, motion, kind)
+  subroutine put(this, motion, kind)
     class(run_monitor_type), intent(inout) :: this
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: motion
     integer, intent(in) :: kind            !! on_grid, at_event, at_impact
     real(dp) :: values(most_columns)
     integer :: n
 
-    call list_columns(this%row_of(c, setup, motion), values, n)
+    call list_columns(this%row_of(motion), values, n)
     call this%queue%put(values(:n), kind)
-    call this%note_energy(c, setup, motion)
+    call this%note_energy(motion)
   end subroutine put
 
-  pure function row_of(this, c, setup, motion) result(row)
+  pure function row_of(this, motion) result(row)
     class(run_monitor_type), intent(in) :: this
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: motion
     type(row_type) :: row
 
-    call make_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, this%first_energy, &
-      this%rigid, row)
+    associate (c => this%c, setup => this%setup)
+      call make_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, this%first_energy, &
+        this%rigid, row)
+    end associate
   end function row_of
 
   !> A step from `old` to `new`: farthest displacements, the forces of the last three steps, the energy.
-  subroutine note_step(this, c, setup, old, new)
+  subroutine note_step(this, old, new)
     class(run_monitor_type), intent(inout) :: this
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: old, new
 
     call note_extremes(this%run, old, new)
@@ -121,7 +119,7 @@ contains
     this%forces(:, 2) = this%forces(:, 3)
     this%forces(:, 3) = normal_forces(new)
     call this%note_forces(new)
-    call this%note_energy(c, setup, new)
+    call this%note_energy(new)
   end subroutine note_step
 
   !> Largest normal forces.
@@ -136,18 +134,18 @@ contains
   end subroutine note_forces
 
   !> The largest drift of the energy balance.
-  subroutine note_energy(this, c, setup, motion)
+  subroutine note_energy(this, motion)
     class(run_monitor_type), intent(inout) :: this
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: motion
     real(dp) :: kinetic, potential, constant
 
-    kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
-    potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
-      + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium(2))
-    ! The motions at constant speed.
-    constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
+    associate (c => this%c, setup => this%setup)
+      kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
+      potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
+        + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium(2))
+      ! The motions at constant speed.
+      constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
+    end associate
     this%run%loss = motion%loss
     this%run%drift = max(this%run%drift, abs(kinetic + potential - motion%work + motion%loss - (this%first_energy - constant)))
   end subroutine note_energy

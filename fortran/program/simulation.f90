@@ -37,9 +37,9 @@ contains
 
   !> Integrate from the initial conditions to the stop condition.
   subroutine simulate(c, setup, taker, run, error, watcher)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
-    class(row_taker), intent(inout) :: taker   !! of the rows
+    type(case_type), target, intent(in) :: c
+    type(setup_type), target, intent(in) :: setup
+    class(row_taker), target, intent(inout) :: taker   !! receives the rows
     type(run_type), intent(out) :: run
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
@@ -64,14 +64,16 @@ contains
     until_return = c%stop_at == 'return_to_centre'
     until_derailment = c%stop_at == 'derailment'
 
+    monitor%c => c
+    monitor%setup => setup
     monitor%run%changes = ''
     if (elastic) then
-      call start_elastic(c, setup, motion, error)
+      call start_elastic(monitor, motion, error)
     else
-      call start_rigid_run(c, setup, rigid, motion, monitor%run%changes, error)
+      call start_rigid_run(monitor, rigid, motion, monitor%run%changes, error)
     end if
     if (allocated(error)) return
-    call monitor%start(c, setup, motion)
+    call monitor%start(motion, taker)
     do row = 1, last_row
       at = row*c%interval
       h = monitor%run%step
@@ -82,9 +84,9 @@ contains
       do i = 1, substeps
         motion%t = (row - 1)*c%interval + (i - 1)*h
         if (elastic) then
-          call elastic_step(c, setup, scheme, motion, monitor, h, 0, taker, error)
+          call elastic_step(scheme, motion, monitor, h, 0, error)
         else
-          call rigid_step(c, setup, rigid, motion, monitor, h, taker, error)
+          call rigid_step(rigid, motion, monitor, h, error)
         end if
         if (allocated(error)) exit
         if (mod(i, report_steps) == 0) call look_up((row - 1 + real(i, dp)/substeps)/last_row)
@@ -99,12 +101,12 @@ contains
       end if
       if (monitor%run%gone) exit
       motion%t = at
-      call monitor%put(c, setup, motion, on_grid)
+      call monitor%put(motion, on_grid)
       if (mod(row, report_rows) == 0) call look_up(row/real(last_row, dp))
       if ((until_derailment .and. monitor%run%log%derailed) .or. (until_return .and. monitor%run%log%returned) &
         .or. monitor%run%cancelled) exit
     end do
-    call monitor%queue%give(huge(at), taker, error)
+    call monitor%queue%give(huge(at), error)
     if (allocated(error)) return
     run = monitor%run
     run%rows = monitor%queue%given

@@ -24,7 +24,6 @@ contains
     type(setup_type), intent(in) :: setup
     type(run_type), intent(in) :: run
     character(:), allocatable, intent(out) :: lines
-    character(:), allocatable :: events
 
     lines = trim(c%name)//': '//trim(c%title)//newline
     call add_formulation(lines, c)
@@ -38,8 +37,8 @@ contains
     call add_rest(lines, setup)
     call add_frequencies(lines, setup)
     call add_tables(lines, c, setup)
-    call outcome(c, run, listed_impacts, events)
-    lines = lines//events//'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
+    call add_outcome(lines, c, run)
+    lines = lines//'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
       merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//newline// &
       'columns: '//trim(output_path(c))//', '//str(run%rows)//' rows'//newline
   end subroutine summary
@@ -91,23 +90,21 @@ contains
     remarkable = p(1)%taken//p(1)%mended//p(2)%taken//p(2)%mended /= '' .or. p(1)%file /= p(2)%file
   end function remarkable
 
-  !> Lines about the outcome, with so many impacts at most.
-  subroutine outcome(c, run, impacts, lines)
+  !> Lines about the outcome.
+  subroutine add_outcome(lines, c, run)
+    character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
-    integer, intent(in) :: impacts
-    character(:), allocatable, intent(out) :: lines
     character(5), parameter :: way(3) = [character(5) :: 'left', 'right', 'up']
     integer :: k, kinds, struck
 
     struck = 0
-    lines = ''
-    if (run%changes /= '') lines = 'initial conditions follow the constraints: '//run%changes//newline
+    if (run%changes /= '') lines = lines//'initial conditions follow the constraints: '//run%changes//newline
     lines = lines//'events:'//newline
     do k = 1, run%log%n
       associate (event => run%log%list(k))
         if (event_kinds(event%kind) == 'impact') struck = struck + 1
-        if (event_kinds(event%kind) == 'impact' .and. struck > impacts) cycle
+        if (event_kinds(event%kind) == 'impact' .and. struck > listed_impacts) cycle
         lines = lines//'  t = '//fixed(event%t, 6)//' s  '//trim(event_kinds(event%kind))
         if (abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0) &
           lines = lines//', lateral force '//fixed(1e-3_dp*event%force, 3)//' kN'
@@ -115,45 +112,48 @@ contains
         lines = lines//newline
       end associate
     end do
-    if (sum(run%log%counts) > run%log%n - max(0, struck - impacts)) then
-      lines = lines//'  (listed: the first '//str(kept)//' of each kind'
-      if (struck > 0) lines = lines//', '//str(impacts)//' impacts'
+    if (sum(run%log%counts) > run%log%n - max(0, struck - listed_impacts)) then
+      lines = lines//'  (the list has the first '//str(kept)//' events of each kind'
+      if (struck > 0) lines = lines//', '//str(listed_impacts)//' impacts'
       lines = lines//')'//newline
     end if
-    lines = lines//'  in all:'
+    lines = lines//'number of events:'//newline
     kinds = merge(elastic_kinds, size(event_kinds), c%formulation == 'elastic')
     do k = 1, kinds
-      lines = lines//' '//str(run%log%counts(k))//' '//trim(event_kinds(k))
-      if (k < kinds) lines = lines//','
+      if (run%log%counts(k) > 0) lines = lines//'  '//trim(event_kinds(k))//' '//str(run%log%counts(k))//newline
     end do
-    lines = lines//newline//'farthest [mm]:'
+    lines = lines//'farthest [mm]:'
     do k = 1, 3
-      lines = lines//' '//trim(way(k))//' '//fixed(1e3_dp*run%extreme(k), 6)//' at '//fixed(run%extreme_time(k), 6)//' s'
+      lines = lines//' '//trim(way(k))//' '//fixed(1e3_dp*run%extreme(k), 3)//' at '//fixed(run%extreme_time(k), 6)//' s'
       if (k < 3) lines = lines//','
     end do
-    lines = lines//newline//'peak normal forces [kN]:'
-    do k = 1, 4
-      lines = lines//' '//contact_name(k)//' '//fixed(1e-3_dp*run%peak(k), 3)
-      if (run%peak(k) > 0) lines = lines//' at '//fixed(run%peak_time(k), 6)//' s'
-      if (k < 4) lines = lines//','
-    end do
+    lines = lines//newline
+    call add_peaks(lines, 'peak normal forces [kN]:', 1e-3_dp*run%peak, run%peak_time)
     if (c%formulation /= 'elastic') then
-      lines = lines//newline//'largest impulses [N s]:'
-      do k = 1, 4
-        lines = lines//' '//contact_name(k)//' '//fixed(run%largest_impulse(k), 3)
-        if (run%largest_impulse(k) > 0) lines = lines//' at '//fixed(run%impulse_time(k), 6)//' s'
-        if (k < 4) lines = lines//','
-      end do
-      lines = lines//newline//'energy lost in impacts [J]: '//fixed(run%loss, 6)
+      call add_peaks(lines, 'largest impulses [N s]:', run%largest_impulse, run%impulse_time)
+      lines = lines//'energy lost in impacts [J]: '//fixed(run%loss, 6)//newline
     end if
-    lines = lines//newline//'energy drift, largest [J]: '//scientific(run%drift)
-    if (run%kinetic_energy > 0) lines = lines//', of initial kinetic energy '// &
+    lines = lines//'largest energy drift [J]: '//scientific(run%drift)
+    if (run%kinetic_energy > 0) lines = lines//', relative to the initial kinetic energy: '// &
       scientific(run%drift/run%kinetic_energy)
-    lines = lines//newline//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, '//str(run%cuts)//' cut'
+    lines = lines//newline//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, of which '//str(run%cuts)//' were cut'
     if (run%missed > 0) lines = lines//', '//str(run%missed)//' over energy_tolerance after '//str(c%max_halvings)//' halvings'
     lines = lines//'; contact evaluations: '//str(run%evaluations)//newline
     lines = lines//'ended at t = '//fixed(run%last(1), 6)//' s: '//trim(ending(c, run))//newline
-  end subroutine outcome
+  end subroutine add_outcome
+
+  !> A line for the largest value of every contact that closes, with the time.
+  subroutine add_peaks(lines, title, peak, time)
+    character(:), allocatable, intent(inout) :: lines
+    character(*), intent(in) :: title
+    real(dp), intent(in) :: peak(4), time(4)         !! by contact; time [s]
+    integer :: k
+
+    lines = lines//title//newline
+    do k = 1, 4
+      if (peak(k) > 0) lines = lines//'  '//contact_name(k)//' '//fixed(peak(k), 3)//' at '//fixed(time(k), 6)//' s'//newline
+    end do
+  end subroutine add_peaks
 
   !> Impulses and loss of an impact.
   function impact(impulse, loss) result(words)

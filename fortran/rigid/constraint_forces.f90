@@ -7,7 +7,7 @@ module constraint_forces
   use contact_zones, only: side_type
   use gap_functions, only: find_gap, gap_type
   use kinds, only: dp
-  use wheelset, only: contact_state, left_flange, left_tread, right_flange, right_tread
+  use wheelset, only: contact_state, total
   implicit none
   private
   public :: couplings, convective_acceleration, closing_forces, close_gaps, stop_gaps, set_state, most_closed
@@ -121,8 +121,7 @@ contains
       state%slope(:, k) = state%slope(:, k) - force(i)*c(i)%gradient
       state%pulls(k) = dot_product(state%slope(:, k), c(i)%gradient) > 0
     end do
-    state%gradient = (state%slope(:, left_tread) + state%slope(:, left_flange)) &
-      + (state%slope(:, right_tread) + state%slope(:, right_flange))
+    state%gradient = total(state%slope)
   end subroutine set_state
 
 end module constraint_forces

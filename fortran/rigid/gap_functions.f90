@@ -13,11 +13,11 @@ module gap_functions
   use curve, only: curve_point, near_interval
   use kinds, only: dp
   use station_scan, only: deepest, new_scan, scan_depth, scan_type
-  use wheel_rail_pair, only: rolled
+  use wheel_rail_pair, only: mirror, rolled
   use wheelset, only: left_flange, left_tread, right_flange, right_tread
   implicit none
   private
-  public :: gap_type, contacts_type, new_contacts, search_stations, find_gap, clear_point, tightest, mirror
+  public :: gap_type, contacts_type, new_contacts, search_stations, find_gap, clear_point, tightest
 
   !> The point of a zone that is nearest to the rail, and the gap there.
   type :: gap_type
@@ -37,21 +37,17 @@ module gap_functions
   !> The contacts of the left wheel, then of the right wheel, then their rivals (see `rival_points`).
   type :: contacts_type
     integer :: n = 0                     !! number of zones of both wheels, without rivals
-    type(gap_type), allocatable :: c(:)  !! (n), with rivals (2 n)
+    type(gap_type), allocatable :: c(:)  !! (2 n)
     type(scan_type) :: scan(2)           !! workspace of a search, left and right
     real(dp) :: searched(3) = 0          !! pose of the last search
     logical :: stale = .true.            !! a new search is due wherever the wheelset is
   end type contacts_type
 
-  !> Factors that mirror a pose, a velocity or a force (y, z, roll) from left to right.
-  real(dp), parameter :: mirror(3) = [-1, 1, -1]
-
 contains
 
-  !> Contacts of two sides, before any search; with `rivals` there is room for a second point of every zone.
-  function new_contacts(side, rivals) result(contacts)
+  !> Contacts of two sides, before any search, with room for a second point of every zone.
+  function new_contacts(side) result(contacts)
     type(side_type), intent(in) :: side(:)    !! left, right
-    logical, intent(in), optional :: rivals
     type(contacts_type) :: contacts
     integer :: wheel, k
 
@@ -69,7 +65,6 @@ contains
         end associate
       end do
     end do
-    if (.not. present(rivals)) return
     contacts%c = [contacts%c, contacts%c]
     call clear_point(contacts%c(contacts%n + 1:))
   end function new_contacts

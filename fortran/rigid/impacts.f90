@@ -18,35 +18,30 @@ module impacts
   use wheelset, only: external_force, wheelset_type
   implicit none
   private
-  public :: resolve_contacts, set_forces, touching, still, contacts_ok, contacts_stuck, contacts_many
+  public :: resolve_contacts, set_forces, touching, still
 
   real(dp), parameter :: resting = 1e-7_dp     ! slowest approach that bounces [m/s]
   real(dp), parameter :: touching = 1e-12_dp   !! gap of a contact that is closed at an event, at most [m]
   real(dp), parameter :: still = 1e-8_dp       !! rate of a gap that neither opens nor closes, at most [m/s]
 
-  ! Status: as it should be; no impulses or forces solve the problem; more contacts would close than can.
-  integer, parameter :: contacts_ok = 0, contacts_stuck = 1, contacts_many = 2
-
 contains
 
-  !> Resolve what happens where contacts touch: an impact if one approaches, then the forces that set in.
-  subroutine resolve_contacts(w, restitution, c, closed, motion, released, status)
+  !> Resolve what happens where contacts touch: an impact if one approaches, then the forces that set in.  `ok` is false if
+  !> no impulses or forces solve the problem, or if more contacts would close than can.
+  subroutine resolve_contacts(w, restitution, c, closed, motion, released, ok)
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: restitution    !! 0 to 1
     type(gap_type), intent(in) :: c(:)
     logical, intent(inout) :: closed(:)    !! contacts that carry a force
     type(motion_type), intent(inout) :: motion
     integer, intent(in) :: released        !! contact whose force has just vanished, or 0
-    integer, intent(out) :: status         !! contacts_ok, contacts_stuck or contacts_many
+    logical, intent(out) :: ok
     integer, allocatable :: on(:)
     real(dp), allocatable :: acceleration(:), force(:)
     integer :: i
-    logical :: ok
 
-    status = contacts_ok
     on = pack([(i, i=1, size(c))], c%gap <= touching)
     call strike(w, restitution, c(on), motion, ok)
-    if (.not. ok) status = contacts_stuck
     if (.not. ok) return
     ! Contacts at rest carry a force or open.
     on = pack(on, [(abs(dot_product(c(on(i))%gradient, motion%v)) <= still .and. on(i) /= released, i=1, size(on))])
@@ -54,13 +49,12 @@ contains
       + convective_acceleration(c(on(i)), motion%v), i=1, size(on))]
     allocate (force(size(on)))
     call solve_complementarity(couplings(w%inertia(), c(on)), acceleration, force, ok)
-    if (.not. ok) status = contacts_stuck
     closed = .false.
     do i = 1, size(on)
       closed(on(i)) = force(i) > 0
     end do
-    if (count(closed) > most_closed) status = contacts_many
-    if (status == contacts_ok) call set_forces(w, c, closed, motion)
+    ok = ok .and. count(closed) <= most_closed
+    if (ok) call set_forces(w, c, closed, motion)
   end subroutine resolve_contacts
 
   !> Change the velocity by the impact of contacts that touch, if one of them approaches.  `ok` is false if no impulses

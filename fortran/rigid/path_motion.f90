@@ -17,7 +17,7 @@ module path_motion
   use newmark, only: drift => drift_4, kick => kick_4
   use path_points, only: corner_contacts, outwards, piece_at, point_type
   use rigid_path, only: evaluate_piece, path_type, piece_type
-  use wheelset, only: external_force, wheelset_type
+  use wheelset, only: external_force, other_side, wheelset_type
   implicit none
   private
   public :: advance_along, turn_corner
@@ -297,7 +297,7 @@ contains
       a(:, i) = c(i)%gradient
     end do
     call solve_linear(a, change, ok)
-    if (p%half == 2) c%contact = mod(c%contact + 1, 4) + 1
+    if (p%half == 2) c%contact = other_side(c%contact)
     do i = 1, 3
       impulse(c(i)%contact) = impulse(c(i)%contact) + change(i)
     end do

@@ -6,11 +6,12 @@ module path_points
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use constraint_forces, only: closing_forces, set_state
   use contact_zones, only: side_type
-  use gap_functions, only: find_gap, gap_type, mirror
+  use gap_functions, only: find_gap, gap_type
   use kinds, only: dp, pi
   use rigid_path, only: evaluate_piece, path_piece, path_type, piece_type, tangent
   use root_bracket, only: bracket_type
-  use wheelset, only: contact_state, external_force, wheelset_type
+  use wheel_rail_pair, only: mirror
+  use wheelset, only: contact_state, external_force, other_side, wheelset_type
   implicit none
   private
   public :: point_type, outwards, piece_at, start_at, lowest_point, small_motion, path_state, corner_contacts
@@ -52,9 +53,7 @@ contains
     real(dp), intent(in) :: y
     type(point_type), intent(out) :: p
     logical, intent(out) :: ok
-    type(bracket_type) :: range
-    real(dp) :: q(3), t(3)
-    integer :: i, near, iter
+    integer :: i, near
 
     p%half = merge(2, 1, y < 0)
     associate (own => path(p%half))
@@ -62,12 +61,7 @@ contains
       ok = i > 0
       if (.not. ok) return
       p%at = i
-      range = bracket_type(own%s(i), -1.0_dp, own%s(i + 1), 1.0_dp)
-      do iter = 1, 60
-        p%s = outwards(p)*range%middle()
-        call evaluate_piece(piece_at(path, p), p%s, q, t)
-        call range%narrow(abs(p%s), abs(q(1)) - abs(y))
-      end do
+      call bisect(path, own%s(i:i + 1), p, abs(y))
       near = i - 1 + minloc(abs(own%s(i:i + 1) - abs(p%s)), 1)
       if (abs(own%s(near) - abs(p%s)) < 1e-12_dp) p%s = outwards(p)*own%s(near)
     end associate
@@ -79,25 +73,39 @@ contains
     type(path_type), intent(in) :: path(:)      !! to the left, to the right
     type(point_type), intent(out) :: p
     logical, intent(out) :: ok
-    type(bracket_type) :: range
-    real(dp) :: q(3), t(3)
-    integer :: i, iter
+    integer :: i
 
     p%half = merge(1, 2, path(1)%t(2, 1) < 0)
     associate (own => path(p%half))
       i = findloc(own%t(2, :own%n) >= 0, .true., 1)
       ok = i > 0
       if (i <= 1) return
-      ! It is at a corner, or between two poses.
+      ! The lowest point is at a corner, or between two poses.
       p%at = merge(i - 1, i - 2, own%stretch(i - 1) == own%stretch(i))
-      range = bracket_type(own%s(i - 1), -1.0_dp, own%s(i), 1.0_dp)
-      do iter = 1, 60
-        p%s = outwards(p)*range%middle()
-        call evaluate_piece(piece_at(path, p), p%s, q, t)
-        call range%narrow(abs(p%s), outwards(p)*t(2))
-      end do
+      call bisect(path, own%s(i - 1:i), p)
     end associate
   end subroutine lowest_point
+
+  !> Set the position of a point between two poses by bisection: where |y| is as given or, without y, where the path is
+  !> level.
+  pure subroutine bisect(path, ends, p, y)
+    type(path_type), intent(in) :: path(:)      !! to the left, to the right
+    real(dp), intent(in) :: ends(2)             !! |s| of both poses [m kg^1/2]
+    type(point_type), intent(inout) :: p
+    real(dp), intent(in), optional :: y         !! [m]
+    type(bracket_type) :: range
+    real(dp) :: q(3), t(3), f
+    integer :: iter
+
+    range = bracket_type(ends(1), -1.0_dp, ends(2), 1.0_dp)
+    do iter = 1, 60
+      p%s = outwards(p)*range%middle()
+      call evaluate_piece(piece_at(path, p), p%s, q, t)
+      f = outwards(p)*t(2)
+      if (present(y)) f = abs(q(1)) - y
+      call range%narrow(abs(p%s), f)
+    end do
+  end subroutine bisect
 
   !> Pose q, frequency [Hz] and shape dq/ds of small oscillations about a point at rest, from V'' = W z''.  For an
   !> unstable point the frequency is minus its growth rate/2 pi, and NaN at a corner.
@@ -194,7 +202,7 @@ contains
     end if
     if (p%half == 2) then
       c%wheel = 3 - c%wheel
-      c%contact = mod(c%contact + 1, 4) + 1
+      c%contact = other_side(c%contact)
     end if
     do k = 1, n
       call find_gap(side, q, c(k))

@@ -7,9 +7,8 @@ module rigid_motion
   use constraint_forces, only: close_gaps
   use contact_zones, only: side_type
   use errors, only: error_type, fatal_error
-  use gap_functions, only: contacts_type, gap_type, mirror, new_contacts, search_stations, tightest
+  use gap_functions, only: contacts_type, gap_type, new_contacts, search_stations, tightest
   use geometry_functions, only: rigid_contact
-  use impacts, only: contacts_ok
   use kinds, only: dp
   use motion_state, only: motion_type
   use path_motion, only: advance_along, turn_corner
@@ -17,10 +16,11 @@ module rigid_motion
   use rigid_path, only: path_type, tangent
   use text, only: str
   use unilateral, only: advance_contacts, rule_type, start_contacts
-  use wheelset, only: wheelset_type
+  use wheel_rail_pair, only: mirror
+  use wheelset, only: other_side, wheelset_type
   implicit none
   private
-  public :: rigid_type, start_rigid, advance_rigid, rigid_ok, rigid_end, rigid_stuck, rigid_crowded
+  public :: rigid_type, start_rigid, advance_rigid, rigid_ok, rigid_end, rigid_stuck
 
   !> State of a run with rigid contacts.
   type :: rigid_type
@@ -82,11 +82,8 @@ contains
     end if
     r%own%q = given
     r%own%v = rate
-    if (r%mirrored) then
-      call start_own(side(2:1:-1), path(2:1:-1), rate(1), r, ok)
-    else
-      call start_own(side, path, rate(1), r, ok)
-    end if
+    k = merge(2, 1, r%mirrored)
+    call start_own(side(k:3 - k:3 - 2*k), path(k:3 - k:3 - 2*k), rate(1), r, ok)
     if (.not. ok) then
       call fatal_error(error, '&initial Y = '//str(offset(1))//' m: expected a wheelset on both rails with formulation = '''// &
         trim(merge('bilateral ', 'unilateral', bilateral))//''', found none there')
@@ -95,18 +92,18 @@ contains
     motion = to_case(r%own, r%mirrored)
     if (r%mirrored) given = mirror*given
     changes = ''
-    call compare('Z', given(2) - equilibrium(2), motion%q(2) - equilibrium(2), 1e-12_dp, 'm')
-    call compare('roll', given(3) - equilibrium(3), motion%q(3) - equilibrium(3), 1e-12_dp, 'rad')
-    call compare('vZ', given_rate(2), motion%v(2), 1e-12_dp, 'm/s')
-    call compare('roll_rate', given_rate(3), motion%v(3), 1e-12_dp, 'rad/s')
+    call compare('Z', given(2) - equilibrium(2), motion%q(2) - equilibrium(2), 'm')
+    call compare('roll', given(3) - equilibrium(3), motion%q(3) - equilibrium(3), 'rad')
+    call compare('vZ', given_rate(2), motion%v(2), 'm/s')
+    call compare('roll_rate', given_rate(3), motion%v(3), 'rad/s')
 
   contains
 
-    subroutine compare(name, was, is, least, unit)
+    subroutine compare(name, was, is, unit)
       character(*), intent(in) :: name, unit
-      real(dp), intent(in) :: was, is, least
+      real(dp), intent(in) :: was, is
 
-      if (abs(is - was) <= least) return
+      if (abs(is - was) <= 1e-12_dp) return
       if (changes /= '') changes = changes//', '
       changes = changes//name//' = '//str(is)//' '//unit//' instead of '//str(was)
     end subroutine compare
@@ -123,7 +120,6 @@ contains
     type(gap_type) :: touching(2)
     real(dp), parameter :: air = 1e-9_dp          ! gap of a wheelset that is not on the rails [m]
     real(dp) :: t(3), station(2), y
-    integer :: status
 
     y = r%own%q(1)
     if (r%bilateral) then
@@ -136,7 +132,7 @@ contains
         call path_state(path, side, r%w, r%point, 0.0_dp, r%own%q, r%own%v, r%own%contact)
       end if
     else
-      r%contacts = new_contacts(side, rivals=.true.)
+      r%contacts = new_contacts(side)
       allocate (r%closed(size(r%contacts%c)))
       call search_stations(side, r%own%q, r%contacts)
       ok = .true.
@@ -150,8 +146,7 @@ contains
           r%own%v = t*vy/t(1)
         end if
       end if
-      if (ok) call start_contacts(side, r%w, r%rule, r%contacts, r%closed, r%own, status)
-      if (ok) ok = status == contacts_ok
+      if (ok) call start_contacts(side, r%w, r%rule, r%contacts, r%closed, r%own, ok)
     end if
   end subroutine start_own
 
@@ -162,37 +157,25 @@ contains
     type(rigid_type), intent(inout) :: r
     type(motion_type), intent(out) :: motion   !! at the end of the step
     real(dp), intent(inout) :: dt              !! at most; on return the step that was made [s]
-    integer, intent(out) :: evaluations        !! of the contacts
+    integer, intent(out) :: evaluations        !! number of evaluations of the contacts
     integer, intent(out) :: status             !! rigid_ok, rigid_end, rigid_stuck or rigid_crowded
     real(dp) :: asked
+    integer :: k
+    logical :: ok
 
     asked = dt
-    if (r%mirrored) then
-      call advance_own(side(2:1:-1), path(2:1:-1), r, dt, evaluations, status)
+    k = merge(2, 1, r%mirrored)
+    if (r%bilateral) then
+      call advance_bilateral(path(k:3 - k:3 - 2*k), side(k:3 - k:3 - 2*k), r, dt, evaluations, status)
     else
-      call advance_own(side, path, r, dt, evaluations, status)
+      call advance_contacts(side(k:3 - k:3 - 2*k), r%w, r%rule, r%contacts, r%closed, r%own, r%before, dt, evaluations, ok)
+      status = merge(rigid_ok, rigid_stuck, ok)
     end if
     r%idle = merge(r%idle + 1, 0, dt <= epsilon(dt)*asked)
     if (r%idle > most_idle) status = rigid_crowded
     motion = to_case(r%own, r%mirrored)
     if (any(motion%contact%struck)) r%before = to_case(r%before, r%mirrored)
   end subroutine advance_rigid
-
-  !> A step of the wheelset that is integrated.
-  subroutine advance_own(side, path, r, dt, evaluations, status)
-    type(side_type), intent(in) :: side(:)
-    type(path_type), intent(in) :: path(:)
-    type(rigid_type), intent(inout) :: r
-    real(dp), intent(inout) :: dt
-    integer, intent(out) :: evaluations, status
-
-    if (r%bilateral) then
-      call advance_bilateral(path, side, r, dt, evaluations, status)
-    else
-      call advance_contacts(side, r%w, r%rule, r%contacts, r%closed, r%own, r%before, dt, evaluations, status)
-      if (status /= contacts_ok) status = rigid_stuck
-    end if
-  end subroutine advance_own
 
   !> A step along the path on both rails, cut until it keeps the energy; it ends in a corner that it meets.
   subroutine advance_bilateral(path, side, r, dt, evaluations, status)
@@ -244,22 +227,21 @@ contains
     type(motion_type), intent(in) :: own
     logical, intent(in) :: mirrored
     type(motion_type) :: motion
-    integer, parameter :: other(4) = [3, 4, 1, 2]
     integer :: k
 
     motion = own
     if (.not. mirrored) return
     motion%q = mirror*own%q
     motion%v = mirror*own%v
-    motion%impulse = own%impulse(other)
+    motion%impulse = own%impulse(other_side)
     associate (c => motion%contact, mine => own%contact)
       do k = 1, 4
-        c%slope(:, k) = mirror*mine%slope(:, other(k))
+        c%slope(:, k) = mirror*mine%slope(:, other_side(k))
       end do
       c%gradient = mirror*mine%gradient
-      c%rigid = mine%rigid(other)
-      c%struck = mine%struck(other)
-      c%pulls = mine%pulls(other)
+      c%rigid = mine%rigid(other_side)
+      c%struck = mine%struck(other_side)
+      c%pulls = mine%pulls(other_side)
     end associate
   end function to_case
 

@@ -9,11 +9,12 @@
 module rigid_path
   use constraint_forces, only: close_gaps
   use contact_zones, only: side_type
-  use gap_functions, only: contacts_type, find_gap, gap_type, mirror, new_contacts, tightest
+  use gap_functions, only: contacts_type, find_gap, gap_type, new_contacts, tightest
   use kinds, only: dp
   use rival_points, only: search_rivals
   use root_bracket, only: bracket_type
   use text, only: str
+  use wheel_rail_pair, only: mirror
   implicit none
   private
   public :: path_type, piece_type, follow_path, path_end, path_piece, evaluate_piece, tangent
@@ -67,7 +68,7 @@ contains
     logical :: ok
 
     scale = sqrt(inertia(1))
-    contacts = new_contacts(side, rivals=.true.)
+    contacts = new_contacts(side)
     here%q = start
     call search_rivals(side, here%q, spread(.false., 1, size(contacts%c)), contacts)
     k = [tightest(contacts, 1), tightest(contacts, 2)]

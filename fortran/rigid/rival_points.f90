@@ -5,10 +5,10 @@
 module rival_points
   use contact_zones, only: side_type
   use curve, only: curve_point, near_interval
-  use gap_functions, only: clear_point, contacts_type, find_gap, gap_type, mirror, search_stations
+  use gap_functions, only: clear_point, contacts_type, find_gap, gap_type, search_stations
   use kinds, only: dp
   use station_scan, only: scan_type
-  use wheel_rail_pair, only: pair_type, rolled
+  use wheel_rail_pair, only: mirror, pair_type, rolled
   implicit none
   private
   public :: search_rivals, drop_merged_rivals

@@ -11,9 +11,10 @@ module unilateral
   use constraint_forces, only: close_gaps, closing_forces, stop_gaps
   use contact_zones, only: side_type
   use gap_functions, only: contacts_type, find_gap, gap_type
-  use impacts, only: contacts_ok, resolve_contacts, set_forces, still, touching
+  use impacts, only: resolve_contacts, set_forces, still, touching
   use kinds, only: dp
   use motion_state, only: motion_type
+  use newmark, only: energy_change
   use rival_points, only: drop_merged_rivals, search_rivals
   use root_bracket, only: bracket_type
   use wheelset, only: external_force, wheelset_type
@@ -33,7 +34,7 @@ module unilateral
     type(motion_type) :: motion
     type(gap_type), allocatable :: c(:)
     logical, allocatable :: closed(:)  !! which of them
-    integer :: evaluations = 0         !! of the contacts so far
+    integer :: evaluations = 0         !! number of evaluations of the contacts so far
   end type state_type
 
   real(dp), parameter :: pierced = 1e-14_dp    ! depth of a gap that has closed within a step [m]
@@ -43,22 +44,22 @@ contains
 
   !> Start with given pose and velocity: a contact that touches and does not open is closed, after an impact if it
   !> approaches.
-  subroutine start_contacts(side, w, rule, contacts, closed, motion, status)
+  subroutine start_contacts(side, w, rule, contacts, closed, motion, ok)
     type(side_type), intent(in) :: side(:) !! left, right
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
     type(contacts_type), intent(inout) :: contacts
     logical, intent(out) :: closed(:)      !! of contacts%c
     type(motion_type), intent(inout) :: motion
-    integer, intent(out) :: status         !! of `resolve_contacts`
+    logical, intent(out) :: ok             !! as `resolve_contacts` returns it
 
     closed = .false.
     call search_rivals(side, motion%q, closed, contacts)
-    call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released=0, status=status)
+    call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released=0, ok=ok)
   end subroutine start_contacts
 
   !> One step of at most dt, or up to the next event.
-  subroutine advance_contacts(side, w, rule, contacts, closed, motion, before, dt, evaluations, status)
+  subroutine advance_contacts(side, w, rule, contacts, closed, motion, before, dt, evaluations, ok)
     type(side_type), intent(in) :: side(:) !! left, right
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
@@ -67,14 +68,14 @@ contains
     type(motion_type), intent(inout) :: motion
     type(motion_type), intent(inout) :: before   !! just before the event that ends the step, if one does
     real(dp), intent(inout) :: dt          !! at most; on return the step that was made [s]
-    integer, intent(out) :: evaluations    !! of the contacts
-    integer, intent(out) :: status         !! of `resolve_contacts`
+    integer, intent(out) :: evaluations    !! number of evaluations of the contacts
+    logical, intent(out) :: ok             !! as `resolve_contacts` returns it
     type(state_type) :: from, to
     real(dp) :: h
     integer :: event, halved, released
     logical :: merged
 
-    status = contacts_ok
+    ok = .true.
     if (contacts%stale .or. norm2(motion%q(:2) - contacts%searched(:2)) + abs(motion%q(3) - contacts%searched(3)) > reach) &
       call search_rivals(side, motion%q, closed, contacts)
     from = state_type(0.0_dp, motion, contacts%c, closed)
@@ -100,7 +101,7 @@ contains
       call set_forces(w, contacts%c, closed, before)
       released = merge(event, 0, closed(event))
       closed(event) = .false.
-      call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released, status)
+      call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released, ok)
     else
       call set_forces(w, contacts%c, closed, motion)
     end if
@@ -260,15 +261,6 @@ contains
     call drop_merged_rivals(to%closed, to%c)
     to%evaluations = to%evaluations + 1
   end subroutine move
-
-  !> Change of the total energy less the work of the lateral force [J].
-  pure real(dp) function energy_change(w, from, to)
-    type(wheelset_type), intent(in) :: w
-    type(motion_type), intent(in) :: from, to
-
-    energy_change = 0.5_dp*sum(w%inertia()*(to%v - from%v)*(to%v + from%v)) + w%weight()*(to%q(2) - from%q(2)) &
-      - (to%work - from%work)
-  end function energy_change
 
   !> Gap of contact i at the end of a step, relative to a negative gap that an event has left at the start [m].
   pure real(dp) function new_gap(from, to, i)

@@ -1,10 +1,9 @@
-!> Errors as values: a procedure that can fail has an argument
-!> `type(error_type), allocatable, intent(out) :: error`; it is allocated when
-!> something went wrong.  Nothing in the library prints or stops.
+!> Errors as values: a procedure that can fail has an argument `type(error_type), allocatable, intent(out) :: error`; it is
+!> allocated when something went wrong.  Nothing in the library prints or stops.
 module errors
   implicit none
   private
-  public :: error_type, fatal_error, placed
+  public :: error_type, fatal_error
 
   type :: error_type
     character(:), allocatable :: message  !! one line: file, group, variable, expected, found
@@ -24,14 +23,5 @@ contains
       if (iachar(message(i:i)) < 32 .or. iachar(message(i:i)) == 127) error%message(i:i) = '?'
     end do
   end subroutine fatal_error
-
-  !> A message with the file that it is about before it.
-  pure function placed(file, message) result(words)
-    character(*), intent(in) :: file, message
-    character(len(file) + 2 + len(message)) :: words
-
-    words = file//': '//message
-    if (index(message, '&') == 1) words = file//', '//message
-  end function placed
 
 end module errors

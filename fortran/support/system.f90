@@ -7,7 +7,7 @@ module system
   private
   public :: on_terminal, read_file, say, c_write, survive_long_files, scratch_file, same_file, lacks_folder
 
-  !> Of outputs that are given no name; no other folder is made.
+  !> The folder of outputs that are given no name; no other folder is made.
   character(*), parameter, public :: default_folder = 'outputs'
 
   !> A file that is written under another name beside its own, `file.ldbench-part` and a number, and renamed over the old
@@ -16,12 +16,12 @@ module system
   !> same folder, and is removed.
   type :: scratch_file
     private
-    character(:), allocatable :: name     !! that it gets
-    character(:), allocatable :: scratch  !! that it has until then
+    character(:), allocatable :: name     !! path of the complete file
+    character(:), allocatable :: scratch  !! path until then
     type(c_ptr) :: stream = c_null_ptr
     integer(c_int) :: mode = 0            !! permissions of the file that it replaces, negative where there is none
-    logical :: named = .false.            !! it is in its folder
-    logical, public :: ok = .false.       !! all went well so far
+    logical :: named = .false.            !! whether the scratch file is in its folder
+    logical, public :: ok = .false.       !! whether all went well so far
   contains
     procedure :: begin
     procedure, private :: put_text, put_words
@@ -32,7 +32,7 @@ module system
   end type scratch_file
 
   character(*), parameter :: part = '.ldbench-part'
-  integer, parameter :: writers = 100     ! of one file at the same time, at most: numbers have two digits
+  integer, parameter :: writers = 100     ! writers of one file at the same time, at most: numbers have two digits
   integer(c_int), parameter :: lock = 2, lock_now = lock + 4   ! LOCK_EX, LOCK_EX + LOCK_NB
 
   !> Linux's struct statx, the same on all processors.
@@ -145,17 +145,16 @@ module system
 
 contains
 
-  !> All of a file, or of standard input when `path` is '-'; at once, and, unlike Fortran's own
-  !> reading, in several threads.  `opened` and `ok` tell what failed.
+  !> All of a file, or of standard input when `path` is '-'; at once, and, unlike Fortran's own reading, in several threads.
+  !> `opened` and `ok` tell what failed.
   subroutine read_file(path, bytes, opened, ok)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: bytes
     logical, intent(out) :: opened, ok
     type(c_ptr) :: file
-    integer(c_size_t) :: got
     integer, parameter :: longest = 2**28  ! no file of ours is longer [bytes]
     character(:), allocatable :: grown
-    integer :: n, stat, ignored
+    integer :: n, got, stat, ignored
 
     if (path == '-') then
       file = c_fdopen(0_c_int, 'r'//c_null_char)
@@ -174,8 +173,8 @@ contains
         grown(:n) = bytes
         call move_alloc(grown, bytes)
       end if
-      got = c_fread(bytes(n + 1:), 1_c_size_t, int(len(bytes) - n, c_size_t), file)
-      n = n + int(got)
+      got = int(c_fread(bytes(n + 1:), 1_c_size_t, int(len(bytes) - n, c_size_t), file))
+      n = n + got
       ok = c_ferror(file) == 0 .and. n < longest
       if (got == 0) exit
     end do
@@ -193,10 +192,9 @@ contains
       call look('', y, descriptor=0_c_int)
     else
       call look(b, y)
-      same_file = resolved(a) == resolved(b)
-      if (same_file) return
     end if
     same_file = are_one(x, y)
+    if (.not. same_file .and. b /= '-') same_file = resolved(a) == resolved(b)
   end function same_file
 
   pure logical function are_one(x, y)
@@ -211,17 +209,15 @@ contains
     type(statx_type), intent(out) :: found
     integer(c_int), intent(in), optional :: descriptor
     integer(c_int), parameter :: here = -100, open_one = 4096, basic = 2047   ! AT_FDCWD, AT_EMPTY_PATH, STATX_BASIC_STATS
-    integer(c_int) :: status
 
     if (present(descriptor)) then
-      status = c_statx(descriptor, c_null_char, open_one, basic, found)
-    else
-      status = c_statx(here, path//c_null_char, 0_c_int, basic, found)
+      if (c_statx(descriptor, c_null_char, open_one, basic, found) /= 0) found%links = -1
+    else if (c_statx(here, path//c_null_char, 0_c_int, basic, found) /= 0) then
+      found%links = -1
     end if
-    if (status /= 0) found%links = -1
   end subroutine look
 
-  !> The absolute path without links; of a file to come, its folder's.
+  !> The absolute path without links; for a file to come that of its folder, and its name.
   function resolved(path) result(absolute)
     character(*), intent(in) :: path
     integer, parameter :: path_max = 4096
@@ -238,8 +234,7 @@ contains
       absolute = buffer(:index(buffer, c_null_char) - 1)//absolute(n:length)
       exit
     end do
-    length = len_trim(absolute)
-    absolute(length:) = ''
+    absolute(len_trim(absolute):) = ''
   end function resolved
 
   !> Whether standard error goes to a terminal.
@@ -257,24 +252,17 @@ contains
       index(file, '/', back=.true.) == len(default_folder) + 1
   end function lacks_folder
 
-  !> Make the default folder, if that is what a file lacks; opening the file tells whether that went well.
-  subroutine make_folder(file)
-    character(*), intent(in) :: file
-    integer(c_int), parameter :: all_may = int(o'777', c_int)   ! less what the process's umask forbids
-    integer(c_int) :: ignored
-
-    if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, all_may)
-  end subroutine make_folder
-
   !> Begin a file; the default folder is made for it. A folder or a device is not written over.
   subroutine begin(this, file)
     class(scratch_file), intent(inout) :: this
     character(*), intent(in) :: file
     integer, parameter :: kind_bits = int(o'170000'), regular = int(o'100000'), permissions = int(o'777')
     integer(c_int), parameter :: of_writer = int(o'600', c_int)
+    integer(c_int), parameter :: all_may = int(o'777', c_int)   ! less what the process's umask forbids
     type(statx_type) :: old, new
     type(c_ptr) :: stream
     character(:), allocatable :: path
+    character(2) :: number
     integer(c_int) :: ignored
     integer :: k
 
@@ -284,10 +272,11 @@ contains
     if (.not. this%ok) return
     this%mode = -1
     if (old%links > 0) this%mode = iand(int(old%mode), permissions)
-    call make_folder(file)
+    if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, all_may)
     this%name = trim(resolved(file))
     do k = 0, writers - 1
-      path = this%name//part//achar(iachar('0') + k/10)//achar(iachar('0') + mod(k, 10))
+      write (number, '(i2.2)') k
+      path = this%name//part//number
       call remove_left(path)
       if (c_associated(this%stream)) cycle
       ! A new one: no other thread may be at it.
@@ -387,7 +376,7 @@ contains
     ok = from > len(text)
   end subroutine say
 
-  !> A file larger than the process may write is an error as others are, and no end by a signal.
+  !> Let a file that grows larger than the process may write be an error like others, and no end by a signal.
   subroutine survive_long_files()
     integer(c_int), parameter :: sigxfsz = 25
     type(c_funptr) :: ignored

@@ -1,5 +1,4 @@
-!> Small text helpers: numbers from words, words from numbers, reading a whole
-!> file, checksums.
+!> Small text helpers: numbers from words, words from numbers, reading a whole file, checksums.
 !>
 !> No function of the core has a result of deferred length: gfortran keeps that length in static memory wherever such a
 !> function is called, so that two threads exchange the lengths of their texts. A result has a length that follows from
@@ -78,24 +77,39 @@ contains
     is_number = mark + exponent < 300 .or. word(mark + 1:mark + 1) == '-'
   end function is_number
 
-  !> The fewest digits that read back to the same number.
+  !> The fewest digits that read back to the same number, by bisection.
   pure function shortest(x) result(word)
     real(dp), intent(in) :: x
     character(40) :: word
-    character(12) :: form
-    integer :: digits
+    integer :: too_few, enough, digits
     real(dp) :: back
-    logical :: ok, plain
+    logical :: ok
+
+    too_few = 0
+    enough = 20
+    do while (enough - too_few > 1)
+      digits = (too_few + enough)/2
+      word = with_digits(x, digits)
+      call to_real(trim(word), back, ok)
+      if (ok) ok = abs(back - x) <= 0
+      if (ok) enough = digits
+      if (.not. ok) too_few = digits
+    end do
+    word = with_zero(with_digits(x, enough))
+  end function shortest
+
+  !> A number with so many digits after its point.
+  pure function with_digits(x, digits) result(word)
+    real(dp), intent(in) :: x
+    integer, intent(in) :: digits
+    character(40) :: word
+    character(12) :: form
+    logical :: plain
 
     plain = abs(x) >= 1e-3_dp .and. abs(x) < 1e7_dp .or. abs(x) <= 0
-    do digits = 1, 20
-      write (form, '(a,i0,a)') merge('(f0. ', '(es0.', plain), digits, merge(')  ', 'e0)', plain)
-      write (word, form) x
-      call to_real(trim(word), back, ok)
-      if (.not. ok .or. abs(back - x) <= 0) exit
-    end do
-    word = with_zero(word)
-  end function shortest
+    write (form, '(a,i0,a)') merge('(f0. ', '(es0.', plain), digits, merge(')  ', 'e0)', plain)
+    write (word, form) x
+  end function with_digits
 
   pure function str_real(x) result(word)
     real(dp), intent(in) :: x

@@ -1,18 +1,17 @@
 !> Functions of (q, u, roll), one per zone of a contact table, on axes that are halved where the spline errs.
 !>
-!> A cubic spline through values of f misses f by at most d^4 f''''/384 in a cell of length d and its slope by
-!> d^3 f'''' sqrt(3)/216 (errors of Hermite's interpolation; C. A. Hall, J. Approx. Theory 1 (1968) 209-218); f'''' is the
-!> jump of the spline's third derivative at a point over the distance of the neighbouring cells' middles.
+!> In a cell of length d a cubic spline through values of f misses f by about d^4 f''''/384 and the slope by
+!> d^3 f'''' sqrt(3)/216: this is the error of Hermite's interpolation, which the spline has between equally spaced points
+!> (C. A. Hall, J. Approx. Theory 1 (1968) 209-218). The fourth derivative is estimated by the jump of the spline's third
+!> derivative at a point over the distance between the middles of the neighbouring cells.
 !>
 !> An extension of `gridded_function` says how values are computed and how an error of them changes the force.
 module adaptive_grid
   use bspline, only: axis_type, graded_points, new_axis, third_jumps
-  use wheel_rail_pair, only: pair_type
-  use contact_zones, only: zone_type
   use kinds, only: dp
   use contact_table, only: table_type, zone_pose
   use progress, only: goes_on, monitor_type, share_of_round
-  use service_poses, only: error_allowance, extent_type, find_reach, force_floor, hertz_factor, roll_lever
+  use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, request_type, roll_lever
   implicit none
   private
   public :: grid_type, gridded_function, rules_type, axis_errors
@@ -45,11 +44,8 @@ module adaptive_grid
 
   !> A function of every zone, whose errors are judged by the force of poses that a run can reach.
   type, abstract :: gridded_function
-    type(pair_type), pointer :: pair => null()
-    type(zone_type), pointer :: zones(:) => null()
+    type(request_type) :: request
     type(table_type), pointer :: table => null()
-    type(extent_type) :: extent
-    real(dp) :: e_star = 0                   !! [Pa]
     real(dp) :: tolerance = 0                !! error allowed in service, relative to the force
     real(dp) :: rollover_factor = 1          !! multiplies the error allowance in rolling over
     logical :: halve_q = .true.              !! whether cells of q may be halved in this round
@@ -96,7 +92,7 @@ contains
   subroutine adapt(values, rules, share, stopped, watcher)
     class(gridded_function), intent(inout) :: values
     type(rules_type), intent(in) :: rules
-    real(dp), intent(in) :: share(2)       !! of the progress, where it begins and ends
+    real(dp), intent(in) :: share(2)       !! share of the progress at the begin and at the end
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
     integer :: round
@@ -230,12 +226,12 @@ contains
             if (.not. g%known(m, i, j)) cycle
             depth = g%q%x(m)**2
             pose = zone_pose(this%table%zones(z), g%u%x(i), h(i, j) - depth, g%roll%x(j))
-            allowance = error_allowance(this%pair, this%extent, pose, with_margin)
+            allowance = error_allowance(this%request, pose, with_margin)
             if (allowance <= 0) cycle
             if (allowance > 1) allowance = this%rollover_factor*allowance
-            call find_reach(this%table, this%extent, z, depth, pose, with_margin, reachable, deepest_other)
+            call find_reach(this%table, this%request%extent, z, depth, pose, with_margin, reachable, deepest_other)
             if (reachable) weight(m, i, j) = 1/(this%tolerance*allowance*max(force(m, i, j), force_floor, &
-              hertz_factor*this%e_star*max(deepest_other, 0.0_dp)**1.5_dp))
+              estimated_force(this%request%e_star, deepest_other)))
           end do
         end do
       end do

@@ -143,6 +143,18 @@ contains
     end associate
   end subroutine axis_basis
 
+  !> Compute the B-splines at many points, without their second derivatives.
+  pure subroutine axis_bases(axis, x, basis)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: x(:)
+    type(basis_type), intent(out) :: basis(:)
+    integer :: i
+
+    do i = 1, size(x)
+      call axis_basis(axis, x(i), basis(i), second=.false.)
+    end do
+  end subroutine axis_bases
+
   !> Compute the coefficients c(n + 2, m) of the m splines through values f(n, m) at the points of an axis. They are NaN if
   !> the system is singular.
   subroutine fit_axis(axis, f, c)
@@ -268,16 +280,14 @@ contains
     type(axis_type), intent(in) :: x, y
     real(dp), intent(in) :: c(:, :), u(:), v(:)
     real(dp), intent(out) :: f(:, :)
-    type(basis_type) :: bx(size(u)), by
+    type(basis_type) :: bx(size(u)), by(size(v))
     integer :: i, j
 
-    do i = 1, size(u)
-      call axis_basis(x, u(i), bx(i), .false.)
-    end do
+    call axis_bases(x, u, bx)
+    call axis_bases(y, v, by)
     do j = 1, size(v)
-      call axis_basis(y, v(j), by, .false.)
       do i = 1, size(u)
-        f(i, j) = spline_2d_value(c, bx(i), by)
+        f(i, j) = spline_2d_value(c, bx(i), by(j))
       end do
     end do
   end subroutine spline_2d_at
@@ -289,20 +299,16 @@ contains
     real(dp), intent(in) :: c(:, :, :), u(:), v(:), w(:)
     real(dp), intent(out) :: f(:, :, :)
     real(dp) :: plane(size(c, 1), size(c, 2)), line(size(c, 1))
-    type(basis_type) :: bx(size(u)), by(size(v)), bz
+    type(basis_type) :: bx(size(u)), by(size(v)), bz(size(w))
     integer :: i, j, k, l
 
-    do i = 1, size(u)
-      call axis_basis(x, u(i), bx(i), .false.)
-    end do
-    do j = 1, size(v)
-      call axis_basis(y, v(j), by(j), .false.)
-    end do
+    call axis_bases(x, u, bx)
+    call axis_bases(y, v, by)
+    call axis_bases(z, w, bz)
     do k = 1, size(w)
-      call axis_basis(z, w(k), bz, .false.)
       plane = 0
       do l = 1, 4
-        plane = plane + bz%b(l, 0)*c(:, :, bz%i + l - 1)
+        plane = plane + bz(k)%b(l, 0)*c(:, :, bz(k)%i + l - 1)
       end do
       do j = 1, size(v)
         line = 0

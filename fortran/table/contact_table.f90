@@ -12,6 +12,7 @@
 module contact_table
   use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_value, spline_3d
   use kinds, only: dp
+  use wheel_rail_pair, only: rolled
   implicit none
   private
   public :: zone_table, table_type, accuracy_type, roll_type, bound_heights, find_roll, wheel_potential, &
@@ -24,10 +25,10 @@ module contact_table
     real(dp) :: pole(2) = 0             !! wheelset frame [m]
     real(dp) :: origin(2) = 0           !! u, w of the pole in the reference pose [m]
     real(dp) :: ceiling = 0             !! Z of the pole above which nothing touches [m]
-    type(axis_type) :: u, roll, q
+    type(axis_type) :: u, q
     real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u)
     real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u)
-    real(dp), allocatable :: h_bound(:, :)   !! upper bound of h in (bin of u, cell of roll) [m]
+    real(dp), allocatable :: h_bound(:, :)   !! upper bound of h in (bin of u, cell of roll angle) [m]
     real(dp) :: bins_per_metre = 0      !! bins of `h_bound` per metre of u
   end type zone_table
 
@@ -42,6 +43,7 @@ module contact_table
 
   type :: table_type
     character(:), allocatable :: key    !! everything that the table depends on
+    type(axis_type) :: roll             !! roll angle of all zones [rad]
     type(zone_table), allocatable :: zones(:)
     type(accuracy_type) :: accuracy
     integer :: solutions(2) = 0         !! half-space solutions in the table, and those that did not converge
@@ -70,19 +72,24 @@ contains
     type(zone_table), intent(inout) :: t
     integer, parameter :: n_bins = 256
     type(basis_type) :: first, last
+    real(dp) :: highest(size(t%h, 1))
     integer :: i, j
 
     t%bins_per_metre = n_bins*(1 - epsilon(1.0_dp))/(t%u%high - t%u%low)
     if (allocated(t%h_bound)) deallocate (t%h_bound)
-    allocate (t%h_bound(n_bins, t%roll%n - 1))
+    allocate (t%h_bound(n_bins, size(highest) - 3))
     do j = 1, n_bins
       call axis_basis(t%u, t%u%low + (j - 1)/t%bins_per_metre, first)
       call axis_basis(t%u, min(t%u%low + j/t%bins_per_metre, t%u%high), last)
       ! One more cell on either side covers rounding.
       first%i = max(first%i - 1, 1)
       last%i = min(last%i + 1, t%u%n - 1)
-      do i = 1, t%roll%n - 1
-        t%h_bound(j, i) = maxval(t%h(i:i + 3, first%i:last%i + 3))
+      highest = t%h(:, first%i)
+      do i = first%i + 1, last%i + 3
+        highest = max(highest, t%h(:, i))
+      end do
+      do i = 1, size(t%h_bound, 2)
+        t%h_bound(j, i) = maxval(highest(i:i + 3))
       end do
     end do
   end subroutine bound_heights
@@ -97,14 +104,14 @@ contains
     integer, intent(out) :: status
 
     status = outside_roll
-    if (.not. (axis_holds(t%zones(1)%roll, angle) .and. axis_holds(t%zones(1)%roll, -angle))) return
+    if (.not. (axis_holds(t%roll, angle) .and. axis_holds(t%roll, -angle))) return
     status = inside
     roll%cosine = cos(angle)
     roll%sine = sin(angle)
     opposite%cosine = roll%cosine
     opposite%sine = -roll%sine
-    call axis_basis(t%zones(1)%roll, angle, roll%basis, tangent)
-    call axis_basis(t%zones(1)%roll, -angle, opposite%basis, tangent)
+    call axis_basis(t%roll, angle, roll%basis, tangent)
+    call axis_basis(t%roll, -angle, opposite%basis, tangent)
   end subroutine find_roll
 
   !> Compute the elastic energy [J] of the left wheel's tread and flange, its gradients with respect to the pose
@@ -113,7 +120,7 @@ contains
   pure subroutine wheel_potential(t, pose, roll, tangent, energy, gradient, hessian, status)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
-    type(roll_type), intent(in) :: roll    !! of the pose
+    type(roll_type), intent(in) :: roll    !! roll of the pose
     logical, intent(in) :: tangent         !! whether the Hessian is wanted
     real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
     integer, intent(out) :: status
@@ -194,7 +201,7 @@ contains
   pure real(dp) function zone_penetration(t, pose, roll) result(p)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)
-    type(roll_type), intent(in) :: roll    !! of the pose
+    type(roll_type), intent(in) :: roll    !! roll of the pose
     type(basis_type) :: bu
     real(dp) :: arm(2), u, w
 
@@ -212,8 +219,7 @@ contains
     real(dp), intent(in) :: u, w, roll     !! [m, rad]
     real(dp) :: pose(3)
 
-    pose = [(t%origin(1) + u)*t%along + (t%origin(2) + w)*[-t%along(2), t%along(1)] &
-      - [t%pole(1)*cos(roll) - t%pole(2)*sin(roll), t%pole(1)*sin(roll) + t%pole(2)*cos(roll)], roll]
+    pose = [(t%origin(1) + u)*t%along + (t%origin(2) + w)*[-t%along(2), t%along(1)] - rolled(t%pole, roll), roll]
   end function zone_pose
 
   !> Return the vector from the axle centre to the pole, track frame [m].

@@ -7,13 +7,11 @@ module halfspace_correction
   use adaptive_grid, only: adapt, axis_errors, brackets, find_cell_errors, first_roll, first_u, grading, gridded_function, &
     grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, united, weigh_errors
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis, spline_2d_at, spline_3d_at
-  use contact_zones, only: zone_type
-  use wheel_rail_pair, only: pair_type
   use kinds, only: dp
   use patch_grids, only: elements_type, new_elements
   use contact_table, only: bound_heights, table_type, zone_table
   use progress, only: monitor_type
-  use service_poses, only: extent_type, hertz_factor
+  use service_poses, only: estimated_force, request_type
   use table_sampling, only: sample_ratios
   implicit none
   private
@@ -23,7 +21,7 @@ module halfspace_correction
   type :: solved_type
     logical, allocatable :: open(:, :, :)       !! to be solved, if a run reaches the pose; (q, u, roll)
     real(dp), allocatable :: area(:, :, :, :)   !! pressed by a single patch, else negative: (3, q, u, roll)
-    real(dp), allocatable :: weight(:, :, :)    !! of an error of the ratio; 0 where it is not known
+    real(dp), allocatable :: weight(:, :, :)    !! weight of an error of the ratio; 0 where the weight is not known
   end type solved_type
 
   type, extends(gridded_function) :: ratio_type
@@ -50,43 +48,36 @@ module halfspace_correction
 
 contains
 
-  !> Compute the ratios of all zones of a table of strips, to `accuracy` of the force.
-  subroutine solve_ratios(pair, zones, e_star, extent, accuracy, most, table, ratio, solutions, share, stopped, watcher)
-    type(pair_type), intent(in), target :: pair
-    type(zone_type), intent(in), target :: zones(:)
-    real(dp), intent(in) :: e_star           !! [Pa]
-    type(extent_type), intent(in) :: extent
-    real(dp), intent(in) :: accuracy
-    integer, intent(in) :: most(3)           !! points of u, roll, q, at most
+  !> Compute the ratios of all zones of a table of strips.
+  subroutine solve_ratios(request, accuracy, table, ratio, solutions, share, stopped, watcher)
+    type(request_type), intent(in) :: request
+    real(dp), intent(in) :: accuracy         !! error of the force that the ratios may cause, relative to the force
     type(table_type), intent(in), target :: table
     type(grid_type), allocatable, intent(out) :: ratio(:)
     integer, intent(inout) :: solutions(2)   !! poses solved, and those that did not converge
-    real(dp), intent(in) :: share(2)         !! of the progress, where it begins and ends
+    real(dp), intent(in) :: share(2)         !! share of the progress at the begin and at the end
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
     type(ratio_type) :: c
     integer :: z, n(3)
 
-    allocate (c%grid(size(zones)), c%solved(size(zones)))
-    c%pair => pair
-    c%zones => zones
+    allocate (c%grid(size(table%zones)), c%solved(size(table%zones)))
+    c%request = request
     c%table => table
-    c%extent = extent
-    c%e_star = e_star
     c%tolerance = accuracy
     do z = 1, 2
-      c%elements(z) = new_elements(elements_x(z), elements_s, tolerance(z), e_star)
+      c%elements(z) = new_elements(elements_x(z), elements_s, tolerance(z), request%e_star)
     end do
-    n = min(first_points, most)
-    do z = 1, size(zones)
+    n = min(first_points, request%most)
+    do z = 1, size(table%zones)
       associate (t => table%zones(z))
-        c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%flange, n(1)), first_roll(extent, n(2)), &
+        c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%flange, n(1)), first_roll(request%extent, n(2)), &
           new_axis(first_depths(n(3), t%q%high)), &
           [merge(4*least_u, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
         call start_solved(c%grid(z), c%solved(z))
       end associate
     end do
-    call adapt(c, rules_type(most, most_rounds, rounds_q), share, stopped, watcher)
+    call adapt(c, rules_type(request%most, most_rounds, rounds_q), share, stopped, watcher)
     solutions = c%solutions
     call move_alloc(c%grid, ratio)
   end subroutine solve_ratios
@@ -99,9 +90,9 @@ contains
 
     solutions = 0
     associate (g => this%grid(z), s => this%solved(z))
-      call sample_ratios(this%pair, this%zones, z, this%elements(merge(2, 1, this%zones(z)%flange)), this%table, this%extent, &
-        g%roll%x(j), g%u%x, heights(this%table%zones(z), g%u%x, g%roll%x(j)), g%q%x, s%open(:, :, j), g%f(:, :, j), &
-        g%known(:, :, j), s%area(:, :, :, j), solutions)
+      call sample_ratios(this%request, z, this%elements(merge(2, 1, this%table%zones(z)%flange)), this%table, g%roll%x(j), &
+        g%u%x, heights(this%table, z, g%u%x, g%roll%x(j)), g%q%x, s%open(:, :, j), g%f(:, :, j), g%known(:, :, j), &
+        s%area(:, :, :, j), solutions)
     end associate
     !$omp critical
     this%solutions = this%solutions + solutions
@@ -133,10 +124,10 @@ contains
       allocate (force, inner, mold=g%f)
       allocate (h(g%u%n, g%roll%n))
       do j = 1, g%roll%n
-        h(:, j) = heights(this%table%zones(z), g%u%x, g%roll%x(j))
+        h(:, j) = heights(this%table, z, g%u%x, g%roll%x(j))
       end do
       do m = 1, g%q%n
-        force(m, :, :) = hertz_factor*this%e_star*(g%q%x(m)**2)**1.5_dp
+        force(m, :, :) = estimated_force(this%request%e_star, g%q%x(m)**2)
       end do
       call weigh_errors(this, z, h, force, .true., s%weight)
       call weigh_errors(this, z, h, force, .false., inner)
@@ -148,13 +139,14 @@ contains
 
   !> Return h of a zone at many u, rounded to 10 nm. A solution starts from its neighbour's, so that the last digits of the
   !> spline, which another processor rounds otherwise, would grow along a row until other cells are halved.
-  pure function heights(t, u, roll) result(h)
-    type(zone_table), intent(in) :: t
+  pure function heights(table, z, u, roll) result(h)
+    type(table_type), intent(in) :: table
+    integer, intent(in) :: z
     real(dp), intent(in) :: u(:), roll
     real(dp), parameter :: step = 1e-8_dp      ! [m]
     real(dp) :: h(size(u)), line(1, size(u))
 
-    call spline_2d_at(t%roll, t%u, t%h, [roll], u, line)
+    call spline_2d_at(table%roll, table%zones(z)%u, table%zones(z)%h, [roll], u, line)
     h = anint(line(1, :)/step)*step
   end function heights
 
@@ -305,9 +297,9 @@ contains
 
   !> Turn a zone's table of strips into one of half-spaces, on axes with the points of both. Points of q below the first of the
   !> strips are left out: so small patches would show the rounding of the profiles' points.
-  subroutine multiply(r, roll, most, t)
+  subroutine multiply(r, old_roll, roll, most, t)
     type(grid_type), intent(in) :: r
-    type(axis_type), intent(in) :: roll    !! the table's and the ratios' points
+    type(axis_type), intent(in) :: old_roll, roll   !! the table's points; the table's and the ratios' points
     integer, intent(in) :: most(3)
     type(zone_table), intent(inout) :: t
     type(axis_type) :: u, q
@@ -316,11 +308,10 @@ contains
     u = united(t%u, r%u, least_u, most(1))
     q = united(t%q, new_axis([0.0_dp, pack(r%q%x, r%q%x > t%q%x(2))]), least_q, most(3))
     allocate (h(roll%n, u%n), s(q%n, roll%n, u%n), c(q%n, roll%n, u%n))
-    call spline_2d_at(t%roll, t%u, t%h, roll%x, u%x, h)
-    call spline_3d_at(t%q, t%roll, t%u, t%s, q%x, roll%x, u%x, s)
+    call spline_2d_at(old_roll, t%u, t%h, roll%x, u%x, h)
+    call spline_3d_at(t%q, old_roll, t%u, t%s, q%x, roll%x, u%x, s)
     call values_at(r, q%x, roll%x, u%x, c)
     t%u = u
-    t%roll = roll
     t%q = q
     call fit_2d(roll, u, h, t%h)
     call fit_3d(q, roll, u, s*c, t%s)

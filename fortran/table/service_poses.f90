@@ -4,23 +4,35 @@
 !> stands on one flange, until the flange's tip is outside the rail's highest point and it has derailed. In every other
 !> pose the contacts are elsewhere, or the wheelset has derailed before.
 module service_poses
-  use wheel_rail_pair, only: pair_type, rolled
+  use contact_zones, only: side_type
+  use wheel_rail_pair, only: mirror, rolled
   use kinds, only: dp
   use contact_table, only: table_type, find_roll, inside, roll_type, zone_penetration
   implicit none
   private
-  public :: extent_type, service_roll, small_roll, largest_roll, tread_share, force_floor, roll_lever, hertz_factor
-  public :: error_allowance, find_reach
+  public :: extent_type, request_type, service_roll, small_roll, largest_roll, tread_share, force_floor, &
+    roll_lever
+  public :: error_allowance, find_reach, estimated_force
 
-  !> Extent of the table, and the clearance that says which part of it is service.
+  !> Extent of the table, which a case may change, and the clearance that says which part of it is service.
   type :: extent_type
     real(dp) :: lateral = 80e-3_dp      !! shift of the wheel to either side [m]
-    real(dp) :: lift = 40e-3_dp         !! of the wheel; higher it cannot touch [m]
-    real(dp) :: drop = 10e-3_dp         !! of the wheel below its running height [m]
+    real(dp) :: lift = 40e-3_dp         !! largest lift of a wheel; higher it cannot touch [m]
+    real(dp) :: drop = 10e-3_dp         !! largest drop of a wheel below its running height [m]
     real(dp) :: roll = 0.5_dp           !! to either side [rad]
     real(dp) :: depth = 2.2e-3_dp       !! largest penetration [m]
-    real(dp) :: clearance = 10e-3_dp    !! of the flanges, one side [m]
+    real(dp) :: clearance = 10e-3_dp    !! flange clearance of one side [m]
   end type extent_type
+
+  !> What a contact table is to be made for.
+  type :: request_type
+    type(side_type), pointer :: side => null()   !! wheel and rail
+    character(9) :: model = ''          !! 'strip', 'hertz' or 'halfspace'
+    real(dp) :: e_star = 0              !! [Pa]
+    type(extent_type) :: extent
+    real(dp) :: accuracy = 0            !! error of the force allowed in service, relative to the force
+    integer :: most(3) = 0              !! points of u, roll and q, at most
+  end type request_type
 
   ! Service: roll angle to either side, lateral displacement beyond the clearance [rad, m].
   real(dp), parameter :: service_roll = 0.02_dp, service_shift = 5e-3_dp
@@ -34,18 +46,24 @@ module service_poses
 
   real(dp), parameter :: force_floor = 5e3_dp   ! errors are relative to the force, but at least to this one [N]
   real(dp), parameter :: roll_lever = 0.75_dp   ! lever of a wheel's force about X [m]
-  ! Hertz's force on an area with a radius of about 0.3 m is 0.7 E* p^1.5: estimates forces not yet known [sqrt(m)].
-  real(dp), parameter :: hertz_factor = 0.7_dp
   ! Splines need some points outside the poses that runs reach [rad, m, m].
   real(dp), parameter :: margin_roll = 0.01_dp, margin_shift = 2e-3_dp, margin_height = 6e-3_dp
 
 contains
 
+  !> Estimate the force [N] of a contact, not known yet, at a penetration [m]: Hertz's force on bodies with a relative radius
+  !> of curvature of about 0.3 m.
+  elemental real(dp) function estimated_force(e_star, penetration) result(force)
+    real(dp), intent(in) :: e_star, penetration   !! [Pa, m]
+    real(dp), parameter :: factor = 0.7_dp        ! [sqrt(m)]
+
+    force = factor*e_star*max(penetration, 0.0_dp)**1.5_dp
+  end function estimated_force
+
   !> Error allowance at a pose of the left wheel, relative to the service poses: 1 in service, 10 in rolling over; 0 if
   !> no run reaches the pose.
-  pure real(dp) function error_allowance(pair, extent, pose, with_margin)
-    type(pair_type), intent(in) :: pair
-    type(extent_type), intent(in) :: extent
+  pure real(dp) function error_allowance(request, pose, with_margin)
+    type(request_type), intent(in) :: request
     real(dp), intent(in) :: pose(3)        !! y, z, roll [m, rad]
     logical, intent(in) :: with_margin     !! whether the points around the reachable poses count
     real(dp) :: tip(2), tip_opposite(2), roll_more, shift_more
@@ -54,15 +72,18 @@ contains
     error_allowance = 0
     roll_more = merge(margin_roll, 0.0_dp, with_margin)
     shift_more = merge(margin_shift, 0.0_dp, with_margin)
-    if (abs(pose(3)) <= service_roll + roll_more .and. abs(pose(1)) <= extent%clearance + service_shift + shift_more) then
+    if (abs(pose(3)) <= service_roll + roll_more &
+      .and. abs(pose(1)) <= request%extent%clearance + service_shift + shift_more) then
       error_allowance = 1
     else if (pose(3) > -largest_roll - roll_more .and. pose(3) <= small_roll + roll_more) then
       ! Neither flange is outside its rail's crown; at larger angles the wheelset turns about the left rail.
-      tip = pose(:2) + rolled(pair%flange_tip, pose(3))
-      tip_opposite = [-pose(1), pose(2)] + rolled(pair%flange_tip, -pose(3))
-      reached = max(tip(1), tip_opposite(1)) - pair%crown < tip_margin + shift_more
-      if (pose(3) < -small_roll - roll_more) reached = reached .and. &
-        pose(1) + pair%axle_height*sin(pose(3)) > -shift_more
+      associate (pair => request%side%pair)
+        tip = pose(:2) + rolled(pair%flange_tip, pose(3))
+        tip_opposite = [-pose(1), pose(2)] + rolled(pair%flange_tip, -pose(3))
+        reached = max(tip(1), tip_opposite(1)) - pair%crown < tip_margin + shift_more
+        if (pose(3) < -small_roll - roll_more) reached = reached .and. &
+          pose(1) + pair%axle_height*sin(pose(3)) > -shift_more
+      end associate
       if (reached) error_allowance = rollover_allowance
     end if
   end function error_allowance
@@ -76,7 +97,7 @@ contains
     real(dp), intent(in) :: depth, pose(3)     !! [m, rad]
     logical, intent(in) :: with_margin         !! whether the points around the reachable poses count
     logical, intent(out) :: reachable
-    real(dp), intent(out) :: deepest_other     !! of the left wheel's other zones [m]; negative if none touches
+    real(dp), intent(out) :: deepest_other     !! largest penetration of the left wheel's other zones [m]; negative if none touches
     !> Penetrations of the zones of the left and right wheel (zone, wheel) [m]; without them the table gives them.
     real(dp), intent(in), optional :: depths(:, :)
     type(roll_type) :: roll, opposite
@@ -115,7 +136,7 @@ contains
       if (present(depths)) then
         found = depths(i, 2)
       else
-        found = zone_penetration(table%zones(i), [-pose(1), pose(2), -pose(3)], opposite)
+        found = zone_penetration(table%zones(i), mirror*pose, opposite)
       end if
       reachable = found <= merge(extent%depth, tread, table%zones(i)%flange) + merge(margin_height, 0.0_dp, with_margin)
       if (.not. reachable) return

@@ -10,13 +10,11 @@ module table_builder
     grading, gridded_function, grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, &
     scaled, united, weigh_errors
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis
-  use contact_zones, only: zone_type
-  use wheel_rail_pair, only: pair_type
   use kinds, only: dp
   use contact_table, only: bound_heights, table_type, zone_table
   use progress, only: monitor_type
   use halfspace_correction, only: multiply, solve_ratios
-  use service_poses, only: extent_type, roll_lever
+  use service_poses, only: request_type, roll_lever
   use table_sampling, only: reference_shift, sample_row
   implicit none
   private
@@ -29,7 +27,6 @@ module table_builder
 
   !> S of strips or of Hertzian contacts, and h.
   type, extends(gridded_function) :: energy_type
-    character(:), allocatable :: law       !! 'strip' or 'hertz'
     type(heights_type), allocatable :: touching(:)
   contains
     procedure :: sample
@@ -51,16 +48,9 @@ module table_builder
 
 contains
 
-  !> Tabulate all zones of a pair for a normal model, to `accuracy` of max(force, 5 kN), with at most `most` points along u,
-  !> roll and the root of the depth. If the watcher asks to stop, the table is not complete.
-  subroutine build_table(pair, zones, model, e_star, extent, accuracy, most, key, table, watcher)
-    type(pair_type), intent(in), target :: pair
-    type(zone_type), intent(in), target :: zones(:)
-    character(*), intent(in) :: model      !! 'strip', 'hertz' or 'halfspace'
-    real(dp), intent(in) :: e_star         !! [Pa]
-    type(extent_type), intent(in) :: extent
-    real(dp), intent(in) :: accuracy
-    integer, intent(in) :: most(3)
+  !> Tabulate all zones of a side. If the watcher asks to stop, the table is not complete.
+  subroutine build_table(request, key, table, watcher)
+    type(request_type), intent(in) :: request
     character(*), intent(in) :: key
     type(table_type), intent(out), target :: table
     class(monitor_type), intent(inout), optional :: watcher
@@ -68,54 +58,52 @@ contains
     type(grid_type), allocatable :: ratio(:)
     type(rules_type) :: rules
     type(axis_type) :: roll
-    integer :: z
-    logical :: stopped
+    integer :: z, n
+    logical :: stopped, halfspace
 
+    n = size(request%side%zones)
+    halfspace = request%model == 'halfspace'
     table%key = key
-    allocate (table%zones(size(zones)), energy%grid(size(zones)), energy%touching(size(zones)))
-    energy%pair => pair
-    energy%zones => zones
+    allocate (table%zones(n), energy%grid(n), energy%touching(n))
+    energy%request = request
     energy%table => table
-    energy%extent = extent
-    energy%e_star = e_star
-    energy%tolerance = accuracy*share_strip
+    energy%tolerance = request%accuracy*share_strip
     ! With half-spaces the ratio needs the points more.
-    energy%rollover_factor = merge(1.0_dp, rollover_factor, model == 'halfspace')
-    energy%law = model
-    if (model == 'halfspace') energy%law = 'strip'
-    rules = rules_type(most, merge(rounds_hertz, most_rounds, model == 'hertz'), rounds_q, common_roll=.true.)
-    do z = 1, size(zones)
-      call start_zone(energy, z, most)
+    energy%rollover_factor = merge(1.0_dp, rollover_factor, halfspace)
+    rules = rules_type(request%most, merge(rounds_hertz, most_rounds, request%model == 'hertz'), rounds_q, common_roll=.true.)
+    do z = 1, n
+      call start_zone(energy, z)
     end do
-    call adapt(energy, rules, [0.0_dp, merge(progress_strip, 1.0_dp, model == 'halfspace')], stopped, watcher)
+    call adapt(energy, rules, [0.0_dp, merge(progress_strip, 1.0_dp, halfspace)], stopped, watcher)
     if (stopped) return
-    if (model == 'halfspace') then
-      call solve_ratios(pair, zones, e_star, extent, accuracy*share_ratio, most, table, ratio, &
-        table%solutions, [progress_strip, 1.0_dp], stopped, watcher)
+    if (halfspace) then
+      call solve_ratios(request, request%accuracy*share_ratio, table, ratio, table%solutions, [progress_strip, 1.0_dp], &
+        stopped, watcher)
       if (stopped) return
-      roll = energy%grid(1)%roll
-      do z = 1, size(zones)
-        roll = united(roll, ratio(z)%roll, least_roll, most(2))
+      roll = table%roll
+      do z = 1, n
+        roll = united(roll, ratio(z)%roll, least_roll, request%most(2))
       end do
       !$omp parallel do schedule(dynamic)
-      do z = 1, size(zones)
-        call multiply(ratio(z), roll, most, table%zones(z))
+      do z = 1, n
+        call multiply(ratio(z), table%roll, roll, request%most, table%zones(z))
       end do
+      table%roll = roll
     end if
     if (present(watcher)) call watcher%tell('table', 1.0_dp)
   end subroutine build_table
 
   !> Place the coordinates of a zone, and choose the first axes.
-  subroutine start_zone(energy, z, most)
+  subroutine start_zone(energy, z)
     type(energy_type), intent(inout) :: energy
     integer, intent(in) :: z
-    integer, intent(in) :: most(3)
     type(axis_type) :: u, roll, q
     real(dp) :: centre(2), corners(2)
     integer :: i, n(3)
 
-    n = min(first_points, most)
-    associate (pair => energy%pair, zone => energy%zones(z), extent => energy%extent, t => energy%table%zones(z))
+    n = min(first_points, energy%request%most)
+    associate (pair => energy%request%side%pair, zone => energy%request%side%zones(z), extent => energy%request%extent, &
+      t => energy%table%zones(z))
       t%flange = zone%flange
       t%pole = zone%pole
       t%along = [cos(zone%alpha), sin(zone%alpha)]
@@ -141,8 +129,8 @@ contains
 
     associate (g => this%grid(z))
       known = all(g%known(:, :, j), 1)
-      call sample_row(this%pair, this%zones(z), this%law, this%e_star, this%table%zones(z), g%roll%x(j), g%u%x, g%q%x, known, &
-        this%touching(z)%h(:, j), g%f(:, :, j))
+      call sample_row(this%request, z, this%table%zones(z), g%roll%x(j), g%u%x, g%q%x, known, this%touching(z)%h(:, j), &
+        g%f(:, :, j))
       g%known(:, :, j) = spread(known, 1, g%q%n)
     end associate
   end subroutine sample
@@ -152,11 +140,11 @@ contains
     class(energy_type), intent(inout) :: this
     integer :: z
 
+    this%table%roll = this%grid(1)%roll
     !$omp parallel do
     do z = 1, size(this%grid)
       associate (t => this%table%zones(z), g => this%grid(z))
         t%u = g%u
-        t%roll = g%roll
         t%q = g%q
         call fit_2d(g%roll, g%u, transpose(this%touching(z)%h), t%h)
         call fit_3d(g%q, g%roll, g%u, reshape(g%f, [g%q%n, g%roll%n, g%u%n], order=[1, 3, 2]), t%s)

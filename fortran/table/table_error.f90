@@ -11,13 +11,13 @@ module table_error
   use bspline, only: axis_type, spline_2d_at, spline_3d_at
   use contact_zones, only: zone_type
   use strip_law, only: set_moduli, stiffest, zone_energy, zone_force
-  use station_scan, only: new_scan, scan_depth, scan_type, touch
-  use wheel_rail_pair, only: pair_type, rail_point, rolled
+  use station_scan, only: new_scan, scan_depth, scan_type, stretch_around, touch
+  use wheel_rail_pair, only: mirror, pair_type, rail_point, rolled
   use kinds, only: dp
   use halfspace_patches, only: patches_type, press_patches
   use patch_grids, only: elements_type, new_elements
   use contact_table, only: accuracy_type, table_type, find_roll, inside, outside_law, roll_type, wheel_potential, zone_pose
-  use service_poses, only: error_allowance, extent_type, find_reach, force_floor, largest_roll, service_roll, small_roll, &
+  use service_poses, only: error_allowance, find_reach, force_floor, largest_roll, request_type, service_roll, small_roll, &
     tread_share
   implicit none
   private
@@ -45,12 +45,8 @@ contains
 
   !> Fill in the errors of a table, and count its points in service at which a contact would pull. A table of model 'hertz'
   !> has no known error: its force jumps with the station.
-  subroutine measure(pair, zones, model, e_star, extent, table)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
-    character(*), intent(in) :: model
-    real(dp), intent(in) :: e_star         !! [Pa]
-    type(extent_type), intent(in) :: extent
+  subroutine measure(request, table)
+    type(request_type), intent(in) :: request
     type(table_type), intent(inout) :: table
     type(elements_type) :: elements
     type(scan_type) :: scan
@@ -62,33 +58,33 @@ contains
     logical :: usable
 
     table%accuracy = accuracy_type()
-    do z = 1, size(zones)
-      table%accuracy%pulling = table%accuracy%pulling + pulling_points(pair, extent, table, z)
+    do z = 1, size(table%zones)
+      table%accuracy%pulling = table%accuracy%pulling + pulling_points(request, table, z)
     end do
-    if (model == 'hertz') return
+    if (request%model == 'hertz') return
     wanted = strip_poses
-    if (model == 'halfspace') wanted = halfspace_poses
-    scan = new_scan(pair)
-    outline = rail_outline(pair)
+    if (request%model == 'halfspace') wanted = halfspace_poses
+    scan = new_scan(request%side%pair)
+    outline = rail_outline(request%side%pair)
     n = sum(wanted)
     allocate (pose(3, n), error(n), place(n), touching(2, n), solved(n))
     drawn = 0
     do i = 1, most_draws
       if (all(drawn >= wanted)) exit
       ! Draws of all zones alternate between service and rolling over.
-      k = merge(1, 2, modulo(i/size(zones), 2) == 0)
+      k = merge(1, 2, modulo(i/size(table%zones), 2) == 0)
       if (drawn(k) >= wanted(k)) cycle
       n = sum(drawn) + 1
-      call draw_pose(pair, zones, table, extent, outline, i, k == 2, scan, pose(:, n), usable)
+      call draw_pose(request, table, outline, i, k == 2, scan, pose(:, n), usable)
       if (.not. usable) cycle
       drawn(k) = drawn(k) + 1
       place(n) = merge(1, 4, k == 1)
     end do
-    if (model == 'halfspace') elements = new_elements(elements_x, elements_s, tolerance, e_star)
+    if (request%model == 'halfspace') elements = new_elements(elements_x, elements_s, tolerance, request%e_star)
     n = sum(drawn)
     !$omp parallel do schedule(dynamic)
     do i = 1, n
-      call compare_forces(pair, zones, model, e_star, elements, table, pose(:, i), error(i), touching(:, i), solved(i))
+      call compare_forces(request, elements, table, pose(:, i), error(i), touching(:, i), solved(i))
     end do
     table%accuracy%unsolved = count(.not. solved(:n))
     where (place(:n) == 1 .and. touching(2, :n)) place(:n) = merge(3, 2, touching(1, :n))
@@ -104,12 +100,11 @@ contains
 
   !> Count the points of a zone, and the middles of its cells along every axis, that are in service but at which the contact
   !> would pull.
-  integer function pulling_points(pair, extent, table, zone) result(n)
-    type(pair_type), intent(in) :: pair
-    type(extent_type), intent(in) :: extent
+  integer function pulling_points(request, table, zone) result(n)
+    type(request_type), intent(in) :: request
     type(table_type), intent(in) :: table
     integer, intent(in) :: zone
-    real(dp) :: u(2*table%zones(zone)%u%n - 1), roll(2*table%zones(zone)%roll%n - 1), q(2*table%zones(zone)%q%n - 1)
+    real(dp) :: u(2*table%zones(zone)%u%n - 1), roll(2*table%roll%n - 1), q(2*table%zones(zone)%q%n - 1)
     real(dp) :: h(size(roll), 1), s(size(q), size(roll), 1)
     type(roll_type) :: at_roll, opposite
     real(dp) :: pose(3), deepest_other, energy(2), gradient(3, 2), hessian(6)
@@ -119,20 +114,20 @@ contains
     n = 0
     associate (t => table%zones(zone))
       u = with_middles(t%u)
-      roll = with_middles(t%roll)
+      roll = with_middles(table%roll)
       q = with_middles(t%q)
       !$omp parallel do schedule(dynamic) reduction(+:n) private(h, s, pose, at_roll, opposite, deepest_other, energy, &
       !$omp gradient, hessian, j, m, status, reachable)
       do i = 1, size(u)
-        call spline_2d_at(t%roll, t%u, t%h, roll, u(i:i), h)
-        call spline_3d_at(t%q, t%roll, t%u, t%s, q, roll, u(i:i), s)
+        call spline_2d_at(table%roll, t%u, t%h, roll, u(i:i), h)
+        call spline_3d_at(t%q, table%roll, t%u, t%s, q, roll, u(i:i), s)
         do j = 1, size(roll)
           do m = 2, size(q)
             if (s(m, j, 1) > 0) cycle
             pose = zone_pose(t, u(i), h(j, 1) - q(m)**2, roll(j))
             ! The allowance is 1 in service.
-            if (abs(error_allowance(pair, extent, pose, .false.) - 1) > 0) cycle
-            call find_reach(table, extent, zone, q(m)**2, pose, .false., reachable, deepest_other)
+            if (abs(error_allowance(request, pose, .false.) - 1) > 0) cycle
+            call find_reach(table, request%extent, zone, q(m)**2, pose, .false., reachable, deepest_other)
             if (.not. reachable) cycle
             call find_roll(table, roll(j), .false., at_roll, opposite, status)
             call wheel_potential(table, pose, at_roll, .false., energy, gradient, hessian, status)
@@ -169,46 +164,46 @@ contains
   end function rail_outline
 
   !> Compute the i-th pose of the sequence, and whether a run can reach it.
-  subroutine draw_pose(pair, zones, table, extent, outline, i, rolling_over, scan, pose, usable)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
+  subroutine draw_pose(request, table, outline, i, rolling_over, scan, pose, usable)
+    type(request_type), intent(in) :: request
     type(table_type), intent(in) :: table
-    type(extent_type), intent(in) :: extent
     type(outline_type), intent(in) :: outline
     integer, intent(in) :: i
     logical, intent(in) :: rolling_over    !! or in service
     type(scan_type), intent(inout) :: scan !! workspace
     real(dp), intent(out) :: pose(3)
     logical, intent(out) :: usable
-    real(dp) :: x(4), point(2), normal(2), deepest_other, depth, allowance, depths(size(zones), 2)
+    real(dp) :: x(4), point(2), normal(2), deepest_other, depth, allowance, depths(size(table%zones), 2)
     integer :: z, j, station, side
 
-    x = modulo(i*irrational, 1.0_dp)
-    z = 1 + mod(i, size(zones))
-    station = zones(z)%first + nint(x(1)*(zones(z)%last - zones(z)%first))
-    pose(3) = service_roll*(2*x(2) - 1)
-    if (rolling_over) pose(3) = small_roll - (small_roll + largest_roll)*x(2)
-    depth = extent%depth*merge(1.0_dp, tread_share, zones(z)%flange)*x(3)**2
-    call rail_point(pair, pair%angle(station) + pose(3), point, normal, usable)
-    if (.not. usable) return
-    pose(:2) = point - rolled(pair%r(:, station), pose(3)) - depth*normal
-    allowance = error_allowance(pair, extent, pose, .false.)
-    ! A run that leaves the extent of the table stops with an error.
-    usable = allowance >= 1 .and. (allowance > 1 .eqv. rolling_over) .and. &
-      abs(pose(1) + pair%axle_height*sin(pose(3))) <= extent%lateral
-    if (.not. usable) return
-    depths = -1
-    depths(z, 1) = direct_penetration(pair, zones(z), outline, pose, scan)
-    usable = depths(z, 1) > 0 .and. depths(z, 1) <= extent%depth
-    ! The left wheel alone excludes most poses that are out of reach.
-    do side = 1, 2
-      do j = 1, size(zones)
-        if (.not. usable) return
-        if (side == 1 .and. j == z) cycle
-        depths(j, side) = direct_penetration(pair, zones(j), outline, merge(1, -1, [side == 1, .true., side == 1])*pose, scan)
+    associate (pair => request%side%pair, zones => request%side%zones, extent => request%extent)
+      x = modulo(i*irrational, 1.0_dp)
+      z = 1 + mod(i, size(zones))
+      station = zones(z)%first + nint(x(1)*(zones(z)%last - zones(z)%first))
+      pose(3) = service_roll*(2*x(2) - 1)
+      if (rolling_over) pose(3) = small_roll - (small_roll + largest_roll)*x(2)
+      depth = extent%depth*merge(1.0_dp, tread_share, zones(z)%flange)*x(3)**2
+      call rail_point(pair, pair%angle(station) + pose(3), point, normal, usable)
+      if (.not. usable) return
+      pose(:2) = point - rolled(pair%r(:, station), pose(3)) - depth*normal
+      allowance = error_allowance(request, pose, .false.)
+      ! A run that leaves the extent of the table stops with an error.
+      usable = allowance >= 1 .and. (allowance > 1 .eqv. rolling_over) .and. &
+        abs(pose(1) + pair%axle_height*sin(pose(3))) <= extent%lateral
+      if (.not. usable) return
+      depths = -1
+      depths(z, 1) = direct_penetration(pair, zones(z), outline, pose, scan)
+      usable = depths(z, 1) > 0 .and. depths(z, 1) <= extent%depth
+      ! The left wheel alone excludes most poses that are out of reach.
+      do side = 1, 2
+        do j = 1, size(zones)
+          if (.not. usable) return
+          if (side == 1 .and. j == z) cycle
+          depths(j, side) = direct_penetration(pair, zones(j), outline, merge(pose, mirror*pose, side == 1), scan)
+        end do
+        if (usable) call find_reach(table, extent, z, depths(z, 1), pose, .false., usable, deepest_other, depths)
       end do
-      if (usable) call find_reach(table, extent, z, depths(z, 1), pose, .false., usable, deepest_other, depths)
-    end do
+    end associate
   end subroutine draw_pose
 
   !> Return how far a zone of the left wheel lies inside the rail along the zone's normal [m]; -1 if it does not.
@@ -250,11 +245,8 @@ contains
   end function direct_penetration
 
   !> Compare the table's force on the left wheel with the direct one.
-  subroutine compare_forces(pair, zones, model, e_star, elements, table, pose, error, touching, ok)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
-    character(*), intent(in) :: model      !! 'strip' or 'halfspace'
-    real(dp), intent(in) :: e_star         !! [Pa]
+  subroutine compare_forces(request, elements, table, pose, error, touching, ok)
+    type(request_type), intent(in) :: request
     type(elements_type), intent(in) :: elements
     type(table_type), intent(in) :: table
     real(dp), intent(in) :: pose(3)        !! [m, rad]
@@ -268,7 +260,7 @@ contains
     call find_roll(table, pose(3), .false., roll, opposite, status)
     gradient = 0
     if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
-    call direct_force(pair, zones, model, e_star, elements, pose, exact, ok)
+    call direct_force(request, elements, pose, exact, ok)
     touching = abs(exact(1, :)) + abs(exact(2, :)) > 0
     wheel = sum(exact, 2)
     if (status /= inside) gradient = 0
@@ -277,11 +269,8 @@ contains
 
   !> Compute the force [N] (y, z) on tread and flange of the left wheel in a pose, without a table. `ok` is false if a
   !> half-space solution did not converge.
-  subroutine direct_force(pair, zones, model, e_star, elements, pose, force, ok)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
-    character(*), intent(in) :: model      !! 'strip' or 'halfspace'
-    real(dp), intent(in) :: e_star         !! [Pa]
+  subroutine direct_force(request, elements, pose, force, ok)
+    type(request_type), intent(in) :: request     !! of model 'strip' or 'halfspace'
     type(elements_type), intent(in) :: elements   !! of half-spaces
     real(dp), intent(in) :: pose(3)        !! [m, rad]
     real(dp), intent(out) :: force(2, 2)   !! (direction, branch)
@@ -289,46 +278,49 @@ contains
     type(scan_type) :: scan
     type(patches_type) :: patches
     type(zone_type) :: pressed
-    real(dp) :: k(size(pair%s)), part(3), energy, strip(2)
-    integer :: z, branch, first, last
+    real(dp) :: k(size(request%side%pair%s)), part(3), energy, strip(2)
+    integer :: z, branch, first, last, ends(2)
 
-    force = 0
-    strip = 0
-    ok = .true.
-    scan = new_scan(pair)
-    do z = 1, size(zones)
-      scan%fresh = .true.
-      call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, scan)
-      associate (sunk => scan%depth(zones(z)%first:zones(z)%last) > 0)
-        if (.not. any(sunk)) cycle
-        ! The stations inside the rail and their neighbours are pressed.
+    associate (pair => request%side%pair, zones => request%side%zones)
+      force = 0
+      strip = 0
+      ok = .true.
+      scan = new_scan(pair)
+      do z = 1, size(zones)
+        scan%fresh = .true.
+        call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, scan)
+        associate (sunk => scan%depth(zones(z)%first:zones(z)%last) > 0)
+          if (.not. any(sunk)) cycle
+          ! The stations inside the rail and their neighbours are pressed.
+          ends = stretch_around(zones(z)%first, zones(z)%last, sunk)
+        end associate
         pressed = zones(z)
-        pressed%first = max(zones(z)%first, zones(z)%first + findloc(sunk, .true., 1) - 2)
-        pressed%last = min(zones(z)%last, zones(z)%first + findloc(sunk, .true., 1, back=.true.))
-      end associate
-      call set_moduli(pair, pressed, e_star, pose(3), k)
-      branch = merge(2, 1, zones(z)%flange)
-      part = zone_force(pair, pressed, pose(3), scan, k)
-      force(:, branch) = force(:, branch) + part(:2)
-      strip(branch) = strip(branch) + zone_energy(pair, pressed, 'strip', e_star, pose(3), scan, k)
-    end do
-    if (model /= 'halfspace') return
-    do branch = 1, 2
-      if (strip(branch) <= 0) cycle
-      first = minval(zones%first, zones%flange .eqv. branch == 2)
-      last = maxval(zones%last, zones%flange .eqv. branch == 2)
-      scan%fresh = .true.
-      patches%n = 0
-      call scan_depth(pair, pose(:2), pose(3), first, last, scan)
-      call press_patches(pair, elements, first, last, pose(:2), pose(3), scan, patches, energy, ok, part)
-      ok = ok .and. patches%unsolved == 0
-      if (.not. ok) return
-      if (energy < stiffest*strip(branch)) then
-        force(:, branch) = part(:2)
-      else
-        force(:, branch) = stiffest*force(:, branch)
-      end if
-    end do
+        pressed%first = ends(1)
+        pressed%last = ends(2)
+        call set_moduli(pair, pressed, request%e_star, pose(3), k)
+        branch = merge(2, 1, zones(z)%flange)
+        part = zone_force(pair, pressed, pose(3), scan, k)
+        force(:, branch) = force(:, branch) + part(:2)
+        strip(branch) = strip(branch) + zone_energy(pair, pressed, 'strip', request%e_star, pose(3), scan, k)
+      end do
+      if (request%model /= 'halfspace') return
+      do branch = 1, 2
+        if (strip(branch) <= 0) cycle
+        first = minval(zones%first, zones%flange .eqv. branch == 2)
+        last = maxval(zones%last, zones%flange .eqv. branch == 2)
+        scan%fresh = .true.
+        patches%n = 0
+        call scan_depth(pair, pose(:2), pose(3), first, last, scan)
+        call press_patches(pair, elements, first, last, pose(:2), pose(3), scan, patches, energy, ok, part)
+        ok = ok .and. patches%unsolved == 0
+        if (.not. ok) return
+        if (energy < stiffest*strip(branch)) then
+          force(:, branch) = part(:2)
+        else
+          force(:, branch) = stiffest*force(:, branch)
+        end if
+      end do
+    end associate
   end subroutine direct_force
 
 end module table_error

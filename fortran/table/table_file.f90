@@ -1,5 +1,6 @@
 !> Contact tables in files. A file consists of words of 64 bits, of which the last one is a checksum of the others.
 module table_file
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
   use, intrinsic :: iso_fortran_env, only: int64
   use bspline, only: axis_type, new_axis
   use contact_zones, only: max_zones
@@ -36,13 +37,13 @@ contains
     call out%begin(file)
     call put(words_of(magic))
     call put(int([len(table%key), size(table%zones), table%accuracy%poses, table%accuracy%unsolved, &
-      table%accuracy%pulling, table%solutions], int64))
+      table%accuracy%pulling, table%solutions, table%roll%n], int64))
     call put(words_of(table%key))
-    call put_numbers([table%accuracy%rms, table%accuracy%largest])
+    call put_numbers([table%accuracy%rms, table%accuracy%largest, table%roll%x])
     do i = 1, size(table%zones)
       associate (t => table%zones(i))
-        call put(int([merge(1, 0, t%flange), t%u%n, t%roll%n, t%q%n], int64))
-        call put_numbers([t%along, t%pole, t%origin, t%ceiling, t%u%x, t%roll%x, t%q%x])
+        call put(int([merge(1, 0, t%flange), t%u%n, t%q%n], int64))
+        call put_numbers([t%along, t%pole, t%origin, t%ceiling, t%u%x, t%q%x])
         call put_numbers(reshape(t%h, [size(t%h)]))
         call put_numbers(reshape(t%s, [size(t%s)]))
       end associate
@@ -57,7 +58,7 @@ contains
       integer(int64), intent(in) :: words(:)
 
       call out%put(words)
-      call stir(mix, size(words), words)
+      call stir(mix, words)
     end subroutine put
 
     subroutine put_numbers(numbers)
@@ -91,7 +92,7 @@ contains
     else
       read (in%unit, pos=1, iostat=in%stat) mark
       if (in%stat == 0 .and. mark == magic) then
-        call stir(in%mix, size(words_of(mark)), words_of(mark))
+        call stir(in%mix, words_of(mark))
         call read_table(in, key, table, found)
       end if
     end if
@@ -106,23 +107,24 @@ contains
     logical, intent(inout) :: found
     character(:), allocatable :: stored
     real(dp) :: numbers(8)
-    integer(int64) :: head(10)
+    integer(int64) :: head(11)
     integer :: i
 
     stored = repeat(' ', 8*words_for(len(key)))
-    call take_integers(in, size(head), head)
-    if (in%stat /= 0 .or. head(1) /= len(key) .or. head(2) < 1 .or. head(2) > max_zones) return
+    call take(in, head)
+    if (in%stat /= 0 .or. head(1) /= len(key) .or. head(2) < 1 .or. head(2) > max_zones .or. .not. is_extent(head(11))) return
     read (in%unit, iostat=in%stat) stored
     if (in%stat /= 0 .or. stored /= key) return
-    call stir(in%mix, size(words_of(stored)), words_of(stored))
+    call stir(in%mix, words_of(stored))
     table%key = key
     call take_numbers(in, 8, numbers)
     head(3:) = max(0_int64, min(head(3:), int(huge(1), int64)))
     table%accuracy = accuracy_type(int(head(7)), int(head(8)), int(head(3:6)), numbers(:4), numbers(5:))
     table%solutions = int(head(9:10))
+    call take_axis(in, int(head(11)), table%roll)
     allocate (table%zones(head(2)))
     do i = 1, size(table%zones)
-      call read_zone(in, table%zones(i))
+      if (in%stat == 0) call read_zone(in, head(11), table%zones(i))
       if (in%stat /= 0) return
     end do
     read (in%unit, iostat=in%stat) head(1)
@@ -136,14 +138,15 @@ contains
   end subroutine read_table
 
   !> Read the axes and the coefficients of one zone. Whatever the file holds, no more memory is taken than it has bytes.
-  subroutine read_zone(in, t)
+  subroutine read_zone(in, n_roll, t)
     type(reader_type), intent(inout) :: in
+    integer(int64), intent(in) :: n_roll       !! points of the roll angle
     type(zone_table), intent(inout) :: t
     real(dp) :: numbers(7)
-    integer(int64) :: head(4)
+    integer(int64) :: head(3)
 
-    call take_integers(in, 4, head)
-    if (in%stat == 0 .and. any(head(2:4) < 5 .or. head(2:4) > 10000)) in%stat = 1
+    call take(in, head)
+    if (in%stat == 0 .and. .not. all(is_extent(head(2:)))) in%stat = 1
     if (in%stat /= 0) return
     t%flange = head(1) == 1
     call take_numbers(in, 7, numbers)
@@ -152,34 +155,41 @@ contains
     t%origin = numbers(5:6)
     t%ceiling = numbers(7)
     call take_axis(in, int(head(2)), t%u)
-    call take_axis(in, int(head(3)), t%roll)
-    call take_axis(in, int(head(4)), t%q)
-    if (in%stat == 0 .and. 8*product(head(2:4) + 2) > in%bytes) in%stat = 1
+    call take_axis(in, int(head(3)), t%q)
+    if (in%stat == 0 .and. 8*product(head(2:3) + 2)*(n_roll + 2) > in%bytes) in%stat = 1
     if (in%stat /= 0) return
-    allocate (t%h(head(3) + 2, head(2) + 2), t%s(head(4) + 2, head(3) + 2, head(2) + 2), stat=in%stat)
+    allocate (t%h(n_roll + 2, head(2) + 2), t%s(head(3) + 2, n_roll + 2, head(2) + 2), stat=in%stat)
     if (in%stat /= 0) return
     call take_numbers(in, size(t%h), t%h)
     call take_numbers(in, size(t%s), t%s)
   end subroutine read_zone
 
-  subroutine take_integers(in, n, integers)
+  !> Whether an axis may have so many points.
+  elemental logical function is_extent(points)
+    integer(int64), intent(in) :: points
+
+    is_extent = points >= 5 .and. points <= 10000
+  end function is_extent
+
+  !> Read words; they are 0 if the file does not have them.
+  subroutine take(in, words)
     type(reader_type), intent(inout) :: in
-    integer, intent(in) :: n
-    integer(int64), intent(out) :: integers(n)
+    integer(int64), contiguous, intent(out) :: words(:)
 
-    integers = 0
-    if (in%stat == 0) read (in%unit, iostat=in%stat) integers
-    if (in%stat == 0) call stir(in%mix, n, integers)
-  end subroutine take_integers
+    if (in%stat == 0) read (in%unit, iostat=in%stat) words
+    if (in%stat /= 0) words = 0
+    if (in%stat == 0) call stir(in%mix, words)
+  end subroutine take
 
+  !> Read n numbers, whose bits are words.
   subroutine take_numbers(in, n, numbers)
     type(reader_type), intent(inout) :: in
     integer, intent(in) :: n
-    real(dp), intent(out) :: numbers(n)
+    real(dp), target, intent(out) :: numbers(n)
+    integer(int64), pointer, contiguous :: words(:)
 
-    if (in%stat == 0) read (in%unit, iostat=in%stat) numbers
-    if (in%stat /= 0) numbers = 0
-    if (in%stat == 0) call stir_numbers(in%mix, n, numbers)
+    call c_f_pointer(c_loc(numbers), words, [n])
+    call take(in, words)
   end subroutine take_numbers
 
   !> Read the n points of an axis.
@@ -219,36 +229,17 @@ contains
 
   !> Mix words into a checksum that changes with every word. Between two words the generator xorshift64 makes a step
   !> (G. Marsaglia, J. Stat. Softw. 8 (2003) 14), which is invertible and has the period 2^64 - 1.
-  pure subroutine stir(mix, n, words)
+  pure subroutine stir(mix, words)
     integer(int64), intent(inout) :: mix
-    integer, intent(in) :: n
-    integer(int64), intent(in) :: words(n)
+    integer(int64), contiguous, intent(in) :: words(:)
     integer :: i
 
-    do i = 1, n
-      call stir_word(mix, words(i))
+    do i = 1, size(words)
+      mix = ieor(mix, words(i))
+      mix = ieor(mix, shiftl(mix, 13))
+      mix = ieor(mix, shiftr(mix, 7))
+      mix = ieor(mix, shiftl(mix, 17))
     end do
   end subroutine stir
-
-  pure subroutine stir_numbers(mix, n, numbers)
-    integer(int64), intent(inout) :: mix
-    integer, intent(in) :: n
-    real(dp), intent(in) :: numbers(n)
-    integer :: i
-
-    do i = 1, n
-      call stir_word(mix, transfer(numbers(i), mix))
-    end do
-  end subroutine stir_numbers
-
-  pure subroutine stir_word(mix, word)
-    integer(int64), intent(inout) :: mix
-    integer(int64), intent(in) :: word
-
-    mix = ieor(mix, word)
-    mix = ieor(mix, shiftl(mix, 13))
-    mix = ieor(mix, shiftr(mix, 7))
-    mix = ieor(mix, shiftl(mix, 17))
-  end subroutine stir_word
 
 end module table_file

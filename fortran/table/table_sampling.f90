@@ -6,10 +6,10 @@ module table_sampling
   use station_scan, only: keep_feet, new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: pair_type, rolled
   use kinds, only: dp
-  use halfspace_patches, only: expect_area, keep_patches, patches_type, press_patches, pressed_area
+  use halfspace_patches, only: keep_patches, patches_type, press_patches, pressed_area
   use patch_grids, only: elements_type
   use contact_table, only: table_type, zone_pose, zone_table
-  use service_poses, only: extent_type, find_reach, error_allowance
+  use service_poses, only: error_allowance, find_reach, request_type
   implicit none
   private
   public :: sample_row, sample_ratios, reference_shift
@@ -18,25 +18,23 @@ contains
 
   !> Compute h and S of a zone at all u of one roll angle. Beside the rail, where the zone cannot touch, h is extrapolated,
   !> far below any pose in reach, and S is constant.
-  subroutine sample_row(pair, zone, model, e_star, frame, roll, u, q, known, h, s)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zone
-    character(*), intent(in) :: model      !! 'strip' or 'hertz'
-    real(dp), intent(in) :: e_star         !! [Pa]
+  subroutine sample_row(request, z, frame, roll, u, q, known, h, s)
+    type(request_type), intent(in) :: request
+    integer, intent(in) :: z               !! the zone
     type(zone_table), intent(in) :: frame  !! with the pole and the origin
     real(dp), intent(in) :: roll, u(:)     !! [rad, m]
     real(dp), intent(in) :: q(:)           !! from 0 up [sqrt(m)]
     logical, intent(inout) :: known(:)     !! whether h and S at u were computed
     real(dp), intent(inout) :: h(:), s(:, :)   !! [m]; (q, u) [J/m^2.5]
     type(scan_type) :: touching, pressed   ! in the touching pose; pressed in
-    real(dp) :: k(size(pair%s)), across(2), centre(2), shift, station
+    real(dp) :: k(size(request%side%pair%s)), across(2), centre(2), shift, station
     integer :: i, middle, way, last
     logical :: ok
 
-    touching = new_scan(pair)
-    pressed = new_scan(pair)
+    touching = new_scan(request%side%pair)
+    pressed = new_scan(request%side%pair)
     across = [-frame%along(2), frame%along(1)]
-    call set_moduli(pair, zone, e_star, roll, k)
+    call set_moduli(request%side%pair, request%side%zones(z), request%e_star, roll, k)
     middle = minloc(abs(u), 1)
     do way = 1, -1, -2
       ok = .true.
@@ -83,7 +81,9 @@ contains
       real(dp) :: move
 
       centre = (frame%origin(1) + u)*frame%along + (frame%origin(2) + shift)*across - rolled(frame%pole, roll)
-      call touch(pair, touching, zone%first, zone%last, centre, roll, zone%alpha, move, station, ok)
+      associate (zone => request%side%zones(z))
+        call touch(request%side%pair, touching, zone%first, zone%last, centre, roll, zone%alpha, move, station, ok)
+      end associate
       centre = centre + move*across
       shift = shift + move
     end subroutine touch_at
@@ -95,13 +95,13 @@ contains
       type(zone_type) :: active
       integer :: m
 
-      active = zone
+      active = request%side%zones(z)
       call narrow(active%first, active%last, touching%depth + q(size(q))**2)
       call keep_feet(touching, active%first, active%last, pressed)
       do m = size(q), 2, -1
-        call scan_depth(pair, centre - q(m)**2*across, roll, active%first, active%last, pressed)
+        call scan_depth(request%side%pair, centre - q(m)**2*across, roll, active%first, active%last, pressed)
         call narrow(active%first, active%last, pressed%depth)
-        s(m) = zone_energy(pair, active, model, e_star, roll, pressed, k)/q(m)**5
+        s(m) = zone_energy(request%side%pair, active, request%model, request%e_star, roll, pressed, k)/q(m)**5
       end do
       ! S(0) is extrapolated: smaller patches would show the rounding of the profile's points.
       s(1) = s(2)*q(3)*q(4)/((q(2) - q(3))*(q(2) - q(4))) + s(3)*q(2)*q(4)/((q(3) - q(2))*(q(3) - q(4))) &
@@ -112,14 +112,11 @@ contains
 
   !> Compute the ratio of half-space to strip energy at all u and q of one roll angle. Both energies are of the zone's whole
   !> branch (tread or flange), pressed in until the zone's penetration is q^2. Poses that no run reaches are skipped.
-  subroutine sample_ratios(pair, zones, zone, elements, table, extent, roll, u, h, q, open, ratio, known, &
-    area, solutions)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zones(:)
-    integer, intent(in) :: zone
+  subroutine sample_ratios(request, z, elements, table, roll, u, h, q, open, ratio, known, area, solutions)
+    type(request_type), intent(in) :: request
+    integer, intent(in) :: z                !! the zone
     type(elements_type), intent(in) :: elements
     type(table_type), intent(in) :: table   !! of model 'strip'
-    type(extent_type), intent(in) :: extent
     real(dp), intent(in) :: roll, u(:), h(:)   !! [rad, m]; h(u, roll) [m]
     real(dp), intent(in) :: q(:)               !! from 0 up [sqrt(m)]
     logical, intent(inout) :: open(:, :)       !! to be solved, (q, u); false on return
@@ -129,59 +126,61 @@ contains
     integer, intent(inout) :: solutions(2)     !! poses solved so far, and those that did not converge
     type(scan_type) :: scan
     type(patches_type) :: patches, deepest     ! in the last pose; in the deepest pose at the last u
-    real(dp) :: pose(3), k(size(pair%s)), strip, exact, deepest_other
+    real(dp) :: pose(3), k(size(request%side%pair%s)), strip, exact, deepest_other
     type(zone_type) :: active
     integer :: first, last, i, m, n
     logical :: ok, reachable, begun
 
     if (.not. any(open)) return
-    do i = 1, size(u)
-      begun = .false.
-      do m = size(q), 2, -1
-        if (.not. open(m, i)) cycle
-        open(m, i) = .false.
-        pose = zone_pose(table%zones(zone), u(i), h(i) - q(m)**2, roll)
-        if (error_allowance(pair, extent, pose, .true.) <= 0) cycle
-        ! The point is needed if the cell below it is in reach.
-        call find_reach(table, extent, zone, q(m - 1)**2, pose, .true., reachable, deepest_other)
-        if (.not. reachable) cycle
-        if (.not. allocated(scan%depth)) then
-          scan = new_scan(pair)
+    associate (pair => request%side%pair, zones => request%side%zones)
+      do i = 1, size(u)
+        begun = .false.
+        do m = size(q), 2, -1
+          if (.not. open(m, i)) cycle
+          open(m, i) = .false.
+          pose = zone_pose(table%zones(z), u(i), h(i) - q(m)**2, roll)
+          if (error_allowance(request, pose, .true.) <= 0) cycle
+          ! The point is needed if the cell below it is in reach.
+          call find_reach(table, request%extent, z, q(m - 1)**2, pose, .true., reachable, deepest_other)
+          if (.not. reachable) cycle
+          if (.not. allocated(scan%depth)) then
+            scan = new_scan(pair)
+            do n = 1, size(zones)
+              if (zones(n)%flange .eqv. zones(z)%flange) call set_moduli(pair, zones(n), elements%e_star, roll, k)
+            end do
+          end if
+          if (.not. begun) then
+            scan%fresh = .true.
+            first = minval(zones%first, zones%flange .eqv. zones(z)%flange)
+            last = maxval(zones%last, zones%flange .eqv. zones(z)%flange)
+            call keep_patches(deepest, patches)
+          end if
+          ! From one penetration to the next smaller one fewer stations are inside the rail.
+          call scan_depth(pair, pose(:2), roll, first, last, scan)
+          scan%fresh = .false.
+          call narrow(first, last, scan%depth)
+          strip = 0
           do n = 1, size(zones)
-            if (zones(n)%flange .eqv. zones(zone)%flange) call set_moduli(pair, zones(n), elements%e_star, roll, k)
+            if (zones(n)%flange .neqv. zones(z)%flange) cycle
+            active = zones(n)
+            active%first = max(active%first, first)
+            active%last = min(active%last, last)
+            if (active%first < active%last) strip = strip &
+              + zone_energy(pair, active, 'strip', elements%e_star, roll, scan, k)
           end do
-        end if
-        if (.not. begun) then
-          scan%fresh = .true.
-          first = minval(zones%first, zones%flange .eqv. zones(zone)%flange)
-          last = maxval(zones%last, zones%flange .eqv. zones(zone)%flange)
-          call keep_patches(deepest, patches)
-        end if
-        ! From one penetration to the next smaller one fewer stations are inside the rail.
-        call scan_depth(pair, pose(:2), roll, first, last, scan)
-        scan%fresh = .false.
-        call narrow(first, last, scan%depth)
-        strip = 0
-        do n = 1, size(zones)
-          if (zones(n)%flange .neqv. zones(zone)%flange) cycle
-          active = zones(n)
-          active%first = max(active%first, first)
-          active%last = min(active%last, last)
-          if (active%first < active%last) strip = strip &
-            + zone_energy(pair, active, 'strip', elements%e_star, roll, scan, k)
+          if (strip <= 0) cycle
+          if (area(1, m, i) < 0) area(:, m, i) = area_between(m, i)
+          patches%expected = area(:, m, i)
+          call press_patches(pair, elements, first, last, pose(:2), roll, scan, patches, exact, ok)
+          if (.not. begun) call keep_patches(patches, deepest)
+          begun = .true.
+          if (.not. ok) cycle
+          ratio(m, i) = min(exact/strip, stiffest)
+          known(m, i) = .true.
+          area(:, m, i) = pressed_area(patches)
         end do
-        if (strip <= 0) cycle
-        if (area(1, m, i) < 0) area(:, m, i) = area_between(m, i)
-        call expect_area(patches, area(:, m, i))
-        call press_patches(pair, elements, first, last, pose(:2), roll, scan, patches, exact, ok)
-        if (.not. begun) call keep_patches(patches, deepest)
-        begun = .true.
-        if (.not. ok) cycle
-        ratio(m, i) = min(exact/strip, stiffest)
-        known(m, i) = .true.
-        area(:, m, i) = pressed_area(patches)
       end do
-    end do
+    end associate
     solutions = solutions + [patches%poses, patches%unsolved]
 
   contains

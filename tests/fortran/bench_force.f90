@@ -3,10 +3,10 @@
 !> tangent: its loads and multiply-adds alone.
 !>
 !> usage: bench_force input.nml poses rounds repeats stride
-!> Writes, per round, the processor time per pose [s] of force and tangent from the table, force from the
-!> table, direct, half-spaces, half-spaces as a table needs them, floor; table and floor loop `repeats` times over the poses of the binary file
-!> (`read_poses` has its format), the half-spaces take every `stride`-th pose.  The last line has the mean
-!> number of touching zones of both wheels and a sum that keeps the loops alive.
+!> Writes, per round, the processor time per pose [s] of force and tangent from the table, force from the table, direct,
+!> half-spaces, half-spaces as a table needs them, floor; table and floor loop `repeats` times over the poses of the binary
+!> file (`read_poses` has its format), the half-spaces take every `stride`-th pose.  The last line has the mean number of
+!> touching zones of both wheels and a sum that keeps the loops alive.
 program bench_force
   use case, only: case_type
   use shared, only: branch_contact, direct_type, integer_argument, new_direct, read_poses, read_prepared, zone_contact
@@ -15,10 +15,10 @@ program bench_force
   use halfspace_patches, only: patches_type, press_patches
   use patch_grids, only: elements_type, new_elements
   use run_setup, only: setup_type
+  use wheel_rail_pair, only: mirror
   use wheelset, only: contact_state, contacts
   implicit none
   save
-  real(dp), parameter :: mirror(3) = [-1, 1, -1]
   type(case_type) :: c
   type(setup_type) :: setup
   type(direct_type) :: direct
@@ -37,8 +37,8 @@ program bench_force
   allocate (touching(n))
   direct = new_direct(c, setup)
   ! As large as those of a zone, so that they lie as far apart in memory.
-  associate (zone => setup%wheelset%table%zones(1))
-    allocate (coefficients(zone%q%n + 2, zone%roll%n + 2, zone%u%n + 2), heights(zone%roll%n + 2, zone%u%n + 2), &
+  associate (table => setup%wheelset%table, zone => setup%wheelset%table%zones(1))
+    allocate (coefficients(zone%q%n + 2, table%roll%n + 2, zone%u%n + 2), heights(table%roll%n + 2, zone%u%n + 2), &
       source=1e-6_dp)
   end associate
   total = 0

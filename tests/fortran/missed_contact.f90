@@ -6,22 +6,19 @@
 program missed_contact
   use table_error, only: measure
   use case, only: case_type
-  use hertz, only: contact_modulus
   use kinds, only: dp
   use contact_table, only: bound_heights
-  use service_poses, only: extent_type
+  use run_tables, only: table_request
   use shared, only: read_prepared
   use run_setup, only: setup_type
   implicit none
   save
   type(case_type) :: c
-  type(setup_type) :: setup
-  type(extent_type) :: extent
+  type(setup_type), target :: setup
   integer :: k, z
 
   call read_prepared(c, setup)
-  extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%side(1)%clearance)
-  associate (table => setup%wheelset%table, side => setup%side(1))
+  associate (table => setup%wheelset%table)
     do k = 1, 3
       do z = 1, size(table%zones)
         if (k == 3) table%zones(z)%s = -table%zones(z)%s
@@ -29,8 +26,7 @@ program missed_contact
         table%zones(z)%h = table%zones(z)%h - 1.0_dp
         call bound_heights(table%zones(z))
       end do
-      call measure(side%pair, side%zones, trim(c%model), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
-        extent, table)
+      call measure(table_request(c, setup%side(1)), table)
       print '(2es12.4, i8)', table%accuracy%largest(:2), table%accuracy%pulling
     end do
   end associate

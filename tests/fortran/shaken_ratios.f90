@@ -5,18 +5,16 @@
 !> ratios, 1 where the points differ.
 program shaken_ratios
   use case, only: case_type
-  use hertz, only: contact_modulus
   use kinds, only: dp
   use adaptive_grid, only: grid_type
   use halfspace_correction, only: solve_ratios
-  use service_poses, only: extent_type
+  use run_tables, only: table_request
   use shared, only: read_prepared
   use run_setup, only: setup_type
   implicit none
   save
   type(case_type) :: c
-  type(setup_type) :: setup
-  type(extent_type) :: extent
+  type(setup_type), target :: setup
   type(grid_type), allocatable :: ratio(:, :), found(:)
   real(dp), allocatable :: noise(:, :)
   real(dp) :: differ
@@ -24,12 +22,10 @@ program shaken_ratios
   logical :: stopped
 
   call read_prepared(c, setup)
-  extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%side(1)%clearance)
-  associate (table => setup%wheelset%table, side => setup%side(1))
-    allocate (ratio(size(side%zones), 2))
+  associate (table => setup%wheelset%table)
+    allocate (ratio(size(table%zones), 2))
     do k = 1, 2
-      call solve_ratios(side%pair, side%zones, c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), extent, &
-        c%accuracy, [c%n_lateral, c%n_roll, c%n_depth], table, found, solutions, [0.0_dp, 1.0_dp], stopped)
+      call solve_ratios(table_request(c, setup%side(1)), c%accuracy, table, found, solutions, [0.0_dp, 1.0_dp], stopped)
       ratio(:, k) = found
       do z = 1, size(table%zones)
         allocate (noise, mold=table%zones(z)%h)

@@ -11,23 +11,22 @@
 program stated_error
   use table_error, only: direct_force
   use case, only: case_type
-  use hertz, only: contact_modulus
   use kinds, only: dp
   use patch_grids, only: elements_type, new_elements
   use contact_table, only: find_roll, zone_penetration, inside, roll_type, wheel_potential
-  use service_poses, only: extent_type, find_reach, error_allowance
+  use run_tables, only: table_request
+  use service_poses, only: error_allowance, find_reach, request_type
   use shared, only: integer_argument, read_prepared
   use run_setup, only: setup_type
   implicit none
   save
   real(dp), parameter :: least_force = 5e3_dp   ! [N]
   type(case_type) :: c
-  type(setup_type) :: setup
-  type(extent_type) :: extent
+  type(setup_type), target :: setup
+  type(request_type) :: request
   type(elements_type) :: elements
   real(dp), allocatable :: poses(:, :), force(:, :, :), error(:)
   integer, allocatable :: place(:)
-  real(dp) :: e_star
   integer :: i, n, most, in_service
 
   call read_prepared(c, setup)
@@ -37,9 +36,8 @@ program stated_error
   read (*, *) poses
   allocate (force(2, 2, n), error(n), source=0.0_dp)
   allocate (place(n), source=0)
-  e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
-  extent = extent_type(c%lateral, c%lift, c%drop, c%roll_range, c%depth, setup%side(1)%clearance)
-  if (c%model == 'halfspace') elements = new_elements(12, 48, 1e-6_dp, e_star)
+  request = table_request(c, setup%side(1))
+  if (c%model == 'halfspace') elements = new_elements(12, 48, 1e-6_dp, request%e_star)
   in_service = 0
   do i = 1, n
     place(i) = place_of(poses(:, i))
@@ -65,15 +63,15 @@ contains
     logical :: within
 
     place = 0
-    allowance = error_allowance(setup%side(1)%pair, extent, pose, .false.)
+    allowance = error_allowance(request, pose, .false.)
     if (allowance <= 0) return
     associate (table => setup%wheelset%table)
       call find_roll(table, pose(3), .false., roll, opposite, status)
       if (status /= inside) return
       do z = 1, size(table%zones)
         depth = zone_penetration(table%zones(z), pose, roll)
-        if (depth <= 0 .or. depth > extent%depth) cycle
-        call find_reach(table, extent, z, depth, pose, .false., within, other)
+        if (depth <= 0 .or. depth > request%extent%depth) cycle
+        call find_reach(table, request%extent, z, depth, pose, .false., within, other)
         if (within) place = merge(1, 2, allowance <= 1)
       end do
     end associate
@@ -89,11 +87,11 @@ contains
 
     error = 0
     force = 0
-    associate (table => setup%wheelset%table, side => setup%side(1))
+    associate (table => setup%wheelset%table)
       call find_roll(table, pose(3), .false., roll, opposite, status)
       if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
       if (status /= inside) return
-      call direct_force(side%pair, side%zones, trim(c%model), e_star, elements, pose, force, ok)
+      call direct_force(request, elements, pose, force, ok)
       if (.not. ok) error stop 'the direct solution failed'
     end associate
     error = norm2(-sum(gradient(:2, :), 2) - sum(force, 2))/max(norm2(sum(force, 2)), least_force)

@@ -55,7 +55,7 @@ contains
     if (.not. ok) error stop 'the half-space solution failed'
   end subroutine press
 
-  !> Of tread and flange: pressures on either side of the border.
+  !> Normal forces [N] of tread and flange, by the pressures on either side of the border.
   function normal_forces(patches) result(force)
     type(patches_type), intent(in) :: patches
     real(dp) :: force(2), s
@@ -73,8 +73,8 @@ contains
     end do
   end function normal_forces
 
-  !> Displacement [m] at station s and x = 0 by pressures that lie elsewhere (J. Boussinesq), and the distance
-  !> of their centre.
+  !> Displacement [m] at station s and x = 0 by pressures that lie elsewhere (J. Boussinesq), and the distance of the
+  !> pressures' centre.
   subroutine far_field(patches, s, moved, distance)
     type(patches_type), intent(in) :: patches
     real(dp), intent(in) :: s

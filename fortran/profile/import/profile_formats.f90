@@ -16,6 +16,7 @@ module profile_formats
 
   !> What a profile file says.
   type :: raw_type
+    integer :: n = 0                       !! number of points
     real(dp), allocatable :: points(:, :)  !! y, z in the file's unit, (2, n)
     integer, allocatable :: line(:)        !! line of each point in the file
     character(:), allocatable :: format    !! 'plain', 'MiniProf', 'SIMPACK'
@@ -52,6 +53,8 @@ contains
     else
       call read_columns(file, lines, raw, error)
     end if
+    raw%points = raw%points(:, :raw%n)
+    raw%line = raw%line(:raw%n)
   end subroutine read_points
 
   !> Read rows of numbers below a heading: plain and MiniProf.
@@ -62,16 +65,15 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: row, key, value
     real(dp) :: x(2), offset(2)
-    integer :: i, n, start, column(2)
+    integer :: i, start, column(2)
     logical :: ok
 
     column = [1, 2]
     offset = 0
     start = 1
-    n = 0
     row = ''
     do i = 1, size(lines)
-      if (n == 0) then
+      if (raw%n == 0) then
         if (is_miniprof(lines(i)%text)) then
           raw%format = 'MiniProf'
           ! The heading may hold numbers.  It ends with a blank line.
@@ -89,16 +91,13 @@ contains
       if (len_trim(row) == 0) cycle
       call take_numbers(row, column, x, ok)
       if (.not. ok) then
-        if (n == 0 .and. is_words(lines(i)%text)) cycle
-        call fatal_error(error, file//', line '//str(i)// &
-          ': expected two numbers, y and z in mm, found "'//clip(lines(i)%text)//'"')
+        if (raw%n == 0 .and. is_words(lines(i)%text)) cycle
+        call refuse(file, i, 'two numbers, y and z in mm', lines(i)%text, error)
         return
       end if
-      call add_point(file, raw, n, x + offset, i, lines(i)%text, error)
+      call add_point(file, raw, x + offset, i, lines(i)%text, error)
       if (allocated(error)) return
     end do
-    raw%points = raw%points(:, :n)
-    raw%line = raw%line(:n)
 
   contains
 
@@ -112,16 +111,14 @@ contains
       case ('columndef')
         raw%format = 'MiniProf'
         column = [column_of(value, 'X'), column_of(value, 'Y')]
-        if (all(column > 0)) return
-        call fatal_error(error, file//', line '//str(i)//': expected columns X and Y, found "'//clip(value)//'"')
+        if (any(column == 0)) call refuse(file, i, 'columns X and Y', value, error)
       case ('xoffset', 'yoffset', 'xypoints')
         raw%format = 'MiniProf'
         if (value == '') return
         call to_real(value, number, ok)
         if (ok) ok = abs(number) < largest .and. (key /= 'xypoints' .or. number > 0)
         if (.not. ok) then
-          call fatal_error(error, file//', line '//str(i)//': expected a number after '//key//'=, found "'// &
-            clip(value)//'"')
+          call refuse(file, i, 'a number after '//key//'=', value, error)
         else if (key == 'xypoints') then
           raw%announced = nint(number)
         else
@@ -141,7 +138,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: row, key, value, section
     real(dp) :: x(2), weight(1), shift(2), low(2), high(2), mirror(2), number
-    integer :: i, n
+    integer :: i
     logical :: ok
 
     shift = 0
@@ -150,20 +147,19 @@ contains
     mirror = 0
     raw%unit = 1e3_dp
     section = ''
-    n = 0
     do i = 1, size(lines)
       row = uncommented(lines(i)%text, '!#%')
       if (len_trim(row) == 0) cycle
       key = trim(first_word(row))
       if (index(key, '.begin') > 1 .and. index(key, '.begin') == len(key) - 5) then
         if (section /= merge('spline', '      ', key == 'point.begin')) then
-          call fail('expected the sections header, spline and in it point, one after the other', key)
+          call refuse(file, i, 'the sections header, spline and in it point, one after the other', key, error)
           return
         end if
         section = key(:len(key) - 6)
       else if (index(key, '.end') > 1 .and. index(key, '.end') == len(key) - 3) then
         if (section == '' .or. key /= section//'.end') then
-          call fail('expected the end of the section that is open', key)
+          call refuse(file, i, 'the end of the section that is open', key, error)
           return
         end if
         section = ''
@@ -172,7 +168,7 @@ contains
       else if (section == 'point') then
         call take_numbers(row, [1, 2], x, ok)
         if (.not. ok) then
-          call fail('expected two numbers, y and z', lines(i)%text)
+          call refuse(file, i, 'two numbers, y and z', lines(i)%text, error)
           return
         end if
         call take_numbers(row, [3], weight, ok)
@@ -180,7 +176,7 @@ contains
         if (ok) cycle
         x = x + shift
         if (any((x < low .or. x > high) .and. low < high)) cycle
-        call add_point(file, raw, n, merge(-x, x, mirror > 0), i, lines(i)%text, error)
+        call add_point(file, raw, merge(-x, x, mirror > 0), i, lines(i)%text, error)
         if (allocated(error)) return
       else
         call split_key(row, key, value)
@@ -188,12 +184,7 @@ contains
         if (allocated(error)) return
       end if
     end do
-    if (section == 'point') then
-      call fatal_error(error, file//': expected point.end, found the end of the file')
-      return
-    end if
-    raw%points = raw%points(:, :n)
-    raw%line = raw%line(:n)
+    if (section == 'point') call fatal_error(error, file//': expected point.end, found the end of the file')
 
   contains
 
@@ -208,7 +199,7 @@ contains
       call to_real(value, number, ok)
       if (ok) ok = abs(number) < 1e9_dp
       if (.not. ok) then
-        call fail('expected a number for '//key, value)
+        call refuse(file, i, 'a number for '//key, value, error)
         return
       end if
       k = merge(1, 2, index(key, '.y') > 0)
@@ -222,46 +213,48 @@ contains
       case ('bound.y.max', 'bound.z.max')
         high(k) = number
       case ('rotate')
-        if (abs(number) > 0) call fail('expected rotate = 0', value)
+        if (abs(number) > 0) call refuse(file, i, 'rotate = 0', value, error)
       case ('units.len.f')
         if (number <= 0) then
-          call fail('expected units.len.f above 0', value)
+          call refuse(file, i, 'units.len.f above 0', value, error)
         else
           raw%unit = 1e3_dp/number
         end if
       case ('type')
         if (nint(number) /= 0 .and. nint(number) /= 1) then
-          call fail('expected type 0, a rail, or 1, a wheel', value)
+          call refuse(file, i, 'type 0, a rail, or 1, a wheel', value, error)
         else
           raw%kind = merge('wheel', 'rail ', nint(number) == 1)
         end if
       end select
     end subroutine take_key
 
-    subroutine fail(expected, found)
-      character(*), intent(in) :: expected, found
-
-      call fatal_error(error, file//', line '//str(i)//': '//expected//', found "'//clip(found)//'"')
-    end subroutine fail
-
   end subroutine read_simpack
 
-  !> Add a point as number n + 1.  Fails where a coordinate is too large.
-  subroutine add_point(file, raw, n, x, line, text, error)
+  !> The error that a line is not what was expected.
+  subroutine refuse(file, line, expected, found, error)
+    character(*), intent(in) :: file, expected, found
+    integer, intent(in) :: line
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, file//', line '//str(line)//': expected '//expected//', found "'//clip(found)//'"')
+  end subroutine refuse
+
+  !> Add a point.  Fails where a coordinate is too large.
+  subroutine add_point(file, raw, x, line, text, error)
     character(*), intent(in) :: file, text
     type(raw_type), intent(inout) :: raw
-    integer, intent(inout) :: n
     real(dp), intent(in) :: x(2)
     integer, intent(in) :: line
     type(error_type), allocatable, intent(out) :: error
 
     if (any(abs(x) > largest)) then
-      call fatal_error(error, file//', line '//str(line)//': expected millimetres, found "'//clip(text)//'"')
+      call refuse(file, line, 'millimetres', text, error)
       return
     end if
-    n = n + 1
-    raw%points(:, n) = x
-    raw%line(n) = line
+    raw%n = raw%n + 1
+    raw%points(:, raw%n) = x
+    raw%line(raw%n) = line
   end subroutine add_point
 
   !> Whether a line of heading names MiniProf.
