@@ -3,17 +3,20 @@
     import ldbench
     case = ldbench.Case.exercise(1, "aw").replace(vY=0.3)
     run = ldbench.run(case, progress=True)
-    run.columns.plot("time", "Y")
+    run.data.plot("time", "Y")
+    other = ldbench.read_run("other_code.csv", map="other_code.toml")
 
 Everything is in SI units and radians, in the track frame: X forward, Y to the left, Z up.
 """
-from ._core import Error, version
+from ._core.calls import version
+from ._core.errors import Error
 from .case import Case
-from .columns import read_columns
-from .ensemble import ensemble
-from .run import Event, Run, run
+from .ensembles.sweep import ensemble
+from .results.columns import read_columns
+from .results.events import Event
+from .runs import Run, read_run, run
 from .table import ContactTable
-from .view import view
+from .viewer.show import view
 
-__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "ensemble", "read_columns", "run", "view"]
+__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "ensemble", "read_columns", "read_run", "run", "view"]
 __version__ = version()

@@ -1,34 +1,27 @@
-"""The command line: python -m ldbench COMMAND, or ldbench-py COMMAND."""
+"""The command line: python -m ldbench COMMAND. Status 0: done; 1: failed; 2: wrong usage."""
 from __future__ import annotations
 
 import argparse
+import difflib
 import errno
 import io
 import os
+import re
 import signal
 import sys
 import threading
 from importlib import import_module
 from typing import TYPE_CHECKING, NoReturn
 
-from ._core import Error, version
+from ._core.calls import version
+from ._core.errors import Error, Usage
+from .commands import COMMANDS
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
-# Each command is a module here with add_arguments(parser) and main(args), which returns the exit status.
-COMMANDS = {
-    "run": "run a case and write its column file",
-    "ensemble": "run a case over many values of its variables, in threads or on a Dask cluster",
-    "table": "build or load a contact table, write geometry functions",
-    "profile": "look at a wheel or rail profile, or at a pair, before a run",
-    "report": "run the ten cases, write columns, plots, abstract and summary",
-    "plot": "plot column files",
-    "compare": "overlay column files, differences as PDF and CSV",
-    "view": "column files as an interactive page, or as a film",
-}
-
-UNWRITABLE = errno.EPIPE, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF
+PROGRAM = "python -m ldbench"
+UNWRITABLE = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF
 
 EXAMPLES = """\
 examples:
@@ -38,10 +31,16 @@ examples:
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse says nothing where --help or --version cannot be written, and how to use it where words are wrong."""
+    """argparse with errors in one line, which name what is nearest to a word that is wrong."""
+
+    known: tuple[str, ...] = ()         # words that the command line may hold
 
     def error(self, message: str) -> NoReturn:
-        raise Error(f"{message} [{self.prog} --help says more]")
+        """Raise Usage with the message of argparse."""
+        wrong = re.search(r"unrecognized arguments: (--?\w+)|invalid choice: '(\w+)'", message)
+        near = difflib.get_close_matches(wrong[1] or wrong[2], self.known, 1) if wrong else []
+        meant = f"; {near[0]} is the nearest" if near else ""
+        raise Usage(f"{message}{meant} [{self.prog} --help says more]")
 
     def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
         if file is sys.stdout:
@@ -51,27 +50,31 @@ class Parser(argparse.ArgumentParser):
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
+    """Parse the command line; the parser of the chosen command alone is made in full."""
     parser = Parser(
-        prog="ldbench-py", description="A railway wheelset without friction between its flanges.",
+        prog=PROGRAM, description="A railway wheelset without friction between its flanges.",
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"ldbench {version()}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, purpose in COMMANDS.items():
         command = commands.add_parser(name, help=purpose, formatter_class=argparse.RawDescriptionHelpFormatter)
         if name in arguments[:1]:            # the others need not be imported
-            module = import_module(f".{name}", __package__)
+            module = import_module(f".commands.{name}", __package__)
             command.description, _, command.epilog = (module.__doc__ or "").partition("\n\nexamples:")
             command.epilog = command.epilog and "examples:" + command.epilog
             module.add_arguments(command)
+            parser.known = tuple(word for action in command._actions for word in action.option_strings)
+    parser.known = parser.known or tuple(COMMANDS)
     return parser.parse_args(arguments)
 
 
 def stop(number: int, frame: object) -> NoReturn:
-    """SIGTERM stops a command as Ctrl-C does: workers, executables and scratch files end with it."""
+    """SIGTERM stops a command as Ctrl-C does: workers and scratch files end with it."""
     raise KeyboardInterrupt(number)
 
 
 def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return the exit status; SIGTERM stops it as Ctrl-C does."""
     if threading.current_thread() is not threading.main_thread():
         return run_command(arguments)           # the only thread that signals come to is another one
     before = signal.signal(signal.SIGTERM, stop)
@@ -82,24 +85,31 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def run_command(arguments: list[str] | None) -> int:
+    """Run the command line and return the exit status; whatever goes wrong is told in one line."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")       # for what its encoding has no letters
     try:
         if sys.stdout is None:
             raise Error("standard output: expected one that can be written, found it closed")
         args = parse(sys.argv[1:] if arguments is None else arguments)
-        command = import_module(f".{args.command}", __package__)
+        command = import_module(f".commands.{args.command}", __package__)
         status = command.main(args)
         sys.stdout.flush()
         return status
+    except Usage as error:
+        tell(f"ldbench: error: {error}")
+        return 2
     except Error as error:
         reason = str(error)
+    except BrokenPipeError:
+        discard_output()
+        return 128 + signal.SIGPIPE
     except OSError as error:
         words = error.strerror or str(error)
         reason = f"{error.filename}: {words}" if error.filename else words
         if error.errno in UNWRITABLE and not error.filename:
             reason = f"standard output: {words}"
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)    # what it still holds cannot be written at the end either
+            discard_output()
     except MemoryError:
         reason = "expected more memory, found none left"
     except KeyboardInterrupt as stopped:
@@ -109,8 +119,13 @@ def run_command(arguments: list[str] | None) -> int:
     return 1
 
 
+def discard_output() -> None:
+    """What standard output still holds cannot be written at the end either."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
 def tell(words: str) -> None:
-    """On standard error, if it is open."""
+    """Say something on standard error, if it is open."""
     if sys.stderr is not None:
         print(words, file=sys.stderr)
 

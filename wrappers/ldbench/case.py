@@ -2,21 +2,26 @@
 from __future__ import annotations
 
 import copy
+import difflib
 import functools
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import f90nml
 import numpy as np
 
-from . import _flat
-from ._core import DEFAULT_FOLDER, Error, check, complete, path_bytes, text, text_bytes
-from .notebook import html_table
+from ._core import _flat
+from ._core.calls import check, path_bytes, text, text_bytes
+from ._core.errors import Error
+from ._core.files import DEFAULT_FOLDER, complete
+from ._core.notebook import html_table
+
+if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
+    import pandas as pd
 
 Value = float | int | str
 
@@ -44,7 +49,7 @@ def variables() -> tuple[Variable, ...]:
 
 @functools.cache
 def data_folder() -> Path:
-    """Where the shipped inputs/ and profiles/ are: in the installed package, or in the repository."""
+    """The folder of the shipped inputs/ and profiles/: that of the installed package, or the repository."""
     package = Path(__file__).resolve().parent
     return next((folder for folder in (package / "data", package.parents[1]) if (folder / "inputs").is_dir()), package)
 
@@ -69,31 +74,59 @@ def find_variable(name: str) -> int:
     if found:
         choices = " or ".join(f"{variables()[k].group}_{variables()[k].name}" for k in found)
         raise Error(f"expected {choices}, found {name}, which is ambiguous")
-    raise Error(f"expected a namelist variable (ldbench --help lists them), found {name}")
+    near = difflib.get_close_matches(name.lower(), _indices(), 1)
+    meant = f"; {shortest_name(_indices()[near[0]][0])} is the nearest" if near else ""
+    raise Error(f"expected a namelist variable (python -m ldbench variables lists them), found {name}{meant}")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Case:
     """All namelist variables of a run; immutable.
 
+        case = ldbench.Case(vY=0.3, dt=5e-6)            # the other variables have the benchmark's values
+
     Variables are attributes, by their namelist names in any case of letters: `case.dt`, `case.vY`. Where two
     groups share a name, and anywhere else if you like, the group goes before it: `case.output_file`,
-    `case.table_file`, `case.table_roll`. Values are in SI units, angles in rad.
+    `case.table_file`, `case.table_roll`. Values are in SI units, angles in rad; `case.describe()` lists them.
 
     Files with relative names are looked for in the working directory, as the executable does, then beside
     the namelist file and in the folder above it, then among the shipped ones.
     """
 
-    values: tuple[Value, ...]                   # in the order of `variables()`
-    label: str = "case"                         # the namelist file, for messages
-    folder: Path | None = field(default=None)   # the namelist file's folder
+    values: tuple[Value, ...]       # in the order of `variables()`
+    label: str                      # the namelist file, for messages
+    folder: Path | None             # the namelist file's folder
 
-    def __post_init__(self) -> None:
-        """Refuse what the core would not take, wherever the values come from."""
-        if not isinstance(self.values, Sequence) or len(self.values) != len(variables()):
-            raise Error(f"{self.label}: expected the values of {len(variables())} variables, found {self.values!r}")
-        vars(self)["values"] = tuple(self._coerced(*pair) for pair in zip(variables(), self.values, strict=True))
+    def __init__(self, /, **changes: Value) -> None:
+        """A case of the benchmark with other values: `Case(vY=0.3, output_file="fast.txt")`. Error where the core refuses
+        a value."""
+        vars(self).update(values=defaults(), label="case", folder=None)
+        vars(self)["values"] = self._with(changes).values
         self._check()
+
+    @classmethod
+    def of_values(cls, values: Sequence[Value], label: str = "case", folder: Path | None = None) -> Case:
+        """A case of the values of all variables, in the order of `variables()`."""
+        if not isinstance(values, Sequence) or len(values) != len(variables()):
+            raise Error(f"{label}: expected the values of {len(variables())} variables, found {values!r}")
+        case = cls.__new__(cls)
+        vars(case).update(label=label, folder=folder)
+        vars(case)["values"] = tuple(case._coerced(*pair) for pair in zip(variables(), values, strict=True))
+        case._check()
+        return case
+
+    @classmethod
+    def of_groups(cls, groups: Mapping[str, Mapping[str, Value]], label: str = "case", folder: Path | None = None) -> Case:
+        """A case of the groups of a namelist that give every variable, as the header of a column file does."""
+        for variable in variables():
+            if variable.name not in groups.get(variable.group, {}):
+                raise Error(f"{label}, &{variable.group} {variable.name}: expected {variable.range}, found none")
+        return cls.of_values([groups[variable.group][variable.name] for variable in variables()], label, folder)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a Case does not change; case.replace({name}=...) gives another one")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise AttributeError("a Case does not change")
 
     @classmethod
     def from_namelist(cls, source: str | os.PathLike[str] | Mapping[str, Mapping[str, Value]]) -> Case:
@@ -111,17 +144,22 @@ class Case:
         return cls._read(str(shipped) if shipped.is_file() and not Path(path).exists() else path, None)
 
     @classmethod
+    def given(cls, case: Case | str | os.PathLike[str]) -> Case:
+        """The case itself, or that of a namelist file."""
+        return case if isinstance(case, Case) else cls.from_namelist(case)
+
+    @classmethod
     def exercise(cls, number: int, profiles: str = "aw") -> Case:
         """One of the ten shipped inputs: exercise 1 to 5 with the actual ('aw') or simplified ('sw') profiles."""
         return cls.from_namelist(data_folder() / "inputs" / f"ex{number}_{profiles}.nml")
 
     @classmethod
     def _read(cls, label: str, source: str | None) -> Case:
-        numbers, words, *error = _flat.read_namelist(
+        numbers, words, message, length = _flat.read_namelist(
             path_bytes(label), int(source is not None), _words(source or ""), len(variables()))
-        check(*error)
+        check(message, length)
         folder = Path(label).resolve().parent if source is None else None
-        return cls(tuple(_unpack(numbers, bytes(words))), label, folder)
+        return cls.of_values(_unpack(numbers, bytes(words)), label, folder)
 
     def replace(self, **changes: Value) -> Case:
         """A case with other values: `case.replace(vY=0.3, dt=5e-6, output_file="fast.txt")`."""
@@ -138,7 +176,7 @@ class Case:
         check(*_flat.check_writable(*map(path_bytes, (self.label, variable, path))))
 
     def _with(self, changes: Mapping[str, Value]) -> Case:
-        """The same before the core has checked it."""
+        """A case with other values, before the core has checked them."""
         values = list(self.values)
         for name, value in changes.items():
             k = find_variable(name)
@@ -212,17 +250,23 @@ class Case:
         made = folder == Path(DEFAULT_FOLDER) and not folder.exists() and os.access(".", os.W_OK)
         return found if made or folder.is_dir() else ""
 
+    def describe(self) -> pd.DataFrame:
+        """All variables as a table: value, default, unit, range and meaning by group and name."""
+        import pandas as pd
+
+        rows = [(v.group, v.name, value, default, v.unit, v.range, v.meaning) for v, value, default in
+                zip(variables(), self.values, defaults(), strict=True)]
+        return pd.DataFrame(rows, columns=["group", "name", "value", "default", "unit", "range", "meaning"],
+                            ).set_index(["group", "name"])
+
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
+        """A variable by its name in other letters, or by group_name."""
+        if name.startswith("_") or name in ("values", "label", "folder"):
             raise AttributeError(name)
         try:
             return self.values[find_variable(name)]
         except Error as error:
             raise AttributeError(str(error)) from None
-
-    def __dir__(self) -> list[str]:
-        names = [variable.name for variable in variables() if len(_indices()[variable.name.lower()]) == 1]
-        return [*super().__dir__(), *names, *(f"{v.group}_{v.name}" for v in variables())]
 
     def __eq__(self, other: object) -> bool:
         """Whether all values are equal and the names of profiles lead to the same files."""
@@ -234,27 +278,49 @@ class Case:
         return hash((self.values, *self._places()))
 
     def _places(self) -> list[str]:
-        """Where the profiles are, without links."""
+        """The paths of the profiles, links resolved."""
         return [os.path.realpath(file) for file in self.profile_files().values()]
 
     def _repr_html_(self) -> str:
-        """The same with units and meanings, for a notebook."""
+        """What differs from the defaults, with units and meanings, for a notebook."""
         rows = [(f"&{v.group} {v.name}", f"{value!r}", v.unit, v.meaning) for v, value, default in
                 zip(variables(), self.values, defaults(), strict=True) if value != default]
         return html_table(f"{self.case_name}: {self.title}", rows or [("all", "the benchmark's values", "", "")],
                      ("variable", "value", "unit", "meaning"))
 
     def __repr__(self) -> str:
-        """The case by what differs from the defaults."""
-        changed = (f"{v.group}_{v.name}={value!r}" for v, value, default in
-                   zip(variables(), self.values, defaults(), strict=True) if value != default)
+        """What differs from the defaults, as Python takes it: `eval(repr(case))` is the case."""
+        changed = (f"{shortest_name(k)}={value!r}" for k, (value, default) in
+                   enumerate(zip(self.values, defaults(), strict=True)) if value != default)
         return f"Case({', '.join(changed)})"
+
+
+def shortest_name(k: int) -> str:
+    """The name of the k-th variable; with its group where the name alone is ambiguous."""
+    variable = variables()[k]
+    return variable.name if len(_indices()[variable.name.lower()]) == 1 else f"{variable.group}_{variable.name}"
+
+
+def _property(k: int, variable: Variable) -> property:
+    """The k-th variable as an attribute of a case, with what help() says of it."""
+    def value(case: Case) -> Value:
+        return case.values[k]
+
+    unit = f" [{variable.unit}]" if variable.unit not in ("", "1") else ""
+    return property(value, doc=f"{variable.name}{unit}: {variable.meaning}. Expected is {variable.range}; the default is "
+                               f"{variable.default.strip()} (&{variable.group}).")
+
+
+for _k, _variable in enumerate(variables()):
+    setattr(Case, shortest_name(_k), _property(_k, _variable))
 
 
 @functools.cache
 def defaults() -> tuple[Value, ...]:
     """The benchmark's value of every variable."""
-    return Case.from_namelist("&case /").values
+    numbers, words, message, length = _flat.read_namelist(b"case", 1, b"&case /", len(variables()))
+    check(message, length)
+    return tuple(_unpack(numbers, bytes(words)))
 
 
 def _namelist_text(groups: Mapping[str, Any]) -> str:

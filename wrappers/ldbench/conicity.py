@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import _flat
-from ._core import Handle
+from ._core import _flat
+from ._core.calls import Handle
 
 GEOMETRY_PITCH = 1e-4       # between rows of geometry functions [m]
 
@@ -24,7 +24,7 @@ def geometry_rows(handle: Handle, y: np.ndarray) -> np.ndarray:
         reach = float(np.max(np.abs(y[stands])))
         n = max(2, round(reach/GEOMETRY_PITCH))
         step = max(reach, GEOMETRY_PITCH)/n
-        even = _flat.geometry_functions(handle, step*np.arange(-n, n + 1))
+        even = _flat.geometry_functions(handle, step*np.arange(-n, n + 1.0))
         if np.isfinite(even).all():
             rows[-1, stands] = linearised_conicity(np.maximum(np.abs(y[stands]), step), even[0], even[7])
     return rows
@@ -63,6 +63,7 @@ class Integral:
         self.area = np.concatenate([[0.0], np.cumsum((values[:-1] + values[1:])/2*self.step)])
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
+        """The integral from the first point to x; NaN where x is."""
         share = np.nan_to_num((x - self.y[0])/self.step)
         j = np.clip(share.astype(int), 0, self.y.size - 2)
         share = np.where(np.isnan(x), np.nan, share - j)

@@ -1,12 +1,6 @@
-"""Build or load the contact table of a case, print what it says of the rigid and the resting wheelset.
-
-examples:
-  python -m ldbench table inputs/ex1_aw.nml
-  python -m ldbench table inputs/ex1_aw.nml --geometry outputs/aw_geometry.txt
-"""
+"""The contact table of a case: forces, energies and stiffness of any pose."""
 from __future__ import annotations
 
-import argparse
 import os
 import threading
 from collections.abc import Callable
@@ -16,11 +10,12 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _flat
-from ._core import Error, Handle, Progress, Shared, check, descriptions, path_bytes, watched
+from ._core import _flat
+from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, watched
+from ._core.errors import Error
+from ._core.notebook import html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
-from .notebook import html_table
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -29,8 +24,6 @@ Wheel = Literal["both", "left", "right"]
 Outside = Literal["raise", "nan"]
 
 WHEELS = "both", "left", "right"
-CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
-CONTACTS = tuple(CONTACT_NAMES)
 PLACES = "tread", "flange", "both", "going over"       # of the table's error
 
 # What a case may change and keep its contact table. Profiles are compared by their contents.
@@ -68,12 +61,16 @@ class ContactTable:
     """
 
     case: Case
+    seconds: float      # processor time for building the table [s]; 0 where it was found
+    found: bool         # whether it was read from a file
 
-    def __init__(self, case: Case, progress: Progress | bool | None = None) -> None:
-        """Load the table from the case's table file, or build it (some seconds); `progress` as in `run`.
+    def __init__(self, case: Case | str | os.PathLike[str], progress: Progress | bool | None = None) -> None:
+        """Load the table of a case, or of a namelist file, from the table file, or build it (some seconds); `progress` as in
+        `run`.
 
         A process builds one table at a time, whatever its threads.
         """
+        case = Case.given(case)
         paths = located(case)
 
         def work(shared: Shared) -> None:
@@ -87,11 +84,11 @@ class ContactTable:
     def _own(self, case: Case, handle: Handle) -> None:
         self.case, self._handle = case, handle
         (self._clearance, self._clearance_right, self._equilibrium, self._equilibrium_roll, self._rigid_height, *rest,
-         self._weight, self._seconds, self._found, f1, f2, f3) = _flat.prepared_numbers(handle).tolist()
-        self._rest, self._frequencies = tuple(rest), (f1, f2, f3)
+         self._weight, self.seconds, found, f1, f2, f3) = _flat.prepared_numbers(handle).tolist()
+        self._rest, self._frequencies, self.found = tuple(rest), (f1, f2, f3), bool(found)
 
     def for_case(self, case: Case) -> ContactTable:
-        """The same table for a case that differs in initial conditions, loading, inertia, integrator or output.
+        """This table for a case that differs in initial conditions, loading, inertia, integrator or output.
 
         Raises Error when the case needs another table.
         """
@@ -127,7 +124,7 @@ class ContactTable:
 
     @property
     def accuracy_right(self) -> dict[str, Accuracy]:
-        """The same of the right wheel's table."""
+        """Measured error of the right wheel's table, as `accuracy`."""
         return self._accuracy(2)
 
     def _accuracy(self, side: int) -> dict[str, Accuracy]:
@@ -146,7 +143,7 @@ class ContactTable:
         """Half-space solutions in the right wheel's table, as `solutions`."""
         return tuple(_flat.table_accuracy(self._handle, 2)[1].tolist())
 
-    def _pulling(self, side: int) -> int:
+    def pulling(self, side: int) -> int:
         """Points of a side's table (1 left, 2 right) in service at which the contact would pull, where a run stops."""
         return int(_flat.table_accuracy(self._handle, side)[2])
 
@@ -157,7 +154,7 @@ class ContactTable:
 
     @property
     def clearance_right(self) -> float:
-        """The same to the right; where left and right profiles are the same, the same number [m]."""
+        """Rigid-axle flange clearance to the right [m]; that to the left where both sides have the same profiles."""
         return self._clearance_right
 
     @property
@@ -167,7 +164,8 @@ class ContactTable:
 
     @property
     def equilibrium_roll(self) -> float:
-        """Its roll angle, 0 where left and right are the same: a column file's roll is measured from it [rad]."""
+        """Roll angle of the wheelset at rest [rad], 0 where left and right are the same: a column file's roll is measured
+        from it."""
         return self._equilibrium_roll
 
     @property
@@ -179,6 +177,16 @@ class ContactTable:
     def rigid_height(self) -> float:
         """Height z of the axle centre at which the centred wheelset just touches [m]."""
         return self._rigid_height
+
+    @property
+    def approach(self) -> float:
+        """Elastic approach of wheels and rails at rest [m]."""
+        return self._rigid_height - self._equilibrium
+
+    @property
+    def load_per_wheel(self) -> float:
+        """Half of the weight [N]."""
+        return self._weight/2
 
     @property
     def weight(self) -> float:
@@ -281,8 +289,8 @@ class ContactTable:
             ("profiles", profile_names(case)),
             ("rigid-axle clearance", self.clearance_words("×") + " mm"),
             ("axle at rest", f"{self.equilibrium:.6f} m above the rails"),
-            ("elastic approach at rest", f"{1e3*(self.rigid_height - self.equilibrium):.4f} mm"),
-            ("load per wheel", f"{self.weight/2e3:.3f} kN"),
+            ("elastic approach at rest", f"{1e3*self.approach:.4f} mm"),
+            ("load per wheel", f"{1e-3*self.load_per_wheel:.3f} kN"),
             ("eigenfrequencies at rest", ", ".join(f"{f:.4f}" for f in self.frequencies) + " Hz"),
             *((f"error, {place}", f"rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN)")
               for place, error in self.accuracy.items()),
@@ -298,7 +306,7 @@ def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:
 
 
 def _number(wheel: Wheel) -> int:
-    """Of a wheel, in the core."""
+    """The number of a wheel in the core."""
     if wheel not in WHEELS:
         raise ValueError(f"expected wheel='both', 'left' or 'right', found {wheel!r}")
     return WHEELS.index(wheel)
@@ -317,56 +325,6 @@ def located(case: Case) -> bytes:
 
 
 def profile_names(case: Case) -> str:
-    """Of wheel and rail, and of the right side's where they are named."""
+    """The names of the profiles of wheel and rail, and of the right side's where the case names them."""
     right = [f"right {name}" for name in (case.wheel_profile_right, case.rail_profile_right) if name]
     return ", ".join([case.wheel_profile, case.rail_profile, *right])
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("namelist", help="namelist file")
-    parser.add_argument("--geometry", metavar="FILE", help="write the geometry functions over the lateral displacement")
-
-
-def main(args: argparse.Namespace) -> int:
-    case = Case.from_namelist(args.namelist)
-    if args.geometry:
-        case = case.replace(geometry_file=args.geometry)        # which looks at what else is read and written
-        case.check_writable("&output geometry_file", args.geometry)
-    table = ContactTable(case, progress=True)
-    elastic = case.formulation == "elastic"
-    stiffness = ""
-    if elastic:
-        stiffness = f", vertical stiffness {1e-6*table.tangent(0.0, table.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
-    print(f"{case.case_name}: {case.title}",
-          f"profiles: {profile_names(case)}",
-          f"rigid-axle clearance [mm]: {table.clearance_words('x')}",
-          f"equilibrium: axle {table.equilibrium:.6f} m above the rails, "
-          f"approach {1e3 * (table.rigid_height - table.equilibrium):.4f} mm, {table.weight / 2e3:.3f} kN per wheel{stiffness}",
-          f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else
-          f"contact table: model {case.model}, {'found' if table._found else f'built in {table._seconds:.2f} s'}"
-          + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
-    for side, errors, (solved, failed, missed), pulling in (
-            ("", table.accuracy, table.solutions, table._pulling(1)),
-            ("right ", table.accuracy_right, table.solutions_right, table._pulling(2))):
-        if side and errors == table.accuracy:
-            continue
-        if failed:
-            print(f"warning: {side}contact table: {failed} of {solved} half-space solutions did not converge; see whether the "
-                  "error is larger than &table accuracy")
-        if missed:
-            print(f"warning: {side}contact table: {missed} half-space solutions that its error is measured by did not "
-                  "converge; they are not in it")
-        if pulling:
-            print(f"warning: {side}contact table: expected contacts that push in service, found {pulling} points at which the "
-                  "contact would pull, where a run stops; lower &table accuracy or raise n_lateral, n_roll, n_depth")
-        for place, error in errors.items():
-            print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
-                  f"at {error.poses} poses")
-        worst = max((error.rms for place, error in errors.items() if place != PLACES[-1]), default=0.0)
-        if worst > case.accuracy:
-            print(f"warning: {side}contact table: expected an rms error of at most &table accuracy = {case.accuracy} "
-                  f"in service, reached {worst:.1e}")
-    if args.geometry:
-        table.write_geometry(args.geometry)
-        print(f"geometry functions: {args.geometry}")
-    return 0

@@ -15,17 +15,18 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from pypdf import PdfReader, PdfWriter
 
-from .._core import check_ending, check_written, complete, failing_as
-from ..pools import processes
-from ..record import Record, read_records, summary_row
-from ..style import ldbench_style
+from .._core.errors import Error
+from .._core.files import check_ending, check_written, complete, failing_as
+from .._core.pools import processes
+from ..results.run_data import RunData, read_all, read_data
+from ..results.summary import summary_row
 from .geometry import geometry_page
 from .phase import phase_page
-from .quantities import IMPULSES, PAGES
 from .sections import section_page
+from .series import IMPULSES, PAGES
 from .stretches import ENVELOPE_ROWS
+from .style import ldbench_style
 from .summary import SUMMARY_NOTE, summary_page
-from .ticks import simplify_ticks
 from .times import time_page
 
 
@@ -37,20 +38,23 @@ class Part:
     pages: tuple[str, ...]        # their titles
 
 
-def case_figures(record: Record) -> Iterable[tuple[str, Figure]]:
-    for page in (*PAGES, IMPULSES) if "E_lost" in record.columns else PAGES:
-        yield page.title, time_page(record, page)
-    yield "phase portrait", phase_page(record)
-    picture = section_page(record)
+def case_figures(run: RunData) -> Iterable[tuple[str, Figure]]:
+    """The pages of a run: of what it has columns for."""
+    for page in (*PAGES, IMPULSES) if "E_lost" in run.data else PAGES:
+        if found := page.of(run):
+            yield page.title, time_page(run, found)
+    if {"Y", "vY", "Z", "vZ", "roll", "roll_rate"}.issubset(run.data):
+        yield "phase portrait", phase_page(run)
+    picture = section_page(run)
     if picture is not None:
         yield "cross-sections", picture
 
 
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
+    """Write figures as the pages of a PDF; returns their titles."""
     titles = []
     with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
         for title, figure in figures:
-            simplify_ticks(figure)
             pdf.savefig(figure)
             titles.append(title)
     return tuple(titles)
@@ -71,12 +75,21 @@ def no_collection() -> Iterator[None]:
 
 def case_part(pickled: bytes, target: Path) -> Part:
     """All pages of one run."""
-    record = pickle.loads(pickled)
+    run: RunData = pickle.loads(pickled)
     with ldbench_style():
-        return Part(record.heading, target, save_pages(target, case_figures(record)))
+        return run_part(run, target)
+
+
+def run_part(run: RunData, target: Path) -> Part:
+    """All pages of one run, in the style that is set; Error where it has no columns to draw."""
+    if not (titles := save_pages(target, case_figures(run))):
+        raise Error(f"{run.file}: expected time and other columns of ours to draw (a map of names, --map, may tell which), "
+                    f"found {', '.join(map(str, run.data))}")
+    return Part(run.heading, target, titles)
 
 
 def geometry_part(source: Path, target: Path) -> Part:
+    """Draw the page of a geometry file."""
     with ldbench_style():
         figure = geometry_page(source)
         title = figure.texts[0].get_text()
@@ -84,43 +97,55 @@ def geometry_part(source: Path, target: Path) -> Part:
 
 
 def summary_part(rows: Sequence[dict[str, Any]], target: Path) -> Part:
+    """Draw the page with the table of all runs."""
     with ldbench_style():
         return Part("Summary", target, save_pages(target, [("summary", summary_page(rows, SUMMARY_NOTE))]))
 
 
 def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
-               done: Callable[[], None] = lambda: None) -> int:
-    """Write the PDF of plots of column files; the number of its pages.  `done` is called after each file."""
+               done: Callable[[], None] = lambda: None, map: Any = None) -> int:
+    """Write the PDF of plots of column files; the number of its pages.  `done` is called after each file. map: how another
+    code names the columns."""
     check_written([target], [*files, *geometry])
-    check_ending(target, "a document .pdf, which holds all pages (`view --film FILE.png` makes a picture of one moment)", ".pdf")
-    with drawing(read_records(files, jobs), target, geometry, jobs, done) as finish:
+    check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
+    runs = read_all(files, jobs) if map is None else [read_data(file, map) for file in files]
+    with drawing(runs, target, geometry, jobs, done) as finish:
         return finish()
 
 
+def plot_runs(runs: Sequence[RunData], target: Path) -> int:
+    """Write the PDF of plots of runs in memory or from files; returns the number of pages."""
+    check_written([target], [])
+    check_ending(target, "a document .pdf", ".pdf")
+    with tempfile.TemporaryDirectory() as scratch, ldbench_style():
+        parts = [run_part(run, Path(scratch)/f"{k}.pdf") for k, run in enumerate(runs)]
+        return bind(parts, target, f"ldbench: {', '.join(run.name for run in runs)}")
+
+
 @contextmanager
-def drawing(records: Sequence[Record], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
+def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
             done: Callable[[], None] = lambda: None,
             further: Sequence[Callable[[Path], Part]] = ()) -> Iterator[Callable[[], int]]:
     """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
     for them and writes the document.  `further` make last parts in a file, there too; they build no contact tables:
     OpenMP's threads do not outlive a fork."""
-    tasks_in_all = len(records) + len(geometry) + len(further)
+    tasks_in_all = len(runs) + len(geometry) + len(further)
     with tempfile.TemporaryDirectory() as scratch, processes(jobs, tasks_in_all) as pool:
-        # Pickled here: the pool would do it in a thread, while the caller goes on with the records.
-        runs = [partial(case_part, pickle.dumps(record, pickle.HIGHEST_PROTOCOL)) for record in records]
-        work = [partial(geometry_part, file) for file in geometry] + runs + list(further)
+        # Pickled here: the pool would do it in a thread, while the caller goes on with the runs.
+        drawn = [partial(case_part, pickle.dumps(run, pickle.HIGHEST_PROTOCOL)) for run in runs]
+        work = [partial(geometry_part, file) for file in geometry] + drawn + list(further)
         # The longest first; the order of the document is another.
-        sizes = [0]*len(geometry) + [len(record.time) for record in records] + [ENVELOPE_ROWS]*len(further)
+        sizes = [0]*len(geometry) + [len(run.time) for run in runs] + [ENVELOPE_ROWS]*len(further)
         order = sorted(range(len(work)), key=lambda k: -sizes[k])
         tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in order}
-        for k in range(len(geometry) + len(records)):
+        for k in range(len(geometry) + len(runs)):
             tasks[k].add_done_callback(lambda _: done())
-        summary = summary_part([summary_row(record) for record in records], Path(scratch)/"summary.pdf")
+        summary = summary_part([summary_row(run) for run in runs], Path(scratch)/"summary.pdf")
         yield lambda: bind([summary, *(tasks[k].result() for k in range(len(work)))], target)
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:
-    """Put parts together with bookmarks."""
+    """Put parts together with bookmarks; returns the number of pages."""
     writer = PdfWriter()
     for part in parts:
         start = len(writer.pages)

@@ -7,28 +7,29 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, NullFormatter
 
-from ..record import PAIRS, Record
-from ..style import BLACK, CONTACT_LINES, DASHED, DOTTED, GREY, SERIES
-from ..table import CONTACT_NAMES
-from .frame import KN, MM, label_x, label_y
+from ..results.quantities import CONTACT_NAMES, KN, MM, PAIRS
+from ..results.run_data import RunData
+from .frame import label_x, label_y
 from .stretches import BINS, band, first_episode
+from .style import BLACK, CONTACT_LINES, DASHED, DOTTED, GREY, SERIES
 
 
 def small_figure(width: float = 6.7, height: float = 2.4) -> Figure:
+    """Make an empty figure of the width of a text column [in]."""
     return Figure(figsize=(width, height))
 
 
-def by_pair(records: Sequence[Record]) -> dict[str, list[Record]]:
+def by_pair(runs: Sequence[RunData]) -> dict[str, list[RunData]]:
     """Runs by pair of profiles, 'aw' and 'sw'."""
-    return {pair: [run for run in records if run.name.endswith(f"_{pair}")] for pair in PAIRS}
+    return {pair: [run for run in runs if run.name.endswith(f"_{pair}")] for pair in PAIRS}
 
 
-def motion_figure(records: Sequence[Record]) -> Figure:
+def motion_figure(runs: Sequence[RunData]) -> Figure:
     """Lateral displacement of exercises 1 to 4 against the distance that the first velocity would cover."""
     figure = small_figure()
     axes = figure.subplots(1, 2, gridspec_kw={"left": 0.085, "right": 0.99, "top": 0.9, "bottom": 0.2, "wspace": 0.2})
-    for ax, (pair, runs) in zip(axes, by_pair(records).items(), strict=True):
-        for run, line in zip([r for r in runs if r.exercise in range(1, 5)], SERIES, strict=False):
+    for ax, (pair, own) in zip(axes, by_pair(runs).items(), strict=True):
+        for run, line in zip([r for r in own if r.exercise in range(1, 5)], SERIES, strict=False):
             speed = run.values("vY")[0]
             ax.plot(MM*speed*run.time, MM*run.values("Y"), label=f"{speed:g} m/s", **line.kwargs())
         ax.set_title(PAIRS[pair], loc="left", fontsize=8)
@@ -38,14 +39,14 @@ def motion_figure(records: Sequence[Record]) -> Figure:
     return figure
 
 
-def impact_figure(records: Sequence[Record]) -> Figure:
+def impact_figure(runs: Sequence[RunData]) -> Figure:
     """First contact of the left flange: normal force against time, its peak against velocity."""
     figure = small_figure()
     left, right = figure.subplots(1, 2, gridspec_kw={
         "left": 0.085, "right": 0.99, "top": 0.9, "bottom": 0.2, "wspace": 0.25, "width_ratios": [1.5, 1]})
-    for (pair, runs), dashes, marker in zip(by_pair(records).items(), ("-", DASHED), "os", strict=True):
+    for (pair, own), dashes, marker in zip(by_pair(runs).items(), ("-", DASHED), "os", strict=True):
         speeds, peaks = [], []
-        for run, line in zip([r for r in runs if r.exercise in range(1, 5)], SERIES, strict=False):
+        for run, line in zip([r for r in own if r.exercise in range(1, 5)], SERIES, strict=False):
             episode = first_episode(run, "LF")
             if episode is None:
                 continue
@@ -76,15 +77,15 @@ def impact_figure(records: Sequence[Record]) -> Figure:
     return figure
 
 
-def derailment_figure(records: Sequence[Record]) -> Figure | None:
+def derailment_figure(runs: Sequence[RunData]) -> Figure | None:
     """Exercise 5: vertical forces until the last second, band and mean, against the lateral force."""
-    if not any(run.exercise == 5 and run.time[-1] > 2 for run in records):
+    if not any(run.exercise == 5 and run.time[-1] > 2 for run in runs):
         return None
     figure = small_figure()
     axes = figure.subplots(1, 2, sharey=True, gridspec_kw={
         "left": 0.085, "right": 0.985, "top": 0.9, "bottom": 0.2, "wspace": 0.08})
-    for ax, (pair, runs) in zip(axes, by_pair(records).items(), strict=True):
-        for run in (r for r in runs if r.exercise == 5 and r.time[-1] > 2):
+    for ax, (pair, own) in zip(axes, by_pair(runs).items(), strict=True):
+        for run in (r for r in own if r.exercise == 5 and r.time[-1] > 2):
             rows = run.time < run.time[-1] - 1
             force = KN*run.values("F_ext")[rows]
             for contact in ("LF", "LT", "RT"):

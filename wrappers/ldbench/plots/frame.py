@@ -3,18 +3,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from ..record import Record
-from ..style import PAGE, plain
-
-MM, KN, DEG = 1e3, 1e-3, 180/np.pi
+from ..results.quantities import MM
+from ..results.run_data import RunData
+from .style import PAGE, plain
 
 
 def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
+    """Make an empty page with title, subtitle and caption."""
     figure = Figure(figsize=PAGE)
     figure.text(0.055, 0.962, plain(title), fontsize=12, weight="bold", va="top")
     figure.text(0.985, 0.959, plain(subtitle), fontsize=8, va="top", ha="right", color="#404040")
@@ -22,31 +21,31 @@ def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
     return figure
 
 
-def caption(record: Record) -> str:
+def caption(run: RunData) -> str:
     """The settings of a run."""
-    scheme = record.setting("integrator", "scheme")
+    scheme = run.setting("integrator", "scheme")
     if not scheme:
-        return str(record.file)
-    explicit = scheme == "newmark" and not record.number("integrator", "beta")
+        return str(run.file)
+    explicit = scheme == "newmark" and not run.number("integrator", "beta")
     names = {"energy": "average acceleration with discrete gradient", "newmark": "explicit" if explicit else "Newmark"}
-    order, tolerance = (record.number("integrator", name) for name in ("order", "energy_tolerance"))
+    order, tolerance = (run.number("integrator", name) for name in ("order", "energy_tolerance"))
     cut = f" at most, cut where it changes the energy by more than {tolerance:.0e} J" if tolerance else ""
-    if record.missed:
-        cut += f" ({record.missed} of {record.steps} steps still do)"
-    events = " and at events" if record.setting("output", "rows") == "interval_and_events" else ""
-    law = f"normal contact '{record.setting('contact', 'model')}'; {names.get(str(scheme), scheme)}, order {order:.0f}"
-    if record.formulation == "bilateral":
+    if run.result("missed") > 0:
+        cut += f" ({run.result('missed'):.0f} of {run.result('steps'):.0f} steps still do)"
+    events = " and at events" if run.setting("output", "rows") == "interval_and_events" else ""
+    law = f"normal contact '{run.setting('contact', 'model')}'; {names.get(str(scheme), scheme)}, order {order:.0f}"
+    if run.formulation == "bilateral":
         law = "rigid contacts, both wheels held on the rails; explicit along the path, order 4"
-    if record.formulation == "unilateral":
-        law = (f"rigid contacts that only push, restitution {record.number('contact', 'restitution'):g}; from event to "
+    if run.formulation == "unilateral":
+        law = (f"rigid contacts that only push, restitution {run.number('contact', 'restitution'):g}; from event to "
                "event, order 4")
     settings = (
-        f"ldbench {record.version}: {law}, step {1e6*record.step:.3g} µs{cut}; "
-        f"output every {1e3*record.number('output', 'interval'):.3g} ms{events}; "
-        f"axle {MM*record.axle_height:.3f} mm above the rails at equilibrium; Y left, Z up")
-    two_sided = len(record.profiles) > 2
-    profiles = "; ".join(f"{which} {Path(text).name if two_sided else text}" for which, text in record.profiles.items())
-    if record.reconstruction:
+        f"ldbench {run.header.version}: {law}, step {1e6*run.result('step'):.3g} µs{cut}; "
+        f"output every {1e3*run.number('output', 'interval'):.3g} ms{events}; "
+        f"axle {MM*run.result('axle_height'):.3f} mm above the rails at equilibrium; Y left, Z up")
+    two_sided = len(run.header.profiles) > 2
+    profiles = "; ".join(f"{which} {Path(text).name if two_sided else text}" for which, text in run.header.profiles.items())
+    if run.header.reconstruction:
         which = "some of the" if two_sided else "both"
         profiles += f"; {which} profiles are reconstructions, not the organisers' files"
     return f"{settings}\n{profiles}"
@@ -60,5 +59,6 @@ def label_x(ax: Axes, text: str, below: float = 19) -> None:
 
 
 def label_y(ax: Axes, text: str, left: float = 40) -> None:
+    """Write the label of the vertical axis at a fixed distance [pt]."""
     ax.set_ylabel(plain(text))
     ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-left/72, 0, ax.figure.dpi_scale_trans))

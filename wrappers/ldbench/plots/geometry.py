@@ -7,31 +7,32 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
-from ..record import PAIRS, Record, read_record
-from ..style import BLACK, CONTACT_LINES, GREY
-from .frame import DEG, MM, caption, label_x, label_y, new_page
+from ..results.quantities import DEG, MM, PAIRS
+from ..results.run_data import RunData, read_data
+from .frame import caption, label_x, label_y, new_page
+from .style import BLACK, CONTACT_LINES, GREY
 
 
 def geometry_page(path: Path) -> Figure:
     """The geometry functions of a pair, from the file that `&output geometry_file` asks for."""
-    record = read_record(path)
-    y = MM*record.values("Y")
-    pair = PAIRS.get(record.name.partition("_")[2], record.name)
+    run = read_data(path)
+    y = MM*run.values("Y")
+    pair = PAIRS.get(run.name.partition("_")[2], run.name)
     figure = new_page(f"Contact geometry, {pair}", "rigid wheelset standing on both rails",
-                      f"dotted: rigid-axle clearance, {clearance_words(record)} mm; conicity: equivalent, by "
-                      f"harmonic linearisation, for the amplitude |Y|\n{caption(record).splitlines()[-1]}")
+                      f"dotted: rigid-axle clearance, {clearance_words(run)} mm; conicity: equivalent, by "
+                      f"harmonic linearisation, for the amplitude |Y|\n{caption(run).splitlines()[-1]}")
     axes = figure.subplots(2, 4, gridspec_kw={
         "left": 0.062, "right": 0.985, "top": 0.885, "bottom": 0.125, "hspace": 0.28, "wspace": 0.4})
     left, right = CONTACT_LINES["LT"], CONTACT_LINES["RT"]
 
     def both(ax: Axes, quantity: str, label: str, scale: float, sign: float = 1.0) -> None:
-        ax.plot(y, scale*record.values(f"{quantity}_L"), label="left", **left.kwargs())
-        ax.plot(y, sign*scale*record.values(f"{quantity}_R"), label="right", **right.kwargs())
+        ax.plot(y, scale*run.values(f"{quantity}_L"), label="left", **left.kwargs())
+        ax.plot(y, sign*scale*run.values(f"{quantity}_R"), label="right", **right.kwargs())
         label_y(ax, label)
         ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
 
     def one(ax: Axes, column: str, label: str, scale: float) -> None:
-        ax.plot(y, scale*record.values(column), color=BLACK, linewidth=0.9)
+        ax.plot(y, scale*run.values(column), color=BLACK, linewidth=0.9)
         label_y(ax, label)
 
     both(axes[0, 0], "angle", "contact angle [°]", DEG)
@@ -49,13 +50,13 @@ def geometry_page(path: Path) -> Figure:
     one(axes[1, 3], "Z", "height Z [mm]", MM)
     for ax in axes.ravel():
         label_x(ax, "lateral displacement Y [mm]")
-        for reach in (-record.clearance_right, record.clearance):
+        for reach in (-run.result("clearance_right"), run.result("clearance_left")):
             ax.axvline(MM*reach, color=GREY, linewidth=0.6, linestyle=":")
     return figure
 
 
-def clearance_words(record: Record) -> str:
+def clearance_words(run: RunData) -> str:
     """'2 × 10.18', or of either side [mm]."""
-    if record.clearance == record.clearance_right:
-        return f"2 × {MM*record.clearance:.2f}"
-    return f"left {MM*record.clearance:.2f}, right {MM*record.clearance_right:.2f}"
+    if run.result("clearance_left") == run.result("clearance_right"):
+        return f"2 × {MM*run.result('clearance_left'):.2f}"
+    return f"left {MM*run.result('clearance_left'):.2f}, right {MM*run.result('clearance_right'):.2f}"

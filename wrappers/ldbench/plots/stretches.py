@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..record import Record
+from ..results.run_data import RunData
 
 ENVELOPE_ROWS = 20_000     # longer runs are drawn as bands
 BINS = 700                 # of a band
@@ -23,36 +23,37 @@ class Window:
 
     @property
     def scale(self) -> float:
+        """The factor from seconds to the unit of the time axis."""
         return 1e3 if self.milliseconds else 1.0
 
-    def rows(self, record: Record) -> slice:
+    def rows(self, run: RunData) -> slice:
         """The rows inside and one more at either side."""
-        t = record.time
+        t = run.time
         return slice(max(np.searchsorted(t, self.start) - 1, 0), np.searchsorted(t, self.end, "right") + 1)
 
 
-def first_episode(record: Record, contact: str) -> tuple[float, float] | None:
+def first_episode(run: RunData, contact: str) -> tuple[float, float] | None:
     """Times [s] at which a contact first closes and opens again, to the spacing of the rows."""
-    if f"N_{contact}" not in record.columns:
+    if f"N_{contact}" not in run.data:
         return None
-    closed = record.values(f"N_{contact}") != 0
+    closed = run.values(f"N_{contact}") != 0
     if not closed.any():
         return None
     first = int(np.argmax(closed))
     opened = closed[first:].argmin()
     last = first + int(opened) if opened else len(closed) - 1
-    return float(record.time[first]), float(record.time[last])
+    return float(run.time[first]), float(run.time[last])
 
 
-def windows(record: Record) -> list[Window]:
+def windows(run: RunData) -> list[Window]:
     """The stretches of time to show of a run."""
-    t = record.time
+    t = run.time
     long = len(t) > ENVELOPE_ROWS
     found = [Window("until the last second: smallest to largest value, and mean", t[0], t[-1] - 1, band=True) if long
              else Window("whole run", t[0], t[-1])]
-    episode = first_episode(record, "LF")
-    impact = record.first_contact("LF")
-    if impact is not None and record.formulation == "unilateral":
+    episode = first_episode(run, "LF")
+    impact = run.first_contact("LF")
+    if impact is not None and run.formulation == "unilateral":
         episode = impact, impact + 0.01
     if episode:
         start, end = episode

@@ -5,28 +5,28 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..record import Record
-from ..style import GREY
+from ..results.run_data import RunData
 from .frame import caption, label_x, label_y, new_page
-from .quantities import Page, Panel
+from .series import Page, Panel
 from .stretches import Window, band, thin, windows
+from .style import GREY
 
 
-def time_page(record: Record, page: Page) -> Figure:
+def time_page(run: RunData, page: Page) -> Figure:
     """A page of panels against time; one column of panels per window."""
-    figure = new_page(f"{record.heading}: {page.title}", record.title,
-                      f"{page.note(record) if callable(page.note) else page.note}\n{caption(record)}".strip())
-    shown = windows(record)
+    figure = new_page(f"{run.heading}: {page.title}", run.header.title,
+                      f"{page.note(run) if callable(page.note) else page.note}\n{caption(run)}".strip())
+    shown = windows(run)
     widths = {1: [1], 2: [1.7, 1], 3: [1.5, 1, 1]}[len(shown)]
     axes = figure.subplots(len(page.panels), len(shown), sharex="col", squeeze=False, gridspec_kw={
         "width_ratios": widths, "left": 0.07, "right": 0.985, "top": 0.885, "bottom": 0.125,
         "hspace": 0.16 + 0.04*len(page.panels), "wspace": 0.1 + 0.05*len(shown)})
     for i, panel in enumerate(page.panels):
         for j, window in enumerate(shown):
-            draw_panel(axes[i, j], record, panel, window, legend=j == 0)
+            draw_panel(axes[i, j], run, panel, window, legend=j == 0)
             if j == 0:
                 label_y(axes[i, 0], f"{panel.label} [{panel.unit}]")
-                mark_events(axes[i, 0], record, window, labels=i == 0)
+                mark_events(axes[i, 0], run, window, labels=i == 0)
                 for zoom in shown[1:2]:
                     axes[i, 0].axvspan(zoom.start, zoom.end, color="#E6E6E6", linewidth=0, zorder=0)
     for window, top, bottom in zip(shown, axes[0], axes[-1], strict=True):
@@ -37,11 +37,11 @@ def time_page(record: Record, page: Page) -> Figure:
     return figure
 
 
-def draw_panel(ax: Axes, record: Record, panel: Panel, window: Window, legend: bool = True) -> None:
+def draw_panel(ax: Axes, run: RunData, panel: Panel, window: Window, legend: bool = True) -> None:
     """One quantity in one window."""
-    rows = window.rows(record)
-    t = window.scale*record.time[rows]
-    drawn = [(curve, panel.scale*curve.values(record)[rows]) for curve in panel.curves]
+    rows = window.rows(run)
+    t = window.scale*run.time[rows]
+    drawn = [(curve, panel.scale*curve.values(run)[rows]) for curve in panel.curves]
     for curve, x in drawn:
         style = curve.line.kwargs()
         if window.band:
@@ -71,23 +71,24 @@ def widen_flat(ax: Axes) -> None:
         ax.set_ylim(middle - half, middle + half)
 
 
-def key_events(record: Record) -> list[tuple[float, str]]:
+def key_events(run: RunData) -> list[tuple[float, str]]:
     """The events to mark on the whole run."""
     found = []
     for contact, label in (("LF", "left flange"), ("RF", "right flange")):
-        t = record.first_contact(contact)
+        t = run.first_contact(contact)
         if t is not None:
             found.append((t, label))
-    found += [(passage, "centre") for passage in record.passages()[:1]]
-    derailment = record.first("derailment")
+    found += [(passage, "centre") for passage in run.passages()[:1]]
+    derailment = run.first("derailment")
     if derailment:
-        found.append((derailment.time, "derailment"))
+        found.append((derailment.t, "derailment"))
     return sorted(found)
 
 
-def mark_events(ax: Axes, record: Record, window: Window, labels: bool) -> None:
+def mark_events(ax: Axes, run: RunData, window: Window, labels: bool) -> None:
+    """Mark events on the time axis by dotted lines."""
     last = -np.inf
-    for t, label in key_events(record):
+    for t, label in key_events(run):
         if not window.start <= t <= window.end:
             continue
         ax.axvline(window.scale*t, color=GREY, linewidth=0.6, linestyle=":", zorder=1)

@@ -1,0 +1,1 @@
+"""The boundary to the Fortran core: calls, errors, files that are written whole, threads and processes."""

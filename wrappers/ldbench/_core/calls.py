@@ -1,0 +1,142 @@
+"""Calls into the Fortran core: texts, errors and handles, and long calls that can be watched and stopped."""
+from __future__ import annotations
+
+import functools
+import os
+import threading
+import weakref
+from collections.abc import Callable
+from typing import Any, NoReturn, TypeVar
+
+import numpy as np
+
+from . import _flat
+from .errors import Error, error_of
+
+Result = TypeVar("Result")
+Progress = Callable[[str, float], object]
+Shared = tuple[np.ndarray, np.ndarray]
+
+STAGES = "", "table", "integration"
+
+
+def text(buffer: bytes, length: int) -> str:
+    """A text of the core from its buffer."""
+    return bytes(buffer)[:length].decode(errors="replace")
+
+
+def check(message: bytes, length: int, label: str = "") -> None:
+    """Raise the error that a core procedure reports, if it does; `label` says which case."""
+    if length:
+        words = text(message, length)
+        raise error_of(f"{label}{', ' if words.startswith('&') else ': '}{words}" if label else words)
+
+
+@functools.cache
+def descriptions() -> list[str]:
+    """Names and units of the columns, of the geometry columns, one line each; kinds of events; version."""
+    return text(*_flat.describe_results()).splitlines()
+
+
+def version() -> str:
+    """The version of the core."""
+    return descriptions()[-1]
+
+
+class Handle:
+    """Something of the core, which is freed with the last reference to this; so nothing is used after it is freed.
+
+    It stays in its process, and cannot be copied.
+    """
+
+    def __init__(self, free: Callable[[int], object], address: int, lender: Handle | None = None) -> None:
+        """lender: what this one uses, and keeps."""
+        self._address, self._lender = address, lender
+        weakref.finalize(self, free, address).atexit = False     # at the end of the process all goes anyway
+
+    def __int__(self) -> int:
+        """The address, for a call."""
+        return self._address
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("what the core holds cannot leave its process")
+
+
+def path_bytes(path: str | os.PathLike[str]) -> bytes:
+    return text_bytes(os.fspath(path))
+
+
+def text_bytes(words: str) -> bytes:
+    """A text for the core, where the zero byte would end it and hide the rest."""
+    if "\0" in words:
+        raise Error(f"expected a text without zero bytes, found {words!r}")
+    try:
+        return os.fsencode(words)
+    except UnicodeEncodeError:
+        raise Error(f"expected a text that a file can hold, found {words!r}") from None
+
+
+def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) -> Result:
+    """Do `work(shared)` in a thread of its own and wait for it.
+
+    `shared` goes to the core: how far it is, and whether it shall stop. Meanwhile `progress(stage, share)`
+    is called here with stage 'table' or 'integration' and the share done, 0 to 1; True draws a bar on a
+    terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
+    """
+    shared = np.zeros(2), np.zeros(1, np.intc)
+    results: list[Result] = []
+    errors: list[BaseException] = []
+    done = threading.Event()        # Thread.join takes a thread for finished when Ctrl-C interrupts it (Python 3.11)
+
+    def keep_outcome() -> None:
+        try:
+            results.append(work(shared))
+        except BaseException as error:
+            errors.append(error)
+        finally:
+            done.set()
+
+    bar = Bar() if progress is True else None
+    tell = bar or (progress if callable(progress) else None)
+    worker = threading.Thread(target=keep_outcome, name="ldbench")
+    try:
+        worker.start()
+        while not done.wait(0.05):
+            stage, share = shared[0]
+            if tell and stage:
+                tell(STAGES[int(stage)], float(share))
+    except BaseException:
+        shared[1][0] = 1
+        if worker.is_alive():
+            done.wait()
+        raise
+    finally:
+        if done.is_set():
+            worker.join()       # it only has to end
+        if bar:
+            bar.close()
+    if errors:
+        raise errors[0]
+    return results[0]
+
+
+class Bar:
+    """A progress bar per stage on a terminal, for work of more than a second."""
+
+    def __init__(self) -> None:
+        self.stage = ""
+        self.bar: Any = None        # of tqdm
+
+    def __call__(self, stage: str, share: float) -> None:
+        from tqdm import tqdm
+
+        if stage != self.stage:
+            self.close()
+            self.stage = stage
+            self.bar = tqdm(desc=stage, total=1.0, delay=1, disable=None, leave=False,
+                            bar_format="{desc}: {percentage:3.0f} %|{bar}| {elapsed} < {remaining}")
+        self.bar.update(share - self.bar.n)
+
+    def close(self) -> None:
+        if self.bar is not None:
+            self.bar.close()

@@ -1,0 +1,78 @@
+"""What ldbench refuses, and why."""
+from __future__ import annotations
+
+import errno
+import re
+from pathlib import Path
+
+LONGEST = 2048          # of a message in the core [characters]
+
+UNREADABLE = "cannot be opened for reading"
+
+
+class Error(RuntimeError):
+    """What ldbench refuses. The text is one line, which the executable prints after `ldbench: error: `.
+
+    Where the text says so, the attributes tell the parts of it: `file`, `line` (a number), `group` and `variable` of the
+    namelist, what was `expected` and what was `found`; the others are None.
+    """
+
+    file: str | None
+    line: int | None
+    group: str | None
+    variable: str | None
+    expected: str | None
+    found: str | None
+
+    def __init__(self, message: str) -> None:
+        line = "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in message)
+        super().__init__(line if len(line) < LONGEST else f"{line[:LONGEST - 4]}...")
+        self.file = self.line = self.group = self.variable = self.expected = self.found = None
+        where, wanted, rest = f": {self}".partition(": expected ")
+        if wanted:
+            self.expected, _, found = rest.partition(", found ")
+            self.found = re.sub(r"  \[.*\]$", "", found)        # the line of the namelist follows in brackets
+        else:
+            where, unreadable, _ = where.partition(f": {UNREADABLE}")
+            where = where if unreadable else ""
+        self._find_place(where.removeprefix(": "))
+
+    def _find_place(self, where: str) -> None:
+        """Take the words before the last colon apart: 'FILE, line 3, &group variable', each of which may be missing. A file
+        that a case or a variable names comes after it: 'FILE, &group variable: FILE'."""
+        for part in where.split(": "):
+            file: list[str] = []
+            for word in part.split(", "):
+                if found := re.fullmatch(r"line (\d+)", word):
+                    self.line = int(found[1])
+                elif found := re.fullmatch(r"&(\w+)(?: (\w+)(?: = .*)?)?", word):
+                    self.group, self.variable = found.groups()
+                elif word and not (file and word == "header"):
+                    file.append(word)
+            self.file = ", ".join(file) or self.file
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class MissingFile(Error, FileNotFoundError):
+    """A file that is not there; `except FileNotFoundError` catches it too."""
+
+    def __new__(cls, *arguments: object) -> MissingFile:
+        """Make it as a FileNotFoundError is made, also without a message: Dask unpickles exceptions so."""
+        return FileNotFoundError.__new__(cls, *arguments)
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.errno = errno.ENOENT
+
+
+class Usage(Error):
+    """A command line that says something else than its command understands."""
+
+
+def error_of(message: str) -> Error:
+    """The Error of a message; a MissingFile where the file that cannot be read is not there."""
+    before, unreadable, _ = message.partition(f": {UNREADABLE}")
+    path = before.rpartition(": ")[2].rpartition(", ")[2]
+    return MissingFile(message) if unreadable and not Path(path).exists() else Error(message)

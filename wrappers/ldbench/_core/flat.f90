@@ -1,0 +1,657 @@
+! The interface that f2py reads: plain procedures with numbers, arrays and texts.
+! Texts come back in buffers with their length; a message of length 0 means success.
+! numbers(n) and words (256 characters each) hold a case, in the order of describe_variables.
+
+!> group, name, kind, default, range, unit, meaning of every namelist variable, one per line, by tabs.
+subroutine describe_variables(listing, length)
+  use case, only: case_type, list_variables, range_text, value_text, variable_type
+  use handles, only: give
+  implicit none
+  character(32768), intent(out) :: listing
+  integer, intent(out) :: length
+  character, parameter :: tab = achar(9)
+  type(case_type), target :: c
+  type(variable_type), allocatable :: list(:)
+  character(:), allocatable :: lines, kind
+  integer :: k
+
+  call list_variables(c, list)
+  lines = ''
+  do k = 1, size(list)
+    kind = 'text'
+    if (associated(list(k)%x)) kind = 'real'
+    if (associated(list(k)%i)) kind = 'integer'
+    lines = lines//list(k)%group//tab//list(k)%name//tab//kind//tab//trim(value_text(list(k)))//tab// &
+      trim(range_text(list(k)))//tab//list(k)%unit//tab//list(k)%meaning//new_line('a')
+  end do
+  call give(lines, listing, length)
+end subroutine describe_variables
+
+!> Names and units of the columns, of the geometry columns; then the kinds of
+!> events, one per line; then the program's version.
+subroutine describe_results(listing, length)
+  use columns, only: column_type, most_columns, name_columns
+  use events, only: event_kinds
+  use handles, only: give
+  use kinds, only: version
+  use geometry_functions, only: geometry_names, geometry_units
+  implicit none
+  character(8192), intent(out) :: listing
+  integer, intent(out) :: length
+  type(column_type) :: columns(most_columns)
+  character(:), allocatable :: lines
+  integer :: k, n
+
+  lines = ''
+  call name_columns(.true., columns, n)
+  call add(columns(:n)%name)
+  call add(columns(:n)%unit)
+  call add(geometry_names)
+  call add(geometry_units)
+  do k = 1, size(event_kinds)
+    lines = lines//trim(event_kinds(k))//new_line('a')
+  end do
+  call give(lines//version, listing, length)
+
+contains
+
+  subroutine add(words)
+    character(*), intent(in) :: words(:)
+    integer :: i
+
+    do i = 1, size(words)
+      lines = lines//trim(words(i))//' '
+    end do
+    lines = trim(lines)//new_line('a')
+  end subroutine add
+
+end subroutine describe_results
+
+!> A namelist file, or (is_text = 1) the text of one that is called `file`, as a case.
+subroutine read_namelist(file, is_text, source, n, numbers, words, message, length)
+  use case, only: case_type
+  use case_check, only: check_case
+  use case_reader, only: read_case
+  use errors, only: error_type
+  use handles, only: export_case, give_error
+  use text, only: line_type, read_lines, split_lines
+  implicit none
+  character(*), intent(in) :: file, source
+  integer, intent(in) :: is_text
+  integer, intent(in) :: n
+  real(8), intent(out) :: numbers(n)
+  character(32768), intent(out) :: words
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  type(line_type), allocatable :: lines(:)
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  if (is_text == 1) then
+    call split_lines(source, lines)
+  else
+    call read_lines(file, lines, error)
+  end if
+  if (.not. allocated(error)) call read_case(file, lines, c, error)
+  if (.not. allocated(error)) call check_case(file, c, error)
+  call export_case(c, numbers, words)
+  call give_error(error, message, length)
+end subroutine read_namelist
+
+!> Check the values of a case; `file` is for messages.
+subroutine check_values(file, n, numbers, words, message, length)
+  use case, only: case_type
+  use case_check, only: check_case
+  use errors, only: error_type
+  use handles, only: give_error, import_case
+  implicit none
+  character(*), intent(in) :: file, words
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  call import_case(numbers, words, c)
+  call check_case(file, c, error)
+  call give_error(error, message, length)
+end subroutine check_values
+
+!> Profiles, contact table and equilibrium of a case.  paths: those of its wheel_profile, rail_profile,
+!> wheel_profile_right, rail_profile_right and table file, of 256 characters each.  progress and stop_asked are shared
+!> with the thread that watches.
+subroutine prepare_case(n, numbers, words, paths, progress, stop_asked, handle, message, length)
+  use case, only: case_type
+  use errors, only: error_type
+  use handles, only: free_prepared_at, give_error, import_case, new_prepared, prepare_watched, prepared_type
+  implicit none
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(*), intent(in) :: words, paths
+  real(8), intent(inout) :: progress(2)
+  integer, intent(inout) :: stop_asked(1)
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  call import_case(numbers, words, c)
+  call new_prepared(p, handle)
+  call prepare_watched(p, c, paths, progress, stop_asked, error)
+  if (allocated(error)) call free_prepared_at(handle)
+  call give_error(error, message, length)
+end subroutine prepare_case
+
+!> A case with the contact table of an earlier one.
+subroutine adapt_case(earlier, n, numbers, words, paths, handle, message, length)
+  use case, only: case_type
+  use errors, only: error_type
+  use handles, only: adapt, free_prepared_at, give_error, import_case, new_prepared, prepared_at, prepared_type
+  implicit none
+  integer(8), intent(in) :: earlier
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(*), intent(in) :: words, paths
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  call import_case(numbers, words, c)
+  call new_prepared(p, handle)
+  call adapt(p, prepared_at(earlier), c, paths, error)
+  if (allocated(error)) call free_prepared_at(handle)
+  call give_error(error, message, length)
+end subroutine adapt_case
+
+subroutine free_prepared(handle)
+  use handles, only: free_prepared_at
+  implicit none
+  integer(8), intent(in) :: handle
+
+  call free_prepared_at(handle)
+end subroutine free_prepared
+
+!> clearance to the left and to the right, height and roll of the wheelset that is held at the centre, height
+!> of the rigid one [m, rad], y, z, roll in which it rests [m, rad], weight [N], processor time for the table [s],
+!> whether it was found in a file; three eigenfrequencies [Hz], as many as the formulation leaves, then NaN.
+subroutine prepared_numbers(handle, numbers)
+  use handles, only: prepared_at, prepared_type
+  implicit none
+  integer(8), intent(in) :: handle
+  real(8), intent(out) :: numbers(14)
+  type(prepared_type), pointer :: p
+
+  p => prepared_at(handle)
+  numbers = [p%setup%side%clearance, p%setup%equilibrium(2:), p%setup%centred(2), p%setup%rest, &
+             p%setup%wheelset%weight(), p%setup%table_seconds, merge(1d0, 0d0, p%setup%table_found), p%setup%frequency]
+end subroutine prepared_numbers
+
+!> Error of the contact table of a side (1 left, 2 right): poses, rms and largest of max(|F|, 5 kN) on the tread, on
+!> the flange, on both at once, going over a rail; no poses where it is not known.  solutions: half-space solutions
+!> in the table, those that did not converge, those that its error is measured by and did not converge.
+!> pulling: points in service at which the contact would pull.
+subroutine table_accuracy(handle, side, numbers, solutions, pulling)
+  use handles, only: prepared_at, prepared_type
+  use contact_table, only: table_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: side
+  real(8), intent(out) :: numbers(3, 4)
+  integer, intent(out) :: solutions(3), pulling
+  type(prepared_type), pointer :: p
+  type(table_type), pointer :: table
+
+  p => prepared_at(handle)
+  numbers = 0
+  solutions = 0
+  pulling = 0
+  table => p%setup%wheelset%table
+  if (side == 2) table => p%setup%wheelset%right_table
+  if (.not. associated(table)) return
+  numbers(1, :) = table%accuracy%poses
+  numbers(2, :) = table%accuracy%rms
+  numbers(3, :) = table%accuracy%largest
+  solutions = [table%solutions, table%accuracy%unsolved]
+  pulling = table%accuracy%pulling
+end subroutine table_accuracy
+
+!> Integrate a prepared case.
+subroutine simulate_case(prepared, progress, stop_asked, handle, message, length)
+  use errors, only: error_type
+  use handles, only: finished_type, free_run_at, give_error, new_run, prepared_at, simulate_watched
+  implicit none
+  integer(8), intent(in) :: prepared
+  real(8), intent(inout) :: progress(2)
+  integer, intent(inout) :: stop_asked(1)
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(finished_type), pointer :: run
+  type(error_type), allocatable :: error
+
+  call new_run(run, handle)
+  call simulate_watched(prepared_at(prepared), run, progress, stop_asked, error)
+  if (allocated(error)) call free_run_at(handle)
+  call give_error(error, message, length)
+end subroutine simulate_case
+
+subroutine free_run(handle)
+  use handles, only: free_run_at
+  implicit none
+  integer(8), intent(in) :: handle
+
+  call free_run_at(handle)
+end subroutine free_run
+
+!> Numbers of columns and rows.
+subroutine run_size(handle, n_columns, n_rows)
+  use handles, only: finished_type, run_at
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(out) :: n_columns, n_rows
+  type(finished_type), pointer :: run
+
+  run => run_at(handle)
+  n_columns = size(run%last)
+  n_rows = run%rows
+end subroutine run_size
+
+!> The columns, (column, row).
+subroutine run_columns(handle, n_columns, n_rows, rows)
+  use handles, only: finished_type, run_at
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: n_columns, n_rows
+  real(8), intent(out) :: rows(n_columns, n_rows)
+  !f2py threadsafe
+  type(finished_type), pointer :: run
+
+  run => run_at(handle)
+  rows = run%kept%values(:, :n_rows)
+end subroutine run_columns
+
+!> What the comments of a column file say of a run: the lines before the rows, a line with the character FS (28), the
+!> lines after the rows. seconds: processor time of the integration [s].
+subroutine run_comments(prepared, handle, listing, length, seconds)
+  use handles, only: finished_type, give, prepared_at, prepared_type, run_at
+  use run_results, only: describe_results, describe_setup
+  implicit none
+  integer(8), intent(in) :: prepared, handle
+  character(131072), intent(out) :: listing
+  integer, intent(out) :: length
+  real(8), intent(out) :: seconds
+  type(prepared_type), pointer :: p
+  type(finished_type), pointer :: run
+  character(:), allocatable :: before, after
+
+  p => prepared_at(prepared)
+  run => run_at(handle)
+  call describe_setup(p%c, p%setup, before)
+  call describe_results(p%c, run%run_type, after)
+  call give(before//achar(28)//new_line('a')//after, listing, length)
+  seconds = run%seconds
+end subroutine run_comments
+
+!> The text for the terminal.
+subroutine run_summary(prepared, handle, listing, length)
+  use handles, only: finished_type, give, prepared_at, prepared_type, run_at
+  use summary_text, only: summary
+  implicit none
+  integer(8), intent(in) :: prepared, handle
+  character(32768), intent(out) :: listing
+  integer, intent(out) :: length
+  type(prepared_type), pointer :: p
+  type(finished_type), pointer :: run
+  character(:), allocatable :: lines
+
+  p => prepared_at(prepared)
+  run => run_at(handle)
+  call summary(p%c, p%setup, run%run_type, lines)
+  call give(lines, listing, length)
+end subroutine run_summary
+
+!> Write the column file and, unless `geometry` is '', the geometry functions: both or none.
+subroutine write_run(prepared, handle, path, geometry, message, length)
+  use errors, only: error_type
+  use handles, only: give_error, prepared_at, run_at, write_finished
+  implicit none
+  integer(8), intent(in) :: prepared, handle
+  character(*), intent(in) :: path, geometry
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(error_type), allocatable :: error
+
+  call write_finished(prepared_at(prepared), run_at(handle), path, geometry, error)
+  call give_error(error, message, length)
+end subroutine write_run
+
+subroutine write_geometry_file(prepared, path, message, length)
+  use errors, only: error_type
+  use column_writer, only: column_file
+  use handles, only: give_error, prepared_at, prepared_type
+  use files, only: write_geometry
+  implicit none
+  integer(8), intent(in) :: prepared
+  character(*), intent(in) :: path
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(column_file) :: file
+  type(error_type), allocatable :: error
+
+  p => prepared_at(prepared)
+  call write_geometry(p%c, p%setup, path, file, error)
+  if (.not. allocated(error)) call file%place(error)
+  call give_error(error, message, length)
+end subroutine write_geometry_file
+
+!> Elastic energy [J] at n poses: axle centre y, z [m], roll [rad], track frame.  wheel: 0 both, 1 left,
+!> 2 right.  status: 0, or how the pose is outside the table.
+subroutine potentials(handle, wheel, n, y, z, roll, energy, status)
+  use handles, only: find_state, prepared_at, prepared_type
+  use wheelset, only: contact_state
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: wheel, n
+  real(8), intent(in) :: y(n), z(n), roll(n)
+  real(8), intent(out) :: energy(n)
+  integer, intent(out) :: status(n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(contact_state) :: state
+  integer :: i
+
+  p => prepared_at(handle)
+  do i = 1, n
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.false.)
+    energy(i) = (state%energy(1) + state%energy(2)) + (state%energy(3) + state%energy(4))
+    status(i) = state%status
+  end do
+end subroutine potentials
+
+!> Force of the rails on the wheels, F_y, F_z [N] and M_x about the axle centre [N m].
+subroutine forces(handle, wheel, n, y, z, roll, force, status)
+  use handles, only: find_state, prepared_at, prepared_type
+  use wheelset, only: contact_state
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: wheel, n
+  real(8), intent(in) :: y(n), z(n), roll(n)
+  real(8), intent(out) :: force(3, n)
+  integer, intent(out) :: status(n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(contact_state) :: state
+  integer :: i
+
+  p => prepared_at(handle)
+  do i = 1, n
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.false.)
+    force(:, i) = -state%gradient
+    status(i) = state%status
+  end do
+end subroutine forces
+
+!> Force of the rail on the wheel in each contact: left tread, left flange, right tread, right flange.
+subroutine contact_forces(handle, n, y, z, roll, force, status)
+  use handles, only: prepared_at, prepared_type
+  use wheelset, only: contact_state, contacts
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: n
+  real(8), intent(in) :: y(n), z(n), roll(n)
+  real(8), intent(out) :: force(3, 4, n)
+  integer, intent(out) :: status(n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(contact_state) :: state
+  integer :: i
+
+  p => prepared_at(handle)
+  do i = 1, n
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false.)
+    force(:, :, i) = -state%slope
+    status(i) = state%status
+  end do
+end subroutine contact_forces
+
+!> Tangent stiffness, the Hessian of the energy: yy, yz, y roll, zz, z roll, roll roll.
+subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
+  use handles, only: find_state, prepared_at, prepared_type
+  use wheelset, only: contact_state
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: wheel, n
+  real(8), intent(in) :: y(n), z(n), roll(n)
+  real(8), intent(out) :: hessian(6, n)
+  integer, intent(out) :: status(n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(contact_state) :: state
+  integer :: i
+
+  p => prepared_at(handle)
+  do i = 1, n
+    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.true.)
+    hessian(:, i) = state%hessian
+    status(i) = state%status
+  end do
+end subroutine tangents
+
+!> Geometry functions, without the conicity, at lateral displacements y [m]; NaN where the rigid wheelset does not stand
+!> on both rails.
+subroutine geometry_functions(handle, n, y, rows)
+  use handles, only: prepared_at, prepared_type
+  use geometry_functions, only: geometry_at
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: n
+  real(8), intent(in) :: y(n)
+  real(8), intent(out) :: rows(12, n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+
+  p => prepared_at(handle)
+  call geometry_at(p%setup%side, p%setup%centred(2), y, rows)
+end subroutine geometry_functions
+
+!> Read a profile as `kind` (1 wheel, 2 rail) or as what its shape says (0).  smoothing [mm], flip and unit are
+!> those of &profiles.
+subroutine inspect_profile(path, kind, smoothing, flip, unit, handle, message, length)
+  use errors, only: error_type
+  use handles, only: free_inspected_at, give_error, inspect, inspected_type, new_inspected
+  implicit none
+  character(*), intent(in) :: path, flip, unit
+  integer, intent(in) :: kind
+  real(8), intent(in) :: smoothing
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(inspected_type), pointer :: p
+  type(error_type), allocatable :: error
+
+  call new_inspected(p, handle)
+  call inspect(p, path, kind, smoothing, flip, unit, error)
+  if (allocated(error)) call free_inspected_at(handle)
+  call give_error(error, message, length)
+end subroutine inspect_profile
+
+subroutine free_profile(handle)
+  use handles, only: free_inspected_at
+  implicit none
+  integer(8), intent(in) :: handle
+
+  call free_inspected_at(handle)
+end subroutine free_profile
+
+!> Kind (1 wheel, 2 rail) and number of points; estimated noise of the points, length of the smoothed curve and of the
+!> curve through the points [m]; lines: checksum, how the file was taken, what was mended.
+subroutine profile_facts(handle, sizes, numbers, listing, length)
+  use handles, only: give, inspected_at, inspected_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(out) :: sizes(2)
+  real(8), intent(out) :: numbers(3)
+  character(8192), intent(out) :: listing
+  integer, intent(out) :: length
+  type(inspected_type), pointer :: p
+
+  p => inspected_at(handle)
+  sizes = [p%p%kind, size(p%p%points, 2)]
+  numbers = [p%noise, p%p%curve%last(), p%rough%last()]
+  call give(p%p%checksum//new_line('a')//p%p%taken//new_line('a')//p%p%mended, listing, length)
+end subroutine profile_facts
+
+!> The points as taken and mended, y from a wheel's back [mm].
+subroutine profile_points(handle, n, points)
+  use handles, only: inspected_at, inspected_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: n
+  real(8), intent(out) :: points(2, n)
+  type(inspected_type), pointer :: p
+
+  p => inspected_at(handle)
+  points = p%p%points
+end subroutine profile_points
+
+!> The smoothed curve (smoothed = 1) or the curve through the points (0) at stations s [m]: y, z [m], angle of the
+!> tangent [rad], curvature [1/m].
+subroutine profile_frames(handle, smoothed, n, s, frames)
+  use curve, only: curve_frame
+  use handles, only: inspected_at, inspected_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: smoothed, n
+  real(8), intent(in) :: s(n)
+  real(8), intent(out) :: frames(4, n)
+  type(inspected_type), pointer :: p
+  integer :: i
+
+  p => inspected_at(handle)
+  do i = 1, n
+    if (smoothed == 1) then
+      call curve_frame(p%p%curve, s(i), frames(:2, i), frames(3, i), frames(4, i))
+    else
+      call curve_frame(p%rough, s(i), frames(:2, i), frames(3, i), frames(4, i))
+    end if
+  end do
+end subroutine profile_frames
+
+!> Profiles in their places, zones and clearance of a case, without a contact table.
+subroutine prepare_rigid_case(n, numbers, words, paths, handle, message, length)
+  use case, only: case_type
+  use errors, only: error_type
+  use handles, only: free_prepared_at, give_error, import_case, new_prepared, prepare_rigid, prepared_type
+  implicit none
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(*), intent(in) :: words, paths
+  integer(8), intent(out) :: handle
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(case_type) :: c
+  type(error_type), allocatable :: error
+
+  call import_case(numbers, words, c)
+  call new_prepared(p, handle)
+  call prepare_rigid(p, c, paths, error)
+  if (allocated(error)) call free_prepared_at(handle)
+  call give_error(error, message, length)
+end subroutine prepare_rigid_case
+
+!> Numbers of points in the outlines of a prepared case: wheel and rail (first index) of left and right side. axle:
+!> height [m] and roll [rad] of the rigid wheelset that stands on both rails at the centre.
+subroutine outline_sizes(handle, n, axle)
+  use handles, only: prepared_at, prepared_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(out) :: n(2, 2)
+  real(8), intent(out) :: axle(2)
+  type(prepared_type), pointer :: p
+  integer :: side
+
+  p => prepared_at(handle)
+  do side = 1, 2
+    n(:, side) = [size(p%setup%wheel(side)%points, 2), size(p%setup%rail(side)%points, 2)]
+  end do
+  axle = p%setup%centred(2:)
+end subroutine outline_sizes
+
+!> The points of a wheel (what = 1) in the frame of the wheelset, or of a rail (2) in the frame of the track, where the
+!> core has placed them [m]. The right side (side = 2) is given as its mirror image.
+subroutine outline_points(handle, what, side, n, points)
+  use handles, only: outline, prepared_at
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: what, side, n
+  real(8), intent(out) :: points(2, n)
+
+  call outline(prepared_at(handle), what, side, points)
+end subroutine outline_points
+
+!> Facts of a side (1 left, 2 right) of such a case: clearance to it [m], number of zones; of each of at most six zones:
+!> first and last y on the wheel from its back [m], 1 for the flange, contact angle [rad].
+subroutine rigid_numbers(handle, side, numbers, zones)
+  use handles, only: prepared_at, prepared_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: side
+  real(8), intent(out) :: numbers(2), zones(4, 6)
+  type(prepared_type), pointer :: p
+  integer :: k
+
+  p => prepared_at(handle)
+  zones = 0
+  associate (s => p%setup%side(side))
+    numbers = [s%clearance, dble(size(s%zones))]
+    do k = 1, size(s%zones)
+      zones(:, k) = [s%pair%r(1, s%zones(k)%first) - p%c%back_to_back/2, &
+                     s%pair%r(1, s%zones(k)%last) - p%c%back_to_back/2, &
+                     merge(1d0, 0d0, s%zones(k)%flange), s%zones(k)%alpha]
+    end do
+  end associate
+end subroutine rigid_numbers
+
+!> Equivalent conicity for amplitudes [m] by harmonic linearisation, from n rows of y and delta_r [m].
+subroutine linearised_conicities(n, y, delta_r, m, amplitude, found)
+  use geometry_functions, only: conicity
+  implicit none
+  integer, intent(in) :: n, m
+  real(8), intent(in) :: y(n), delta_r(n), amplitude(m)
+  real(8), intent(out) :: found(m)
+  integer :: k
+
+  do k = 1, m
+    found(k) = conicity(amplitude(k), y, delta_r)
+  end do
+end subroutine linearised_conicities
+
+!> Find out before the work, not after it, that a file cannot be written.
+subroutine check_writable(file, variable, path, message, length)
+  use errors, only: error_type
+  use handles, only: give_error
+  use files, only: check => check_writable
+  implicit none
+  character(*), intent(in) :: file, variable, path
+  character(2048), intent(out) :: message
+  integer, intent(out) :: length
+  type(error_type), allocatable :: error
+
+  call check(file, variable, path, error)
+  call give_error(error, message, length)
+end subroutine check_writable

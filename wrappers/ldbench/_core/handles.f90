@@ -1,0 +1,382 @@
+!> What Python holds of the core: prepared cases and finished runs behind integer
+!> handles (addresses), cases as arrays over the list of namelist variables, and a monitor
+!> that shares a few numbers with another thread.
+module handles
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
+  use, intrinsic :: iso_fortran_env, only: int64
+  use case, only: case_type, list_variables, text_length, variable_type
+  use column_writer, only: column_file
+  use curve, only: curve_type, fit_curve
+  use errors, only: error_type, fatal_error
+  use kinds, only: dp
+  use profile, only: profile_type, read_profile
+  use progress, only: monitor_type
+  use files, only: begin_columns, finish_files
+  use row_sink, only: row_list
+  use run_equilibrium, only: set_wheelset
+  use run_monitor, only: run_type
+  use run_setup, only: prepare_geometry, setup_type
+  use run_tables, only: free_tables
+  use simulation, only: prepare, simulate
+  use text, only: checksum, line_type, read_lines
+  use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
+  implicit none
+  private
+  public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
+  public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
+  public :: inspected_type, new_inspected, inspected_at, free_inspected_at, inspect
+  public :: export_case, import_case, give, give_error, find_state, outline
+
+  !> A case, ready to be integrated.
+  type :: prepared_type
+    type(case_type) :: c
+    type(setup_type) :: setup
+    logical :: owns_table = .false.
+  end type prepared_type
+
+  !> A run with its rows.
+  type, extends(run_type) :: finished_type
+    type(row_list) :: kept
+  end type finished_type
+
+  !> A profile as read, with a second curve that is not smoothed.
+  type :: inspected_type
+    type(profile_type) :: p
+    type(curve_type) :: rough              !! through the points, y, z [m]
+    real(dp) :: noise = 0                  !! estimated noise of the points [m]
+  end type inspected_type
+
+  !> Tells how far the work is, and is told to stop, through memory of the caller's.
+  type, extends(monitor_type) :: shared_monitor
+    real(dp), pointer :: progress(:) => null()   !! stage (1 table, 2 integration), share done
+    integer, pointer :: stop_asked(:) => null()  !! not 0: stop
+  contains
+    procedure :: report
+  end type shared_monitor
+
+contains
+
+  subroutine report(this, stage, share)
+    class(shared_monitor), intent(inout) :: this
+    character(*), intent(in) :: stage
+    real(dp), intent(in) :: share
+    real(dp), pointer, volatile :: progress(:)
+    integer, pointer, volatile :: stop_asked(:)
+
+    progress => this%progress
+    stop_asked => this%stop_asked
+    progress(1) = merge(1, 2, stage == 'table')
+    progress(2) = share
+    this%stop = stop_asked(1) /= 0
+  end subroutine report
+
+  !> A case by the paths where its files are.
+  subroutine locate(c, paths)
+    type(case_type), intent(inout) :: c
+    character(*), intent(in) :: paths          !! text_length characters each
+    character(text_length) :: path(5)
+
+    path = transfer(paths(:5*text_length), path)
+    c%wheel_profile = path(1)
+    c%rail_profile = path(2)
+    c%wheel_profile_right = path(3)
+    c%rail_profile_right = path(4)
+    c%table_file = path(5)
+  end subroutine locate
+
+  !> The names of profiles as the case has them.
+  subroutine rename(c, setup)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(inout) :: setup
+
+    setup%wheel(1)%file = trim(c%wheel_profile)
+    setup%rail(1)%file = trim(c%rail_profile)
+    setup%wheel(2)%file = trim(merge(c%wheel_profile, c%wheel_profile_right, c%wheel_profile_right == ''))
+    setup%rail(2)%file = trim(merge(c%rail_profile, c%rail_profile_right, c%rail_profile_right == ''))
+  end subroutine rename
+
+  !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case
+  !> keeps the names as its namelist has them.
+  subroutine prepare_watched(p, c, paths, progress, stop_asked, error)
+    type(prepared_type), intent(inout) :: p
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: paths
+    real(dp), target, intent(inout) :: progress(:)
+    integer, target, intent(inout) :: stop_asked(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(shared_monitor) :: watcher
+
+    watcher%progress => progress
+    watcher%stop_asked => stop_asked
+    p%c = c
+    call locate(p%c, paths)
+    call prepare(p%c, p%setup, error, watcher)
+    p%owns_table = .true.
+    p%c = c
+    call rename(c, p%setup)
+  end subroutine prepare_watched
+
+  !> Profiles in their places, zones and clearance of a case, whose files are found by the paths given here.
+  subroutine prepare_rigid(p, c, paths, error)
+    type(prepared_type), intent(inout) :: p
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: paths
+    type(error_type), allocatable, intent(out) :: error
+
+    p%c = c
+    call locate(p%c, paths)
+    call prepare_geometry(p%c, p%setup, error)
+    p%c = c
+  end subroutine prepare_rigid
+
+  !> The points of a wheel (what = 1) or a rail (2), moved as the core has moved the curve through them [m].
+  pure subroutine outline(p, what, side, points)
+    type(prepared_type), intent(in) :: p
+    integer, intent(in) :: what, side
+    real(dp), intent(out) :: points(:, :)
+
+    associate (wheel => p%setup%wheel(side), rail => p%setup%rail(side), pair => p%setup%side(side)%pair)
+      if (what == 1) points = placed(wheel%points, wheel%curve, pair%wheel)
+      if (what == 2) points = placed(rail%points, rail%curve, pair%rail)
+    end associate
+  end subroutine outline
+
+  !> Points [mm] in metres, moved from the curve as it was read to the curve in its place.
+  pure function placed(points, read, there)
+    real(dp), intent(in) :: points(:, :)
+    type(curve_type), intent(in) :: read, there
+    real(dp) :: placed(2, size(points, 2))
+
+    placed = 1e-3_dp*points + spread(there%a(:, 1, 1) - read%a(:, 1, 1), 2, size(points, 2))
+  end function placed
+
+  !> Read a profile as `kind` (1 wheel, 2 rail) or as what its shape says (0).  flip and unit are those of &profiles.
+  subroutine inspect(found, path, kind, smoothing, flip, unit, error)
+    type(inspected_type), intent(out) :: found
+    character(*), intent(in) :: path, flip, unit
+    integer, intent(in) :: kind
+    real(dp), intent(in) :: smoothing                !! [mm]
+    type(error_type), allocatable, intent(out) :: error
+    type(curve_type) :: curve
+
+    call read_profile(path, kind, smoothing, flip, unit, found%p, error)
+    if (allocated(error)) return
+    associate (points => 1e-3_dp*found%p%points)
+      call fit_curve(points(1, :), points(2, :), 0.0_dp, found%rough, error)
+      if (allocated(error)) return
+      call fit_curve(points(1, :), points(2, :), -1.0_dp, curve, error)
+    end associate
+    if (.not. allocated(error)) found%noise = curve%noise
+  end subroutine inspect
+
+  !> A case with the contact table of another, `from`, which must have the same geometry and
+  !> material, and must stay as long as this one.
+  subroutine adapt(p, from, c, paths, error)
+    type(prepared_type), intent(inout) :: p
+    type(prepared_type), intent(in) :: from
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: paths
+    type(error_type), allocatable, intent(out) :: error
+
+    p%c = c
+    call locate(p%c, paths)
+    call same_profile(p%c%wheel_profile, from%setup%wheel(1))
+    call same_profile(p%c%rail_profile, from%setup%rail(1))
+    call same_profile(merge(p%c%wheel_profile, p%c%wheel_profile_right, p%c%wheel_profile_right == ''), from%setup%wheel(2))
+    call same_profile(merge(p%c%rail_profile, p%c%rail_profile_right, p%c%rail_profile_right == ''), from%setup%rail(2))
+    if (allocated(error)) return
+    p%c = c
+    p%setup = from%setup
+    call rename(c, p%setup)
+    p%setup%table_found = .true.
+    p%setup%table_seconds = 0
+    call set_wheelset(c, p%setup, error)
+
+  contains
+
+    subroutine same_profile(path, old)
+      character(*), intent(in) :: path
+      type(profile_type), intent(in) :: old
+      type(line_type), allocatable :: lines(:)
+
+      if (allocated(error)) return
+      call read_lines(trim(path), lines, error)
+      if (allocated(error)) return
+      if (checksum(lines) /= old%checksum) call fatal_error(error, trim(path)// &
+        ': expected the profile of the contact table, CRC-32 '//old%checksum//', found '//checksum(lines))
+    end subroutine same_profile
+
+  end subroutine adapt
+
+  subroutine simulate_watched(p, run, progress, stop_asked, error)
+    type(prepared_type), intent(in) :: p
+    type(finished_type), intent(inout) :: run
+    real(dp), target, intent(inout) :: progress(:)
+    integer, target, intent(inout) :: stop_asked(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(shared_monitor) :: watcher
+
+    watcher%progress => progress
+    watcher%stop_asked => stop_asked
+    call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
+  end subroutine simulate_watched
+
+  !> The column file of a run and, unless `geometry_file` is '', the geometry functions.
+  subroutine write_finished(p, run, path, geometry_file, error)
+    type(prepared_type), intent(in) :: p
+    type(finished_type), intent(in) :: run
+    character(*), intent(in) :: path, geometry_file
+    type(error_type), allocatable, intent(out) :: error
+    type(column_file) :: columns
+    integer :: i
+
+    call begin_columns(p%c, p%setup, path, columns, error)
+    do i = 1, run%rows
+      if (.not. allocated(error)) call columns%take(run%kept%values(:, i), error)
+    end do
+    if (.not. allocated(error)) call finish_files(p%c, p%setup, run%run_type, columns, geometry_file, error)
+  end subroutine write_finished
+
+  !> The contacts of one wheel (1 left, 2 right) or of both (0) in a pose.
+  pure subroutine find_state(w, wheel, q, state, tangent)
+    type(wheelset_type), intent(in) :: w
+    integer, intent(in) :: wheel
+    real(dp), intent(in) :: q(3)
+    type(contact_state), intent(out) :: state
+    logical, intent(in) :: tangent             !! whether the Hessian is wanted
+
+    if (wheel == 0) then
+      call contacts(w, q, state, tangent)
+    else
+      call wheel_contacts(w, wheel, q, state, tangent)
+    end if
+  end subroutine find_state
+
+  !> The values of a case in the order of the list of variables: numbers, and texts one after
+  !> the other.
+  subroutine export_case(c, numbers, words)
+    type(case_type), intent(in) :: c
+    real(dp), intent(out) :: numbers(:)
+    character(*), intent(out) :: words
+    type(case_type), target :: copy
+    type(variable_type), allocatable :: list(:)
+    integer :: k
+
+    copy = c
+    call list_variables(copy, list)
+    numbers = 0
+    words = ''
+    do k = 1, size(list)
+      if (associated(list(k)%x)) numbers(k) = list(k)%x
+      if (associated(list(k)%i)) numbers(k) = list(k)%i
+      if (associated(list(k)%text)) words(text_length*(k - 1) + 1:text_length*k) = list(k)%text
+    end do
+  end subroutine export_case
+
+  subroutine import_case(numbers, words, c)
+    real(dp), intent(in) :: numbers(:)
+    character(*), intent(in) :: words
+    type(case_type), target, intent(out) :: c
+    type(variable_type), allocatable :: list(:)
+    integer :: k
+
+    call list_variables(c, list)
+    do k = 1, size(list)
+      if (associated(list(k)%x)) list(k)%x = numbers(k)
+      if (associated(list(k)%i)) list(k)%i = nint(numbers(k))
+      if (associated(list(k)%text)) list(k)%text = words(text_length*(k - 1) + 1:text_length*k)
+    end do
+  end subroutine import_case
+
+  !> A text for Python: in a buffer, with its length.
+  subroutine give(text, buffer, length)
+    character(*), intent(in) :: text
+    character(*), intent(out) :: buffer
+    integer, intent(out) :: length
+
+    buffer = text
+    length = min(len(text), len(buffer))
+  end subroutine give
+
+  !> The message of an error for Python; length 0 when there is none.
+  subroutine give_error(error, message, length)
+    type(error_type), allocatable, intent(in) :: error
+    character(*), intent(out) :: message
+    integer, intent(out) :: length
+
+    message = ''
+    length = 0
+    if (allocated(error)) call give(error%message, message, length)
+  end subroutine give_error
+
+  subroutine new_prepared(p, handle)
+    type(prepared_type), pointer, intent(out) :: p
+    integer(int64), intent(out) :: handle
+
+    allocate (p)
+    handle = transfer(c_loc(p), handle)
+  end subroutine new_prepared
+
+  function prepared_at(handle) result(p)
+    integer(int64), intent(in) :: handle
+    type(prepared_type), pointer :: p
+
+    call c_f_pointer(transfer(handle, c_null_ptr), p)
+  end function prepared_at
+
+  subroutine free_prepared_at(handle)
+    integer(int64), intent(in) :: handle
+    type(prepared_type), pointer :: p
+
+    p => prepared_at(handle)
+    if (p%owns_table) call free_tables(p%setup)
+    deallocate (p)
+  end subroutine free_prepared_at
+
+  subroutine new_inspected(p, handle)
+    type(inspected_type), pointer, intent(out) :: p
+    integer(int64), intent(out) :: handle
+
+    allocate (p)
+    handle = transfer(c_loc(p), handle)
+  end subroutine new_inspected
+
+  function inspected_at(handle) result(p)
+    integer(int64), intent(in) :: handle
+    type(inspected_type), pointer :: p
+
+    call c_f_pointer(transfer(handle, c_null_ptr), p)
+  end function inspected_at
+
+  subroutine free_inspected_at(handle)
+    integer(int64), intent(in) :: handle
+    type(inspected_type), pointer :: p
+
+    p => inspected_at(handle)
+    deallocate (p)
+  end subroutine free_inspected_at
+
+  subroutine new_run(run, handle)
+    type(finished_type), pointer, intent(out) :: run
+    integer(int64), intent(out) :: handle
+
+    allocate (run)
+    handle = transfer(c_loc(run), handle)
+  end subroutine new_run
+
+  function run_at(handle) result(run)
+    integer(int64), intent(in) :: handle
+    type(finished_type), pointer :: run
+
+    call c_f_pointer(transfer(handle, c_null_ptr), run)
+  end function run_at
+
+  subroutine free_run_at(handle)
+    integer(int64), intent(in) :: handle
+    type(finished_type), pointer :: run
+
+    run => run_at(handle)
+    deallocate (run)
+  end subroutine free_run_at
+
+end module handles

@@ -1,0 +1,132 @@
+"""Work side by side, in threads or processes of this machine."""
+from __future__ import annotations
+
+import ctypes
+import multiprocessing
+import os
+import queue
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+from typing import TypeVar
+
+from .calls import Progress
+from .errors import Error
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+PATIENCE = 0.2              # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
+PARENT_DEATH_SIGNAL = 1     # of Linux's prctl: PR_SET_PDEATHSIG
+LIBC = ctypes.CDLL(None)
+PARENTS = signal.SIGINT, signal.SIGTERM     # that the parent ends its children by
+
+
+def usable_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], workers: int,
+               done: Callable[[Task, Result], object]) -> None:
+    """Do `work(task, tell)` in threads, in the order of the tasks; `done(task, result)` is called here after each.
+
+    When one fails with an Error, those at work are waited for, the others are not begun. At Ctrl-C `tell`, which runs
+    take for their progress, stops them too.
+    """
+    stop = threading.Event()
+
+    def tell(stage: str, share: float) -> None:
+        if stop.is_set():
+            raise Error("stopped")
+
+    workers = max(1, min(workers, len(tasks)))
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            going = {pool.submit(work, task, tell): task for task in tasks}
+            while going:
+                for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
+                    done(going.pop(future), future.result())
+        except BaseException as error:
+            if not isinstance(error, Error):
+                stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+class Processes:
+    """Processes that take work, each asked by a thread of its own."""
+
+    def __init__(self, number: int) -> None:
+        # Forked: the children have every module from the start. Before the threads: a fork takes only its own along.
+        fork = multiprocessing.get_context("fork")
+        self.idle: queue.SimpleQueue[Connection] = queue.SimpleQueue()
+        self.children = []
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, PARENTS)      # a child shall not take them for its own
+        try:
+            for _ in range(number):
+                ours, theirs = fork.Pipe()
+                child = fork.Process(target=serve, args=(theirs, os.getpid()), daemon=True)
+                child.start()
+                self.children.append(child)
+                theirs.close()
+                self.idle.put(ours)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        self.threads = ThreadPoolExecutor(number)
+
+    def submit(self, work: Callable[..., Result], *arguments: object) -> Future[Result]:
+        return self.threads.submit(self._ask, work, arguments)
+
+    def map(self, work: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:
+        return self.threads.map(lambda task: self._ask(work, (task,)), tasks)
+
+    def _ask(self, work: Callable[..., Result], arguments: tuple[object, ...]) -> Result:
+        worker = self.idle.get()
+        try:
+            worker.send((work, arguments))
+            result, error = worker.recv()
+        except (EOFError, OSError):
+            raise Error("a process that read or drew was ended, as systems do where memory ends") from None
+        finally:
+            self.idle.put(worker)
+        if error:
+            raise error
+        return result
+
+    def end(self) -> None:
+        """End the processes, whatever they do; the threads that ask them get an Error."""
+        for child in self.children:
+            child.kill()
+        self.threads.shutdown(cancel_futures=True)
+        for child in self.children:
+            child.join()
+
+
+def serve(asked: Connection, parent: int) -> None:
+    """Do what is asked, until the parent is gone: it kills this process, or the system does when the parent dies."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)        # Ctrl-C goes to the parent as well, which says so in one line
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, PARENTS)
+    LIBC.prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)
+    with suppress(EOFError, OSError, MemoryError):
+        while os.getppid() == parent:
+            work, arguments = asked.recv()
+            try:
+                asked.send((work(*arguments), None))
+            except Exception as error:
+                asked.send((None, error))
+
+
+@contextmanager
+def processes(jobs: int | None, tasks: int) -> Iterator[Processes]:
+    """So many processes, or one per core, that take work; no more than there are tasks."""
+    number = max(1, min(jobs or usable_cores(), tasks))
+    pool = Processes(number)
+    try:
+        yield pool
+    finally:
+        pool.end()

@@ -1,0 +1,19 @@
+"""The commands, a module each, with add_arguments(parser) and main(args), which returns the exit status; the docstring is the help.
+
+`python -m ldbench COMMAND` runs them. They read arguments, call the library and print.
+"""
+
+#: The commands in the order of the help, and what they do.
+COMMANDS = {
+    "run": "run cases and write their column files",
+    "table": "build or load a contact table, write geometry functions",
+    "profile": "look at a wheel or rail profile, or at a pair, before a run",
+    "plot": "plot column files",
+    "compare": "overlay column files, differences as PDF and CSV",
+    "study": "contact law against time step, or derailment over flange angle",
+    "formulations": "elastic contact against constraint equations, all exercises",
+    "report": "run the ten cases, write columns, plots, abstract and summary",
+    "view": "column files as an interactive page, a film or a picture",
+    "ensemble": "run a case over many values of its variables, in threads or on a Dask cluster",
+    "variables": "list the variables of a namelist",
+}

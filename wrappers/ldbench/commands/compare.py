@@ -1,0 +1,35 @@
+"""Compare column files: ours with other models or steps, or other codes' submissions.
+
+The first file is the reference. Every quantity that the files share is drawn over the others' and as a
+difference from the reference, on the reference's instants in the time that all files cover; tables of
+differences, events and peaks go to a CSV file beside the PDF. Angle, position and radius of a contact are compared
+while it is closed in both files.
+
+examples:
+  python -m ldbench compare outputs/ex2_aw.txt other_code.csv --map other_code.toml
+  python -m ldbench compare a.txt b.txt c.txt --align first-flange -o three.pdf
+"""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..report.compare import distinct, make_comparison
+from ..results.run_data import read_data
+from .options import add_map, add_output
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files; the first is the reference")
+    add_output(parser, "the PDF; the tables go beside it as CSV", default="comparison.pdf")
+    parser.add_argument("--align", choices=("time", "first-flange"), default="time",
+                        help="lay equal times, or the first flange contacts, on each other (%(default)s)")
+    add_map(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    runs = distinct([read_data(file, args.map) for file in args.files])
+    print("\n".join(str(file) for file in make_comparison(runs, args.output, args.align)))
+    return 0

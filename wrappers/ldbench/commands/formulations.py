@@ -1,0 +1,30 @@
+"""Compare elastic contact with constraint equations, in all exercises.
+
+Elastic contact, both wheels held on their rails (bilateral) and rigid contacts that only push (unilateral, restitution 1,
+0.5 and 0): which results depend on the choice? Results: ldbench_formulations.pdf and ldbench_formulations.csv.
+
+examples:
+  python -m ldbench formulations
+  python -m ldbench formulations -o trial -j 4
+"""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..report.formulations import make_comparison
+from ..report.jobs import shipped_inputs
+from .options import add_folder, add_jobs
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    add_folder(parser, "where the results go")
+    add_jobs(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    root = Path.cwd()
+    print("\n".join(str(file) for file in make_comparison(root, shipped_inputs(root), args.output, args.jobs)))
+    return 0

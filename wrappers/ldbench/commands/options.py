@@ -1,0 +1,90 @@
+"""Options that several commands have, each with one name and one meaning."""
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core.errors import Usage
+from .._core.files import DEFAULT_FOLDER
+from .._core.pools import usable_cores
+from ..case import Value, find_variable, variables
+
+
+def add_output(parser: argparse.ArgumentParser, what: str, metavar: str = "FILE", default: str = "") -> None:
+    """-o: where the result goes. `default` is a name in the working folder's outputs/, told in the help."""
+    path = f"{DEFAULT_FOLDER}/{default}" if default else None
+    parser.add_argument("-o", "--output", type=Path, metavar=metavar, default=path and Path(path),
+                        help=f"{what} ({path})" if path else what)
+
+
+def add_folder(parser: argparse.ArgumentParser, what: str) -> None:
+    """-o: the folder where several results go."""
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", default=Path(DEFAULT_FOLDER), help=f"{what} (%(default)s)")
+
+
+def add_set(parser: argparse.ArgumentParser) -> None:
+    """--set: values of the case."""
+    parser.add_argument("--set", metavar="NAME=VALUE", action="append", default=[],
+                        help="replace a value of the namelist, as often as given; group_name where a name is ambiguous")
+
+
+def add_jobs(parser: argparse.ArgumentParser, what: str = "runs side by side") -> None:
+    """-j: how much is done at the same time."""
+    parser.add_argument("-j", "--jobs", type=side_by_side, default=usable_cores(), metavar="N", help=f"{what} (all cores)")
+
+
+def add_map(parser: argparse.ArgumentParser) -> None:
+    """--map: columns of other codes."""
+    parser.add_argument("--map", type=Path, metavar="TOML",
+                        help="how files without ldbench's header name our columns; files with it need no map")
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """--json: numbers for other programs."""
+    parser.add_argument("--json", action="store_true", help="print the numbers as JSON, SI units, instead of text")
+
+
+def side_by_side(word: str) -> int:
+    """A number of threads or processes."""
+    number = int(word) if word.isdecimal() else 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"expected a number from 1, found {word}")
+    return number
+
+
+def parse_setting(setting: str, option: str = "--set") -> tuple[str, Value]:
+    """name=value of the command line, as `Case.replace` takes it."""
+    name, equals, word = setting.partition("=")
+    if not equals:
+        raise Usage(f"expected name=value after {option}, found {setting}")
+    if variables()[find_variable(name)].kind == "text":
+        return name, word.strip("'\"")
+    try:
+        return name, float(word)
+    except ValueError:
+        return name, word
+
+
+def settings(given: Iterable[str]) -> dict[str, Value]:
+    """What `--set` says; the last of several values of a variable counts."""
+    return dict(map(parse_setting, given))
+
+
+def print_json(facts: Mapping[str, Any]) -> None:
+    """One line of JSON; what is no number there, NaN, is null."""
+    print(json.dumps(_plain(facts), ensure_ascii=False, allow_nan=False))
+
+
+def _plain(x: Any) -> Any:
+    if isinstance(x, Mapping):
+        return {str(name): _plain(value) for name, value in x.items()}
+    if isinstance(x, list | tuple | np.ndarray):
+        return [_plain(value) for value in x]
+    if isinstance(x, float | np.floating):
+        return float(x) if np.isfinite(x) else None
+    return x.item() if isinstance(x, np.generic) else x

@@ -1,0 +1,34 @@
+"""Plot column files: every quantity against time, one PDF with bookmarks.
+
+examples:
+  python -m ldbench plot outputs/ex1_aw.txt -o ex1_aw.pdf
+  python -m ldbench plot outputs/ex*.txt --geometry outputs/geometry_aw.txt
+  python -m ldbench plot other_code.csv --map other_code.toml -o other_code.pdf
+"""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from tqdm import tqdm
+
+from ..plots.document import make_plots
+from .options import add_jobs, add_map, add_output
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files")
+    add_output(parser, "the PDF", default="ldbench_plots.pdf")
+    parser.add_argument("--geometry", action="append", type=Path, default=[], metavar="FILE",
+                        help="a geometry file (&output geometry_file), as often as given")
+    add_map(parser)
+    add_jobs(parser, "processes")
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    with tqdm(total=len(args.files) + len(args.geometry), desc="plots", disable=None) as bar:
+        pages = make_plots(args.files, args.output, args.geometry, args.jobs, bar.update, args.map)
+    print(f"{args.output}: {pages} pages")
+    return 0

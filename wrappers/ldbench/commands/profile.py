@@ -1,0 +1,55 @@
+"""Look at a wheel or rail profile, or at a pair, before a run: one page and the numbers.
+
+The page shows which part is what, tangent angle and curvature before and after smoothing, the measures of
+workshop and track, what was mended; for a pair clearance, contact positions, conicity and zones too.
+
+examples:
+  python -m ldbench profile profiles/awprof.yz
+  python -m ldbench profile wheel.whl rail.ban --set smoothing_mm=0.02 --set gauge=1.435 -o pair.png
+  python -m ldbench profile left.whl rail.ban --set wheel_profile_right=right.whl
+"""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .._core.errors import Error, Usage
+from .._core.files import check_ending, check_written
+from ..case import Case
+from ..plots.profile_page import save_page
+from ..profiles.inspect import Pair, Profile, inspect_for, pair
+from .options import add_json, add_output, add_set, print_json, settings
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("files", nargs="+", metavar="PROFILE", help="a wheel or a rail, or one of each")
+    add_set(parser)
+    add_output(parser, "the page, .pdf or .png", default="ldbench_profile.pdf")
+    add_json(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    if len(args.files) > 2:
+        raise Usage(f"expected a wheel or a rail, or one of each, found {len(args.files)} files")
+    check_ending(args.output, "a page .pdf or .png", ".pdf", ".png")
+    check_written([args.output], map(Path, args.files))
+    case = Case(**settings(args.set))
+    profiles = sorted((inspect_for(file, case) for file in args.files), key=lambda profile: profile.kind, reverse=True)
+    found = None
+    if len(profiles) == 2:
+        if profiles[0].kind == profiles[1].kind:
+            raise Error(f"expected a wheel and a rail, found two {profiles[0].kind}s: {', '.join(args.files)}")
+        found = pair(case.replace(wheel_profile=profiles[0].path, rail_profile=profiles[1].path))
+    note = f"gauge {case.gauge:g} m, back-to-back {case.back_to_back:g} m" if found else ""
+    save_page(profiles, found, note, args.output)
+    blocks: list[Profile | Pair] = [*profiles, *([found] if found else [])]
+    if args.json:
+        print_json({"profiles": [profile.facts() for profile in profiles], "page": str(args.output)}
+                   | ({"pair": found.facts()} if found else {}))
+        return 0
+    for block in blocks:
+        print(block.lines()[0], *(f"  {line}" for line in block.lines()[1:]), sep="\n")
+    print(args.output)
+    return 0

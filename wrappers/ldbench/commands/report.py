@@ -1,0 +1,35 @@
+"""Make the submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results.
+
+What is up to date is left alone: a case is run again when its namelist, its profiles
+or the program have changed.
+
+examples:
+  python -m ldbench report
+  python -m ldbench report -o trial -j 4
+"""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..report.jobs import inside, shipped_inputs
+from ..report.submission import make_report
+from .options import add_folder, add_jobs
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    add_folder(parser, "where everything goes")
+    parser.add_argument("--inputs", type=Path, metavar="DIR",
+                        help="namelists exN_PAIR.nml (inputs in this folder, or those shipped)")
+    add_jobs(parser)
+    parser.add_argument("--force", action="store_true", help="make everything again")
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    root = Path.cwd()
+    made = make_report(root, args.inputs or shipped_inputs(root), root/args.output, args.jobs, args.force)
+    for file in made:
+        print(f"{inside(file, root)}  {file.stat().st_size/1e6:.2f} MB")
+    return 0

@@ -1,0 +1,65 @@
+"""Run cases: integrate the wheelset's motion, write the column files, print the summaries.
+
+A column file is the executable's, byte by byte. A case that --set changes, other than in &output, needs a file of its
+own: by -o, or by another name where the namelist names no file.
+
+examples:
+  python -m ldbench run inputs/ex1_aw.nml
+  python -m ldbench run inputs/ex1_aw.nml inputs/ex2_aw.nml --json
+  python -m ldbench run inputs/ex1_aw.nml --set dt=1e-5 --set order=2 -o coarse.txt
+  python -m ldbench run inputs/ex3_sw.nml --set contact_model=hertz -o outputs/ex3_sw_hertz.txt
+"""
+from __future__ import annotations
+
+import argparse
+
+from .._core.errors import Error, Usage
+from ..case import Case, Value, find_variable, variables
+from ..runs import Run, output_path, run
+from .options import add_json, add_output, add_set, print_json, settings
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("namelists", nargs="+", metavar="NAMELIST", help="namelist files")
+    add_set(parser)
+    add_output(parser, "the column file of one case (as the namelist says, which a case that --set changes may not replace)")
+    add_json(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    if args.output and len(args.namelists) > 1:
+        raise Usage(f"-o: expected one namelist, found {len(args.namelists)}")
+    cases = [chosen(namelist, settings(args.set), args.output) for namelist in args.namelists]
+    for case in cases:
+        for name, path in ("file", output_path(case)), ("geometry_file", case.geometry_file):
+            if path:
+                case.check_writable(f"&output {name}", path)
+    for number, case in enumerate(cases):
+        result = run(case, progress=True)
+        result.write(geometry=case.geometry_file)
+        if args.json:
+            print_json(facts(result))
+        else:
+            print("\n"*(number > 0) + result.text, end="")
+    return 0
+
+
+def chosen(namelist: str, changes: dict[str, Value], output: str | None) -> Case:
+    """The case that the arguments say, with a file of its own where they change it."""
+    unchanged = Case.from_namelist(namelist)
+    case = unchanged.replace(**changes)
+    if output:
+        case = case.replace(output_file=output)
+    elif (any(variables()[find_variable(name)].group != "output" for name in changes)
+          and output_path(case) == output_path(unchanged)):
+        raise Error(f"{case.label}: expected -o FILE with --set, found none: {output_path(case)} is the file of the "
+                    "unchanged case")
+    return case
+
+
+def facts(result: Run) -> dict[str, object]:
+    """The run for other programs."""
+    return {"case": result.name, "file": str(result.file), **result.results, "seconds": result.seconds,
+            "events": [event._asdict() for event in result.events]}

@@ -1,0 +1,90 @@
+"""Build or load the contact table of a case, print what it says of the rigid and the resting wheelset.
+
+examples:
+  python -m ldbench table inputs/ex1_aw.nml
+  python -m ldbench table inputs/ex1_aw.nml -o outputs/aw_geometry.txt
+"""
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+
+from ..case import Case
+from ..table import PLACES, ContactTable, profile_names
+from .options import add_json, add_output, add_set, print_json, settings
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("namelist", metavar="NAMELIST", help="namelist file")
+    add_set(parser)
+    add_output(parser, "write the geometry functions over the lateral displacement")
+    add_json(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    case = Case.from_namelist(args.namelist).replace(**settings(args.set))
+    if args.output:
+        case = case.replace(geometry_file=args.output)      # which looks at what else is read and written
+        case.check_writable("&output geometry_file", args.output)
+    table = ContactTable(case, progress=True)
+    if args.output:
+        table.write_geometry(args.output)
+    if args.json:
+        print_json(facts(table))
+    else:
+        describe(table)
+        if args.output:
+            print(f"geometry functions: {args.output}")
+    return 0
+
+
+def facts(table: ContactTable) -> dict[str, object]:
+    """The table for other programs."""
+    return {
+        "case": table.case.case_name, "profiles": table.case.profile_files(), "model": table.case.model,
+        "formulation": table.case.formulation, "clearance_left": table.clearance, "clearance_right": table.clearance_right,
+        "axle_height": table.equilibrium, "axle_roll": table.equilibrium_roll, "approach": table.approach,
+        "load_per_wheel": table.load_per_wheel, "frequencies": table.frequencies, "found": table.found,
+        "seconds": table.seconds, "file": table.case.table_path(),
+        "error": {side: {place: asdict(error) for place, error in errors.items()}
+                  for side, errors in (("left", table.accuracy), ("right", table.accuracy_right))}}
+
+
+def describe(table: ContactTable) -> None:
+    """Print what the table says, and warnings."""
+    case = table.case
+    elastic = case.formulation == "elastic"
+    stiffness = ""
+    if elastic:
+        stiffness = f", vertical stiffness {1e-6*table.tangent(0.0, table.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
+    print(f"{case.case_name}: {case.title}",
+          f"profiles: {profile_names(case)}",
+          f"rigid-axle clearance [mm]: {table.clearance_words('x')}",
+          f"equilibrium: axle {table.equilibrium:.6f} m above the rails, "
+          f"approach {1e3*table.approach:.4f} mm, {1e-3*table.load_per_wheel:.3f} kN per wheel{stiffness}",
+          f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else
+          f"contact table: model {case.model}, {'found' if table.found else f'built in {table.seconds:.2f} s'}"
+          + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
+    for side, errors, (solved, failed, missed), pulling in (
+            ("", table.accuracy, table.solutions, table.pulling(1)),
+            ("right ", table.accuracy_right, table.solutions_right, table.pulling(2))):
+        if side and errors == table.accuracy:
+            continue
+        if failed:
+            print(f"warning: {side}contact table: {failed} of {solved} half-space solutions did not converge; see whether the "
+                  "error is larger than &table accuracy")
+        if missed:
+            print(f"warning: {side}contact table: {missed} half-space solutions that its error is measured by did not "
+                  "converge; they are not in it")
+        if pulling:
+            print(f"warning: {side}contact table: expected contacts that push in service, found {pulling} points at which the "
+                  "contact would pull, where a run stops; lower &table accuracy or raise n_lateral, n_roll, n_depth")
+        for place, error in errors.items():
+            print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
+                  f"at {error.poses} poses")
+        worst = max((error.rms for place, error in errors.items() if place != PLACES[-1]), default=0.0)
+        if worst > case.accuracy:
+            print(f"warning: {side}contact table: expected an rms error of at most &table accuracy = {case.accuracy} "
+                  f"in service, reached {worst:.1e}")

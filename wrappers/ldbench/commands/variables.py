@@ -1,0 +1,32 @@
+"""List the variables of a namelist: group, name, default, unit, range and meaning.
+
+examples:
+  python -m ldbench variables
+  python -m ldbench variables integrator vY
+"""
+from __future__ import annotations
+
+import argparse
+
+from ..case import find_variable, variables
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("names", nargs="*", metavar="NAME", help="groups or variables (all)")
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    groups = {variable.group for variable in variables()}
+    chosen = {k for name in args.names for k, variable in enumerate(variables())
+              if (variable.group == name.lstrip("&").lower() if name.lstrip("&").lower() in groups else k == find_variable(name))}
+    group = ""
+    for k, variable in enumerate(variables()):
+        if args.names and k not in chosen:
+            continue
+        if variable.group != group:
+            group = variable.group
+            print(f"&{group}")
+        print(f"  {variable.name} = {variable.default.strip()}   {variable.range}\n      {variable.meaning}")
+    return 0

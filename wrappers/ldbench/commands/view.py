@@ -1,0 +1,82 @@
+"""Show runs as a page in the browser, as a film or as a picture: the ending of -o says which.
+
+The page is one HTML file with everything in it: wheels on rails with contact points and forces, charts of any
+columns, the values at the cursor. Files beside the first one are drawn over it; of another code's, --map says
+how it names our columns, as for `compare`.
+
+examples:
+  python -m ldbench view outputs/ex2_aw.txt
+  python -m ldbench view outputs/ex2_aw.txt other_code.csv --map other_code.toml -o ex2.html
+  python -m ldbench view outputs/ex2_aw.txt -o ex2.mp4 --from 0.015 --to 0.03 --speed 1e-3
+  python -m ldbench view outputs/ex2_aw.txt -o wheelset.png --from 0.0219
+"""
+from __future__ import annotations
+
+import argparse
+from fractions import Fraction
+from pathlib import Path
+
+from .._core.errors import Usage
+from .._core.files import DEFAULT_FOLDER, check_ending, check_written
+from ..case import Case
+from ..results.run_data import RunData, read_data
+from ..viewer.film import FILMS, PICTURE, check_film, make_film
+from ..viewer.page import make_page
+from ..viewer.show import distinct
+from .options import add_map, add_output
+
+PAGES = ".html", ".htm"
+
+
+def speed(word: str) -> float:
+    """The speed of a film, seconds of the run per second: 0.001, 1e-3 or 1:1000."""
+    try:
+        found = float(Fraction(word.strip().replace(":", "/")))
+    except (ValueError, ZeroDivisionError):
+        found = 0.0
+    if not found > 0:
+        raise argparse.ArgumentTypeError(f"expected a number above 0 such as 1e-3 or 1:1000, found {word}")
+    return found
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files; the first is the reference")
+    add_output(parser, "the page .html, the film .mp4 or .gif, or the picture of one moment .png "
+                       "(outputs/NAME.html, by the first file's name)")
+    add_map(parser)
+    parser.add_argument("--case", metavar="NAMELIST",
+                        help="whose profiles are drawn for files that name none (default: those of the first file that "
+                             "does, else the benchmark's)")
+    parser.add_argument("--title", default="", help="of the page (default: the cases')")
+    parser.add_argument("--from", dest="start", type=float, metavar="S",
+                        help="start of the film, or the moment of the picture [s] (start of the run)")
+    parser.add_argument("--to", dest="end", type=float, metavar="S", help="end of the film [s] (end of the run)")
+    parser.add_argument("--speed", type=speed, metavar="X",
+                        help="of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    target = args.output or Path(DEFAULT_FOLDER, f"{args.files[0].stem}.html")
+    check_ending(target, "a page .html, a film .mp4 or .gif, or a picture .png", *PAGES, *FILMS, PICTURE)
+    kind = target.suffix.lower()
+    for name, value in ("--from", args.start), ("--to", args.end), ("--speed", args.speed):
+        if value is not None and kind in PAGES:
+            raise Usage(f"{name}: expected with a film -o FILE.mp4, found with a page")
+        if value is not None and kind == PICTURE and name != "--from":
+            raise Usage(f"{name}: expected with a film -o FILE.mp4, found with the picture of a moment")
+    case = Case.from_namelist(args.case) if args.case else None
+    check_written([target], args.files)
+    if kind in PAGES:
+        make_page(read(args.files, args.map), args.title, case).write(target)
+    else:
+        check_film(target)
+        make_film(read(args.files, args.map), target, args.start, args.end, args.speed, case)
+    print(f"{target}  {target.stat().st_size/1e6:.2f} MB")
+    return 0
+
+
+def read(files: list[Path], map: Path | None) -> list[RunData]:
+    """The files; the map of names is for those without ldbench's header."""
+    return distinct([read_data(file, map) for file in files])

@@ -1,0 +1,96 @@
+"""The page of a profile or a pair: shape and parts, tangent angle, curvature, and what a pair does."""
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from .._core.files import complete
+from ..profiles.inspect import Pair, Profile
+from ..profiles.measures import PARTS
+from ..results.quantities import DEG, MM
+from .frame import new_page
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style, plain
+
+
+def profile_page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
+    """Profiles in columns: shape and parts, tangent angle, curvature; below them what a pair does."""
+    figure = new_page(" on ".join(Path(p.path).name for p in profiles), note)
+    grid = figure.add_gridspec(4 if found else 3, len(profiles), left=0.06, right=0.735, top=0.915, bottom=0.075,
+                               hspace=0.5, wspace=0.2, height_ratios=[1.35, 1, 1, 1][:4 if found else 3])
+    for column, profile in enumerate(profiles):
+        shape, angle, curvature = (figure.add_subplot(grid[row, column]) for row in range(3))
+        draw_shape(shape, profile, found)
+        for stations, label, color in ((profile.rough, "through the points", GREY),
+                                       (profile.smooth, f"smoothing {profile.smoothing:g} mm", BLACK)):
+            if stations is profile.rough and profile.smoothing == 0:
+                continue
+            label = label if profile.smoothing else "through the points"
+            width = 0.5 if color == GREY else 0.9
+            angle.plot(MM*stations.y, DEG*stations.angle, color=color, linewidth=width, label=label)
+            curvature.plot(MM*stations.y, stations.curvature, color=color, linewidth=width, label=label)
+        usual = np.percentile(np.abs(profile.smooth.curvature), 99)
+        curvature.set_ylim(-1.4*usual, 1.4*usual)
+        angle.set_ylabel("tangent angle [°]")
+        curvature.set_ylabel("curvature [1/m]")
+        curvature.set_xlabel("y [mm]")
+        curvature.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
+    if found:
+        positions, conicity = (figure.add_subplot(grid[3, column]) for column in range(2))
+        y = MM*found.geometry["Y"]
+        for side, sign, color in ("left", 1, BLACK), ("right", -1, ORANGE):
+            contact = found.geometry[f"y_{side[0].upper()}"]
+            positions.plot(y, sign*MM*contact, ".", markersize=2, color=color, label=side)
+        positions.set_ylabel("contact, outward |y| [mm]")
+        conicity.plot(MM*found.amplitude, found.conicity, color=BLACK, label="EN 15302")
+        conicity.plot(MM*found.amplitude, found.linearised, "--", color=RED, linewidth=0.8,
+                      label="harmonic linearisation")
+        conicity.set_ylim(bottom=0)
+        conicity.set_ylabel("equivalent conicity")
+        positions.set_xlabel("lateral displacement Y [mm]")
+        conicity.set_xlabel("amplitude [mm]")
+        for ax in positions, conicity:
+            for reach in set(found.clearance):
+                ax.axvline(MM*reach, color=GREY, linewidth=0.6, linestyle=":")
+        positions.legend(loc="center left", markerscale=3)
+        conicity.legend(loc="upper right")
+    write_lines(figure, profiles, found)
+    return figure
+
+
+def draw_shape(ax: Axes, profile: Profile, found: Pair | None) -> None:
+    """Points, curve and parts; of a wheel in a pair the ends of its zones."""
+    colors = dict(zip(PARTS, (GREY, RED, ORANGE, BLUE, GREEN, PURPLE, BLUE, GREEN), strict=True))
+    c = profile.smooth
+    ax.plot(*profile.points.T, ".", markersize=1.5, color=SKY, zorder=1)
+    for k, name in enumerate(PARTS, 1):
+        here = c.part == k
+        if here.any():
+            ax.plot(MM*np.where(here, c.y, np.nan), MM*c.z, color=colors[name], linewidth=1.4, label=name)
+    if found and profile.kind == "wheel":
+        for first, *_ in found.zones["left"][:-1]:
+            k = int(np.argmin(np.where((c.part > 1) & (c.part < 5), np.abs(c.y - first), np.inf)))
+            ax.plot(MM*c.y[k], MM*c.z[k], "|", color="black", markersize=12)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.margins(0.03, 0.08)
+    ax.set_ylabel("z [mm]")
+    ax.set_title(profile.kind, loc="left", weight="bold")
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.1, columnspacing=1.0)
+
+
+def write_lines(figure: Figure, profiles: list[Profile], found: Pair | None) -> None:
+    """The numbers, in a column on the right."""
+    blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
+    wrapped = []
+    for block in blocks:
+        wrapped += [line for entry in block for line in textwrap.wrap(entry, 52, subsequent_indent="  ")] + [""]
+    figure.text(0.752, 0.905, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45)
+
+
+def save_page(profiles: list[Profile], found: Pair | None, note: str, target: Path) -> None:
+    """Write the page, a .pdf or a .png."""
+    with ldbench_style(), complete(target) as scratch:
+        profile_page(profiles, found, note).savefig(scratch, format=target.suffix[1:], dpi=110)

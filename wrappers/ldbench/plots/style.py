@@ -1,0 +1,88 @@
+"""One look for every figure: colours, lines, page, units.
+
+Left is blue, right is red; tread is dark and drawn through, flange light and dashed.
+The colours are those of Okabe and Ito, which colour-blind readers tell apart, and
+differ in lightness for print.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+
+PAGE = 11.69, 8.27          # A4 landscape [in]
+
+BLACK, BLUE, SKY, RED, ORANGE, GREEN, PURPLE, GREY = (
+    "#000000", "#0072B2", "#56B4E9", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#7F7F7F")
+
+
+@dataclass(frozen=True)
+class Line:
+    """The look of a line: colour, dashes, width [pt]."""
+
+    color: str
+    dashes: str | tuple[float, tuple[float, ...]] = "-"
+    width: float = 0.9
+
+    def kwargs(self) -> dict[str, Any]:
+        """The look as keyword arguments of matplotlib."""
+        return {"color": self.color, "linestyle": self.dashes, "linewidth": self.width}
+
+
+DASHED = (0, (3.5, 0.9))
+DOTTED = (0, (1.0, 1.0))
+DASH_DOT = (0, (4.0, 1.0, 1.0, 1.0))
+
+CONTACT_LINES = {
+    "LT": Line(BLUE),
+    "LF": Line(SKY, DASHED, 1.3),
+    "RT": Line(RED),
+    "RF": Line(ORANGE, DASHED, 1.3),
+}
+SERIES = (Line(BLACK), Line(RED, DASHED), Line(BLUE, DASH_DOT), Line(GREEN, DOTTED, 1.2),
+          Line(PURPLE), Line(ORANGE, DASHED), Line(SKY, DASH_DOT), Line(GREY, DOTTED, 1.2))
+
+RC = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.limits": (-4, 5),
+    "axes.formatter.useoffset": False,
+    "axes.titley": 1.0,         # given, it need not be searched for at every drawing
+    "axes.unicode_minus": True,
+    "axes.xmargin": 0.0,
+    "grid.color": "#D9D9D9",
+    "grid.linewidth": 0.4,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "legend.frameon": True,
+    "legend.framealpha": 0.85,
+    "legend.edgecolor": "none",
+    "legend.borderpad": 0.2,
+    "legend.handlelength": 2.6,
+    "lines.solid_joinstyle": "round",
+    "path.simplify": True,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "path",
+    "figure.dpi": 72,
+}
+
+
+@contextmanager
+def ldbench_style() -> Iterator[None]:
+    """Draw with the look of ldbench within this context."""
+    with matplotlib.rc_context(RC):
+        yield
+
+
+def plain(words: str) -> str:
+    """Text of files and cases, which is no formula, for matplotlib: there a formula lies between dollar signs."""
+    return words.replace("$", r"\$")

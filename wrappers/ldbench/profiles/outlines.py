@@ -1,0 +1,108 @@
+"""Outlines of wheels and rails, placed by the core: the one placement for plots, films and pages."""
+from __future__ import annotations
+
+import re
+import zlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .._core import _flat
+from .._core.errors import Error
+from ..case import Case
+from ..results.run_data import RunData
+from .inspect import rigid_geometry
+
+WHEEL, RAIL = 1, 2      # in the core
+LEFT, RIGHT = 1, 2
+
+
+@dataclass(frozen=True)
+class Side:
+    """A wheel in the frame of the wheelset, origin at the axle centre, and its rail in the frame of the track, (n, 2) [m], Y
+    outward and Z up: the right side as its mirror image."""
+
+    wheel: np.ndarray
+    rail: np.ndarray
+
+
+@dataclass(frozen=True)
+class Outlines:
+    """Both sides; height [m] and roll [rad] of the axle from which the columns Z and roll are measured."""
+
+    left: Side
+    right: Side
+    axle: float
+    roll: float
+
+    @property
+    def sides(self) -> tuple[tuple[Side, int], ...]:
+        """The sides with the sign of Y: 1 left, -1 right."""
+        return (self.left, 1), (self.right, -1)
+
+
+def turned(points: np.ndarray, y: float, z: float, roll: float) -> np.ndarray:
+    """Points of the wheelset, (n, 2), in the track frame, with the axle centre at (y, z) [m]."""
+    c, s = np.cos(roll), np.sin(roll)
+    return points @ np.array([[c, s], [-s, c]]) + [y, z]
+
+
+def case_outlines(case: Case) -> Outlines:
+    """The outlines of a case's profiles; the axle is that of the rigid wheelset on both rails. Error where a run would
+    refuse them."""
+    handle = rigid_geometry(case)
+    sizes, (axle, roll) = _flat.outline_sizes(handle)
+    left, right = (Side(*(_flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (WHEEL, RAIL)))
+                   for side in (LEFT, RIGHT))
+    return Outlines(left, right, float(axle), float(roll))
+
+
+def run_outlines(run: RunData, assumed: RunData | Case | None = None) -> tuple[Outlines | None, str]:
+    """The outlines of a run, and a remark where the files are not those of the run; or None, and why.
+
+    assumed: the run or case whose profiles stand for those of a file without ldbench's header.
+    """
+    source = assumed if assumed is not None and not run.header.settings else run
+    try:
+        case = source.case if isinstance(source, RunData) else source
+    except Error as error:
+        return None, f"no outlines: {error}"
+    files = {name: Path(path) for name, path in case.profile_files().items()}
+    missing = dict.fromkeys(str(getattr(case, name)) for name, file in files.items() if not file.is_file())
+    if missing:
+        return None, f"no outlines: {' and '.join(missing)} not found"
+    try:
+        outlines = case_outlines(case)
+    except Error:               # not profiles, or not such that fit
+        names = " and ".join(dict.fromkeys(file.name for file in files.values()))
+        return None, f"no outlines: {names} cannot be placed"
+    if not isinstance(source, RunData):
+        return outlines, ""
+    changed = dict.fromkeys(file.name for name, file in files.items() if not fits(file, stated_profile(source, name)))
+    remark = f"{' and '.join(changed)} changed since the run" if changed else ""
+    return replace(outlines, axle=source.result("axle_height"), roll=source.result("axle_roll")), remark
+
+
+def pose(run: RunData, k: int) -> tuple[float, float, float]:
+    """Axle centre and roll angle in the track frame at row k [m, m, rad]."""
+    return (run.values("Y")[k], run.result("axle_height") + run.values("Z")[k], run.result("axle_roll") + run.values("roll")[k])
+
+
+def stated_profile(run: RunData, variable: str) -> str:
+    """What the header says of the profile of a variable: 'awprof.yz, CRC-32 9FA7E873'."""
+    what = variable.partition("_")[0]
+    side = "right" if variable.endswith("_right") else "left"
+    return run.header.profiles.get(f"{side} {what}", run.header.profiles.get(what, ""))
+
+
+def fits(file: Path, described: str) -> bool:
+    """Whether a profile has the checksum that the header gives, before what it says of format and mending."""
+    stated = re.search(r"CRC-32 ([0-9A-F]{8})", described)
+    return not stated or checksum(file) == stated[1]
+
+
+def checksum(file: Path) -> str:
+    """The checksum of a profile's lines, as the core computes it: tabs are blanks, line ends are one newline."""
+    lines = file.read_bytes().replace(b"\t", b" ").splitlines()
+    return f"{zlib.crc32(b''.join(line + bytes([10]) for line in lines)):08X}"

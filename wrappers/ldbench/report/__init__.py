@@ -1,0 +1,1 @@
+"""Reports on several runs: the submission, comparisons and studies."""

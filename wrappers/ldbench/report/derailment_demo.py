@@ -1,0 +1,188 @@
+"""A demonstration of ensembles: peak flange force and derailment force over mass, gauge and flange angle."""
+from __future__ import annotations
+
+from importlib.machinery import SourceFileLoader
+from math import cos, radians, sin
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from .._core.calls import Progress
+from .._core.errors import Error
+from .._core.files import complete
+from ..case import Case, data_folder
+from ..ensembles.sweep import ensemble
+from ..plots.style import BLACK, BLUE, DASHED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED, SKY, ldbench_style
+from ..table import ContactTable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+GAUGES = 1.4301, 1.4326, 1.4351, 1.4376, 1.4401         # [m]
+MASSES = np.linspace(1000, 3000, 60)                    # [kg]
+ANGLES = 45.0, 50.0, 55.0, 60.0, 65.0, 70.0, 75.0       # of the flange [deg]
+RAMP_MASSES = np.linspace(1000, 3000, 8)                # [kg]
+BEFORE = 10e3                                           # exercise 5 starts so much below the limit load [N]
+CLEARANCE = 10.18                                       # published [mm]
+KN = 1e-3
+
+
+def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", scheduler: str | None = None,
+                    threads: int | None = None, progress: Progress | bool | None = None) -> str:
+    """Run both ensembles, plot them to `output`, keep their Datasets beside it; what came out, in words.
+
+    Exercise 3 in full over mass and gauge. Exercise 5 over mass and flange angle, from equilibrium on the flange
+    10 kN below the largest load that has one.
+    """
+    output = Path(output)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    how: dict[str, Any] = {"scheduler": scheduler, "threads": threads, "progress": progress}
+    impact = ensemble(Case.exercise(3), {"gauge": GAUGES, "mass": MASSES.tolist()},
+                      store=output.with_name("demo_impact.zarr"), **how)
+    profiles = flange_profiles(output.parent/"demo_profiles")
+    tables = [ContactTable(Case.exercise(5).replace(wheel_profile=str(profiles[angle]), table_file=""))
+              for angle in ANGLES]
+    starts, limits = zip(*(ramp_case(table, mass) for table in tables for mass in RAMP_MASSES), strict=True)
+    ramp = ensemble(starts, tables=tables, store=output.with_name("demo_ramp.zarr"), columns=("Y", "Z", "y_LF", "z_LF"),
+                    rows=2, **how)
+    ramp = ramp.assign(limit_load=("member", np.array(limits), {"units": "N"}),
+                       flange_angle=("member", np.repeat(ANGLES, len(RAMP_MASSES)), {"units": "deg"}),
+                       mass=("member", np.tile(RAMP_MASSES, len(ANGLES)), {"units": "kg"}))
+    with ldbench_style():
+        figure = plot(impact, ramp)
+        with complete(output) as scratch:
+            figure.savefig(scratch, format="pdf")
+    over = (ramp.event_force.sel(kind="derailment", occurrence=1) - ramp.limit_load)/ramp.limit_load
+    failed = int((impact.error != "").sum() + (ramp.error != "").sum())
+    return (f"{impact.error.size} runs of exercise 3, {ramp.error.size} of exercise 5, {failed} failed\n"
+            f"peak flange force: {KN*float(impact.peak_N_LF.min()):.0f} to {KN*float(impact.peak_N_LF.max()):.0f} kN\n"
+            f"derailment {100*float(over.min()):.2f} to {100*float(over.max()):.2f} % above the limit load\n{output}")
+
+
+def make_profiles() -> ModuleType:
+    """The generator of the shipped profiles, which lies beside them."""
+    path = data_folder()/"profiles"/"make_profiles.py"
+    loader = SourceFileLoader("make_profiles", str(path))
+    module = ModuleType(loader.name)
+    loader.exec_module(module)
+    return module
+
+
+def flange_profiles(folder: Path) -> dict[float, Path]:
+    """The actual wheel with other flange angles [deg].
+
+    Flange height and clearance are kept: the straight face is as long and the throat where this asks for."""
+    mp = make_profiles()
+    folder.mkdir(exist_ok=True)
+    rail = mp.arprof()
+    files = {}
+    for angle in ANGLES:
+        a, b = radians(angle), radians(25)
+        face = 3.1 + (10 + 17.4625)*(cos(a) - cos(radians(75)))     # height of the straight face [mm]
+
+        def wheel(y: float, a: float = a, b: float = b, face: float = face) -> list[Any]:
+            return mp.wheel(y, 78, mp.arc(-10, 0, a), mp.line(a, face/sin(a)), mp.arc(17.4625, a, b),
+                            mp.arc(38.1, b, mp.TAPER))
+
+        files[angle] = folder/f"awprof_{angle:g}.yz"
+        mp.write(files[angle], wheel(mp.solve_throat(wheel, rail, CLEARANCE)), f"wheel, flange angle {angle:g}", [])
+    return files
+
+
+def standing(table: ContactTable, q: np.ndarray, F: float | None = None) -> np.ndarray | None:
+    """Pose (y, z, roll) of equilibrium near q, by Newton: at its y, or under the lateral force F."""
+    free = slice(1 if F is None else 0, 3)
+    load = np.array([F or 0.0, -table.weight, 0.0])
+    for _ in range(20):
+        move = np.zeros(3)
+        move[free] = np.linalg.solve(table.tangent(*q)[free, free], (table.force(*q) + load)[free])
+        if np.abs(move).max() > 1e-3:
+            return None
+        q = q + move
+        if np.abs(move).max() < 1e-12:
+            return q
+    return None
+
+
+def press(table: ContactTable, short_of: float) -> tuple[float, np.ndarray]:
+    """Largest lateral force with an equilibrium on the left flange [N]; the equilibrium `short_of` that force.
+
+    The wheelset is moved to the left, in steps that are halved where the force would fall."""
+    q, F, step = np.array([0.0, table.equilibrium, 0.0]), 0.0, 1e-4
+    path = [(F, q)]
+    while step > 1e-9:
+        new = standing(table, q + [step, 0, 0])
+        force = 0.0 if new is None else -table.force(*new)[0]
+        if new is None or force <= F:
+            step /= 2
+            continue
+        F, q = force, new
+        path.append((F, q))
+        step = min(1.5*step, 1e-5 if q[0] > table.clearance - 1e-4 else 1e-4)
+    below = next(pose for load, pose in reversed(path) if load <= F - short_of)
+    found = standing(table, below, F - short_of)
+    if found is None:
+        raise Error(f"{table.case.label}: expected an equilibrium {short_of:g} N below the limit load, found none")
+    return F, found
+
+
+def ramp_case(table: ContactTable, mass: float) -> tuple[Case, float]:
+    """Exercise 5 from rest in equilibrium shortly below the limit load; that load [N]."""
+    own = table.for_case(table.case.replace(mass=mass))
+    limit, (y, z, roll) = press(own, BEFORE)
+    return own.case.replace(Y=y, Z=z - own.equilibrium, initial_roll=roll, lateral_force=limit - BEFORE, t_end=10,
+                            interval=1e-3), limit
+
+
+def rigid_limit(angle: np.ndarray, b: float, h: float) -> np.ndarray:
+    """Lateral force over weight at which the rigid wheelset climbs its flange or, what comes first, overturns.
+
+    b, h: lateral and vertical distance of the left flange's contact from the centre of gravity [m]; angle [deg] is
+    the steepest of the flange. Moments about the centre share the weight between the left flange and the right
+    tread: V_L (b - h tan g) = V_R (b_R - h_R/40); F = V_L tan g - V_R/40. At tan g = b/h the right wheel carries
+    nothing, and the wheelset overturns before it climbs.
+    """
+    tangent = np.minimum(np.tan(np.radians(angle)), b/h)
+    arm = 0.76 - 0.457/40           # of the right tread [m]
+    left = arm/(arm + b - h*tangent)
+    return left*tangent - (1 - left)/40
+
+
+def plot(impact: xr.Dataset, ramp: xr.Dataset) -> Figure:
+    """Draw flange forces over the mass, and forces at derailment over the flange angle."""
+    figure = Figure(figsize=PAGE, layout="constrained")
+    left, right = figure.subplots(1, 2)
+    first = KN*impact.peak_N_LF.sel(gauge=1.4351).values
+    for colour, gauge in zip((SKY, GREEN, BLUE, ORANGE, PURPLE), GAUGES, strict=True):
+        left.plot(MASSES, KN*impact.peak_N_LF.sel(gauge=gauge), color=colour, linewidth=0.9, label=f"{1e3*gauge:.1f}")
+        left.plot(MASSES, KN*impact.peak_N_RF.sel(gauge=gauge), ".", color=colour, markersize=4)
+    middle = len(MASSES)//2
+    left.plot(MASSES, first[middle]*(MASSES/MASSES[middle])**0.6, color=BLACK, linestyle=DASHED, linewidth=0.9,
+              label="mass$^{3/5}$")
+    left.set(title="Exercise 3, actual profiles: left flange, struck first (lines),\n"
+                   "and right flange, struck after hops (dots)",
+             xlabel="mass of the wheelset [kg]", ylabel="peak normal force [kN]", ylim=(0, None))
+    left.legend(title="gauge [mm]", loc="upper left")
+
+    weight = ramp.mass*9.81 + Case.exercise(5).vertical_load
+    derailed = ramp.event_force.sel(kind="derailment", occurrence=1).values
+    dots = right.scatter(ramp.flange_angle, derailed/weight, s=14, c=ramp.mass, cmap="viridis", zorder=3,
+                         label="derailment in the run")
+    figure.colorbar(dots, ax=right, label="mass of the wheelset [kg]", shrink=0.5)
+    right.plot(ramp.flange_angle, ramp.limit_load/weight, "_", color=RED, markersize=14,
+               label="largest load with an equilibrium")
+    angle = np.linspace(ANGLES[0], ANGLES[-1], 300)
+    start = ramp.isel(member=-1, row=0)
+    reach, height = float(start.y_LF - start.Y), float(start.axle_height + start.Z - start.z_LF)
+    right.plot(angle, rigid_limit(angle, reach, height), color=BLACK, linewidth=0.9,
+               label=f"rigid: climbs, or overturns at b/h = {reach/height:.3f}")
+    right.plot(angle, np.tan(np.radians(angle)), color=GREY, linestyle=DASHED, linewidth=0.9,
+               label="tan g: Nadal without friction, all the weight on the flange")
+    right.set(title="Exercise 5, actual profiles with other flange angles:\nlateral force when the wheelset derails",
+              xlabel="steepest angle g of the flange [°]", ylabel="lateral force over weight", ylim=(0.6, 1.8))
+    right.margins(x=0.04)
+    right.legend(loc="lower right")
+    return figure

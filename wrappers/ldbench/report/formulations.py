@@ -1,0 +1,442 @@
+"""Elastic contact or constraint equations: what the choice does to every result of the benchmark.
+
+All exercises run with elastic contact, with both wheels held on their rails (bilateral), and with rigid contacts
+that only push (unilateral), for several restitutions. In a report the elastic runs are those of the submitted column
+files.
+"""
+from __future__ import annotations
+
+import json
+import re
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from tqdm import tqdm
+
+from .._core import _flat
+from .._core.calls import Progress
+from .._core.files import complete, write_frame
+from .._core.pools import in_threads
+from ..case import Case
+from ..plots.document import Part, bind, save_pages
+from ..plots.frame import label_x, label_y, new_page
+from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
+from ..results import run_data
+from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
+from ..results.run_data import RunData
+from ..results.summary import drift_reference
+from ..runs import run
+from ..table import ContactTable
+from .jobs import find_namelists, hashes, is_up_to_date, write_stamp
+
+FORMULATIONS: dict[str, dict[str, Any]] = {
+    "elastic": {},
+    "bilateral": {"formulation": "bilateral"},
+    "unilateral, e = 1": {"formulation": "unilateral", "restitution": 1.0},
+    "unilateral, e = 0.5": {"formulation": "unilateral", "restitution": 0.5},
+    "unilateral, e = 0": {"formulation": "unilateral", "restitution": 0.0},
+}
+LINES = dict(zip(FORMULATIONS, (
+    Line(BLUE, width=1.4), Line(RED, DASHED, 1.2), Line(GREEN, DASH_DOT), Line(ORANGE, DOTTED, 1.3), Line(PURPLE, width=0.8)),
+    strict=True))
+LONG_INTERVAL = 5e-3        # between rows of rigid contacts in exercise 5 [s]
+LONG_STEP = 1e-3            # of rigid contacts there [s]: six digits are those of a quarter of it, where impacts lose energy
+TURNED = 0.02               # roll that lifts the other wheel [rad]
+
+# The results that are compared, by their names in `quantities.OUTCOME`.
+RESULTS = ("t_first_LF", "Y_max", "climb", "first_impulse", "peak_N", "peak_P", "t_first_RF", "t_return", "lift_offs", "lost",
+           "t_derailment", "F_derailment", "F_pulls")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one run says, and its curves, thinned."""
+    case: str
+    formulation: str
+    results: Mapping[str, float]
+    ending: str
+    drift: float                          # relative to the kinetic energy at the start or the work of the force
+    curves: Mapping[str, list[float]] = field(default_factory=dict)
+
+    @property
+    def exercise(self) -> int:
+        """The number of the exercise."""
+        return int(self.case[2])
+
+    @property
+    def pair(self) -> str:
+        """The pair of profiles, 'aw' or 'sw'."""
+        return self.case[-2:]
+
+
+# Runs -------------------------------------------------------------------------------------
+
+def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
+             submitted: Sequence[RunData] = ()) -> list[Outcome]:
+    """Run every exercise in every formulation; `told` is called after each run. An elastic run whose column file is
+    submitted is not done again: its steps end at its rows, and with other rows exercise 5 derails at another load."""
+    cases = [Case.from_namelist(file) for file in find_namelists(inputs)]
+    known = {one.name: one for one in submitted}
+    tables: dict[str, ContactTable] = {}
+
+    def tabled(case: Case) -> ContactTable:
+        key = f"{case.profile_files()} {case.model}"
+        if key not in tables:
+            tables[key] = ContactTable(case)
+        return tables[key]
+
+    def work(task: tuple[Case, str], tell: Progress) -> Outcome:
+        case, name = task
+        if name == "elastic":
+            return outcome(known[case.case_name] if case.case_name in known else run(case, tell, tabled(case)), name)
+        if case.stop_at == "derailment":
+            case = case.replace(interval=LONG_INTERVAL, dt=LONG_STEP)
+        return outcome(run(case.replace(**FORMULATIONS[name]), tell), name)
+
+    def keep(task: tuple[Case, str], found: Outcome) -> None:
+        results[task] = found
+        told()
+
+    todo = [(case, name) for case in cases for name in FORMULATIONS]
+    results: dict[tuple[Case, str], Outcome] = {}
+    for case in cases:
+        if case.case_name not in known:
+            tabled(case)
+    in_threads(work, sorted(todo, key=lambda task: -task[0].t_end), jobs, keep)     # the longest first
+    return [results[task] for task in todo]
+
+
+def outcome(done: RunData, name: str) -> Outcome:
+    """The results of a run and what its pages show."""
+    c = done.data
+    first: dict[str, float] = {}
+    force: dict[str, float] = {}
+    for event in done.events:
+        first.setdefault(event.kind, event.t)
+        force.setdefault(event.kind, event.force)
+    returned, derailed = "return" in done.ending, "derailment" in first
+    rigid = "P_LF" in c
+    t = c.time.to_numpy()
+    pushed = np.concatenate([[0.0], np.cumsum(np.diff(t)*(c.N_LF.to_numpy()[1:] + c.N_LF.to_numpy()[:-1])/2)])
+    blows = c.P_LF.to_numpy() if rigid else np.zeros(len(t))
+    ramp = done.number("loading", "lateral_ramp") != 0
+    left = t <= first.get("right flange contact", np.inf)
+    results = {
+        "t_first_LF": first.get("left flange contact", np.nan),
+        "Y_max": done.header.results.get("farthest_left", float(c.Y.max())) if not (ramp or derailed) else np.nan,
+        "climb": float(c.Z[left].max()) if not (ramp or derailed) else np.nan,
+        "first_impulse": np.nan if ramp else first_impulse(done, pushed + blows),
+        "peak_N": (done.peak("LF") or (np.nan,))[0],
+        "peak_P": done.result("peak_P_LF") or np.nan,
+        "t_first_RF": first.get("right flange contact", np.nan),
+        "t_return": t[-1] if returned else np.nan,
+        "lift_offs": sum(done.count(f"{side} wheel lift-off") or 0 for side in ("left", "right")),
+        "lost": round(float(c.E_lost.iloc[-1]), 6) + 0.0 if rigid else 0.0,
+        "t_derailment": first.get("derailment", np.nan),
+        "F_derailment": force.get("derailment", np.nan) if ramp else np.nan,
+        "F_pulls": force.get("rail pulls", np.nan) if ramp else np.nan,
+    }
+    keep = np.unique(np.linspace(0, len(t) - 1, 2500).astype(int))
+    kinetic = (c.KE_lat + c.KE_vert + c.KE_roll).to_numpy()
+    curves = {"t": t, "Y": c.Y.to_numpy(), "Z": c.Z.to_numpy(), "pushed": pushed + blows, "kinetic": kinetic,
+              "roll": c.roll.to_numpy(), "F": c.F_ext.to_numpy()}
+    return Outcome(done.name, name, {key: float(x) for key, x in results.items()}, why(done),
+                   done.result("drift")/(drift_reference(done) or np.nan), {key: x[keep].tolist() for key, x in curves.items()})
+
+
+def first_impulse(done: RunData, total: np.ndarray) -> float:
+    """What the left flange has transmitted until the wheelset moves to the right [N s]."""
+    hit = done.first("left flange contact")
+    back = np.flatnonzero((done.time > hit.t) & (done.values("vY") < 0)) if hit else np.empty(0, int)
+    return float(total[back[0]]) if back.size else np.nan
+
+
+def why(done: RunData) -> str:
+    """How the run ended; of a derailment, whether over the flange or overturning."""
+    derailment = done.first("derailment")
+    if not derailment:
+        return {"return to the centre after both flanges": "returns"}.get(done.ending, "does not derail")
+    # How the flange came over the rail says it; on the crown both wheels may stand on their rails again.
+    over = [event.t for event in done.events if event.kind.endswith("over rail") and event.t <= derailment.t]
+    c = done.data
+    end = c.iloc[min(c.time.searchsorted(max(over, default=derailment.t)), len(c) - 1)]
+    side = np.sign(end.Y)
+    words = f"derails over the {'left' if side > 0 else 'right'} rail: "
+    if side*end.roll < -TURNED:
+        return words + "overturns"
+    other = ("N_RT", "N_RF") if side > 0 else ("N_LT", "N_LF")
+    if done.formulation == "bilateral" or any(end[name] != 0 for name in other):
+        return words + "rolls over the flange"
+    return words + "jumps"
+
+
+# Tables -----------------------------------------------------------------------------------
+
+def table(found: Sequence[Outcome]) -> pd.DataFrame:
+    """One row per case and result, one column per formulation, SI; and the spread about the elastic value."""
+    rows = []
+    for case in dict.fromkeys(o.case for o in found):
+        own = {o.formulation: o for o in found if o.case == case}
+        for key in RESULTS:
+            values = {name: o.results[key] for name, o in own.items()}
+            if not np.isfinite(list(values.values())).any():
+                continue
+            rows.append({"case": case, "result": in_short(key), "unit": si_unit(key),
+                         **values, "spread": spread(values)})
+        rows.append({"case": case, "result": "ending", "unit": "", **{name: o.ending for name, o in own.items()},
+                     "spread": "" if len({o.ending for o in own.values()}) == 1 else "differs"})
+        rows.append({"case": case, "result": "energy drift, relative", "unit": "1",
+                     **{name: o.drift for name, o in own.items()}, "spread": ""})
+    return pd.DataFrame(rows)
+
+
+def in_short(key: str) -> str:
+    """A result in few words."""
+    return OUTCOME[key].short or OUTCOME[key].words
+
+
+def spread(values: Mapping[str, float]) -> float:
+    """Largest difference from the elastic value over that, of the formulations that have the result; nan without
+    two of them or if it is zero."""
+    elastic = values["elastic"]
+    others = [x for name, x in values.items() if name != "elastic" and np.isfinite(x)]
+    return float(max(abs(x - elastic) for x in others)/abs(elastic)) if elastic and others else np.nan
+
+
+# Compared one by one, or as a matter of what a formulation can say at all.
+JUDGED = ("t_first_LF", "Y_max", "climb", "first_impulse", "t_first_RF", "t_return", "lift_offs", "t_derailment", "F_derailment")
+
+
+def verdict_page(found: Sequence[Outcome]) -> Figure:
+    """The one table: which results depend on the formulation, and by how much."""
+    cases = list(dict.fromkeys(o.case for o in found))
+    figure = new_page(
+        "Which results depend on the formulation?",
+        "largest difference of a constraint formulation from elastic contact, over the elastic value",
+        "constraint formulations: bilateral, both wheels held on the rails; unilateral, rigid contacts with restitution 1, "
+        "0.5 and 0. *: of the formulations that have the result.\ngreen: below 3 %, any code may be compared; orange: up to "
+        "30 %; red: the formulation decides. impulse: of forces and impacts, until the wheelset moves back. lift-offs: "
+        "fewest to most.")
+    ax = figure.add_axes((0.055, 0.1, 0.93, 0.81))
+    ax.set_axis_off()
+    rows = [[in_short(key), *(cell(found, case, key) for case in cases)] for key in JUDGED]
+    rows.append(["ending", *("differs" if len({o.ending for o in found if o.case == case}) > 1 else "the same"
+                             for case in cases)])
+    height, width = 1/(len(rows) + 12.5), 0.72/len(cases)
+    for i, row in enumerate([["", *cases], *rows]):
+        y = 1 - (i + 0.5)*height
+        for j, word in enumerate(row):
+            x = 0.005 if j == 0 else 0.28 + (j - 0.06)*width
+            if i and j and (shade := colour(word)):
+                ax.add_patch(Rectangle((0.28 + (j - 1)*width, y - height/2), width, height, facecolor=shade,
+                                       edgecolor="white", linewidth=1.5, zorder=0))
+            ax.text(x, y, word, ha="left" if j == 0 else "right", va="center", fontsize=7.5,
+                    weight="bold" if i == 0 or j == 0 else "normal")
+    y = 1 - (len(rows) + 2.2)*height
+    for case in cases:
+        own = {o.formulation: o.ending for o in found if o.case == case}
+        groups: dict[str, list[str]] = {}
+        for name, ending in own.items():
+            groups.setdefault(ending, []).append(name.replace("unilateral, ", ""))
+        words = "; ".join(f"{ending} ({', '.join(names) if len(groups) > 1 else 'all'})"
+                          for ending, names in groups.items())
+        ax.text(0.005, y, case, fontsize=7.5, weight="bold", va="center")
+        ax.text(0.075, y, words, fontsize=7.5, va="center")
+        y -= 0.95*height
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    return figure
+
+
+def cell(found: Sequence[Outcome], case: str, key: str) -> str:
+    """How much a result depends on the formulation, in words."""
+    values = {o.formulation: o.results[key] for o in found if o.case == case}
+    known = [x for x in values.values() if np.isfinite(x)]
+    if not any(known):
+        return "–"
+    if key == "lift_offs":
+        return f"{min(known):.0f} to {max(known):.0f}"
+    share = spread(values)
+    mark = "" if len(known) == len(values) else " *"
+    return f"{100*share:.3g} %{mark}" if np.isfinite(share) else f"{len(known)} of {len(values)}"
+
+
+def colour(word: str) -> str:
+    """The background of a cell: green, orange or red."""
+    if word in ("–", ""):
+        return ""
+    if word == "the same":
+        return "#BFE5D6"
+    found = re.match(r"(\S+) %", word)
+    share = float(found[1]) if found else np.inf
+    return "#BFE5D6" if share < 3 else "#FCE3B4" if share < 30 else "#F6C9B0"
+
+
+def values_page(found: Sequence[Outcome], pair: str) -> Figure:
+    """All values of a pair of profiles."""
+    figure = new_page(f"Results by formulation, {PAIRS[pair]}", "", "e: restitution; –: did not happen or does not exist")
+    ax = figure.add_axes((0.055, 0.05, 0.93, 0.87))
+    ax.set_axis_off()
+    lines: list[tuple[list[str], bool]] = []
+    for case in dict.fromkeys(o.case for o in found if o.pair == pair):
+        own = [o for o in found if o.case == case]
+        lines.append(([f"Exercise {own[0].exercise}", *(o.formulation for o in own)], True))
+        for key in RESULTS:
+            unit = OUTCOME[key].unit
+            values = [OUTCOME[key].scale*o.results[key] for o in own]
+            if np.isfinite(values).any() and any(x for x in values if np.isfinite(x)):
+                lines.append(([f"{in_short(key)} [{unit}]" if unit else in_short(key), *(short(x) for x in values)], False))
+        endings = (o.ending.replace(" rail: ", " rail:\n").replace("derails over", "over") for o in own)
+        lines.append((["ending", *endings], False))
+    height = 1/(len(lines) + 1)
+    for i, (row, bold) in enumerate(lines):
+        y = 1 - (i + 0.5)*height
+        if bold:
+            ax.axhspan(y - height/2, y + height/2, color="#E6E6E6", linewidth=0)
+        for j, word in enumerate(row):
+            ax.text(0.005 if j == 0 else 0.28 + 0.144*j - 0.01, y, word, ha="left" if j == 0 else "right", va="center",
+                    fontsize=4.6 if "\n" in word else 6.2, weight="bold" if bold else "normal", linespacing=0.9)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    return figure
+
+
+def short(x: float) -> str:
+    """Write a number with six digits; a dash for none."""
+    return "–" if not np.isfinite(x) else f"{x:.6g}" if x < 1e5 else f"{x:.0f}"
+
+
+# Pages ------------------------------------------------------------------------------------
+
+ROWS = (("Y", "lateral Y [mm]", MM), ("Z", "vertical Z [mm]", MM), ("pushed", "left flange: impulse [kN·s]", 1e-3),
+        ("kinetic", "kinetic energy [J]", 1.0))
+RAMP_LIMITS = {"Y": (-1, 25), "Z": (-2, 25), "kinetic": (-5, 300)}      # what follows is the fall
+
+
+def exercise_page(found: Sequence[Outcome], exercise: int) -> Figure:
+    """One exercise in all formulations, both pairs of profiles."""
+    own = [o for o in found if o.exercise == exercise]
+    pairs = list(dict.fromkeys(o.pair for o in own))
+    figure = new_page(f"Exercise {exercise}: elastic contact or constraint equations", "", (
+        "impulse: of forces and, with rigid contacts, of impacts, in the direction of the contact normal; "
+        "bilateral: both wheels held on the rails; unilateral: rigid contacts that only push, e: restitution"))
+    axes = figure.subplots(len(ROWS), len(pairs), sharex="col", squeeze=False, gridspec_kw={
+        "left": 0.075, "right": 0.985, "top": 0.885, "bottom": 0.09, "hspace": 0.14, "wspace": 0.14})
+    for column, pair in zip(axes.T, pairs, strict=True):
+        for ax, (key, label, scale) in zip(column, ROWS, strict=True):
+            for o in (o for o in own if o.pair == pair):
+                ax.plot(o.curves["t"], scale*np.array(o.curves[key]), label=o.formulation,
+                        **LINES[o.formulation].kwargs())
+            if exercise == 5 and key in RAMP_LIMITS:
+                ax.set_ylim(*RAMP_LIMITS[key])
+            if ax in axes[:, 0]:
+                label_y(ax, label)
+        column[0].set_title(PAIRS[pair], loc="left", fontsize=8)
+        label_x(column[-1], "time [s]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(0.985, 0.945), ncols=5)
+    return figure
+
+
+def climb_page(inputs: Path) -> Figure:
+    """What it takes to lift the wheelset over the flange with both wheels on the rails."""
+    files = {file.stem[-2:]: file for file in find_namelists(inputs)}
+    figure = new_page("Over the flange with both wheels on the rails", "", (
+        "work of weight and load along the path of the rigid wheelset; dashed: kinetic energy at the start of exercises "
+        "1 to 4"))
+    axes = figure.subplots(1, len(files), sharey=True, squeeze=False, gridspec_kw={
+        "left": 0.07, "right": 0.985, "top": 0.87, "bottom": 0.1, "wspace": 0.06})[0]
+    for ax, (pair, file) in zip(axes, files.items(), strict=True):
+        case = Case.from_namelist(file)
+        c = climb(case)
+        ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
+        for exercise, v in enumerate((0.1, 0.5, 1.0, 2.0), 1):
+            energy = 0.5*case.mass*v**2
+            ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
+            ax.text(0.01, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), va="bottom", fontsize=7)
+        ax.set_title(PAIRS[pair], loc="left")
+        label_x(ax, "lateral Y [mm]")
+    label_y(axes[0], "energy [J]")
+    return figure
+
+
+def climb(case: Case) -> pd.DataFrame:
+    """Columns of a wheelset that is fast enough to go over the left flange with both wheels on the rails."""
+    return run(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5,
+                            dt=2e-5, t_end=0.1, stop_at="derailment")).data
+
+
+def words(found: Sequence[Outcome]) -> dict[str, Any]:
+    """What the abstract says: per case how each formulation ends, and when; where a rail begins to pull."""
+    cases = list(dict.fromkeys(o.case for o in found))
+    rows = [[case, *(ending_in_short(o) for o in found if o.case == case)] for case in cases]
+    shares = {key: [spread({o.formulation: o.results[key] for o in found if o.case == case}) for case in cases]
+              for key in ("t_first_LF", "first_impulse", "t_return", "F_derailment")}
+    pulls = [f"{KN*o.results['F_pulls']:.0f} kN ({o.case})" for o in found if np.isfinite(o.results["F_pulls"])]
+    return {"names": list(FORMULATIONS), "rows": rows, "pulls": pulls,
+            **{key: f"{100*np.nanmax(x):.2g}" if np.isfinite(x).any() else "" for key, x in shares.items()}}
+
+
+def ending_in_short(o: Outcome) -> str:
+    """How a run ended, in few words."""
+    t, F = o.results["t_return"], o.results["F_derailment"]
+    if np.isfinite(t):
+        return f"{t:.3f} s"
+    how = o.ending.partition(": ")[2] or o.ending
+    return f"{how}, {KN*F:.1f} kN" if np.isfinite(F) else how
+
+
+def figures(found: Sequence[Outcome], inputs: Path) -> list[tuple[str, Figure]]:
+    """The table, an exercise to a page, the values."""
+    return [("which results depend on the formulation", verdict_page(found)),
+            *((f"exercise {k}", exercise_page(found, k)) for k in sorted({o.exercise for o in found})),
+            ("over the flange", climb_page(inputs)),
+            *((f"values, {PAIRS[pair]}", values_page(found, pair)) for pair in dict.fromkeys(o.pair for o in found))]
+
+
+# Files ------------------------------------------------------------------------------------
+
+def sources(inputs: Path, root: Path) -> dict[str, str]:
+    """Hashes of what the outcomes depend on."""
+    files = find_namelists(inputs)
+    cases = [Case.from_namelist(file) for file in files]
+    profiles = {Path(file) for case in cases for file in case.profile_files().values()}
+    return hashes([*files, *sorted(profiles), Path(__file__), Path(run_data.__file__), Path(_flat.__file__)], root)
+
+
+def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False,
+                  submitted: Callable[[], Sequence[RunData]] = tuple) -> list[Outcome]:
+    """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`; `submitted` reads
+    the column files of elastic runs."""
+    kept = outputs/"formulations.json"
+    depends = sources(inputs, root)
+    if not force and is_up_to_date(kept, depends):
+        return [Outcome(**o) for o in json.loads(kept.read_text())]
+    outputs.mkdir(parents=True, exist_ok=True)
+    with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
+        found = outcomes(inputs, jobs, bar.update, submitted())
+    with complete(kept) as scratch:
+        scratch.write_text(json.dumps([asdict(o) for o in found]))
+    write_stamp(kept, depends)
+    return found
+
+
+def make_comparison(root: Path, inputs: Path, outputs: Path, jobs: int) -> list[Path]:
+    """Write the PDF and the CSV file of the comparison of formulations."""
+    found = kept_outcomes(root, inputs, outputs, jobs)
+    target = outputs/"ldbench_formulations.pdf"
+    with tempfile.TemporaryDirectory() as scratch:
+        part = make_part(found, inputs, Path(scratch)/"pages.pdf")
+        bind([part], target, "ldbench: elastic contact or constraint equations")
+    write_frame(table(found), target.with_suffix(".csv"))
+    return [target, target.with_suffix(".csv")]
+
+
+def make_part(found: Sequence[Outcome], inputs: Path, target: Path) -> Part:
+    """The pages, bound into a document."""
+    with ldbench_style():
+        return Part("Elastic contact or constraint equations", target, save_pages(target, figures(found, inputs)))

@@ -1,0 +1,172 @@
+"""Contact law or time step: how much of the spread between codes is which?"""
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from tqdm import tqdm
+
+from .._core.files import write_frame
+from ..plots.document import Part, bind, save_pages
+from ..plots.frame import new_page
+from ..plots.stretches import first_episode
+from ..plots.style import SERIES, ldbench_style
+from ..results.columns import time_mean
+from ..results.quantities import KN, MM
+from ..results.run_data import RunData, read_data
+from .compare import Comparison, compare, event_times, peaks, quantity_page, table_page
+from .jobs import Job, find_namelists, inside, run_stale, with_values
+
+REFERENCE = "fine"
+VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
+    "fine": {},
+    "law": {"contact": {"model": "hertz"}},
+    "step": {"integrator": {"scheme": "newmark", "order": 2, "beta": 0.25, "dt": 1e-4, "energy_tolerance": 0.0}},
+}
+VARIANT_WORDS = {"fine": "half-spaces, cut steps", "law": "one Hertz spring per zone",
+                 "step": "average acceleration, step 0.1 ms"}
+SHORT_RAMP = 3.0           # of exercise 5, in the study [s]
+
+
+def study_jobs(namelist: Path, folder: Path, root: Path, ramp_end: float = SHORT_RAMP) -> dict[str, Job]:
+    """The runs of one exercise, by variant.  Exercise 5 is cut short; all are written every 0.1 ms."""
+    text = namelist.read_text()
+    plain = Job(namelist.stem, text, namelist, root)
+    base: dict[str, dict[str, Any]] = {
+        "output": {"interval": 1e-4, "geometry_file": ""},
+        "integrator": {"dt": min(1e-4, float(plain.value("integrator", "dt", 1e-4)))}}
+    if plain.value("integrator", "stop_at") == "derailment":
+        base["integrator"] |= {"t_end": ramp_end, "stop_at": "t_end"}
+    found = {}
+    for name, changes in VARIANTS.items():
+        product = folder/f"{namelist.stem}_{name}.txt"
+        values = {group: dict(variables) for group, variables in base.items()}
+        for group, variables in changes.items():
+            values.setdefault(group, {}).update(variables)
+        values["output"]["file"] = inside(product, root)
+        if "contact" in changes and plain.table:
+            table = plain.table.with_name(plain.table.stem.rpartition("_")[0] + f"_{changes['contact']['model']}.table")
+            values["table"] = {"file": inside(table, root)}
+        found[name] = Job(product.stem, with_values(text, values), product, root)
+    return found
+
+
+def study_row(found: Comparison, variant: str) -> dict[str, Any]:
+    """What a variant changes in one exercise: up to the end of the first flange contact, and overall."""
+    reference, other = found.runs
+    episode = first_episode(reference, "LF")
+    early = found.time <= (episode[1] if episode else found.time[-1])
+    row: dict[str, Any] = {"case": reference.name, "variant": variant}
+    for column in ("Y", "Z", "roll", "N_LF", "N_LT"):
+        d, x = found.difference(1, column), found.values[0][column]
+        row[f"{column} rms, first contact"] = np.sqrt(time_mean(found.time[early], d[early]**2))
+        row[f"{column} rms"] = np.sqrt(time_mean(found.time, d**2))
+        row[f"{column} rms of the reference"] = np.sqrt(time_mean(found.time, x**2))
+    for name in ("first left flange contact", "first right flange contact", "end"):
+        a, b = event_times(reference).get(name), event_times(other).get(name)
+        row[f"{name} [s]"] = np.nan if a is None or b is None else b - a
+    row["N_LF peak of the first contact, relative"] = relative(first_peak(reference), first_peak(other))
+    a, b = (peaks(run).get("N_LF", np.nan) for run in (reference, other))
+    row["N_LF largest, relative"] = relative(a, b)
+    row["ending"] = other.ending
+    return row
+
+
+def first_peak(run: RunData) -> float:
+    """Largest normal force [N] of the first contact of the left flange."""
+    episode = first_episode(run, "LF")
+    if episode is None:
+        return np.nan
+    inside_it = (run.time >= episode[0]) & (run.time <= episode[1])
+    return float(run.values("N_LF")[inside_it].max())
+
+
+def relative(reference: float, value: float) -> float:
+    """The difference of a value from the reference, relative to the reference."""
+    return (value - reference)/reference if reference else np.nan
+
+
+STUDY_COLUMNS = ("Y", "Z", "N_LF")
+
+
+def study_table(rows: pd.DataFrame) -> Figure:
+    """Contact law against time step, one row per exercise."""
+    header = ["", "", "Y, first contact", "", "Y, whole run", "", "N_LF, first contact", "", "N_LF, whole run", "",
+              "first N_LF peak", "", "end of the run"]
+    units = ["rms difference", *(["law [mm]", "step [mm]"]*2), *(["law [kN]", "step [kN]"]*2), "law [%]", "step [%]",
+             "law [ms]", "step [ms]"]
+    table = [units]
+    for case, both in rows.groupby("case", sort=False):
+        law, step = (both[both["variant"] == v].iloc[0] for v in ("law", "step"))
+        words = [case]
+        for name, scale in (("Y rms, first contact", MM), ("Y rms", MM), ("N_LF rms, first contact", KN),
+                            ("N_LF rms", KN), ("N_LF peak of the first contact, relative", 100.0), ("end [s]", 1e3)):
+            words += [f"{scale*row[name]:.3g}" if np.isfinite(row[name]) else "–" for row in (law, step)]
+        table.append(words)
+    return table_page(
+        "Contact law or time step?", "all exercises; reference: half-spaces with cut steps", header, table,
+        [1.3] + [1]*12,
+        "law: one Hertz spring per zone instead of half-spaces, same steps; step: average acceleration with whole steps of "
+        "0.1 ms instead of the shipped integrator, same law; exercise 5 cut short.\nfirst contact: from the start to "
+        "the end of the first contact of the left flange; over the whole run every impact multiplies what the ones "
+        "before it left.")
+
+
+def study_figure(rows: pd.DataFrame) -> Figure:
+    """Draw the differences as bars, relative to the reference's root mean square."""
+    figure = new_page("Contact law or time step?", "rms difference over the rms of the reference")
+    axes = figure.subplots(2, 2, gridspec_kw={
+        "left": 0.07, "right": 0.985, "top": 0.885, "bottom": 0.09, "hspace": 0.3, "wspace": 0.15})
+    cases = list(dict.fromkeys(rows["case"]))
+    for line, column in zip(axes, ("Y", "N_LF"), strict=True):
+        for ax, (key, words) in zip(line, ((f"{column} rms, first contact", "to the end of the first flange contact"),
+                                           (f"{column} rms", "whole run")), strict=True):
+            for shift, variant, style in ((-0.2, "law", SERIES[2]), (0.2, "step", SERIES[1])):
+                part = rows[rows["variant"] == variant].set_index("case").loc[cases]
+                share = part[key]/part[f"{column} rms of the reference"]
+                ax.bar(np.arange(len(cases)) + shift, share, width=0.38, color=style.color,
+                       label=VARIANT_WORDS[variant])
+            ax.set_yscale("log")
+            ax.set_xticks(np.arange(len(cases)), cases, fontsize=6.5)
+            ax.grid(axis="x", visible=False)
+            ax.margins(x=0.02)
+            ax.set_title(f"{column}: {words}", loc="left", color="#404040")
+    axes[0, 1].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
+    return figure
+
+
+def study_page(case: str, runs: Sequence[RunData]) -> Figure:
+    """One exercise with all variants: overlay and difference of the quantities that matter."""
+    return quantity_page(compare(runs), STUDY_COLUMNS, f"{case}: contact law or time step?")
+
+
+def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: float = SHORT_RAMP) -> list[Path]:
+    """Run what is not up to date; write the PDF and the CSV file of the study."""
+    namelists = find_namelists(inputs)
+    folder = outputs/"study"
+    folder.mkdir(parents=True, exist_ok=True)
+    jobs = {file.stem: study_jobs(file, folder, root, ramp_end) for file in namelists}
+    flat = [job for variants in jobs.values() for job in variants.values()]
+    with tqdm(total=len(flat), desc="study", disable=None) as bar:
+        run_stale(flat, workers, done=lambda job, ran: bar.update())
+    rows, pages = [], []
+    with ldbench_style(), tempfile.TemporaryDirectory() as scratch:
+        for case, variants in jobs.items():
+            runs = [read_data(job.product).named(VARIANT_WORDS[v]) for v, job in variants.items()]
+            for variant, other in zip(list(variants)[1:], runs[1:], strict=True):
+                rows.append(study_row(compare([runs[0], other]), variant) | {"case": case})
+            part = Path(scratch)/f"{case}.pdf"
+            pages.append(Part(case, part, save_pages(part, [(case, study_page(case, runs))])))
+        table = pd.DataFrame(rows)
+        first = Path(scratch)/"summary.pdf"
+        figures = [("table", study_table(table)), ("bars", study_figure(table))]
+        summary = Part("Summary", first, save_pages(first, figures))
+        target = outputs/"ldbench_study.pdf"
+        bind([summary, *pages], target, "ldbench: contact law or time step?")
+    write_frame(table, target.with_suffix(".csv"))
+    return [target, target.with_suffix(".csv")]

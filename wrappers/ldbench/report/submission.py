@@ -1,0 +1,126 @@
+"""The submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results."""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from functools import cache, partial
+from pathlib import Path
+
+import pandas as pd
+from tqdm import tqdm
+
+from .._core.files import write_frame
+from .._core.optional import needed
+from ..plots.document import drawing
+from ..results.quantities import si_unit
+from ..results.run_data import RunData, read_all
+from ..results.summary import summary_row
+from ..viewer import page, results
+from . import abstract, formulations
+from .jobs import (
+    Job,
+    case_job,
+    find_namelists,
+    find_stale,
+    hashes,
+    inside,
+    is_up_to_date,
+    run_stale,
+    stamped,
+    with_values,
+    write_stamp,
+)
+
+PACKAGE = Path(__file__).resolve().parents[1]
+READERS = "results", "profiles", "plots"        # rooms of the package on which every product depends
+
+
+def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Path]:
+    """Make what is not up to date; the files of the submission."""
+    needed("typst", "report")        # before the work, not after it
+    namelists = find_namelists(inputs)
+    outputs.mkdir(parents=True, exist_ok=True)
+    cases = [case_job(file, outputs, root) for file in namelists]
+    with tqdm(desc="report", disable=None) as bar:
+        shapes = geometry_jobs(cases, outputs)
+        bar.total = len(shapes) + 2*len(cases) + len(shapes) + 2
+
+        def tell(job: Job, ran: bool) -> None:
+            bar.update()
+            bar.write(f"{job.name}: {'done' if ran else 'up to date'}")
+
+        # The geometry jobs build the contact tables, one each, before the cases share them.
+        stale = find_stale(cases, force)
+        lacking = {job.table for job in stale if job.table and not job.table.is_file()}
+        rebuild = [job for job in shapes if job.table in lacking]
+        run_stale(rebuild, jobs, True, tell)
+        run_stale([job for job in shapes if job not in rebuild], jobs, force, tell)
+        run_stale(cases, jobs, force, tell, stale)
+        files = [job.product for job in cases]
+        submitted = cache(partial(read_all, files, jobs))
+        found = formulations.kept_outcomes(root, inputs, outputs, jobs, force, submitted)
+        geometry = [job.product for job in shapes]
+        plotted, written, summary, shown = products = [
+            outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
+        kept = outputs/"formulations.json"
+        code = [Path(formulations.__file__), *(file for room in READERS for file in sorted((PACKAGE/room).glob("*.py")))]
+        variants = results.find_variants(files)
+        sources = {
+            plotted: [*files, *geometry, kept, *code],
+            summary: [*files, *code, Path(__file__)],
+            written: [*files, kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))],
+            shown: [*files, *variants, *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
+        known = {file: stamped(file, root) if file in files else hashes([file], root)
+                 for file in {file for some in sources.values() for file in some}}
+        depends = {product: {name: x for file in some for name, x in known[file].items()}
+                   for product, some in sources.items()}
+        due = [product for product in products if force or not is_up_to_date(product, depends[product])]
+        runs = submitted() if due else []
+
+        def make(product: Path, parts: int, work: Callable[[], object] | None) -> None:
+            if work and product in due:
+                work()
+                write_stamp(product, depends[product])
+            else:
+                bar.update(parts)
+            bar.write(product.name)
+
+        with ExitStack() as stack:
+            # Pages are drawn in other processes while the rest is made here.
+            finish = stack.enter_context(drawing(
+                runs, plotted, geometry, jobs, bar.update, [partial(formulations.make_part, found, inputs)]
+            )) if plotted in due else None
+            make(summary, 0, lambda: write_summary(runs, summary))
+            make(shown, 1, lambda: results.results_page(runs, variants).write(shown))
+            make(written, 1, lambda: abstract.make_abstract(runs, written, found))
+            make(plotted, len(files) + len(geometry), finish)
+    return files + products
+
+
+def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
+    """One job per pair of profiles, a run of a single interval that writes the geometry functions."""
+    found: dict[tuple[str, ...], Job] = {}
+    for job in cases:
+        pair = tuple(str(job.value("profiles", which)) for which in ("wheel_profile", "rail_profile", "wheel_profile_right",
+                                                                     "rail_profile_right"))
+        name = f"geometry_{job.name.partition('_')[2] or len(found)}"
+        if pair in found:
+            continue
+        product, columns = outputs/f"{name}.txt", outputs/f"{name}_columns.txt"
+        values = {"integrator": {"t_end": job.value("output", "interval", 1e-4), "stop_at": "t_end"},
+                  "output": {"file": inside(columns, job.root), "geometry_file": inside(product, job.root)}}
+        found[pair] = Job(name, with_values(job.text, values), product, job.root, litter=columns)
+    return list(found.values())
+
+
+def write_summary(runs: Sequence[RunData], target: Path) -> None:
+    """One row per run; units in brackets behind the names."""
+    table = pd.DataFrame([summary_row(run) for run in runs])
+    table.columns = [with_unit(name) for name in table.columns]
+    write_frame(table, target)
+
+
+def with_unit(name: str) -> str:
+    """A result with its unit in brackets, where it has one."""
+    unit = si_unit(name)
+    return f"{name} [{unit}]" if unit not in ("", "1") else name

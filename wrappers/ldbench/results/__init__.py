@@ -1,0 +1,1 @@
+"""Results of runs: columns, headers, events, and what quantities are called."""

@@ -1,0 +1,306 @@
+"""Column files: ours, and other codes' labelled columns."""
+from __future__ import annotations
+
+import os
+import re
+import sys
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._core.calls import descriptions
+from .._core.errors import Error, error_of
+
+if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
+    import pandas as pd
+
+# Unit: its SI unit, and how many of these it is.
+UNITS: dict[str, tuple[str, float]] = {
+    "1": ("1", 1.0), "-": ("1", 1.0),
+    "s": ("s", 1.0), "sec": ("s", 1.0), "ms": ("s", 1e-3),
+    "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "in": ("m", 0.0254),
+    "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "deg": ("rad", np.pi / 180),
+    "N.s": ("N.s", 1.0), "kN.s": ("N.s", 1e3),
+    "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3), "in/s": ("m/s", 0.0254), "km/h": ("m/s", 1 / 3.6),
+    "rad/s": ("rad/s", 1.0), "mrad/s": ("rad/s", 1e-3), "deg/s": ("rad/s", np.pi / 180),
+    "m/s2": ("m/s2", 1.0), "mm/s2": ("m/s2", 1e-3), "g": ("m/s2", 9.81),
+    "rad/s2": ("rad/s2", 1.0), "mrad/s2": ("rad/s2", 1e-3), "deg/s2": ("rad/s2", np.pi / 180),
+    "N": ("N", 1.0), "kN": ("N", 1e3), "MN": ("N", 1e6), "lbf": ("N", 4.4482216152605),
+    "N.m": ("N.m", 1.0), "Nm": ("N.m", 1.0), "kN.m": ("N.m", 1e3), "kNm": ("N.m", 1e3),
+    "J": ("J", 1.0), "kJ": ("J", 1e3),
+}
+
+
+def time_mean(time: np.ndarray, x: np.ndarray) -> float:
+    """Mean of x over the time that its rows stand for, half the way to either neighbour; rows where x is NaN are left
+    out. Rows at events and peaks do not count more than their time."""
+    known = np.flatnonzero(~np.isnan(x))
+    if known.size < 2:
+        return float(x[known].mean()) if known.size else np.nan
+    edges = np.concatenate([time[known[:1]], (time[known[1:]] + time[known[:-1]])/2, time[known[-1:]]])
+    return float(np.average(x[known], weights=np.diff(edges)))
+
+
+COMMENT_MARKS = "#%!;*"
+SEPARATORS = ";", "\t", ",", ""          # the last one stands for blanks
+UNIT_IN_BRACKETS = re.compile(r"(.*?\S)\s*[\[(](.*)[\])]")
+
+
+@dataclass(frozen=True)
+class Source:
+    """The column of another code's file that gives one of ours."""
+
+    column: str | int           # its name in the file, or its number from 1
+    unit: str | None = None     # its unit there; None: as the file says, else SI
+    factor: float = 1.0         # applied after the unit; -1 turns a sign
+    offset: float = 0.0         # added at last, SI
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a file is laid out."""
+
+    separator: str              # one of SEPARATORS
+    names: list[str]
+    units: list[str]            # '' where not given
+    start: int                  # of the numbers, in lines
+
+
+def read_columns(path: str | os.PathLike[str],
+                 columns: str | os.PathLike[str] | Mapping[str, Any] | None = None) -> pd.DataFrame:
+    """Read labelled columns in SI units; units in `attrs["units"]`.
+
+    Takes numbers separated by blanks, tabs, commas or semicolons under a line of names, with comments (# % ! *), and units
+    in a line of their own below the names or in brackets behind each name. An empty cell is NaN; where commas do not
+    separate the cells they are decimal commas.
+
+    columns: how another code names ours, a mapping or a TOML file:
+
+        time = "t"                                                  # unit as the file says, else SI
+        Y = { column = "ylat", unit = "mm" }
+        roll = { column = "phi", unit = "mrad", factor = -1 }       # of opposite sign
+        Z = { column = 4, unit = "mm", offset = -0.457 }            # fourth column; offset in SI
+
+    Then only these columns are returned, in this order; otherwise all, under their own names.
+    """
+    import pandas as pd
+
+    path = Path(path)
+    lines = read_text(path).split("\n")
+    layout = _find_layout(path, lines)
+    table = _read_numbers(path, lines, layout)
+    sources = _sources(columns) if columns is not None else {name: Source(name) for name in layout.names}
+    data, units = {}, {}
+    for name, source in sources.items():
+        k = _find_column(path, layout, source.column)
+        units[name], factor = _si(path, source.unit if source.unit is not None else layout.units[k])
+        data[name] = factor * source.factor * table[:, k] + source.offset
+    frame = pd.DataFrame(data)
+    frame.attrs["units"] = units
+    return frame
+
+
+def read_own_columns(path: Path) -> pd.DataFrame:
+    """The columns of a file with ldbench's header, as `read_columns` gives them, three times as fast.
+
+    Where numpy finds anything else than rows of numbers under names of ours, `read_columns` takes the file or says what is wrong.
+    """
+    import pandas as pd
+
+    try:
+        with open(path, encoding="utf-8") as lines, warnings.catch_warnings():
+            warnings.simplefilter("error", UserWarning)         # numpy's way of saying: no rows
+            heading = lines.readline().split()
+            table = np.loadtxt(lines, comments="#", ndmin=2)
+    except (OSError, ValueError, UserWarning):
+        return read_columns(path)
+    names, units, geometry_names, geometry_units = (line.split() for line in descriptions()[:4])
+    known = dict(zip(geometry_names + names, geometry_units + units, strict=True))
+    if not len(known.keys() & set(heading)) == len(heading) == table.shape[1]:
+        return read_columns(path)
+    frame = pd.DataFrame(table, columns=heading)
+    frame.attrs["units"] = {name: known[name] for name in heading}
+    return frame
+
+
+def read_text(path: Path) -> str:
+    """A text file of anybody's, with line feeds as the ends of lines; spreadsheets begin theirs with a mark of its order
+    of bytes."""
+    try:
+        return path.read_text(encoding="utf-8-sig", errors="replace")
+    except (OSError, ValueError):           # a name with a zero byte
+        raise error_of(f"{path}: cannot be opened for reading") from None
+
+
+def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
+    """Names and units: lines above the numbers with as many words as there are cells in a row."""
+    start, separator = next(((k, mark) for k, line in enumerate(lines) if (mark := _separator(line)) is not None), (0, None))
+    if separator is None:
+        raise Error(f"{path}: expected rows of numbers, found none")
+    first = _cells(lines[start], separator)
+    count = len(first)
+    heading = {k: _heading_words(line, separator) for k, line in enumerate(lines[:start]) if re.search(r"\w", line)}
+    rows = [k for k, words in heading.items() if len(words) == count]
+    if not rows and not first[-1]:          # every row ends with a separator
+        count -= 1
+        rows = [k for k, words in heading.items() if len(words) == count]
+    units, below = [""]*count, start
+    if rows and any(heading[rows[-1]]) and all(_plain_unit(word) in (*UNITS, "") for word in heading[rows[-1]]):
+        below = rows.pop()
+        units = [_plain_unit(word) for word in heading[below]]
+    if not rows:
+        raise Error(f"{path}: expected a line with the names of {count} columns above the numbers, found none")
+    # Our header follows the names as comments; other codes' names may be a comment themselves.
+    at = next((k for k in reversed(rows) if not _is_comment(lines[k], separator)), rows[-1])
+    names = heading[at]
+    strange = [k for k in heading if at < k != below and not _is_comment(lines[k], separator)]
+    if _is_number(names[0], separator) or (len(rows) > 1 and any(_is_number(name, separator) for name in names)):
+        strange.insert(0, at)
+    if strange:
+        raise _wrong_row(path, strange[0], lines, count)
+    for k, name in enumerate(names):
+        found = UNIT_IN_BRACKETS.fullmatch(name)
+        if found and _plain_unit(found[2]) in UNITS:
+            names[k], units[k] = found[1], _plain_unit(found[2])
+    return Layout(separator, names, units, start)
+
+
+def _separator(line: str) -> str | None:
+    """What separates the cells of a row of numbers; None of another line."""
+    for mark in SEPARATORS:
+        cells = _cells(line, mark)
+        if len(cells) > 1 and any(cells) and all(_is_number(cell, mark) for cell in cells if cell):
+            return mark
+    return None
+
+
+def _is_number(word: str, separator: str) -> bool:
+    try:
+        float(_plain_number(word, separator))
+    except ValueError:
+        return False
+    return word.isascii() and "_" not in word
+
+
+def _plain_number(words: str, separator: str) -> str:
+    """Rewrite Fortran's exponents and decimal commas as Python reads them."""
+    words = words if separator == "," else words.replace(",", ".")
+    return re.sub("[dD]", "e", words) if "d" in words or "D" in words else words
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    return [cell.strip() for cell in line.split(separator)] if separator else line.split()
+
+
+def _is_comment(line: str, separator: str) -> bool:
+    mark = line.lstrip()[:1]
+    return mark != separator and mark in tuple(COMMENT_MARKS)
+
+
+def _heading_words(line: str, separator: str) -> list[str]:
+    """Words of a heading without comment mark; a unit in brackets stays with the name before it."""
+    line = line.strip().lstrip(COMMENT_MARKS)
+    if not separator:
+        line = re.sub(r"(?<=[^\s\])])\s+(?=[\[(]\S*[\])])", "", line)
+    return [word.strip("\"'") for word in _cells(line.rstrip(separator or None), separator)]
+
+
+def _plain_unit(unit: str) -> str:
+    """'[m/s^2]' as 'm/s2'."""
+    return unit.strip("[]() ").replace("^", "").replace("²", "2").replace("·", ".").replace("*", ".")
+
+
+def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarray:
+    """All rows, shape (rows, columns)."""
+    count, mark = len(layout.names), layout.separator
+    rows: dict[int, str] = {}
+    for k in range(layout.start, len(lines)):
+        line = lines[k]
+        if not line.strip() or _is_comment(line, mark):
+            continue
+        cells = _cells(line, mark)
+        if len(cells) == count + 1 and not cells[-1]:
+            cells.pop()
+        if len(cells) != count:
+            raise _wrong_row(path, k, lines, count)
+        rows[k] = " ".join(cell or "nan" for cell in cells) if mark else line
+    table = _numbers(rows.values(), mark)
+    if table.size != count*len(rows):
+        raise _wrong_row(path, next(k for k, row in rows.items() if _numbers([row], mark).size != count), lines, count)
+    return table.reshape(len(rows), count)
+
+
+def _numbers(rows: Iterable[str], separator: str) -> np.ndarray:
+    """The numbers of rows; none where there is something else."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)      # numpy's way of saying: not a number
+        try:
+            return np.fromstring(_plain_number("\n".join(rows), separator), sep=" ")
+        except (DeprecationWarning, ValueError):
+            return np.empty(0)
+
+
+def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:
+    return Error(f"{path}, line {k + 1}: expected {count} numbers, found '{lines[k].strip()[:80]}'")
+
+
+def _sources(columns: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Source]:
+    """The column map: a mapping, or the path of a TOML file."""
+    where = "column map"
+    if not isinstance(columns, Mapping):
+        where, columns = os.fspath(columns), _read_toml(Path(columns))
+    sources = {}
+    for name, value in columns.items():
+        try:
+            sources[name] = _checked(Source(**value) if isinstance(value, Mapping) else Source(value))
+        except TypeError:
+            raise Error(f"{where}, {name}: expected column, unit, factor, offset, found {value}") from None
+    return sources
+
+
+def _checked(source: Source) -> Source:
+    """What a map says may be of any type: TypeError where it is none of these."""
+    numbers = source.factor, source.offset
+    if not (isinstance(source.column, str | int) and isinstance(source.unit, str | None)
+            and all(isinstance(x, Real) and np.isfinite(x) for x in numbers)):
+        raise TypeError
+    return source
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError:
+        raise error_of(f"{path}: cannot be opened for reading") from None
+    except UnicodeDecodeError as error:
+        raise Error(f"{path}: expected UTF-8, found byte {error.object[error.start]} at {error.start}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise Error(f"{path}: {error}") from None
+
+
+def _find_column(path: Path, layout: Layout, column: str | int) -> int:
+    if isinstance(column, int) and 1 <= column <= len(layout.names):
+        return column - 1
+    if layout.names.count(str(column)) > 1:
+        raise Error(f"{path}: expected one column {column}, found {layout.names.count(str(column))}; a map may tell them apart "
+                    "by their numbers")
+    if column in layout.names:
+        return layout.names.index(str(column))
+    raise Error(f"{path}: expected a column {column}, found {', '.join(layout.names)}")
+
+
+def _si(path: Path, unit: str) -> tuple[str, float]:
+    """SI unit of a unit, and the factor to it."""
+    plain = _plain_unit(unit)
+    if plain and plain not in UNITS:
+        raise Error(f"{path}: expected a unit among {', '.join(UNITS)}, found {unit}")
+    return UNITS[plain] if plain else ("", 1.0)

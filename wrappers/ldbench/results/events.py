@@ -1,0 +1,30 @@
+"""What happens in a run: contacts that begin and end, passages of the centre, derailment, impacts."""
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from .._core.calls import descriptions
+
+
+class Event(NamedTuple):
+    """Something that happened in a run."""
+
+    t: float                            # [s]
+    kind: str                           # 'left flange contact', 'derailment', ...
+    force: float = np.nan               # lateral force on the wheelset then [N]; NaN in a run without one
+    impulses: Mapping[str, float] = {}  # of an impact, by contact [N s]
+    loss: float = 0.0                   # energy that an impact takes away [J]
+
+
+def event_kinds() -> list[str]:
+    """All kinds of events, in the order of the core."""
+    return descriptions()[4:-1]
+
+
+def count_name(kind: str) -> str:
+    """The name of the number of events of a kind among the results: 'n_left_flange_contact'."""
+    return "n_" + re.sub("[ -]", "_", kind)

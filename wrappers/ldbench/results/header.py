@@ -1,0 +1,198 @@
+"""What the comments of a column file say of a run: the case, the profiles, the setup, the results.
+
+The core writes them as namelist groups in comment lines, before and after the rows; a run in memory is told by the same
+lines. A file without these lines, another code's, has an empty header.
+"""
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import f90nml
+import numpy as np
+
+from .._core.errors import Error, error_of
+from ..case import Value, variables
+from .events import Event, count_name, event_kinds
+from .quantities import CONTACTS
+
+TAIL = 2**17        # where the results at the end of a file are looked for [bytes]; longer ones are read whole
+MARK = b"\xef\xbb\xbf"      # of the order of bytes, with which spreadsheets begin a file
+SETUP = "clearance_left", "clearance_right", "axle_height", "axle_roll"
+# Results that only some runs tell, and what they are in the others.
+UNTOLD: dict[str, Any] = {
+    "rest_Y": 0.0, "rest_Z": 0.0, "rest_roll": 0.0, **{f"frequency_{k}": np.nan for k in (1, 2, 3)},
+    "changes": "", **{f"peak_P_{c}": 0.0 for c in CONTACTS}, **{f"t_peak_P_{c}": 0.0 for c in CONTACTS}, "lost": 0.0}
+
+
+@dataclass(frozen=True)
+class Header:
+    """The facts of a run beside its columns; empty for another code's file."""
+
+    version: str = ""                       # of ldbench
+    name: str = ""                          # of the case
+    title: str = ""
+    profiles: Mapping[str, str] = field(default_factory=dict)   # 'wheel', 'rail', or 'left wheel' ...: file and checksum
+    reconstruction: bool = False            # whether a profile says that it is not the organisers' file
+    settings: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)   # the groups of the namelist
+    table_points: str = ""                  # of the contact table, by zone: '111 x 100 x 15 + 200 x 100 x 18'
+    table_errors: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # rms, largest by place, of max(|F|, 5 kN)
+    results: Mapping[str, Any] = field(default_factory=dict)    # the groups &setup and &results, SI units
+    events: tuple[Event, ...] = ()          # the first few of each kind
+
+    @property
+    def finished(self) -> bool:
+        """Whether the results are there: the core writes them after the last row."""
+        return "end" in self.results
+
+
+def read_header(path: Path) -> Header:
+    """The header of a column file."""
+    try:
+        with open(path, "rb") as file:
+            head = _first_comments(file)
+            tail = _last_comments(file)
+    except (OSError, ValueError):           # a name with a zero byte
+        raise error_of(f"{path}: cannot be opened for reading") from None
+    try:
+        return parse_header(head, tail)
+    except Error as error:
+        raise Error(f"{path}, header: {error}") from None
+
+
+def _first_comments(file: BinaryIO) -> list[str]:
+    """The comment lines at the beginning of a file, before or after the line of names."""
+    lines = []
+    for k, line in enumerate(file):
+        if line.removeprefix(MARK).startswith(b"#"):
+            lines.append(_plain(line.removeprefix(MARK)))
+        elif k > 0:
+            break
+    return lines
+
+
+def _last_comments(file: BinaryIO) -> list[str]:
+    """The comment lines at the end of a file."""
+    end = file.seek(0, os.SEEK_END)
+    size = min(TAIL, end)
+    while True:
+        file.seek(end - size)
+        lines = file.read(size).split(b"\n")
+        if size == end or any(line and not line.startswith(b"#") for line in lines[1:]):
+            break
+        size = min(2*size, end)
+    found: list[str] = []
+    for line in reversed(lines):
+        if line.startswith(b"#"):
+            found.append(_plain(line))
+        elif line.strip():
+            break
+    return found[::-1]
+
+
+def _plain(line: bytes) -> str:
+    return line.decode(errors="replace")[1:].removeprefix(" ").rstrip()
+
+
+def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
+    """The header that the comment lines before and after the rows tell; an empty one where ldbench has not written them."""
+    if not (head and (found := re.match(r"ldbench (\S+)$", head[0]))):
+        return Header()
+    version, name, title = found[1], "", ""
+    profiles: dict[str, str] = {}
+    reconstruction = False
+    for line in head:
+        if found := re.match(r"case ([^:]*): (.*)", line):
+            name, title = found[1], found[2]
+        elif found := re.match(r"((?:left |right )?(?:wheel|rail)) profile: (.*?)(, RECONSTRUCTION.*)?$", line):
+            profiles[found[1]] = found[2]
+            reconstruction = reconstruction or bool(found[3])
+    groups = read_groups(head)
+    setup = groups.pop("setup", {})
+    settings = {group: {known_name(group, key): setting_value(group, key, value) for key, value in values.items()}
+                for group, values in groups.items()}
+    errors = {key.removeprefix("table_error_").replace("_", " "): (number(setup, key, 0), number(setup, key, 1))
+              for key in setup if key.startswith("table_error_") and not key.endswith("_right")}
+    results: dict[str, Any] = {key: number(setup, key) for key in SETUP}
+    results |= {key: number(setup, key) for key in ("rest_Y", "rest_Z", "rest_roll") if key in setup}
+    frequencies = setup.get("eigenfrequencies", [])
+    for k, _ in enumerate(frequencies if isinstance(frequencies, list) else [frequencies]):
+        results[f"frequency_{k + 1}"] = number(setup, "eigenfrequencies", k if isinstance(frequencies, list) else None)
+    events: tuple[Event, ...] = ()
+    if told := read_groups(tail).get("results"):
+        events = tuple(map(read_event, _listed(told.pop("event", []))))
+        results |= {count_name(kind): 0 for kind in event_kinds()}
+        results |= {key: value if isinstance(value, str) else int(value) if isinstance(value, int) else number(told, key)
+                    for key, value in told.items()}
+        results["derailed"] = results["n_derailment"] > 0
+    results |= {key: value for key, value in UNTOLD.items() if key not in results}
+    return Header(version, name, title, profiles, reconstruction, settings, str(setup.get("table_points", "")), errors, results,
+                  events)
+
+
+def _listed(events: object) -> list[Mapping[str, Any]]:
+    found = events if isinstance(events, list) else [events]
+    return [event for event in found if isinstance(event, Mapping)]
+
+
+def read_event(event: Mapping[str, Any]) -> Event:
+    """An event from its part of the group &results."""
+    force = number(event, "force") if "force" in event else np.nan
+    impulses = {c: number(event, f"p_{c.lower()}") for c in CONTACTS if f"p_{c.lower()}" in event}
+    return Event(number(event, "t"), str(event.get("kind", "")), force, impulses,
+                 number(event, "loss") if "loss" in event else 0.0)
+
+
+def read_groups(lines: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """The namelist groups among comment lines; names as they are written there."""
+    kept: list[str] = []
+    names: dict[str, str] = {}
+    inside = False
+    for line in lines:
+        inside = inside or line.startswith("&")
+        if inside:
+            kept.append(line)
+            if found := re.match(r" *(\w+) *=", line):
+                names[found[1].lower()] = found[1]
+        inside = inside and line.strip() != "/"
+    try:
+        groups = f90nml.reads("\n".join(kept) + "\n")
+        return {group: {str(names.get(name, name)): value for name, value in values.items()} for group, values in groups.items()
+                if isinstance(values, Mapping)}
+    except Exception as error:      # whatever f90nml finds wrong with a text
+        raise Error(f"expected namelist groups, found {type(error).__name__}: {error}") from None
+
+
+def number(group: Mapping[str, Any], name: str, k: int | None = None) -> float:
+    """A finite number of a group, or the k-th of several."""
+    value = group.get(name)
+    if k is not None and isinstance(value, list) and len(value) > k:
+        value = value[k]
+    if not isinstance(value, int | float) or isinstance(value, bool) or not np.isfinite(value):
+        raise Error(f"expected a number for {name}, found {value!r}")
+    return float(value)
+
+
+@cache
+def kinds() -> dict[tuple[str, str], tuple[str, str]]:
+    """Names and kinds of the namelist's variables, by group and name in small letters."""
+    return {(variable.group, variable.name.lower()): (variable.name, variable.kind) for variable in variables()}
+
+
+def known_name(group: str, name: str) -> str:
+    """The name of a variable as the namelist has it; a name that this version does not know stays as it is."""
+    return kinds().get((group, name.lower()), (name, ""))[0]
+
+
+def setting_value(group: str, name: str, value: Any) -> Value:
+    """A text or a number; of a variable that this version does not know, whichever it is."""
+    kind = kinds().get((group, name.lower()), ("", ""))[1]
+    if kind == "text":
+        return str(value or "")
+    found = number({name: value}, name) if kind else value
+    return int(found) if kind == "integer" and found == int(found) else found

@@ -1,0 +1,259 @@
+"""One run: its columns, its results, its events and its case, from a column file or from memory."""
+from __future__ import annotations
+
+import copy
+import functools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from .._core.errors import Error
+from .._core.optional import needed
+from .._core.pools import processes
+from ..case import Case, Value
+from .columns import read_columns, read_own_columns
+from .events import Event, count_name
+from .header import Header, read_header
+from .quantities import CONTACT_NAMES, PAIRS
+
+if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
+    import pandas as pd
+    import xarray as xr
+
+
+class Source(Protocol):
+    """What a run comes from: a file or the core."""
+
+    @property
+    def file(self) -> Path:
+        """The column file, or where it would go."""
+
+    @property
+    def header(self) -> Header:
+        """The facts beside the columns."""
+
+    def columns(self) -> pd.DataFrame:
+        """The columns in SI units; units in `attrs["units"]`."""
+
+    def case(self) -> Case:
+        """The case; raises Error where the source does not tell it."""
+
+
+@dataclass(frozen=True)
+class ColumnFile:
+    """A column file. `map` tells how another code names our columns, see `read_columns`."""
+
+    file: Path
+    map: Any = None
+
+    @functools.cached_property
+    def header(self) -> Header:
+        """The comments of the file, read once."""
+        return read_header(self.file)
+
+    def columns(self) -> pd.DataFrame:
+        """Read the columns; Error where the run is not finished."""
+        if not self.header.settings:
+            return read_columns(self.file, self.map)
+        found = read_own_columns(self.file)
+        if not self.header.finished and "time" in found.columns:
+            raise Error(f"{self.file}: expected the group &results after the last row, found none: the run is not finished, or "
+                        "the file is cut")
+        return found
+
+    def case(self) -> Case:
+        """The case of the header."""
+        if not self.header.settings:
+            raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
+        return Case.of_groups(self.header.settings, f"{self.file}, header", self.file.resolve().parent)
+
+
+class RunData:
+    """A run: what ldbench computed, or what another code's file tells.
+
+    A file without ldbench's header has `data` alone: `results` is empty, `events` too, and `case` raises Error.
+    """
+
+    def __init__(self, source: Source, name: str = "") -> None:
+        self._source = source
+        #: The name of the case, or of the file.
+        self.name: str = name or source.header.name or source.file.stem
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_source": self._source, "name": self.name, "data": self.data}
+
+    def named(self, name: str) -> RunData:
+        """The run by another name."""
+        other = copy.copy(self)
+        other.name = name
+        return other
+
+    # What is known of the run ---------------------------------------------------------------
+
+    @functools.cached_property
+    def data(self) -> pd.DataFrame:
+        """The columns of the column file in SI units, a row per output interval and event; units in `attrs["units"]`."""
+        return self._source.columns()
+
+    @functools.cached_property
+    def case(self) -> Case:
+        """The case that was run; Error where the file does not tell it."""
+        return self._source.case()
+
+    @property
+    def file(self) -> Path:
+        """The column file, or where the case says that it goes."""
+        return self._source.file
+
+    @property
+    def header(self) -> Header:
+        """Title, version, profiles, settings: the comments before the rows."""
+        return self._source.header
+
+    @property
+    def results(self) -> dict[str, Any]:
+        """The outcome in numbers, SI units, by the names in the groups &setup and &results of the column file.
+
+        Before the run: clearance_left, clearance_right; axle_height, axle_roll (of the wheelset at rest, held at the
+        centre); rest_Y, rest_Z, rest_roll (where it rests by itself, as the columns have it); frequency_1 to frequency_3
+        (eigenfrequencies at rest, NaN where rigid contacts leave fewer). Of the run: end (why it ended), t (when), rows,
+        farthest_left, farthest_right, farthest_up and the times t_farthest_...; per contact peak_N_LT ... and t_peak_LT ...,
+        the largest impulse peak_P_LT ... (rigid contacts) and t_peak_P_LT ...; lost (energy, in impacts), drift (largest
+        |energy error| over all steps), kinetic_energy (initial, of lateral, vertical and roll motion), steps, step, cuts,
+        missed, evaluations, n_left_flange_contact ... (events of each kind), derailed.
+        """
+        return dict(self.header.results)
+
+    @property
+    def events(self) -> list[Event]:
+        """What happened, in order of time: the first five events of each kind, a hundred impacts. `results` counts all."""
+        return list(self.header.events)
+
+    # Questions -----------------------------------------------------------------------------
+
+    @functools.cached_property
+    def time(self) -> np.ndarray:
+        """The times of the rows, (rows,) [s]; Error where they do not ascend."""
+        time = self.values("time")
+        if not (np.isfinite(time).all() and np.all(np.diff(time) >= 0)):
+            raise Error(f"{self.file}: expected rows with ascending times, found others")
+        return time
+
+    def values(self, column: str) -> np.ndarray:
+        """A column, (rows,), SI; Error where the run has none of that name."""
+        if column not in self.data:
+            raise Error(f"{self.file}: expected a column {column}, found none")
+        return self.data[column].to_numpy()
+
+    def result(self, name: str) -> float:
+        """A number of `results`; NaN where the run does not tell it."""
+        return float(self.header.results.get(name, np.nan))
+
+    @property
+    def ending(self) -> str:
+        """Why the run ended; '' where the file does not say."""
+        return str(self.header.results.get("end", ""))
+
+    @property
+    def exercise(self) -> int | None:
+        """The number of the exercise, by the name of the case."""
+        found = re.match(r"ex(\d)_", self.name)
+        return int(found[1]) if found else None
+
+    @property
+    def formulation(self) -> str:
+        """How contact is treated: 'elastic', 'bilateral' or 'unilateral'; '' in another code's file."""
+        return str(self.setting("contact", "formulation") or ("elastic" if self.header.settings else ""))
+
+    @property
+    def heading(self) -> str:
+        """'Exercise 1, actual profiles', or the name of the case."""
+        pair = PAIRS.get(self.name.partition("_")[2])
+        return f"Exercise {self.exercise}, {pair}" if self.exercise and pair else self.name
+
+    def setting(self, group: str, name: str) -> Value | None:
+        """A number or a word of the namelist; None where the file does not say."""
+        return self.header.settings.get(group, {}).get(name)
+
+    def number(self, group: str, name: str) -> float:
+        """A number of the namelist."""
+        value = self.setting(group, name)
+        if isinstance(value, str | None):
+            raise Error(f"{self.file}: expected a number for &{group} {name} in the header, found {value or 'none'}")
+        return float(value)
+
+    def first(self, kind: str) -> Event | None:
+        """The first event of a kind; None where there was none."""
+        return next((event for event in self.header.events if event.kind == kind), None)
+
+    def count(self, kind: str) -> int | None:
+        """The number of events of a kind; None where the file does not say."""
+        return self.header.results.get(count_name(kind))
+
+    def peak(self, contact: str) -> tuple[float, float] | None:
+        """The largest normal force of a contact [N] and the time [s] of it; None where the contact stays open.
+
+        The results tell it for all steps; of another code's file it is the largest of the rows.
+        """
+        if "peak_N_LT" in self.header.results:
+            found = self.result(f"peak_N_{contact}"), self.result(f"t_peak_{contact}")
+        elif f"N_{contact}" in self.data and np.nanmax(self.values(f"N_{contact}"), initial=0.0) > 0:
+            k = int(np.nanargmax(self.values(f"N_{contact}")))
+            found = float(self.values(f"N_{contact}")[k]), float(self.time[k])
+        else:
+            return None
+        return found if found[0] > 0 else None
+
+    def first_contact(self, contact: str) -> float | None:
+        """Time [s] at which a contact first closes: of the event, or of the first row with a force."""
+        event = self.first(CONTACT_NAMES[contact] + " contact")
+        if event:
+            return event.t
+        if f"N_{contact}" not in self.data:
+            return None
+        closed = np.flatnonzero(self.values(f"N_{contact}") > 0)
+        return float(self.time[closed[0]]) if closed.size else None
+
+    def passages(self) -> list[float]:
+        """Times [s] of the passages of the centre after the left flange's first contact, of those that are listed."""
+        contact = self.first_contact("LF")
+        return [e.t for e in self.header.events if e.kind == "centre passage" and contact and e.t > contact]
+
+    # Elsewhere -----------------------------------------------------------------------------
+
+    def to_xarray(self) -> xr.Dataset:
+        """The columns as an xarray Dataset over `row`, with units; `results` and the name of the case are attributes."""
+        xarray = needed("xarray", "ensemble")
+        units = self.data.attrs.get("units", {})
+        data = {str(name): ("row", self.data[name].to_numpy(), {"units": units.get(name) or "1"}) for name in self.data}
+        attributes = {name: int(value) if isinstance(value, bool) else value for name, value in self.results.items()
+                      if not (isinstance(value, float) and np.isnan(value))}
+        found = xarray.Dataset(data, attrs={"case": self.name, "title": self.header.title, **attributes})
+        return found.set_coords("time") if "time" in found else found
+
+
+def read_data(path: str | PathLike[str], map: Any = None) -> RunData:
+    """Read a column file. map: how another code names our columns; it is for a file without ldbench's header."""
+    return checked(RunData(ColumnFile(Path(path), map)))
+
+
+def checked(run: RunData) -> RunData:
+    """The run; Error at once where its file cannot be read."""
+    _ = run.data
+    return run
+
+
+def read_all(files: Sequence[Path], jobs: int | None = None) -> list[RunData]:
+    """Column files, read by several processes, the longest first."""
+    def size(file: Path) -> int:
+        return file.stat().st_size if file.is_file() else 0     # whoever reads says what is wrong
+
+    order = sorted(range(len(files)), key=lambda k: -size(files[k]))
+    with processes(jobs, len(files)) as pool:
+        found = dict(zip(order, pool.map(read_data, [files[k] for k in order]), strict=True))
+    return [found[k] for k in range(len(files))]

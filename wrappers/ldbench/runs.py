@@ -1,0 +1,212 @@
+"""Runs: compute one, read one, and what both can do."""
+from __future__ import annotations
+
+import functools
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._core import _flat
+from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
+from ._core.errors import Error
+from ._core.files import DEFAULT_FOLDER, check_written, complete
+from ._core.notebook import html_table
+from .case import Case
+from .results.header import Header, parse_header
+from .results.quantities import CONTACT_NAMES
+from .results.run_data import ColumnFile, RunData, checked
+from .table import ContactTable
+
+if TYPE_CHECKING:       # what draws and makes frames is imported where it is needed: it takes longer than a short run
+    import pandas as pd
+
+    from .viewer.page import Page
+
+
+class Run(RunData):
+    """A run, from memory (`ldbench.run`) or from a column file (`ldbench.read_run`).
+
+    `data`, `results`, `events` and `case` say what happened; `plot`, `view`, `to_xarray` and `write` hand it on. It can be
+    copied, pickled and sent to other processes.
+    """
+
+    _source: CoreRun | ColumnFile
+
+    @property
+    def table(self) -> ContactTable:
+        """The contact table, which serves further runs: run(case.replace(vY=0.2), table=run.table). It is loaded or built
+        when it is first asked for, where the run comes from a file, from another process, or is a copy."""
+        return self._in_core.table
+
+    @property
+    def text(self) -> str:
+        """The summary that the executable prints; of a run from a file, the case is run again for it."""
+        return self._in_core.text
+
+    @property
+    def seconds(self) -> float:
+        """Processor time of the integration [s]; NaN of a run from a file, which does not tell it."""
+        return self._source.seconds if isinstance(self._source, CoreRun) else np.nan
+
+    @functools.cached_property
+    def _in_core(self) -> CoreRun:
+        """The run as the core has it; that of a file is run again."""
+        if isinstance(self._source, CoreRun):
+            return self._source
+        again = run(self.case)._source
+        assert isinstance(again, CoreRun)
+        return again
+
+    def write(self, path: str | os.PathLike[str] | None = None, geometry: str | os.PathLike[str] = "") -> str:
+        """Write the column file, by default where the case says; returns its path. Of a run from a file it is a copy.
+
+        geometry: a file for the geometry functions. No earlier file is replaced before both new ones are complete.
+        """
+        target, others = Path(path or self.file), [Path(geometry)] if geometry else []
+        if target.resolve() in [other.resolve() for other in others]:
+            raise Error(f"{geometry}: expected a file of its own for the geometry functions, found the column file")
+        if isinstance(self._source, CoreRun):
+            return self._source.write(path, geometry)
+        if path is None:
+            raise Error(f"{self.file}: expected the path of another file, to which the run is copied, found none")
+        check_written([target, *others], [self.file])
+        with complete(target) as scratch:
+            shutil.copyfile(self.file, scratch)
+            if geometry:
+                self.table.write_geometry(geometry)
+        return os.fspath(path)
+
+    def plot(self, path: str | os.PathLike[str] = "") -> int:
+        """Draw every quantity of the benchmark's list into a PDF, by default NAME.pdf here; returns the number of pages."""
+        from .plots.document import plot_runs
+
+        return plot_runs([self], Path(path or f"{self.name}.pdf"))
+
+    def view(self) -> Page:
+        """The run as an interactive page, which a notebook shows; `.write(path)` writes it."""
+        from .viewer.show import view
+
+        return view(self)
+
+    def _repr_html_(self) -> str:
+        """The outcome in a table, for a notebook."""
+        rows: list[tuple[str, ...]] = [("rows", str(len(self.data)), "")]
+        if self.header.finished:
+            found = self.results
+            rows = [("ended", f"{found['t']:.6f} s", self.ending),
+                    ("rows", str(found["rows"]), f"of {found['steps']} steps of at most {found['step']:g} s"),
+                    ("energy drift, largest", f"{found['drift']:.1e} J", f"of {found['kinetic_energy']:.6g} J")]
+        for contact, words in CONTACT_NAMES.items():
+            if peak := self.peak(contact):
+                rows.append((f"largest normal force, {words}", f"{1e-3*peak[0]:.3f} kN", f"at {peak[1]:.6f} s"))
+        rows += [(event.kind, f"{event.t:.6f} s", "") for event in self.events[:12]]
+        rows += [("...", f"{len(self.events) - 12} more in .events", "")] if len(self.events) > 12 else []
+        return html_table(": ".join(words for words in (self.name, self.header.title) if words), rows)
+
+    def __repr__(self) -> str:
+        if not self.header.finished:
+            return f"Run({self.name!r}, {len(self.data)} rows of {self.file})"
+        return f"Run({self.name!r}, {self.results['rows']} rows to t = {self.results['t']:g} s: {self.ending})"
+
+
+class CoreRun:
+    """A run in the core's memory."""
+
+    def __init__(self, table: ContactTable, handle: Handle) -> None:
+        """handle: the run, which the core integrated with that table."""
+        self._case = table.case
+        vars(self).update(table=table, handle=handle)
+        listing, length, self.seconds = _flat.run_comments(table._handle, handle)
+        self.comments = text(listing, length)
+        before, _, after = self.comments.partition("\x1c\n")
+        self.header: Header = parse_header(before.splitlines(), after.splitlines())
+        self.text: str = text(*_flat.run_summary(table._handle, handle))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is known; table and run are made again from the case where they are asked for."""
+        return {name: value for name, value in vars(self).items() if name not in ("table", "handle")}
+
+    @functools.cached_property
+    def table(self) -> ContactTable:
+        """The contact table, loaded or built where it is not at hand."""
+        return ContactTable(self._case)
+
+    @functools.cached_property
+    def handle(self) -> Handle:
+        """The run. One that came from another process is done again, once, to write its file."""
+        again = run(self._case, table=self.table)._source
+        assert isinstance(again, CoreRun)
+        if again.comments != self.comments:
+            raise Error(f"{self._case.label}: expected the profiles and the program that made the run, found others")
+        return again.handle
+
+    @property
+    def file(self) -> Path:
+        """The path where the case says that the columns go."""
+        return Path(output_path(self._case))
+
+    def case(self) -> Case:
+        """The case that was run."""
+        return self._case
+
+    def columns(self) -> pd.DataFrame:
+        """Copy the columns from the core."""
+        import pandas as pd
+
+        values = _flat.run_columns(self.handle, *_flat.run_size(self.handle))
+        names, units = (line.split()[:len(values)] for line in descriptions()[:2])
+        frame = pd.DataFrame(values.T, columns=names, copy=False)
+        frame.attrs["units"] = dict(zip(names, units, strict=True))
+        return frame
+
+    def write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:
+        """Write the column file as the executable does; returns its path."""
+        path = os.fspath(path or self.file)
+        message, length = _flat.write_run(self.table._handle, self.handle, path_bytes(path), path_bytes(geometry))
+        check(message, length, self._case.label)
+        return path
+
+
+def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = None,
+        table: ContactTable | None = None) -> Run:
+    """Run a case, or a namelist file; nothing is written but the contact table's file, if the case has one.
+
+    progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
+    with stage 'table' or 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
+    building or loading it; Error when it does not fit the case. Ctrl-C stops the run and raises KeyboardInterrupt;
+    so does any exception in `progress`. Other Python threads go on meanwhile.
+    """
+    case = Case.given(case)
+    fitting = table.for_case(case) if table else ContactTable(case, progress)
+
+    def work(shared: Shared) -> Run:
+        address, message, length = _flat.simulate_case(fitting._handle, *shared)
+        check(message, length, case.label)
+        return Run(CoreRun(fitting, Handle(_flat.free_run, address)))
+
+    return watched(work, progress)
+
+
+def read_run(path: str | os.PathLike[str], map: Any = None) -> Run:
+    """Read a run from a column file, ldbench's or another code's.
+
+    map: how another code names the columns, a mapping or a TOML file (see `read_columns`). It is not used for a file with
+    ldbench's header. Raises FileNotFoundError where there is no file, Error where it cannot be understood.
+    """
+    found = Run(ColumnFile(Path(path), map))
+    checked(found)
+    return found
+
+
+def read_runs(files: Sequence[Path], map: Any = None) -> list[Run]:
+    """Column files; `map` as in `read_run`."""
+    return [read_run(file, map) for file in files]
+
+
+def output_path(case: Case) -> str:
+    """The path of the column file that a case names, or the default one."""
+    return case.output_file or f"{DEFAULT_FOLDER}/{case.name}.txt"

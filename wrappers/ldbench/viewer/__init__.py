@@ -1,0 +1,1 @@
+"""Runs on the screen: the interactive page, films and pictures."""

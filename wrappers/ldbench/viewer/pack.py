@@ -1,0 +1,242 @@
+"""Columns as few bytes: every number of a row that is kept comes out with all nine digits.
+
+A short run is kept whole. Of a long one some rows are kept exactly, those round events and extremes, the peaks of
+the contact forces, and rows at even distances; beside them go bands, the least and the largest value of every
+column in bins of a few rows, and the columns that the scene moves by, one value for every row.
+
+Exact numbers are decimals, m 10^e with |m| < 10^9. A number is predicted from the ones before it, and the
+difference in units of its last digit is what is written; `decode.js` predicts in the same order of operations, and so
+to the last bit. Bytes of equal weight lie together, and deflate does the rest.
+"""
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+CELLS = 600_000             # numbers of a run that is kept whole
+BINS = 8192                 # of a band
+LEVELS = 2**14 - 2          # of a band, from the least to the largest value of a column
+FINE_LEVELS = 2**16 - 2     # of a column that is kept for every row
+DIGITS = 9
+EMPTY, ZERO = 127, 126      # instead of an exponent
+POWERS = np.array([float(f"1e{k}") for k in range(129)])
+EXPONENTS = -118, 118       # of the last digit; smaller numbers are zero, larger ones are left out
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A run for the page: `body` is deflated, `index` says what is in it."""
+    index: dict[str, Any]
+    body: bytes
+
+
+def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[str] = (),
+         moments: Sequence[float] = (), peaks: Sequence[str] = (), cells: int = CELLS) -> Packed:
+    """Columns, each of shape (rows,), over `time`.
+
+    every_row: columns of which a long run keeps all rows; moments: times [s] round which it keeps rows exactly;
+    peaks: columns whose largest values' rows are kept.
+    """
+    n = len(time)
+    room = max(cells//max(len(columns), 1), 200)
+    whole = n <= room
+    rows = np.arange(n) if whole else keep_rows(time, columns, moments, peaks, room)
+    t = time[rows]
+    parts, exact = [], []
+    known: list[tuple[str, np.ndarray]] = []
+    decoded_time = None
+    for name, x in {"time": time, **columns}.items():
+        values, method, data = pack_exact(x[rows], decoded_time, known)
+        if decoded_time is None:
+            decoded_time = values
+        else:
+            known.append((name, values))
+        exact.append({"name": name, **method})
+        parts.append(data)
+    index: dict[str, Any] = {"rows": n, "kept": len(t), "exact": exact, "bands": []}
+    if not whole:
+        size = -(-n//BINS)
+        even = np.ptp(np.diff(time)) <= 1e-6*(time[-1] - time[0])/n
+        # Bins lie at equal numbers of rows; the page has their times by interpolation, or told.
+        edges = np.arange(0, n, size)
+        index["bin"] = size
+        index["start"], index["end"] = float(time[0]), float(time[-1])
+        if not even:
+            parts.append(pack_exact(time, None, [], orders=(1,))[2])
+        index["even"] = bool(even)
+        for name, x in columns.items():
+            track = name in every_row
+            band, data = pack_track(x) if track else pack_band(x, edges)
+            index["bands"].append({"name": name, **band})
+            parts.append(data)
+    return Packed(index, zlib.compress(b"".join(parts), 6))
+
+
+def keep_rows(time: np.ndarray, columns: dict[str, np.ndarray], moments: Sequence[float], peaks: Sequence[str],
+              room: int) -> np.ndarray:
+    """At most `room` rows: ends, extremes, events with their surroundings, peaks, and rows at equal distances."""
+    n = len(time)
+    kept = np.zeros(n, bool)
+    kept[[0, 1, -2, -1]] = True
+    for x in columns.values():
+        if not np.isnan(x).all():
+            kept[[np.nanargmin(x), np.nanargmax(x)]] = True
+    around = max(min(room//4//max(len(moments), 1)//2, 200), 2)
+    for t in moments:
+        k = int(np.searchsorted(time, t))
+        kept[max(k - around, 0):k + around + 1] = True
+    bins = max(room//6//max(len(peaks), 1), 1)
+    for name in peaks:
+        if name in columns:
+            edges = np.linspace(0, n, bins + 1).astype(int)
+            for a, b in pairwise(edges):
+                if b > a and np.nanmax(columns[name][a:b], initial=0.0) > 0:
+                    kept[a + np.nanargmax(columns[name][a:b])] = True
+    left = room - int(kept.sum())
+    if left > 0:
+        kept[np.linspace(0, n - 1, left).round().astype(int)] = True
+    return np.flatnonzero(kept)
+
+
+# Exact numbers ----------------------------------------------------------------------------
+
+def decimals(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Nine digits m and the exponent e of the last one; e is EMPTY or ZERO where there are none."""
+    x = np.asarray(x, float)
+    size = np.abs(x)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        e = np.floor(np.log10(size))
+    none, zero = ~np.isfinite(x), size == 0
+    e = np.where(none | zero, 0, e).astype(int) - (DIGITS - 1)
+    m = np.rint(scaled(np.where(none, 0, x), e))
+    # The logarithm may be off by one beside a power of ten, and rounding may carry.
+    large, small = np.abs(m) >= 10**DIGITS, (np.abs(m) < 10**(DIGITS - 1)) & ~zero & ~none
+    e = e + large - small
+    m = np.rint(scaled(np.where(none, 0, x), e))
+    zero |= e < EXPONENTS[0]
+    none |= e > EXPONENTS[1]
+    m[zero | none] = 0
+    return m, np.where(none, EMPTY, np.where(zero, ZERO, e))
+
+
+def scaled(x: np.ndarray, e: np.ndarray) -> np.ndarray:
+    """x / 10^e, with powers of ten as they are written."""
+    power = POWERS[np.minimum(np.abs(e), 128)]
+    return np.where(e < 0, x*power, x/power)
+
+
+def value_of(m: np.ndarray, e: np.ndarray) -> np.ndarray:
+    """m 10^e as the page computes it: powers of ten up to 22 are exact, numbers with larger ones are read as text."""
+    power = POWERS[np.abs(np.where(e >= ZERO, 0, e))]
+    values = np.where(e == EMPTY, np.nan, np.where(e < 0, m/power, m*power))
+    for k in np.flatnonzero((np.abs(e) > 22) & (e < ZERO)):
+        values[k] = float(f"{int(m[k])}e{int(e[k])}")
+    return values
+
+
+def predictions(x: np.ndarray, t: np.ndarray | None) -> list[np.ndarray]:
+    """Predict every number from those before it: 0, the last one, the line and the parabola through the last ones.
+    Without t, rows are at equal distances."""
+    def before(v: np.ndarray, k: int) -> np.ndarray:
+        return np.concatenate([np.zeros(k), v[:-k]])[:len(v)] if k else v
+
+    t = np.arange(len(x), dtype=float) if t is None else t
+    x1, x2, x3, t1, t2, t3 = (before(v, k) for v in (x, t) for k in (1, 2, 3))
+    with np.errstate(all="ignore"):
+        d1 = (x1 - x2)/(t1 - t2)
+        line = x1 + d1*(t - t1)
+        d2 = (x2 - x3)/(t2 - t3)
+        parabola = line + (d1 - d2)/(t1 - t3)*(t - t1)*(t - t2)
+    found = [np.zeros(len(x)), x1, line, parabola]
+    for order in (1, 2, 3):
+        found[order][:order] = 0.0
+    return found
+
+
+def pack_exact(x: np.ndarray, t: np.ndarray | None,
+               known: Sequence[tuple[str, np.ndarray]],
+               orders: Sequence[int] = (0, 1, 2, 3)) -> tuple[np.ndarray, dict[str, Any], bytes]:
+    """The numbers as the page will have them, how they are predicted, and their bytes: exponents, then the
+    differences' four bytes.  `known` are columns that went before: one may be a multiple of another."""
+    m, e = decimals(x)
+    values = value_of(m, e)
+    least = np.inf
+    for method, guess in candidates(values, t, known, orders):
+        with np.errstate(all="ignore"):
+            units = np.floor(scaled(guess, e) + 0.5)
+        units = np.where(np.abs(units) <= 1e9, units, 0.0)      # NaN too
+        difference = np.where(e >= ZERO, 0, m - units).astype(np.int64)
+        code = np.where(difference >= 0, 2*difference, -2*difference - 1)
+        cost = float(np.log2(code + 1.0).sum())
+        if cost < least:
+            least, best = cost, (method, code)
+    method, code = best
+    return values, method, e.astype(np.int8).tobytes() + planes(code, 4)
+
+
+def candidates(values: np.ndarray, t: np.ndarray | None, known: Sequence[tuple[str, np.ndarray]],
+               orders: Sequence[int]) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
+    """Ways to predict, and what they predict."""
+    found = predictions(values, t)
+    for order in orders:
+        yield {"order": order}, found[order]
+    closed = np.flatnonzero(np.isfinite(values) & (values != 0))
+    if closed.size:
+        k = closed[np.argmax(np.abs(values[closed]))]
+        for name, other in known:
+            if other[k] and np.isfinite(other[k]):
+                ratio = float(values[k]/other[k])
+                middle = closed[closed.size//2]
+                if abs(values[middle] - ratio*other[middle]) <= 1e-6*abs(values[middle]):
+                    yield {"of": name, "ratio": ratio}, ratio*other
+
+
+def planes(code: np.ndarray, count: int) -> bytes:
+    """Whole numbers as bytes, those of equal weight together, the lowest first."""
+    return b"".join(((code >> 8*k) & 255).astype(np.uint8).tobytes() for k in range(count))
+
+
+# Bands ------------------------------------------------------------------------------------
+
+def quantum(x: np.ndarray, levels: int) -> tuple[float, float]:
+    """Least value, and the size of a level."""
+    known = x[np.isfinite(x)]
+    if not known.size:
+        return 0.0, 0.0
+    return float(known.min()), float(np.ptp(known)/levels)
+
+
+def pack_band(x: np.ndarray, edges: np.ndarray) -> tuple[dict[str, Any], bytes]:
+    """Least and largest value in the bins from every edge to the next; levels are rounded outwards, so that the band
+    holds every value."""
+    low, step = quantum(x, LEVELS)
+    x = np.where(np.isfinite(x), x, np.nan)
+    with np.errstate(invalid="ignore"):
+        least, largest = np.fmin.reduceat(x, edges), np.fmax.reduceat(x, edges)
+    none = np.isnan(least)
+    size = step or 1.0
+    a = np.where(none, 0, 1 + np.floor((np.where(none, low, least) - low)/size)).astype(np.int64)
+    b = np.where(none, 0, 1 + np.ceil((np.where(none, low, largest) - low)/size)).astype(np.int64)
+    return {"low": low, "step": step}, planes(steps(a), 2) + planes(b - a, 2)
+
+
+def pack_track(x: np.ndarray) -> tuple[dict[str, Any], bytes]:
+    """The nearest level for every row."""
+    low, step = quantum(x, FINE_LEVELS)
+    none = ~np.isfinite(x)
+    a = np.where(none, 0, 1 + np.rint((np.where(none, low, x) - low)/(step or 1.0))).astype(np.int64)
+    curved = steps(np.diff(a, prepend=0))
+    plain = steps(a)
+    order = 2 if np.log2(curved + 1.0).sum() < np.log2(plain + 1.0).sum() else 1
+    return {"low": low, "step": step, "order": order}, planes(curved if order == 2 else plain, 3)
+
+
+def steps(a: np.ndarray) -> np.ndarray:
+    """Differences of whole numbers from one to the next, as non-negative numbers."""
+    d = np.diff(a, prepend=0)
+    return np.where(d >= 0, 2*d, -2*d - 1)

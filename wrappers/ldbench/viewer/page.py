@@ -1,0 +1,213 @@
+"""Runs as one HTML file that holds everything: data, style and script; it asks the network for nothing.
+
+Text of files goes into the page as JSON and is put on the screen as text. The page's policy lets run only the script
+whose hash it carries, so nothing from a file is ever run.
+"""
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core.calls import version
+from .._core.errors import Error
+from .._core.files import complete
+from ..case import Case
+from ..plots import style
+from ..profiles.outlines import Outlines, Side, run_outlines
+from ..results.quantities import CONTACT_NAMES, GROUPS, quantity
+from ..results.run_data import RunData
+from .pack import CELLS, pack
+from .shapes import facing
+
+FOLDER = Path(__file__).resolve().parent/"static"
+SCRIPTS = ("decode.js", "series.js", "scene.js", "chart.js", "parts.js", "keys.js", "panel.js", "values.js",
+           "page.js")
+EVERY_ROW = "Y", "Z", "roll", "N_LT", "N_LF", "N_RT", "N_RF"
+PEAKS = "N_LT", "N_LF", "N_RT", "N_RF"
+
+
+@dataclass(frozen=True)
+class Page:
+    """A finished page; a notebook shows it in a frame of its own."""
+    html: str = field(repr=False)
+    height: int = 900           # in a notebook [px]
+
+    def write(self, path: str | Path) -> Path:
+        """Write the page; returns its path."""
+        path = Path(path)
+        with complete(path) as scratch:
+            scratch.write_text(self.html, encoding="utf-8", errors="replace")
+        return path
+
+    def _repr_html_(self) -> str:
+        return (f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts" title="ldbench" '
+                f'style="width: 100%; height: {self.height}px; border: 0"></iframe>')
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of the summary table; `time` is the moment at which its number holds."""
+    text: str
+    run: str = ""
+    time: float | None = None
+    beside: tuple[str, ...] = ()    # runs to show with it
+
+
+def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None, shown: int | None = None,
+              summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: Mapping[str, int] | None = None) -> Page:
+    """The page of some runs.
+
+    case: whose profiles stand for those of runs without our header; by default the case of the first run with one, else
+    the benchmark's with actual profiles. shown: how many runs are shown at first; the others are one click away.
+    summary: lines of a table, each with its name and cells. cells: of some runs, how many numbers are kept whole.
+    """
+    assumed = assumed_profiles(runs, case)
+    shapes: list[dict[str, Any]] = []
+    entries: list[dict[str, Any]] = []
+    bodies: list[str] = []
+    for run in runs:
+        entry, body = run_entry(run, assumed, shapes, (cells or {}).get(run.name, CELLS))
+        entry["shown"] = shown is None or len(entries) < shown
+        entries.append(entry)
+        bodies.append(base64.b64encode(body).decode())
+    title = title or ", ".join(run.heading for run in runs)
+    facts = {
+        "title": title, "version": version(), "groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries,
+        "summary": [{"words": words, "cells": [cell_entry(cell) for cell in row]} for words, row in summary],
+    }
+    return Page(fill(title, facts, bodies))
+
+
+def assumed_profiles(runs: Sequence[RunData], case: Case | None) -> RunData | Case:
+    """Whose profiles are drawn for runs without our header: those of the case given, of the first run with a header, or the
+    benchmark's."""
+    return case or next((run for run in runs if run.header.settings), None) or Case.exercise(1, "aw")
+
+
+def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]], cells: int) -> tuple[dict[str, Any], bytes]:
+    """What the page is told of a run, and its columns; its outlines are added to `shapes` unless they are there."""
+    time, columns = checked(run)
+    own = bool(run.header.settings)
+    outlines, remark = run_outlines(run, assumed)
+    notes = [remark] if remark else []
+    if not own and outlines:
+        case = assumed.case if isinstance(assumed, RunData) else assumed
+        names = " and ".join(Path(str(name)).name for name in (case.wheel_profile, case.rail_profile))
+        notes.append(f"the file does not name its profiles: drawn are {names}")
+    if run.header.reconstruction:
+        notes.append("profiles are reconstructions, not the organisers' files")
+    units = run.data.attrs.get("units", {})
+    packed = pack(time, columns, EVERY_ROW, [event.t for event in run.events], PEAKS, cells)
+    known = {name: quantity(name, units.get(name, "")) for name in columns}
+    entry = {
+        "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
+        "profiles": [f"{which}: {text}" for which, text in run.header.profiles.items()],
+        "model": str(run.setting("contact", "model") or ""), "ending": run.ending, "notes": notes,
+        "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
+                     "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
+        "events": event_entries(run), "index": packed.index,
+        "shape": place(outlines, shapes), "clearance": number(run.result("clearance_left")),
+    }
+    return entry, packed.body
+
+
+def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Time and the other columns; the times ascend."""
+    if "time" not in run.data:
+        raise Error(f"{run.file}: expected a column time (a map of names, --map, may tell which), "
+                    f"found {', '.join(map(str, run.data))}")
+    time = run.time
+    if len(time) < 2:
+        raise Error(f"{run.file}: expected two or more rows, found one")
+    return time, {str(name): run.values(name) for name in run.data if name != "time"}
+
+
+def event_entries(run: RunData) -> list[dict[str, Any]]:
+    """What happened, in order; where the file does not say, first contacts by its forces. Largest forces too."""
+    found = [{"t": event.t, "what": event.kind, "force": number(event.force)} for event in run.events]
+    if not run.events:
+        for contact in ("LF", "RF"):
+            t = run.first_contact(contact)
+            if t is not None:
+                found.append({"t": t, "what": f"{CONTACT_NAMES[contact]} contact, first row", "force": None})
+    for contact, words in CONTACT_NAMES.items():
+        if peak := run.peak(contact):
+            found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": peak[0]})
+    return sorted(found, key=lambda event: event["t"])
+
+
+def place(outlines: Outlines | None, shapes: list[dict[str, Any]]) -> int | None:
+    """Number of an outline among `shapes`, to which it is added if it is not there."""
+    if outlines is None:
+        return None
+    entry = shape_entry(outlines)
+    if entry not in shapes:
+        shapes.append(entry)
+    return shapes.index(entry)
+
+
+def shape_entry(outlines: Outlines) -> dict[str, Any]:
+    """Outlines for the page; sides that are mirror images go there once."""
+    def side(one: Side) -> dict[str, list[float]]:
+        flank, gauge = facing(one.wheel, one.rail)
+        return {name: points.ravel().round(7).tolist() for name, points in
+                (("wheel", one.wheel), ("rail", one.rail), ("flank", flank), ("gauge", gauge))}
+
+    left, right = side(outlines.left), side(outlines.right)
+    return {"sides": [left] if left == right else [left, right], "axle": outlines.axle, "roll": outlines.roll}
+
+
+def cell_entry(cell: Cell) -> dict[str, Any]:
+    """A cell of the summary for the page."""
+    return {"text": cell.text, "run": cell.run, "t": cell.time, "with": cell.beside}
+
+
+def number(x: float) -> float | None:
+    """A number for JSON, which has no NaN: None instead."""
+    return float(x) if np.isfinite(x) else None
+
+
+# The file ---------------------------------------------------------------------------------
+
+def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str]) -> str:
+    """The template with everything in its place."""
+    looks = colours() + (FOLDER/"page.css").read_text(encoding="utf-8")
+    script = "(() => {\n\"use strict\";\n" + "\n".join(
+        (FOLDER/name).read_text(encoding="utf-8") for name in SCRIPTS) + "})();\n"
+    policy = (f"default-src 'none'; script-src '{content_hash(script)}'; style-src '{content_hash(looks)}'; "
+              "img-src data:; base-uri 'none'; form-action 'none'")
+    data = [f'<script type="application/json" id="facts">{as_json(facts)}</script>']
+    data += [f'<script type="text/plain" id="run{k}">{body}</script>' for k, body in enumerate(bodies)]
+    pieces = {"policy": html.escape(policy, quote=False), "title": html.escape(title), "style": looks,
+              "data": "\n".join(data), "script": script}
+    template = (FOLDER/"page.html").read_text(encoding="utf-8")
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], template)
+
+
+def colours() -> str:
+    """The colours of the plots, as variables of the style sheet."""
+    named = {contact: line.color for contact, line in style.CONTACT_LINES.items()}
+    named |= {f"series{k}": line.color for k, line in enumerate(style.SERIES)}
+    return ":root {" + "".join(f" --{name}: {color};" for name, color in named.items()) + " }\n"
+
+
+def content_hash(text: str) -> str:
+    """The hash of a text as the page's policy names it."""
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+
+
+def as_json(facts: Mapping[str, object]) -> str:
+    """JSON that holds no tag, whatever its texts say."""
+    text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    for mark in "<>&\u2028\u2029":
+        text = text.replace(mark, f"\\u{ord(mark):04x}")
+    return re.sub("[\ud800-\udfff\x00]", "\ufffd", text)

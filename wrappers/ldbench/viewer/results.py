@@ -1,0 +1,71 @@
+"""The ten results as one page: a summary whose numbers open their moments, and every run one click away."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..results.header import read_header
+from ..results.quantities import OUTCOME
+from ..results.run_data import RunData, read_data
+from ..results.summary import SUMMARY, summary_row
+from .page import Cell, Page, make_page
+
+TITLE = "LD benchmark: single wheelset without friction, all results"
+VARIANT_CELLS = 100_000         # numbers that are kept whole of a run that is there for comparison
+
+
+def find_variants(files: Sequence[Path]) -> list[Path]:
+    """Column files of other models and formulations: beside a case's file with its name and one more word, such as
+    ex2_aw_hertz.txt, and those with another contact law that `study contact-law` left."""
+    found = []
+    for file in files:
+        study = file.parent/"study"/f"{file.stem}_law.txt"
+        beside = sorted(file.parent.glob(f"{file.stem}_*.txt"))
+        found += [other for other in (*beside, study) if other.is_file() and other not in files and
+                  read_header(other).settings]
+    return found
+
+
+def results_page(runs: Sequence[RunData], variants: Sequence[Path] = ()) -> Page:
+    """All runs, the first one shown; `variants` can be laid over the case that they are named after."""
+    others = [read_data(file).named(file.stem) for file in variants]
+    rows = [summary_row(run) for run in runs]
+    summary = []
+    for key in SUMMARY:
+        cells = []
+        for run, row in zip(runs, rows, strict=True):
+            text = OUTCOME[key].text(row[key])
+            cells.append(Cell(text, run.name, None if text == "–" else moment(run, row, key)))
+        summary.append((OUTCOME[key].label, cells))
+    if others:
+        summary.append(("side by side with", [beside(run, others) for run in runs]))
+    return make_page([*runs, *others], TITLE, shown=1, summary=summary,
+                     cells={other.name: VARIANT_CELLS for other in others})
+
+
+def beside(run: RunData, others: Sequence[RunData]) -> Cell:
+    """The cell that lays other runs of a case over it."""
+    mine = [other for other in others if other.name.startswith(f"{run.name}_")]
+    words = ", ".join(str(other.setting("contact", "model") or other.name) for other in mine)
+    return Cell(words or "–", run.name, float(run.time[0]) if mine else None, tuple(o.name for o in mine))
+
+
+def moment(run: RunData, row: dict[str, Any], key: str) -> float | None:
+    """Time [s] of the number of the summary that is called `key`; None for a number of no moment."""
+    if key.startswith("t_"):
+        return float(row[key])
+    if key == "F_derailment":
+        return float(row["t_derailment"])
+    if key.startswith("peak_N_"):
+        t = row[f"t_peak_{key.removeprefix('peak_N_')}"]
+        return None if t is None or not np.isfinite(t) else float(t)
+    if key == "drift":
+        return float(run.time[int(np.nanargmax(np.abs(run.values("E_drift"))))])
+    quantity, _, end = key.rpartition("_")
+    if end in ("min", "max") and quantity in ("Y", "Z", "roll"):
+        x = run.values(quantity)
+        return float(run.time[int(np.nanargmin(x) if end == "min" else np.nanargmax(x))])
+    return None

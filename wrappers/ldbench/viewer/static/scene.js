@@ -1,0 +1,325 @@
+// Wheels on rails in cross-section, seen in the direction of travel: left is left, so y grows to the left.
+// Lengths in m; the first run is filled, further ones are outlines in their own colours.
+
+const VIEWS = {
+  whole: {words: "wheelset", y: 0, z: 0.42, width: 1.85, height: 1.4},
+  left: {words: "left contact", y: 0.752, z: 0.006, width: 0.19, height: 0.115},
+  right: {words: "right contact", y: -0.752, z: 0.006, width: 0.19, height: 0.115},
+};
+const ARROW = 105;              // length of the largest force [px]
+const LOG_FROM = 1e3;           // smaller forces are drawn as points on the logarithmic scale [N]
+
+class Scene {
+  constructor(canvas, colour) {
+    this.canvas = canvas;
+    this.colour = colour;
+    this.context = canvas.getContext("2d");
+    this.settings = {displacement: 1, roll: 1, logarithmic: false, normals: true};
+    this.choose("whole");
+  }
+
+  choose(view) {
+    const {y, z, width, height} = VIEWS[view];
+    this.view = view;
+    this.camera = {y, z, width, height, zoom: 1};
+  }
+
+  resize() {
+    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const {clientWidth: w, clientHeight: h} = this.canvas;
+    this.canvas.width = Math.round(w * ratio);
+    this.canvas.height = Math.round(h * ratio);
+    Object.assign(this, {w, h, ratio});
+  }
+
+  get scale() {                 // [px/m]
+    const {width, height, zoom} = this.camera;
+    return zoom * Math.min(this.w / width, this.h / height);
+  }
+
+  px(y, z) {
+    return [this.w / 2 - (y - this.camera.y) * this.scale, this.h / 2 - (z - this.camera.z) * this.scale];
+  }
+
+  zoom(factor, x = this.w / 2, y = this.h / 2) {
+    const {camera} = this, before = this.scale;
+    camera.zoom = Math.min(Math.max(camera.zoom * factor, 0.3), 5000);
+    const change = 1 / before - 1 / this.scale;
+    camera.y += (this.w / 2 - x) * change;
+    camera.z += (this.h / 2 - y) * change;
+  }
+
+  pan(dx, dy) {
+    this.camera.y += dx / this.scale;
+    this.camera.z += dy / this.scale;
+  }
+
+  // A point of the wheelset, from its centre, in the track frame, as it is drawn.
+  placed(run, pose, [u, v]) {
+    const {displacement, roll} = this.settings;
+    const angle = run.axleRoll + roll * pose.roll, c = Math.cos(angle), s = Math.sin(angle);
+    return [displacement * pose.y + c * u - s * v, run.axle + displacement * pose.z + s * u + c * v];
+  }
+
+  draw(runs, shapes, at) {
+    const {context: g, ratio} = this;
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    g.clearRect(0, 0, this.w, this.h);
+    g.lineJoin = "round";
+    g.font = "12px system-ui, sans-serif";
+    const first = runs[0];
+    if (!first) return;
+    this.drawnLabels = [];
+    this.drawGrid();
+    if (first.shape === null) this.words("no outlines of wheel and rail: " + first.notes.join("; "), 12, 24);
+    else this.drawRails(shapes[first.shape]);
+    runs.slice(1).forEach(run => {
+      if (run.shape !== null && run.shape !== first.shape) this.drawRails(shapes[run.shape], this.colour.run(run));
+    });
+    runs.forEach(run => {
+      if (run.shape !== null) this.drawWheelset(shapes[run.shape], run, run.pose(at), run === first);
+    });
+    const largest = Math.max(...runs.map(run => run.largest), 1);
+    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, first.pose(at));
+    [...runs].reverse().forEach(run => this.drawContacts(run, at, largest, run === first, runs.length > 1));
+    this.drawScales(largest);
+  }
+
+  path(points, close) {
+    const {context: g} = this;
+    g.beginPath();
+    for (const [y, z] of points) g.lineTo(...this.px(y, z));
+    if (close) g.closePath();
+  }
+
+  // Draw the top of the rails and the centreline.
+  drawGrid() {
+    const {context: g} = this, [centre, zero] = this.px(0, 0);
+    g.strokeStyle = this.colour.of("faint");
+    g.lineWidth = 1;
+    g.setLineDash([2, 4]);
+    g.beginPath();
+    g.moveTo(0, zero);
+    g.lineTo(this.w, zero);
+    g.moveTo(centre, 0);
+    g.lineTo(centre, this.h);
+    g.stroke();
+    g.setLineDash([]);
+  }
+
+  drawRails(shape, outline = "") {
+    const {context: g} = this;
+    for (const [{rail}, side] of sidesOf(shape)) {
+      const head = rail.map(([y, z]) => [side * y, z]);
+      const a = head[0], b = head.at(-1), low = Math.min(a[1], b[1]) - 0.09;
+      this.path([...head, [b[0], low], [a[0], low]], true);
+      g.strokeStyle = outline || this.colour.of("ink");
+      g.lineWidth = 1.2;
+      if (!outline) {
+        g.fillStyle = this.colour.of("rail");
+        g.fill();
+      }
+      g.stroke();
+    }
+  }
+
+  drawWheelset(shape, run, pose, filled) {
+    const {context: g} = this, a = -shape.right.half, b = shape.left.half;
+    const bodies = sidesOf(shape).map(([{wheel}, side]) =>
+      [...wheel, ...[...wheel].reverse().map(([u, v]) => [u, -v])].map(([u, v]) => [side * u, v]));
+    bodies.unshift([[a, -0.08], [b, -0.08], [b, 0.08], [a, 0.08]]);
+    g.lineWidth = filled ? 1.2 : 1.6;
+    g.strokeStyle = filled ? this.colour.of("ink") : this.colour.run(run);
+    g.fillStyle = this.colour.of("wheel");
+    if (!filled) g.setLineDash(this.colour.dash(run));
+    for (const body of bodies) {
+      this.path(body.map(point => this.placed(run, pose, point)), true);
+      if (filled) g.fill();
+      g.stroke();
+    }
+    g.setLineDash([]);
+    const [x, y] = this.px(...this.placed(run, pose, [0, 0]));
+    g.beginPath();
+    g.moveTo(x - 6, y);
+    g.lineTo(x + 6, y);
+    g.moveTo(x, y - 6);
+    g.lineTo(x, y + 6);
+    g.stroke();
+  }
+
+  // Draw the least horizontal gap between flange and rail; the number is that of the true position.
+  gap({flank, gauge}, run, pose, side) {
+    const roll = side * (run.axleRoll + pose.roll), c = Math.cos(roll), s = Math.sin(roll);
+    let found = null;
+    for (const [u, v] of flank) {
+      const y = side * pose.y + c * u - s * v, z = run.axle + pose.z + s * u + c * v;
+      const rail = atHeight(gauge, z);
+      if (rail !== null && (!found || rail - y < found.gap)) found = {gap: rail - y, point: [side * u, v], rail};
+    }
+    return found;
+  }
+
+  drawGaps(shape, run, pose) {
+    const {context: g} = this;
+    for (const [outline, side] of sidesOf(shape)) {
+      const found = this.gap(outline, run, pose, side);
+      if (!found || found.gap < -2e-3) continue;
+      const [, z] = this.placed(run, pose, found.point);
+      const [x1, y] = this.px(this.placed(run, pose, found.point)[0], z), [x2] = this.px(side * found.rail, z);
+      if (x1 < -50 || x1 > this.w + 50) continue;
+      g.strokeStyle = g.fillStyle = this.colour.of("muted");
+      g.lineWidth = 1;
+      g.beginPath();
+      g.moveTo(x1, y);
+      g.lineTo(x2, y);
+      for (const x of [x1, x2]) {
+        g.moveTo(x, y - 4);
+        g.lineTo(x, y + 4);
+      }
+      g.stroke();
+      const text = `${found.gap < 0 ? "overlap" : "gap"} ${Math.abs(1e3 * found.gap).toFixed(2)} mm`;
+      const half = g.measureText(text).width / 2 + 4;
+      this.words(text, Math.min(Math.max((x1 + x2) / 2, half), this.w - half), y + 18, "center");
+    }
+  }
+
+  arrowLength(N, largest) {
+    if (!this.settings.logarithmic) return ARROW * N / largest;
+    return ARROW * Math.max(Math.log10(N / LOG_FROM), 0) / Math.log10(Math.max(largest / LOG_FROM, 10));
+  }
+
+  drawContacts(run, at, largest, first, several) {
+    const {context: g} = this, pose = run.pose(at);
+    for (const c of ["LT", "LF", "RT", "RF"]) {
+      const contact = run.contact(c, at);
+      if (!contact || !Number.isFinite(contact.u + contact.v + contact.angle)) continue;
+      const [x, y] = this.px(...this.placed(run, pose, [contact.u, contact.v]));
+      const colour = first ? this.colour.of(c) : this.colour.run(run);
+      const side = c[0] === "L" ? 1 : -1;
+      const angle = contact.angle * side + (this.settings.roll - 1) * pose.roll;
+      const nx = Math.sin(angle), ny = -Math.cos(angle);      // on the screen, from the rail into the wheel
+      g.strokeStyle = g.fillStyle = colour;
+      if (this.settings.normals) {
+        g.lineWidth = 1;
+        g.setLineDash([5, 4]);
+        g.beginPath();
+        g.moveTo(x - 40 * nx, y - 40 * ny);
+        g.lineTo(x + 130 * nx, y + 130 * ny);
+        g.stroke();
+        g.setLineDash([]);
+      }
+      const length = this.arrowLength(contact.N, largest);
+      this.arrow(x, y, nx, ny, length, first ? 3 : 2);
+      g.beginPath();
+      g.arc(x, y, 3.5, 0, 2 * Math.PI);
+      g.fill();
+      g.strokeStyle = this.colour.of("paper");
+      g.lineWidth = 1;
+      g.stroke();
+      const inside = x > 0 && x < this.w && y > 0 && y < this.h;
+      const beyond = length + 12;
+      if (inside && (first || !several)) this.forceWords(c, contact.N, x + beyond * nx, y + beyond * ny, nx);
+    }
+  }
+
+  arrow(x, y, nx, ny, length, width) {
+    const {context: g} = this, head = Math.min(9, length);
+    if (length < 1) return;
+    const tip = [x + length * nx, y + length * ny], base = [tip[0] - head * nx, tip[1] - head * ny];
+    g.lineWidth = width;
+    g.beginPath();
+    g.moveTo(x, y);
+    g.lineTo(...base);
+    g.stroke();
+    g.beginPath();
+    g.moveTo(...tip);
+    g.lineTo(base[0] - 0.45 * head * ny, base[1] + 0.45 * head * nx);
+    g.lineTo(base[0] + 0.45 * head * ny, base[1] - 0.45 * head * nx);
+    g.fill();
+  }
+
+  // Write beside the tip of an arrow, moved up while another text is there.
+  forceWords(contact, N, x, y, nx) {
+    const text = `${contact} ${kilonewtons(N)}`, width = this.context.measureText(text).width;
+    let left = nx > 0.3 ? x : nx < -0.3 ? x - width : x - width / 2;
+    left = Math.min(Math.max(left, 8), this.w - width - 8);
+    y = Math.min(Math.max(y, 64), this.h - 40);
+    const meets = other => Math.abs(other.y - y) < 15 && left < other.right && left + width > other.left;
+    for (let k = 0; k < 6 && this.drawnLabels.some(meets); k++) y -= 15;
+    this.drawnLabels.push({y, left: left - 6, right: left + width + 6});
+    this.words(text, left, y, "left", this.colour.of("ink"));
+  }
+
+  words(text, x, y, align = "left", colour = this.colour.of("muted")) {
+    const {context: g} = this;
+    g.textAlign = align;
+    g.lineWidth = 4;
+    g.strokeStyle = this.colour.of("paper");
+    g.strokeText(text, x, y);
+    g.fillStyle = colour;
+    g.fillText(text, x, y);
+  }
+
+  // Draw the names of the sides and the scales of length and force.
+  drawScales(largest) {
+    const {context: g} = this, y = this.h - 12;
+    this.words("← left, Y", 12, 18);
+    this.words("right →", this.w - 12, 18, "right");
+    g.strokeStyle = this.colour.of("muted");
+    g.lineWidth = 2;
+    const length = roundBelow(90 / this.scale), bar = length * this.scale;
+    g.beginPath();
+    g.moveTo(12, y);
+    g.lineTo(12 + bar, y);
+    g.stroke();
+    const size = length >= 1e-3 ? `${+(1e3 * length).toPrecision(1)} mm` : `${+(1e6 * length).toPrecision(1)} µm`;
+    this.words(size, 12, y - 6);
+    const forces = this.settings.logarithmic ? decades(largest) : [roundBelow(0.8 * largest)];
+    const right = this.w - 12 - ARROW;
+    g.fillStyle = g.strokeStyle = this.colour.of("muted");
+    this.arrow(right, y, 1, 0, this.arrowLength(forces.at(-1), largest), 2);
+    g.font = "11px system-ui, sans-serif";
+    for (const N of forces) {
+      const x = right + this.arrowLength(N, largest);
+      this.words(forces.length > 1 ? `${N / 1e3}` : kilonewtons(N), x, y - 8, forces.length > 1 ? "center" : "right");
+    }
+    if (forces.length > 1) this.words("kN, logarithmic", right - 6, y + 4, "right");
+    else this.words("force", right - 6, y + 4, "right");
+    g.font = "12px system-ui, sans-serif";
+  }
+}
+
+// Both sides with the sign of y: the right side is stored as its mirror image.
+function sidesOf(shape) {
+  return [[shape.left, 1], [shape.right, -1]];
+}
+
+function decades(largest) {
+  const found = [];
+  for (let N = LOG_FROM; N <= largest; N *= 10) found.push(N);
+  return found;
+}
+
+// The least y of a curve at a height; null beyond the ends of the curve.
+function atHeight(curve, z) {
+  if (z < curve[0][1] || z > curve.at(-1)[1]) return null;
+  let low = 0, high = curve.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (curve[middle][1] <= z) low = middle;
+    else high = middle;
+  }
+  const [[y1, z1], [y2, z2]] = [curve[low], curve[high]];
+  return z2 > z1 ? y1 + (y2 - y1) * (z - z1) / (z2 - z1) : y1;
+}
+
+// The largest of 1, 2 and 5 times powers of ten that is at most x.
+function roundBelow(x) {
+  const power = 10 ** Math.floor(Math.log10(x));
+  return [5, 2, 1].find(k => k * power <= x * (1 + 1e-9)) * power;
+}
+
+function kilonewtons(N) {
+  const x = N / 1e3;
+  return x >= 1000 ? `${(x / 1e3).toFixed(2)} MN` : x >= 100 ? `${x.toFixed(0)} kN` : `${x.toFixed(1)} kN`;
+}
