@@ -1,6 +1,6 @@
 """What a run costs, against others and against the floor: `make bench`.
 
-usage: python tests/bench [--short | --full] [--only SECTION ...] [--out FOLDER]
+usage: PYTHONPATH=tests/support:profiles python tests/bench [--short | --full] [--only SECTION ...] [--out FOLDER]
 
 Writes bench.csv, one line per figure with median and quartiles, and ldbench_bench.pdf, whose first page has the five
 figures that a reader needs. Nothing here fails because a machine is slow.
@@ -10,16 +10,13 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-# Whose cluster, pages, tables and command serve here.
-sys.path.extend(str(Path(__file__).resolve().parents[1]/folder) for folder in ("", "validation"))
-
 from matplotlib.backends.backend_pdf import PdfPages
 
-import pages
 from command import arguments, run_sections, write_csv
-from ldbench._core import complete
-from ldbench.style import ldbench_style
+from ldbench._core.files import complete
+from ldbench.plots.style import ldbench_style
 from measure import Form, Section
+from sheets import text_pages
 from summary import summary
 
 SECTIONS = "precision", "steps", "evaluation", "instructions", "cases", "ensemble"
@@ -30,7 +27,7 @@ def write_pdf(path: Path, sections: dict[str, Section]) -> None:
     title = {"Title": "ldbench: benchmark of speed"}
     with ldbench_style(), complete(path) as scratch, PdfPages(scratch, metadata=title) as pdf:
         for section in (summary(sections), *sections.values()):
-            for figure in (*pages.text_pages(section), *section.figures):
+            for figure in (*text_pages(section), *section.figures):
                 pdf.savefig(figure)
 
 

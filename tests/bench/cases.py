@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 import ldbench
-from checks import Table
 from evaluation import absolute
 from ldbench import Case, ContactTable
 from measure import Form, Section, measure, ratio
-from programs import LDBENCH, REPO, resources
+from programs import resources
+from running import LDBENCH, REPO
+from sheets import Table
 
 CASES = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4, 5) for pair in ("aw", "sw")]
 SHORT = ["ex2_aw"]
@@ -94,9 +95,9 @@ def writing_measures(out: Section, case: Case, rounds: int) -> None:
             begin = time.process_time()
             run.write(path)
             write.append(time.process_time() - begin)
-            integrate.append(ldbench.run(case, table=run.table).summary["seconds"])
+            integrate.append(ldbench.run(case, table=run.table).seconds)
         size = path.stat().st_size
-    rows = run.summary["rows"]
+    rows = run.results["rows"]
     out.measures += [
         measure(case.case_name, "column file", "processor time of writing", "s", write,
                 f"{rows} rows, {size/1e6:.1f} MB"),
@@ -107,7 +108,7 @@ def writing_measures(out: Section, case: Case, rounds: int) -> None:
 
 
 def python_measures(out: Section, case: Case, rounds: int) -> None:
-    """The same run from Python, its column file written, against the executable."""
+    """The run from Python, its column file written, against the executable."""
     ours, theirs = [], []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

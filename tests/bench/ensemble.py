@@ -12,12 +12,12 @@ import numpy as np
 import psutil
 
 import ldbench
-from checks import Table
 from ldbench import Case, ContactTable
 from local_cluster import Cluster
 from measure import Form, Section, measure, ratio
 from programs import resources
 from scheduler import measured_costs, simulate
+from sheets import Table
 
 MEMBERS = {Form.SHORT: 8, Form.USUAL: 500, Form.FULL: 1000}
 ROUNDS = {Form.SHORT: 2, Form.USUAL: 2, Form.FULL: 3}
@@ -45,7 +45,7 @@ def wall(call: Callable[[], object]) -> float:
 
 
 def processor_time(cluster: Cluster | None) -> float:
-    """Of this process and a cluster's [s]."""
+    """The processor time of this process and of a cluster [s]."""
     times = [psutil.Process(process.pid).cpu_times() for process in (cluster.processes if cluster else ())]
     return time.process_time() + sum(x.user + x.system for x in times)
 

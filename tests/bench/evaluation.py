@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 import ldbench
-from checks import Table
-from ldbench import Case, Run, _flat
+from ldbench import Case, Run
+from ldbench._core import _flat
 from measure import Form, Section, measure, ratio
 from problem import absolute, numpy_law
 from programs import fortran_test
+from sheets import Table
 
 EXERCISES = 1, 2
 SHORT = (2,)
@@ -50,7 +51,7 @@ def write_poses(path: Path, poses: np.ndarray) -> None:
 
 def poses_of(run: Run) -> np.ndarray:
     """y, z above the rails, roll of the run's rows."""
-    poses = run.columns[["Y", "Z", "roll"]].to_numpy().copy()
+    poses = run.data[["Y", "Z", "roll"]].to_numpy().copy()
     poses[:, 1] += run.table.equilibrium
     return poses
 

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 import ldbench
-from checks import Table
 from evaluation import poses_of, write_poses
 from ldbench import Case
 from measure import Form, Section, measure
 from problem import absolute
-from programs import FORTRAN_TESTS, LDBENCH, run_program
+from programs import run_program
+from running import FORTRAN_TESTS, LDBENCH
+from sheets import Table
 
 LOOPS = 5                       # of tests/fortran/force_loop
 RUNS = ((1, "aw", 0.02, 0.06), (1, "sw", 0.02, 0.06), (5, "aw", 0.1, 0.25), (5, "sw", 0.1, 0.25))     # end times [s]
@@ -37,11 +38,11 @@ def per_step(exercise: int, pair: str, first: float, last: float, folder: Path) 
     counts, steps, evaluations = [], [], []
     for t_end in (first, last):
         part = case.replace(t_end=t_end)
-        summary = ldbench.run(part).summary     # the table is in its file afterwards
+        results = ldbench.run(part).results     # the table is in its file afterwards
         part.to_namelist(folder/"case.nml")
         counts.append(instructions(LDBENCH, folder/"case.nml"))
-        steps.append(summary["steps"])
-        evaluations.append(summary["evaluations"])
+        steps.append(results["steps"])
+        evaluations.append(results["evaluations"])
     between = steps[1] - steps[0]
     return (counts[1] - counts[0])/between, (evaluations[1] - evaluations[0])/between
 

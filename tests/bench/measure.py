@@ -8,7 +8,7 @@ from enum import IntEnum
 import numpy as np
 from matplotlib.figure import Figure
 
-from checks import Table
+from sheets import Table
 
 END, STATES, COLUMNS = OUTPUTS = "end alone", "events and states", "events and columns"     # what a solution gives
 

@@ -138,7 +138,7 @@ contains
       else
         status = FCVode(peer%memory, t, peer%state, reached, CV_NORMAL)
       end if
-      ! The same number in both.
+      ! CV_ROOT_RETURN and ARK_ROOT_RETURN are one number.
       if (status /= CV_ROOT_RETURN) exit
       found = found + 1
     end do

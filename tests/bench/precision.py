@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from checks import Table, page
 from ldbench import Case, ContactTable
-from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style
+from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style
 from measure import END, OUTPUTS, Form, Measure, Section, measure, ratio
 from problem import PEERS, Problem, Reference, Solution, by_ours, by_peer, by_scipy, problem, python_alone, reference
+from sheets import Table, page
 
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4) for pair in ("aw", "sw")]
 SHORT = [(2, "aw")]
@@ -158,7 +158,7 @@ class Comparison:
         return min(rows, key=lambda row: row[0])[1:] if rows else ("none", np.array([np.nan]))
 
     def times(self, family: str, output: str, target: float) -> dict[str, np.ndarray]:
-        """Of its members that reach the target."""
+        """The times of the family's members that reach the target."""
         found = {m.name: self.at(m.name, output, target, lambda point: point.times)
                  for m in self.methods if m.family == family}
         return {name: times for name, times in found.items() if np.isfinite(times).all()}
@@ -225,7 +225,7 @@ def posed(p: Problem, method: Method) -> Problem:
 
 
 def own_reference(p: Problem) -> Reference:
-    """Of another force law: LSODA's solution."""
+    """The reference of another force law: LSODA's solution."""
     coarse, fine = (by_scipy(p, 0, "LSODA", tolerance).pose for tolerance in (1e-11, 1e-12))
     return Reference(fine, float(abs(coarse[0] - fine[0])), "LSODA, 1e-12", np.nan)
 
@@ -251,7 +251,7 @@ def refine(found: Comparison, method: Method, output: str, form: Form) -> list[P
 # At equal error ---------------------------------------------------------------------------
 
 def setting_text(name: str, setting: float) -> str:
-    """Of a member of ours."""
+    """The text of a setting of one of our integrators."""
     return f"{setting:.2g} J" if name.startswith("cut") else f"{1e6*setting:.3g} µs"
 
 

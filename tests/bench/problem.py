@@ -13,9 +13,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import ldbench
-from ldbench import Case, ContactTable, _flat
+from ldbench import Case, ContactTable
+from ldbench._core import _flat
 from measure import COLUMNS, END
-from programs import FORTRAN_TESTS
+from running import FORTRAN_TESTS
 
 SIZE = np.array([1e-2, 1e-2, 1e-2, 1.0, 1.0, 1.0])  # of the motion [m, rad] and per second: scales absolute tolerances
 MAX_STEP = 1e-4                 # of DOP853 as reference: a longer one may pass through a contact without seeing it [s]
@@ -44,7 +45,7 @@ class Problem:
 def problem(case: Case, table: ContactTable) -> Iterator[Problem]:
     """The case up to the last row of the shipped run before it ends: by then no step size has ended it."""
     table = table.for_case(case)
-    t_end = float(ldbench.run(case, table=table).columns["time"].iloc[-2])
+    t_end = float(ldbench.run(case, table=table).data["time"].iloc[-2])
     # The cheapest way from Python: the core's procedure on arrays that are there, no checks in between.
     forces, tangents, handle = _flat.forces, _flat.tangents, table._handle
     y, z, roll = np.empty(1), np.empty(1), np.empty(1)
@@ -113,7 +114,7 @@ def numpy_law(table: ContactTable) -> Callable[[float, float, float], np.ndarray
 
 
 def python_alone(p: Problem) -> Problem:
-    """The same wheelset on that law, in Python from end to end."""
+    """The wheelset on that law, in Python from end to end."""
     law, height = numpy_law(p.table), p.table.equilibrium
     mass = np.array([p.case.mass, p.case.mass, p.case.roll_inertia])
     lateral, ramp, weight = p.case.lateral_force, p.case.lateral_ramp, p.table.weight
@@ -167,9 +168,9 @@ def by_ours(p: Problem, output: str, least: float, scheme: str, order: int, beta
             run = ldbench.run(case, table=p.table)
         except ldbench.Error:
             return Solution(FAILED, np.nan, 0, 0)
-        last = run.columns[["time", "Y", "Z", "roll"]].to_numpy()[-1]
+        last = run.data[["time", "Y", "Z", "roll"]].to_numpy()[-1]
         reached = abs(last[0] - p.t_end) < 1e-9
-        return Solution(last[1:] if reached else FAILED, run.summary["seconds"], run.summary["evaluations"], 0)
+        return Solution(last[1:] if reached else FAILED, run.seconds, run.results["evaluations"], 0)
 
     return lasting(once, least)
 

@@ -11,8 +11,8 @@ import distributed
 import numpy as np
 import psutil
 
-from ldbench.cluster import AHEAD, Left, Pieces
-from ldbench.members import Group
+from ldbench.ensembles.cluster import AHEAD, Left, Pieces
+from ldbench.ensembles.members import Group
 from local_cluster import Cluster
 
 TASKS = 400
@@ -32,7 +32,7 @@ class Costs:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of a sweep that was simulated."""
+    """What a simulated sweep took."""
 
     busy: float             # share of the workers' time in which they run members
     rate: float             # tasks per second

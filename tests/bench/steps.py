@@ -4,9 +4,9 @@ from __future__ import annotations
 import numpy as np
 
 import ldbench
-from checks import Table
 from ldbench import Case, ContactTable
 from measure import Form, Section, measure
+from sheets import Table
 
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4) for pair in ("aw", "sw")]
 USUAL = [(1, "aw"), (2, "aw"), (3, "sw")]
@@ -25,7 +25,7 @@ fixes its end."""
 
 
 def settings(member: str, level: int) -> dict[str, object]:
-    """Of the integrator."""
+    """The settings of the integrator."""
     name, order = member.split()
     if name == "cut":
         return {"scheme": "newmark", "beta": 0.0, "order": 4, "dt": STEP, "energy_tolerance": ENERGY/32**level}
@@ -44,7 +44,7 @@ def ends(case: Case, table: ContactTable, t_end: float, member: str, levels: int
     poses = []
     for level in range(levels):
         run = ldbench.run(case.replace(t_end=t_end, stop_at="t_end", **settings(member, level)), table=table)
-        last = run.columns[["time", "Y", "Z", "roll"]].to_numpy()[-1]
+        last = run.data[["time", "Y", "Z", "roll"]].to_numpy()[-1]
         poses.append(last[1:] if abs(last[0] - t_end) < 1e-9 else np.full(3, np.nan))
     return np.array(poses)
 
@@ -67,7 +67,7 @@ def section(form: Form) -> Section:
         if pair not in tables:
             tables[pair] = ContactTable(case)
         table = tables[pair].for_case(case)
-        t_end = float(ldbench.run(case, table=table).columns["time"].iloc[-2])
+        t_end = float(ldbench.run(case, table=table).data["time"].iloc[-2])
         for member in MEMBERS:
             count = min(levels, 6) if member == "cut 4" else levels     # below 1e-9 J energies are rounded
             changes = np.abs(np.diff(ends(case, table, t_end, member, count), axis=0)).max(axis=1)

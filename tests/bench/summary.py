@@ -3,8 +3,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from checks import Table
 from measure import END, Measure, Section
+from sheets import Table
 
 TEXT = """Median (quartiles) of the rounds; every figure is on the pages that follow, with what it was measured by. A ratio
 above 1 is in favour of ldbench. Of what was not measured this time there is a dash."""

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from conftest import FORTRAN_TESTS, REPO, LongProgram
-
-sys.path += [str(REPO/"tests/validation"), str(REPO/"tests/bench")]
 from programs import fortran_test, resources
+from running import FORTRAN_TESTS, LongProgram
 from scheduler import Costs, simulate
 
 PEERS = (FORTRAN_TESTS/"peers").exists()
@@ -37,7 +35,7 @@ def test_every_figure_is_finite(lines: Lines):
     for line in lines:
         low, middle, high = (float(line[name]) for name in ("lower quartile", "median", "upper quartile"))
         assert -math.inf < low <= middle <= high < math.inf, line
-        # Of a sweep it is a difference of wall times: no bound on a busy machine.
+        # For a sweep it is a difference of wall times, which has no bound on a busy machine.
         assert low >= 0 or line["section"] == "ensemble", line
 
 
@@ -64,7 +62,7 @@ def test_peers_or_what_is_missing(long_programs: dict[str, LongProgram], lines: 
 
 @pytest.mark.skipif(not PEERS, reason="no SUNDIALS: ./bootstrap --sundials")
 def test_all_integrators_reach_one_end_and_find_the_same_events():
-    """Of exercise 2 with two flange contacts: whatever is given on the way, and whichever method found it."""
+    """All integrators end exercise 2 alike, with two flange contacts, whatever output is given on the way."""
     peers = "adams", "adams newton", "bdf", "erk 4", "erk 5", "erk 6"
     ours = "energy_tolerance=1e-9", "energy_tolerance=0 dt=5e-6"
     outputs = "", "events=T", "events=T interval=1e-4", "events=T interval=1e-4 rows=T"

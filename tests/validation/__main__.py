@@ -1,6 +1,6 @@
 """Everything checked against an independent answer: `make validate`.
 
-usage: python tests/validation [--short] [--only SECTION ...] [--out FOLDER]
+usage: PYTHONPATH=tests/support:profiles python tests/validation [--short] [--only SECTION ...] [--out FOLDER]
 
 Writes ldbench_validation.pdf and validation.csv, one line per check, and says how many lie inside
 their bars; exit status 1 if one does not.

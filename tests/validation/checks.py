@@ -1,13 +1,13 @@
 """What a validation section returns: checks against references, figures, tables."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from ldbench.style import PAGE
+from sheets import Table
 
 Progress = Callable[[str], None]
 
@@ -51,32 +51,14 @@ def limit(quantity: str, value: float, source: str, bar: float) -> Check:
 
 
 @dataclass
-class Table:
-    """A table of a page; cells are text."""
-
-    title: str
-    head: Sequence[str]
-    rows: list[Sequence[str]]
-
-
-@dataclass
 class Section:
     """One chapter of the validation."""
 
     title: str
     text: str                                               # what was done, what it shows; a few sentences
     checks: list[Check] = field(default_factory=list)
-    figures: list[Figure] = field(default_factory=list)     # pages of `page`
+    figures: list[Figure] = field(default_factory=list)     # pages of `sheets.page`
     tables: list[Table] = field(default_factory=list)
-
-
-def page(title: str, caption: str) -> Figure:
-    """An empty A4 page with a title and a caption below; axes go into its constrained layout."""
-    figure = Figure(figsize=PAGE, layout="constrained")
-    figure.get_layout_engine().set(rect=(0.03, 0.07, 0.94, 0.86), w_pad=0.12, h_pad=0.1)
-    figure.text(0.04, 0.955, title, fontsize=12, weight="bold", va="center")
-    figure.text(0.04, 0.04, caption, fontsize=7.5, va="center", wrap=True)
-    return figure
 
 
 def number(x: float) -> str:

@@ -5,27 +5,11 @@ Stichel, Rail Vehicle Dynamics, 2017). EN 15302 (Annex B) takes the cone of the 
 motion y'' = -delta_r(y)/(2 b r_0), 2 b being the distance of the contacts. Both agree to the first order in the
 non-linearity of delta_r.
 
-Two families have closed forms at any amplitude. Cone on round heads: with the heads' centres at +-e, R = e/sin(2 g) and
-d the height of the axle over the cones' common line through these centres,
-
-    y = R sin(2 roll) - d sin(roll),    delta_r = 2 e sin(roll),    tan(gamma_e) -> e/(2 R - d).
-
-Arc on arc, radius R_w of the wheel and R_r of the rail: the centres of curvature are the joints of a four-bar linkage
-with cranks of length D = R_w - R_r; e_w and h place the wheel's centre of curvature in the wheelset:
-
-    delta_r = R_w (cos(angle_R + roll) - cos(angle_L - roll)),
-    tan(gamma_e) -> R_w sin(g) (e_w - D sin g)/(D (e_w cos g + h sin g)),
-
-which is Wickens' R_w g/(R_w - R_r) (b + R_r g)/(b - r_0 g) for small contact angles g (Fundamentals of Rail
-Vehicle Dynamics, 2003).
+Test profiles with closed forms at any amplitude stand in round_profiles.
 """
 from __future__ import annotations
 
-import functools
-import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -33,116 +17,15 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from checks import Check, Section, Table, limit, page, relative
+import make_profiles as arcs
+from checks import Check, Section, limit, relative
 from ldbench import Case, ContactTable
-from ldbench.style import BLUE, DASHED, GREEN, GREY, RED, ldbench_style
-from quasistatic import PAIRS, arcs, pieces
+from ldbench.plots.style import BLUE, DASHED, GREEN, GREY, RED, ldbench_style
+from quasistatic import PAIRS, pieces
+from round_profiles import MM, Shape
+from sheets import Table, page
 
-MM = 1e3
-RADIUS = 0.457              # at the contact of the centred wheelset [m]
-FLANGE = np.radians(70)
-THROAT = 38.0               # where the tread begins, from the wheel back [mm]
 DeltaR = Callable[[np.ndarray], np.ndarray]     # lateral displacements [m] to radius differences [m]
-
-
-# Test profiles ----------------------------------------------------------------------------
-
-@dataclass(frozen=True)
-class Shape:
-    """A wheel with a straight (R_w infinite) or hollow tread on a rail with a round head."""
-
-    taper: float            # angle of the contact of the centred wheelset [rad]
-    R_w: float              # [m]
-    R_r: float              # [m]
-
-    def geometry(self, y: np.ndarray, spacing: float = arcs.STEP) -> pd.DataFrame:
-        """What the core finds from points `spacing` mm apart; the table is small: only the rigid geometry is read."""
-        with tempfile.TemporaryDirectory() as folder:
-            paths = [Path(folder)/f"{name}.yz" for name in ("wheel", "rail")]
-            for path, shape in zip(paths, (self.wheel(), self.rail()), strict=True):
-                np.savetxt(path, arcs.sample(shape, spacing), fmt="%.17g")
-            return ContactTable(Case.from_namelist("&case /").replace(
-                wheel_profile=str(paths[0]), rail_profile=str(paths[1]), contact_model="strip", lateral=0.02,
-                table_roll=0.02, n_lateral=20, n_roll=5, n_depth=5)).geometry(y)
-
-    def rail(self) -> list[arcs.Piece]:
-        edge = np.arcsin(0.024/self.R_r)
-        return arcs.rail([arcs.arc(12, np.pi/2, edge + self.taper),
-                          arcs.arc(MM*self.R_r, edge + self.taper, -edge + self.taper),
-                          arcs.arc(12, -edge + self.taper, -np.pi/2)])
-
-    def wheel(self) -> list[arcs.Piece]:
-        """Tip, flange of 70 degrees, throat and tread; a hollow tread has the angle `taper` over the rail's crown."""
-        if np.isinf(self.R_w):
-            tread = self.taper, arcs.line(self.taper, 90)
-        else:
-            tread = self.steepest, arcs.arc(MM*self.R_w, self.steepest, np.radians(-3))
-        flange = arcs.arc(-10, 0, FLANGE), arcs.line(FLANGE, 6/np.sin(FLANGE)), arcs.arc(18, FLANGE, tread[0])
-        low = THROAT - arcs.chain((0, 0), *flange)[-1].end[0]
-        return arcs.chain((0, 0), arcs.arc(-low, -np.pi/2, 0), *flange, tread[1])
-
-    @property
-    def steepest(self) -> float:
-        """Angle of the tread where it meets the throat [rad]."""
-        if np.isinf(self.R_w):
-            return self.taper
-        return np.arcsin(np.sin(self.taper) + (self.contact - (arcs.WHEEL_BACK + THROAT)/MM)/self.R_w)
-
-    @functools.cached_property
-    def head(self) -> float:
-        """Lateral position of the centre of the left rail's head [m]."""
-        crown = next(piece for piece in self.rail() if piece.R == MM*self.R_r)
-        return (arcs.GAUGE_POINT + crown.c[0])/MM
-
-    @property
-    def contact(self) -> float:
-        """Lateral position of the left contact of the centred wheelset [m]."""
-        return self.head - self.R_r*np.sin(self.taper)
-
-    def lateral(self, roll: np.ndarray) -> np.ndarray:
-        """Displacement at a roll angle [m]."""
-        if np.isinf(self.R_w):
-            return self.head/np.sin(2*self.taper)*np.sin(2*roll) - self.d*np.sin(roll)
-        mean, half = self.angles(roll)
-        return self.h*np.sin(roll) + (self.R_w - self.R_r)*np.cos(mean)*np.sin(half)
-
-    def angles(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and half the difference of the contact angles of the linkage."""
-        half = np.arctan2(self.e_w*np.sin(roll), self.e_w*np.cos(roll) - self.head)
-        return np.arcsin((self.e_w*np.cos(roll) - self.head)/(self.R_w - self.R_r)/np.cos(half)), half
-
-    def delta_r(self, y: np.ndarray) -> np.ndarray:
-        """Closed form of the difference of the rolling radii [m], the roll by bisection."""
-        low, high = np.zeros_like(y), np.full_like(y, 4e-3)
-        for _ in range(46):
-            middle = (low + high)/2
-            beyond = self.lateral(middle) > np.abs(y)
-            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-        if np.isinf(self.R_w):
-            return np.copysign(2*self.head*np.sin(low), y)
-        mean, half = self.angles(low)
-        return np.copysign(self.R_w*(np.cos(mean - half + low) - np.cos(mean + half - low)), y)
-
-    @property
-    def d(self) -> float:
-        return RADIUS + self.head*np.tan(self.taper) + self.R_r*np.cos(self.taper)
-
-    @property
-    def e_w(self) -> float:
-        return self.contact + self.R_w*np.sin(self.taper)
-
-    @property
-    def h(self) -> float:
-        return -RADIUS - self.R_w*np.cos(self.taper)
-
-    @property
-    def small(self) -> float:
-        """Equivalent conicity for small amplitudes."""
-        if np.isinf(self.R_w):
-            return self.head/(2*self.head/np.sin(2*self.taper) - self.d)
-        D, s, c = self.R_w - self.R_r, np.sin(self.taper), np.cos(self.taper)
-        return self.R_w*s*(self.e_w - D*s)/(D*(self.e_w*c + self.h*s))
-
 
 SHAPES = {f"cone 1:{n} on heads of {MM*R_r:.0f} mm": Shape(np.arctan(1/n), np.inf, R_r)
           for n, R_r in ((40, 0.254), (40, 0.08), (20, 0.08), (10, 0.08))} | {
@@ -228,7 +111,7 @@ def touching(pair: str, y: float) -> float:
 
 
 def tabulated(pair: str, last: float, spacing: float) -> DeltaR:
-    """Of the exact arcs, interpolated between points, odd in y."""
+    """The rolling radius difference of the exact arcs, interpolated between points, odd in y."""
     grid = np.arange(0, last + spacing, spacing)
     values = np.array([touching(pair, y) for y in grid])
     return lambda y: np.copysign(np.interp(np.abs(y), grid, values), y)
@@ -304,7 +187,7 @@ def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame, short: bool) -
         # Second order in the non-linearity, below 1e-3 of delta_r here.
         relative(f"conicity at {MM*last:g} mm, {name}", geometry.conicity.iloc[-1], wavelength,
                  "EN 15302: wavelength of the closed form", max(bar, 1e-6)),
-        # Of the first order in (amplitude/(R_w - R_r))^2.
+        # The closed form is of first order in (amplitude/(R_w - R_r))^2.
         relative(f"conicity at {MM*amplitudes[0]:g} mm, {name}", geometry.conicity.iloc[0], shape.small,
                  "small amplitudes, Wickens", max(bar, 1e-6))]
     if not straight:

@@ -10,11 +10,13 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import ldbench
-from checks import Check, Section, Table, limit, page
-from ldbench import Case, ContactTable, formulations
+from checks import Check, Section, limit
+from ldbench import Case, ContactTable
 from ldbench.case import Value, data_folder
-from ldbench.record import PAIRS as NAMES
-from ldbench.style import BLUE, GREY, RED, ldbench_style
+from ldbench.plots.style import BLUE, GREY, RED, ldbench_style
+from ldbench.report import formulations
+from ldbench.results.quantities import PAIRS as NAMES
+from sheets import Table, page
 
 PAIRS = "aw", "sw"
 SPEEDS = 1.0, 4.0           # initial lateral velocity [m/s]
@@ -68,10 +70,10 @@ def fate(case: Case, table: ContactTable) -> Fate:
         run = ldbench.run(case, table=table)
     except ldbench.Error as error:
         return Fate(case.vY, str(error), np.nan, np.nan, np.nan)
-    time, past = run.columns.time.to_numpy(), past_crown(case, run.columns)
+    time, past = run.data.time.to_numpy(), past_crown(case, run.data)
     derailed = next((event.t for event in run.events if event.kind == "derailment"), np.nan)
-    aside = np.abs(run.columns.Y.to_numpy()[time > derailed])
-    return Fate(case.vY, run.summary["end"], derailed, float(past.max()),
+    aside = np.abs(run.data.Y.to_numpy()[time > derailed])
+    return Fate(case.vY, run.results["end"], derailed, float(past.max()),
                 float(aside[0] - aside.min()) if aside.size else np.nan if np.isnan(derailed) else 0.0)
 
 

@@ -12,9 +12,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.special import ellipe, ellipk, gamma
 
-from checks import Check, Section, Table, limit, page, relative
-from ldbench.style import BLUE, GREEN, RED, ldbench_style
+from checks import Check, Section, limit, relative
+from ldbench.plots.style import BLUE, GREEN, RED, ldbench_style
 from programs import fortran_test
+from sheets import Table, page
 
 E_STAR = 1.0       # the solver is linear in it
 RATIOS = 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0       # semi-axis rolling to transverse
@@ -40,7 +41,7 @@ class Pressed:
         return (self.p*self.depth).sum()*self.area
 
     def semi_axis(self, at: np.ndarray) -> float:
-        """Of an ellipsoid of pressure, along x or s, from its second moment: N a^2/5."""
+        """The semi-axis of an ellipsoid of pressure, along x or s, from the second moment N a^2/5."""
         return float(np.sqrt(5*(self.p*at**2).sum()/self.p.sum()))
 
     def peak(self) -> float:
@@ -170,7 +171,7 @@ def section(short: bool) -> Section:
                            "Hertz with Boussinesq's far field", 3e-3))
     for ratio in ratios[:1] if short else (0.2, 1.0, 5.0):
         force, slope = force_from_energy(ratio, stated)
-        # Of the discrete energy the force is the exact derivative: h^2 = 1e-6 remains of the difference.
+        # The force is the exact derivative of the discrete energy: h^2 = 1e-6 remains of the difference.
         checks.append(relative(f"Hertz, {ratio:g}:1: force [E* a^2/1000], from dU/d(approach)", 1e3*slope, 1e3*force,
                                "force of the same solution", 1e-5))
     table = Table(f"Deviation from Hertz in percent, {stated} x {stated} elements over 1.1 times the semi-axes",

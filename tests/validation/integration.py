@@ -1,4 +1,4 @@
-"""The same force law integrated by another method: SciPy's DOP853 against the core's integrator."""
+"""Another integrator on the core's force: SciPy's DOP853 against the core's integrator."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 import ldbench
-from checks import Check, Section, Table, absolute, limit, page
-from ldbench import Case, ContactTable, Run, _flat
-from ldbench.style import BLACK, BLUE, GREEN, GREY, RED, SERIES, ldbench_style
+from checks import Check, Section, absolute, limit
+from ldbench import Case, ContactTable, Run
+from ldbench._core import _flat
+from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, RED, SERIES, ldbench_style
+from sheets import Table, page
 
 PAIRS = "aw", "sw"
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4, 5) for pair in PAIRS]
@@ -111,7 +113,7 @@ def integrate(case: Case, table: ContactTable, t_end: float, tolerance: float) -
 
 
 def normal_force(table: ContactTable, contact: str, q: np.ndarray) -> np.ndarray:
-    """Of a contact at poses (..., 3), z from equilibrium [N]."""
+    """The normal force of a contact at poses (..., 3), z from equilibrium [N]."""
     y, z, roll = np.moveaxis(q[..., :3], -1, 0)
     force = table.forces_by_contact(y, table.equilibrium + z, roll)[..., CONTACTS.index(contact), :]
     return np.hypot(force[..., 0], force[..., 1])
@@ -135,23 +137,23 @@ STATE = {"Y": "Y", "Z": "Z", "initial_roll": "roll", "vY": "vY", "vZ": "vZ", "ro
 
 def longest_step(run: Run, t: float) -> float:
     """That may hold t: the longest half, quarter ... of an output interval that the core does not cut [s]."""
-    row = int(np.searchsorted(run.columns["time"], t, "right")) - 1
-    state, h = run.columns.iloc[row], run.case.interval
+    row = int(np.searchsorted(run.data["time"], t, "right")) - 1
+    state, h = run.data.iloc[row], run.case.interval
     while True:
         case = run.case.replace(
             **{name: state[column] for name, column in STATE.items()}, stop_at="t_end", t_end=h, interval=h, dt=h,
             lateral_force=run.case.lateral_force + run.case.lateral_ramp*state["time"])
-        if h <= run.case.dt*(1 + 1e-9) and not ldbench.run(case, table=run.table).summary["cuts"]:
+        if h <= run.case.dt*(1 + 1e-9) and not ldbench.run(case, table=run.table).results["cuts"]:
             return h
         h /= 2
         if t >= state["time"] + h:
-            middle = ldbench.run(case.replace(t_end=h, interval=h, dt=h), table=run.table).columns.iloc[-1].copy()
+            middle = ldbench.run(case.replace(t_end=h, interval=h, dt=h), table=run.table).data.iloc[-1].copy()
             middle["time"] += state["time"]
             state = middle
 
 
 def touch_error(reference: Reference, table: ContactTable, contact: str, t: float, h: float) -> float:
-    """Of the time that a contact touched at, found from p and p' up to h later, N ~ p^1.5 [s]."""
+    """The error of the time at which a contact touched, found from p and p' up to h later, N ~ p^1.5 [s]."""
     late = np.linspace(h/20, h, 20)
     p = normal_force(table, contact, reference.state(t + late))**(2/3)
     bend, rate = np.polyfit(late, p/late, 1)
@@ -159,7 +161,7 @@ def touch_error(reference: Reference, table: ContactTable, contact: str, t: floa
 
 
 def peak_error(reference: Reference, table: ContactTable, contact: str, t: float, h: float) -> float:
-    """Of a peak at t that is taken from a parabola through three values h apart [N]."""
+    """The error of a peak at t that is taken from a parabola through three values h apart [N]."""
     middle = t + h*np.linspace(-0.5, 0.5, 21)
     before, at, after = (normal_force(table, contact, reference.state(middle + k*h)) for k in (-1, 0, 1))
     found = at - (after - before)**2/(8*(after - 2*at + before))
@@ -191,12 +193,12 @@ class Trajectories:
     dop: list[np.ndarray]       # per tolerance
 
     def step_error(self) -> np.ndarray:
-        """Of the core with the shipped setting, the largest so far."""
+        """The error of the core with the shipped setting, the largest so far."""
         k = SHIPPED
         return np.maximum.accumulate(step_error(*self.core[k - 1:k + 2]))
 
     def tolerance_error(self) -> np.ndarray:
-        """Of DOP853, the largest so far."""
+        """The error of DOP853, the largest so far."""
         return np.maximum.accumulate(np.abs(self.dop[0] - self.dop[1]))
 
     def bar(self) -> np.ndarray:
@@ -206,7 +208,7 @@ class Trajectories:
         return self.bar()[min(np.searchsorted(self.t, t), len(self.t) - 1)]
 
     def deviation(self, k: int) -> np.ndarray:
-        """Of the core with setting k from DOP853."""
+        """The deviation of the core with setting k from DOP853."""
         return np.abs(self.core[k] - self.dop[1])
 
     @property
@@ -222,10 +224,10 @@ class Trajectories:
 
 
 def common_rows(runs: list[Run], end: float) -> list[pd.DataFrame]:
-    """Of the runs' columns, up to a time."""
+    """The rows that the runs have in common, up to a time."""
     coarsest = max(run.case.interval for run in runs)
     count = int(end/coarsest + 1e-6) + 1
-    return [run.columns.iloc[::round(coarsest/run.case.interval)].iloc[:count] for run in runs]
+    return [run.data.iloc[::round(coarsest/run.case.interval)].iloc[:count] for run in runs]
 
 
 def trajectories(case: Case, rows: list[pd.DataFrame], references: list[Reference], end: float) -> Trajectories:
@@ -273,7 +275,7 @@ def peak_checks(found: Trajectories, run: Run, reference: Reference) -> list[Che
     """Largest normal forces of the flanges."""
     checks = []
     for side, contact in FLANGES:
-        ours = run.summary[f"peak_N_{contact}"]
+        ours = run.results[f"peak_N_{contact}"]
         if ours > 0:
             t, fine = peak(reference, run.table, contact, found.end)
             h = longest_step(run, t)
@@ -298,12 +300,12 @@ def deviation_row(found: Trajectories) -> list[str]:
 
 # Error bars of the summary ----------------------------------------------------------------
 
-NUMBERS = {                     # name: unit, factor from SI; the names of ldbench.record.summary_row
+NUMBERS = {                     # name: unit, factor from SI; the names of ldbench.results.summary.summary_row
     "t_first_LF": ("ms", 1e3), "t_first_RF": ("ms", 1e3), "t_first_centre": ("ms", 1e3), "t_return": ("ms", 1e3),
     "t_derailment": ("ms", 1e3), "F_derailment": ("kN", 1e-3),
     **{f"{c}_{end}": ("mm", 1e3) for c in ("Y", "Z") for end in ("min", "max", "last")},
     **{f"roll_{end}": ("mrad", 1e3) for end in ("min", "max", "last")},
-    **{f"N_max_{c}": ("kN", 1e-3) for c in CONTACTS}, **{f"t_N_max_{c}": ("ms", 1e3) for c in CONTACTS}}
+    **{f"peak_N_{c}": ("kN", 1e-3) for c in CONTACTS}, **{f"t_peak_{c}": ("ms", 1e3) for c in CONTACTS}}
 
 
 def numbers(run: Run, rows: pd.DataFrame) -> dict[str, float]:
@@ -315,7 +317,7 @@ def numbers(run: Run, rows: pd.DataFrame) -> dict[str, float]:
     passages = [e.t for e in run.events if e.kind == "centre passage" and e.t > touch]
     found = {"t_first_LF": touch, "t_first_RF": first.get("right flange contact"),
              "t_first_centre": passages[0] if passages else None,
-             "t_return": passages[-1] if passages and run.summary["returned"] else None,
+             "t_return": passages[-1] if passages and run.ending.startswith("return") else None,
              "t_derailment": first.get("derailment")}
     if run.case.lateral_ramp and "derailment" in first:
         found["F_derailment"] = run.case.lateral_force + run.case.lateral_ramp*first["derailment"]
@@ -323,8 +325,8 @@ def numbers(run: Run, rows: pd.DataFrame) -> dict[str, float]:
         x = rows[c].to_numpy()
         found |= {f"{c}_min": x.min(), f"{c}_max": x.max(), f"{c}_last": x[-1]}
     for c in CONTACTS:
-        if run.summary[f"peak_N_{c}"] > 0:
-            found |= {f"N_max_{c}": run.summary[f"peak_N_{c}"], f"t_N_max_{c}": run.summary[f"t_peak_{c}"]}
+        if run.results[f"peak_N_{c}"] > 0:
+            found |= {f"peak_N_{c}": run.results[f"peak_N_{c}"], f"t_peak_{c}": run.results[f"t_peak_{c}"]}
     return {name: float(x) for name, x in found.items() if x is not None}
 
 
@@ -353,7 +355,7 @@ def summary_cells(runs: list[Run], rows: list[pd.DataFrame], rattles: bool) -> d
     """Value, error bar and observed order of every number that the shipped run has."""
     cells = {}
     results = [numbers(run, of_run) for run, of_run in zip(runs, rows, strict=True)][SHIPPED - 1:SHIPPED + 2]
-    for name, value in numbers(runs[SHIPPED], runs[SHIPPED].columns).items():
+    for name, value in numbers(runs[SHIPPED], runs[SHIPPED].data).items():
         _unit, scale = NUMBERS[name]
         if any(name not in r for r in results):
             cells[name] = [f"{scale*value:.6g}", "", "chaotic"]     # it does not happen with every setting
@@ -438,9 +440,9 @@ def section(short: bool) -> Section:
         table = tables[pair].for_case(case)
         runs = [ldbench.run(refined(case, factor), table=table) for factor in LADDER]
         shipped = runs[SHIPPED]
-        end = min(shipped.summary["t"], RAMP_END) if exercise == 5 else shipped.summary["t"]
+        end = min(shipped.results["t"], RAMP_END) if exercise == 5 else shipped.results["t"]
         references = [integrate(case, table, end, tolerance) for tolerance in TOLERANCES]
-        rows = common_rows(runs, min(run.summary["t"] for run in runs))
+        rows = common_rows(runs, min(run.results["t"] for run in runs))
         motion = trajectories(case, rows, references, end)
         out.checks += motion_checks(motion) + event_checks(motion, shipped, references)
         if exercise < 5:        # the run's peaks lie in the time compared

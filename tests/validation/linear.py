@@ -15,9 +15,6 @@ the approach.
 """
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.linalg import eigh
@@ -25,13 +22,12 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
 import ldbench
-from checks import Check, Section, Table, absolute, limit, page, relative
+from checks import Check, Section, absolute, limit, relative
 from ldbench import Case, ContactTable
-from ldbench.style import BLACK, BLUE, DASHED, GREEN, GREY, RED, ldbench_style
-from quasistatic import PAIRS
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
+from ldbench.plots.style import BLACK, BLUE, DASHED, GREEN, GREY, RED, ldbench_style
 from probes import MASS, ROLL_INERTIA, ROLLING_RADIUS, TAPER, WEIGHT, Pendulum
+from quasistatic import PAIRS
+from sheets import Table, page
 
 MODES = "lateral", "bounce", "roll"         # in the order of their frequencies
 M = np.diag([MASS, MASS, ROLL_INERTIA])
@@ -95,7 +91,7 @@ def free_oscillation(table: ContactTable, mode: np.ndarray, frequency: float, pe
     interval = 2e-3/frequency
     case = table.case.replace(vY=0.0, roll_rate=0.0, Y=q[0], Z=q[1], initial_roll=q[2], stop_at="t_end", rows="interval",
                               dt=min(table.case.dt, interval), interval=interval, t_end=(periods + 0.5)/frequency)
-    c = ldbench.run(case, table=table).columns
+    c = ldbench.run(case, table=table).data
     t, x = c["time"].to_numpy(), c[["Y", "Z", "roll"]].to_numpy() @ M @ mode
     up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
     crossing = t[up] - x[up]*(t[up + 1] - t[up])/(x[up + 1] - x[up])

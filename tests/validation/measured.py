@@ -1,7 +1,6 @@
 """Measured profiles: what noise does to clearance, contact and force; S1002 on 60E1 against another program."""
 from __future__ import annotations
 
-import sys
 import tempfile
 from pathlib import Path
 
@@ -9,13 +8,11 @@ import numpy as np
 from scipy.optimize import fsolve
 
 import ldbench
-from checks import Check, Section, Table, absolute, limit, relative
-from ldbench.profile import pair
-from programs import fortran_test
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 import shapes
+from checks import Check, Section, absolute, limit, relative
+from ldbench.profiles.inspect import pair
+from programs import fortran_test
+from sheets import Table
 from tables import modern
 
 PAIRS = {"aw": ("awprof", "arprof"), "sw": ("swprof", "srprof")}
@@ -34,7 +31,7 @@ COARSE = {"contact_model": "strip", "n_lateral": 80, "n_roll": 13, "n_depth": 17
 MANCHESTER = ((1.0, 741.9908, 0.0696), (2.0, 740.9147, 0.0806), (3.0, 739.9698, 0.0923), (4.0, 738.7381, 0.1078),
               (5.5, 726.1169, 0.3363), (6.0, 725.1371, 0.4176))
 
-# The same of its left wheel, 10 kN on it, with the wheelset displaced to the other side: lateral displacement, lateral
+# The left wheel of that wheelset, 10 kN on it, with the wheelset displaced to the other side: lateral displacement, lateral
 # position of the contact [mm], approach [um] (examples/mbench_a22_left).
 MANCHESTER_LEFT = ((3.0, 757.2358, 21.28), (3.5, 757.4801, 21.58), (4.0, 757.6645, 21.85), (4.5, 757.7990, 22.09),
                    (5.0, 757.8958, 22.32), (5.5, 757.9746, 22.55), (6.0, 758.0210, 22.78))
@@ -72,7 +69,7 @@ def pressed(table: ldbench.ContactTable, displacements: np.ndarray) -> tuple[np.
         pose = float(y), float(table.rigid_height + Z + 1e-6*x[0]), float(roll + 1e-6*x[1])
         held = case.replace(Y=pose[0], Z=pose[1] - table.equilibrium, initial_roll=pose[2], vY=0, roll_rate=0, dt=1e-5,
                             t_end=1e-5, interval=1e-5, stop_at="t_end")
-        positions.append(ldbench.run(held, table=table).columns.y_LT.iloc[0])
+        positions.append(ldbench.run(held, table=table).data.y_LT.iloc[0])
         poses.append(" ".join(map(repr, pose)))
     with tempfile.TemporaryDirectory() as folder:
         # The program's table is not used, so it may be coarse.

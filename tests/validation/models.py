@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import ldbench
-from checks import Check, Section, Table, limit, page
-from ldbench.style import BLUE, GREEN, ORANGE, ldbench_style
+from checks import Check, Section, limit
+from ldbench.plots.style import BLUE, GREEN, ORANGE, ldbench_style
 from programs import fortran_test
+from sheets import Table, page
 from tables import stated_errors
 from together import one_system
 
@@ -56,8 +57,8 @@ def poses_of_run(exercise: int, pair: str, n: int, rng: np.random.Generator) -> 
     """
     case = ldbench.Case.exercise(exercise, pair).replace(dt=1e-4, interval=1e-4)
     run = ldbench.run(case)
-    c = run.columns
-    q = c[["Y", "Z", "roll"]].to_numpy() + [0, run.summary["equilibrium"], 0]
+    c = run.data
+    q = c[["Y", "Z", "roll"]].to_numpy() + [0, run.results["axle_height"], 0]
     flange = np.concatenate([c.N_LF > 0, c.N_RF > 0])
     tread = np.concatenate([c.N_LT > 0, c.N_RT > 0]) & ~flange
     q = np.concatenate([q, q*MIRROR])

@@ -13,10 +13,8 @@ through the centre of gravity.
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -24,12 +22,11 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq, fsolve
 
 import ldbench
-from checks import Check, Section, Table, limit, page, relative
-from ldbench import Case, ContactTable
-from ldbench.style import BLACK, BLUE, CONTACT_LINES, DASHED, GREEN, GREY, ORANGE, RED, ldbench_style
-
-sys.path.append(str(Path(__file__).resolve().parents[2]/"profiles"))
 import make_profiles as arcs  # the exact pieces of the shipped profiles
+from checks import Check, Section, limit, relative
+from ldbench import Case, ContactTable
+from ldbench.plots.style import BLACK, BLUE, CONTACT_LINES, DASHED, GREEN, GREY, ORANGE, RED, ldbench_style
+from sheets import Table, page
 
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
 MM, KN, DEG = 1e3, 1e-3, 180/np.pi
@@ -64,7 +61,7 @@ class Curve:
         return self.limit[3]*self.table.weight/LENGTH
 
     def potential(self) -> np.ndarray:
-        """Of contact and weight [J]."""
+        """The potential of contact and weight [J]."""
         return self.table.potential(*self.q.T) + self.table.weight*self.q[:, 1]
 
 
@@ -189,7 +186,7 @@ class Fall:
 
 
 def fall(case: Case, curve: Curve) -> Fall:
-    c = ldbench.run(case, table=curve.table).columns
+    c = ldbench.run(case, table=curve.table).data
     F = c.F_ext.to_numpy()
     y, stable, unstable = barrier(curve, np.minimum(F, curve.F_limit))
     over = int(np.flatnonzero(c.Y.to_numpy() < y)[-1]) + 1
@@ -296,7 +293,7 @@ def quiet_check(pair: str, curve: Curve) -> Check:
     y, z, roll = equilibrium(curve, F)
     case = curve.table.case.replace(Y=y, Z=z - curve.table.equilibrium, initial_roll=roll, lateral_force=F)
     return relative(f"run from rest at 98 % of the limit: right wheel carries up to F [kN], {pair}",
-                    KN*last_load(ldbench.run(case, table=curve.table).columns), KN*curve.F_limit,
+                    KN*last_load(ldbench.run(case, table=curve.table).data), KN*curve.F_limit,
                     "limit load; lag of the ramp", LAG_BAR)
 
 

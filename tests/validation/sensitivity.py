@@ -11,12 +11,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import ldbench
-from checks import Check, Section, Table, absolute, limit, page, relative
+import make_profiles as mp
+from checks import Check, Section, absolute, limit, relative
 from integration import refined
 from ldbench import Case, ContactTable
 from ldbench.case import Value, data_folder
-from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, ldbench_style
-from quasistatic import arcs as mp
+from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, ldbench_style
+from sheets import Table, page
 
 PAIRS = {"aw": 10.18e-3, "sw": 16.94e-3}    # published clearances [m]
 MODELS = "halfspace", "strip", "hertz"     # the first is that of the shipped cases
@@ -162,7 +163,7 @@ def answers(case: Case, table: ContactTable) -> Answers:
     for event in run.events:
         first.setdefault(event.kind, event.t)
     passages = [e.t for e in run.events if e.kind == "centre passage"]
-    s = run.summary
+    s = run.results
     end = first.get("derailment") or passages[-1]
     return Answers({"t_LF": first.get("left flange contact", np.nan), "t_RF": first.get("right flange contact", np.nan),
                     "t_end": end, **{name: s[f"peak_{name}"] or np.nan for name in FORCES}},
@@ -228,15 +229,15 @@ def divergence(exercise: int, pair: str, table: ContactTable) -> Divergence:
         case = case.replace(stop_at="t_end", t_end=TWIN_RAMP_END, interval=1e-3)
     starts = *TWINS, *((name, x/TWIN*PROBE) for name, x in TWINS)
     base, *others = (ldbench.run(case.replace(**{name: x}), table=table) for name, x in (("Y", 0.0), *starts))
-    rows = min(len(run.columns) for run in (base, *others))
-    states = [run.columns[list(STATE)].to_numpy()[:rows] for run in (base, *others)]
+    rows = min(len(run.data) for run in (base, *others))
+    states = [run.data[list(STATE)].to_numpy()[:rows] for run in (base, *others)]
     gyration = np.sqrt(case.roll_inertia/case.mass)                     # [m]
     omega = 2*np.pi*table.frequencies[1]                                # vertical, at rest [1/s]
     scale = np.array([1, 1, gyration, 1/omega, 1/omega, gyration/omega])
     apart = np.array([(x - states[0])*scale for x in states[1:]])       # (start, row, coordinate)
     distance = np.linalg.norm(apart, axis=2).T
     twins, probes = distance[:, :len(TWINS)], distance[:, len(TWINS):]
-    impacts = sum(base.summary[f"n_{side}_{what}"] for side in ("left", "right")
+    impacts = sum(base.results[f"n_{side}_{what}"] for side in ("left", "right")
                   for what in ("flange_contact", "wheel_landing"))
     approach = table.rigid_height - table.equilibrium                   # [m]
     row = int(np.searchsorted(np.maximum.accumulate(twins.max(axis=1)), LINEAR*approach)) - 1
@@ -244,7 +245,7 @@ def divergence(exercise: int, pair: str, table: ContactTable) -> Divergence:
     sums = np.linalg.norm(apart[:len(TWINS), row].reshape(2, 2, -1).sum(axis=1), axis=1)
     bars = 10*twins[:row + 1].max()/approach + 4*probes[:row + 1].max()/least
     worst = int((sums/least/bars).argmax())
-    t = base.columns["time"].to_numpy()[:rows]
+    t = base.data["time"].to_numpy()[:rows]
     return Divergence(case.case_name, t, twins/twins[0], impacts, t[row], sums[worst]/least[worst], bars[worst])
 
 
@@ -418,7 +419,7 @@ def release_checks(pair: str, tables: dict[str, ContactTable]) -> list[Check]:
         case = table.case.replace(Z=table.rigid_height - table.equilibrium, vY=0, roll_rate=0, dt=1e-5, t_end=5e-3,
                                   stop_at="t_end")
         rest = np.linalg.norm(table.forces_by_contact(0.0, table.equilibrium, 0.0)[0, :2])
-        peak = ldbench.run(case, table=table).summary["peak_N_LT"]
+        peak = ldbench.run(case, table=table).results["peak_N_LT"]
         checks.append(relative(f"{pair} {model}: peak over static tread force, let go where it touches [1]", peak/rest,
                                2.5, "Hertz: 2/5 C δ^5/2 = W δ; bar: table and law on the tread 0.1 %", 1e-3))
     return checks

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from checks import Check, Section, Table, absolute, page
+from checks import Check, Section, absolute
 from ldbench import Case, ContactTable, Run, run
-from ldbench.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, ldbench_style
+from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, ldbench_style
+from sheets import Table, page
 
 PAIRS = {"aw": "actual", "sw": "simplified"}
 EXERCISES = 1, 2, 3
@@ -60,7 +61,7 @@ def case_of(exercise: int, pair: str, **changes: object) -> Case:
 
 
 def first_impact(done: Run) -> Impact:
-    c = done.columns
+    c = done.data
     t, force, v = c.time.to_numpy(), c.N_LF.to_numpy(), c[VELOCITY].to_numpy()
     begin = next(e.t for e in done.events if e.kind == "left flange contact")
     if done.case.formulation == "elastic":
@@ -88,14 +89,14 @@ class Approach:
     speed_Y: float          # at the start [m/s]
 
     def distance(self, scale: float) -> float:
-        """Of the velocities after the first contact, over the velocity before."""
+        """The distance of the velocities after the first contact, over the velocity before."""
         e, r = self.elastic[scale], self.rigid
         fall = np.array([0, -self.weight/self.inertia[0]*(e.length - r.length), 0])
         return float(np.sqrt(self.inertia @ (e.after - r.after - fall)**2))/self.speed
 
     @property
     def power(self) -> float:
-        """Of the modulus with which the distance goes, over the last two decades."""
+        """The power of the modulus with which the distance goes, over the last two decades."""
         b = max(self.elastic)
         return float(np.log(self.distance(b)/self.distance(b/100))/np.log(100))
 
@@ -118,14 +119,14 @@ def approaches(exercises: tuple[int, ...], scales: tuple[float, ...], **changes:
             table = ContactTable(case_of(exercises[-1], pair, **stiff))
             for exercise in exercises:
                 case = case_of(exercise, pair, **stiff, t_end=ends[exercise],
-                               roll_rate=float(rigid[exercise].columns.roll_rate.iloc[0]))
+                               roll_rate=float(rigid[exercise].data.roll_rate.iloc[0]))
                 case = case.replace(dt=min(ROWS, 1e-5*(scale/10)**FALL))
                 elastic[exercise][scale] = first_impact(run(case, table=table))
         for exercise, done in rigid.items():
             case = done.case
             inertia = np.array([case.mass, case.mass, case.roll_inertia])
             found.append(Approach(f"ex{exercise}_{pair}", first_impact(done), elastic[exercise], inertia,
-                                  case.mass*9.81 + case.vertical_load, float(np.sqrt(2*done.summary["kinetic_energy"])),
+                                  case.mass*9.81 + case.vertical_load, float(np.sqrt(2*done.results["kinetic_energy"])),
                                   case.vY))
     return found
 

@@ -1,17 +1,15 @@
 """Errors that contact tables state, of shipped and of other pairs of profiles."""
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from checks import Check, Table, limit
-from ldbench import Case, ContactTable
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 import shapes
+from checks import Check, limit
+from ldbench import Case, ContactTable
+from running import REPO
+from sheets import Table
 
 SHIPPED = "aw", "sw"
 MODELS = "strip", "halfspace"
@@ -24,7 +22,7 @@ BARS = {("aw", "strip"): 1e-3, ("sw", "strip"): 1e-3, ("aw", "halfspace"): 2.7e-
 
 def modern() -> Case:
     """S1002 on 60E1, gauge and material of the Manchester contact benchmark."""
-    profiles = shapes.REPO/"profiles"
+    profiles = REPO/"profiles"
     return Case.from_namelist("&case /").replace(
         wheel_profile=str(profiles/"s1002.yz"), rail_profile=str(profiles/"60e1.yz"), gauge=1.435, back_to_back=1.36,
         rolling_radius=0.46, youngs_modulus=209.92e9, table_file="")
@@ -47,7 +45,7 @@ def pairs(folder: Path, short: bool) -> Iterator[tuple[str, Case]]:
 
 
 def stated_errors(short: bool) -> tuple[list[Check], Table]:
-    """Of every pair and model; checked for the shipped pairs."""
+    """The stated errors of every pair and model; those of the shipped pairs are checked."""
     checks: list[Check] = []
     rows = []
     with tempfile.TemporaryDirectory() as folder:

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 import ldbench
-from checks import Check, Table, limit, relative
+from checks import Check, limit, relative
 from programs import fortran_test
+from sheets import Table
 
 SHIPPED = "aw", "sw"
 EXERCISES = 1, 2
@@ -21,10 +22,10 @@ def first_contact(exercise: int, pair: str) -> tuple[ldbench.Case, np.ndarray]:
     """Poses (y, z, roll) of the left wheel during the first contact of its flange."""
     case = ldbench.Case.exercise(exercise, pair).replace(dt=1e-5, interval=1e-5)
     run = ldbench.run(case)
-    flange = run.columns.N_LF.to_numpy() > 0
+    flange = run.data.N_LF.to_numpy() > 0
     begin = int(np.argmax(flange))
     end = begin + int(np.argmin(flange[begin:]))
-    poses = run.columns[["Y", "Z", "roll"]].to_numpy() + [0, run.summary["equilibrium"], 0]
+    poses = run.data[["Y", "Z", "roll"]].to_numpy() + [0, run.results["axle_height"], 0]
     return case, poses[begin:end:max(1, (end - begin)//POSES)]
 
 

@@ -1,0 +1,65 @@
+// Loads scripts of the page into a context with small stubs, and answers the question that comes as JSON by standard
+// input: {scripts: [path], task, ...}. The answer is JSON too; columns of numbers are base64 of their bytes.
+"use strict";
+const fs = require("node:fs");
+const vm = require("node:vm");
+
+const NO_PAGE = "there is no page here";
+
+// What the scripts see of a browser. There is no document: page.js stops where it would open its page.
+function sandbox() {
+  const document = {getElementById() { throw new Error(NO_PAGE); }};
+  return vm.createContext({atob, Blob, DecompressionStream, Response, URLSearchParams, document, location: {hash: ""}});
+}
+
+function load(context, scripts) {
+  for (const path of scripts) {
+    try {
+      vm.runInContext(fs.readFileSync(path, "utf8"), context, {filename: path});
+    } catch (error) {
+      if (error.message !== NO_PAGE) throw error;
+    }
+  }
+}
+
+const bytes = array => Buffer.from(array.buffer, array.byteOffset, array.byteLength).toString("base64");
+const each = (found, change) => Object.fromEntries(Object.entries(found).map(([name, value]) => [name, change(value)]));
+
+// All that the decoder makes of a run.
+async function decode(context, {index, body}) {
+  const run = await vm.runInContext("readRun", context)(index, body);
+  return {
+    t: bytes(run.t), exact: each(run.exact, bytes), tracks: each(run.tracks, bytes), rows: run.rows, bin: run.bin,
+    bands: each(run.bands, band => each(band, bytes)), rowTimes: run.rowTimes ? bytes(run.rowTimes) : null,
+  };
+}
+
+// What a page with these runs, at time t, does when its address has the fragment.
+async function follow(context, {runs, t, fragments}) {
+  const Page = vm.runInContext("Page", context), answers = [];
+  for (const fragment of fragments) {
+    context.location.hash = fragment;
+    const said = {};
+    const page = Object.assign(Object.create(Page.prototype), {
+      facts: {runs}, t, shown: runs.map(run => run.shown), pause() {}, showRuns() {},
+      go(time) { said.time = time; }, look(view) { said.view = view; },
+    });
+    await page.followAddress();
+    answers.push({...said, shown: page.facts.runs.filter((_, k) => page.shown[k]).map(run => run.name)});
+  }
+  return answers;
+}
+
+// The fragments by which a page links to moments.
+function link(context, {moments}) {
+  const page = Object.create(vm.runInContext("Page", context).prototype);
+  return moments.map(({t, names, view}) => page.link(t, names, view));
+}
+
+async function main() {
+  const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
+  load(context, question.scripts);
+  process.stdout.write(JSON.stringify(await {decode, follow, link}[question.task](context, question)));
+}
+
+main();

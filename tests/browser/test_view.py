@@ -1,0 +1,655 @@
+"""Pages of runs, in a real browser, and films."""
+from __future__ import annotations
+
+import json
+import re
+import sys
+import zlib
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ldbench
+from browser import Browser, started
+from invented import altered
+from ldbench.__main__ import main
+from ldbench.plots.style import ldbench_style
+from ldbench.profiles.outlines import case_outlines, pose, run_outlines, turned
+from ldbench.results.quantities import CONTACTS
+from ldbench.results.run_data import read_data
+from ldbench.viewer import film, results
+from ldbench.viewer.pack import BINS, FINE_LEVELS, LEVELS, decimals, keep_rows, pack, value_of
+from ldbench.viewer.page import Page, make_page
+from probes import gaps, left_rail, left_wheel
+from running import CASES, Run
+
+HOSTILE = ('<img src=x onerror="document.title=1;window.harmed=1">', "</script><script>window.harmed=2</script>",
+           "\"quoted' {{data}} ${1} `", "Größe 力 \u2028 ñ", "__proto__", "</title><h1>")
+
+
+# What is packed --------------------------------------------------------------------------------
+
+def test_numbers_keep_nine_digits():
+    chance = np.random.default_rng(1)
+    x = chance.choice([-1, 1], 20000)*chance.uniform(1, 10, 20000)*10.0**chance.integers(-60, 60, 20000)
+    x[:9] = 0.0, 1.0, -1.0, 9.99999999e-5, 9.999999999, 1e22, 1e-22, 123456789.5, 5e-324
+    found = value_of(*decimals(x))
+    assert [f"{a:.8E}" for a in found[:8]] == [f"{a:.8E}" for a in x[:8]]
+    assert found[8] == 0                                # smaller than anything that is written
+    printed = np.array([float(f"{a:.8E}") for a in x])
+    np.testing.assert_allclose(found[9:], printed[9:], rtol=1e-15)
+    assert np.isnan(value_of(*decimals(np.array([np.nan, np.inf, -np.inf])))).all()
+
+
+def test_kept_rows_hold_ends_extremes_events_and_peaks():
+    t = np.linspace(0, 10, 50_001)
+    columns = {"a": np.sin(3*t), "N_LF": np.maximum(np.sin(50*t), 0)*(1 + t)}
+    kept = keep_rows(t, columns, [2.5, 7.7], ["N_LF"], 2000)
+    assert len(kept) <= 2000 and np.all(np.diff(kept) > 0)
+    wanted = {0, 50_000} | {int(f(x)) for x in columns.values() for f in (np.argmin, np.argmax)}
+    for moment in (2.5, 7.7):
+        wanted |= set(range(np.searchsorted(t, moment) - 100, np.searchsorted(t, moment) + 100))
+    assert wanted <= set(kept.tolist())
+    assert np.diff(kept).max() <= 50_001/1000           # and nowhere a long gap
+
+
+def test_bands_hold_every_value():
+    """Unpacked here by the description in pack.py, not by the page."""
+    chance = np.random.default_rng(2)
+    n = 60_000
+    t = np.arange(n)*1e-3
+    noise = chance.normal(size=n).cumsum()
+    noise[100:9000] = np.nan
+    packed = pack(t, {"noise": noise, "Y": np.sin(t)}, every_row=["Y"], cells=1000)
+    body = zlib.decompress(packed.body)
+    assert packed.index["kept"] < 1000 and packed.index["even"]
+    at = 5*packed.index["kept"]*3                       # time and two columns: an exponent and four bytes a number
+    bins = -(-n//packed.index["bin"])
+    assert bins <= BINS
+
+    def whole(count: int, planes: int) -> np.ndarray:
+        nonlocal at
+        rows = np.frombuffer(body, np.uint8, planes*count, at).reshape(planes, count).astype(np.int64)
+        at += planes*count
+        return sum(row << 8*k for k, row in enumerate(rows))
+
+    def summed(code: np.ndarray) -> np.ndarray:
+        return np.cumsum(np.where(code % 2, -(code + 1)//2, code//2))
+
+    low = summed(whole(bins, 2))
+    high = low + whole(bins, 2)
+    about = packed.index["bands"][0]
+    step = about["step"]
+    assert step == pytest.approx((np.nanmax(noise) - np.nanmin(noise))/LEVELS)
+    edges = np.arange(0, n, packed.index["bin"])
+    least, largest = np.fmin.reduceat(noise, edges), np.fmax.reduceat(noise, edges)
+    assert np.array_equal(low == 0, np.isnan(least))
+    closed = low > 0
+    below, above = (about["low"] + step*(x[closed] - 1) for x in (low, high))
+    assert np.all(below <= least[closed] + 1e-9*step) and np.all(below > least[closed] - 1.001*step)
+    assert np.all(above >= largest[closed] - 1e-9*step) and np.all(above < largest[closed] + 1.001*step)
+    track = packed.index["bands"][1]
+    levels = summed(whole(n, 3))
+    levels = np.cumsum(levels) if track["order"] == 2 else levels
+    found = track["low"] + track["step"]*(levels - 1)
+    assert np.abs(found - np.sin(t)).max() <= 0.5001*track["step"] <= 1.01/FINE_LEVELS
+    assert at == len(body)
+
+
+def test_outlines_lie_where_the_contacts_are(shipped: dict[str, Run]):
+    """The core's placement is that by the profile files, and the contact points of the columns lie on the wheel as it is drawn
+    then, to what is between its points; in the rail they lie no deeper than by the elastic approach."""
+    for pair in "aw", "sw":
+        run = read_data(shipped[f"ex1_{pair}"].file)
+        found, remark = run_outlines(run)
+        assert remark == "" and (found.axle, found.roll) == (run.result("axle_height"), run.result("axle_roll"))
+        for side in found.left, found.right:
+            np.testing.assert_allclose(side.wheel, left_wheel(pair), rtol=0, atol=1e-10)
+            shift = side.rail - left_rail(pair)
+            assert np.ptp(shift, axis=0).max() < 1e-12 and np.abs(shift).max() < 2e-8      # a gauge point of seven digits
+        for contact, (side, sign) in zip(CONTACTS, (found.sides[0], found.sides[0], found.sides[1], found.sides[1]), strict=True):
+            closed = np.flatnonzero(run.values(f"N_{contact}") > 0)
+            assert len(closed) >= 50
+            for k in closed[::max(1, len(closed)//100)]:
+                y, z, roll = pose(run, k)
+                point = np.array([[sign*run.values(f"y_{contact}")[k], run.values(f"z_{contact}")[k]]])
+                wheel = turned(side.wheel, sign*y, z, sign*roll)
+                assert abs(gaps(point, wheel)[0]) < (1e-10 if contact[1] == "T" else 6e-7)
+                assert -1.5e-4 < gaps(point, side.rail)[0] < 6e-7
+        rigid = case_outlines(run.case)
+        assert 0.9e-4 < rigid.axle - found.axle < 1.1e-4         # the elastic approach
+
+
+# Pages in the browser ---------------------------------------------------------------------------
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with started(tmp_path_factory.mktemp("chromium")) as browser:
+        browser.size(1366, 860)
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("pages")
+
+
+@pytest.fixture(scope="module")
+def one(shipped: dict[str, Run], folder: Path) -> Path:
+    """The page of exercise 1."""
+    assert main(["view", str(shipped["ex1_aw"].file), "-o", str(folder/"one.html")]) == 0
+    return folder/"one.html"
+
+
+@pytest.fixture(scope="module")
+def two(shipped: dict[str, Run], folder: Path) -> Path:
+    """Two runs in one page."""
+    files = [str(shipped[case].file) for case in ("ex2_aw", "ex2_sw")]
+    assert main(["view", *files, "-o", str(folder/"two.html")]) == 0
+    return folder/"two.html"
+
+
+@pytest.fixture(scope="module")
+def all_runs(shipped: dict[str, Run], folder: Path) -> Path:
+    """The page of the report."""
+    runs = [read_data(shipped[case].file) for case in CASES]
+    return results.results_page(runs).write(folder/"all.html")
+
+
+def printed_rows(file: Path) -> tuple[list[str], list[list[str]]]:
+    """Names and numbers as they stand in a file."""
+    names, *rest = file.read_text().splitlines()
+    return names.split(), [line.split() for line in rest if not line.startswith("#")]
+
+
+def facts(page: Path) -> dict:
+    return json.loads(re.search(r'id="facts">(.*?)</script>', page.read_text(encoding="utf-8"))[1])
+
+
+def go(browser: Browser, t: float) -> None:
+    """To a time, by the address."""
+    browser.run("location.hash = arguments[0]", f"t={float(t)!r}")
+    browser.wait(lambda: abs(browser.run("return ldbench.t") - t) < 1e-8)
+
+
+def shown_time(browser: Browser) -> float:
+    return float(browser.text("#clock").split()[0])
+
+
+def is_quiet(browser: Browser, page: Path) -> None:
+    """Nothing was said, and nothing but the page was asked for."""
+    assert browser.log() == []
+    assert {url.partition("#")[0] for url in browser.requests() if not url.startswith("data:")} == {page.as_uri()}
+
+
+def values_are_the_files(browser: Browser, file: Path, times: list[float], run: str) -> None:
+    """The table shows every number of the row at ten times as the file has it."""
+    names, rows = printed_rows(file)
+    by_time = {float(row[0]): row for row in rows}
+    browser.run("document.querySelector('#digits').checked || document.querySelector('#digits').click()")
+    for t in times:
+        go(browser, t)
+        assert float(browser.text("#values tbody tr td")) == pytest.approx(t, abs=5.1e-7)
+        cells = browser.run("return [...document.querySelectorAll('#values td[data-run]')].filter(cell => "
+                            "cell.dataset.run === arguments[0]).map(cell => [cell.dataset.column, cell.textContent])",
+                            run)
+        assert len(cells) == len(names) - 1
+        row = by_time[t]
+        for column, text in cells:
+            expected = row[names.index(column)]
+            assert text == expected.replace("-0.00000000E+00", "0.00000000E+00"), f"{column} at {t}"
+
+
+def test_page_of_one_run(browser: Browser, one: Path, shipped: dict[str, Run]):
+    browser.open(one)
+    is_quiet(browser, one)
+    assert browser.text("#title") == "Exercise 1, actual profiles"
+    times = shipped["ex1_aw"].columns["time"]
+    ten = times[np.linspace(0, len(times) - 1, 10).astype(int)].tolist()
+    values_are_the_files(browser, shipped["ex1_aw"].file, ten, "ex1_aw")
+    assert browser.log() == []
+
+
+def test_page_of_exercise_5(browser: Browser, shipped: dict[str, Run], folder: Path):
+    """The largest file: values where rows are kept, bands elsewhere, and at most 6 MB."""
+    run = shipped["ex5_aw"]
+    page = ldbench.view(run.file).write(folder/"ex5.html")
+    assert run.file.stat().st_size > 90e6 and page.stat().st_size < 6e6
+    browser.open(page)
+    is_quiet(browser, page)
+    kept = np.array(browser.run("return [...ldbench.runs[0].t]"))
+    times = run.columns["time"]
+    assert np.isin(kept, times).all()
+    peaks = [times[np.argmax(run.columns[f"N_{c}"])] for c in ("LT", "LF", "RT")]
+    assert np.isin(peaks, kept).all()
+    # Round every event that the file lists, all rows.
+    for event in read_data(run.file).events:
+        k = np.searchsorted(times, event.t)
+        assert np.isin(times[k - 10:k + 10], kept).all(), event
+    ten = [*peaks, *kept[np.linspace(0, len(kept) - 1, 7).astype(int)]]
+    values_are_the_files(browser, run.file, ten, "ex5_aw")
+    # Between: all rows of what the scene needs, a band of the rest.
+    bands = browser.run("""const run = ldbench.runs[0];
+      return {Y: [...run.tracks.Y], N: [...run.tracks.N_LF], low: [...run.bands.aY.low], high: [...run.bands.aY.high]}""")
+    for name, column in (("Y", "Y"), ("N", "N_LF")):
+        x = run.columns[column]
+        assert np.abs(np.array(bands[name]) - x).max() <= 0.501*np.ptp(x)/FINE_LEVELS
+    edges = np.arange(0, len(times), -(-len(times)//BINS))
+    x = run.columns["aY"]
+    level = np.ptp(x)/LEVELS
+    low, high = np.array(bands["low"]), np.array(bands["high"])
+    assert np.all(np.abs(low + level/2 - np.minimum.reduceat(x, edges)) < 0.501*level)
+    assert np.all(np.abs(high - level/2 - np.maximum.reduceat(x, edges)) < 0.501*level)
+
+
+def test_every_number_of_a_page_is_the_files(browser: Browser, two: Path, shipped: dict[str, Run]):
+    browser.open(two)
+    is_quiet(browser, two)
+    for k, case in enumerate(("ex2_aw", "ex2_sw")):
+        found = browser.run("const run = ldbench.runs[arguments[0]]; return [[...run.t], Object.fromEntries("
+                            "Object.entries(run.exact).map(([name, x]) => [name, [...x]]))]", k)
+        for name, x in {"time": found[0], **found[1]}.items():
+            x = np.array([np.nan if a is None else a for a in x], float)
+            np.testing.assert_array_equal(x, shipped[case].columns[name], err_msg=f"{case} {name}")
+
+
+def test_two_runs_and_their_difference(browser: Browser, two: Path, shipped: dict[str, Run]):
+    browser.open(two, "#t=0.0213")
+    a, b = (shipped[case].columns for case in ("ex2_aw", "ex2_sw"))
+    row = browser.run("""const row = [...document.querySelectorAll('#values tr')].find(row =>
+      row.firstChild.title === 'Y'); return [...row.children].map(cell => cell.textContent)""")
+    y, other = (np.interp(0.0213, c["time"], c["Y"]) for c in (a, b))
+    numbers = [float(text.replace("−", "-")) for text in row[1:4]]
+    np.testing.assert_allclose(numbers, 1e3*np.array([y, other, other - y]), rtol=2e-6)
+    # The chart of differences draws the same.
+    d = browser.run("""const [a, b] = ldbench.runs, d = ldbench.difference(a, b, 'Y', 0, 1);
+      return [[...d.t], [...d.x]]""")
+    t, x = (np.array([np.nan if v is None else v for v in part], float) for part in d)
+    inside = t <= b["time"][-1]
+    np.testing.assert_allclose(x[inside], (np.interp(t, b["time"], b["Y"]) - a["Y"])[inside], atol=1e-15)
+    # One run less: its column goes.
+    browser.click("#runs label:nth-child(2) input")
+    browser.wait(lambda: len(browser.run("return ldbench.runs")) == 1)
+    browser.wait(lambda: "run=ex2_aw" in browser.driver.current_url)
+
+
+def scene_pixels(browser: Browser) -> str:
+    return browser.run("return document.querySelector('#scene').toDataURL()")
+
+
+def test_play_moves_the_wheelset(browser: Browser, one: Path):
+    """By a clock of the test's own: 51 frames, of which fifty are 10 ms after the one before."""
+    browser.open(one)
+    pose, pixels = browser.text("#pose"), scene_pixels(browser)
+    browser.run("""let left = 51, now = 0;
+        performance.now = () => now;
+        window.requestAnimationFrame = frame => left-- > 0 && setTimeout(() => { frame(now); now += 10; });""")
+    browser.press(" ")
+    assert browser.run("return document.querySelector('#play').getAttribute('aria-label')") == "pause"
+    end = 0.5*float(browser.run("return document.querySelector('#speed').value"))
+    browser.wait(lambda: browser.run("return ldbench.t") > 0.999*end)
+    browser.press(" ")
+    stopped = browser.run("return ldbench.t")
+    assert stopped == pytest.approx(end, rel=1e-9) and browser.text("#pose") != pose and scene_pixels(browser) != pixels
+    y = float(re.match(r"Y (\S+) mm", browser.text("#pose").replace("−", "-"))[1])
+    assert y == pytest.approx(1e3*0.1*stopped, rel=0.01, abs=1e-3)      # at 0.1 m/s, before it meets the flange
+    browser.wait(lambda: (link := re.search(r"#t=([^&]+)", browser.driver.current_url))
+                 and float(link[1]) == pytest.approx(stopped, rel=1e-8))
+
+
+def test_events_and_rows_by_key(browser: Browser, one: Path, shipped: dict[str, Run]):
+    browser.open(one)
+    run = read_data(shipped["ex1_aw"].file)
+    events = sorted({*(event.t for event in run.events), *(run.peak(c)[1] for c in CONTACTS if run.peak(c))})
+    found = []
+    for _ in events[:8]:
+        browser.press("e")
+        found.append(shown_time(browser))
+    np.testing.assert_allclose(found, events[:8], atol=1e-6)
+    browser.press("E")
+    assert shown_time(browser) == pytest.approx(events[6], abs=1e-6)
+    assert browser.text("#said").startswith(f"{events[6]:.6f} s, ")
+    times = run.time
+    browser.press("\ue014")                             # arrow to the right
+    k = np.searchsorted(times, events[6], "right")
+    assert shown_time(browser) == pytest.approx(times[k], abs=1e-9)
+    browser.press("\ue012", "\ue012")
+    assert shown_time(browser) == pytest.approx(times[k - 2], abs=1e-6)
+    browser.press("\ue010")                             # end
+    assert shown_time(browser) == pytest.approx(times[-1], abs=1e-6)
+    browser.press("2")
+    assert browser.run("return ldbench.scene.view") == "left"
+    before = browser.run("return ldbench.window")
+    browser.press("+")
+    after = browser.run("return ldbench.window")
+    assert after[1] - after[0] == pytest.approx((before[1] - before[0])/2)
+    assert browser.log() == []
+
+
+def test_a_link_opens_its_moment(browser: Browser, two: Path):
+    browser.open(two, "#t=0.02213&view=left")
+    assert browser.text("#clock") == "0.022130 s"
+    assert browser.run("return ldbench.scene.view") == "left"
+
+
+def test_pointer_scrubs_and_zooms(browser: Browser, one: Path):
+    browser.open(one)
+    browser.run("document.querySelector('#charts canvas').scrollIntoView()")
+    x, y, width = browser.run("""const box = document.querySelector('#charts canvas').getBoundingClientRect();
+      return [box.x, box.y + 80, box.width]""")
+
+    def mouse(kind: str, at: float, **more: object) -> None:
+        browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
+            "type": kind, "x": at, "y": y, "button": "left", "buttons": 1, "clickCount": 1, **more})
+
+    mouse("mousePressed", x + width/3)
+    mouse("mouseMoved", x + width/2)
+    mouse("mouseReleased", x + width/2)
+    end = browser.run("return ldbench.end")
+    expected = end*(width/2 - 62)/(width - 74)
+    browser.wait(lambda: abs(browser.run("return ldbench.t") - expected) < 2e-4)
+    mouse("mouseWheel", x + width/2, deltaX=0, deltaY=-120, button="none", buttons=0)
+    browser.wait(lambda: browser.run("return ldbench.window[1] - ldbench.window[0]") < 0.8*end)
+
+
+def test_two_fingers_zoom_on_a_phone(browser: Browser, one: Path):
+    try:
+        browser.size(390, 844, mobile=True)
+        browser.open(one)
+        assert browser.run("return document.documentElement.scrollWidth") <= 390
+        x, y = browser.run("""const box = document.querySelector('#scene').getBoundingClientRect();
+          return [box.x + box.width/2, box.y + box.height/2]""")
+        before = browser.run("return ldbench.scene.scale")
+        for kind, apart in (("touchStart", 20), ("touchMove", 40), ("touchMove", 80)):
+            browser.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+                {"x": x - apart, "y": y, "id": 1}, {"x": x + apart, "y": y, "id": 2}]})
+        browser.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        browser.wait(lambda: browser.run("return ldbench.scene.scale") > 3*before)
+    finally:
+        browser.size(1366, 860)
+
+
+def test_light_dark_and_print(browser: Browser, one: Path):
+    def back() -> str:
+        return browser.run("return getComputedStyle(document.body).backgroundColor")
+
+    try:
+        browser.open(one)
+        light, drawn = back(), scene_pixels(browser)
+        browser.size(1366, 860, dark=True)
+        browser.wait(lambda: back() != light)
+        assert scene_pixels(browser) != drawn
+        browser.size(1366, 860)
+        browser.wait(lambda: back() == light)
+        browser.size(1366, 860, media="print")
+        assert browser.run("return getComputedStyle(document.querySelector('footer')).display") == "none"
+    finally:
+        browser.size(1366, 860)
+
+
+def test_sizes(all_runs: Path):
+    """The page of each run is small, and so is the page of all of them."""
+    page = all_runs.read_text(encoding="utf-8")
+    bodies = re.findall(r'<script type="text/plain" id="run(\d+)">([^<]*)<', page)
+    assert len(bodies) == len(CASES)
+    rest = len(page.encode()) - sum(len(body) for _, body in bodies)
+    for (_, body), case in zip(bodies, CASES, strict=True):
+        assert len(body) + rest < (6e6 if case.startswith("ex5") else 1.5e6), case
+    assert all_runs.stat().st_size < 15e6
+
+
+def test_summary_opens_moments(browser: Browser, all_runs: Path, shipped: dict[str, Run]):
+    browser.open(all_runs)
+    is_quiet(browser, all_runs)
+    table = browser.run("""return [...document.querySelectorAll('#summary tbody tr')].map(row =>
+      [...row.children].map(cell => cell.textContent))""")
+    words = [row[0] for row in table]
+    assert len(table[0]) == 1 + len(CASES)
+    run = read_data(shipped["ex3_sw"].file)
+    line, column = words.index("peak N, left flange [kN]"), 1 + CASES.index("ex3_sw")
+    force, t = run.peak("LF")
+    assert table[line][column] == f"{1e-3*force:.2f}"
+    browser.run("document.querySelectorAll('#summary tbody tr')[arguments[0]].children[arguments[1]].firstChild.click()",
+                line, column)
+    browser.wait(lambda: browser.text("#clock") == f"{t:.6f} s")
+    assert browser.run("return ldbench.runs.map(run => run.name)") == ["ex3_sw"]
+    browser.click("#runs label:nth-child(5) input")     # and the other profiles over it
+    browser.wait(lambda: browser.run("return ldbench.runs.map(run => run.name)") == ["ex3_aw", "ex3_sw"])
+    assert browser.log() == []
+
+
+def test_variants_are_shown_side_by_side(browser: Browser, shipped: dict[str, Run], tmp_path: Path):
+    """A run with another contact law that lies beside a case's file is found, and a link lays it over the case."""
+    for name, text in (("ex2_aw.txt", "halfspace"), ("ex2_aw_hertz.txt", "hertz"), ("ex2_sw.txt", "halfspace")):
+        source = shipped[name[:6]].file.read_text()
+        (tmp_path/name).write_text(source.replace("model = 'halfspace'", f"model = '{text}'"))
+    files = [tmp_path/"ex2_aw.txt", tmp_path/"ex2_sw.txt"]
+    variants = results.find_variants(files)
+    assert variants == [tmp_path/"ex2_aw_hertz.txt"]
+    page = results.results_page([read_data(file) for file in files], variants).write(tmp_path/"results.html")
+    browser.open(page)
+    assert browser.texts("#summary tbody tr:last-child > *") == ["side by side with", "hertz", "–"]
+    browser.click("#summary tbody tr:last-child a")
+    browser.wait(lambda: browser.run("return ldbench.runs.map(run => run.name)") == ["ex2_aw", "ex2_aw_hertz"])
+
+
+# Files of other codes --------------------------------------------------------------------------
+
+def foreign(folder: Path, names: list[str], rows: int = 300) -> Path:
+    file = folder/"other code.csv"
+    t = np.linspace(0, 0.3, rows)
+    columns = [t, *(np.sin((k + 1)*t) for k in range(len(names)))]
+    lines = [",".join(["time", *names]), *(",".join(f"{x:.6e}" for x in row) for row in zip(*columns, strict=True))]
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("names", [["Y"], ["Y", "Z", "roll"], ["N_LF"], ["something"], ["Y", "N_LF", "N_RT", "y_LF"]])
+def test_missing_columns_give_what_there_is(names: list[str], browser: Browser, tmp_path: Path):
+    file = foreign(tmp_path, names)
+    page = ldbench.view(file).write(tmp_path/"page.html")
+    browser.open(page, "#t=0.15")
+    is_quiet(browser, page)
+    shown = browser.run("return [...document.querySelectorAll('#values td[data-column]')].map(c => c.dataset.column)")
+    assert sorted(shown) == sorted(names)
+    assert "drawn are awprof.yz and arprof.yz" in browser.text("#about")
+    browser.press(" ")
+    browser.wait(lambda: browser.run("return ldbench.t") > 0.15)
+    browser.press(" ", "2", "l")
+    assert browser.log() == []
+
+
+def test_a_long_run_at_uneven_times(browser: Browser, tmp_path: Path):
+    """Times are not told by their number: the page has them all."""
+    file = foreign(tmp_path, ["Y", "force"], rows=5000)
+    run = read_data(file)
+    t = np.round(np.cumsum(1e-4*(1 + np.arange(5000) % 3)), 9)
+    run = altered(run, data=run.data.assign(time=t, force=np.sin(900*t)))
+    page = make_page([run], cells={run.name: 1500}).write(tmp_path/"page.html")
+    assert not facts(page)["runs"][0]["index"]["even"]
+    browser.open(page, "#t=0.1")
+    is_quiet(browser, page)
+    times, kept, track = browser.run(
+        "const run = ldbench.runs[0]; return [[...run.rowTimes], [...run.t], [...run.tracks.Y]]")
+    np.testing.assert_array_equal(times, t)
+    assert 400 < len(kept) <= 750 and np.isin(kept, t).all()
+    y = run.values("Y")
+    assert np.abs(np.array(track) - y).max() <= 0.501*np.ptp(y)/FINE_LEVELS
+    for _ in range(6):
+        browser.press("+")
+    assert browser.log() == []
+
+
+def test_foreign_file_over_ours(browser: Browser, shipped: dict[str, Run], tmp_path: Path):
+    """With a map of names and units, in the page of the command."""
+    ours = shipped["ex2_sw"]
+    t, y = ours.columns["time"], ours.columns["Y"]
+    other = tmp_path/"other.csv"
+    other.write_text("t [ms],ylat [mm]\n" + "".join(f"{1e3*a:.9g},{-1e3*b:.9g}\n" for a, b in zip(t, y, strict=True)))
+    (tmp_path/"map.toml").write_text('time = "t"\nY = { column = "ylat", factor = -1 }\n')
+    page = tmp_path/"both.html"
+    assert main(["view", str(ours.file), str(other), "--map", str(tmp_path/"map.toml"), "-o", str(page)]) == 0
+    browser.open(page, "#t=0.05")
+    is_quiet(browser, page)
+    assert "drawn are swprof.yz and srprof.yz" in browser.text("#about")
+    d = browser.run("const [a, b] = ldbench.runs; return [...ldbench.difference(a, b, 'Y', 0, 1).x]")
+    assert np.nanmax(np.abs(np.array(d, float))) < 1e-10
+
+
+def test_hostile_names_are_text(browser: Browser, shipped: dict[str, Run], tmp_path: Path):
+    file = foreign(tmp_path, [*(name.replace(",", ".") for name in HOSTILE), "Y"])
+    run = read_data(file)
+    assert list(run.data)[1:-1] == list(HOSTILE) or len(run.data.columns) == len(HOSTILE) + 2
+    text = shipped["ex4_aw"].file.read_text()
+    for what in ("title", "name"):
+        text = re.sub(rf"(# +{what} = )'[^']*'", lambda found: f"{found[1]}'{HOSTILE[0]}'", text)
+    text = re.sub(r"# case [^\n]*", lambda _: f"# case {HOSTILE[1]}: {HOSTILE[0]}{HOSTILE[5]}", text)
+    text = re.sub(r"left flange contact", lambda _: HOSTILE[0], text, count=1)
+    ours = tmp_path/"<b>ours.txt"
+    ours.write_text(text, encoding="utf-8")
+    page = ldbench.view([file, ours], title=HOSTILE[5] + HOSTILE[1]).write(tmp_path/"page.html")
+    browser.open(page)
+    is_quiet(browser, page)
+    assert browser.text("#title") == HOSTILE[5] + HOSTILE[1]
+    assert browser.run("return document.title") == HOSTILE[5] + HOSTILE[1]
+    words = browser.texts("#values tbody th")
+    for name in run.data:
+        if name not in ("time", "Y"):
+            assert name in words
+    browser.press("e", "e", " ")
+    browser.click("#charts button[aria-label='choose columns']")
+    assert browser.run("return [window.harmed ?? 0, document.images.length, document.querySelectorAll('script').length,"
+                       " document.querySelectorAll('h1').length]") == [0, 0, 2, 1]      # facts and script; data are read
+    # Even where a script is put into the page, the policy does not let it run.
+    browser.run("""const script = document.createElement('script'); script.textContent = 'window.harmed = 3';
+      document.body.append(script); const image = new Image(); image.setAttribute('onerror', 'window.harmed = 4');
+      image.src = 'x'; document.body.append(image)""")
+    assert browser.wait(lambda: [line for line in browser.log() if "Content Security Policy" in line])
+    assert browser.run("return window.harmed ?? 0") == 0
+
+
+# Notebook ----------------------------------------------------------------------------------------
+
+@pytest.fixture(scope="module")
+def short_run() -> ldbench.Run:
+    case = ldbench.Case.exercise(2, "aw").replace(t_end=0.03, stop_at="t_end", model="strip", table_file="",
+                                                  n_lateral=60, n_roll=9, n_depth=9)
+    return ldbench.run(case.replace(title='<b>"bold"</b> & more'))
+
+
+def test_a_run_is_shown_as_its_file(short_run: ldbench.Run, tmp_path: Path):
+    """The page of a run in memory says what the page of its column file says."""
+    file = short_run.write(tmp_path/short_run.file.name)
+    a, b = (facts(page.write(tmp_path/"page.html"))["runs"][0] for page in (short_run.view(), ldbench.view(file)))
+    assert a == b
+
+
+def test_notebook_shows_the_page_in_a_frame(browser: Browser, short_run: ldbench.Run, tmp_path: Path):
+    notebook = tmp_path/"notebook.html"
+    page = ldbench.view([short_run, short_run])
+    assert isinstance(page, Page)
+    notebook.write_text(f"<!DOCTYPE html><meta charset=utf-8>{page._repr_html_()}", encoding="utf-8")
+    browser.driver.get(notebook.as_uri())
+    browser.driver.switch_to.frame(browser.driver.find_element("tag name", "iframe"))
+    browser.wait(lambda: browser.run("return document.documentElement.dataset.ready") == "yes")
+    assert browser.texts("#runs label span:last-child") == ["ex2_aw (1)", "ex2_aw (2)"]
+    browser.click("#row-on")
+    browser.wait(lambda: shown_time(browser) > 0)
+    browser.driver.switch_to.default_content()
+    assert [line for line in browser.log() if "SEVERE" in line] == []
+
+
+def test_tables_for_a_notebook(short_run: ldbench.Run):
+    case = short_run.case._repr_html_()
+    assert "&lt;b&gt;" in case and "<b>\"bold" not in case and "vY" in case and "0.03" in case
+    run = short_run._repr_html_()
+    assert "left flange contact" in run and f"{1e-3*short_run.results['peak_N_LF']:.3f} kN" in run
+    table = short_run.table._repr_html_()
+    assert f"{1e3*short_run.table.clearance:.3f}" in table and "90.000 kN" in table
+    assert all(html.startswith("<table>") and html.endswith("</table>") for html in (case, run, table))
+
+
+# Films -----------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("ending", ["gif", "mp4"])
+def test_film(ending: str, shipped: dict[str, Run], tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    target = tmp_path/f"film.{ending}"
+    files = [str(shipped[case].file) for case in ("ex2_aw", "ex2_sw")]
+    rate = film.RATES[f".{ending}"]
+    assert main(["view", *files, "-o", str(target), "--from", "0.02", "--to", "0.024",
+                 "--speed", str(0.004/7*rate)]) == 0
+    assert "film." in capsys.readouterr().out
+    if ending == "gif":
+        from PIL import Image, ImageSequence
+
+        frames = [np.array(frame.convert("RGB")) for frame in ImageSequence.Iterator(Image.open(target))]
+    else:
+        import imageio_ffmpeg
+
+        reader = imageio_ffmpeg.read_frames(str(target))
+        about = next(reader)
+        assert about["codec"] == "h264" and about["fps"] == rate
+        frames = [np.frombuffer(frame, np.uint8) for frame in reader]
+    assert len(frames) == 8
+    assert all(np.any(a != b) for a, b in pairwise(frames))
+
+
+def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
+    run = read_data(shipped["ex2_aw"].file)
+    picture = film.Picture([run], 0.0, 0.05, 1e-3, None)
+    k = int(np.argmax(run.values("N_LF")))
+    picture.frame(float(run.time[k]))
+    words = [text.get_text() for ax in picture.figure.axes for text in ax.texts]
+    assert any(f"Y {1e3*run.values('Y')[k]:.2f} mm" in text for text in words)
+    assert any(f"left flange {1e-3*run.values('N_LF')[k]:.0f} kN" in text for text in words)
+
+
+def test_a_picture_of_a_moment(shipped: dict[str, Run], tmp_path: Path):
+    """Is the frame of that moment, with charts of the whole run."""
+    from PIL import Image
+
+    file, target = shipped["ex2_aw"].file, tmp_path/"moment.png"
+    assert main(["view", str(file), "-o", str(target), "--from", "0.0217"]) == 0
+    run = read_data(file)
+    with ldbench_style():
+        frame = film.Picture([run], run.time[0], run.time[-1], None, None).frame(0.0217)
+    assert np.array_equal(np.array(Image.open(target)), frame)
+
+
+# Refusals --------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize(("arguments", "expected", "status"), [
+    (["{folder}/run.html", "-o", "{folder}/run.html"], "expected a file of its own to write", 1),
+    (["{file}", "--from", "0"], "--from: expected with a film -o FILE.mp4, found with a page", 2),
+    (["{file}", "-o", "{folder}/film.avi"], "expected a page .html, a film .mp4 or .gif, or a picture .png, found .avi", 1),
+    (["{file}", "-o", "{folder}/film.png", "--to", "0.02"], "--to: expected with a film", 2),
+    (["{file}", "-o", "{folder}/film.gif", "--from", "7"], "expected times from 0 to 0.1", 1),
+    (["{file}", "-o", "{folder}/film.gif", "--speed", "1e-12"], "expected at most 20000 frames", 1),
+    (["{folder}/none.txt"], "cannot be opened for reading", 1),
+    (["{folder}/unnamed.csv"], "expected a column time (a map of names, --map, may tell which), found t, Y", 1),
+    (["{folder}/back.csv"], "expected rows with ascending times", 1),
+    (["{file}", "--case", "{folder}/none.nml"], "none.nml", 1),
+])
+def test_refusals(arguments: list[str], expected: str, status: int, shipped: dict[str, Run], tmp_path: Path,
+                  capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
+    (tmp_path/"unnamed.csv").write_text("t,Y\n0,0\n1,1\n")
+    (tmp_path/"back.csv").write_text("time,Y\n0,0\n1,1\n0.5,2\n")
+    file = tmp_path/"ex2_aw.txt"
+    for copy in file, tmp_path/"run.html":
+        copy.write_bytes(shipped["ex2_aw"].file.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    assert main(["view", *(word.format(file=file, folder=tmp_path) for word in arguments)]) == status
+    said = capsys.readouterr().err
+    assert said.startswith("ldbench: error: ") and said.count("\n") == 1 and expected in said
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_film_without_ffmpeg_says_what_to_install(tmp_path: Path, capsys: pytest.CaptureFixture[str],
+                                                    monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    assert main(["view", "none.txt", "-o", str(tmp_path/"film.mp4")]) == 1
+    assert "needs imageio-ffmpeg, which is not installed: pip install 'ldbench[view]'" in capsys.readouterr().err

@@ -1,0 +1,629 @@
+"""What goes wrong around the program: it is killed, the disk is full, memory ends, files are damaged, streams are closed.
+
+Every time the earlier result is whole, one line says what is the matter, and the next run goes on.
+"""
+from __future__ import annotations
+
+import os
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+import ldbench
+from ldbench.__main__ import main
+from ldbench._core.files import complete
+from ldbench._core.pools import processes
+from ldbench.report.jobs import Job, run_jobs
+from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case, wait_for
+
+SLOW = "LDBENCH_SLOW" in os.environ
+KILLS = 50
+TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
+SEED = 11
+
+
+def run(folder: Path, **limits: object) -> subprocess.CompletedProcess[str]:
+    """The case of a folder, by the executable."""
+    return subprocess.run([LDBENCH, "case.nml"], cwd=folder, capture_output=True, text=True, timeout=HANG, **limits)
+
+
+def one_line(done: subprocess.CompletedProcess[str], *words: str) -> None:
+    assert done.returncode == 1, done.stderr
+    assert re.fullmatch(r"ldbench: error: [^\n]+\n", done.stderr), done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+def limit(what: int, most: int) -> Callable[[], None]:
+    return lambda: resource.setrlimit(what, (most, most))
+
+
+def dead_process() -> int:
+    """A number that no process has."""
+    child = subprocess.Popen([sys.executable, "-c", ""])
+    child.wait()
+    return child.pid
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    """A folder with a case that writes a table, columns and geometry functions; and these, in `whole`."""
+    (tmp_path/"case.nml").write_text(short_case(
+        Path(), table=TINY | {"file": "pair.table"},
+        output={"file": "columns.txt", "geometry_file": "geometry.txt"}))
+    assert run(tmp_path).returncode == 0
+    return tmp_path
+
+
+FILES = {"pair.table", "columns.txt", "geometry.txt"}
+
+
+def bytes_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "case.nml"}
+
+
+# ---- memory --------------------------------------------------------------------------
+def test_memory_does_not_grow_with_the_length_of_a_run(tmp_path):
+    """Forty thousand rows, 18 MB as numbers and 36 MB as text, in hardly more memory than four."""
+    peaks = []
+    for t_end in 4e-4, 4.0:
+        (tmp_path/"case.nml").write_text(short_case(tmp_path, table=TINY | {"file": tmp_path/"pair.table"},
+                                                    integrator={"dt": 1e-4, "t_end": t_end, "stop_at": "t_end"},
+                                                    initial={"vY": 0.1, "roll_rate": 0.00333}))
+        child = subprocess.Popen([LDBENCH, tmp_path/"case.nml"], stdout=subprocess.PIPE, text=True)
+        said = child.stdout.read()
+        _, status, used = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        assert child.returncode == 0 and f"{round(t_end/1e-4) + 1} rows\n" in said
+        peaks.append(used.ru_maxrss/1e3)
+    assert peaks[1] < peaks[0] + 4
+
+
+@pytest.mark.same_build
+def test_out_of_memory_is_one_line(case):
+    """Address space from where the program is loaded to where it is enough; nothing is left half-written. libgomp's
+    own message begins with an empty line."""
+    whole = bytes_of(case)
+    outcomes = set()
+    for megabytes in (16, 17, 18, 20, 22, 24, 26, 28, 30, 34, 40, 60, 100, 400, 4000):
+        (case/"pair.table").unlink()
+        done = run(case, preexec_fn=limit(resource.RLIMIT_AS, megabytes*10**6))
+        outcomes.add(done.returncode)
+        if done.returncode:
+            said = re.fullmatch(r"\n?[^\n]*(memory|shared object|Thread creation failed)[^\n]*\n", done.stderr)
+            assert said, (megabytes, done.stderr)
+        assert {**bytes_of(case), "pair.table": whole["pair.table"]} == whole, megabytes
+        (case/"pair.table").write_bytes(whole["pair.table"])
+    assert 0 in outcomes and 1 in outcomes
+
+
+@pytest.mark.same_build
+def test_a_process_that_is_ended_is_told():
+    with pytest.raises(ldbench.Error, match="a process that read or drew was ended"), processes(1, 1) as pool:
+        pool.submit(os._exit, 1).result()
+
+
+# ---- killed --------------------------------------------------------------------------
+def test_killed_at_any_moment_earlier_results_are_whole_and_the_next_run_goes_on(case):
+    """While it builds the table and writes it, while rows and files are written."""
+    earlier = bytes_of(case)
+    (case/"case.nml").write_text((case/"case.nml").read_text().replace("t_end = 0.002", "t_end = 0.1"))
+    began = time.monotonic()
+    assert run(case).returncode == 0
+    span = time.monotonic() - began
+    later = bytes_of(case)
+    assert later["columns.txt"] != earlier["columns.txt"]
+    draw = random.Random(SEED)
+    killed = 0
+    for k in range(KILLS):
+        for name, data in earlier.items():
+            (case/name).write_bytes(data)
+        if k % 2:
+            (case/"pair.table").unlink()
+        child = subprocess.Popen([LDBENCH, "case.nml"], cwd=case, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            child.wait(draw.uniform(0, 1.1*span if k % 2 else 0.3*span))
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+            killed += 1
+        for name, data in bytes_of(case).items():
+            if ".ldbench-part" not in name:
+                assert data in (earlier[name], later[name]), (k, name)
+    assert killed
+    assert run(case).returncode == 0
+    assert bytes_of(case) == later
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_what_dead_processes_left_is_removed(case, python):
+    """A scratch file that nobody has locked; not that of a writer who is alive, nor a file of the user's."""
+    if not shutil.which("flock"):
+        pytest.skip("no flock")
+
+    def write_all() -> None:
+        if python:
+            for name in FILES:
+                with complete(case/name) as scratch:
+                    scratch.write_text("new")
+        else:
+            assert run(case).returncode == 0
+
+    for name in FILES:
+        for number in "00", "03", "99":
+            (case/f"{name}.ldbench-part{number}").write_text("half")
+    locked = case/"geometry.txt.ldbench-part01"
+    kept = [locked, case/"other.txt.ldbench-part00", *(case/f"columns.txt{end}" for end in (
+        ".part", ".part09", f".part{dead_process()}", ".rows", ".ldbench-part", ".ldbench-part7", ".ldbench-part007"))]
+    for file in kept:
+        file.write_text("mine")
+    lock = subprocess.Popen(["flock", locked, "sh", "-c", "echo held; read end"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert lock.stdout.readline() == b"held\n"
+    write_all()
+    assert bytes_of(case).keys() == FILES | {file.name for file in kept}
+    lock.communicate(b"\n")
+    write_all()
+    assert bytes_of(case).keys() == FILES | {file.name for file in kept if file != locked}
+    assert all(file.read_text() == "mine" for file in kept if file != locked)
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_planted_links_at_scratch_names_are_not_followed(case, python):
+    secret = case/"secret"
+    secret.write_text("mine")
+    for number in range(100):
+        if number != 40:
+            (case/f"columns.txt.ldbench-part{number:02}").symlink_to(secret)
+    if python:
+        with complete(case/"columns.txt") as scratch:
+            scratch.write_text("new")
+    else:
+        assert run(case).returncode == 0
+    assert secret.read_text() == "mine" and not (case/"columns.txt").is_symlink()
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_a_file_that_is_replaced_keeps_its_permissions(case, python):
+    for name, mode in zip(sorted(FILES), (0o640, 0o600, 0o444), strict=True):
+        (case/name).chmod(mode)
+        if name == "pair.table":
+            (case/name).write_bytes((case/name).read_bytes()[:-8])     # so that it is built anew
+    if python:
+        for name in FILES:
+            with complete(case/name) as scratch:
+                scratch.write_text("new")
+    else:
+        assert run(case).returncode == 0
+    assert [(case/name).stat().st_mode & 0o777 for name in sorted(FILES)] == [0o640, 0o600, 0o444]
+    (case/"new.txt").touch()
+    with complete(case/"made.txt") as scratch:
+        scratch.write_text("new")
+    assert (case/"made.txt").stat().st_mode == (case/"new.txt").stat().st_mode
+
+
+def test_threads_that_write_one_path_at_the_same_time_leave_one_whole_file(case):
+    """Eight threads, by the core and by Python; the file is one of the eight."""
+    runs = [ldbench.run(ldbench.Case.from_namelist(case/"case.nml").replace(title=f"number {k}", table_file=""))
+            for k in range(4)]
+    whole = [Path(runs[k].write(case/f"{k}.txt")).read_bytes() for k in range(4)]
+
+    def write(k: int) -> None:
+        if k % 2:
+            for _ in range(5):
+                with complete(case/"one.txt") as scratch:
+                    scratch.write_bytes(whole[k//2])
+        else:
+            runs[k//2].write(case/"one.txt")
+
+    before = set(case.iterdir()) | {case/"one.txt"}
+    with ThreadPoolExecutor(8) as pool:
+        for _ in range(20):
+            list(pool.map(write, range(8)))
+            assert (case/"one.txt").read_bytes() in whole
+    assert set(case.iterdir()) == before
+
+
+# Forks from a process in which everything is loaded, and kills what it forked.
+KILLER = """
+import os, random, signal, sys, time, traceback
+import ldbench, numpy as np
+{imports}
+def work(k):
+{work}
+def check(k):
+{check}
+def child(act, k):
+    pid = os.fork()
+    if not pid:
+        try:
+            act(k)
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            os._exit(0)
+    return pid
+draw = random.Random({seed})
+began = time.monotonic()
+os.waitpid(child(work, 0), 0)
+span = time.monotonic() - began
+os.waitpid(child(check, 0), 0)
+for k in range(1, {kills} + 1):
+    pid = child(work, k)
+    give_up = time.monotonic() + draw.uniform(0, span)
+    while not (ended := os.waitpid(pid, os.WNOHANG)[0]) and time.monotonic() < give_up:
+        time.sleep(1e-3)
+    if not ended:
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+    os.waitpid(child(check, k), 0)
+os.waitpid(child(work, k + 1), 0)
+"""
+
+
+def kill_in_turn(folder: Path, imports: str, work: str, check: str, kills: int) -> None:
+    def indented(text: str) -> str:
+        return "".join(f"    {line}\n" for line in text.strip().splitlines())
+
+    script = KILLER.format(imports=imports, work=indented(work), check=indented(check), seed=SEED, kills=kills)
+    done = subprocess.run([sys.executable, "-c", script], cwd=folder, capture_output=True, text=True, timeout=HANG)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_files_of_python_are_whole_whenever_it_is_killed(tmp_path):
+    """Pages, tables and films of the report are all written in this way."""
+    kill_in_turn(tmp_path, "from pathlib import Path\nfrom ldbench._core.files import complete", """
+with complete(Path('page.pdf')) as scratch, open(scratch, 'wb') as file:
+    for _ in range(100):
+        file.write(bytes([k % 7])*20000)
+""", """
+data = Path('page.pdf').read_bytes()
+assert len(data) == 2000000 and len(set(data)) == 1
+""", KILLS)
+    assert [path.name for path in tmp_path.iterdir()] == ["page.pdf"]
+
+
+def test_a_store_is_whole_whenever_its_process_is_killed(tmp_path):
+    """That of this ensemble or of the one before; in the end nothing is left but the store."""
+    pytest.importorskip("zarr")
+    ldbench.Case.exercise(3).replace(model="strip", t_end=1e-3, table_file=tmp_path/"pair.table",
+                                     **TINY).to_namelist(tmp_path/"case.nml")
+    kill_in_turn(tmp_path, """
+import xarray as xr
+from ldbench.ensembles import store
+store.FLUSH = 0.0
+case = ldbench.Case.from_namelist('case.nml')
+masses = [1300.0, 1500.0], [1400.0, 1600.0, 1800.0]
+""", """
+ldbench.ensemble(case, {'mass': masses[k % 2]}, store='sweep.zarr', threads=1)
+""", """
+store.restore(store.Path('sweep.zarr'))
+with xr.open_zarr('sweep.zarr') as stored:
+    stored = stored.load()
+assert stored.mass.values.tolist() in masses and not stored.peak_N_LT.isnull().any() and not any(stored.error.values)
+""", KILLS if SLOW else 2)
+    assert {path.name for path in tmp_path.iterdir()} == {"case.nml", "pair.table", "sweep.zarr", "sweep.zarr.parts"}
+    assert all(path.suffix == ".npz" for path in (tmp_path/"sweep.zarr.parts").iterdir())
+
+
+def children_of(process: int) -> list[int]:
+    """Whichever of its threads has begun them."""
+    lists = []
+    for thread in Path(f"/proc/{process}/task").iterdir():
+        with suppress(FileNotFoundError, ProcessLookupError):
+            lists.append((thread/"children").read_text())
+    return [int(child) for child in " ".join(lists).split()]
+
+
+def begin(command: list[object], folder: Path, **options: object) -> subprocess.Popen[str]:
+    """A command of Python's in a group of its own, when it has children."""
+    process = subprocess.Popen([sys.executable, "-m", "ldbench", *command], cwd=folder, text=True, start_new_session=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
+    while not children_of(process.pid):
+        assert process.poll() is None, process.communicate()
+        time.sleep(1e-3)
+    return process
+
+
+def is_there(process: int) -> bool:
+    """Not as a zombie that only its parent could remove."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except FileNotFoundError:
+        return False
+
+
+needs_children = pytest.mark.skipif(not Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").exists(),
+                                    reason="this system does not tell the children of a process")
+
+
+@needs_children
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_processes_that_draw_end_with_their_parent(number, case):
+    """At several moments, one by its number and one by its group, as Ctrl-C comes: no worker holds the pipes open."""
+    draw = random.Random(SEED)
+    stopped = 0
+    for k in range(3):
+        process = begin(["plot", *4*["columns.txt"], "--jobs", "3"], case)
+        time.sleep(draw.uniform(0, 0.5))
+        workers = children_of(process.pid)
+        (os.killpg if k % 2 and number == signal.SIGINT else os.kill)(process.pid, number)
+        said = process.communicate(timeout=HANG)[1]
+        if process.returncode == 0:
+            assert said == ""
+            continue
+        stopped += 1
+        if number == signal.SIGKILL:
+            assert (process.returncode, said) == (-number, "")
+        else:
+            assert (process.returncode, said) == (128 + number, "ldbench: stopped\n")
+        while any(map(is_there, workers)):       # for ever, if they wait
+            time.sleep(1e-3)
+        assert number == signal.SIGKILL or not list(case.glob("*.ldbench-part*"))
+    assert stopped
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_report_stops_its_runs(number, tmp_path):
+    """They would never end by themselves; nothing half-written is left, nor a file of a run that was stopped."""
+    (tmp_path/"inputs").mkdir()
+    for pair in "aw", "sw":
+        ldbench.Case.exercise(3, pair).replace(
+            model="strip", table_file=f"{pair}.table", **TINY, vY=0.0, roll_rate=0.0, t_end=1e5, dt=1e-5, stop_at="t_end",
+            interval=0.1, rows="interval").to_namelist(tmp_path/f"inputs/ex3_{pair}.nml")
+    process = subprocess.Popen([sys.executable, "-m", "ldbench", "report", "--inputs", "inputs", "-o", "out", "-j", "2"],
+                               cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    for pair in "aw", "sw":
+        wait_for(tmp_path/f"{pair}.table", process)       # after it comes the integration
+    process.send_signal(number)
+    said = process.communicate(timeout=HANG)[1]
+    assert (process.returncode, said.rpartition("\r")[2]) == (128 + number, "ldbench: stopped\n")
+    assert not list(tmp_path.rglob("*.ldbench-part*")) and not list((tmp_path/"out").glob("ex3_*"))
+
+
+@pytest.mark.slow
+def test_a_report_is_whole_whenever_it_is_killed(tmp_path):
+    """What is there is what an undisturbed report has; one that is not killed makes the rest."""
+    inputs, outputs = tmp_path/"inputs", tmp_path/"out"
+    inputs.mkdir()
+    for pair in "aw", "sw":
+        case = ldbench.Case.exercise(3, pair).replace(model="strip", t_end=0.03, stop_at="t_end", n_lateral=40, n_roll=9, n_depth=9)
+        case.to_namelist(inputs/f"ex3_{pair}.nml")
+    command = [sys.executable, "-m", "ldbench", "report", "--inputs", inputs, "-o", outputs]
+
+    def whole() -> dict[str, bytes]:
+        return {path.name: path.read_bytes() for path in outputs.iterdir() if path.suffix in (".txt", ".csv", ".json")}
+
+    began = time.monotonic()
+    done = subprocess.run(command, capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0, done.stderr
+    span = time.monotonic() - began
+    expected = whole()
+    draw = random.Random(SEED)
+    for _ in range(KILLS):
+        child = subprocess.Popen([*command, "--force"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                 start_new_session=True)
+        try:
+            child.wait(draw.uniform(0, span))
+        except subprocess.TimeoutExpired:
+            os.killpg(child.pid, signal.SIGKILL)
+            child.wait()
+        found = whole()
+        assert {name: found[name] for name in expected} == expected
+        for name in "ldbench_plots.pdf", "ldbench_abstract.pdf":
+            assert (outputs/name).read_bytes().rstrip().endswith(b"%%EOF")
+        assert (outputs/"ldbench_results.html").read_text().rstrip().endswith("</html>")
+    assert subprocess.run(command, capture_output=True, timeout=HANG).returncode == 0
+    assert whole() == expected and not list(outputs.glob("*.ldbench-part*"))
+
+
+# ---- disk ----------------------------------------------------------------------------
+@pytest.mark.parametrize("without", sorted(FILES))
+def test_a_file_that_cannot_be_written_to_its_end(case, without):
+    """Where the process may write no longer files, as where the disk is full."""
+    whole = bytes_of(case)
+    size = len(whole[without])
+    for most in {0, 1, 4096, size//2, size - 1}:
+        if without != "columns.txt":        # which is shorter
+            (case/"pair.table").unlink(missing_ok=True)
+        done = run(case, preexec_fn=limit(resource.RLIMIT_FSIZE, most))
+        left = bytes_of(case)
+        one_line(done, "cannot be written", without if most == size - 1 else "")
+        assert left.get("pair.table", whole["pair.table"]) == whole["pair.table"]
+        assert {**left, "pair.table": b""} == {**whole, "pair.table": b""}, most
+    assert run(case).returncode == 0 and bytes_of(case).keys() == FILES
+
+
+@contextmanager
+def longest_file(most: int) -> Iterator[None]:
+    """In this process; Python has it as an error, not as a signal. Its byte code of modules it would cut off unseen, and
+    fail on it ever after."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "dont_write_bytecode", True)
+        patch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("by", ["executable", "run", "report"])
+def test_columns_are_not_replaced_where_the_geometry_file_fails(case, by, capsys, monkeypatch):
+    """Columns are shorter than geometry functions, of which the last byte cannot be written."""
+    text = (case/"case.nml").read_text().replace("t_end = 0.002", "t_end = 0.001")
+    (case/"case.nml").write_text(text)
+    earlier = bytes_of(case)
+    most = len(earlier["geometry.txt"]) - 1
+    assert len(earlier["columns.txt"]) < most
+    if by == "executable":
+        one_line(run(case, preexec_fn=limit(resource.RLIMIT_FSIZE, most)), "geometry.txt: cannot be written completely")
+    else:
+        monkeypatch.chdir(case)
+        with longest_file(most):
+            if by == "run":
+                assert main(["run", "case.nml"]) == 1
+                assert "geometry.txt: cannot be written completely" in capsys.readouterr().err
+            else:
+                with pytest.raises(ldbench.Error, match=r"geometry\.txt: cannot be written completely"):
+                    run_jobs([Job("case", text, case/"columns.txt", case)], 1)
+    assert bytes_of(case) == earlier
+    assert run(case).returncode == 0 and bytes_of(case)["columns.txt"] != earlier["columns.txt"]
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("result")
+    (folder/"case.nml").write_text(short_case(folder, table=TINY))
+    assert run(folder).returncode == 0
+    return folder/"columns.txt"
+
+
+TOLD = "cannot be written completely: File too large"
+
+
+@pytest.mark.parametrize(("product", "command"), [
+    ("new.txt", ["run", "{case}", "--output", "{out}/new.txt"]),
+    ("geometry.txt", ["table", "{case}", "-o", "{out}/geometry.txt"]),
+    ("plot.pdf", ["plot", "{columns}", "-o", "{out}/plot.pdf"]),
+    ("page.html", ["view", "{columns}", "-o", "{out}/page.html"]),
+    ("compare.pdf", ["compare", "{columns}", "{columns}", "-o", "{out}/compare.pdf"]),
+    ("sweep.zarr", ["ensemble", "{case}", "--over", "mass=1400,1500", "-o", "{out}/sweep.zarr"])],
+    ids=lambda value: value if isinstance(value, str) else "")
+def test_commands_of_python_tell_what_cannot_be_written(product, command, result, tmp_path, capsys):
+    """In a folder for which there is no space: one line, status 1, and nothing half-written."""
+    target = tmp_path/product
+    if target.suffix != ".zarr":
+        target.write_text("earlier\n")
+    words = [word.format(case=result.with_name("case.nml"), columns=result, out=tmp_path) for word in command]
+    before = contents(tmp_path)
+    with longest_file(200):
+        status = main(words)
+    said = capsys.readouterr().err
+    assert status == 1 and re.fullmatch(r"ldbench: error: [^\n]+\n", said.split("\r")[-1]), said
+    assert product in said or TOLD in said      # pages are put together from some in the system's folder for such
+    left = contents(tmp_path)
+    assert {path: data for path, data in left.items() if ".parts" not in str(path)} == before
+
+
+def test_a_folder_that_may_only_be_read(case):
+    """In a file system of the test's own, where the system lets it have one: refused before any work."""
+    script = """mount -t tmpfs tmpfs disk && cp case.nml disk && cd disk && mount -o remount,ro . || exit 77
+        $1 case.nml; echo "status $?"; ls"""
+    if not shutil.which("unshare"):
+        pytest.skip("no unshare")
+    (case/"disk").mkdir()
+    done = subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, "sh", LDBENCH],
+                          cwd=case, capture_output=True, text=True, timeout=HANG)
+    if "status" not in done.stdout:
+        pytest.skip("no file system of one's own")
+    assert done.stdout == "status 1\ncase.nml\n"
+    assert done.stderr == ("ldbench: error: case.nml, &output file: expected a path that can be written, found columns.txt\n")
+
+
+# Their path with both wheels on the rails has thousands of poses.
+S1002 = {"profiles": {"wheel_profile": REPO/"profiles/s1002.yz", "rail_profile": REPO/"profiles/60e1.yz"},
+         "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36}}
+
+
+# ---- damage --------------------------------------------------------------------------
+def test_no_damaged_table_is_used(case):
+    """Any byte of the file changed, or the file cut off anywhere: refused where it is no table any more, built anew else."""
+    size = (case/"pair.table").stat().st_size
+    done = subprocess.run([FORTRAN_TESTS/"table_damage", "case.nml", "pair.table"], cwd=case, capture_output=True, text=True,
+                          timeout=HANG, check=True)
+    used, refused, missing = map(int, done.stdout.split())
+    assert used == 0 and refused == len("ldbench contact table") and refused + missing == 2*size
+
+
+@pytest.mark.parametrize(("groups", "right"), [
+    ({"contact": {"formulation": "bilateral"}}, True), ({"contact": {"formulation": "unilateral", "restitution": 0.5}}, True),
+    ({"contact": {"model": "halfspace"}}, False),
+    ({"contact": {"model": "hertz"}, "integrator": {"scheme": "energy", "dt": 2e-5}}, True),
+    ({"contact": {"formulation": "bilateral"}, **S1002}, False), ({"contact": {"formulation": "unilateral"}, **S1002}, False)],
+    ids=["bilateral", "unilateral", "halfspace", "hertz", "bilateral S1002", "unilateral S1002"])
+def test_every_kind_of_run_ends_well(groups, right, tmp_path):
+    """Above all in the build that looks at every access to memory and every leak: SANITIZE=1."""
+    profiles = {f"{what}_profile_right": REPO/f"profiles/s{what[0]}prof.yz" for what in ("wheel", "rail")} if right else {}
+    (tmp_path/"case.nml").write_text(short_case(
+        Path(), **{"table": TINY, "profiles": profiles, "output": {"geometry_file": "geometry.txt"},
+                      "initial": {"vY": 1.0, "roll_rate": 0.0333}, **groups}))
+    done = run(tmp_path)
+    assert (done.returncode, done.stderr) == (0, "") and bytes_of(tmp_path).keys() == {"columns.txt", "geometry.txt"}
+
+
+def test_faults_that_no_input_brings_about(case):
+    """An error may quote the one that it replaces; a table whose contacts pull is told."""
+    done = subprocess.run([FORTRAN_TESTS/"error_paths", "case.nml"], cwd=case, capture_output=True, text=True, timeout=HANG)
+    assert done.stdout.splitlines() == ["wheel.yz: spline: singular system, repeated points?", " 0 4"], done.stderr
+
+
+# ---- streams -------------------------------------------------------------------------
+def shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["sh", "-c", script], cwd=folder, capture_output=True, text=True, timeout=HANG,
+                          env=os.environ | {"LDBENCH": str(LDBENCH), "PYTHON": f"{sys.executable} -m ldbench"})
+
+
+def test_closed_and_full_streams(case):
+    whole = bytes_of(case)
+    one_line(shell("$LDBENCH <&-", case), "standard input")
+    assert shell("$LDBENCH case.nml <&-", case).returncode == 0
+    for command in "$LDBENCH case.nml", "$LDBENCH --help", "$LDBENCH --version":
+        for full in ">/dev/full", ">&-":
+            one_line(shell(f"{command} {full}", case), "standard output")
+    assert shell("$LDBENCH case.nml 2>&-", case).returncode == 0
+    assert shell("$LDBENCH nothing.nml 2>/dev/full", case).returncode == 1
+    assert bytes_of(case) == whole
+    one_line(shell("$PYTHON run case.nml >/dev/full", case), "standard output", "No space left on device")
+    one_line(shell("$PYTHON run --help >/dev/full", case), "standard output", "No space left on device")
+
+
+def test_a_clock_that_jumps_changes_nothing(tmp_path):
+    """Back, by a day, and on again: the progress line comes and goes, nothing else."""
+    given = "0 table 0.1\n-86400 table 0.2\n86400 integration 0.5\n3 integration 0.6\n"
+    done = subprocess.run([FORTRAN_TESTS/"progress_line", "shown"], input=given.encode(), capture_output=True,
+                          timeout=HANG, check=True)
+    told = [line.split() for line in done.stderr.decode().split("\r")]
+    assert told[1:3] == [["ldbench:", "integration", "50", "%"], ["ldbench:", "integration", "60", "%"]]
+    # The calendar's time is nowhere asked for.
+    folder = Path(ldbench.__file__).parent
+    assert not [path.name for path in folder.rglob("*.py") if re.search(r"time\.time\(|datetime\.now", path.read_text())]
+
+
+# ---- what is made is freed -----------------------------------------------------------
+def test_tables_and_runs_made_and_freed_take_no_memory(tmp_path):
+    """In a process of its own, whose size does not grow by what a hundredth of a table takes, each time."""
+    script = f"""
+import gc, resource, ldbench
+case = ldbench.Case.exercise(2).replace(model='strip', table_file={str(tmp_path/"pair.table")!r}, t_end=2e-3, **{TINY})
+def size():
+    gc.collect()
+    return int(open('/proc/self/statm').read().split()[1])*resource.getpagesize()
+def use(n):
+    for k in range(n):
+        table = ldbench.ContactTable(case.replace(formulation='elastic' if k % 4 else 'unilateral'))
+        ldbench.run(table.case, table=table).results
+        try:
+            ldbench.ContactTable(case.replace(vertical_load=1e9))
+        except ldbench.Error:
+            pass
+use(8)
+before = size()
+use({1000 if SLOW else 24})
+print(size() - before)
+"""
+    if not Path("/proc/self/statm").exists():
+        pytest.skip("this system does not tell the size of a process")
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=HANG, check=True)
+    assert int(done.stdout) < 4e6

@@ -1,0 +1,283 @@
+"""Measured profiles, worn ones, other codes' files: what the program makes of them."""
+import random
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import shapes
+from running import FORTRAN_TESTS, HANG, columns, header, refusal, run_case, short_case
+
+WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
+
+
+def run(folder: Path, wheel: str, rail: str, **profiles: object) -> tuple[float, np.ndarray, str]:
+    """Clearance [mm], Y over time [m] and header of a short run with two profile texts."""
+    folder.mkdir(exist_ok=True)
+    (folder / "wheel").write_text(wheel)
+    (folder / "rail").write_text(rail)
+    # Fast enough to reach a flange.
+    text = short_case(folder, profiles={"wheel_profile": folder / "wheel", "rail_profile": folder / "rail"} | profiles,
+                      initial={"vY": 2.0, "roll_rate": 0.0667}, integrator={"dt": 1e-4, "t_end": 8e-3})
+    done = run_case(text, folder)
+    assert done.returncode == 0, done.stderr
+    said = header(folder / "columns.txt")
+    for line in re.findall(r"^\w+ profile: .*(?:mended|turned|MiniProf|SIMPACK|in m\b).*$", said, re.M):
+        assert line in done.stdout          # what the header says of a file, the summary says too
+    clearance = float(re.search(r"clearance \[mm\]: 2 x (\S+)", done.stdout)[1])
+    return clearance, columns(folder / "columns.txt")["Y"], said
+
+
+def files(**wheel_and_rail: np.ndarray) -> dict[str, str]:
+    return {kind: shapes.rows(points) for kind, points in wheel_and_rail.items()}
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, np.ndarray, str]:
+    return run(tmp_path_factory.mktemp("clean"), **files(wheel=WHEEL, rail=RAIL))
+
+
+# ---- the same shapes in other clothes ------------------------------------------------
+@pytest.mark.parametrize("written", shapes.FORMATS)
+def test_format_is_told_by_its_contents(written, clean, tmp_path):
+    write = shapes.FORMATS[written]
+    clearance, y, said = run(tmp_path, write(WHEEL, "wheel"), write(RAIL, "rail"))
+    assert clearance == clean[0]
+    assert y == pytest.approx(clean[1], abs=2e-9)      # points are rounded to 1e-7 mm of another origin
+    if written != "plain":
+        assert f", {written.split()[-1]}" in said
+
+
+CLOTHES = {
+    "z down": (lambda p: p*[1, -1], "z turned over"),
+    "mirrored": (lambda p: p*[-1, 1], "y turned over"),
+    "z down, mirrored": (lambda p: p*[-1, -1], "y and z turned over"),
+    "other direction": (lambda p: p[::-1], ""),
+    "in m": (lambda p: p*1e-3, "in m"),
+    "in inches": (lambda p: p/25.4, "in inches"),
+}
+
+
+@pytest.mark.parametrize("clothes", CLOTHES)
+def test_sides_and_units_are_told_by_the_shape(clothes, clean, tmp_path):
+    put_on, words = CLOTHES[clothes]
+    texts = ("".join(f"{y:.12g} {z:.12g}\n" for y, z in put_on(p)) for p in (WHEEL, RAIL))
+    clearance, y, said = run(tmp_path, *texts)
+    assert clearance == clean[0]
+    assert y == pytest.approx(clean[1], abs=2e-9)
+    lines = re.findall(r"^(?:wheel|rail) profile: .*$", said, re.M)
+    assert all(words in line for line in lines) and len(lines) == 2
+
+
+def test_namelist_overrides_the_shape(clean, tmp_path):
+    """A mirrored rail that is told not to be; a file in an unlikely unit."""
+    right, _, _ = run(tmp_path / "a", **files(wheel=WHEEL, rail=RAIL), rail_flip="none", wheel_flip="none")
+    assert right == clean[0]
+    other, _, said = run(tmp_path / "b", **files(wheel=WHEEL, rail=RAIL*[-1, 1] + [75.6, 0]), rail_flip="none")
+    assert abs(other - right) > 0.05 and "turned over" not in said
+    forced, _y, _ = run(tmp_path / "c", **files(wheel=WHEEL*1e-3, rail=RAIL), wheel_unit="m")
+    assert forced == clean[0]
+    text = short_case(tmp_path, profiles={"wheel_profile": tmp_path / "c" / "wheel", "wheel_unit": "mm"})
+    assert "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 0.135" in refusal(text, tmp_path)
+
+
+def test_faces_are_no_running_surface(clean, tmp_path):
+    """Flange back, chamfer, rim face, underside of the head: the run stays."""
+    wheel, rail = shapes.with_faces(WHEEL), shapes.with_web(RAIL)
+    clearance, y, said = run(tmp_path / "a", **files(wheel=wheel*[1, -1], rail=rail))
+    assert clearance == pytest.approx(clean[0], abs=1e-3)
+    assert y == pytest.approx(clean[1], abs=1e-8)
+    assert said.count("faces beyond the running surface left out") == 2
+
+
+def test_repeated_points_and_small_ways_back_are_mended(clean, tmp_path):
+    """Points twice, two exchanged, a point far off: mended, said, with a run as of the clean file."""
+    wheel = np.repeat(WHEEL, 1 + (np.arange(len(WHEEL)) % 40 == 5), axis=0)
+    rail = RAIL.copy()
+    rail[[300, 301]] = rail[[301, 300]]
+    rail[200] += [0.4, 1.0]
+    clearance, y, said = run(tmp_path, **files(wheel=wheel, rail=rail))
+    assert clearance == pytest.approx(clean[0], abs=2e-3)
+    assert y == pytest.approx(clean[1], abs=1e-7)
+    assert f"points mended: {len(wheel) - len(WHEEL)} repeated dropped" in said
+    off = re.search(r"points mended: 1 off the curve by up to (\S+) mm dropped, 2 that doubled back moved by up to 0.25 mm",
+                    said)
+    assert off and 0.5 < float(off[1]) < 1.1
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.03])
+@pytest.mark.parametrize("spacing", [0.02, 0.1, 0.4])
+def test_noisy_points(noise, spacing, clean, tmp_path):
+    """Dense points double back by their noise, sparse ones do not: with smoothing the run is that of the clean file."""
+    wheel, rail = (shapes.noisy(shapes.shape(name, spacing), noise, seed) for seed, name in enumerate(("awprof", "arprof")))
+    clearance, y, said = run(tmp_path, **files(wheel=wheel, rail=rail), smoothing_mm=noise)
+    assert clearance == pytest.approx(clean[0], abs=2*noise)
+    assert y == pytest.approx(clean[1], abs=3e-3*noise)    # of 12 mm, after an impact at 2 m/s
+    if spacing == 0.02:
+        assert "put together to one" in said
+
+
+def test_few_and_many_points(clean, tmp_path):
+    """From 40 points to ten thousand."""
+    for folder, spacing in ("few", 5.0), ("many", 0.018):
+        wheel, rail = (shapes.shape(name, spacing) for name in ("awprof", "arprof"))
+        clearance, _, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail))
+        assert clearance == pytest.approx(clean[0], abs=0.2 if spacing > 1 else 2e-3)
+
+
+# ---- worn shapes ---------------------------------------------------------------------
+@pytest.mark.parametrize("worn", shapes.WORN_WHEELS)
+def test_worn_wheel(worn, tmp_path):
+    """It runs, on a new and on a worn rail, and with faces, noise and in another format as it does clean."""
+    wheel = shapes.WORN_WHEELS[worn](WHEEL)
+    for folder, rail in ("new", RAIL), ("side worn", shapes.side_worn(RAIL)):
+        clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail))
+        assert 5 < clearance < 16
+    again, _, _ = run(tmp_path / "again", shapes.miniprof_new(shapes.with_faces(wheel), "wheel"),
+                      shapes.simpack(shapes.side_worn(RAIL), "rail"))
+    assert again == pytest.approx(clearance, abs=2e-3)
+    measured, _, _ = run(tmp_path / "measured", shapes.miniprof_old(shapes.noisy(shapes.with_faces(wheel), 0.01, 3), "wheel"),
+                         shapes.rows(shapes.noisy(shapes.side_worn(RAIL), 0.01, 4)), smoothing_mm=0.01)
+    # Worn shapes conform: where tread ends and flange begins is less certain.
+    assert measured == pytest.approx(clearance, abs=0.3)
+
+
+def test_conforming_profiles(tmp_path):
+    """A wheel of the rail's own shape, 0.1 mm off, from crown to gauge corner, with many arcs of either sign."""
+    head = RAIL[(RAIL[:, 1] > -9) & (RAIL[:, 0] < 43)] + [39.0, 0]     # conforms at Y = 2.5 mm
+    normal = shapes.normals(head)
+    near = head + 0.1*normal + 0.004*np.sin(head[:, :1])*normal
+    low = near[0] + np.outer(np.arange(-5, 0, 0.25), [np.cos(1.2), np.sin(1.2)])
+    tip = low[0] + 8*np.column_stack([np.sin(np.arange(-1.5, 1.2, 0.03)) - np.sin(1.2),
+                                      np.cos(1.2) - np.cos(np.arange(-1.5, 1.2, 0.03))])
+    tread = near[-1] + np.outer(np.arange(0.25, 50, 0.25), [1, 0.02])
+    wheel = np.concatenate([tip[:-1], low, near, tread])
+    clearance, _, _ = run(tmp_path, **files(wheel=wheel, rail=RAIL))
+    assert 0.05 < clearance < 6
+
+
+def test_split_angle_error_is_true(tmp_path):
+    """Beyond the flange's steepest angle, and below the tread's."""
+    (tmp_path / "wheel").write_text(shapes.rows(shapes.with_faces(WHEEL)))
+    for split, words, limit in (1.2, "at most the flange's steepest angle", lambda x: x < 1.2), \
+            (0.03, "more than the tread's angle", lambda x: x >= 0.03):
+        wheel = WHEEL if split > 1 else WHEEL @ np.array([[np.cos(0.02), np.sin(0.02)], [-np.sin(0.02), np.cos(0.02)]])
+        if split > 1:       # a flange of some 65 degrees
+            wheel = WHEEL*[1, 0.45]
+        (tmp_path / "wheel").write_text(shapes.rows(wheel))
+        message = refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel"},
+                                     contact={"split_angle": split}), tmp_path)
+        found = re.search(rf"&contact split_angle = {split} rad: expected {words}.*?, (\S+) rad", message)
+        assert found and limit(float(found[1])), message
+
+
+# ---- what cannot be mended -----------------------------------------------------------
+def test_hopeless_points_are_refused_by_line(tmp_path):
+    scattered = WHEEL + np.random.default_rng(1).normal(0, 3, WHEEL.shape)
+    (tmp_path / "wheel").write_text("# a wheel\n" + shapes.rows(scattered))
+    message = refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel"}), tmp_path)
+    assert re.search(r"wheel(: the curve crosses itself between lines|, line) \d+", message)
+
+
+BROKEN = {
+    "a rail's file for a wheel": (shapes.simpack(RAIL, "rail"), "expected a wheel, found a file that says it is a rail"),
+    "no end of the points": (shapes.simpack(WHEEL, "wheel").split("    point.end")[0],
+                             "expected point.end, found the end of the file"),
+    "points without a spline": ("point.begin\n1 2\npoint.end\n", "line 1: expected the sections header, spline"),
+    "a word among the points": (shapes.simpack(WHEEL, "wheel").replace("    point.end", "abc\n    point.end"),
+                                "expected two numbers, y and z, found \"abc\""),
+    "a turned profile": (shapes.simpack(WHEEL, "wheel").replace("rotate = 0.0", "rotate = 0.1"),
+                         "line 11: expected rotate = 0, found \"0.1\""),
+    "no unit": (shapes.simpack(WHEEL, "wheel").replace("units.len.f = 1000.0", "units.len.f = 0"),
+                "expected units.len.f above 0"),
+    "no columns": (shapes.miniprof_new(WHEEL, "wheel").replace("X,Y,A,C", "A,C"), "line 6: expected columns X and Y"),
+    "no offset": (shapes.miniprof_new(WHEEL, "wheel").replace("XOffset=1.5000", "XOffset=x"),
+                  "line 4: expected a number after xoffset="),
+}
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+def test_broken_format_is_refused(broken, tmp_path):
+    text, words = BROKEN[broken]
+    (tmp_path / "wheel").write_text(text)
+    assert words in refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel"}), tmp_path)
+
+
+def mutated(text: str, chance: random.Random) -> str:
+    """A text with one to five lines or characters changed, lost, repeated, moved."""
+    lines = text.split("\n")
+    for _ in range(chance.randint(1, 5)):
+        k = chance.randrange(len(lines))
+        what = chance.randrange(8)
+        if what == 0:
+            del lines[k:k + chance.choice([1, 1, 2, 30])]
+        elif what == 1:
+            lines.insert(chance.randrange(len(lines) + 1), lines[k])
+        elif what == 2:
+            j = chance.randrange(len(lines))
+            lines[k], lines[j] = lines[j], lines[k]
+        elif what == 3 and lines[k]:
+            j = chance.randrange(len(lines[k]))
+            lines[k] = lines[k][:j] + chance.choice("0123456789.-+eE= \t#!%\"',;xyz\0ÿ") + lines[k][j + 1:]
+        elif what == 4 and lines[k]:
+            j = chance.randrange(len(lines[k]))
+            lines[k] = lines[k][:j] + lines[k][j + 1:]
+        elif what == 5:
+            lines[k] = " ".join(chance.choice(["0", "-1", "1e30", "12.5", "1e-9", "NaN"]) for _ in range(2))
+        elif what == 6:
+            lines = lines[:max(1, k)]
+        else:
+            lines[k] = lines[k].replace(".", chance.choice([",", "", "..", "0."]), 1)
+        lines = lines or [""]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("written", shapes.FORMATS)
+def test_mutated_files(written, tmp_path):
+    """A run or one true line of error, for 1000 files."""
+    chance = random.Random(7)
+    rail = tmp_path / "rail"
+    rail.write_text(shapes.rows(shapes.shape("arprof", 1.0)))
+    base = {1: shapes.FORMATS[written](shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"),
+            2: shapes.FORMATS[written](shapes.shape("arprof", 1.0), "rail")}
+    for kind, other in (1, rail), (2, tmp_path / "wheel"):
+        other.write_text(shapes.rows(shapes.shape("arprof" if kind == 1 else "awprof", 1.0)))
+        texts = [mutated(base[kind], chance) for _ in range(500)]
+        paths = [tmp_path / f"{kind}_{i}" for i in range(len(texts))]
+        for path, text in zip(paths, texts, strict=True):
+            path.write_bytes(text.encode("latin-1"))
+        asked = "".join(f"{-kind if i % 50 == 0 else kind:2d} {path}\n" for i, path in enumerate(paths))
+        done = subprocess.run([FORTRAN_TESTS / "read_profiles", other], input=asked, capture_output=True, encoding="latin-1",
+                              timeout=HANG)
+        assert done.returncode == 0, done.stderr
+        answers = done.stdout.splitlines()
+        assert len(answers) == len(texts)
+        assert 50 < sum(answer == "good" for answer in answers) < 450
+        for path, text, answer in zip(paths, texts, answers, strict=True):
+            check_answer(path, text, answer)
+
+
+def check_answer(path: Path, text: str, answer: str) -> None:
+    """What an error claims is so."""
+    if answer == "good" or re.fullmatch(r"\s*\S+E[-+]\d+", answer):
+        return
+    assert answer.isprintable() and len(answer) < 600, answer
+    assert str(path) in answer or answer.startswith(("&contact split_angle", "&track gauge")), answer
+    lines = text.split("\n")
+    if found := re.search(rf"{path}, line (\d+): ", answer):
+        assert int(found[1]) <= len(lines), answer
+        if quoted := re.search(r'found "([^"?]*)"$', answer):
+            assert quoted[1].strip()[:40] in lines[int(found[1]) - 1].replace("\t", " "), answer
+    if found := re.search(r"over (\S+) to (\S+) mm, found a width of (\S+)", answer):
+        least, most, width = map(float, found.groups())
+        assert not least <= width <= most, answer
+    if found := re.search(r"at least 10 points, found (\d+)", answer):
+        assert int(found[1]) < 10, answer
+    if found := re.search(r"at most 120 degrees at a point, found (\d+)", answer):
+        assert int(found[1]) >= 120, answer
+    if found := re.search(r"split_angle = (\S+) rad: expected more than .*?, (\S+) rad", answer):
+        assert float(found[1]) <= float(found[2]), answer
+    if found := re.search(r"split_angle = (\S+) rad: expected at most .*?, (\S+) rad", answer):
+        assert float(found[1]) > float(found[2]), answer

@@ -1,0 +1,384 @@
+"""The equations of motion and their integration, against exact answers."""
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ldbench
+from probes import (
+    MASS,
+    MIRROR,
+    ROLLING_RADIUS,
+    TAPER,
+    WEIGHT,
+    Motion,
+    Pendulum,
+    contact_states,
+    probe,
+    table_file,
+    text,
+    trajectory,
+    write_case,
+)
+from running import PAIRS, Run, columns, run_case, shipped_text
+
+# A small, quickly built table for motions near the centre.
+NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "roll": 0.01, "depth": 1e-3,
+        "n_lateral": 100, "n_roll": 9, "n_depth": 17}
+SCHEMES = {"newmark": {"scheme": "newmark"}, "explicit": {"scheme": "newmark", "beta": 0.0},
+           "energy": {"scheme": "energy"}}
+SLOW = {"vY": 0.1, "roll_rate": 0.00333}         # exercise 1
+FLANGING = {"vY": 0.5, "roll_rate": 0.01667}     # exercise 2
+
+
+# ---- one degree of freedom -----------------------------------------------------------
+@pytest.mark.parametrize("model", ["hertz", "strip", "halfspace"])
+def test_impact(model: str, tmp_path: Path):
+    """A weightless wheelset falling on both treads penetrates (1.25 M v^2/C)^(2/5) for 2.9432 delta/v.
+
+    The simplified treads are cones on constant crowns: the two wheels act in parallel along the vertical,
+    C = 2 C_H cos(gamma)^2.5.
+    """
+    v, dt = 0.2, 1e-6
+    A, B = np.cos(TAPER)/(2*ROLLING_RADIUS), 0.5/Pendulum.of("sw").rho
+    C = 2*np.cos(TAPER)**2.5*probe("hertz_law", stdin=text([A, B, 1]))[0, 4]
+    deepest = (1.25*MASS*v**2/C)**0.4
+    duration = 2.9432*deepest/v
+    case = write_case(tmp_path, "sw", tmp_path / "table", contact={"model": model}, table=NEAR,
+                      initial={"vZ": -v, "Z": 2e-4}, integrator={"dt": dt, "order": 4})
+    fall = trajectory(case, round((4e-4/v + duration)/dt), "weightless")
+    depth = contact_states(case, np.array([[0, 1.0, 0]])).rigid_height - fall.q[:, 1]
+    k = depth.argmax()
+    a, b, c = depth[k - 1:k + 2]
+    on, off = crossings(fall.t, depth)
+    # The files' six decimals leave the crown's curvature, and C, uncertain by about 1e-4.
+    assert b + (a - c)**2/(8*(2*b - a - c)) == pytest.approx(deepest, rel=1e-4)
+    assert off - on == pytest.approx(duration, rel=2e-4)
+    assert fall.v[-1] == pytest.approx(-fall.v[0], abs=1e-6*v)
+    assert np.abs(fall.q[:, [0, 2]]).max() < 1e-15
+
+
+def crossings(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Times at which x passes through zero, linear between samples."""
+    k = np.flatnonzero(np.signbit(x[:-1]) != np.signbit(x[1:]))
+    return t[k] - x[k]*(t[k + 1] - t[k])/(x[k + 1] - x[k])
+
+
+# ---- the cone on round rail heads ----------------------------------------------------
+def swing(scale: float, folder: Path) -> float:
+    """Frequency at which the elastic wheelset swings from Y = 2 mm, let go from rest [rad/s]."""
+    depth = max(8e-4*scale**(-2/3), 1e-4)      # the settling wheelset is sought in steps of 50 um
+    table = NEAR | {"n_lateral": 400, "n_roll": 60, "n_depth": 60, "accuracy": 1e-4, "drop": 1e-3, "depth": depth}
+    # Strips, for half-spaces are solved to some 1e-4 of the force, as much as a lateral force of 1e-3 of it is to be known.
+    groups = {"contact": {"model": "strip", "stiffness_scale": scale}, "table": table}
+    case = write_case(folder, "aw", folder / "table", **groups)
+    y, start = 2e-3, Pendulum.of("aw").poses(np.array([2e-3]))[0]
+    rest = contact_states(case, start[None])
+    # Height and roll at which only a lateral force would be needed to hold it there.
+    pose = start - [0, rest.rigid_height - rest.equilibrium, 0]
+    for _ in range(8):
+        state = contact_states(case, pose[None])
+        out_of_balance = state.total[0, 1:] + [WEIGHT, 0]
+        pose[1:] -= np.linalg.solve(state.hessian[0, 1:, 1:], out_of_balance)
+    assert np.abs(out_of_balance).max() < 1e-8*WEIGHT
+    dt = 5e-5
+    case = write_case(folder, "aw", folder / "table", **groups, integrator={"dt": dt},
+                      initial={"Y": y, "Z": pose[1] - rest.equilibrium, "roll": pose[2]})
+    motion = trajectory(case, round(0.6/dt))
+    quarter, = crossings(motion.t, motion.q[:, 0])
+    return np.pi/2/quarter
+
+
+def test_pendulum(tmp_path: Path):
+    """As the contact stiffens, the wheelset on its treads becomes the rigid pendulum, omega = 2.7964 rad/s.
+
+    What is missing goes with the approach, stiffness^(-2/3).
+    """
+    exact = Pendulum.of("aw").omega
+    assert exact == pytest.approx(2.7964, abs=5e-5)
+    missing = [1 - swing(scale, tmp_path / f"{scale}")/exact for scale in (1.0, 10.0, 100.0)]
+    ratio = 10**(2/3)
+    assert 0 < missing[0] < 2e-3
+    # Contacts of a few um see the rounding of the profiles' points.
+    assert missing[0]/missing[1] == pytest.approx(ratio, rel=0.15)
+    assert abs(missing[2]) < 5e-5
+    assert (ratio*missing[1] - missing[0])/(ratio - 1) == pytest.approx(0, abs=3e-5)     # extrapolated
+
+
+# ---- order of convergence ------------------------------------------------------------
+def orders(errors: list[float]) -> np.ndarray:
+    """From errors at steps halved each time."""
+    return np.log2(np.array(errors[:-1])/errors[1:])
+
+
+def motions(shipped: dict[str, Run], folder: Path, scheme: str, order: int, steps: tuple[float, ...],
+            t_end: float, initial: dict[str, object]) -> list[Motion]:
+    """A motion of the actual pair at several steps."""
+    return [trajectory(write_case(folder, "aw", table_file(shipped, "aw"), initial=initial,
+                                  integrator=SCHEMES[scheme] | {"order": order, "dt": dt, "tolerance": 1e-13}),
+                       round(t_end/dt), every=max(1, round(t_end/dt/400))) for dt in steps]
+
+
+def largest_drift(motion: Motion) -> float:
+    return np.abs(motion.energy - motion.energy[0]).max()
+
+
+@pytest.mark.parametrize("order", [2, 4])
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_order_in_contact(scheme: str, order: int, shipped: dict[str, Run], tmp_path: Path):
+    """Bouncing and rolling on closed contacts, every scheme converges with its order; so does its energy.
+
+    'energy' keeps the energy to round-off at any step instead.
+    """
+    initial = {"Z": 2e-5, "roll": 1e-5}
+    # The explicit fourth order errs so little that the shorter steps show rounding alone.
+    steps = (4e-4, 2e-4, 1e-4) if (scheme, order) == ("explicit", 4) else (2e-4, 1e-4, 5e-5)
+    reference, = motions(shipped, tmp_path, "newmark", 4, (1e-6,), 8e-3, initial)
+    found = motions(shipped, tmp_path, scheme, order, steps, 8e-3, initial)
+    errors = [np.abs(m.q[-1] - reference.q[-1]).max() for m in found]
+    assert orders(errors) == pytest.approx([order, order], abs=0.1)
+    drift = [largest_drift(m) for m in found]
+    if scheme == "energy":
+        assert max(drift) < 1e-9      # of 7 J
+    else:
+        # At the instants that all have; the largest of each lies between steps.
+        common = [np.linalg.norm((m.energy - m.energy[0])[::round(steps[0]/dt)])
+                  for m, dt in zip(found, steps, strict=True)]
+        # The third derivatives of the table's splines jump at its points, which scatters single halvings.
+        assert np.mean(orders(common)) == pytest.approx(order, abs=0.1)
+        assert orders(common) == pytest.approx([order, order], abs=0.3)
+
+
+def test_sixth_order_in_contact(shipped: dict[str, Run], tmp_path: Path):
+    """Bouncing by 0.01 mm, five steps per period: half of them err by a 64th. Smaller ones err by rounding."""
+    initial, steps = {"Z": 1e-5, "roll": 5e-6}, (8e-3/11, 8e-3/22)
+    reference, = motions(shipped, tmp_path, "explicit", 6, (1e-5,), 8e-3, initial)
+    coarse, fine = motions(shipped, tmp_path, "explicit", 6, steps, 8e-3, initial)
+    assert orders([np.abs(m.q[-1] - reference.q[-1]).max() for m in (coarse, fine)]) == pytest.approx([6], abs=0.1)
+    assert orders([np.linalg.norm(m.energy[::k] - m.energy[0]) for m, k in ((coarse, 1), (fine, 2))]) \
+        == pytest.approx([6], abs=0.3)
+
+
+@pytest.fixture(scope="module")
+def through_impacts(shipped: dict[str, Run], tmp_path_factory: pytest.TempPathFactory) -> Motion:
+    """Exercise 1 up to 0.12 s, through the left flange impact, at a very small step."""
+    found, = motions(shipped, tmp_path_factory.mktemp("impacts"), "energy", 4, (2e-6,), 0.12, SLOW)
+    assert np.ptp(found.v[:, 0]) > 0.15      # thrown back
+    return found
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_order_through_impacts(scheme: str, through_impacts: Motion, shipped: dict[str, Run], tmp_path: Path):
+    """Through impacts order 2 remains 2; order 4 falls to between 2 and 4 on average, and stays far ahead.
+
+    A contact opens and closes with p^1.5, whose second derivative is infinite there: a step across it errs by
+    dt^2.5 in velocity however high the order of the scheme, and how much depends on where in the step it falls.
+    """
+    steps = (8e-5, 4e-5, 2e-5, 1e-5)
+    errors = {order: [np.abs(m.q[-1] - through_impacts.q[-1]).max() for m in
+                      motions(shipped, tmp_path, scheme, order, steps, 0.12, SLOW)] for order in (2, 4)}
+    assert orders(errors[2]) == pytest.approx([2, 2, 2], abs=0.1)
+    assert 2 < orders(errors[4]).mean() < 4
+    assert errors[4][-1] < errors[2][-1]/100
+
+
+@pytest.mark.parametrize("dt", [1e-4, 2e-5])
+@pytest.mark.parametrize("v", [0.1, 0.5, 1.0])
+def test_energy_scheme_at_any_step(v: float, dt: float, shipped: dict[str, Run], tmp_path: Path):
+    """Through all impacts 'energy' closes the balance to round-off, even where a step spans a tenth of an impact."""
+    motion, = motions(shipped, tmp_path, "energy", 2, (dt,), 0.03, {"vY": v, "roll_rate": v/30})
+    assert largest_drift(motion) < 1e-9      # J; gravity alone moves 1e3 J
+
+
+def test_newmark_drift(shipped: dict[str, Run], tmp_path: Path):
+    """Through the flange impact of exercise 2 Newmark's energy error falls with dt^2."""
+    found = motions(shipped, tmp_path, "newmark", 2, (2e-5, 1e-5, 5e-6), 0.03, FLANGING)
+    assert orders([largest_drift(m) for m in found]) == pytest.approx([2, 2], abs=0.15)
+
+
+def test_work_of_the_ramp(shipped: dict[str, Run], tmp_path: Path):
+    """The work counted for a growing lateral force is what the total energy grows by, to round-off."""
+    case = write_case(tmp_path, "aw", table_file(shipped, "aw"), loading={"lateral_force": 2e3, "lateral_ramp": 5e4},
+                      integrator={"scheme": "energy", "dt": 2e-5, "tolerance": 1e-13})
+    assert largest_drift(trajectory(case, 10000, every=10)) < 1e-9
+
+
+# ---- steps that are cut ----------------------------------------------------------------
+@pytest.fixture(scope="module")
+def actual(shipped: dict[str, Run]) -> ldbench.ContactTable:
+    return ldbench.ContactTable(ldbench.Case.exercise(2, "aw").replace(table_file=table_file(shipped, "aw")))
+
+
+def cut_run(table: ldbench.ContactTable, **changes: object) -> ldbench.Run:
+    """Exercise 2 through both flange impacts and 25 landings."""
+    case = ldbench.Case.exercise(2, "aw").replace(**{"stop_at": "t_end", "t_end": 0.12} | changes)
+    return ldbench.run(case, table=table)
+
+
+def pose(run: ldbench.Run) -> np.ndarray:
+    return run.data[["Y", "Z", "roll"]].to_numpy()[-1]
+
+
+def test_cut_steps_are_worth_their_price(actual: ldbench.ContactTable):
+    """Where contacts open and close uniform steps lose their order; cut ones reach the same error for a quarter.
+
+    And the error follows the energy's tolerance: five powers of ten, from 1e-4 to 1e-9 J, are at least three.
+    """
+    exact = pose(cut_run(actual, dt=5e-6, energy_tolerance=1e-11))
+    error = {tolerance: np.abs(pose(cut_run(actual, energy_tolerance=tolerance)) - exact).max()
+             for tolerance in (1e-4, 1e-8, 1e-9)}
+    assert error[1e-9] < error[1e-4]/1000
+    assert error[1e-8] < 3e-9
+    cut, uniform = cut_run(actual, energy_tolerance=1e-7), cut_run(actual, dt=1e-5, energy_tolerance=0)
+    assert cut.results["cuts"] > 50 and uniform.results["cuts"] == 0
+    assert np.abs(pose(cut) - exact).max() < np.abs(pose(uniform) - exact).max()
+    assert cut.results["evaluations"] < uniform.results["evaluations"]/4
+
+
+def test_sixth_order_is_worth_its_price(actual: ldbench.ContactTable):
+    """Rolling on both treads, sixth order errs by less than a fifth of fourth for fewer forces."""
+    rolling = ldbench.Case.exercise(1, "aw").replace(stop_at="t_end", t_end=0.04, interval=4e-4, energy_tolerance=0)
+    table = actual.for_case(rolling)
+    exact = pose(ldbench.run(rolling.replace(dt=1e-5), table=table))
+    fourth, sixth = (ldbench.run(rolling.replace(dt=dt, order=order), table=table) for dt, order in ((2e-4, 4), (4e-4, 6)))
+    assert sixth.data[["N_LF", "N_RF"]].to_numpy().max() == 0
+    assert sixth.results["evaluations"] < fourth.results["evaluations"]
+    assert np.abs(pose(sixth) - exact).max() < np.abs(pose(fourth) - exact).max()/5
+
+
+def test_tolerance_bounds_the_drift(actual: ldbench.ContactTable):
+    """No step changes the energy by more than the tolerance, as far as ten halvings reach."""
+    for tolerance in 1e-3, 1e-6:
+        summary = cut_run(actual, energy_tolerance=tolerance).results
+        assert 0 < summary["drift"] < tolerance*summary["steps"]
+    assert cut_run(actual, energy_tolerance=0).results["drift"] > 1e-3
+
+
+def test_below_rounding_nothing_is_cut(actual: ldbench.ContactTable):
+    """A tolerance that rounding of the pose exceeds is none: the wheelset on its treads makes whole steps."""
+    calm = {"vY": 0.01, "roll_rate": 0.0, "t_end": 0.02, "stop_at": "t_end", "energy_tolerance": 1e-16, "dt": 2e-5}
+    run = ldbench.run(ldbench.Case.exercise(2, "aw").replace(**calm), table=actual)
+    assert run.results["drift"] < 1e-8
+    assert run.results["steps"] <= 1100
+    falling = ldbench.run(run.case.replace(Z=0.02, vY=0.0, t_end=0.01), table=actual)      # no contact, only weight
+    assert falling.data[["N_LT", "N_RT"]].to_numpy().max() == 0
+    assert falling.results["steps"] <= 550
+
+
+def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
+    """What cuts a step cuts the reversed one: after the left flange impact the wheelset returns to its start."""
+    forth = ldbench.run(ldbench.Case.exercise(2, "aw").replace(stop_at="t_end", t_end=0.03), table=actual)
+    end = forth.data.iloc[-1]
+    assert end.vY < -0.2 and forth.results["cuts"] > 100
+    back = ldbench.run(forth.case.replace(Y=end.Y, Z=end.Z, initial_roll=end.roll, vY=-end.vY, vZ=-end.vZ,
+                                          roll_rate=-end.roll_rate), table=actual)
+    assert back.results["cuts"] == pytest.approx(forth.results["cuts"], rel=0.02)
+    start, home = forth.data.iloc[0], back.data.iloc[-1]
+    assert home[["Y", "Z", "roll"]].to_numpy() == pytest.approx(start[["Y", "Z", "roll"]].to_numpy(), abs=1e-10)
+    assert -home[["vY", "vZ", "roll_rate"]].to_numpy() == pytest.approx(
+        start[["vY", "vZ", "roll_rate"]].to_numpy(), abs=1e-7)
+
+
+def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):
+    """The explicit step counts the work to its order: pushed and bouncing, a wheelset's drift falls with dt^4."""
+    pushed = ldbench.Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, Z=4e-5,
+                                                    lateral_ramp=2e6)
+    runs = [ldbench.run(pushed.replace(dt=dt), table=actual) for dt in (2e-4, 1e-4)]
+    assert runs[0].data.W_ext.iloc[-1] > 50
+    assert orders([run.results["drift"] for run in runs]) == pytest.approx([4], abs=0.2)
+
+
+# ---- events and peaks --------------------------------------------------------------------
+@pytest.mark.parametrize(("tolerance", "within", "rel"), [(0, 5e-6, 2e-4), (1e-9, 2e-8, 1e-6)], ids=["uniform", "cut"])
+def test_events_and_peaks_between_steps(tolerance: float, within: float, rel: float, actual: ldbench.ContactTable):
+    """Steps of 0.1 ms tell the events and peaks of steps of 1 us: to a twentieth of a step, cut to 0.02 us."""
+    fine = cut_run(actual, t_end=0.03, dt=1e-6, energy_tolerance=0)
+    run = cut_run(actual, t_end=0.03, energy_tolerance=tolerance)
+    assert [event.kind for event in run.events] == [event.kind for event in fine.events]
+    assert len(fine.events) == 5
+    assert [event.t for event in run.events] == pytest.approx([event.t for event in fine.events], abs=within)
+    for name in "peak_N_LF", "peak_N_LT":
+        assert run.results[name] == pytest.approx(fine.results[name], rel=rel)
+
+
+def test_peak_at_the_start(actual: ldbench.ContactTable):
+    """A force that only falls is largest at t = 0: the wheels of exercise 2 let go 0.05 mm deeper than they stand."""
+    run = cut_run(actual, t_end=5e-4, interval=1e-4, Z=-5e-5, vY=0.0, roll_rate=0.0)
+    assert run.results["peak_N_LT"] == pytest.approx(run.data.N_LT.iloc[0], rel=1e-12)
+    assert run.results["t_peak_LT"] == 0 and run.results["peak_N_LT"] > 1.2e5
+
+
+# ---- symmetries ----------------------------------------------------------------------
+@pytest.mark.parametrize(("scheme", "order"), [*itertools.product(SCHEMES, (2, 4)), ("explicit", 6)])
+def test_time_reversal(scheme: str, order: int, shipped: dict[str, Run], tmp_path: Path):
+    """Reversed after the left flange impact of exercise 2, the wheelset returns to its start."""
+    dt = 5e-6
+    steps = round(0.03/dt)
+    case = write_case(tmp_path, "aw", table_file(shipped, "aw"), initial=FLANGING,
+                      integrator=SCHEMES[scheme] | {"order": order, "dt": dt})
+    motion = trajectory(case, steps, "reverse")
+    assert motion.v[steps, 0] < -0.2                        # thrown back by the flange
+    assert motion.q[-1] == pytest.approx(motion.q[0], abs=1e-11)
+    assert motion.v[-1] == pytest.approx(-motion.v[0], abs=1e-9)
+
+
+def mirrored_name(name: str) -> str:
+    """The column that holds the same in the mirrored run."""
+    head, _, tail = name.rpartition("_")
+    return f"{head}_{tail.translate(str.maketrans('LR', 'RL'))}" if tail in {"LT", "LF", "RT", "RF", "L", "R"} else name
+
+
+ODD = ("Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "Fy", "y")
+
+
+@pytest.mark.parametrize(("case", "sign_of"), [("ex2_aw", ("vY", "roll_rate")), ("ex3_sw", ("vY", "roll_rate")),
+                                           ("ex5_aw", ("lateral_ramp",))])
+def test_mirror(case: str, sign_of: tuple[str, ...], shipped: dict[str, Run], tmp_path: Path):
+    """Thrown or pushed to the right, the wheelset makes the mirrored run, to the last printed digit."""
+    run = shipped[case]
+    text = shipped_text(case, tmp_path)
+    for name in sign_of:
+        text = re.sub(rf"(\b{name}\s*=\s*)", r"\g<1>-", text)
+    text = re.sub(r"'[^']*\.table'", f"'{table_file(shipped, case[-2:])}'", text)
+    text = re.sub(r"(t_end\s*=\s*)\S+", r"\g<1>2.0", text)
+    done = run_case(text, tmp_path)
+    assert done.returncode == 0, done.stderr
+    mirrored = columns(tmp_path / f"{case}.txt")
+    rows = len(mirrored["time"])
+    assert rows == len(run.columns["time"]) or case == "ex5_aw"
+    for name, column in run.columns.items():
+        sign = -1 if name.rpartition("_")[0] in ODD or name in ODD else 1
+        assert np.array_equal(column[:rows], sign*mirrored[mirrored_name(name)], equal_nan=True), name
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("pushed", [False, True], ids=["thrown", "pushed"])
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_mirror_bit_by_bit(scheme: str, pushed: bool, pair: str, shipped: dict[str, Run], tmp_path: Path):
+    """The mirrored motion is the same in all 64 bits of position, velocity and energy, through all impacts."""
+    def motion(sign: int) -> Motion:
+        start = {} if pushed else {"vY": sign*1.0, "roll_rate": sign*0.0333}
+        case = write_case(tmp_path, pair, table_file(shipped, pair), initial=start,
+                          loading={"lateral_ramp": sign*5e3 if pushed else 0.0},
+                          integrator=SCHEMES[scheme] | {"dt": 2e-5})
+        return trajectory(case, 100000 if pushed else 7000, every=20)
+
+    one, other = motion(1), motion(-1)
+    assert (one.q == other.q*MIRROR).all()
+    assert (one.v == other.v*MIRROR).all()
+    assert (one.energy == other.energy).all()
+
+
+def test_repeated_run(tmp_path: Path):
+    """A run and its repetition write the same bytes; the first built its table, the second read it."""
+    case = write_case(tmp_path, "aw", tmp_path / "table", table=NEAR | {"depth": 2e-3, "lateral": 0.04, "roll": 0.1},
+                      initial=FLANGING, integrator={"dt": 1e-5, "t_end": 0.05}, output={"file": tmp_path / "out.txt"})
+    found = []
+    for state in "built", "found":
+        done = run_case(case.read_text(), tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert f"({state})" in done.stdout
+        found.append((tmp_path / "out.txt").read_bytes())
+    assert found[0] == found[1]

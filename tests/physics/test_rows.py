@@ -1,0 +1,112 @@
+"""Rows at events, changes of contacts, impacts and peaks, between those at equal intervals."""
+import numpy as np
+import pandas as pd
+import pytest
+
+from ldbench import Case, run
+
+MASS, ROLL_INERTIA = Case.exercise(2).mass, Case.exercise(2).roll_inertia
+
+CONTACTS = "LT", "LF", "RT", "RF"
+NEAR = 5e-8     # of a time, what nine digits tell apart
+
+
+def exercise(number: int, pair: str = "aw", **changes: object):
+    """A run and the run with rows at equal intervals alone."""
+    case = Case.exercise(number, pair).replace(**{"t_end": 0.12, "stop_at": "t_end"} | changes)
+    return run(case), run(case.replace(rows="interval"))
+
+
+RIGID = {"bilateral": {"formulation": "bilateral"}, "unilateral": {"formulation": "unilateral", "restitution": 0.5}}
+
+
+@pytest.mark.parametrize("formulation", [{}, {"beta": 0.25, "order": 2}, {"scheme": "energy", "beta": 0.25, "order": 2},
+                                         *RIGID.values()])
+def test_rows_at_equal_intervals_remain(formulation: dict):
+    """Rows at events are steps of their own: the run, its events and its rows at equal intervals are the same bytes."""
+    more, alone = exercise(2, **formulation)
+    rows = np.rint(alone.data.time/1e-4)
+    assert (rows == np.arange(len(rows))).all()
+    assert len(more.data) > len(alone.data) + 10
+    # After an impact at a row of the grid: the last of equal times.
+    kept = more.data[more.data.time.isin(alone.data.time)].groupby("time", as_index=False).tail(1)
+    assert kept.to_numpy().tobytes() == alone.data.to_numpy().tobytes()
+    assert [str(e) for e in more.events] == [str(e) for e in alone.events]
+    for c in CONTACTS:
+        assert more.results[f"peak_N_{c}"] == alone.results[f"peak_N_{c}"]
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_peaks_are_rows(number: int):
+    """The largest normal force of a contact, as listed, stands in a row; no row has a larger one."""
+    more, _ = exercise(number)
+    for contact in CONTACTS:
+        peak, force = more.results[f"peak_N_{contact}"], more.data[f"N_{contact}"]
+        assert force.max() == peak
+        if peak:
+            assert more.data.time[force.idxmax()] == more.results[f"t_peak_{contact}"]
+    # The drift of a row is a difference of energies of 2e4 J at most, in another order of summation.
+    assert np.abs(more.data.E_drift).max() <= more.results["drift"] + 1e-11
+
+
+@pytest.mark.parametrize("changes", [{}, *RIGID.values()])
+def test_events_are_rows(changes: dict):
+    """Every event has a row of its time."""
+    more, alone = exercise(3, **changes)
+    times = more.data.time.to_numpy()
+    assert len(more.events) >= 5
+    for event in more.events:
+        assert np.abs(times - event.t).min() <= NEAR*event.t, event
+    missed = [e for e in more.events if np.abs(alone.data.time - e.t).min() > 1e-6]
+    assert len(missed) >= 4
+
+
+def test_contacts_change_at_rows():
+    """Elastic forces begin and end at zero: at nearly every change of a contact there is a row with less than a newton.
+    The exceptions are patches that cross the border between tread and flange."""
+    def jumps(columns: pd.DataFrame) -> np.ndarray:
+        """The first force after each opening or closing, or the last one before."""
+        found = []
+        for contact in CONTACTS:
+            force = columns[f"N_{contact}"].to_numpy()
+            change = np.flatnonzero((force[:-1] > 0) != (force[1:] > 0))
+            found += list(np.maximum(force[change], force[change + 1]))
+        return np.array(found)
+
+    more, alone = exercise(3)
+    assert len(jumps(more.data)) >= 30
+    assert np.mean(jumps(more.data) < 1.0) > 0.75
+    assert np.mean(jumps(alone.data) < 1.0) < 0.1
+
+
+@pytest.mark.parametrize("formulation", RIGID)
+def test_impacts_have_two_rows(formulation: str):
+    """Before and after an impact: one time, one pose, and velocities that differ by impulse over mass."""
+    more, alone = exercise(2, **RIGID[formulation])
+    c = more.data
+    after = np.flatnonzero(np.diff(c.time) == 0) + 1
+    struck = [e for e in more.events if e.kind == "impact"]
+    assert len(struck) == len(after) > 2
+    # Rows at equal intervals have no pair.
+    assert (np.diff(alone.data.time) > 0).all()
+    for k in after:
+        before, then = c.iloc[k - 1], c.iloc[k]
+        assert (before[["Y", "Z", "roll"]] == then[["Y", "Z", "roll"]]).all()
+        impulse = [then[f"P_{i}"] - before[f"P_{i}"] for i in CONTACTS]
+        assert max(impulse) > 0
+        gain = MASS*np.hypot(then.vY - before.vY, then.vZ - before.vZ)
+        assert 0 < gain <= sum(impulse)*(1 + 1e-9)
+        energy = [0.5*(MASS*(x.vY**2 + x.vZ**2) + ROLL_INERTIA*x.roll_rate**2) for x in (before, then)]
+        assert energy[0] - energy[1] == pytest.approx(then.E_lost - before.E_lost, abs=1e-8*energy[0])
+
+
+@pytest.mark.parametrize("changes", [{}, *RIGID.values()])
+def test_mirrored_rows(changes: dict):
+    """To the other side, the rows are the mirror image, those at events, too."""
+    left, _ = exercise(2, **changes)
+    right, _ = exercise(2, **changes, vY=-Case.exercise(2).vY, roll_rate=-Case.exercise(2).roll_rate)
+    a, b = left.data, right.data
+    assert len(a) == len(b)
+    assert (a.time == b.time).all() and (a.Y == -b.Y).all() and (a.vZ == b.vZ).all()
+    for mine, other in ("LT", "RT"), ("LF", "RF"):
+        assert (a[f"N_{mine}"] == b[f"N_{other}"]).all()

@@ -1,0 +1,332 @@
+"""The ten shipped runs: what must happen in them, their energy, and what their columns say of each other."""
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from probes import (
+    GAUGE,
+    MASS,
+    PITCH_INERTIA,
+    ROLL_INERTIA,
+    WEIGHT,
+    contact_states,
+    gaps,
+    left_rail,
+    left_wheel,
+    poses,
+    rest_height,
+    table_file,
+    turned,
+    write_case,
+)
+from running import CASES, PAIRS, REPO, Columns, Run, columns, header, on_grid, read_interval, run_case, shipped_text
+
+CONTACTS = "LT", "LF", "RT", "RF"
+DIGITS = 1e-8      # two units in the last of the files' nine digits
+
+
+@pytest.fixture(scope="module", params=CASES)
+def case(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def run(case: str, shipped: dict[str, Run]) -> Run:
+    return shipped[case]
+
+
+def close(a: np.ndarray, b: np.ndarray | float, rel: float = 0, within: float | np.ndarray = 0) -> bool:
+    """All of a are b, to a relative or an absolute tolerance."""
+    return bool((np.abs(a - b) <= np.maximum(rel*np.abs(b), within)).all())
+
+
+def total(c: Columns, name: str) -> np.ndarray:
+    return sum(c[f"{name}_{contact}"] for contact in CONTACTS)
+
+
+# ---- what happens --------------------------------------------------------------------
+def first_event(run: Run, kind: str) -> float:
+    return float(re.search(rf"t = (\S+) s  {kind}", run.summary)[1])
+
+
+def ending(run: Run) -> str:
+    return re.search(r"ended at t = \S+ s: (.*)", run.summary)[1]
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("exercise", [1, 2, 3])
+def test_left_right_return(exercise: int, pair: str, shipped: dict[str, Run]):
+    """Exercises 1-3: left flange, right flange, then back through the centre; no sooner, no later."""
+    run = shipped[f"ex{exercise}_{pair}"]
+    c = on_grid(run).columns
+    left, right = (c["time"][np.flatnonzero(c[f"N_{flange}"])[0]] for flange in ("LF", "RF"))
+    interval = read_interval(run.header)
+    assert left < right < c["time"][-1]
+    assert first_event(run, "left flange contact") == pytest.approx(left, abs=interval)
+    assert first_event(run, "right flange contact") == pytest.approx(right, abs=interval)
+    assert ending(run) == "return to the centre after both flanges"
+    back = c["time"] > right
+    crossed = np.diff(np.signbit(c["Y"][back]))
+    assert crossed[-1]
+    assert crossed.sum() == 1
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_exercise_4(pair: str, shipped: dict[str, Run]):
+    """Exercise 4 strikes both flanges with meganewtons and returns; the actual pair's flange goes over the right rail's
+    corner and comes back."""
+    run = shipped[f"ex4_{pair}"]
+    assert first_event(run, "left flange contact") < first_event(run, "right flange contact")
+    assert 3e6 < run.columns["N_LF"].max() < 6e6
+    assert ending(run) == "return to the centre after both flanges"
+    assert run.columns["Y"][-2]*run.columns["Y"][-1] <= 0
+    assert ("right flange over rail" in re.findall(r"t = \S+ s  (.*)", run.summary)) == (pair == "aw")
+    assert "derailment" not in run.summary and "n_derailment = 0" in run.header
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_exercise_5_derails(pair: str, shipped: dict[str, Run]):
+    """Exercise 5 overturns about the left rail, somewhat below the force W b/h that unloads the right wheel at rest."""
+    run = shipped[f"ex5_{pair}"]
+    c = run.columns
+    assert ending(run) == "derailment"
+    lever = c["y_LT"][0]/rest_height(run)
+    assert 0.85*WEIGHT*lever < c["F_ext"][-1] < WEIGHT*lever
+    # The left flange's lowest point has just passed the highest point of its rail, 12 to 17 ms after the gauge corner.
+    wheel = left_wheel(pair)
+    tip = wheel[wheel[:, 1].argmin()]
+    rail = 1e-3*np.loadtxt(REPO/f"profiles/{pair[0]}rprof.yz")
+    crown = GAUGE/2 + rail[rail[:, 1].argmax(), 0]
+    over = np.array([turned(tip[None], roll)[0, 0] + y - crown for y, _, roll in poses(run)[-10:]])
+    at = c["time"][-10:] - first_event(run, "derailment")
+    assert (over[at < -1e-6] < 0).all() and (over[at > 1e-6] > 0).all()
+    # In the row at the event the tip is at the crown, which the points tell to half their distance.
+    assert abs(over[np.abs(at).argmin()]) < 1.25e-4
+    assert 0.012 < first_event(run, "derailment") - first_event(run, "left flange over rail") < 0.017
+
+
+# ---- energy --------------------------------------------------------------------------
+def test_energy_bar(case: str, run: Run):
+    """The balance closes to 1e-8 of the initial kinetic energy, in exercise 5 to 1e-7 of the ramp's work."""
+    c = run.columns
+    ramp = case.startswith("ex5")
+    bar = 1e-7*c["W_ext"][-1] if ramp else 1e-8*(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0]
+    assert np.abs(c["E_drift"]).max() < bar
+    assert float(re.search(r"largest energy drift \[J\]: (\S+?),?\s", run.summary)[1]) < bar
+    assert np.isfinite(c["E_drift"]).all()
+
+
+def test_energy_adds_up(run: Run):
+    """The parts are those of the motion, they sum to E_total, and E_drift is what the work leaves unexplained."""
+    c = run.columns
+    kinetic = {"KE_long": MASS*c["vX"]**2, "KE_lat": MASS*c["vY"]**2, "KE_vert": MASS*c["vZ"]**2,
+               "KE_roll": ROLL_INERTIA*c["roll_rate"]**2, "KE_pitch": PITCH_INERTIA*c["pitch_rate"]**2}
+    for name, twice in kinetic.items():
+        assert close(c[name], twice/2, rel=3*DIGITS, within=1e-90)
+    assert close(c["PE_grav"], MASS*9.81*c["Z"], rel=3*DIGITS)
+    assert close(c["PE_load"], 164618*c["Z"], rel=3*DIGITS)
+    parts = [name for name in c if name.startswith(("KE_", "PE_"))]
+    assert len(parts) == 9
+    size = sum(np.abs(c[name]) for name in parts)
+    assert close(sum(c[name] for name in parts), c["E_total"], within=DIGITS*size)
+    drift = c["E_total"] - c["W_ext"] - c["E_total"][0]
+    assert close(drift, c["E_drift"], within=DIGITS*(size + np.abs(c["W_ext"])))
+
+
+def test_work_is_force_times_way(run: Run):
+    """W_ext is the integral of the ramp over the lateral way."""
+    c = run.columns
+    work = np.concatenate([[0], np.cumsum((c["F_ext"][1:] + c["F_ext"][:-1])/2*np.diff(c["Y"]))])
+    # The trapezoidal rule over rows errs by dF dY/12 in each.
+    bound = np.sum(np.abs(np.diff(c["F_ext"])*np.diff(c["Y"])))/12
+    assert close(c["W_ext"], work, within=bound + DIGITS*np.abs(work).max())
+
+
+# ---- equations of motion -------------------------------------------------------------
+def test_newton_and_euler(run: Run):
+    """m a = forces, I roll_acc = moments of the contact forces about the centre, through the contact points."""
+    c = run.columns
+    # Half a unit of nine digits of every force and of mass times acceleration.
+    size = DIGITS/2*(sum(np.abs(c[f"N_{k}"]) for k in CONTACTS) + MASS*np.hypot(c["aY"], c["aZ"]) + WEIGHT)
+    assert close(MASS*c["aY"], total(c, "Fy") + c["F_ext"], within=size)
+    assert close(MASS*c["aZ"], total(c, "Fz") - WEIGHT, within=size)
+    moment = 0
+    for k in CONTACTS:
+        arm_y, arm_z = c[f"y_{k}"] - c["Y"], c[f"z_{k}"] - (rest_height(run) + c["Z"])
+        moment = moment + np.nan_to_num(arm_y*c[f"Fz_{k}"] - arm_z*c[f"Fy_{k}"])
+    # Levers below 1 m, of nine digits.
+    assert close(ROLL_INERTIA*c["roll_acc"], moment, within=2*size)
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if not case.startswith("ex5")])
+def test_derivatives(case: str, shipped: dict[str, Run]):
+    """Velocity and acceleration are the derivatives of position, in rows that resolve every impact."""
+    c = shipped[case].columns
+    h = np.diff(c["time"])
+    for x, v, a in (("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")):
+        # What nine digits of times and positions leave open.
+        rounded = 2*DIGITS*(np.abs(c[x]).max() + (c["time"]*np.abs(c[v]))[1:])
+        # Hermite's rule: exact for polynomials of fifth order from row to row.
+        way = h*(c[v][1:] + c[v][:-1])/2 - h**2*np.diff(c[a])/12
+        assert close(np.diff(c[x]), way, within=0.1*h**2*np.abs(np.diff(c[a])) + h**2 + rounded), x
+
+
+def test_uniform_motions(run: Run):
+    """X and pitch advance uniformly; the yaw constraint carries the gyroscopic moment Ip Omega roll_rate."""
+    c = run.columns
+    assert close(c["X"], 1.0*c["time"], rel=DIGITS)
+    assert close(c["pitch"], 2.19*c["time"], rel=DIGITS)
+    assert (c["vX"] == 1).all()
+    assert (c["pitch_rate"] == 2.19).all()
+    assert close(c["M_gyro"], PITCH_INERTIA*2.19*c["roll_rate"], rel=DIGITS, within=1e-90)
+
+
+# ---- contacts ------------------------------------------------------------------------
+def test_contact_forces(run: Run):
+    """N is the magnitude and the contact angle the direction of the force; open contacts have neither."""
+    c = run.columns
+    for k in CONTACTS:
+        side = 1 if k[0] == "L" else -1
+        closed = c[f"N_{k}"] > 0
+        assert close(c[f"N_{k}"], np.hypot(c[f"Fy_{k}"], c[f"Fz_{k}"]), rel=DIGITS)
+        direction = np.arctan2(-side*c[f"Fy_{k}"], c[f"Fz_{k}"])
+        assert close(c[f"angle_{k}"][closed], direction[closed], within=2*DIGITS)
+        for name in "angle", "y", "z", "radius":
+            assert (np.isnan(c[f"{name}_{k}"]) == ~closed).all()
+
+
+def test_elastic_energy(case: str, run: Run):
+    """A wheel that does not touch stores nothing; on its tread it stores 2/5 N delta, with Hertz's N = C delta^1.5."""
+    c = run.columns
+    stiffness = {"aw": 8.93e10, "sw": 9.28e10}[case[-2:]]      # of the crowns [N/m^1.5]
+    for side in "LR":
+        force, energy = c[f"N_{side}T"] + c[f"N_{side}F"], c[f"PE_elastic_{side}"]
+        assert ((force > 0) == (energy > 0)).all()
+        with np.errstate(invalid="ignore"):
+            delta = 2.5*energy/force
+        # Patches of up to 11 mm to either side of points well on the crown.
+        on_crown = (c[f"N_{side}F"] == 0) & (delta < 0.25e-3) & (np.abs(c["Y"]) < 8e-3) & (np.abs(c["roll"]) < 0.01)
+        assert on_crown.sum() > 20
+        assert close(force[on_crown], stiffness*delta[on_crown]**1.5, rel=5e-3)
+
+
+def test_contact_points(case: str, run: Run):
+    """Contact points lie on the wheel's profile and inside the rail, no deeper than the wheel penetrates."""
+    c = run.columns
+    wheel, rail = left_wheel(case[-2:]), left_rail(case[-2:])
+    for k in CONTACTS:
+        rows = np.flatnonzero(c[f"N_{k}"])
+        rows = rows[::max(1, len(rows)//600)]
+        if len(rows) == 0:
+            continue
+        side = 1 if k[0] == "L" else -1
+        point = np.column_stack([side*c[f"y_{k}"], c[f"z_{k}"]])[rows]
+        centre = np.column_stack([side*c["Y"], rest_height(run) + c["Z"]])[rows]
+        own = turned(point - centre, -side*c["roll"][rows])
+        # Chords of 0.25 mm on radii from 10 mm deviate by up to 0.8 um.
+        assert np.abs(gaps(own, wheel)).max() < 1e-6
+        assert close(c[f"radius_{k}"][rows], -own[:, 1], within=2e-9)
+        if k[1] == "T" and not case.startswith(("ex4", "ex5")):
+            assert close(c[f"radius_{k}"][rows], 0.457, within=0.6e-3)
+        inside = -gaps(point, rail)
+        if k[1] == "T":
+            assert inside.min() > -1e-6
+        else:
+            # The resultant of two patches, on throat and face, passes between them.
+            assert inside.min() > -0.1e-3
+            assert (inside < -2e-6).sum() <= 1 + 0.01*len(rows)
+        for i in range(0, len(rows), max(1, len(rows)//10)):
+            placed = turned(wheel, side*c["roll"][rows[i]]) + centre[i]
+            near = placed[np.hypot(*(placed - point[i]).T) < 15e-3]
+            assert inside[i] < -gaps(near, rail).min() + 2e-6
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_start(pair: str, shipped: dict[str, Run]):
+    """All runs of a pair start at rest on the rails: 90.000 kN per wheel at a radius of 0.457 m."""
+    for exercise in range(1, 6):
+        c = shipped[f"ex{exercise}_{pair}"].columns
+        assert [c[name][0] for name in ("Y", "Z", "roll", "time")] == [0]*4
+        for k in "LT", "RT":
+            assert c[f"Fz_{k}"][0] == pytest.approx(90e3, abs=0.5)
+            assert c[f"radius_{k}"][0] == pytest.approx(0.457, abs=1e-6)
+            assert c[f"N_{k[0]}F"][0] == 0
+
+
+# ---- the step, and the other normal model --------------------------------------------
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("exercise", [1, 2, 3])
+def test_halved_step(exercise: int, pair: str, shipped: dict[str, Run], tmp_path: Path):
+    """Half the step changes Y, Z and roll at the end of exercises 1-3 by less than 1e-6 m, 1e-6 rad.
+
+    The energy's error of a fourth-order step goes with dt^5: its tolerance is divided by 32.
+    """
+    case = f"ex{exercise}_{pair}"
+    text = re.sub(r"'[^']*\.table'", f"'{table_file(shipped, pair)}'", shipped_text(case, tmp_path))
+    dt = float(re.search(r"\bdt\s*=\s*(\S+)", text)[1])
+    tolerance = float(re.search(r"\benergy_tolerance\s*=\s*(\S+)", text)[1])
+    text = re.sub(r"\bdt\s*=\s*\S+", f"dt = {dt/2}", text)
+    done = run_case(re.sub(r"\benergy_tolerance\s*=\s*\S+", f"energy_tolerance = {tolerance/32}", text), tmp_path)
+    assert done.returncode == 0, done.stderr
+    finer, c = (on_grid(run).columns for run in (
+        replace(shipped[case], columns=columns(tmp_path/f"{case}.txt")), shipped[case]))
+    last = min(len(c["time"]), len(finer["time"])) - 1
+    assert c["time"][last] == finer["time"][last]
+    assert abs(len(c["time"]) - len(finer["time"])) <= 1
+    change = {name: abs(finer[name][last] - c[name][last]) for name in ("Y", "Z", "roll")}
+    print(f"{case}: halving the step changes {change}")      # shown by pytest -rP
+    assert max(change.values()) < 1e-6, change
+
+
+@pytest.fixture(scope="module", params=PAIRS)
+def hertz_runs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """Exercises 1 and 3 of a pair with the model 'hertz', in a folder."""
+    folder = tmp_path_factory.mktemp("hertz")
+    for exercise in 1, 3:
+        text = shipped_text(f"ex{exercise}_{request.param}", folder).replace("'halfspace'", "'hertz'").replace(
+            "_halfspace.table", "_hertz.table")
+        done = run_case(text, folder)
+        assert done.returncode == 0, done.stderr
+    return request.param, folder
+
+
+def test_hertz_runs(hertz_runs: tuple[str, Path]):
+    """The textbook model makes exercises 1 and 3 in the same sequence, within the same energy bar."""
+    pair, folder = hertz_runs
+    for exercise in 1, 3:
+        file = folder / f"ex{exercise}_{pair}.txt"
+        c = columns(file)
+        assert "model = 'hertz'" in header(file)
+        assert "return to the centre after both flanges" in header(file)
+        assert np.flatnonzero(c["N_LF"])[0] < np.flatnonzero(c["N_RF"])[0]
+        assert np.abs(c["E_drift"]).max() < 1e-6*(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0]
+
+
+def test_hertz_tread_force(hertz_runs: tuple[str, Path], shipped: dict[str, Run], tmp_path: Path):
+    """On the treads, of constant curvature, both models give the same force within 0.5 %."""
+    pair, folder = hertz_runs
+    run = shipped[f"ex1_{pair}"]
+    c = run.columns
+    on_treads = np.flatnonzero((c["N_LF"] == 0) & (c["N_RF"] == 0) & (c["N_LT"] > 1e4) & (c["N_RT"] > 1e4))[::20]
+    assert len(on_treads) > 100
+    force = []
+    for model, table in (("hertz", folder / f"{pair}_hertz.table"), ("strip", folder / f"{pair}_strip.table")):
+        state = contact_states(write_case(tmp_path, pair, table, contact={"model": model}), poses(run)[on_treads])
+        force.append(np.hypot(state.gradient[:, ::2, 0], state.gradient[:, ::2, 1]))
+    difference = np.abs(force[0]/force[1] - 1)
+    print(f"{pair}: hertz against strip on the tread, largest {difference.max():.1e}")      # shown by pytest -rP
+    assert difference.max() < 5e-3
+
+
+def test_derailed_between_rows(shipped: dict[str, Run], tmp_path: Path):
+    """A wheelset that derails and then leaves the table, all before the next row, has derailed."""
+    text = re.sub(r"interval\s*=\s*\S+", "interval = 5.0  rows = 'interval'", shipped_text("ex5_aw", tmp_path))
+    text = re.sub(r"'[^']*\.table'", f"'{table_file(shipped, 'aw')}'", text)
+    text = re.sub(r"lateral_force\s*=\s*\S+", "lateral_force = 4e5", text)
+    done = run_case(text, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "s: derailment" in done.stdout
+    assert len(columns(tmp_path / "ex5_aw.txt")["time"]) == 1

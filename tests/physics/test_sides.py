@@ -1,0 +1,529 @@
+"""Left and right may differ: wheel_profile_right, rail_profile_right."""
+import functools
+import pickle
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.patches import Polygon
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, fsolve
+
+import ldbench
+import make_profiles as arcs
+import shapes
+from browser import started
+from ldbench import Case, ContactTable, Error, run
+from ldbench.conicity import equivalent_conicity, linearised_conicity
+from ldbench.profiles.outlines import case_outlines, pose, run_outlines, turned
+from ldbench.results.run_data import RunData, read_data
+from ldbench.viewer import film
+from ldbench.viewer.page import make_page
+from ldbench.viewer.shapes import facing
+from probes import MASS, WEIGHT, gaps
+from round_profiles import RADIUS, Shape
+from running import REPO, columns, header, refusal, rows, run_case, short_case
+
+FORMULATIONS = "elastic", "bilateral", "unilateral"
+LEFT = {"wheel_profile": "awprof", "rail_profile": "arprof"}
+RIGHT = {"wheel_profile": "s1002", "rail_profile": "60e1"}
+NEGATIVE = "Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "delta_r"      # in the mirror
+COARSE = {"model": "strip", "n_lateral": 80, "n_roll": 21, "n_depth": 17, "accuracy": 0.05}
+
+
+def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:
+    """Values of the shipped profiles of either side."""
+    def path(name: str) -> str:
+        return str(REPO / f"profiles/{name}.yz")
+
+    return {key: path(name) for key, name in left.items()} | {f"{key}_right": path(name) for key, name in right.items()}
+
+
+def two_sided(formulation: str = "elastic", left: dict[str, str] = LEFT, right: dict[str, str] = RIGHT, **changes) -> Case:
+    return Case.exercise(2).replace(table_file="", formulation=formulation, t_end=0.3, stop_at="t_end", **COARSE,
+                                    **profiles(left, right)).replace(**changes)
+
+
+@functools.cache
+def table_of(formulation: str = "elastic", left: tuple[str, ...] = tuple(LEFT.values()),
+             right: tuple[str, ...] = tuple(RIGHT.values())) -> ContactTable:
+    """That of two_sided with these wheel and rail; it serves other initial conditions."""
+    return ContactTable(two_sided(formulation, *(dict(zip(LEFT, names, strict=True)) for names in (left, right))))
+
+
+def mirrored(frame: pd.DataFrame) -> pd.DataFrame:
+    """Columns, or geometry functions, of the mirrored wheelset."""
+    names, signs = {}, {}
+    for name in frame.columns:
+        stem, _, side = name.rpartition("_")
+        other = {"L": "R", "R": "L"}
+        names[name] = f"{stem}_{other[side[0]]}{side[1:]}" if side in ("L", "R", "LT", "LF", "RT", "RF") else name
+        signs[name] = -1 if name in NEGATIVE or stem in ("Fy", "y") else 1
+    return pd.DataFrame({name: signs[name]*frame[names[name]] for name in frame.columns})
+
+
+# ---- the same on both sides ----------------------------------------------------------
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_same_file_twice_is_the_default(formulation: str, tmp_path: Path):
+    """Named twice, or copied: the same bytes, but for the names; and one table."""
+    shutil.copy(REPO / "profiles/arprof.yz", tmp_path / "copy.yz")
+    found = []
+    for right in ({}, {"wheel_profile_right": REPO / "profiles/awprof.yz", "rail_profile_right": tmp_path / "copy.yz"}):
+        text = short_case(tmp_path, profiles=right, contact={"formulation": formulation}, table={"file": tmp_path / "table"},
+                          output={"geometry_file": tmp_path / "geometry.txt"})
+        done = run_case(text, tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert "rigid-axle clearance [mm]: 2 x 10.180\n" in done.stdout
+        found.append((rows(tmp_path / "columns.txt"), rows(tmp_path / "geometry.txt")))
+        (tmp_path / "columns.txt").unlink()
+    assert found[0] == found[1]
+    assert not (tmp_path / "table.right").exists()
+
+
+# ---- mirror --------------------------------------------------------------------------
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("right", [RIGHT, {"wheel_profile": "s1002"}, {"rail_profile": "srprof"}],
+                         ids=["wheel and rail", "wheel", "rail"])
+@pytest.mark.parametrize("start", [{"vY": 0.5, "roll_rate": 0.01667}, {"vY": 0.0, "roll_rate": 0.0},
+                                   {"Z": 0.002, "vY": 0.0, "roll_rate": 0.0}],
+                         ids=["thrown", "at the centre", "dropped"])
+def test_mirrored_input_gives_mirrored_output(formulation: str, right: dict[str, str], start: dict[str, float]):
+    """Files of left and right exchanged, initial conditions mirrored: bit for bit, the geometry functions too."""
+    right = LEFT | right
+    case = two_sided(formulation, LEFT, right, t_end=0.15, **start)
+    if formulation == "bilateral" and right == RIGHT:
+        case = case.replace(t_end=0.02)         # then it stands on a corner of the s1002's flange
+    opposite = case.replace(**profiles(right, LEFT), **{name: -x for name, x in start.items() if name != "Z"})
+    sides = tuple(LEFT.values()), tuple(right.values())
+    here, there = (run(one, table=table_of(formulation, *order)) for one, order in ((case, sides), (opposite, sides[::-1])))
+    found = mirrored(there.data)
+    assert len(here.data) > 10
+    for name in here.data:
+        assert np.array_equal(here.data[name], found[name], equal_nan=True), name
+    assert (here.table.clearance, here.table.clearance_right) == (there.table.clearance_right, there.table.clearance)
+    assert here.table.rest == tuple(np.array([-1, 1, -1])*there.table.rest)
+    y = 1e-3*np.arange(-9, 10)
+    geometry, reflected = here.table.geometry(y), mirrored(there.table.geometry(y[::-1]))
+    for name in geometry.columns:
+        close = {"rtol": 1e-9, "atol": 0} if name == "conicity" else {"rtol": 0, "atol": 0}
+        assert np.allclose(geometry[name], reflected[name], equal_nan=True, **close), name
+
+
+# ---- equilibrium ---------------------------------------------------------------------
+def balance(columns: pd.DataFrame, table: ContactTable, k: int) -> np.ndarray:
+    """Force [N] and moment about the axle centre [N m] of contacts and weight, from what the columns say of contacts."""
+    row = columns.iloc[k]
+    centre = row.Y, row.Z + table.equilibrium
+    total = np.array([0, -WEIGHT, 0])
+    for contact in "LT", "LF", "RT", "RF":
+        if row[f"N_{contact}"] == 0:
+            continue
+        side = 1 if contact[0] == "L" else -1
+        force = row[f"N_{contact}"]*np.array([-side*np.sin(row[f"angle_{contact}"]), np.cos(row[f"angle_{contact}"])])
+        arm = row[f"y_{contact}"] - centre[0], row[f"z_{contact}"] - centre[1]
+        total = total + [*force, arm[0]*force[1] - arm[1]*force[0]]
+    return total
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_at_rest_forces_and_moments_balance(formulation: str):
+    """Put where the header says it rests, the wheelset stays there, off the centre and rolled; there the contacts'
+    normals, at their points, and the weight are in balance."""
+    case = two_sided(formulation, vY=0.0, roll_rate=0.0)
+    table = table_of(formulation).for_case(case)
+    y, z, roll = table.rest
+    assert abs(y) > 2e-3 and abs(roll) > 5e-5
+    done = run(case.replace(Y=y, Z=z - table.equilibrium, initial_roll=roll - table.equilibrium_roll), table=table)
+    c = done.data
+    for k in 0, -1:
+        force = balance(c, table, k)
+        assert np.abs(force[:2]).max() < 1e-6*WEIGHT and abs(force[2]) < 1e-5*WEIGHT
+    for name, scale in ("Y", 1e-7), ("Z", 1e-9), ("roll", 1e-9):
+        assert np.ptp(c[name]) < scale, name
+
+
+def test_held_at_the_centre_only_the_lateral_force_is_left():
+    """Where Y = Z = roll = 0: no start-up transient but the slow way off the centre."""
+    table = table_of().for_case(two_sided(vY=0.0, roll_rate=0.0))
+    force = table.force(0.0, table.equilibrium, table.equilibrium_roll)
+    assert force[1] == pytest.approx(WEIGHT, rel=1e-9) and abs(force[2]) < 1e-9*WEIGHT
+    assert 10 < abs(force[0]) < 2000
+    c = run(table.case, table=table).data
+    assert np.abs(c.loc[0, ["aZ", "roll_acc"]]).max() < 1e-6
+    assert c.aY[0] == pytest.approx(force[0]/MASS) and np.sign(c.Y.iloc[100]) == np.sign(force[0])
+
+
+def two_cones(left: Shape, right: Shape) -> tuple[float, float, float]:
+    """Y, Z over the centred pose, roll of the lowest pose in which two cones lie on two round heads."""
+    def distances(q: np.ndarray, y: float) -> list[float]:
+        """The distances of the heads' centres from the treads, less the heads' radii."""
+        z, roll = q
+        found = []
+        for shape, side in (left, 1), (right, -1):
+            g, turn = shape.taper, side*roll
+            # The tread, a line through the contact of the centred wheelset in the wheelset's frame.
+            point, normal = np.array([shape.contact, -RADIUS]), np.array([-np.sin(g), np.cos(g)])
+            turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+            centre = np.array([shape.head, -shape.R_r])
+            found.append(turned @ normal @ (np.array([side*y, z]) + turned @ point - centre) - shape.R_r)
+        return found
+
+    def pose(y: float) -> np.ndarray:
+        return fsolve(distances, [RADIUS, 0.0], args=(y,), xtol=1e-12)
+
+    def climb(y: float) -> float:
+        return pose(y + 1e-5)[0] - pose(y - 1e-5)[0]
+
+    y = brentq(climb, -0.008, 0.008, xtol=1e-12)
+    return y, *pose(y) - [pose(0.0)[0], 0.0]
+
+
+def cones(folder: Path, left: Shape, right: Shape) -> dict[str, str]:
+    """Their files."""
+    found = {}
+    for shape, end in (left, ""), (right, "_right"):
+        for name in "wheel", "rail":
+            file = folder / f"{name}{end}.yz"
+            np.savetxt(file, arcs.sample(getattr(shape, name)(), 0.05), fmt="%.17g")
+            found[f"{name}_profile{end}"] = str(file)
+    return found
+
+
+CONES = Shape(np.arctan(1/20), np.inf, 0.3), Shape(np.arctan(1/19.8), np.inf, 0.28)
+
+
+def test_rest_on_two_cones(tmp_path: Path):
+    """Off the centre by what the geometry of two lines on two circles says; an elastic wheelset tends to it."""
+    case = two_sided().replace(**cones(tmp_path, *CONES))
+    y, z, roll = two_cones(*CONES)
+    assert abs(y) > 1e-4
+    for formulation in "bilateral", "unilateral":
+        table = ContactTable(case.replace(formulation=formulation))
+        assert table.rest[0] == pytest.approx(y, abs=1e-8)
+        assert table.rest[1] - table.equilibrium == pytest.approx(z, abs=1e-12)
+        assert table.rest[2] == pytest.approx(roll, abs=1e-9)
+    far = []
+    for scale in 1, 100:
+        table = ContactTable(case.replace(stiffness_scale=scale, n_lateral=160, n_roll=41, n_depth=33))
+        far.append(np.abs([table.rest[0] - y, table.rest[2] - roll]))
+    assert far[0][0] < 0.3*abs(y) and (far[1] < 0.1*far[0] + [2e-6, 1e-7]).all()
+
+
+# ---- clearance -----------------------------------------------------------------------
+def worn_pair(folder: Path) -> tuple[str, str]:
+    """Files of a wheel and of the same with a flange worn by 2 mm; the tread is the same."""
+    new = shapes.shape("awprof")
+    for name, points in ("new", new), ("worn", shapes.thin_flange(new)):
+        (folder / f"{name}.yz").write_text(shapes.rows(points))
+    return str(folder / "new.yz"), str(folder / "worn.yz")
+
+
+def test_clearance_to_either_side_is_that_of_the_symmetric_wheelset(tmp_path: Path):
+    new, worn = worn_pair(tmp_path)
+    case = two_sided("unilateral", LEFT, LEFT)
+
+    def found(left: str, right: str) -> tuple[float, float]:
+        table = ContactTable(case.replace(wheel_profile=left, wheel_profile_right=right))
+        return table.clearance, table.clearance_right
+
+    wide, narrow = found(worn, worn), found(new, new)
+    assert wide[0] == wide[1] > narrow[0] + 3e-4 and narrow[0] == narrow[1]
+    assert found(new, worn) == pytest.approx((narrow[0], wide[0]), abs=1e-9)
+    assert found(worn, new) == pytest.approx((wide[0], narrow[0]), abs=1e-9)
+    done = run(case.replace(wheel_profile=new, wheel_profile_right=worn, t_end=1e-3))
+    words = f"rigid-axle clearance [mm]: left {1e3*narrow[0]:.3f}, right {1e3*wide[0]:.3f}\n"
+    assert words in done.text
+    done.write(tmp_path / "columns.txt")
+    head = header(tmp_path / "columns.txt")
+    assert f"left wheel profile: {new}, CRC-32 " in head
+    assert f"right wheel profile: {worn}, CRC-32 " in head and "\nrail profile: " in head
+    read = read_data(tmp_path / "columns.txt")
+    assert (read.results["clearance_left"], read.results["clearance_right"]) == pytest.approx((narrow[0], wide[0]), abs=1e-6)
+    assert set(read.header.profiles) == {"left wheel", "right wheel", "rail"}
+
+
+def test_flanges_are_met_where_the_clearance_is(tmp_path: Path):
+    """The geometry functions change over to the flange at the clearance of either side."""
+    new, worn = worn_pair(tmp_path)
+    table = ContactTable(two_sided("unilateral", LEFT, LEFT).replace(wheel_profile=new, wheel_profile_right=worn))
+    g = table.geometry()
+    assert g.Y[g.angle_L > 0.3].min() == pytest.approx(table.clearance, abs=1.1e-4)
+    assert -g.Y[g.angle_R > 0.3].max() == pytest.approx(table.clearance_right, abs=1.1e-4)
+
+
+# ---- energy --------------------------------------------------------------------------
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_energy(formulation: str, tmp_path: Path):
+    """Through impacts on both flanges, one new and one worn: 1e-8 of the initial kinetic energy."""
+    new, worn = worn_pair(tmp_path)
+    case = Case.exercise(2).replace(**COARSE, table_file="", wheel_profile=new, wheel_profile_right=worn,
+                                    formulation=formulation)
+    done = run(case)
+    assert done.results["n_left_flange_contact"] and done.results["n_right_flange_contact"]
+    assert done.results["drift"] < 1e-8*done.results["kinetic_energy"]
+
+
+# ---- conicity ------------------------------------------------------------------------
+def conicities(y: np.ndarray, delta_r: np.ndarray, amplitude: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    return equivalent_conicity(np.array(amplitude), y, delta_r), linearised_conicity(np.array(amplitude), y, delta_r)
+
+
+def test_conicity_about_the_centre_of_the_motion():
+    """Linear and off the centre: that of the slope. A cubic off the centre: EN 15302 by integration of the motion."""
+    y = np.linspace(-0.01, 0.01, 2001)
+    for found in conicities(y, 0.06*(y - 1.2345e-3), [1e-3, 4e-3]):
+        assert found == pytest.approx(0.03, rel=1e-9)
+
+    def delta_r(y: np.ndarray) -> np.ndarray:
+        return 0.05*(y - 2e-3) + 20*(y - 2e-3)**2 + 2e3*(y - 2e-3)**3
+
+    scale = 1e4             # y'' = -scale delta_r
+    def turned(t: float, x: np.ndarray) -> float:
+        return x[1]
+
+    turned.direction = 1
+    way = solve_ivp(lambda t, x: [x[1], -scale*delta_r(x[0])], (0, 2), [7e-3, 0], events=turned, rtol=1e-11, atol=1e-14)
+    end, t = way.y_events[0][0][0], way.t_events[0][0]
+    amplitude = (7e-3 - end)/2
+    # Half a wave: pi/sqrt(scale 2 conicity).
+    expected = (np.pi/t)**2/(2*scale)
+    assert conicities(y, delta_r(y), [amplitude])[0] == pytest.approx(expected, rel=1e-4)
+    assert np.isnan(conicities(y, delta_r(y), [9.9e-3])).all(), "leaves the functions"
+
+
+# ---- files ---------------------------------------------------------------------------
+@pytest.mark.parametrize("variable", ["wheel_profile_right", "rail_profile_right"])
+def test_right_file_missing_or_bad(variable: str, tmp_path: Path):
+    message = refusal(short_case(tmp_path, profiles={variable: "missing.yz"}), tmp_path)
+    assert f"&profiles {variable}: missing.yz: cannot be opened for reading" in message
+    (tmp_path / "bad.yz").write_text("1 2\n3 four\n")
+    message = refusal(short_case(tmp_path, profiles={variable: "bad.yz"}), tmp_path)
+    assert f"&profiles {variable}: bad.yz, line 2: expected" in message
+    other = {"wheel_profile_right": "arprof", "rail_profile_right": "awprof"}[variable]
+    message = refusal(short_case(tmp_path, profiles={variable: REPO / f"profiles/{other}.yz"}), tmp_path)
+    pair = {"wheel_profile_right": "wheel_profile_right, rail_profile", "rail_profile_right": "wheel_profile, rail_profile_right"}
+    assert f"&profiles {pair[variable]}: " in message
+
+
+@pytest.mark.parametrize(("group", "name"), [("output", "file"), ("output", "geometry_file"), ("table", "file")])
+def test_the_right_profile_is_not_overwritten(group: str, name: str, tmp_path: Path):
+    shutil.copy(REPO / "profiles/awprof.yz", tmp_path / "right.yz")
+    changes = {"profiles": {"wheel_profile_right": "right.yz"}, "output": {"file": "columns.txt"}}
+    changes[group] = changes.get(group, {}) | {name: "./right.yz"}
+    message = refusal(short_case(tmp_path, **changes), tmp_path)
+    assert f"&{group} {name}: expected a file of its own, found ./right.yz, which is &profiles wheel_profile_right" in message
+    assert (tmp_path / "right.yz").read_bytes() == (REPO / "profiles/awprof.yz").read_bytes()
+
+
+def test_the_right_table_has_a_file_of_its_own(tmp_path: Path):
+    changes = {"profiles": {"wheel_profile_right": REPO / "profiles/s1002.yz"}, "table": {"file": tmp_path / "a.table"}}
+    message = refusal(short_case(tmp_path, **changes, output={"file": tmp_path / "a.table.right"}), tmp_path)
+    assert f"&output file: expected a file of its own, found {tmp_path}/a.table.right, which is &table file of the right" \
+        in message
+    (tmp_path / "a.table.right").write_text("something else\n")
+    message = refusal(short_case(tmp_path, **changes), tmp_path)
+    assert f"&table file = {tmp_path}/a.table.right: expected a contact table or no file" in message
+    (tmp_path / "a.table.right").unlink()
+    (tmp_path / "a.table").unlink(missing_ok=True)
+    found = []
+    for words in "(built)", "(found)":
+        done = run_case(short_case(tmp_path, **changes), tmp_path)
+        assert words in done.stdout, done.stdout + done.stderr
+        found.append(rows(tmp_path / "columns.txt"))
+    assert found[0] == found[1]
+    kept = [(tmp_path / f"a.table{end}").read_bytes() for end in ("", ".right")]
+    assert kept[0] != kept[1]
+    # The tables of one side are those of the symmetric wheelsets.
+    for name, table in ("awprof", kept[0]), ("s1002", kept[1]):
+        one = {"profiles": {"wheel_profile": REPO / f"profiles/{name}.yz"}, "table": {"file": tmp_path / "one.table"}}
+        assert run_case(short_case(tmp_path, **one), tmp_path).returncode == 0
+        assert (tmp_path / "one.table").read_bytes() == table
+
+
+# ---- Python --------------------------------------------------------------------------
+@pytest.mark.same_build
+def test_the_executable_and_python_agree(tmp_path: Path):
+    case = two_sided(t_end=5e-3, output_file=str(tmp_path / "columns.txt"))
+    assert run_case(case.to_namelist(), tmp_path).returncode == 0
+    written = (tmp_path / "columns.txt").read_bytes()
+    done = run(case)
+    done.write()
+    assert (tmp_path / "columns.txt").read_bytes() == written
+    assert done.results["rest_Y"] == pytest.approx(float(re.search(r"at rest off the centre: Y = (\S+) m", done.text)[1]))
+    assert columns(tmp_path / "columns.txt")["roll"][0] == 0
+
+
+def test_a_table_serves_the_same_two_sides(tmp_path: Path):
+    table = table_of()
+    other = str(REPO / "profiles/awprof.yz")
+    with pytest.raises(Error, match=r"awprof\.yz: expected the profile of the contact table"):
+        table.for_case(table.case.replace(wheel_profile_right=other))
+    with pytest.raises(Error, match="expected the profile of the contact table"):
+        table.for_case(table.case.replace(**profiles(RIGHT, LEFT)))
+    heavier = table.for_case(table.case.replace(mass=2000))
+    assert heavier.rest[1] < table.rest[1] and heavier.clearance_right == table.clearance_right
+    left, right = (table.force(0.0, table.equilibrium - 1e-5, 0.0, wheel=wheel) for wheel in ("left", "right"))
+    assert left[1] != right[1]
+    assert left + right == pytest.approx(table.force(0.0, table.equilibrium - 1e-5, 0.0))
+
+
+def test_an_ensemble_over_the_right_wheel():
+    files = [str(REPO / f"profiles/{name}.yz") for name in ("awprof", "s1002")]
+    found = ldbench.ensemble(two_sided(t_end=1e-3, **profiles({}, LEFT)), {"wheel_profile_right": files}, progress=False)
+    assert (found.error == "").all()
+    assert found.rest_Y[0] == 0 and abs(found.rest_Y[1]) > 1e-4
+    assert found.clearance_right[0] == found.clearance_left[0] != found.clearance_right[1]
+
+
+def test_a_worker_without_the_files_runs_the_same():
+    """What a cluster's worker is sent: profiles and tables of both sides."""
+    from ldbench.ensembles import cluster
+    from ldbench.ensembles.members import Member, Wanted
+
+    def there(case: Case, tables: set[str]) -> dict[str, float]:
+        source = cluster.build_table(cluster.table_source(case))
+        assert source.error == "" and set(source.tables) == tables
+        batch, _ = pickle.loads(cluster.run_piece(pickle.dumps([Member(case)]), source, Wanted()))
+        return {name: array[0] for name, array in batch.items()}
+
+    case = two_sided(t_end=5e-3)
+    found, here = there(case, {"", ".right"}), run(case, table=table_of()).results
+    assert found["drift"] == here["drift"] and found["rest_Y"] == here["rest_Y"] != 0
+    # A right side that is named and the same goes without a table of its own.
+    found = there(two_sided(t_end=1e-3, **profiles(LEFT, LEFT)), {""})
+    assert found["clearance_left"] == found["clearance_right"]
+
+
+def test_profile_command_of_two_sides(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    from ldbench.__main__ import main
+
+    files = [str(REPO / f"profiles/{name}.yz") for name in ("awprof", "arprof", "s1002", "60e1")]
+    assert main(["profile", *files[:2], "--set", f"wheel_profile_right={files[2]}", "--set", f"rail_profile_right={files[3]}",
+                 "-o", str(tmp_path / "pair.png")]) == 0
+    said = capsys.readouterr().out
+    assert "rigid-axle clearance left 10.250, right 8.874 mm" in said
+    assert "left zone of the flange" in said and "right zone of the flange" in said and "nan" not in said
+    assert (tmp_path / "pair.png").stat().st_size > 1e4
+
+
+@pytest.fixture(scope="module")
+def two_runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunData, RunData]:
+    """A throw with different sides, and its mirror image."""
+    folder = tmp_path_factory.mktemp("pictures")
+    case = two_sided(t_end=0.03, output_file=str(folder / "here.txt"))
+    opposite = case.replace(**profiles(RIGHT, LEFT), vY=-case.vY, roll_rate=-case.roll_rate,
+                            output_file=str(folder / "there.txt"))
+    sides = tuple(LEFT.values()), tuple(RIGHT.values())
+    here, there = (read_data(run(one, table=table_of("elastic", *order)).write())
+                   for one, order in ((case, sides), (opposite, sides[::-1])))
+    return here, there
+
+
+def test_pictures_of_two_sides(two_runs: tuple[RunData, RunData]):
+    """Each wheel is drawn with its own profile, above its rail, in the PDF and on the page; the columns' contact points lie on
+    it, to what is between its points."""
+    run = two_runs[0]
+    placed, remark = run_outlines(run)
+    assert remark == "" and (placed.axle, placed.roll) == (run.result("axle_height"), run.result("axle_roll"))
+    assert placed.left.wheel.shape != placed.right.wheel.shape
+    for (side, sign), contacts in zip(placed.sides, (("LT", "LF"), ("RT", "RF")), strict=True):
+        rail, wheel = side.rail, turned(side.wheel, 0, placed.axle, sign*placed.roll)
+        assert abs(rail[:, 1].max()) < 1e-9 and (wheel[:, 0] > 0).all()
+        # Each tread lies on its rail, but for the elastic approach.
+        wheel, rail = (points[np.argsort(points[:, 0])] for points in (wheel, rail))
+        y = np.linspace(0.74, 0.77, 301)
+        gap = np.interp(y, *wheel.T) - np.interp(y, *rail.T)
+        assert -1.5e-4 < gap.min() < -0.5e-4
+        for contact in contacts:
+            for k in np.flatnonzero(run.values(f"N_{contact}") > 0)[::10]:
+                y, z, roll = pose(run, k)
+                point = np.array([[sign*run.values(f"y_{contact}")[k], run.values(f"z_{contact}")[k]]])
+                assert abs(gaps(point, turned(side.wheel, sign*y, z, sign*roll))[0]) < 1e-6
+    # Rigid, the wheelset stands higher by about the elastic approach; it rolls by what the approaches differ.
+    rigid = case_outlines(run.case)
+    assert 0.5e-4 < rigid.axle - placed.axle < 1.5e-4 and abs(rigid.roll - placed.roll) < 3e-5
+    for side, other in (rigid.left, placed.left), (rigid.right, placed.right):
+        np.testing.assert_array_equal(side.wheel, other.wheel)
+        np.testing.assert_array_equal(side.rail, other.rail)
+
+
+def bodies(run: RunData, t: float) -> list[np.ndarray]:
+    """What a film's picture of the wheelset and both rails shows at a time, polygon by polygon [m]."""
+    picture = film.Picture([run], 0.0, 0.03, 1e-3, None)
+    picture.frame(t)
+    return [patch.get_xy() for patch in picture.figure.axes[0].patches if isinstance(patch, Polygon)]
+
+
+def test_mirrored_sides_give_mirrored_pictures(two_runs: tuple[RunData, RunData]):
+    """Outlines bit for bit, so are the wheelset and the rails of a film's frame; the axle is drawn from the other end."""
+    here, there = two_runs
+    for found in (run_outlines(here)[0], run_outlines(there)[0]), (case_outlines(here.case), case_outlines(there.case)):
+        one, other = found
+        assert (one.axle, one.roll) == (other.axle, -other.roll)
+        for mine, theirs in (one.left, other.right), (one.right, other.left):
+            for points, mirrored_points in zip((mine.wheel, mine.rail, *facing(mine.wheel, mine.rail)),
+                                               (theirs.wheel, theirs.rail, *facing(theirs.wheel, theirs.rail)), strict=True):
+                np.testing.assert_array_equal(points, mirrored_points)
+    t = float(here.time[len(here.time)//2])
+    left_rail, right_rail, axle, left, right = bodies(here, t)
+    mirror_left_rail, mirror_right_rail, mirror_axle, mirror_left, mirror_right = bodies(there, t)
+    for a, b in ((left_rail, mirror_right_rail), (right_rail, mirror_left_rail), (left, mirror_right),
+                 (right, mirror_left)):
+        np.testing.assert_allclose(a, b*[-1, 1], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(axle[:4], mirror_axle[[1, 0, 3, 2]]*[-1, 1], rtol=0, atol=1e-15)
+    assert left.shape != right.shape
+
+
+def test_page_of_two_sides(two_runs: tuple[RunData, RunData], tmp_path: Path):
+    """In the browser: contact points lie on the wheel of their own side as it is drawn; the mirrored run has them
+    mirrored, and the gaps between flanges and rails."""
+    found = []
+    with started(tmp_path) as browser:
+        for k, run in enumerate(two_runs):
+            browser.open(make_page([run]).write(tmp_path / f"{k}.html"))
+            assert browser.log() == []
+            found.append(browser.run("""
+              const run = ldbench.runs[0], outline = ldbench.shapes[run.shape], points = {}, gaps = {};
+              const at = (run.start + run.end) / 2;
+              for (const c of ["LT", "LF", "RT", "RF"]) {
+                let t = run.t.find(t => run.contact(c, t));
+                if (t === undefined) continue;
+                const {u, v} = run.contact(c, t), side = c[0] === "L" ? 1 : -1;
+                const {wheel} = c[0] === "L" ? outline.left : outline.right;
+                points[c] = [u, v, Math.min(...wheel.map(([y, z]) => Math.hypot(side * y - u, z - v)))];
+              }
+              for (const [name, side] of [["left", 1], ["right", -1]])
+                gaps[name] = ldbench.scene.gap(outline[name], run, run.pose(at), side).gap;
+              return {points, gaps};"""))
+    here, there = found
+    assert {"LT", "LF", "RT"} <= set(here["points"])
+    for contact, (u, v, off) in here["points"].items():
+        assert off < 2e-4, contact                          # [m], points every 0.25 mm
+        other = there["points"]["LR"[contact[0] == "L"] + contact[1]]
+        np.testing.assert_allclose((u, v), np.array([-1, 1])*other[:2], rtol=0, atol=1e-12)
+    assert here["gaps"]["left"] == pytest.approx(there["gaps"]["right"], abs=1e-12)
+    assert here["gaps"]["right"] == pytest.approx(there["gaps"]["left"], abs=1e-12)
+    assert abs(here["gaps"]["left"] - here["gaps"]["right"]) > 1e-4
+
+
+@pytest.mark.parametrize("written", ["old MiniProf", "MiniProf", "SIMPACK"])
+def test_pictures_of_any_format(written: str, tmp_path: Path):
+    """A run of measured files is drawn as that of the same points in plain columns."""
+    points = {"wheel": shapes.shape("awprof"), "rail": shapes.shape("arprof")}
+    found = []
+    for name in "plain", written:
+        for kind, shape in points.items():
+            (tmp_path / f"{name} {kind}").write_text(shapes.FORMATS[name](shape, kind))
+        files = {f"{kind}_profile": str(tmp_path / f"{name} {kind}") for kind in points}
+        case = Case.exercise(2).replace(table_file="", formulation="unilateral", t_end=1e-3, stop_at="t_end", **files,
+                                        output_file=str(tmp_path / f"{name}.txt"))
+        outline, remark = run_outlines(read_data(run(case).write()))
+        assert remark == ""
+        found.append((outline.left.wheel, outline.left.rail, facing(outline.left.wheel, outline.left.rail)[1]))
+    (plain_wheel, plain_rail, plain_gauge), (other_wheel, other_rail, other_gauge) = found
+    np.testing.assert_allclose(other_wheel, plain_wheel, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(other_rail, plain_rail, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(other_gauge, plain_gauge, rtol=0, atol=1e-9)

@@ -1,0 +1,316 @@
+"""Contact tables: the error that they state, their size, their bytes, half-spaces under them."""
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ldbench import Case, ContactTable
+from ldbench.__main__ import main
+from ldbench.results.run_data import read_data
+from ldbench.table import Accuracy
+from probes import TAPER, left_rail, left_wheel, probe, table_file, tangent_angles, text, turned, write_case
+from running import HANG, LDBENCH, PAIRS, REPO, Run, columns, header, refusal, rows, run_case, short_case
+from shapes import arcs, shape
+
+PLACES = "tread", "flange", "both", "going over"
+MODELS = "strip", "halfspace"
+COARSE = {"n_lateral": 40, "n_roll": 9, "n_depth": 9}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("tables")
+
+
+def table_case(pair: str, model: str, shipped: dict[str, Run], folder: Path) -> Case:
+    """A case with the table of the shipped inputs, or one of strips that the module's tests share."""
+    file = table_file(shipped, pair) if model == "halfspace" else folder / f"{pair}_strip.table"
+    return Case.exercise(2, pair).replace(model=model, table_file=file)
+
+
+def stated(words: str) -> dict[str, tuple[str, str]]:
+    """'tread': (rms, largest) and so on, as a line of a header or a summary has them."""
+    line, = re.findall(r"error of the contact force, rms \(largest\), relative to max\(\|F\|, 5 kN\):\n((?:  .*\n)+)", words)
+    return {place: (rms, largest) for place, rms, largest in re.findall(r"  ([a-z ]+) (\S+) \((\S+)\)\n", line)}
+
+
+# ---- the error that a table states ---------------------------------------------------
+def drawn(pair: str, n: int) -> np.ndarray:
+    """Poses of the left wheel in service, pressed in anywhere: a point of its tread or flange at the rail's point
+    of the same normal."""
+    rng = np.random.default_rng(11)
+    wheel, rail = left_wheel(pair), left_rail(pair)
+    angle, rail_angle = tangent_angles(wheel), tangent_angles(rail)
+    on_flange = angle > np.radians(10)
+    flange = rng.random(n) < 0.5
+    k = np.where(flange, rng.choice(np.flatnonzero(on_flange), n), rng.choice(np.flatnonzero(~on_flange), n))
+    roll = rng.uniform(-0.02, 0.02, n)
+    normal_angle = angle[k] + roll
+    order = np.argsort(rail_angle)
+    point = np.column_stack([np.interp(normal_angle, rail_angle[order], x[order]) for x in rail.T])
+    normal = np.column_stack([-np.sin(normal_angle), np.cos(normal_angle)])
+    depth = np.where(flange, 2.2e-3, 1e-3)*rng.random(n)**2      # [m]
+    centre = point - turned(wheel[k], roll) - depth[:, None]*normal
+    return np.column_stack([centre, roll])
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("pair", PAIRS)
+def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dict[str, Run], folder: Path):
+    """2000 poses in service, drawn here and evaluated directly on finer elements, have the stated rms errors
+    within a factor of 2."""
+    case = table_case(pair, model, shipped, folder)
+    accuracy = ContactTable(case).accuracy
+    poses = drawn(pair, 40000)
+    file = write_case(folder / f"{pair}_{model}", pair, Path(case.table_file), contact={"model": model})
+    place, tread, flange, error = probe("stated_error", file, 2000, stdin=f"{len(poses)}\n" + text(poses)).T
+    there = place == 1
+    assert there.sum() == 2000
+    figures = {}
+    for name, of in (("tread", flange == 0), ("flange", tread == 0), ("both", tread*flange == 1)):
+        of = of & there
+        assert of.sum() >= 50, name
+        figures[name] = np.sqrt(np.mean(error[of]**2))/accuracy[name].rms, np.max(error[of])/accuracy[name].largest
+    print(f"{pair} {model}: rms and largest over those stated {figures}")      # shown by pytest -rP
+    assert all(0.5 < rms < 2 for rms, _ in figures.values()), figures
+
+
+def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], folder: Path, capsys: pytest.CaptureFixture[str]):
+    """Summary, header, the table file as Python reads it, and `python -m ldbench table`."""
+    run = shipped["ex2_aw"]
+    case = table_case("aw", "halfspace", shipped, folder)
+    accuracy = ContactTable(case).accuracy
+    assert tuple(accuracy) == PLACES and all(error.poses >= 20 for error in accuracy.values())
+    told_by_file = read_data(run.file).header.table_errors
+    assert {place: (f"{rms:.2E}", f"{largest:.2E}") for place, (rms, largest) in told_by_file.items()} == stated(run.summary)
+    assert {place: tuple(map(float, numbers)) for place, numbers in stated(run.summary).items()} \
+        == {place: (float(f"{error.rms:.2e}"), float(f"{error.largest:.2e}")) for place, error in accuracy.items()}
+    case.namelist().write(folder / "told.nml", force=True)
+    assert main(["table", str(folder / "told.nml")]) == 0
+    said = capsys.readouterr().out
+    assert "contact table: model halfspace, found, " in said
+    told = {place: Accuracy(int(poses), float(rms), float(largest)) for place, rms, largest, poses in re.findall(
+        r"error, (.+): rms (\S+), largest (\S+) of max\(\|F\|, 5 kN\) at (\d+) poses", said)}
+    assert told == {place: Accuracy(error.poses, float(f"{error.rms:.1e}"), float(f"{error.largest:.1e}"))
+                    for place, error in accuracy.items()}
+
+
+def test_hertz_states_none(tmp_path: Path):
+    """Hertz's law per zone jumps with the station: what a table misses there is no error of the table."""
+    done = run_case(short_case(tmp_path, contact={"model": "hertz"}), tmp_path)
+    assert done.returncode == 0 and "error" not in done.stdout + header(tmp_path / "columns.txt")
+
+
+def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """A solution that is asked for no error at all is counted; what a table's file counts, contacts that would pull, too, is
+    in summary, header and `python -m ldbench table`, and nothing where there is nothing to count."""
+    file = tmp_path / "case.nml"
+    file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
+    assert not re.search("did not converge|pull", run_case(file.read_text(), tmp_path).stdout)
+    assert probe("unsolved_table", file).tolist() == [[2, 1]]
+    done = run_case(file.read_text(), tmp_path)
+    assert done.returncode == 0 and "(found)" in done.stdout, done.stderr
+    assert main(["table", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert ContactTable(Case.from_namelist(file)).solutions == (1000, 3, 2)
+    for words in done.stdout, header(tmp_path / "columns.txt"), told:
+        assert "contact table: 3 of 1000 half-space solutions did not converge; see whether" in words, words
+        assert re.search(r"contact table: 2 .*that its error is measured by did not converge", words), words
+        assert "contact table: expected contacts that push in service, found 7 points" in words, words
+
+
+def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
+    """A table of strips whose flange is taken away has all of the flange's force as its error; a table whose contacts pull
+    counts them, and misses all of the tread's force."""
+    file = tmp_path / "case.nml"
+    file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
+    whole, missing, pulling = probe("missed_contact", file)
+    assert max(whole[:2]) < 0.5 and missing[0] == whole[0] and missing[1] == 1, (whole, missing)
+    assert whole[2] == missing[2] == 0 and pulling[2] > 100 and pulling[0] == 1, pulling
+
+
+# ---- accuracy ------------------------------------------------------------------------
+WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.001 in service, reached (\S+)"
+
+
+def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):
+    done = run_case(short_case(tmp_path, table=COARSE), tmp_path)
+    assert done.returncode == 0, done.stderr
+    worst, = re.findall(WARNING, done.stdout)
+    assert float(worst) == max(float(rms) for place, (rms, _) in stated(done.stdout).items() if place != "going over")
+    assert float(worst) > 1e-3 and len(columns(tmp_path / "columns.txt")["time"]) == 21
+    done = run_case(short_case(tmp_path, table=COARSE | {"accuracy": 0.5}), tmp_path)
+    assert done.returncode == 0 and "warning" not in done.stdout + done.stderr
+
+
+def test_a_table_that_is_exact_enough_does_not_warn(shipped: dict[str, Run], folder: Path):
+    accuracy = ContactTable(table_case("aw", "strip", shipped, folder)).accuracy
+    assert max(accuracy[place].rms for place in PLACES[:3]) < 1e-3
+    done = run_case(short_case(folder, table={"file": folder / "aw_strip.table", "n_lateral": 360, "n_roll": 160,
+                                              "n_depth": 40}), folder)
+    assert done.returncode == 0 and "(found)" in done.stdout and "warning" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("value", ["0", "-1e-3", "1.1", "9e-7"])
+def test_accuracy_out_of_range(value: str, tmp_path: Path):
+    message = refusal(short_case(tmp_path, table={"accuracy": float(value)}), tmp_path)
+    assert "&table" in message and "accuracy: expected" in message and "found" in message
+
+
+def points(summary: str) -> list[tuple[int, ...]]:
+    """Points of every zone of a table: across, over roll, over the root of the depth."""
+    return [tuple(map(int, found)) for found in re.findall(r"(\d+) x (\d+) x (\d+)", summary)]
+
+
+def test_more_accuracy_is_more_points_and_less_error(tmp_path: Path):
+    """In poses of the tread or the flange alone: where both touch, a table of 1e-2 may still have a contact that pulls."""
+    size, error, drift = [], [], []
+    for accuracy in 1e-1, 1e-2, 1e-3, 1e-4:
+        done = run_case(short_case(tmp_path, integrator={"t_end": 0.03, "order": 4, "beta": 0, "energy_tolerance": 1e-9},
+                                   table={"accuracy": accuracy, "n_lateral": 400, "n_roll": 200, "n_depth": 60}), tmp_path)
+        assert done.returncode == 0, done.stderr
+        size.append(sum(np.prod(zone) for zone in points(done.stdout)))
+        error.append(np.sqrt(np.mean([float(rms)**2 for place, (rms, _) in stated(done.stdout).items()
+                                      if place in ("tread", "flange")])))
+        c = columns(tmp_path / "columns.txt")
+        drift.append(np.abs(c["E_drift"]).max()/(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0])
+        assert (c["N_LF"] > 0).any()
+    assert size == sorted(set(size)), size
+    assert error == sorted(set(error), reverse=True), error
+    # Forces are the gradient of whatever the table holds.
+    assert max(drift) < 1e-9, drift
+
+
+@pytest.mark.parametrize("accuracy", [1e-1, 1e-4])
+def test_energy_closes_whatever_the_accuracy(accuracy: float, tmp_path: Path):
+    """With half-spaces, through the impact of exercise 2 on the left flange."""
+    done = run_case(short_case(tmp_path, contact={"model": "halfspace"}, table=COARSE | {"accuracy": accuracy},
+                               integrator={"t_end": 0.03, "order": 4, "beta": 0, "energy_tolerance": 1e-9}), tmp_path)
+    assert done.returncode == 0, done.stderr
+    c = columns(tmp_path / "columns.txt")
+    assert (c["N_LF"] > 0).any()
+    assert np.abs(c["E_drift"]).max() < 1e-9*(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0]
+
+
+def round_pair(folder: Path, radius: float) -> tuple[Path, Path]:
+    """Files of the actual wheel, a cone where it runs, and of a rail whose head is round, of a radius [m].
+
+    Its gauge corner is wide: the throat stays off a flat head.
+    """
+    edge = np.arcsin(0.024/radius)
+    head = [arcs.arc(25, np.pi/2, TAPER + edge), arcs.arc(1e3*radius, TAPER + edge, TAPER - edge),
+            arcs.arc(12, TAPER - edge, -np.pi/2)]
+    found = folder / "wheel.yz", folder / "rail.yz"
+    for file, points in zip(found, (shape("awprof", 0.1), arcs.sample(arcs.rail(head), 0.1)), strict=True):
+        np.savetxt(file, points, fmt="%.17g")
+    return found
+
+
+def test_an_easy_pair_has_a_small_table(shipped: dict[str, Run], folder: Path, tmp_path: Path):
+    """A cone on a round head."""
+    wheel, rail = round_pair(tmp_path, 0.3)
+    done = run_case(short_case(tmp_path, profiles={"wheel_profile": wheel, "rail_profile": rail},
+                               table={"n_lateral": 240, "n_roll": 120, "n_depth": 40}), tmp_path)
+    assert done.returncode == 0 and "warning" not in done.stdout, done.stdout + done.stderr
+    size = sum(np.prod(zone) for zone in points(done.stdout))
+    ContactTable(table_case("aw", "strip", shipped, folder))
+    actual = run_case(short_case(folder, table={"file": folder / "aw_strip.table", "n_lateral": 240, "n_roll": 120,
+                                                "n_depth": 40}), folder)
+    assert size < sum(np.prod(zone) for zone in points(actual.stdout))
+
+
+# ---- the law that a table file is made by --------------------------------------------
+def fingerprint(folder: Path) -> str:
+    done = subprocess.run(["sh", folder / "fingerprint.sh"], cwd="/", capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0, done.stderr
+    return re.search(r"law = '(\d+)'", done.stdout)[1]
+
+
+def test_fingerprint_is_that_of_every_source_of_the_law(tmp_path: Path):
+    """Another folder has the same one; a change of any module that makes a table has another one. The modules that
+    those use are in it, too, but for messages, files and progress."""
+    folder = tmp_path / "sources"
+    shutil.copytree(REPO / "fortran", folder)
+    law, changed, todo = fingerprint(REPO / "fortran"), set(), ["table_builder", "stated_error", "table_file", "profile",
+                                                            "geometry_functions"]
+    assert fingerprint(folder) == law
+    while todo:
+        module = todo.pop()
+        if module in changed | {"errors", "progress", "system", "text"}:
+            continue
+        sources = list(folder.rglob(f"{module}.f90"))
+        if not sources:
+            continue
+        source, = sources
+        before = source.read_bytes()
+        source.write_bytes(before.replace(b"1", b"2", 1))
+        assert fingerprint(folder) != law, module
+        source.write_bytes(before)
+        changed.add(module)
+        todo += re.findall(r"^ *use (\w+), only", before.decode(), re.MULTILINE)
+    assert len(changed) > 15
+
+
+def test_make_and_the_extension_build_a_changed_law_anew(shipped: dict[str, Run], folder: Path):
+    """`make` and ninja would compile the fingerprint again; both have one now, so that the extension finds the
+    executable's table."""
+    for source in "contact/hertz.f90", "fingerprint.sh":
+        done = subprocess.run(["make", "-n", "-W", f"fortran/{source}", "ldbench"], cwd=REPO, capture_output=True, text=True,
+                              timeout=HANG)
+        assert "sh fortran/fingerprint.sh" in done.stdout and "fingerprint.o" in done.stdout, done.stdout + done.stderr
+    rules = (REPO / "build/wrapper/build.ninja").read_text()
+    assert re.search(r"^build fingerprint\.f90:.*fingerprint\.sh.*hertz\.f90", rules, re.MULTILINE)
+    assert ContactTable(table_case("aw", "halfspace", shipped, folder)).found
+
+
+# ---- bytes ---------------------------------------------------------------------------
+@pytest.mark.parametrize("model", MODELS)
+def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):
+    """Table file and columns; and the same rows from the table that is found again."""
+    found = []
+    for threads in 1, 2, 5:
+        work = tmp_path / str(threads)
+        work.mkdir()
+        (work / "case.nml").write_text(short_case(Path(), contact={"model": model}, table=COARSE | {"file": "a.table"}))
+        for words in "(built)", "(found)":
+            done = subprocess.run([LDBENCH, "case.nml"], cwd=work, capture_output=True, text=True, timeout=HANG,
+                                  env=os.environ | {"OMP_NUM_THREADS": str(threads)})
+            assert done.returncode == 0 and words in done.stdout, done.stdout + done.stderr
+            found.append(((work / "a.table").read_bytes(), rows(work / "columns.txt")))
+    assert all(other == found[0] for other in found)
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(pair: str, tmp_path: Path):
+    """Strips that differ by 1e-13, as another processor rounds them, have the same points, and ratios that differ by no more
+    than the spline makes of 1e-13."""
+    case = write_case(tmp_path, pair, tmp_path / "strips.table", contact={"model": "strip"}, table={"accuracy": 5e-3})
+    found = probe("shaken_ratios", case)
+    print(found)                                       # shown by pytest -rP
+    assert (found[:, :3] == found[:, 3:6]).all() and found[:, 6].max() < 1e-9, found
+
+
+# ---- half-spaces under the table -----------------------------------------------------
+# Rolling radius, radius of the rail's head, depth [m]; the depth keeps patches small against the radii.
+ELLIPSES = [(10, 0.042, 1e-5), (3, 0.06, 1e-5), (2, 0.3, 2e-5), (0.457, 0.3, 2e-5), (0.457, 2, 1e-5), (0.457, 10, 5e-6),
+            (0.457, 108, 1.2e-6)]
+
+
+def test_energy_of_hertzian_ellipses(tmp_path: Path):
+    """Axis ratios 30 to 1/30: 2/5 C_H delta^2.5, and the force C_H delta^1.5, as the table's elements solve them."""
+    ratios, errors = [], []
+    for radius, head, depth in ELLIPSES:
+        wheel, rail = round_pair(tmp_path, head)
+        energy, force = probe("press_wheel", wheel, rail, stdin=f"{radius} {depth}\n")[0]
+        A, B = np.cos(TAPER)/(2*radius), 0.5/head
+        _, a, b, _, c_h, _ = probe("hertz_law", stdin=text([A, B, 1]))[0]
+        delta = depth*np.cos(TAPER)
+        ratios.append(a/b)
+        errors.append((energy/(0.4*c_h*delta**2.5) - 1, force/(c_h*delta**1.5*np.cos(TAPER)) - 1))
+    print(dict(zip(ratios, errors, strict=True)))      # shown by pytest -rP
+    assert ratios[0] > 29 and ratios[-1] < 1/29
+    assert np.abs(errors).max() < 1e-3, errors

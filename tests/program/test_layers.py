@@ -1,0 +1,202 @@
+"""The folders of the core and the rooms of the Python package: each uses itself and those before it alone."""
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ldbench
+from running import LDBENCH, REPO
+
+FOLDERS = re.search(r"^FOLDERS = (.*)$", (REPO/"Makefile").read_text(), re.MULTILINE)[1].split()
+SOURCES = {path.stem: path for path in (REPO/"fortran").rglob("*.f90")}
+
+
+def used(module: str) -> list[str]:
+    return re.findall(r"^ *use +(\w+)", SOURCES[module].read_text(), re.MULTILINE)
+
+
+def folder(module: str) -> int:
+    return FOLDERS.index(SOURCES[module].relative_to(REPO/"fortran").parts[0])
+
+
+def test_arrows_go_one_way():
+    assert {SOURCES[module].relative_to(REPO/"fortran").parts[0] for module in SOURCES} == set(FOLDERS)
+    wrong = [(module, other) for module in SOURCES for other in used(module) if other in SOURCES and folder(other) > folder(module)]
+    assert wrong == []
+    assert sum(folder(other) < folder(module) for module in SOURCES for other in used(module) if other in SOURCES) > 100
+
+
+def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
+    """No module above 500 lines, no procedure above 120, those within it included."""
+    start = re.compile(r"^ *(?!end)(?:\w+(?:\([^)]*\))? +)*(?:subroutine|function) +(\w+)")
+    for path in SOURCES.values():
+        lines = path.read_text().splitlines()
+        assert len(lines) <= 500, path
+        stack = []
+        for k, line in enumerate(lines):
+            if found := start.match(line):
+                stack.append((found[1], k))
+            elif re.match(r"^ *end (?:subroutine|function)", line):
+                name, first = stack.pop()
+                assert k - first < 120, (path, name)
+
+
+@pytest.mark.skipif(LDBENCH != REPO/"ldbench", reason="links objects of the release build")
+def test_elastic_contact_needs_no_rigid_contact(tmp_path: Path):
+    """A program is linked with all of support, profile, contact, table and dynamics, and nothing of rigid or program."""
+    build = REPO/"build/release"
+    (tmp_path/"alone.f90").write_text("""program alone
+  use newmark, only: drift_4, kick_4
+  implicit none
+
+  print '(2f12.8)', sum(kick_4), sum(drift_4)
+end program alone
+""")
+    objects = [str(build/f"{path.stem}.o") for module, path in SOURCES.items() if folder(module) < FOLDERS.index("rigid")
+               and module not in ("memory", "terminal")]
+    done = subprocess.run(["gfortran", "-fopenmp", "-flto=auto", "-I", build, "-o", "alone", "alone.f90", *objects, "-llapack",
+                           "-lblas"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    ran = subprocess.run([tmp_path/"alone"], capture_output=True, text=True)
+    assert ran.returncode == 0 and [float(x) for x in ran.stdout.split()] == [1.0, 1.0]
+
+
+# ---- the Python package --------------------------------------------------------------
+PACKAGE = Path(ldbench.__file__).parent
+ROOMS = ("_core", "case", "conicity", "table", "results", "profiles", "plots", "viewer", "runs", "ensembles", "report", "commands",
+         "__main__")
+# Whatever stands for the whole package, to which no room belongs.
+PYTHON = {path: ".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sorted(PACKAGE.rglob("*.py"))
+          if path != PACKAGE/"__init__.py"}
+
+
+def module_of(path: Path) -> str:
+    """The dotted name of a module inside the package; of a folder, the folder's."""
+    return PYTHON[path].removesuffix(".__init__")
+
+
+MODULES = {module_of(path) for path in PYTHON} | {"_core._flat"}
+
+
+def is_for_types(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+
+
+def imports(path: Path, for_types: bool) -> set[str]:
+    """The modules of the package that a module imports, at the top or inside functions; with those that only types need."""
+    found: set[str] = set()
+
+    def walk(node: ast.AST) -> None:
+        if is_for_types(node) and not for_types:
+            for other in node.orelse:
+                walk(other)
+            return
+        if isinstance(node, ast.ImportFrom):
+            place = list(path.relative_to(PACKAGE).parent.parts)
+            if node.level:
+                base = ["ldbench", *place[:len(place) - node.level + 1]]
+                assert len(place) >= node.level - 1, (path, node.lineno)
+            else:
+                base = []
+            base += node.module.split(".") if node.module else []
+            if base[:1] == ["ldbench"]:
+                take(base[1:], [alias.name for alias in node.names])
+        elif isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name.partition(".")[0] == "ldbench":
+                    take(alias.name.split(".")[1:], [])
+        for child in ast.iter_child_nodes(node):
+            walk(child)
+
+    def take(base: list[str], names: list[str]) -> None:
+        """What `from base import names` reads: modules among the names, else the module of that name."""
+        for name in names or [""]:
+            inner = ".".join([*base, name]) if name else ".".join(base)
+            found.add(inner if inner in MODULES else ".".join(base))
+
+    walk(ast.parse(path.read_text(encoding="utf-8")))
+    return found
+
+
+def room(module: str) -> str:
+    return module.partition(".")[0]
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """Some circle in a graph, or nothing."""
+    done: set[str] = set()
+
+    def search(at: str, way: list[str]) -> list[str]:
+        if at in way:
+            return [*way[way.index(at):], at]
+        if at in done:
+            return []
+        for other in sorted(graph.get(at, ())):
+            if found := search(other, [*way, at]):
+                return found
+        done.add(at)
+        return []
+
+    return next((found for start in sorted(graph) if (found := search(start, []))), [])
+
+
+def test_every_module_has_a_room():
+    assert {room(module_of(path)) for path in PYTHON} == set(ROOMS)
+    assert all((PACKAGE/name).is_dir() or (PACKAGE/f"{name}.py").is_file() for name in ROOMS)
+
+
+@pytest.mark.parametrize("for_types", [False, True], ids=["at run time", "types too"])
+def test_rooms_use_each_other_in_one_order(for_types: bool):
+    """Imports inside functions count as well, and so do those that only types need."""
+    used = {(module_of(path), other) for path in PYTHON for other in imports(path, for_types)}
+    whole = [(module, other) for module, other in used if not other]
+    assert whole == [], "a module that imports the package itself"
+    assert {room(other) for _, other in used} <= set(ROOMS)
+    between = {(room(module), room(other)) for module, other in used if room(module) != room(other)}
+    assert len(between) > 25
+    wrong = sorted((module, other) for module, other in used if ROOMS.index(room(other)) > ROOMS.index(room(module)))
+    assert wrong == []
+
+
+def test_modules_of_a_room_form_no_circle():
+    graph = {module_of(path): {other for other in imports(path, for_types=True) if room(other) == room(module_of(path))} - {
+        module_of(path)} for path in PYTHON}
+    assert circle(graph) == []
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c", "a"]
+
+
+def test_the_reader_of_imports_sees_all_kinds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path)
+    (tmp_path/"report").mkdir()
+    file = tmp_path/"report/made.py"
+    file.write_text("""
+import ldbench.case
+import numpy
+from typing import TYPE_CHECKING
+from .. import runs
+from . import jobs
+from .study import make_study
+from ldbench.table import ContactTable
+if TYPE_CHECKING:
+    from ..viewer.page import Page
+else:
+    from ..conicity import geometry_rows
+def work():
+    from .._core import _flat
+    from .._core.errors import Error
+""")
+    known = {"case", "runs", "report.jobs", "report.study", "table", "conicity", "_core._flat", "_core.errors"}
+    assert imports(file, for_types=False) == known
+    assert imports(file, for_types=True) == known | {"viewer.page"}
+
+
+def test_the_package_is_imported_without_what_only_some_need():
+    """matplotlib, pandas and the like take longer than a short run."""
+    script = "import sys, ldbench; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert not {"matplotlib", "pandas", "xarray", "distributed", "typst", "scipy", "imageio_ffmpeg"} & set(done.stdout.split())

@@ -1,0 +1,238 @@
+"""The profile reader takes what people really have and refuses what cannot be a profile."""
+import random
+import re
+import subprocess
+import sys
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from running import REPO, header, refusal, rows, run_case, short_case
+
+Points = list[tuple[str, str]]   # y and z [mm] as written
+
+
+def points_of(name: str) -> Points:
+    lines = (REPO / "profiles" / f"{name}.yz").read_text().splitlines()
+    return [tuple(line.split()) for line in lines if not line.startswith("#")]
+
+
+def plain(points: Points) -> str:
+    return "".join(f"{y} {z}\n" for y, z in points)
+
+
+WHEEL, RAIL = points_of("awprof"), points_of("arprof")
+
+
+# ---- accepted ------------------------------------------------------------------------
+def fortran(number: str) -> str:
+    """12.345678 as 1.2345678000D+01, the same number."""
+    written = f"{float(number):.12E}"
+    assert float(written) == float(number)
+    return written.replace("E", "D")
+
+
+def commented(points: Points) -> str:
+    lines = plain(points).splitlines()
+    marks = "#!%"
+    return "# a profile\n! as measured\n\n%\n" + "".join(
+        f"{line} {marks[i % 3]} point {i}, good\n" + "   # 1.0 2.0\n" * (i % 50 == 0)
+        for i, line in enumerate(lines))
+
+
+def repeated(points: Points) -> str:
+    return plain([p for i, p in enumerate(points) for _ in range(1 + (i % 7 == 0) + (i % 21 == 0))])
+
+
+VARIANTS: dict[str, Callable[[Points], str]] = {
+    "comments": commented,
+    "header words": lambda p: 'Wheel profile, new\n"y" "z"\n(mm) (mm)\ny;z\n' + plain(p),
+    "commas": lambda p: "".join(f"{y},{z}\n" for y, z in p),
+    "commas and blanks": lambda p: "".join(f"  {y} ,  {z},\n" for y, z in p),
+    "semicolons": lambda p: "y;z\n" + "".join(f"{y};{z}\n" for y, z in p),
+    "tabs": lambda p: "".join(f"\t{y}\t\t{z}\t\n" for y, z in p),
+    "blank lines": lambda p: "\n \n\t\n" + plain(p).replace("\n", "\n\n") + "\n  ",
+    "Fortran exponents": lambda p: "".join(f"{fortran(y)} {fortran(z).lower()}\n" for y, z in p),
+    "C exponents": lambda p: "".join(f"{float(y):+.12e} {float(z):+.12E}\n" for y, z in p),
+    "further columns": lambda p: "".join(f"{y} {z} 0.0 good\n" for y, z in p),
+    "CRLF": lambda p: "y z\r\n" + plain(p).replace("\n", "\r\n"),
+    "other direction": lambda p: plain(p[::-1]),
+    "repeated points": repeated,
+    "repeated points, other direction": lambda p: repeated(p[::-1]),
+    "no newline at the end": lambda p: plain(p).rstrip("\n"),
+    "long comment": lambda p: "# " + 5000 * "long " + "\n" + plain(p),
+}
+
+
+def outcome(folder: Path, wheel: str, rail: str) -> dict[str, bytes | str]:
+    """What a run makes of two profile texts: columns, geometry functions, clearance and equilibrium."""
+    folder.mkdir()
+    (folder / "wheel.yz").write_bytes(wheel.encode())
+    (folder / "rail.yz").write_bytes(rail.encode())
+    text = short_case(folder, profiles={"wheel_profile": folder / "wheel.yz", "rail_profile": folder / "rail.yz"},
+                      output={"geometry_file": folder / "geometry.txt"})
+    done = run_case(text, folder)
+    assert done.returncode == 0, done.stderr
+    lines = header(folder / "columns.txt").splitlines()
+    return {"columns": rows(folder / "columns.txt"), "geometry": rows(folder / "geometry.txt")} | {
+        key: next(line for line in lines if line.startswith(key))
+        for key in ("  clearance_left", "  axle_height")}
+
+
+@pytest.fixture(scope="module")
+def plain_outcome(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes | str]:
+    return outcome(tmp_path_factory.mktemp("plain") / "run", plain(WHEEL), plain(RAIL))
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_variant_is_the_same_profile(variant, plain_outcome, tmp_path):
+    write = VARIANTS[variant]
+    assert write(WHEEL) != plain(WHEEL)
+    assert outcome(tmp_path / "run", write(WHEEL), write(RAIL)) == plain_outcome
+
+
+def test_shipped_file_is_the_same_profile(plain_outcome, tmp_path):
+    wheel, rail = ((REPO / "profiles" / f"{name}.yz").read_text() for name in ("awprof", "arprof"))
+    assert outcome(tmp_path / "run", wheel, rail) == plain_outcome
+
+
+def test_another_profile_is_seen(plain_outcome, tmp_path):
+    """One point, 1 um lower: the comparison above can fail."""
+    moved = list(WHEEL)
+    k = min(range(len(moved)), key=lambda i: abs(float(moved[i][0]) - 80))
+    moved[k] = moved[k][0], f"{float(moved[k][1]) - 1e-3:.6f}"
+    assert outcome(tmp_path / "run", plain(moved), plain(RAIL)) != plain_outcome
+
+
+def test_origin_of_wheel_file_is_free(plain_outcome, tmp_path):
+    """The rolling radius, not the file's z, puts the wheel at its height."""
+    raised = [(y, f"{float(z) + 24:.9f}") for y, z in WHEEL]
+    found = outcome(tmp_path / "run", plain(raised), plain(RAIL))
+    key = "  axle_height"
+    height, expected = (float(lines[key].split()[2]) for lines in (found, plain_outcome))
+    assert height == pytest.approx(expected, abs=1e-12)
+
+
+def test_header_tells_a_reconstruction_and_the_checksum(tmp_path):
+    """CRC-32 of the file's lines, as zlib has it."""
+    (tmp_path / "wheel.yz").write_text(plain(WHEEL))
+    assert run_case(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel.yz"}), tmp_path).returncode == 0
+    lines = header(tmp_path / "columns.txt").splitlines()
+    wheel, rail = (next(line for line in lines if line.startswith(f"{what} profile: ")) for what in ("wheel", "rail"))
+    for line, file in (wheel, tmp_path / "wheel.yz"), (rail, REPO / "profiles/arprof.yz"):
+        assert f"{file}, CRC-32 {zlib.crc32(file.read_bytes()):08X}" in line
+    assert "RECONSTRUCTION" in rail and "RECONSTRUCTION" not in wheel
+
+
+# ---- refused -------------------------------------------------------------------------
+def message_for(wheel: bytes | None, folder: Path) -> str:
+    file = folder / "wheel.yz"
+    if wheel is not None:
+        file.write_bytes(wheel)
+    message = refusal(short_case(folder, profiles={"wheel_profile": file}), folder)
+    assert str(file) in message
+    return message
+
+
+BROKEN_LINES = {
+    "a word": "12.5 high",
+    "a misspelt number": "12.5 -3.2S",
+    "unit attached": "12.5mm -3.25mm",
+    "two points in a number": "12..5 -3.25",
+    "two signs": "--12.5 -3.25",
+    "one number": "12.5",
+    "one number and a comment": "12.5 # -3.25",
+    "NaN": "NaN -3.25",
+    "NaN in z": "12.5 nan",
+    "Inf": "12.5 Inf",
+    "-Infinity": "-Infinity -3.25",
+    "overflow": "12.5 1e999",
+    "empty exponent": "12.5 1e",
+    "a sign inside": "12-5 -3.25",
+    "hexadecimal": "0x0C -3.25",
+    "kilometres": "12.5 1e7",
+    "control character": "12.5\x01 -3.25",
+    "not ASCII": "12.5 −3.25",
+}
+# At the beginning of a file such lines are a heading.
+WORDS = {"a word first": "point 12.5 -3.25", "quoted numbers": "'12.5' '-3.25'", "heading": "y z",
+         "exponents alone": "e5 D2"}
+
+
+@pytest.mark.parametrize(("broken", "place"), [
+    *((broken, place) for broken in BROKEN_LINES for place in ("first", "middle", "last")),
+    *((word, place) for word in WORDS for place in ("middle", "last"))])
+def test_broken_line_is_refused_with_its_number(broken, place, tmp_path):
+    wrong = (BROKEN_LINES | WORDS)[broken]
+    lines = ["# a wheel", "", *plain(WHEEL).splitlines()]
+    number = {"first": 3, "middle": 307, "last": len(lines) + 1}[place]
+    lines.insert(number - 1, wrong)
+    message = message_for("\n".join(lines).encode(), tmp_path)
+    assert f"wheel.yz, line {number}: expected " in message and ", found " in message
+    if wrong.isprintable():
+        assert wrong.split()[0] in message
+
+
+def loop(points: Points) -> Points:
+    """The tip of the flange walked through backwards: a curve that crosses itself once."""
+    tip = min(range(len(points)), key=lambda i: float(points[i][1]))
+    return points[:tip - 5] + points[tip - 5:tip + 6][::-1] + points[tip + 6:]
+
+
+def in_unit(millimetres: float) -> Points:
+    return [(f"{float(y) / millimetres:.9f}", f"{float(z) / millimetres:.9f}") for y, z in WHEEL]
+
+
+BROKEN_FILES: dict[str, tuple[bytes | None, str]] = {
+    "nine points": (plain(WHEEL[::80] + WHEEL[-1:]).encode(), "expected at least 10 points, found 9"),
+    "nine points, repeated": (repeated(WHEEL[::80] + WHEEL[-1:]).encode(), "expected at least 10 points, found 9"),
+    "empty": (b"", "expected at least 10 points, found 0"),
+    "a newline": (b"\n", "expected at least 10 points, found 0"),
+    "comments": (b"# y z\n# 1 2\n", "expected at least 10 points, found 0"),
+    "words": (b"y z\nmm mm\n", "expected at least 10 points, found 0"),
+    "micrometres": (plain(in_unit(0.001)).encode(), "expected millimetres, found "),
+    "vertical": (plain([("1.0", z) for _, z in WHEEL]).encode(), "expected y in millimetres"),
+    "decimal commas": (plain(WHEEL).replace(".", ",").encode(), "expected millimetres, found "),
+    "missing": (None, "cannot be opened"),
+    "binary": (random.Random(1).randbytes(20000), "expected two numbers"),
+    "executable": (Path(sys.executable).read_bytes()[:20000], "expected two numbers"),
+    "NUL at the end": (plain(WHEEL).encode() + bytes(512), f"line {len(WHEEL) + 1}: expected two numbers"),
+    "one long line": (20000 * b"[", "line 1: expected two numbers"),
+}
+
+
+@pytest.mark.parametrize("broken", BROKEN_FILES)
+def test_broken_file_is_refused(broken, tmp_path):
+    content, words = BROKEN_FILES[broken]
+    assert words in message_for(content, tmp_path)
+
+
+def test_directory_is_refused(tmp_path):
+    (tmp_path / "wheel.yz").mkdir()
+    message_for(None, tmp_path)
+
+
+def test_self_crossing_is_refused_with_its_lines(tmp_path):
+    """Point k, counted from 0, is in line k + 3; the two crossing segments join the ends of the loop."""
+    tip = min(range(len(WHEEL)), key=lambda i: float(WHEEL[i][1]))
+    message = message_for(("# a wheel\n\n" + plain(loop(WHEEL))).encode(), tmp_path)
+    assert "crosses itself" in message
+    assert re.search(rf"\blines? {tip - 3}\b.*\b{tip + 9}\b", message)
+
+
+def test_rail_is_refused_like_the_wheel(tmp_path):
+    file = tmp_path / "rail.yz"
+    file.write_text(plain(RAIL[:100]) + "end of data\n" + plain(RAIL[100:]))
+    message = refusal(short_case(tmp_path, profiles={"rail_profile": file}), tmp_path)
+    assert f"{file}, line 101: expected two numbers" in message and 'found "end of data"' in message
+
+
+# ---- the shipped files ---------------------------------------------------------------
+def test_make_profiles_reproduces_the_committed_files(tmp_path):
+    subprocess.run([sys.executable, REPO / "profiles/make_profiles.py", "--out", tmp_path], check=True)
+    names = [f"{name}.yz" for name in ("60e1", "arprof", "awprof", "s1002", "srprof", "swprof")]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    for name in names:
+        assert (tmp_path / name).read_bytes() == (REPO / "profiles" / name).read_bytes(), name

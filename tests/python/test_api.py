@@ -1,0 +1,1118 @@
+"""The Python package: cases, runs, the contact table, column files, the command line.
+
+The executable is the reference: a run from Python must write the same bytes and say the same words.
+"""
+import copy
+import json
+import multiprocessing
+import os
+import pickle
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+import venv
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+
+import f90nml
+import numpy as np
+import pytest
+
+import ldbench
+from ldbench.__main__ import main
+from ldbench._core import _flat
+from ldbench._core.calls import STAGES, Shared, watched
+from ldbench._core.errors import Usage
+from ldbench.case import variables
+from ldbench.commands import COMMANDS
+from ldbench.results.header import read_header
+from running import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, alike, command_error
+
+COARSE = {"model": "strip", "n_lateral": 60, "n_roll": 9, "n_depth": 9, "table_file": ""}
+
+
+def coarse(exercise: int, pair: str, **changes: object) -> ldbench.Case:
+    """A shipped case with a small table that is built in a moment."""
+    return ldbench.Case.exercise(exercise, pair).replace(**COARSE | changes)
+
+
+def to_flange(pair: str, **changes: object) -> ldbench.Case:
+    """The wheelset thrown at the left flange: impact, wheel lift-off and landing within 30 ms."""
+    return coarse(3, pair, t_end=0.03, dt=1e-5, **changes)
+
+
+def endless(folder: Path, **changes: object) -> ldbench.Case:
+    """Hours of integration, on whatever machine: a wheelset that rests on its rails."""
+    return coarse(5, "aw", **{"lateral_ramp": 0.0, "t_end": 9e4, "dt": 1e-5, "interval": 1e-2,
+                              "output_file": folder / "columns.txt"} | changes)
+
+
+def executable(case: ldbench.Case, folder: Path) -> tuple[Path, str]:
+    """The executable's column file and summary of a case."""
+    path = folder / "executable.txt"
+    case = case.replace(output_file=path)
+    case.to_namelist(folder / "case.nml")
+    done = subprocess.run([LDBENCH, folder / "case.nml"], cwd=REPO, capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0, done.stderr
+    return path, done.stdout
+
+
+@pytest.fixture(scope="module")
+def table() -> ldbench.ContactTable:
+    return ldbench.ContactTable(coarse(1, "aw"))
+
+
+@pytest.fixture(scope="module")
+def flange_run() -> ldbench.Run:
+    return ldbench.run(to_flange("aw"))
+
+
+def touching_poses(table: ldbench.ContactTable, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Random poses with tread contact on both wheels, some with flange contact."""
+    random = np.random.default_rng(5)
+    y = random.uniform(-0.0105, 0.0105, n)
+    return y, table.equilibrium + 0.068*y**2 - random.uniform(0, 5e-5, n), 0.0337*y
+
+
+# Cases
+
+def test_defaults_are_the_benchmark_values():
+    case = ldbench.Case.from_namelist("&case /")
+    assert (case.mass, case.roll_inertia, case.rolling_radius, case.back_to_back) == (1568, 656, 0.457, 1.35214)
+    assert (case.gauge, case.youngs_modulus, case.poisson, case.vertical_load) == (1.4351, 210e9, 0.28, 164618)
+    assert (case.n_lateral, case.model, case.wheel_profile) == (360, "halfspace", "profiles/awprof.yz")
+
+
+def test_names_in_any_case_of_letters_and_with_their_group():
+    case = ldbench.Case.exercise(3, "sw")
+    assert case.vY == case.vy == case.initial_vY == 1.0
+    assert case.output_file == "outputs/ex3_sw.txt" and case.table_file == "outputs/sw_halfspace.table"
+    assert case.initial_roll == 0 and case.table_roll == 0.5
+    with pytest.raises(AttributeError, match="initial_roll or table_roll, found roll, which is ambiguous"):
+        _ = case.roll
+    assert not hasattr(case, "vy0")
+
+
+def test_replace_makes_another_case():
+    case = ldbench.Case.exercise(1)
+    other = case.replace(VY=np.float64(0.3), n_roll=np.int64(51), OUTPUT_FILE=Path("x.txt"))
+    assert (other.vY, other.n_roll, other.output_file) == (0.3, 51, "x.txt")
+    assert case.vY == 0.1 and case != other
+    assert other.replace(vY=0.1, n_roll=case.n_roll, output_file=case.output_file) == case
+    assert hash(other.replace(vY=0.1, n_roll=160.0, output_file=case.output_file)) == hash(case)
+    with pytest.raises(AttributeError):
+        case.dt = 1e-5
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_namelists_go_round(name):
+    case = ldbench.Case.from_namelist(REPO / "inputs" / f"{name}.nml")
+    assert case == ldbench.Case.exercise(int(name[2]), name[4:]), "the shipped input"
+    odd = case.replace(title="Pascal's wheelset", dt=case.dt*(1 - 2**-52), friction=1e-7/3)
+    for original in case, odd:
+        again = ldbench.Case.from_namelist(original.to_namelist())
+        assert again == original and again.values == original.values
+        assert ldbench.Case.from_namelist(f90nml.reads(original.to_namelist())) == original
+    assert ldbench.Case.from_namelist(f90nml.read(REPO / "inputs" / f"{name}.nml")) == case
+    assert pickle.loads(pickle.dumps(odd)) == odd
+
+
+@pytest.mark.parametrize("title", ["the wheelset's run", "'", "''", '"', "it''s \"so\"", "a  'b'", "Räder", "\xa0", "back\\slash",
+                                   "車輪\u200b", "\udce9"], ids=ascii)
+def test_texts_go_round(title, tmp_path):
+    """Through Python's namelists, f90nml, and the header of a column file."""
+    case = coarse(1, "aw", title=title, t_end=1e-3)
+    case.to_namelist(tmp_path/"case.nml")
+    for source in tmp_path/"case.nml", case.to_namelist(), case.namelist():
+        assert ldbench.Case.from_namelist(source) == case
+    assert eval(repr(case), {"Case": ldbench.Case}) == case
+    file = Path(ldbench.run(case).write(tmp_path/"columns.txt"))
+    lines = file.read_bytes().decode(errors="surrogateescape").split("\n")
+    settings = [line[1:].partition("  !")[0] for line in lines if line.startswith(("# &case", "#   title ="))]
+    assert ldbench.Case.from_namelist("\n".join([*settings, "/"])).title == title
+    if title.isprintable():
+        assert read_header(file).settings["case"]["title"] == title
+
+
+def test_a_file_name_of_other_letters(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    case = coarse(1, "aw", t_end=1e-3, output_file="Gleisversätze é.txt")
+    case.replace(**case.profile_files()).to_namelist("fall é.nml")
+    done = subprocess.run([LDBENCH, "fall é.nml"], cwd=tmp_path, capture_output=True, timeout=HANG)
+    assert done.returncode == 0 and b"Gleisvers\xc3\xa4tze \xc3\xa9.txt" in done.stdout, done.stderr
+    assert Path("Gleisversätze é.txt").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(("text", "group", "variable", "found"), [
+    ("&initial vY = 0.1\0 Z = 0 /\n", "initial", "vY", "0.1?"), ("&initial vY\0 = 0.1 /\n", "initial", None, "vY?"),
+    ("&case title = 'a\0b' /\n", "case", "title", "'a?b'")])
+def test_a_zero_byte_is_told_where_it_is(text, group, variable, found):
+    with pytest.raises(ldbench.Error) as error:
+        ldbench.Case.from_namelist(text)
+    assert (error.value.group, error.value.variable, error.value.found) == (group, variable, found)
+
+
+@pytest.mark.parametrize("text", [
+    "", "mass = 3\n", "&wheels mass = 3 /", "&wheelset masse = 3 /", "&wheelset\nmass = -3\n/", "&wheelset mass = 3",
+    "&wheelset mass = 1, mass = 2 /", "&wheelset mass = 'heavy' /", "&contact model = 'rigid' /",
+    "&table n_roll = 9.5 /",
+    "&integrator order = 3 /", "&output interval = 1e-9 /", "&case title = 'no end /", "&initial vY = 1e999 /",
+    "&profiles wheel_profile = 'nothing.yz' /",
+    "&track gauge = 1.9 /", "&track gauge_depth = 0.05 /",
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 /",
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &initial Z = -0.01 / &integrator t_end = 1e-3 /",
+])
+def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
+    """Syntax, values, files, geometry, table and integration: one wording."""
+    path = tmp_path / "case.nml"
+    path.write_text(text)
+    monkeypatch.chdir(REPO)
+    done = subprocess.run([LDBENCH, path], capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 1
+    with pytest.raises(ldbench.Error) as error:
+        ldbench.run(ldbench.Case.from_namelist(path))
+    assert f"ldbench: error: {error.value}\n" == done.stderr
+
+
+REAL, WHOLE, TEXT = "a number from ", "a whole number from ", "a text in quotes of at most 256 printable bytes"
+
+
+@pytest.mark.parametrize(("change", "place", "expected", "found"), [
+    ({"dt": -1}, "integrator dt", REAL, "-1.0"),
+    ({"dt": float("nan")}, "integrator dt", REAL, "NaN"),
+    ({"dt": "fast"}, "integrator dt", REAL, "'fast'"),
+    ({"dt": True}, "integrator dt", REAL, "True"),
+    ({"n_roll": 9.5}, "table n_roll", "a whole number from 5 to 1000", "9.5"),
+    ({"order": 3}, "integrator order", "2, 4 or 6", "3"),
+    ({"model": "rigid"}, "contact model", "one of halfspace strip hertz", "'rigid'"),
+    ({"title": 3}, "case title", TEXT, "3"),
+    ({"title": 300*"x"}, "case title", TEXT, f"'{300*'x'}'"),
+    ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"),
+    ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"),
+    ({"title": "a\0b"}, "case title", TEXT, "'a?b'"),
+    ({"interval": 1e-5}, "output interval", "at least the step", ""),
+    ({"order": 2**32 + 4}, "integrator order", WHOLE, f"{2**32 + 4}"),
+    ({"order": 10**400}, "integrator order", WHOLE, f"{10**400}"),
+    ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"),
+    ({"vY0": 0.3}, "", "a namelist variable ", "vY0; vY is the nearest"),
+    ({"file": "x"}, "", "table_file or output_file", "file, which is ambiguous"),
+])
+def test_changes_are_refused(change, place, expected, found):
+    """The constructor refuses what `replace` refuses."""
+    case = ldbench.Case.exercise(1)
+    for make in case.replace, ldbench.Case:
+        if place == "output interval" and make is ldbench.Case:
+            continue            # the default step is shorter than that of the exercise
+        with pytest.raises(ldbench.Error) as error:
+            make(**change)
+        told = error.value
+        assert f"{told.group or ''} {told.variable or ''}".strip() == place and told.expected.startswith(expected), told
+        assert told.found.startswith(found), told
+        assert told.file == ({case.replace: case.label, ldbench.Case: "case"}[make] if place else None)
+
+
+# Runs
+
+@pytest.mark.same_build
+@pytest.mark.parametrize("case", [
+    to_flange("aw"), to_flange("sw"), to_flange("aw", model="hertz"), to_flange("sw", scheme="newmark", beta=0.0),
+    coarse(5, "aw", t_end=0.6),
+], ids=["strip aw", "strip sw", "hertz", "explicit", "ramp"])
+def test_file_and_summary_are_the_executables(case, tmp_path):
+    reference, printed = executable(case, tmp_path)
+    case = case.replace(output_file=reference)
+    run = ldbench.run(case)
+    assert Path(run.write(tmp_path / "python.txt")).read_bytes() == reference.read_bytes()
+    assert without_times(run.text) == without_times(printed)
+
+
+def without_times(summary: str) -> list[str]:
+    return [line for line in summary.splitlines() if not line.startswith("processor time")]
+
+
+@pytest.mark.same_build
+def test_executable_and_python_share_table_files(tmp_path):
+    case = to_flange("aw").replace(table_file=tmp_path / "aw.table")
+    reference, _ = executable(case, tmp_path)
+    made = case.table_file, Path(case.table_file).stat().st_mtime_ns
+    run = ldbench.run(case.replace(output_file=reference))
+    assert run.table.found and made == (case.table_file, Path(case.table_file).stat().st_mtime_ns)
+    assert Path(run.write(tmp_path / "python.txt")).read_bytes() == reference.read_bytes()
+
+
+@pytest.mark.parametrize("at", [len("ldbench contact table "), len("ldbench contact table 9"), -1000],
+                         ids=["version", "grid", "numbers"])
+def test_table_file_of_something_else_is_replaced(tmp_path, at):
+    case = to_flange("aw").replace(table_file=tmp_path / "aw.table", table_n_lateral=40, table_n_roll=9)
+    assert not ldbench.run(case).table.found and ldbench.run(case).table.found
+    written = Path(case.table_file).read_bytes()
+    Path(case.table_file).write_bytes(bytes(byte ^ (i == at % len(written)) for i, byte in enumerate(written)))
+    assert not ldbench.run(case).table.found
+    assert Path(case.table_file).read_bytes() == written
+
+
+def test_columns_are_those_of_the_file(flange_run, tmp_path):
+    columns = flange_run.data
+    file = ldbench.read_columns(flange_run.write(tmp_path / "columns.txt"))
+    assert list(file) == list(columns) and file.attrs["units"] == columns.attrs["units"]
+    assert columns.attrs["units"]["roll_acc"] == "rad/s2" and columns.attrs["units"]["N_RF"] == "N"
+    np.testing.assert_allclose(columns, file, rtol=5.1e-9, atol=1e-98, equal_nan=True)     # nine digits are written
+
+
+def test_numbers_of_the_file_are_rounded_to_nine_digits(flange_run, tmp_path):
+    """As Python rounds them, cell by cell; what would need three digits of the exponent is zero."""
+    def cell(x: float) -> str:
+        return f"{'NaN':>16}" if np.isnan(x) else f"{x if abs(x) >= 1e-98 else 0.0:16.8E}"
+
+    lines = [line for line in Path(flange_run.write(tmp_path / "columns.txt")).read_text().splitlines()[1:] if line[0] != "#"]
+    assert lines == ["".join(map(cell, row)) for row in flange_run.data.to_numpy()]
+
+
+def test_events_and_summary_tell_the_run(flange_run):
+    columns, summary, events = flange_run.data, flange_run.results, flange_run.events
+    time_of = {event.kind: event.t for event in reversed(events)}
+    flange = columns["time"][columns["N_LF"] > 0].iloc[0]
+    assert flange - flange_run.case.interval <= time_of["left flange contact"] <= flange
+    assert [event.t for event in events] == sorted(event.t for event in events)
+    counts = {kind: sum(event.kind == kind for event in events) for kind in time_of}
+    for kind, n in counts.items():
+        assert min(summary["n_" + re.sub("[ -]", "_", kind)], 5) == n
+    assert summary["peak_N_LF"] >= columns["N_LF"].max() > 1e5
+    assert summary["rows"] == len(columns) and summary["t"] == columns["time"].iloc[-1] == pytest.approx(0.03)
+    assert summary["end"] == "t_end, return_to_centre not reached" and not summary["derailed"]
+    # The columns' energies are those at positions rounded to 1e-16 m.
+    assert summary["drift"] >= columns["E_drift"].abs().max() - 2e-16*summary["peak_N_LF"]
+    start = columns[["KE_lat", "KE_vert", "KE_roll"]].iloc[0]
+    assert summary["kinetic_energy"] == pytest.approx(start.sum(), rel=1e-14)
+    assert summary["steps"] >= 3000 and summary["step"] == 1e-5
+    assert summary["evaluations"] >= 6*summary["steps"] and summary["steps"] >= 3000 + summary["cuts"]
+    assert flange_run.table.load_per_wheel == pytest.approx(90e3, abs=1)
+
+
+def test_lateral_force_is_in_the_events():
+    """At the time of the event."""
+    run = ldbench.run(coarse(5, "sw", t_end=0.6))
+    assert run.events
+    for event in run.events:
+        assert event.force == pytest.approx(5e3*event.t, rel=1e-12)
+
+
+def test_runs_from_any_folder(tmp_path, monkeypatch, flange_run):
+    """Profiles are found, and the table that has nowhere to be kept is not."""
+    monkeypatch.chdir(tmp_path)
+    case = flange_run.case.replace(table_file="nowhere/aw.table", output_file="columns.txt")
+    run = ldbench.run(case)
+    assert run.data.equals(flange_run.data)
+    run.write()
+    assert [path.name for path in tmp_path.iterdir()] == ["columns.txt"]
+    assert "  wheel_profile = 'profiles/awprof.yz'" in (tmp_path / "columns.txt").read_text()
+
+
+def test_profiles_beside_the_namelist(tmp_path):
+    """A namelist of its own with profiles of its own, from elsewhere."""
+    wheel = (REPO / "profiles/awprof.yz").read_text() + "# mine\n"
+    (tmp_path / "my.yz").write_text(wheel)
+    (tmp_path / "case.nml").write_text("&profiles wheel_profile = 'my.yz' /")
+    case = ldbench.Case.from_namelist(tmp_path / "case.nml")
+    assert case.find(case.wheel_profile) == str(tmp_path / "my.yz")
+    assert Path(case.find(case.rail_profile)).samefile(REPO / "profiles/arprof.yz")
+    assert ldbench.ContactTable(case.replace(**COARSE)).clearance == pytest.approx(10.18e-3, abs=1e-6)
+
+
+def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
+    cases = []
+    for folder, wheel in (tmp_path / "a", "awprof"), (tmp_path / "b", "swprof"):
+        (folder / "profiles").mkdir(parents=True)
+        (folder / "profiles/own.yz").write_bytes((REPO / f"profiles/{wheel}.yz").read_bytes())
+        (folder / "case.nml").write_text("&profiles wheel_profile = 'profiles/own.yz' /")
+        cases.append(ldbench.Case.from_namelist(folder / "case.nml"))
+    one, other = cases
+    assert one.values == other.values and one != other and len({one, other}) == 2
+    assert one == ldbench.Case.from_namelist(tmp_path / "a/case.nml") == copy.deepcopy(one)
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ((1.0,), "expected the values of"),
+    ([None]*len(ldbench.Case.exercise(1).values), "&case name: expected a text"),
+    ([NAN if isinstance(x, float) else x for x in ldbench.Case.exercise(1).values], "expected a number from"),
+])
+def test_values_are_checked_wherever_they_come_from(values, words):
+    with pytest.raises(ldbench.Error, match=words):
+        ldbench.Case.of_values(tuple(values))
+
+
+LONG_PATH = "a/"*2000 + "x"
+
+
+@pytest.mark.parametrize("words", [
+    f"ldbench.Case.exercise(1).check_writable('&output file', {LONG_PATH!r})",
+    f"ldbench.read_columns({LONG_PATH!r})",
+    "ldbench.read_columns('a\\0b')",
+    "ldbench.Case.exercise(1).replace(title='a\\0b')",
+    "ldbench.Case.exercise(1).replace(title='\\ud800')",
+    "ldbench.Case.from_namelist('&case /\\0 &initial vY = 3 /')",
+])
+def test_no_text_ends_the_interpreter(words):
+    done = subprocess.run([sys.executable, "-c", f"import ldbench\ntry: {words}\nexcept ldbench.Error: print('told')"],
+                          capture_output=True, text=True, timeout=HANG)
+    assert (done.returncode, done.stdout) == (0, "told\n"), done.stderr
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_copies_of_runs_and_tables(again, flange_run, tmp_path):
+    """They outlive what they are copies of, and write what it would."""
+    original = ldbench.run(flange_run.case)
+    run, table, original_seconds = again(original), again(original.table), original.seconds
+    del original
+    assert run.data.equals(flange_run.data) and alike(run.events, flange_run.events)
+    assert alike(run.results, flange_run.results) and run.seconds == original_seconds
+    pose = 0.0, table.equilibrium, 0.0
+    assert (table.force(*pose) == flange_run.table.force(*pose)).all()
+    assert Path(run.write(tmp_path / "a.txt")).read_bytes() == Path(flange_run.write(tmp_path / "b.txt")).read_bytes()
+
+
+def test_a_table_of_other_profiles_is_not_taken_for_the_pickled_one(tmp_path):
+    wheel = tmp_path / "wheel.yz"
+    wheel.write_bytes((REPO / "profiles/awprof.yz").read_bytes())
+    run = ldbench.run(to_flange("aw", wheel_profile=str(wheel)))
+    table, kept = pickle.dumps(run.table), pickle.loads(pickle.dumps(run))
+    wheel.write_bytes((REPO / "profiles/swprof.yz").read_bytes())
+    with pytest.raises(ldbench.Error, match="found others"):
+        pickle.loads(table)
+    with pytest.raises(ldbench.Error, match="found others"):
+        kept.write(tmp_path / "columns.txt")
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_processes_run_cases(method, flange_run):
+    cases = [flange_run.case, flange_run.case.replace(vY=0.2)]
+    with ProcessPoolExecutor(2, multiprocessing.get_context(method)) as pool:
+        runs = list(pool.map(ldbench.run, cases))
+    assert runs[0].data.equals(flange_run.data) and runs[1].case == cases[1]
+
+
+def test_what_the_core_holds_lives_as_long_as_something_uses_it(flange_run):
+    handle = ldbench.run(flange_run.case.replace(t_end=1e-3))._source.handle
+    assert _flat.run_size(handle)[1] > 1
+    with pytest.raises(TypeError, match="cannot leave its process"):
+        pickle.dumps(handle)
+
+
+def test_nothing_is_written_before_it_is_complete(flange_run, tmp_path):
+    with pytest.raises(ldbench.Error, match="cannot be written"):
+        flange_run.write(tmp_path / "missing/columns.txt")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(ldbench.Error, match="cannot be written"):
+        flange_run.write(tmp_path / "folder")
+    assert [path.name for path in tmp_path.rglob("*")] == ["folder"]
+
+
+# One table for many runs
+
+def test_a_table_serves_other_runs():
+    first = to_flange("aw")
+    other = first.replace(vY=0.9, roll_rate=0.03, mass=1600, vertical_load=150e3, lateral_force=2e3, scheme="newmark",
+                          title="heavier", wheel_profile=str(REPO / "profiles/awprof.yz"))
+    table = ldbench.ContactTable(first)
+    shared, alone = ldbench.run(other, table=table), ldbench.run(other)
+    assert shared.data.equals(alone.data)
+    assert shared.table.equilibrium == alone.table.equilibrium != table.equilibrium
+    assert shared.table.weight == pytest.approx(1600*9.81 + 150e3)
+    assert ldbench.run(first, table=shared.table).data.equals(ldbench.run(first, table=table).data)
+
+
+@pytest.mark.parametrize(("change", "place", "expected", "found"), [
+    ({"model": "hertz"}, "contact model", "'strip', for which the contact table was made", "'hertz'"),
+    ({"gauge": 1.4352}, "track gauge", "1.4351, for", "1.4352"),
+    ({"n_depth": 11}, "table n_depth", "9, for", "11"),
+    ({"table_roll": 0.3}, "table roll", "0.5, for", "0.3"),
+    ({"wheel_profile": "profiles/swprof.yz"}, "", "the profile of the contact table", ""),
+    ({"wheel_profile": "nothing.yz"}, "", None, None),
+])
+def test_a_table_that_does_not_fit_is_refused(table, change, place, expected, found):
+    with pytest.raises(ldbench.Error) as error:
+        ldbench.run(table.case.replace(**change), table=table)
+    told = error.value
+    assert f"{told.group or ''} {told.variable or ''}".strip() == place, vars(told)
+    assert told.expected == expected or told.expected.startswith(expected), vars(told)
+    assert told.found == found or told.found.startswith(found), vars(told)
+    assert told.file == table.case.label if place else Path(told.file).name == Path(change["wheel_profile"]).name
+
+
+def test_a_load_beyond_the_table_is_refused():
+    """One wheel is pressed half a millimetre into its rail by 1 MN, two do not carry 3 MN."""
+    table = ldbench.ContactTable(coarse(1, "aw", depth=5e-4))
+    with pytest.raises(ldbench.Error, match=r"&wheelset vertical_load = 3000000\.0 N: expected an equilibrium") as shared:
+        ldbench.run(table.case.replace(vertical_load=3e6), table=table)
+    assert (shared.value.group, shared.value.variable, shared.value.file) == ("wheelset", "vertical_load", table.case.label)
+    with pytest.raises(ldbench.Error) as alone:
+        ldbench.run(table.case.replace(vertical_load=3e6))
+    assert str(alone.value) == str(shared.value)
+
+
+@pytest.mark.parametrize("n_roll", [9, 17, 21, 41, 45, 53])
+def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
+    """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
+    case = ldbench.Case.exercise(1).replace(model="strip", n_lateral=40, n_roll=n_roll, n_depth=9, table_file="")
+    table = ldbench.ContactTable(case)
+    (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
+    assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4
+
+
+# Threads, progress, interruption
+
+def test_threads_make_the_same_bytes(tmp_path):
+    cases = [to_flange(pair, output_file=f"{pair}.txt", vY=v) for pair in PAIRS for v in (0.8, 1.0)]
+
+    def write(folder: Path, case: ldbench.Case) -> bytes:
+        folder.mkdir(exist_ok=True)
+        return Path(ldbench.run(case).write(folder / f"{case.output_file}{case.vY}")).read_bytes()
+
+    alone = [write(tmp_path / "alone", case) for case in cases]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda case: write(tmp_path / "together", case), cases))
+    assert together == alone and len(set(alone)) == len(cases)
+
+
+def test_many_short_runs_in_threads_write_and_say_what_they_do_alone(table, tmp_path):
+    """Headers, summaries and messages are texts of many lengths, which threads must not exchange."""
+    runs = [table.case.replace(t_end=1e-3, vY=1e-3*k, title="x"*(k % 70)) for k in range(120)]
+    failing = [table.case.replace(y=0.0499 - 1e-8*k) for k in range(300)]
+
+    def files(case: ldbench.Case) -> bytes:
+        done = ldbench.run(case, table=table)
+        return Path(done.write(tmp_path/f"{threading.get_ident()}.txt")).read_bytes()
+
+    def message(case: ldbench.Case) -> str:
+        with pytest.raises(ldbench.Error) as error:
+            ldbench.run(case, table=table)
+        return str(error.value)
+
+    for work, cases in (files, runs), (message, failing):
+        alone = list(map(work, cases))
+        with ThreadPoolExecutor(8) as pool:
+            assert list(pool.map(work, cases)) == alone
+        assert len(set(alone)) == len(cases)
+
+
+def test_threads_write_the_same_file_one_after_the_other(flange_run, tmp_path):
+    """Whoever is last, the file is whole, and nothing is left beside it."""
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda _: flange_run.write(tmp_path/"columns.txt"), range(64)))
+    whole = (tmp_path/"columns.txt").read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["columns.txt"]
+    assert whole == Path(flange_run.write(tmp_path/"again.txt")).read_bytes()
+
+
+def test_threads_share_a_table_file(tmp_path):
+    """Both want to build it; one does, the other finds it."""
+    cases = [to_flange("aw", table_file=tmp_path / "aw.table", vY=v) for v in (0.8, 1.0)]
+    with ThreadPoolExecutor(2) as pool:
+        runs = list(pool.map(ldbench.run, cases))
+    assert sorted(run.table.found for run in runs) == [False, True]
+    assert [path.name for path in tmp_path.iterdir()] == ["aw.table"]
+
+
+def test_threads_read_the_same_files():
+    case = coarse(1, "aw", table_file="")
+    table = ldbench.ContactTable(case)
+    with ThreadPoolExecutor(8) as pool:
+        adapted = list(pool.map(table.for_case, 200*[case]))
+        read = list(pool.map(lambda _: ldbench.Case.exercise(1), range(200)))
+    assert {other.equilibrium for other in adapted} == {table.equilibrium} and set(read) == {ldbench.Case.exercise(1)}
+
+
+def test_progress_is_told_here_while_the_work_goes_on_elsewhere():
+    """Each report of the work waits until the callback has had it."""
+    reports = [("table", 0.0), ("table", 0.5), ("integration", 0.25), ("integration", 1.0)]
+    had = {report: threading.Event() for report in reports}
+    told, threads = [], set()
+
+    def work(shared: Shared) -> threading.Thread:
+        for stage, share in reports:
+            shared[0][:] = STAGES.index(stage), share
+            assert had[stage, share].wait(HANG)
+        return threading.current_thread()
+
+    def progress(stage: str, share: float) -> None:
+        told.append((stage, share))
+        threads.add(threading.current_thread())
+        had[stage, share].set()
+
+    worker = watched(work, progress)
+    assert list(dict.fromkeys(told)) == reports
+    assert threads == {threading.current_thread()} and worker not in threads
+
+
+def test_an_exception_in_progress_waits_for_the_work_to_stop():
+    stopped = []
+
+    def work(shared: Shared) -> None:
+        shared[0][:] = 1, 0.5
+        give_up = time.monotonic() + HANG
+        while not shared[1][0] and time.monotonic() < give_up:      # as the core looks at every report
+            time.sleep(1e-3)
+        stopped.append(bool(shared[1][0]))
+
+    def progress(stage: str, share: float) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        watched(work, progress)
+    assert stopped == [True] and "ldbench" not in [thread.name for thread in threading.enumerate()]
+
+
+def test_the_core_tells_how_far_a_table_is_and_stops(tmp_path, monkeypatch):
+    """By the numbers that it shares; what they are while it works `progress_reports` tells (test_command.py)."""
+    shared = np.zeros(2), np.zeros(1, np.intc)
+    monkeypatch.setattr("ldbench.table.watched", lambda work, progress: work(shared))
+    case = coarse(1, "aw", table_file=tmp_path / "aw.table")
+    shared[1][0] = 1
+    with pytest.raises(ldbench.Error, match="stopped by the user"):
+        ldbench.ContactTable(case)
+    assert STAGES[int(shared[0][0])] == "table" and 0 <= shared[0][1] < 1 and not list(tmp_path.iterdir())
+    shared[1][0] = 0
+    ldbench.ContactTable(case)
+    assert STAGES[int(shared[0][0])] == "table" and shared[0][1] == 1 and list(tmp_path.iterdir())
+
+
+class Enough(Exception):
+    pass
+
+
+def test_progress_of_a_run_grows_until_an_exception_stops_it(tmp_path):
+    """Integration without end, in the core, without the interpreter's lock."""
+    told = []
+
+    def stop_at_the_third(stage: str, share: float) -> None:
+        told.append((stage, share))
+        if len({share for stage, share in told if stage == "integration"}) == 3:
+            raise Enough
+
+    with pytest.raises(Enough):
+        ldbench.run(endless(tmp_path, table_file=""), progress=stop_at_the_third)
+    shares = [share for stage, share in told if stage == "integration"]
+    assert shares == sorted(shares) and 0 <= shares[0] < shares[-1] <= 1
+    assert list(dict.fromkeys(stage for stage, _ in told)) in (["integration"], ["table", "integration"])
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_exception_in_progress_stops_a_table(tmp_path):
+    """Half-spaces take it many seconds; should a machine have done with them, hours of integration follow."""
+    def stop(stage: str, share: float) -> None:
+        raise Enough
+
+    with pytest.raises(Enough):
+        ldbench.run(endless(tmp_path, model="halfspace", table_file=tmp_path / "aw.table"), progress=stop)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("formulation", ["elastic", "bilateral", "unilateral"])
+def test_a_run_is_stopped_between_rows_that_are_far_apart(formulation, tmp_path):
+    """Before the second of 101 rows it would take hours: 10^8 steps and more."""
+    case = endless(tmp_path, formulation=formulation, vY=0.1, roll_rate=0.00333, interval=1e3, t_end=1e5)
+
+    def stop(stage: str, share: float) -> None:
+        if stage == "integration":
+            raise Enough
+
+    with pytest.raises(Enough):
+        ldbench.run(case, progress=stop)
+
+
+INTERRUPTED = """
+import sys, ldbench
+case = ldbench.Case.from_namelist(sys.argv[1])
+try:
+    ldbench.run(case, progress=lambda stage, share: stage == "integration" and print("running", flush=True))
+except KeyboardInterrupt:
+    print("stopped", len(ldbench.run(case.replace(t_end=0.01)).data))
+"""
+
+
+def test_control_c_stops_a_run_cleanly(tmp_path):
+    """And the process goes on: a further run works."""
+    endless(tmp_path).to_namelist(tmp_path / "case.nml")
+    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, tmp_path / "case.nml"], cwd=tmp_path, text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout.readline() == "running\n"
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=HANG)
+    assert (out.splitlines()[-1], process.returncode, err) == ("stopped 2", 0, "")
+
+
+# The command with its bar, which a terminal alone would show, as lines.
+TOLD = """
+import sys, ldbench.__main__, ldbench._core.calls
+ldbench._core.calls.Bar.__call__ = lambda bar, stage, share: print(stage, flush=True)
+sys.exit(ldbench.__main__.main(sys.argv[1:]))
+"""
+
+
+def test_control_c_stops_the_command_without_a_file(tmp_path):
+    endless(tmp_path).to_namelist(tmp_path / "case.nml")
+    process = subprocess.Popen([sys.executable, "-c", TOLD, "run", tmp_path / "case.nml"], text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    while (line := process.stdout.readline()) == "table\n":
+        pass
+    assert line == "integration\n"
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=HANG)
+    assert (set(out.split()) - {"integration"}, process.returncode, err) == (set(), 130, "ldbench: stopped\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
+
+
+# The contact table at poses
+
+def test_force_is_minus_the_gradient_of_the_potential(table):
+    y, z, roll = touching_poses(table, 300)
+    force = table.force(y, z, roll)
+    for k, (dy, dz, droll) in enumerate(1e-8*np.eye(3)):
+        slope = (table.potential(y + dy, z + dz, roll + droll) - table.potential(y - dy, z - dz, roll - droll))/2e-8
+        np.testing.assert_allclose(-slope, force[:, k], rtol=1e-5, atol=1.0)
+
+
+def test_tangent_is_the_derivative_of_the_force(table):
+    y, z, roll = touching_poses(table, 300)
+    tangent = table.tangent(y, z, roll)
+    assert np.array_equal(tangent, tangent.swapaxes(1, 2))
+    for k, (dy, dz, droll) in enumerate(1e-9*np.eye(3)):
+        slope = -(table.force(y + dy, z + dz, roll + droll) - table.force(y - dy, z - dz, roll - droll))/2e-9
+        np.testing.assert_allclose(tangent[:, :, k], slope, rtol=1e-4, atol=1e-4*np.abs(tangent).max())
+
+
+def test_wheels_and_contacts_add_up(table):
+    poses = touching_poses(table, 200)
+    for function in table.potential, table.force, table.tangent:
+        left, right = (function(*poses, wheel=wheel) for wheel in ("left", "right"))
+        np.testing.assert_allclose(left + right, function(*poses), rtol=1e-12, atol=1e-6)
+        assert np.abs(left).max() > 0 and not np.array_equal(left, right)
+    contacts = table.forces_by_contact(*poses)
+    assert (np.abs(contacts).max(axis=(0, 2)) > 1e3).all(), "all four contacts are tested"
+    np.testing.assert_allclose(contacts[:, :2].sum(axis=1), table.force(*poses, wheel="left"), rtol=1e-12, atol=1e-6)
+    np.testing.assert_allclose(contacts[:, 2:].sum(axis=1), table.force(*poses, wheel="right"), rtol=1e-12, atol=1e-6)
+
+
+def test_right_wheel_is_the_left_one_in_the_mirror(table):
+    y, z, roll = touching_poses(table, 100)
+    mirror = np.array([-1, 1, -1])
+    assert np.array_equal(table.force(y, z, roll, "left"), mirror*table.force(-y, z, -roll, "right"))
+    assert np.array_equal(table.tangent(y, z, roll, "left"),
+                          np.outer(mirror, mirror)*table.tangent(-y, z, -roll, "right"))
+
+
+def test_forces_are_those_of_the_run(flange_run):
+    """At the poses of a run: what its columns say, contact by contact."""
+    columns = flange_run.data
+    contacts = flange_run.table.forces_by_contact(columns["Y"], flange_run.table.equilibrium + columns["Z"],
+                                                  columns["roll"])
+    for k, contact in enumerate(("LT", "LF", "RT", "RF")):
+        # z = equilibrium + Z is rounded to 1e-16 m, at 1e9 N/m.
+        np.testing.assert_allclose(contacts[:, k, 0], columns[f"Fy_{contact}"], rtol=1e-9, atol=1e-5)
+        np.testing.assert_allclose(contacts[:, k, 1], columns[f"Fz_{contact}"], rtol=1e-9, atol=1e-5)
+
+
+def test_shapes_follow_the_poses(table):
+    z = table.equilibrium
+    assert table.potential(0, z, 0).shape == () and table.force(0, z, 0).shape == (3,)
+    y = np.linspace(-1e-3, 1e-3, 6).reshape(3, 2)
+    assert table.potential(y, z, 0).shape == (3, 2) and table.force(y, z, 0).shape == (3, 2, 3)
+    assert table.tangent(y, z, 0).shape == (3, 2, 3, 3) and table.forces_by_contact(y, z, 0).shape == (3, 2, 4, 3)
+    assert table.force(y[:, :1], z, y[:1]).shape == (3, 2, 3)
+    assert table.force([], [], []).shape == (0, 3)
+    assert np.array_equal(table.force(y, z, 0)[2, 1], table.force(y[2, 1], z, 0))
+    assert np.array_equal(table.force(y.T, z, 0)[1, 2], table.force(y[2, 1], z, 0))
+    with pytest.raises(ValueError, match="'front'"):
+        table.force(0, z, 0, wheel="front")
+
+
+def test_poses_off_the_table_are_refused_or_nan(table):
+    z = table.equilibrium
+    y, deep, roll = np.array([0, 0.12, 0, 0]), np.array([0, 0, -0.005, 0]), np.array([0, 0, 0, 0.55])
+    for k, variable in enumerate(("lateral = 0.08 m", "depth = 0.0022 m", "roll = 0.5 rad"), 1):
+        with pytest.raises(ldbench.Error, match=f"expected poses within &table {variable}, found y = .* outside"):
+            table.force(y[k], z + deep[k], roll[k])
+    for function in table.potential, table.force, table.tangent, table.forces_by_contact:
+        values = function(y, z + deep, roll, outside="nan")
+        assert np.isfinite(values[0]).all() and np.isnan(values[1:]).all()
+    assert table.potential(0, z + 1.0, 0) == 0, "in the air there is no contact, wherever"
+
+
+@pytest.mark.parametrize("k", range(3))
+@pytest.mark.parametrize("lift", [0.0, 1.0])
+def test_what_is_no_number_is_no_pose(k, lift, table):
+    pose = [0.0, table.equilibrium + lift, 0.0]
+    pose[k] = np.nan
+    with pytest.raises(ldbench.Error, match=r"expected poses within &table .*nan"):
+        table.force(*pose)
+    assert np.isnan(table.force(*pose, outside="nan")).all()
+
+
+def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
+    table.write_geometry(tmp_path / "geometry.txt")
+    file, frame = ldbench.read_columns(tmp_path / "geometry.txt"), table.geometry()
+    assert list(file) == list(frame) and file.attrs["units"] == frame.attrs["units"]
+    wide = np.isin(np.round(1e4*frame["Y"]), np.round(1e4*file["Y"]))
+    np.testing.assert_allclose(frame[wide].to_numpy(), file.to_numpy(), rtol=1e-8, atol=1e-9)
+
+
+def test_geometry_at_chosen_displacements(table):
+    frame = table.geometry([0.003, -0.003, 0.0, 0.5])
+    left, right, centred, nowhere = (frame.loc[k] for k in range(4))
+    assert left["delta_r"] == left["radius_L"] - left["radius_R"] == pytest.approx(-right["delta_r"], rel=1e-9)
+    assert left["angle_L"] == pytest.approx(right["angle_R"], rel=1e-9)
+    assert centred["radius_L"] == pytest.approx(0.457, abs=1e-9)
+    assert centred["angle_L"] == pytest.approx(np.arctan(1/40), rel=1e-3)
+    assert centred["conicity"] == pytest.approx(1/40, rel=0.05), "1:40 tread on a curved rail"
+    assert nowhere["Y"] == 0.5 and nowhere.drop("Y").isna().all()
+
+
+@pytest.mark.parametrize(("wheel", "rail"), [("awprof", "arprof"), ("swprof", "srprof"), ("s1002", "60e1")])
+def test_clearance_is_where_the_contact_leaves_the_tread(wheel, rail):
+    """To 1 um, by the geometry functions, which look at all stations of the wheel at once."""
+    case = ldbench.Case.exercise(1).replace(formulation="unilateral", wheel_profile=str(REPO/f"profiles/{wheel}.yz"),
+                                            rail_profile=str(REPO/f"profiles/{rail}.yz"))
+    table = ldbench.ContactTable(case)
+    before, after = table.geometry(table.clearance + np.array([-1e-6, 1e-6])).angle_L
+    assert before < case.split_angle < after
+
+
+@pytest.mark.parametrize(("pair", "clearance"), [("aw", 10.18e-3), ("sw", 16.94e-3)])
+def test_clearance_and_equilibrium(pair, clearance):
+    table = ldbench.ContactTable(coarse(1, pair))
+    assert table.clearance == pytest.approx(clearance, abs=5e-6)
+    assert table.weight == pytest.approx(1568*9.81 + 164618, rel=1e-15)
+    np.testing.assert_allclose(table.force(0, table.equilibrium, 0), [0, table.weight, 0], rtol=1e-11, atol=1e-6)
+
+
+# Column files
+
+FOREIGN = {
+    "blanks, units in a comment": ("% my code\n% t ylat phi\n% s mm mrad\n0 1.5 -2\n\n1D-3 2.5 -4\n", "ylat", "phi"),
+    "commas, units in brackets": ('"t [s]","lateral position [mm]","phi (mrad)"\n0,1.5,-2\n0.001,2.5,-4\n',
+                                  "lateral position", "phi"),
+    "commas, line of units": ("t, ylat, phi\n[s], [mm], [mrad]\n0, 1.5, -2\n0.001, 2.5, -4\n", "ylat", "phi"),
+    "semicolons": ("made by X; version 3\nt;ylat;phi\ns;mm;mrad\n0;1.5;-2;\n1e-3;2.5;-4;\n", "ylat", "phi"),
+    "tabs, CRLF": ("t\tylat\tphi\r\ns\tmm\tmrad\r\n0\t1.5\t-2\r\n0.001\t2.5\t-4\r\n", "ylat", "phi"),
+    "blanks, units in brackets": ("! a comment\n! t [s]  ylat [mm]  phi [mrad]\n0 1.5 -2\n0.001 2.5 -4\n",
+                                  "ylat", "phi"),
+}
+
+
+@pytest.mark.parametrize("layout", FOREIGN)
+def test_other_codes_columns(layout, tmp_path):
+    content, y, roll = FOREIGN[layout]
+    path = tmp_path / "theirs.csv"
+    path.write_bytes(content.encode())
+    plain = ldbench.read_columns(path)
+    assert list(plain) == ["t", y, roll]
+    assert plain.attrs["units"] == {"t": "s", y: "m", roll: "rad"}
+    np.testing.assert_allclose(plain, [[0, 1.5e-3, -2e-3], [1e-3, 2.5e-3, -4e-3]], rtol=1e-15)
+
+    ours = tmp_path / "map.toml"
+    ours.write_text(f'time = "t"\nY = "{y}"\nroll = {{ column = "{roll}", factor = -1 }}\n')
+    mapped = ldbench.read_columns(path, ours)
+    assert list(mapped) == ["time", "Y", "roll"]
+    np.testing.assert_allclose(mapped, [[0, 1.5e-3, 2e-3], [1e-3, 2.5e-3, 4e-3]], rtol=1e-15)
+
+
+def test_column_map_sets_units_signs_and_datum(tmp_path):
+    path = tmp_path / "theirs.txt"
+    path.write_text("T Z PHI N V\n0.5 456.0 90 1.5 36\n1.0 458.0 -180 -2 72\n")
+    columns = ldbench.read_columns(path, {
+        "time": {"column": "T", "unit": "ms"}, "Z": {"column": 2, "unit": "mm", "offset": -0.457},
+        "roll": {"column": "PHI", "unit": "deg"}, "N_LF": {"column": "N", "unit": "kN", "factor": -1},
+        "vX": {"column": "V", "unit": "km/h"}})
+    np.testing.assert_allclose(columns, [[5e-4, -1e-3, np.pi/2, -1500, 10], [1e-3, 1e-3, -np.pi, 2000, 20]], rtol=1e-12)
+    assert columns.attrs["units"] == {"time": "s", "Z": "m", "roll": "rad", "N_LF": "N", "vX": "m/s"}
+
+
+def test_empty_cells_of_open_contacts_are_nan(tmp_path):
+    (tmp_path / "a.csv").write_text("t,angle,N\n0,,0\n1, ,0\n2,1.5,3\n")
+    columns = ldbench.read_columns(tmp_path / "a.csv")
+    np.testing.assert_array_equal(columns, [[0, np.nan, 0], [1, np.nan, 0], [2, 1.5, 3]])
+
+
+@pytest.mark.parametrize("content", [
+    "\ufefft;N\r\ns;kN\r\n0,5;1,5\r\n1;\r\n", "t\tN [kN]\n0,5\t1,5\n1\t\n", "t,N\ns,kN\n.5,1.5\n1,\n",
+    "t;N;\ns;kN;\n0.5;1.5;\n1;;\n", "t N\ns kN\n---- ----\n0,5 1,5\n1 nan\n", "t,N [kN]\n0.5,1.5\n1,,\n",
+])
+def test_files_of_spreadsheets(content, tmp_path):
+    """Marks of the order of bytes, decimal commas, empty cells at the ends of rows."""
+    (tmp_path / "a.csv").write_bytes(content.encode())
+    columns = ldbench.read_columns(tmp_path / "a.csv")
+    assert list(columns) == ["t", "N"]
+    np.testing.assert_array_equal(columns, [[0.5, 1500], [1, np.nan]])
+
+
+def test_columns_of_one_name_are_told_apart_by_number(tmp_path):
+    (tmp_path / "a.csv").write_text("t,Y,Y\n0,1,2\n")
+    assert ldbench.read_columns(tmp_path / "a.csv", {"Y": 2, "Z": 3}).to_numpy().tolist() == [[1, 2]]
+
+
+FACTS = "column, unit, factor, offset"
+
+
+@pytest.mark.parametrize(("content", "columns", "line", "expected", "found"), [
+    ("", None, None, "rows of numbers", "none"),
+    ("0 1\n1 2\n", None, None, "a line with the names of 2 columns", "none"),
+    ("t Y\n0 1\n1 x\n", None, 3, "2 numbers", "'1 x'"),
+    ("t Y\n0 1\n1 2 3\n", None, 3, "2 numbers", "'1 2 3'"),
+    ("t Y\n0 1\n1 2\n3", None, 4, "2 numbers", "'3'"),
+    ("t Y\n0 1\n1 2 end of file\n", None, 3, "2 numbers", "'1 2 end of file'"),
+    ("t Y N\n0 1 2\n1 2\n3 4 5 6\n", None, 3, "3 numbers", "'1 2'"),
+    ("t Y\n0 1x\n1 2\n", None, 2, "2 numbers", "'0 1x'"),
+    ("t Y\n# s m\n0 1 1\n1 2\n", None, None, "a line with the names of 3 columns", "none"),
+    ("t;Y\ns;mm\n0,1;1..5\n0,2;2,5\n", None, 3, "2 numbers", "'0,1;1..5'"),
+    ("t,Y\n0,1\n1,1_0\n", None, 3, "2 numbers", "'1,1_0'"),
+    ("t;Y\n0;1.234,5\n1;2\n", None, 2, "2 numbers", "'0;1.234,5'"),
+    ("t Y Y\n0 1 2\n", None, None, "one column Y", "2; a map may tell them apart by their numbers"),
+    ("t Y\n0 1\n", {"Y": "ylat"}, None, "a column ylat", "t, Y"),
+    ("t Y\n0 1\n", {"Y": 3}, None, "a column 3", "t, Y"),
+    ("t Y\n0 1\n", {"Y": {"column": "Y", "unit": "furlong"}}, None, "a unit among 1, -, s", "furlong"),
+    *(("t Y\n0 1\n", {"Y": wrong}, None, FACTS, str(wrong)) for wrong in (
+        2.0, {"name": "Y"}, {"column": "Y", "unit": 1}, {"column": "Y", "factor": "2"}, {"column": "Y", "offset": float("nan")})),
+])
+def test_unreadable_columns_are_refused(content, columns, line, expected, found, tmp_path):
+    (tmp_path / "a.txt").write_text(content)
+    with pytest.raises(ldbench.Error) as error:
+        ldbench.read_columns(tmp_path / "a.txt", columns)
+    told = error.value
+    assert (told.line, told.found) == (line, found) and told.expected.startswith(expected), told
+    assert told.file == ("column map, Y" if expected == FACTS else str(tmp_path / "a.txt"))
+
+
+# The command line
+
+@pytest.mark.same_build
+def test_run_command_writes_what_the_executable_writes(tmp_path, capsys):
+    case = to_flange("aw", geometry_file=tmp_path / "geometry.txt", vY=0.9)
+    reference, printed = executable(case, tmp_path)
+    expected, geometry = reference.read_bytes(), Path(case.geometry_file).read_bytes()
+    reference.unlink()
+    Path(case.geometry_file).unlink()
+    case.replace(vY=1.0).to_namelist(tmp_path / "case.nml")
+    assert main(["run", str(tmp_path / "case.nml"), "--set", "vY=0.9", "-o", str(reference)]) == 0
+    assert without_times(capsys.readouterr().out) == without_times(printed)
+    assert reference.read_bytes() == expected and Path(case.geometry_file).read_bytes() == geometry
+
+
+def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
+    case = to_flange("aw", output_file=tmp_path / "columns.txt")
+    case.to_namelist(tmp_path / "case.nml")
+    assert main(["run", str(tmp_path / "case.nml")]) == 0
+    earlier = (tmp_path / "columns.txt").read_bytes()
+    capsys.readouterr()
+    assert main(["run", str(tmp_path / "case.nml"), "--set", "vY=0.9"]) == 1
+    assert capsys.readouterr().err == (f"ldbench: error: {tmp_path}/case.nml: expected -o FILE with --set, found none: "
+                                       f"{tmp_path}/columns.txt is the file of the unchanged case\n")
+    assert (tmp_path / "columns.txt").read_bytes() == earlier
+    for words in ["vY=0.9", f"output_file={tmp_path}/other.txt"], ["interval=2e-4"]:
+        assert main(["run", str(tmp_path / "case.nml"), *(word for value in words for word in ("--set", value))]) == 0
+    assert (tmp_path / "other.txt").exists() and (tmp_path / "columns.txt").read_bytes() != earlier
+
+
+def test_table_command(tmp_path, capsys):
+    coarse(1, "sw").to_namelist(tmp_path / "case.nml")
+    assert main(["table", str(tmp_path / "case.nml"), "-o", str(tmp_path / "geometry.txt")]) == 0
+    out = capsys.readouterr().out
+    assert "rigid-axle clearance [mm]: 2 x 16.940\n" in out and "90.000 kN per wheel" in out
+    assert len(ldbench.read_columns(tmp_path / "geometry.txt")) > 300
+
+
+def test_run_command_runs_several_namelists(tmp_path, monkeypatch, capsys):
+    """Each run goes to its own file in the default folder, and its summary is printed."""
+    monkeypatch.chdir(tmp_path)
+    cases = [coarse(1, pair, t_end=1e-3, case_name=f"short_{pair}", output_file="") for pair in PAIRS]
+    for case in cases:
+        case.to_namelist(f"{case.case_name}.nml")
+    assert main(["run", "short_aw.nml", "short_sw.nml"]) == 0
+    assert without_times(capsys.readouterr().out) == without_times("\n".join(ldbench.run(case).text for case in cases))
+    assert sorted(str(path) for path in Path().glob("*/*")) == ["outputs/short_aw.txt", "outputs/short_sw.txt"]
+    error = command_error("run", "short_aw.nml", "short_sw.nml", "-o", "both.txt")
+    assert isinstance(error, Usage) and (error.file, error.found) == ("-o", "2")
+
+
+def test_numbers_of_commands_for_other_programs(tmp_path, monkeypatch, capsys):
+    """A command prints one line of JSON with the library's numbers in SI units; null stands for what is no number."""
+    monkeypatch.chdir(tmp_path)
+    case = coarse(3, "aw", t_end=1e-3, formulation="bilateral", output_file="columns.txt")
+    case.to_namelist("case.nml")
+    assert main(["run", "case.nml", "--json"]) == 0
+    told, run = json.loads(capsys.readouterr().out), ldbench.read_run("columns.txt")
+    results = {name: None if isinstance(x, float) and np.isnan(x) else x for name, x in run.results.items()}
+    assert told["frequency_2"] is None and told["seconds"] >= 0 and told["events"] == []
+    assert {name: told[name] for name in results} == results and told["file"] == "columns.txt"
+    assert main(["table", "case.nml", "--set", "formulation=elastic", "--set", "mass=1500", "--json"]) == 0
+    told, table = json.loads(capsys.readouterr().out), ldbench.ContactTable(case.replace(formulation="elastic", mass=1500))
+    assert (told["clearance_left"], told["axle_height"], told["load_per_wheel"], told["approach"]) == (
+        table.clearance, table.equilibrium, table.load_per_wheel, table.approach)
+    assert told["error"]["left"]["tread"]["rms"] == table.accuracy["tread"].rms and told["file"] == "" and not told["found"]
+
+
+def test_variables_command(capsys):
+    """The command lists all variables, a group or some, each with default, range and meaning."""
+    assert main(["variables"]) == 0
+    every = capsys.readouterr().out
+    assert [line.split()[0] for line in every.splitlines() if re.match(r"  \S+ = ", line)] == [v.name for v in variables()]
+    assert all(v.range in every and v.meaning in every for v in variables())
+    assert main(["variables", "initial_roll", "MASS"]) == 0
+    chosen = capsys.readouterr().out
+    assert [line for line in chosen.splitlines() if line.startswith("&")] == ["&wheelset", "&initial"]
+    assert main(["variables", "&integrator"]) == 0
+    group = capsys.readouterr().out
+    assert group.startswith("&integrator\n") and group in every and len(re.findall("^&", group, re.M)) == 1
+    assert command_error("variables", "masss").found == "masss; mass is the nearest"
+
+
+@pytest.mark.parametrize(("arguments", "fields"), [
+    (["run", "nothing.nml"], {"file": "nothing.nml", "expected": None}),
+    (["run", "case.nml", "--set", "dt"], {"expected": "name=value after --set", "found": "dt"}),
+    (["run", "case.nml", "--set", "dt=fast"], {"file": "case.nml", "group": "integrator", "variable": "dt", "found": "'fast'"}),
+    (["run", "case.nml", "--set", "roll=0"], {"expected": "initial_roll or table_roll", "found": "roll, which is ambiguous"}),
+    (["run", "case.nml", "-o", "missing/x.txt"],
+     {"file": "case.nml", "group": "output", "variable": "file", "found": "missing/x.txt"}),
+    (["table", "case.nml", "-o", "missing/x.txt"],
+     {"group": "output", "variable": "geometry_file", "expected": "a path that can be written", "found": "missing/x.txt"}),
+    (["table", "case.nml", "-o", "case.nml"], {"file": "case.nml", "group": "output", "variable": "geometry_file"}),
+    (["ensemble", "case.nml", "--over", "mass=1400", "--over", "wheelset_mass=1500"],
+     {"file": "ensemble", "expected": "every variable once after --over", "found": "wheelset_mass again"}),
+    (["ensemble", "case.nml", "--over", "mass=1:2:3:4"],
+     {"expected": "name=1,2,4 or name=1:4:7 after --over", "found": "mass=1:2:3:4"}),
+    (["ensemble", "case.nml", "--over", "mass=1:2", "-n", "2", "--seed", "-1"], {"expected": "a seed from 0", "found": "-1"}),
+])
+def test_commands_refuse_before_they_write(arguments, fields, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    coarse(1, "aw", t_end=0.01).to_namelist("case.nml")
+    error = command_error(*arguments)
+    assert {name: getattr(error, name) for name in fields} == fields, error
+    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
+
+
+@pytest.mark.parametrize(("arguments", "status", "words"), [
+    (["run", "nothing.nml"], 1, "nothing.nml: cannot be opened for reading"),
+    (["plot"], 2, r"the following arguments are required: FILE \[python -m ldbench plot --help says more\]"),
+    (["run", "a.nml", "--sett", "dt=1"], 2, "unrecognized arguments: --sett .*"),
+    (["runn", "a.nml"], 2, "argument COMMAND: invalid choice: 'runn' .*"),
+    ([], 2, "the following arguments are required: COMMAND .*"),
+])
+def test_wrong_usage_and_failures_have_a_status_and_a_line(arguments, status, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == status
+    out, err = capsys.readouterr()
+    assert out == "" and re.fullmatch(f"ldbench: error: {words}\n", err), (out, err)
+    assert (status == 2) == isinstance(command_error(*arguments), Usage)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help_with_examples(command, capsys):
+    with pytest.raises(SystemExit) as end:
+        main([command, "--help"])
+    out = capsys.readouterr().out
+    assert end.value.code == 0 and f"examples:\n  python -m ldbench {command}" in out
+
+
+def test_module_runs_as_a_program():
+    done = subprocess.run([sys.executable, "-m", "ldbench", "--help"], capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0 and all(re.search(rf"^    {command}\s", done.stdout, re.M) for command in COMMANDS)
+
+
+# The package
+
+def test_one_version():
+    version = re.search(r"version: '(.*?)'", (REPO / "meson.build").read_text())[1]
+    assert ldbench.__version__ == version
+    assert re.search(r"^version: (.*)$", (REPO / "CITATION.cff").read_text(), re.M)[1] == version
+    assert re.search(r"^## (\S+?),?(?: |$)", (REPO / "CHANGELOG.md").read_text(), re.M)[1] == version
+    assert f'\nversion = "{version}"\n' in (REPO / "pyproject.toml").read_text()
+
+
+def test_every_file_of_the_package_is_installed():
+    """The build finds modules, the page's scripts and the abstract's template where they lie."""
+    listing = re.search(r"run_command\('sh', '-c', '''(.*?)'''", (REPO / "meson.build").read_text(), re.DOTALL)[1]
+    found = subprocess.run(["sh", "-c", listing], cwd=REPO, check=True, capture_output=True, text=True, timeout=HANG).stdout.split()
+    package = REPO / "wrappers/ldbench"
+    tracked = subprocess.run(["git", "ls-files", "wrappers/ldbench"], cwd=REPO, capture_output=True, text=True, timeout=HANG)
+    if tracked.returncode:
+        pytest.skip("no git repository")
+    files = {str(Path(name).relative_to("wrappers/ldbench")) for name in tracked.stdout.split()}
+    assert {str(Path(name)) for name in found} == {name for name in files if not name.endswith(".f90")}
+    assert all((package / name).is_file() for name in found)
+
+
+def test_tables_beside_another_openmp_are_the_same(tmp_path):
+    """As where torch was imported first: LLVM's library then answers for gfortran's."""
+    others = [path for pattern in ("usr/lib/llvm-*/lib/libomp.so*", "usr/lib/*/libomp.so*") for path in Path("/").glob(pattern)]
+    if not others:
+        pytest.skip("no libomp")
+    case = coarse(1, "aw", table_file=tmp_path/"alone.table")
+    ldbench.ContactTable(case)
+    case.replace(table_file=tmp_path/"beside.table").to_namelist(tmp_path/"case.nml")
+    script = (f"import ctypes; ctypes.CDLL({str(others[0])!r}, ctypes.RTLD_GLOBAL); import ldbench; "
+              f"ldbench.ContactTable(ldbench.Case.from_namelist({str(tmp_path/'case.nml')!r}))")
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=HANG, env=os.environ | {"OMP_NUM_THREADS": "4"}, cwd=REPO)
+    assert (tmp_path/"beside.table").read_bytes() == (tmp_path/"alone.table").read_bytes()
+
+
+@pytest.mark.parametrize("file", [_flat.__file__, LDBENCH], ids=["extension", "executable"])
+def test_no_variable_is_shared_by_threads(file):
+    """What the compiler keeps in memory that may be written is constant, f2py's, or the executable's own: no `slen`, the
+    length of a function's text."""
+    symbols = subprocess.run(["nm", "-f", "sysv", file], capture_output=True, text=True, timeout=HANG)
+    if symbols.returncode:
+        pytest.skip("no symbols")
+    found = (line.split("|") for line in symbols.stdout.splitlines() if line.count("|") == 6)
+    written = {name.strip() for name, _, _, kind, _, _, section in found
+               if kind.strip() == "OBJECT" and section.strip() in (".data", ".bss", ".tdata", ".tbss")}
+    harmless = re.compile(r"__\w+_MOD___(vtab|def_init)_\w+|watcher\..*|completed\..*|__dso_handle|__TMC_END__"
+                          r"|capi_kwlist.*|_?f2py_.*|doc_f2py_\w+|_flat_error.*|_npy_f2py_.*|PyFortran_Type|moduledef|save_def")
+    assert "__progress_MOD___vtab_progress_Monitor_type" in written
+    assert not {name for name in written if not harmless.fullmatch(name)}
+
+
+@pytest.mark.parametrize("file", [_flat.__file__, LDBENCH], ids=["extension", "executable"])
+def test_stack_is_not_executable(file):
+    headers = subprocess.run(["readelf", "-lW", file], capture_output=True, text=True, timeout=HANG)
+    if headers.returncode:
+        pytest.skip("not an ELF file")
+    stack = next(line for line in headers.stdout.splitlines() if "GNU_STACK" in line)
+    assert re.search(r"\sRW\s", stack), stack
+
+
+@pytest.mark.slow
+def test_pip_install_in_an_empty_environment(tmp_path):
+    venv.create(tmp_path / "venv", with_pip=True)
+    python = tmp_path / "venv/bin/python"
+    clean = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    subprocess.run([python, "-m", "pip", "install", "--quiet", REPO], check=True, env=clean, cwd=tmp_path, timeout=HANG)
+    script = ("import ldbench; run = ldbench.run(ldbench.Case.exercise(1, 'aw').replace(t_end=0.01)); "
+              "print(len(run.data), run.write('columns.txt'), ldbench.__file__)")
+    done = subprocess.run([python, "-c", script], check=True, env=clean, cwd=tmp_path, capture_output=True, text=True,
+                          timeout=HANG)
+    assert done.stdout.startswith("101 columns.txt ") and str(tmp_path / "venv") in done.stdout
+    helped = subprocess.run([python, "-m", "ldbench", "run", "--help"], check=True, env=clean, cwd=tmp_path,
+                            capture_output=True, text=True, timeout=HANG)
+    assert "examples:" in helped.stdout
+
+
+@pytest.mark.same_build
+def test_forces_of_a_compiled_loop(flange_run, tmp_path):
+    """The test program that the benchmark of speed takes for the floor computes the same forces."""
+    case = flange_run.case.replace(output_file=tmp_path / "columns.txt")
+    case.to_namelist(tmp_path / "case.nml")
+    y, z, roll = flange_run.data[["Y", "Z", "roll"]].to_numpy().T
+    z = z + flange_run.table.equilibrium
+    with open(tmp_path / "poses", "wb") as file:
+        for array in np.int64(len(y)), y, z, roll:
+            array.tofile(file)
+    done = subprocess.run([FORTRAN_TESTS / "force_loop", tmp_path / "case.nml", tmp_path / "poses"], check=True,
+                          cwd=REPO, capture_output=True, text=True, timeout=HANG)
+    force = flange_run.table.force(y, z, roll)
+    assert force.sum() == pytest.approx(float(done.stdout.split()[1]), abs=1e-12*np.abs(force).sum())

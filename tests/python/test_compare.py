@@ -1,0 +1,374 @@
+"""compare: known shifts, offsets and other codes' files come out as what they are."""
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import f90nml
+import numpy as np
+import pandas as pd
+import pytest
+from pypdf import PdfReader
+
+import ldbench
+from invented import altered, invented_run
+from ldbench import Case, Error, Event
+from ldbench.__main__ import main
+from ldbench._core.files import complete
+from ldbench.plots.frame import new_page
+from ldbench.plots.stretches import first_episode
+from ldbench.plots.style import ldbench_style
+from ldbench.report import compare as cmp
+from ldbench.report.study import SHORT_RAMP, make_study, study_jobs
+from ldbench.results.header import Header
+from ldbench.results.run_data import RunData, read_data
+from running import REPO, command_error, namelist
+
+SPEED = 0.5        # of the invented wheelset [m/s]
+TOUCH = 0.02       # when its flange touches [s]
+
+
+def invented(delay: float = 0.0, offset: float = 0.0, force: float = 8e5, dt: float = 1e-4,
+             name: str = "mine") -> RunData:
+    """Steady motion to the left; a half-sine of flange force 4 ms long; all of it `delay` later."""
+    t = dt*np.arange(round(0.05/dt) + 1)
+    since = t - TOUCH - delay
+    closed = (since > 1e-9) & (since < 0.004 - 1e-9)
+    columns = pd.DataFrame({
+        "time": t, "X": t, "Y": SPEED*(t - delay) + offset,
+        "N_LF": np.where(closed, force*np.sin(np.pi*np.clip(since, 0, 0.004)/0.004), 0.0),
+        "angle_LF": np.where(closed, 1.0, np.nan)})
+    events = Event(TOUCH + delay, "left flange contact"), Event(TOUCH + delay + 0.01, "centre passage")
+    return invented_run(columns, f"{name}.txt", header=Header(events=events))
+
+
+def rms(table: pd.DataFrame, quantity: str) -> float:
+    return float(table.set_index("quantity").loc[quantity, "rms"])
+
+
+def test_a_file_does_not_differ_from_itself():
+    table = cmp.difference_table(cmp.compare([invented(), invented(name="same")]))
+    assert set(table["quantity"]) == {"Y", "N_LF", "angle_LF"}
+    assert (table["rms"] == 0).all() and (table["largest"] == 0).all()
+
+
+def test_known_shift_is_found_and_taken_out():
+    runs = [invented(), invented(delay=0.003, name="late")]
+    as_is = cmp.difference_table(cmp.compare(runs))
+    assert rms(as_is, "Y") == pytest.approx(SPEED*0.003, rel=1e-12)
+    assert rms(as_is, "N_LF") > 1e5
+    aligned = cmp.compare(runs, align="first-flange")
+    assert aligned.shifts[1] - aligned.shifts[0] == pytest.approx(0.003, abs=1e-15)
+    table = cmp.difference_table(aligned)
+    assert rms(table, "Y") < 1e-15 and rms(table, "N_LF") < 1e-6
+    events = cmp.event_table(runs).set_index("quantity")
+    assert events.loc["first left flange contact", "difference"] == pytest.approx(0.003, abs=1e-15)
+    assert events.loc["first centre passage", "difference"] == pytest.approx(0.003, abs=1e-15)
+    assert events.loc["end", "difference"] == 0
+
+
+def test_offset_and_peak_are_measured():
+    runs = [invented(), invented(offset=-2e-4, force=8.8e5, name="harder")]
+    table = cmp.difference_table(cmp.compare(runs))
+    assert rms(table, "Y") == pytest.approx(2e-4, rel=1e-9)
+    worst = table.set_index("quantity").loc["N_LF"]
+    assert worst["largest"] == pytest.approx(0.8e5, rel=1e-9) and worst["at [s]"] == pytest.approx(TOUCH + 0.002)
+    peak = cmp.event_table(runs).set_index("quantity").loc["N_LF"]
+    assert (peak["reference"], peak["value"], peak["difference"]) == pytest.approx((8e5, 8.8e5, 0.8e5))
+
+
+def test_coarser_output_is_interpolated():
+    """A straight line stays exact between the rows of a file with ten times the spacing."""
+    found = cmp.compare([invented(), invented(dt=1e-3, name="coarse")])
+    assert len(found.time) == 501
+    assert np.abs(found.difference(1, "Y")).max() < 1e-15
+
+
+def test_only_common_time_is_compared():
+    early = invented(name="short")
+    early = altered(early, data=early.data.iloc[:301])
+    assert cmp.compare([invented(), early]).time[-1] == pytest.approx(0.03)
+    late = invented(name="later")
+    late.data["time"] += 1.0
+    with pytest.raises(Error, match="overlap"):
+        cmp.compare([invented(), late])
+
+
+def test_open_contact_has_no_difference():
+    """Closed from 20 to 24 ms in one, from 22 to 26 ms in the other: 2 ms in common."""
+    found = cmp.compare([invented(), invented(delay=0.002, name="late")])
+    known = ~np.isnan(found.difference(1, "angle_LF"))
+    assert found.time[known].min() >= 0.022 and found.time[known].max() <= 0.024
+    share = cmp.difference_table(found).set_index("quantity").loc["angle_LF", "share compared"]
+    assert share == pytest.approx(known.mean()) and 0.03 < share < 0.045
+
+
+def test_event_that_one_file_lacks_stays_visible():
+    calm = altered(invented(name="calm"), {"events": tuple(invented().events[:1])})
+    row = cmp.event_table([invented(), calm]).set_index("quantity").loc["first centre passage"]
+    assert row["reference"] == TOUCH + 0.01 and pd.isna(row["value"]) and pd.isna(row["difference"])
+
+
+def test_refusals():
+    with pytest.raises(Error, match="two"):
+        cmp.compare([invented()])
+    calm = invented(force=0.0, name="calm")
+    with pytest.raises(Error, match="flange contact"):
+        cmp.compare([invented(), altered(calm, {"events": ()})], align="first-flange")
+
+
+def test_page_draws_overlay_and_difference():
+    runs = [invented(), invented(delay=0.003, name="late"), invented(offset=1e-3, name="aside")]
+    with ldbench_style():
+        figure = cmp.quantity_page(cmp.compare(runs), ["Y", "N_LF"], "two")
+    overlay, difference, forces, _ = figure.axes
+    for line, run in zip(overlay.get_lines(), runs, strict=True):
+        assert line.get_label() == run.name
+        np.testing.assert_allclose(line.get_ydata(), 1e3*run.values("Y"))
+    late, aside = difference.get_lines()
+    np.testing.assert_allclose(late.get_ydata(), -1e3*SPEED*0.003)
+    np.testing.assert_allclose(aside.get_ydata(), 1.0)
+    assert overlay.get_ylabel() == "Y [mm]" and difference.get_ylabel() == "ΔY [mm]"
+    assert forces.get_lines()[0].get_ydata().max() == pytest.approx(800)       # kN
+    assert len({(line.get_color(), str(line.get_linestyle())) for line in overlay.get_lines()}) == 3
+
+
+# Files and the command ---------------------------------------------------------------------
+
+def other_code(run: RunData, path: Path) -> None:
+    """Write the run as another code would: its own names, mm and kN, commas, Y to the right."""
+    lines = ["t [s], ylat [mm], nfl [kN]"]
+    lines += [f"{t:.9g}, {-1e3*y:.12g}, {1e-3*n:.12g}" for t, y, n in
+              zip(run.time, run.values("Y"), run.values("N_LF"), strict=True)]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def ours(run: RunData, path: Path) -> None:
+    run.data[["time", "Y", "N_LF"]].to_string(path, index=False, float_format="%.12e")
+
+
+HEADER = "# ldbench 1.0.0\n# &case\n#   name = 'mine'\n# /\n# &setup\n" + "".join(
+    f"#   {name} = 0.0\n" for name in ("clearance_left", "clearance_right", "axle_height", "axle_roll")) + "# /\n"
+
+
+def with_header(path: Path) -> None:
+    """Add the least that makes a file one of ours, for which no map is."""
+    names, _, rows = path.read_text().partition("\n")
+    path.write_text(f"{names}\n{HEADER}{rows}\n# &results\n#   end = 't_end'\n# /\n")
+
+
+def test_command_reads_another_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    ours(invented(), tmp_path/"mine.txt")
+    with_header(tmp_path/"mine.txt")
+    other_code(invented(delay=0.003), tmp_path/"theirs.csv")
+    (tmp_path/"theirs.toml").write_text('time = "t"\nY = { column = "ylat", factor = -1 }\nN_LF = "nfl"\n')
+    target = tmp_path/"both.pdf"
+    assert main(["compare", str(tmp_path/"mine.txt"), str(tmp_path/"theirs.csv"),
+                 "--map", str(tmp_path/"theirs.toml"), "-o", str(target)]) == 0
+    assert str(target) in capsys.readouterr().out
+    table = pd.read_csv(tmp_path/"both.csv").set_index(["what", "quantity"])
+    assert table.loc[("difference", "Y"), "rms"] == pytest.approx(SPEED*0.003, rel=1e-9)
+    assert table.loc[("event [s]", "first left flange contact"), "difference"] == pytest.approx(0.003, abs=1e-9)
+    assert table.loc[("peak [N]", "N_LF"), "value"] == pytest.approx(8e5, rel=1e-9)
+    document = PdfReader(target)
+    assert len(document.pages) == 3
+    assert [part.title for part in document.outline[1]] == ["differences of theirs", "events and peaks", "Y, N_LF"]
+    assert "Y [mm]" in document.pages[2].extract_text()
+    assert "first left flange contact" in document.pages[1].extract_text()
+
+
+def test_the_map_is_not_for_files_of_ours(tmp_path: Path):
+    """A second file with our header is read as ours, whatever the map says; reading it by the map would turn its Y."""
+    own = namelist(contact={"formulation": "unilateral"}, initial={"vY": 0.5},
+                   integrator={"t_end": 5e-3, "dt": 1e-4, "stop_at": "t_end"})
+    for name in "a", "b":
+        ldbench.run(Case.from_namelist(own)).write(tmp_path/f"{name}.txt")
+    (tmp_path/"theirs.toml").write_text('time = "time"\nY = { column = "Y", factor = -1 }\n')
+    assert main(["compare", str(tmp_path/"a.txt"), str(tmp_path/"b.txt"), "--map", str(tmp_path/"theirs.toml"),
+                 "-o", str(tmp_path/"ab.pdf")]) == 0
+    table = pd.read_csv(tmp_path/"ab.csv").set_index(["what", "quantity"])
+    assert table.loc[("difference", "Y"), "rms"] == 0 and ("difference", "Z") in table.index
+
+
+@pytest.mark.parametrize(("words", "file", "expected", "found"), [
+    (["plot", "a.txt", "-o", "p.png"], "p.png", "a document .pdf, which holds all pages", ".png"),
+    (["compare", "a.txt", "b.txt", "-o", "p.png"], "p.png", "a document .pdf, beside which the tables go", ".png"),
+    (["view", "a.txt", "-o", "p.pdf"], "p.pdf", "a page .html, a film .mp4 or .gif, or a picture .png", ".pdf"),
+    (["compare", "a.txt", "time.txt", "-o", "p.pdf"], "a.txt", "a column besides time", "none; --map TOML says"),
+    (["compare", "a.txt", "down.txt", "-o", "p.pdf"], "down.txt", "rows with ascending times", "others"),
+])
+def test_what_cannot_be_drawn_is_told(words: list[str], file: str, expected: str, found: str, tmp_path: Path,
+                                      monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    for name in "ab":
+        ours(invented(), Path(f"{name}.txt"))
+    Path("time.txt").write_text("time other\n0 1\n0.05 2\n")
+    Path("down.txt").write_text("time Y\n0.05 1\n0 2\n")
+    error = command_error(*words)
+    assert error.file == file and error.expected.startswith(expected) and error.found.startswith(found), error
+    assert not list(Path().glob("p.*"))
+
+
+def test_dollar_signs_are_text(tmp_path: Path):
+    """In names of files, cases and columns; a formula that is none would end the command."""
+    run = altered(invented(), data=invented().data.rename(columns={"Y": "Y_$\\frac$"}))
+    other = run.named("$^$")
+    with ldbench_style():
+        figures = dict(cmp.comparison_figures(cmp.compare([run, other])))
+        figures["page"] = new_page("$_$", "$x^2$", "$\\sqrt$")
+        for figure in figures.values():
+            figure.savefig(tmp_path/"page.pdf")
+            assert "$" in PdfReader(tmp_path/"page.pdf").pages[0].extract_text()
+
+
+def test_command_aligns(tmp_path: Path):
+    for name, delay in (("a", 0.0), ("b", 0.003)):
+        ours(invented(delay=delay), tmp_path/f"{name}.txt")
+    assert main(["compare", str(tmp_path/"a.txt"), str(tmp_path/"b.txt"), "--align", "first-flange",
+                 "-o", str(tmp_path/"ab.pdf")]) == 0
+    table = pd.read_csv(tmp_path/"ab.csv").set_index(["what", "quantity"])
+    assert table.loc[("difference", "Y"), "rms"] < 1e-9
+
+
+def test_command_refuses_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    ours(invented(), tmp_path/"a.txt")
+    target = ["-o", str(tmp_path/"x.pdf")]
+    assert main(["compare", str(tmp_path/"a.txt"), *target]) == 1
+    assert capsys.readouterr().err == "ldbench: error: expected at least two column files\n"
+    assert main(["compare", *target]) == 2
+    assert re.fullmatch(r"ldbench: error: the following arguments are required: FILE .*\n", capsys.readouterr().err)
+    assert [file.name for file in tmp_path.iterdir()] == ["a.txt"]
+
+
+@pytest.mark.parametrize(("words", "file", "expected"), [
+    (["compare", "a.txt", "b.csv", "-o", "b.pdf"], "b.csv", "a file of its own to write"),
+    (["compare", "a.txt", "b.csv", "-o", "new.csv"], "new.csv", "a file of its own to write"),
+    (["compare", "a.txt", "b.csv", "-o", "../{}/a.txt"], "a.txt", "a file of its own to write"),
+    (["compare", "a.txt", "c.csv", "-o", "new.pdf"], "c.csv", "a column time"),
+    (["plot", "a.txt", "-o", "a.txt"], "a.txt", "a file of its own to write"),
+    (["view", "missing.txt", "-o", "new.html"], "missing.txt", None),
+    (["plot", "missing.txt", "-o", "new.pdf"], "missing.txt", None),
+])
+def test_command_leaves_what_it_reads(words: list[str], file: str, expected: str | None, tmp_path: Path,
+                                      monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    ours(invented(), tmp_path/"a.txt")
+    ours(invented(delay=0.003), tmp_path/"b.csv")
+    (tmp_path/"c.csv").write_text("t,y\n0,1\n1,2\n")
+    before = {file: file.read_bytes() for file in tmp_path.iterdir()}
+    error = command_error(*(word.format(tmp_path.name) for word in words))
+    assert Path(error.file).name == file and error.expected == expected, error
+    assert expected or isinstance(error, FileNotFoundError)
+    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
+
+
+def test_commands_make_the_default_folder_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                                       capsys: pytest.CaptureFixture[str]):
+    monkeypatch.chdir(tmp_path)
+    for name in "a", "b":
+        ours(invented(), Path(f"{name}.txt"))
+    assert main(["compare", "a.txt", "b.txt", "-o", "outputs/ab.pdf"]) == 0
+    assert sorted(file.name for file in Path("outputs").iterdir()) == ["ab.csv", "ab.pdf"]
+    capsys.readouterr()
+    for command in (["compare", "a.txt", "b.txt", "-o", "new/ab.pdf"], ["plot", "a.txt", "-o", "new/a.pdf"],
+                    ["view", "a.txt", "-o", "new/a.html"]):
+        assert main(command) == 1
+        assert capsys.readouterr().err == f"ldbench: error: {command[-1]}: expected a folder that is there, found none\n"
+    assert not Path("new").exists()
+
+
+def test_only_files_are_written_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """No folder and no pipe, which a new file would replace; of a link, the file that it leads to."""
+    monkeypatch.chdir(tmp_path)
+    ours(invented(), Path("a.txt"))
+    os.mkfifo("pipe.pdf")
+    for target, found in (".", "folder"), ("pipe.pdf", "device"):
+        for command in ["plot", "a.txt"], ["compare", "a.txt", "a.txt"]:
+            assert main([*command, "-o", target]) == 1
+            assert capsys.readouterr().err == f"ldbench: error: {target}: expected a file to write, found a {found}\n"
+    Path("file.csv").write_text("earlier")
+    Path("link.csv").symlink_to("file.csv")
+    with complete(Path("link.csv")) as scratch:
+        scratch.write_text("later")
+    assert Path("link.csv").is_symlink() and Path("file.csv").read_text() == "later"
+
+
+@pytest.mark.parametrize("command", [["plot", "a.txt"], ["study", "contact-law"], ["report"], ["formulations"],
+                                     ["ensemble", "case.nml", "--over", "mass=1,2"]])
+def test_no_processes_at_all_are_refused(command: list[str], capsys: pytest.CaptureFixture[str]):
+    assert main([*command, "--jobs", "0"]) == 2
+    assert capsys.readouterr().err == (f"ldbench: error: argument -j/--jobs: expected a number from 1, found 0 "
+                                       f"[python -m ldbench {command[0]} --help says more]\n")
+
+
+def test_a_file_that_fails_leaves_the_earlier_one(tmp_path: Path):
+    target = tmp_path/"table.csv"
+    target.write_text("earlier")
+    with pytest.raises(Error), complete(target) as scratch:
+        scratch.write_text("half")
+        raise OSError
+    assert [file.name for file in tmp_path.iterdir()] == ["table.csv"] and target.read_text() == "earlier"
+
+
+# The study ---------------------------------------------------------------------------------
+
+def small_project(root: Path) -> Path:
+    """Inputs of two exercises with coarse tables, in a project folder of their own."""
+    inputs = root/"inputs"
+    inputs.mkdir(parents=True)
+    (root/"outputs").mkdir()
+    for exercise, values in ((3, {"initial": {"vY": 1.0, "roll_rate": 0.0333}}),
+                             (5, {"loading": {"lateral_ramp": 1e5}})):
+        name = f"ex{exercise}_aw"
+        text = namelist(
+            case={"name": name, "title": "small"}, **values,
+            profiles={"wheel_profile": REPO/"profiles/awprof.yz", "rail_profile": REPO/"profiles/arprof.yz"},
+            contact={"model": "strip"},
+            table={"file": "outputs/aw_strip.table", "n_lateral": 60, "n_roll": 9, "n_depth": 9},
+            integrator={"scheme": "energy", "order": 4, "dt": 2e-5, "t_end": 0.03,
+                        "stop_at": "derailment" if exercise == 5 else "t_end"},
+            output={"file": f"outputs/{name}.txt", "interval": 2e-4})
+        (inputs/f"{name}.nml").write_text(text)
+    return root
+
+
+def test_study_changes_what_it_says(tmp_path: Path):
+    root = small_project(tmp_path)
+    for exercise in (3, 5):
+        file = root/"inputs"/f"ex{exercise}_aw.nml"
+        jobs = study_jobs(file, root/"outputs/study", root)
+        fine, law, step = (f90nml.reads(jobs[v].text) for v in ("fine", "law", "step"))
+        assert law["contact"]["model"] == "hertz" and fine["contact"]["model"] == step["contact"]["model"] == "strip"
+        assert law["table"]["file"] != fine["table"]["file"] == step["table"]["file"]
+        assert (fine["integrator"]["dt"], law["integrator"]["dt"], step["integrator"]["dt"]) == (2e-5, 2e-5, 1e-4)
+        assert {nml["output"]["interval"] for nml in (fine, law, step)} == {1e-4}
+        ends = {nml["integrator"]["t_end"] for nml in (fine, law, step)}
+        assert ends == ({SHORT_RAMP} if exercise == 5 else {0.03})
+        for group in ("initial", "loading", "profiles", "case"):
+            assert fine.get(group) == law.get(group) == step.get(group)
+
+
+def test_study_of_a_small_project(tmp_path: Path):
+    root = small_project(tmp_path)
+    document, table = make_study(root, root/"inputs", root/"outputs", workers=2, ramp_end=0.1)
+    rows = pd.read_csv(table).set_index(["case", "variant"])
+    assert set(rows.index) == {(c, v) for c in ("ex3_aw", "ex5_aw") for v in ("law", "step")}
+    # On the way to the flange laws and steps agree; at the impact the law tells, not the step.
+    law, step = rows.loc[("ex3_aw", "law")], rows.loc[("ex3_aw", "step")]
+    column = "N_LF peak of the first contact, relative"
+    assert 0.01 < abs(law[column]) < 0.3 and abs(step[column]) < 0.01
+    assert law["Y rms, first contact"] > 10*step["Y rms, first contact"] > 0
+    runs = {v: read_data(root/f"outputs/study/ex3_aw_{v}.txt") for v in ("fine", "law")}
+    peaks = []
+    for run in runs.values():
+        start, end = first_episode(run, "LF")
+        inside = (run.time >= start) & (run.time <= end)
+        peaks.append(run.values("N_LF")[inside].max())
+    assert law[column] == pytest.approx(peaks[1]/peaks[0] - 1, rel=1e-9)
+    pages = PdfReader(document)
+    assert [part.title for part in pages.outline if not isinstance(part, list)] == ["Summary", "ex3_aw", "ex5_aw"]
+    assert len(pages.pages) == 4 and "law [mm]" in pages.pages[0].extract_text()
+    before = {file: file.stat().st_mtime_ns for file in (root/"outputs/study").glob("*.txt")}
+    make_study(root, root/"inputs", root/"outputs", workers=2, ramp_end=0.1)
+    assert before == {file: file.stat().st_mtime_ns for file in (root/"outputs/study").glob("*.txt")}

@@ -1,0 +1,613 @@
+"""Ensembles: the members are runs, whatever the threads, the store or the cluster."""
+from __future__ import annotations
+
+import ast
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("xarray")
+pytest.importorskip("zarr")
+
+import xarray as xr
+
+import ldbench
+from ldbench.__main__ import main
+from ldbench._core.errors import Usage
+from ldbench.commands.ensemble import parse_values
+from ldbench.ensembles import members, store as stores, threads
+from ldbench.ensembles.cluster import PIECE, RATE, SHORTEST, Pieces, table_source
+from ldbench.ensembles.members import Group, draws, join, stack
+from ldbench.ensembles.store import read_places, replace_folder
+from local_cluster import Cluster
+from running import HANG, command_error
+
+COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
+MASSES = [1300.0, 1500.0, 1700.0]
+
+
+def short(**changes: object) -> ldbench.Case:
+    """To the left flange and off it, within 20 ms."""
+    return ldbench.Case.exercise(3).replace(**COARSE | {"dt": 1e-5, "t_end": 0.02} | changes)
+
+
+@pytest.fixture(scope="module")
+def table() -> ldbench.ContactTable:
+    return ldbench.ContactTable(short())
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
+    """Counts runs and tables built."""
+    counts, lock = {"runs": 0, "tables": 0}, threading.Lock()
+
+    def counting(name: str, work):
+        def counted_work(*arguments):
+            with lock:
+                counts[name] += 1
+            return work(*arguments)
+        return counted_work
+
+    monkeypatch.setattr(members, "run", counting("runs", members.run))
+    monkeypatch.setattr(threads, "ContactTable", counting("tables", threads.ContactTable))
+    return counts
+
+
+# ---- members -------------------------------------------------------------------------
+def test_a_member_is_a_run(table):
+    found = ldbench.ensemble(short(), {"mass": MASSES, "vY": [0.9, 1.1]}, columns=["Y", "N_LF"], tables=[table])
+    assert dict(found.error.sizes) == {"mass": 3, "vY": 2} and not (found.error != "").any()
+    one = found.sel(mass=1500, vY=1.1)
+    run = ldbench.run(short(mass=1500, vY=1.1, rows="interval"), table=table)
+    for name, value in run.results.items():
+        assert one[name].item() == value, name
+    for name in "time", "Y", "N_LF":
+        assert np.array_equal(one[name], run.data[name])
+    listed = [(float(one.event_time.sel(kind=kind, occurrence=k)), kind)
+              for kind in one.kind.values.tolist() for k in one.occurrence.values
+              if np.isfinite(one.event_time.sel(kind=kind, occurrence=k))]
+    assert sorted(listed) == sorted((event.t, event.kind) for event in run.events)
+
+
+def test_units(table):
+    found = ldbench.ensemble(short(t_end=1e-3), {"mass": [1500]}, columns=["vY"], tables=[table])
+    units = {name: found[name].attrs.get("units") for name in found.variables}
+    assert {name: units[name] for name in (
+        "mass", "peak_N_LF", "t_peak_LF", "drift", "frequency_1", "steps", "event_time", "event_force", "vY")} == {
+        "mass": "kg", "peak_N_LF": "N", "t_peak_LF": "s", "drift": "J", "frequency_1": "Hz", "steps": "1",
+        "event_time": "s", "event_force": "N", "vY": "m/s"}
+
+
+def test_threads_make_no_difference(table, counted):
+    over = {"gauge": [1.4351, 1.4361], "mass": MASSES}
+    one, three = (ldbench.ensemble(short(), over, columns=["roll"], tables=[table], threads=n) for n in (1, 3))
+    assert one.identical(three)
+    assert all(one[name].values.tobytes() == three[name].values.tobytes() for name in one.data_vars)
+    assert counted == {"runs": 12, "tables": 2}
+
+
+def test_tables_are_built_once(counted):
+    over = {"mass": MASSES, "stiffness_scale": [1.0, 2.0], "vY": [0.5, 1.0]}
+    found = ldbench.ensemble(short(t_end=1e-3), over, threads=2)
+    assert counted == {"runs": 12, "tables": 2} and not (found.error != "").any()
+    assert (found.axle_height.sel(stiffness_scale=2) > found.axle_height.sel(stiffness_scale=1)).all()
+
+
+def test_a_table_file_holds_the_case_s_own_table(tmp_path, table):
+    """And no other member's."""
+    case = short(t_end=1e-3, table_file=tmp_path/"own.table")
+    ldbench.ensemble(case, {"gauge": [1.4361, 1.4351]})
+    assert [path.name for path in tmp_path.iterdir()] == ["own.table"]
+    assert ldbench.run(case).table.found
+
+
+def test_failures_are_recorded(table):
+    found = ldbench.ensemble(short(), {"mass": [-1.0, 1500.0], "vertical_load": [164618.0, 9e9]}, tables=[table])
+    assert np.array_equal(found.error != "", [[True, True], [False, True]])
+    assert "&wheelset mass: expected" in found.error.values[0, 0]
+    assert np.array_equal(np.isnan(found.t), found.error != "") and found.end.values[0, 0] == ""
+    assert found.peak_N_LF.values[1, 0] > 1e6
+
+
+def test_a_table_that_cannot_be_built_fails_its_members(tmp_path, table):
+    found = ldbench.ensemble(short(), {"wheel_profile": ["profiles/awprof.yz", "none.yz"], "mass": MASSES},
+                             tables=[table])
+    assert (found.error.sel(wheel_profile="profiles/awprof.yz") == "").all()
+    assert all("none.yz" in error for error in found.error.sel(wheel_profile="none.yz").values)
+
+
+def test_rows_are_thinned_or_padded(table):
+    cases = [short(t_end=t) for t in (0.02, 1e-3)]
+    full = ldbench.ensemble(cases, columns=["Y"], tables=[table])
+    assert full.Y.shape == (2, 201) and np.isnan(full.Y[1, 11:]).all() and not np.isnan(full.Y[1, :11]).any()
+    thin = ldbench.ensemble(cases, columns=["Y"], rows=21, tables=[table])
+    assert np.array_equal(thin.Y[0], full.Y[0, ::10]) and np.array_equal(thin.Y[1, :11], full.Y[1, :11])
+
+
+@pytest.mark.parametrize(("arguments", "expected", "found"), [
+    ({"over": {"mas": [1]}}, "a namelist variable", "mas; mass is the nearest"),
+    ({"over": {"mass": []}}, "at least one value", "none"),
+    ({"over": {"mass": [1, 2, 3]}, "n": 4}, "a range (low, high) of mass", "[1, 2, 3]"),
+    ({"over": {"mass": [1, 2]}, "n": 0}, "at least one range and 1 to 2147483647 draws", "1 and 0"),
+    ({"over": {"mass": [1, 2]}, "n": 4, "draw": "sobol"}, "draw = 'random' or 'even'", "'sobol'"),
+    ({"over": {"vY": [1.0]}, "columns": ["vY"]}, None, None),
+    ({"over": {"mass": [1500]}, "columns": ["speed"]}, "columns among time, X", "speed"),
+    ({"over": {"mass": [1500]}, "rows": 1}, "rows of at least 2", "1"),
+    ({"over": {"mass": [1500]}, "threads": 0}, "at least one thread", "0"),
+    ({"over": {"mass": [1500]}, "threads": -1}, "at least one thread", "-1"),
+    ({"over": {"mass": [1500]}, "scheduler": "tcp://127.0.0.1:9"}, "a Dask scheduler", "none"),
+])
+def test_refusals(arguments, expected, found, monkeypatch):
+    if "scheduler" in arguments:
+        pytest.importorskip("distributed")
+        monkeypatch.setattr("ldbench.ensembles.cluster.CONNECT", 0.2)
+    with pytest.raises(ldbench.Error) as error:
+        ldbench.ensemble(short(), **arguments)
+    told = error.value
+    assert told.found == found if found is None else told.found.startswith(found), told
+    assert told.expected.startswith(expected) if expected else "initial_vY" in str(told), told
+
+
+# ---- draws ---------------------------------------------------------------------------
+@pytest.mark.parametrize("draw", ["random", "even"])
+def test_draws(draw):
+    over = {"mass": (1000, 2000), "vY": (-1, 1)}
+    points = np.array(draws(over, 400, 3, draw))
+    assert points.shape == (400, 2) and (points.min(0) >= [1000, -1]).all() and (points.max(0) < [2000, 1]).all()
+    assert draws(over, 100, 3, draw) == draws(over, 400, 3, draw)[:100] != draws(over, 100, 4, draw)
+    # Points in each of 20 x 20 cells: one of an even cover; Poisson for random ones, with exp(-1) of the cells empty.
+    cells = np.histogram2d(*points.T, bins=20, range=((1000, 2000), (-1, 1)))[0]
+    assert (cells == 0).mean() < (0.25 if draw == "even" else 0.45)
+
+
+def test_drawn_members(table):
+    found = ldbench.ensemble(short(t_end=1e-3), {"mass": (1400, 1600), "vY": (0.5, 1)}, 5, seed=7, tables=[table])
+    assert found.t.dims == found.mass.dims == ("member",) and found.sizes["member"] == 5
+    assert list(zip(found.mass.values, found.vY.values, strict=True)) == draws(
+        {"mass": (1400, 1600), "vY": (0.5, 1)}, 5, 7, "random")
+
+
+# ---- progress and Ctrl-C -------------------------------------------------------------
+def test_progress(table):
+    told = []
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], progress=lambda *report: told.append(report))
+    assert told == [("ensemble", 1/3), ("ensemble", 2/3), ("ensemble", 1.0)]
+
+
+INTERRUPTED = """
+import sys, threading, ldbench
+case = ldbench.Case.from_namelist(sys.argv[1])
+try:
+    ldbench.ensemble([case, case.replace(t_end=2e-2)] + 3*[case], store="sweep.zarr", threads=2,
+                     progress=lambda *report: print("one", flush=True))
+except KeyboardInterrupt:
+    print("stopped", [t.name for t in threading.enumerate() if "ldbench" in t.name])
+"""
+
+
+def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
+    """The second member is told; the first one and the others would take hours."""
+    endless = short(vY=0.0, roll_rate=0.0, t_end=9e4, interval=1e-2, stop_at="t_end")
+    endless.to_namelist(tmp_path/"case.nml")
+    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, tmp_path/"case.nml"], cwd=tmp_path, text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        assert process.stdout.readline() == "one\n"
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=HANG)
+    finally:
+        process.kill()
+    assert (out.splitlines()[-1], process.returncode, err) == ("stopped []", 0, "")
+    assert len(read_places(tmp_path/"sweep.zarr.parts")) == 1
+
+
+# ---- batches ------------------------------------------------------------------------
+def test_batches_are_joined():
+    """As records are stacked: shorter rows and what failed are filled up."""
+    good = [{"t": 1.0, "end": "a", "derailed": True, "time": np.arange(3.0), "error": ""},
+            {"t": 2.0, "end": "longer", "derailed": False, "time": np.arange(5.0), "error": ""}]
+    records = [good[0], {"error": "failed"}, good[1]]
+    whole = stack(records)
+    for cuts in (1, 2), (1,), (2,):
+        some = join([stack(part) for part in np.split(np.array(records, object), cuts)])
+        assert some.keys() == whole.keys()
+        assert all(np.array_equal(some[name], whole[name], equal_nan=whole[name].dtype.kind == "f") for name in whole)
+    assert whole["error"].tolist() == ["", "failed", ""] and whole["end"].tolist() == ["a", "", "longer"]
+
+
+# ---- store ---------------------------------------------------------------------------
+def test_only_what_is_missing_is_run(tmp_path, table, counted):
+    store = tmp_path/"sweep.zarr"
+    first = ldbench.ensemble(short(), {"mass": MASSES}, columns=["Y"], store=store, tables=[table])
+    assert counted["runs"] == 3
+    again = ldbench.ensemble(short(), {"mass": MASSES}, columns=["Y"], store=store, tables=[table])
+    assert counted["runs"] == 3 and again.identical(first)
+    more = ldbench.ensemble(short(), {"mass": [*MASSES, 1900.0, -1.0]}, columns=["Y"], store=store, tables=[table])
+    assert counted["runs"] == 4 and more.isel(mass=slice(3)).drop_vars("error").identical(first.drop_vars("error"))
+    with xr.open_zarr(store) as stored:
+        assert stored.load().identical(more)
+    assert [path.suffix for path in (tmp_path/"sweep.zarr.parts").iterdir()] == [".npz"]
+
+
+@pytest.mark.parametrize("sizes", [(7,), (2, 3), (3, 2), (2, 2, 2)])
+def test_blocks_on_disk_are_the_whole(sizes, tmp_path, table, monkeypatch):
+    """Written in blocks of at most two members and read back from parts, the Dataset is that of memory; rows
+    grow with the longest member so far; it stays on disk where it is large."""
+    monkeypatch.setattr(stores, "BLOCK", 2)
+    monkeypatch.setattr(stores, "IN_MEMORY", 0)
+    times, masses, speeds = np.linspace(1e-3, 2e-3, 7), [1300.0, -1.0, 1700.0], [0.5, 0.7]
+    over = dict(zip(("t_end", "mass", "vY"), (times[:sizes[0]], masses, speeds), strict=False))
+    over = {name: list(values)[:size] for (name, values), size in zip(over.items(), sizes, strict=False)}
+    here = ldbench.ensemble(short(t_end=1e-3), over, columns=["Y"], tables=[table])
+    assert ldbench.ensemble(short(t_end=1e-3), over, columns=["Y"], tables=[table], store=tmp_path/"s.zarr").identical(here)
+    assert not list((tmp_path/"s.zarr.parts").glob("*.zarr"))
+
+
+def test_what_a_killed_process_left_is_removed(tmp_path, table):
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    left, others = (tmp_path/"s.zarr.parts"/name for name in (f"{socket.gethostname()}.{gone.pid}.zarr", "elsewhere.1.zarr"))
+    for folder in left, others:
+        folder.mkdir(parents=True)
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"s.zarr")
+    assert others.exists() and not left.exists()
+
+
+def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
+    for name in "awprof.yz", "arprof.yz":
+        shutil.copy(ldbench.Case.exercise(3).find(f"profiles/{name}"), tmp_path)
+    wheel = tmp_path/"awprof.yz"
+    case = short(t_end=1e-3, wheel_profile=wheel, rail_profile=tmp_path/"arprof.yz")
+
+    def new_runs(case: ldbench.Case, **options: object) -> int:
+        before = counted["runs"]
+        ldbench.ensemble(case, {"mass": MASSES[:2]}, store=tmp_path/"sweep.zarr", tables=[table], **options)
+        return counted["runs"] - before
+
+    assert (new_runs(case), new_runs(case)) == (2, 0)
+    assert new_runs(case.replace(dt=2e-5)) == 2
+    assert new_runs(case.replace(vertical_load=164619.0)) == 2
+    assert new_runs(case, columns=["Y"]) == 2
+    original = wheel.read_text()
+    wheel.write_text(re.sub(r"(\d\.\d{8})[1-9]\n", r"\g<1>0\n", original, count=1))
+    assert wheel.read_text() != original and new_runs(case) == 2
+    wheel.write_text(original)
+    assert new_runs(case) == 0
+    monkeypatch.setattr(members, "core_digest", lambda: "another build")
+    assert new_runs(case) == 2
+
+
+def test_a_damaged_part_counts_as_missing(tmp_path, table, counted):
+    def sweep() -> xr.Dataset:
+        return ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table])
+
+    first = sweep()
+    part, = (tmp_path/"sweep.zarr.parts").iterdir()
+    part.write_bytes(part.read_bytes()[:-100])
+    (tmp_path/"sweep.zarr.parts"/"0123.npz.99.new").write_bytes(b"PK")        # what a killed process leaves
+    assert sweep().identical(first) and counted["runs"] == 6
+
+
+def test_whatever_lies_in_the_place_of_a_part_counts_as_missing(tmp_path):
+    """A pipe would be waited for; a file may be whole and hold something else."""
+    good = {"key": np.array(["a", "b"]), "error": np.array(["", ""]), "drift": np.array([1.0, 2.0])}
+    np.savez_compressed(tmp_path/"good.npz", **good)
+    wrong = [{"drift": np.array([1.0])}, {"drift": np.array([1.0, None], object)}, {"drift": np.array(1.0)}, {"key": np.array("a")}]
+    for k, change in enumerate(wrong):
+        np.savez_compressed(tmp_path/f"wrong{k}.npz", **good | change)
+    whole = (tmp_path/"good.npz").read_bytes()
+    for k, data in enumerate([b"", whole[:200], b"\x93NUMPY", whole.replace(b"PK\x01\x02\x14", b"PK\x01\x02\xff")]):
+        (tmp_path/f"damaged{k}.npz").write_bytes(data)
+    (tmp_path/"folder.npz").mkdir()
+    os.mkfifo(tmp_path/"pipe.npz")
+    assert read_places(tmp_path) == {"a": (tmp_path/"good.npz", 0), "b": (tmp_path/"good.npz", 1)}
+
+
+def test_parts_come_while_it_runs(tmp_path, table, monkeypatch):
+    """Killed in mid-sweep, a process loses no more than what was not written yet: nothing with FLUSH = 0."""
+    written = []
+
+    def look(stage: str, share: float) -> None:
+        written.append(len(read_places(tmp_path/"sweep.zarr.parts")))
+
+    monkeypatch.setattr(stores, "FLUSH", 0.0)
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table], progress=look)
+    assert written == [1, 2, 3]
+
+
+@pytest.mark.parametrize("last", [1, 2, 3])
+def test_what_is_told_is_kept(last, tmp_path, table, counted, monkeypatch):
+    """Whatever stops the ensemble in that moment, and however long parts may wait to be written."""
+    class Enough(Exception):
+        pass
+
+    def stop(stage: str, share: float) -> None:
+        if share == last/3:
+            raise Enough
+
+    monkeypatch.setattr(stores, "FLUSH", float("inf"))
+    with pytest.raises(Enough):
+        ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table],
+                         progress=stop)
+    assert not (tmp_path/"sweep.zarr").exists()
+    assert len(read_places(tmp_path/"sweep.zarr.parts")) == last
+    before = counted["runs"]
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table])
+    assert counted["runs"] == before + 3 - last
+
+
+@pytest.mark.parametrize("others", [0, 1, 3])
+def test_a_folder_takes_the_place_of_whatever_is_there(others, tmp_path, monkeypatch):
+    """However often another process puts one of its own there just before."""
+    def rename(path: Path, target: Path) -> Path:
+        nonlocal others
+        if path.name == "new" and others:
+            others -= 1
+            (tmp_path/"target").mkdir(exist_ok=True)
+            (tmp_path/"target/other").touch()
+        return rename_truly(path, target)
+
+    rename_truly = Path.rename
+    monkeypatch.setattr(Path, "rename", rename)
+    (tmp_path/"new").mkdir()
+    (tmp_path/"new/mine").touch()
+    replace_folder(tmp_path/"new", tmp_path/"target")
+    assert others == 0 and {str(file.relative_to(tmp_path)) for file in tmp_path.rglob("*")} == {"target", "target/mine"}
+
+
+def test_two_processes_with_one_store_leave_what_one_would(tmp_path, table):
+    """Whichever is first; what one has done the other one need not do."""
+    over = {"mass": MASSES}
+    expected = ldbench.ensemble(short(t_end=1e-3), over, tables=[table])
+    script = ("import ldbench; case = ldbench.Case.from_namelist('case.nml'); "
+              f"ldbench.ensemble(case, {over}, store='sweep.zarr')")
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    both = [subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, stderr=subprocess.PIPE) for _ in "ab"]
+    assert [(process.communicate(timeout=HANG)[1], process.returncode) for process in both] == [(b"", 0)]*2
+    with xr.open_zarr(tmp_path/"sweep.zarr") as stored:
+        assert stored.load().identical(expected)
+    assert {file.name for file in tmp_path.iterdir()} == {"case.nml", "sweep.zarr", "sweep.zarr.parts"}
+
+
+def test_a_store_is_not_written_over_something_else(tmp_path):
+    (tmp_path/"notes.txt").write_text("mine\n")
+    for k, version in enumerate((2, 3)):
+        xr.Dataset({"mine": ("x", [1.0, 2.0])}).to_zarr(tmp_path/f"mine{k}.zarr", zarr_format=version)
+    (tmp_path/"folder").mkdir()
+    for name in "notes.txt", "mine0.zarr", "mine1.zarr", "folder":
+        with pytest.raises(ldbench.Error, match=f"{name}: expected a Zarr directory that an ensemble has made, or nothing"):
+            ldbench.ensemble(short(), {"mass": MASSES}, store=tmp_path/name)
+    assert xr.open_zarr(tmp_path/"mine0.zarr").mine.values.tolist() == [1, 2]
+    assert not list(tmp_path.glob("*.parts"))
+
+
+def test_a_store_that_comes_while_an_ensemble_runs_is_not_written_over(tmp_path, table):
+    def plant(stage: str, share: float) -> None:
+        if share == 1:
+            xr.Dataset({"mine": ("x", [1.0, 2.0])}).to_zarr(tmp_path/"s.zarr")
+
+    with pytest.raises(ldbench.Error, match="expected a Zarr directory that an ensemble has made"):
+        ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"s.zarr", progress=plant)
+    assert xr.open_zarr(tmp_path/"s.zarr").mine.values.tolist() == [1, 2]
+
+
+def test_threads_with_one_store_leave_what_one_would(tmp_path, table):
+    def sweep(_: int) -> xr.Dataset:
+        return ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], threads=1, store=tmp_path/"s.zarr")
+
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(sweep, range(4)))
+    assert all(one.identical(found[0]) for one in found)
+    assert {path.name for path in tmp_path.iterdir()} == {"s.zarr", "s.zarr.parts"}
+
+
+def test_what_a_killed_ensemble_put_aside_comes_back_and_folders_of_others_stay(tmp_path, table):
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    (tmp_path/f"s.zarr.{gone.pid}.old").mkdir()
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"other.zarr")
+    (tmp_path/"other.zarr").rename(tmp_path/f"s.zarr.ldbench-{gone.pid}-2.old")
+    stores.restore(tmp_path/"s.zarr")
+    assert {path.name for path in tmp_path.iterdir()} == {"s.zarr", f"s.zarr.{gone.pid}.old", "other.zarr.parts"}
+
+
+def test_failed_members_are_stored_too(tmp_path, table):
+    over = {"vertical_load": [9e9]}
+    first, again = (ldbench.ensemble(short(), over, store=tmp_path/"sweep.zarr", tables=[table]) for _ in range(2))
+    assert first.error.item() and again.identical(first)
+
+
+# ---- Dask ----------------------------------------------------------------------------
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    pytest.importorskip("distributed")
+    cluster = Cluster(tmp_path, 2)
+    yield cluster
+    cluster.stop()
+
+
+def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
+    """The other one goes on; the results are those of this process's threads."""
+    over = {"gauge": [1.4351, 1.4361], "mass": np.linspace(1000, 2000, 16).tolist() + [-1.0]}
+    case = short()
+    done = []
+
+    def kill(stage: str, share: float) -> None:
+        done.append(share)
+        if len(done) == 4:
+            cluster.processes[1].kill()
+
+    found = ldbench.ensemble(case, over, columns=["Y"], scheduler=cluster.address, store=tmp_path/"sweep.zarr",
+                             progress=kill)
+    assert cluster.processes[1].wait(HANG) == -signal.SIGKILL and done[-1] == 1
+    assert counted == {"runs": 0, "tables": 0}
+    assert found.identical(ldbench.ensemble(case, over, columns=["Y"], tables=[table]))
+    with xr.open_zarr(tmp_path/"sweep.zarr") as stored:
+        assert stored.load().identical(found)
+    # Restarted without the cluster: nothing is left to do.
+    runs = counted["runs"]
+    assert ldbench.ensemble(case, over, columns=["Y"], store=tmp_path/"sweep.zarr").identical(found)
+    assert counted["runs"] == runs
+
+
+@pytest.fixture
+def closed(tmp_path: Path) -> Iterator[tuple[Cluster, dict[str, str]]]:
+    """A cluster that only knows who has a certificate of its own authority; and Dask's configuration that has one."""
+    pytest.importorskip("distributed")
+    if not shutil.which("openssl"):
+        pytest.skip("no openssl to make certificates with")
+    certificate, key = tmp_path/"certificate.pem", tmp_path/"key.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=ldbench-test",
+                    "-keyout", key, "-out", certificate], check=True, capture_output=True)
+    configuration = {"DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "True",
+                     "DASK_DISTRIBUTED__COMM__TLS__CA_FILE": str(certificate)}
+    for role in "SCHEDULER", "WORKER", "CLIENT":
+        configuration[f"DASK_DISTRIBUTED__COMM__TLS__{role}__CERT"] = str(certificate)
+        configuration[f"DASK_DISTRIBUTED__COMM__TLS__{role}__KEY"] = str(key)
+    cluster = Cluster(tmp_path, 1, "tls", configuration)
+    yield cluster, configuration
+    cluster.stop()
+
+
+def test_a_closed_cluster_works_for_those_it_knows(closed, tmp_path):
+    """With TLS in Dask's configuration, as scheduler and workers have it; a stranger gets one line."""
+    cluster, configuration = closed
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+
+    def sweep(address: str, configuration: dict[str, str], wait: str = "1s") -> subprocess.CompletedProcess[str]:
+        return subprocess.run([sys.executable, "-m", "ldbench", "ensemble", "case.nml", "--over", "mass=1400,1500",
+                               "--scheduler", address], cwd=tmp_path, capture_output=True, text=True, timeout=HANG,
+                              env=os.environ | configuration | {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": wait})
+
+    done = sweep(cluster.address, configuration, "60s")
+    assert (done.returncode, done.stderr) == (0, "") and done.stdout.startswith("2 mass: 2 runs, 0 failed\n")
+    plain = cluster.address.replace("tls", "tcp")
+    for address, known, words in ((cluster.address, {}, "expected certificates in Dask's configuration"),
+                                  (plain, {}, "expected a Dask scheduler, found none"),
+                                  (plain, configuration, "expected tls://")):
+        done = sweep(address, known)
+        assert done.returncode == 1 and re.fullmatch(rf"ldbench: error: {address}: {words}[^\n]*\n", done.stderr), done.stderr
+
+
+def test_workers_get_the_table_of_the_file(tmp_path):
+    """Or build it, where the file holds another one, a damaged one or none."""
+    case = short(table_file=tmp_path/"kept.table")
+
+    def place(folder: str) -> tuple[bool, bytes]:
+        (tmp_path/folder).mkdir()
+        table = ldbench.ContactTable(table_source(case).place(tmp_path/folder))
+        return table.found, (tmp_path/folder/"table_file").read_bytes()
+
+    none = place("none")
+    ldbench.ContactTable(case.replace(gauge=1.436))
+    other = place("other")
+    ldbench.ContactTable(case)
+    kept = place("kept")
+    whole = (tmp_path/"kept.table").read_bytes()
+    (tmp_path/"kept.table").write_bytes(whole[:-1000])
+    assert [none, other, kept, place("damaged")] == [(False, whole), (False, whole), (True, whole), (False, whole)]
+
+
+@pytest.mark.parametrize(("n", "threads", "seconds"), [(1, 1, 0.01), (7, 3, 1e-4), (500, 2, 0.01), (500, 2, 20.0),
+                                                       (20000, 40, 0.01), (10**6, 1000, 0.02)])
+def test_pieces_of_a_sweep(n, threads, seconds):
+    """All members in order: single ones until it is known how long they take; then of a second, ever shorter at the end,
+    or of as long as the scheduler needs for all threads."""
+    pieces = Pieces([Group(short(), range(n))])
+    sizes, numbers = [], []
+    while piece := pieces.next(threads):
+        own, some = piece
+        sizes.append(len(some))
+        numbers += some
+        if len(sizes) == min(n, threads):
+            assert not pieces.next(threads)
+            own.add(len(numbers), seconds*len(numbers))
+    assert numbers == list(range(n))
+    trials, rest = sizes[:threads], sizes[threads:]
+    assert set(trials) == {1} and rest == sorted(rest, reverse=True)
+    assert all(size == 1 or size*seconds <= PIECE or (size - 1)*seconds < threads/RATE for size in sizes)
+    assert all((size + 1)*seconds > SHORTEST and size*seconds >= threads/RATE for size in rest[:-1])
+
+
+def test_tables_are_made_a_few_ahead():
+    """A member of each, of one table more than there are threads; the others follow when they are measured."""
+    pieces = Pieces([Group(short(), [k, k + 10]) for k in range(0, 100, 20)])
+    first = [pieces.next(2) for _ in range(3)]
+    assert [numbers for _, numbers in first] == [[0], [20], [40]] and pieces.next(2) is None
+    first[1][0].add(1, 1.0)
+    assert [pieces.next(2)[1], pieces.next(2)[1], pieces.next(2)] == [[30], [60], None]
+
+
+# ---- command -------------------------------------------------------------------------
+def test_values_of_the_command_line():
+    assert parse_values("mass=1,2.5") == ("mass", [1.0, 2.5])
+    assert parse_values("mass=1:4:7") == ("mass", [1, 1.5, 2, 2.5, 3, 3.5, 4])
+    assert parse_values("mass=1:4", drawn=True) == ("mass", [1, 4])
+    assert parse_values("scheme=energy,newmark") == ("scheme", ["energy", "newmark"])
+
+
+@pytest.mark.parametrize(("words", "expected"), [
+    (["mass=1400:1600"], "name=1,2,4 or name=1:4:7 after --over, or a range with -n"),
+    (["mass=1400,1600", "-n", "3"], "a range name=1:4 after --over with -n"),
+    (["mass=1400:1600:2", "-n", "3"], "a range name=1:4 after --over with -n"),
+])
+def test_ranges_are_drawn_from_and_lists_are_not(words, expected, tmp_path):
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    error = command_error("ensemble", tmp_path/"case.nml", "--over", *words)
+    assert isinstance(error, Usage) and (error.expected, error.found) == (expected, words[0])
+
+
+def test_an_ensemble_that_fails_as_a_whole_is_an_error(tmp_path, capsys):
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=-1,-2"]) == 1
+    said = capsys.readouterr()
+    assert "2 runs, 2 failed" in said.out
+    assert said.err.startswith("ldbench: error: ensemble: expected a run that succeeds, found 2 that failed, the first one with: ")
+
+
+def test_command(tmp_path, capsys):
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=1400,-1", "--over", "vY=0:1:2", "--columns", "Y,N_LF",
+                 "-j", "2", "-o", str(tmp_path/"sweep.zarr")]) == 0
+    out = capsys.readouterr().out
+    with xr.open_zarr(tmp_path/"sweep.zarr") as stored:
+        assert {"Y", "N_LF"} <= set(stored.data_vars) and dict(stored.error.sizes) == {"mass": 2, "vY": 2}
+    assert out.startswith("2 mass x 2 vY: 4 runs, 2 failed\nfirst failure: ")
+    assert "2 ended with t_end" in out and "peak_N_LT [kN]: " in out and "sweep.zarr" in out
+
+
+def test_without_xarray_one_line_says_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(ldbench.Error, match=r"needs xarray, which is not installed: pip install 'ldbench\[ensemble\]'"):
+        ldbench.ensemble(short(), {"mass": MASSES})
+
+
+def test_the_package_needs_none_of_it():
+    code = "import sys, ldbench; print(sorted({'xarray', 'zarr', 'dask', 'distributed'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG)
+    assert (done.stdout, done.stderr) == ("[]\n", "")
+
+
+def test_imports_go_one_way():
+    """Modules of the room use each other in one order, and none of a room above it; imports inside functions count."""
+    folder = Path(ldbench.__file__).parent
+    parts = "members", "dataset", "store", "threads", "cluster", "sweep"
+    uses = {name: {node.module for node in ast.walk(ast.parse((folder/f"ensembles/{name}.py").read_text()))
+                   if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module in parts} for name in parts}
+    assert list(TopologicalSorter(uses).static_order())[-1] == "sweep"
+    for name in parts:
+        above = {node.module.partition(".")[0] for node in ast.walk(ast.parse((folder/f"ensembles/{name}.py").read_text()))
+                 if isinstance(node, ast.ImportFrom) and node.level == 2 and node.module}
+        assert not above & {"commands", "report", "plots", "viewer"}, name

@@ -1,0 +1,158 @@
+"""`python -m ldbench profile`: the page and its numbers."""
+import json
+from math import gamma, pi, sqrt
+
+import numpy as np
+import pytest
+
+import shapes
+from ldbench import Case, Error
+from ldbench.__main__ import main
+from ldbench._core.errors import MissingFile, Usage
+from ldbench.conicity import equivalent_conicity, linearised_conicity
+from ldbench.profiles.inspect import inspect, pair
+from running import REPO, command_error
+
+
+def test_measures_of_a_wheel():
+    """S1002 as its standard has it; the tip's radius and the tread's slope of the benchmark's wheel."""
+    measures = inspect(REPO/"profiles/s1002.yz").measures
+    assert [1e3*measures[name] for name in ("Sh", "Sd", "qR")] == pytest.approx([28, 32.5, 10.79], abs=0.005)
+    assert measures["flange_angle"] == pytest.approx(np.radians(70), abs=2e-3)
+    assert inspect(REPO/"profiles/awprof.yz").measures["tread_slope"] == pytest.approx(1/40, abs=1e-6)
+    worn = shapes.hollow(shapes.shape("awprof"))
+    assert np.ptp(worn[:, 1]) > 20
+
+
+def test_measures_of_a_rail():
+    found = inspect(REPO/"profiles/60e1.yz")
+    assert found.kind == "rail"
+    assert [1e3*found.measures[f"{arc}_radius"] for arc in ("crown", "shoulder", "corner")] == \
+        pytest.approx([300, 80, 13], rel=1e-3)
+    assert found.measures["inclination"] == pytest.approx(np.arctan(1/40), rel=1e-2)
+    assert found.measures["gauge_point_y"] == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.03])
+def test_noise_of_the_points_is_told(noise, tmp_path):
+    for name in "awprof", "arprof":
+        (tmp_path/name).write_text(shapes.rows(shapes.noisy(shapes.shape(name), noise, 5)))
+        assert 1e3*inspect(tmp_path/name).noise == pytest.approx(noise, rel=0.15)
+
+
+def test_curvature_is_usable_at_the_noise_of_a_measurement(tmp_path):
+    """Arcs of the actual rail and wheel at 0.03 mm, where an interpolating spline has hundreds per metre."""
+    for name, arcs in ("arprof", {22: (-1/0.03175, 4.0), 40: (-1/0.254, 3.0)}), \
+            ("awprof", {47: (-1/0.0381, 4.0), 90: (0.0, 3.0)}):
+        (tmp_path/name).write_text(shapes.rows(shapes.noisy(shapes.shape(name), 0.03, 6)))
+        found = inspect(tmp_path/name, smoothing=0.03)
+        for y, (curvature, bar) in arcs.items():
+            y -= 8 if y == 22 else 0
+            near = np.abs(1e3*found.smooth.y - y) < 3
+            assert np.sqrt(np.mean((found.smooth.curvature[near] - curvature)**2)) < bar
+            rough = np.abs(1e3*found.rough.y - y) < 3
+            assert np.sqrt(np.mean((found.rough.curvature[rough] - curvature)**2)) > 30*bar
+
+
+def test_parts_cover_the_profile_in_their_order(tmp_path):
+    (tmp_path/"wheel").write_text(shapes.rows(shapes.with_faces(shapes.hollow(shapes.shape("awprof")))*[-1, -1]))
+    part = inspect(tmp_path/"wheel").smooth.part
+    assert list(dict.fromkeys(part.astype(int))) == [1, 2, 3, 4, 5]
+    assert list(dict.fromkeys(inspect(REPO/"profiles/arprof.yz").smooth.part.astype(int))) == [6, 7, 8]
+
+
+def test_conicity_of_a_cone_and_of_a_cubic():
+    """delta_r = 2 c y has the conicity c; delta_r = k y^3 the wavelength 4 sqrt(2/k)/a K(1/sqrt 2)/sqrt 2 sqrt(e r)."""
+    y = np.linspace(-0.01, 0.01, 2001)
+    amplitude = np.array([1e-3, 3e-3, 7e-3])
+    for conicity in equivalent_conicity, linearised_conicity:
+        assert conicity(amplitude, y, 2*0.18*y) == pytest.approx(0.18, rel=1e-6)
+    k = 2e3
+    quarter = gamma(0.25)**2/(4*sqrt(2*pi))           # integral of 1/sqrt(1 - u^4) from 0 to 1
+    wave = 4*np.sqrt(2/k)/amplitude*quarter
+    assert equivalent_conicity(amplitude, y, k*y**3) == pytest.approx(2*pi**2/wave**2, rel=1e-4)
+    assert np.isnan(equivalent_conicity(amplitude, y, -y)).all()
+
+
+def test_modern_pair():
+    """Two contact points close together at the centre, one conicity from there; CONTACT's positions (validation)."""
+    found = pair(Case.from_namelist("&case /").replace(
+        wheel_profile=str(REPO/"profiles/s1002.yz"), rail_profile=str(REPO/"profiles/60e1.yz"), gauge=1.435,
+        back_to_back=1.36, rolling_radius=0.46))
+    assert np.interp(3e-3, found.amplitude, found.conicity) == pytest.approx(0.177, abs=0.003)
+    assert found.geometry["y_R"] == pytest.approx(-found.geometry["y_L"][::-1], abs=1e-12)
+    assert 1e3*np.interp(3e-3, found.geometry["Y"], found.geometry["y_L"]) == pytest.approx(739.970, abs=0.5)
+
+
+@pytest.mark.parametrize("suffix", ["pdf", "png"])
+def test_page(suffix, tmp_path, capsys):
+    target = tmp_path/f"page.{suffix}"
+    assert main(["profile", str(REPO/"profiles/arprof.yz"), str(REPO/"profiles/awprof.yz"), "-o", str(target)]) == 0
+    out = capsys.readouterr().out
+    assert target.read_bytes().startswith(b"%PDF" if suffix == "pdf" else b"\x89PNG")
+    for words in "flange height Sh 25.75 mm", "qR ", "crown radius 254.0 mm", "clearance 2 x 10.180 mm", \
+            "equivalent conicity at 3 mm 0.026 (EN 15302)", "zone of the flange":
+        assert words in out
+    assert out.startswith("wheel awprof.yz")      # the wheel first, whatever the order
+
+
+def test_numbers_of_a_pair_for_other_programs(tmp_path, capsys):
+    """The command prints the library's numbers as JSON, in SI units."""
+    wheel, rail = REPO/"profiles/awprof.yz", REPO/"profiles/arprof.yz"
+    assert main(["profile", str(rail), str(wheel), "-o", str(tmp_path/"page.png"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [profile["kind"] for profile in told["profiles"]] == ["wheel", "rail"]
+    assert told["page"] == str(tmp_path/"page.png") and told["pair"]["clearance_left"] == pytest.approx(10.18e-3, abs=1e-6)
+    for profile, file in zip(told["profiles"], (wheel, rail), strict=True):
+        measures = {name: x if np.isfinite(x) else None for name, x in inspect(file).measures.items()}
+        assert profile["path"] == str(file) and {name: profile[name] for name in measures} == measures
+
+
+def test_page_of_one_measured_file_says_what_was_mended(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    points = np.repeat(shapes.shape("awprof"), 2, axis=0)
+    (tmp_path/"my.whl").write_text(shapes.miniprof_old(points, "wheel"))
+    assert main(["profile", "my.whl", "--set", "smoothing_mm=0.01"]) == 0
+    assert f"MiniProf, z turned over\n  points mended: {len(points)//2} repeated dropped\n" in capsys.readouterr().out
+    assert (tmp_path/"outputs/ldbench_profile.pdf").exists()
+
+
+WHEEL = str(REPO/"profiles/awprof.yz")
+
+
+@pytest.mark.parametrize(("words", "kind", "fields"), [
+    ([WHEEL, WHEEL], Error, {"expected": "a wheel and a rail", "found": f"two wheels: {WHEEL}, {WHEEL}"}),
+    ([WHEEL]*3, Usage, {"expected": "a wheel or a rail, or one of each", "found": "3 files"}),
+    ([WHEEL, "-o", "page.doc"], Error, {"file": "page.doc", "found": ".doc"}),
+    (["nothing.yz"], MissingFile, {"file": "nothing.yz"}),
+    ([WHEEL, "--set", "gauge=9"], Error, {"group": "track", "variable": "gauge", "found": "9.0"}),
+])
+def test_wrong_page_is_refused(words, kind, fields, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    error = command_error("profile", *words)
+    assert type(error) is kind and {name: getattr(error, name) for name in fields} == fields, error
+    assert not list(tmp_path.iterdir())
+
+
+def test_errors_are_those_of_a_run(tmp_path):
+    (tmp_path/"wheel").write_text("1 2\n3 x\n")
+    with pytest.raises(Error) as error:
+        inspect(tmp_path/"wheel")
+    assert (error.value.file, error.value.line) == (str(tmp_path/"wheel"), 2)
+    assert error.value.expected.startswith("two numbers")
+
+
+def test_any_noise_spacing_and_smoothing_give_a_curve(tmp_path):
+    """Points dense or sparse, some lost, smoothed too little or too much: about as long as the profile is."""
+    chance = np.random.default_rng(4)
+    for name in ("awprof", "srprof", "60e1") * 12:
+        spacing, noise, smoothing = (chance.choice(x) for x in (
+            [0.02, 0.1, 0.25, 1.0], [0.003, 0.01, 0.03, 0.06], [1e-4, 0.005, 0.01, 0.03, 0.1]))
+        points = shapes.noisy(shapes.shape(name, spacing), noise, int(chance.integers(1000)))
+        points = points[chance.random(len(points)) < chance.choice([0.6, 1.0])]
+        (tmp_path/"file").write_text(shapes.rows(points))
+        found = inspect(tmp_path/"file", smoothing=smoothing)
+        length = np.hypot(*np.diff(shapes.shape(name), axis=0).T).sum()
+        if smoothing >= noise:
+            assert 1e3*found.smooth.s[-1] == pytest.approx(length, rel=0.03)
+        assert np.isfinite(found.smooth.curvature).all() and np.isfinite(found.noise)

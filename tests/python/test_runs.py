@@ -1,0 +1,586 @@
+"""There is one Run: a run in memory and the same run read from its file are alike and serve for the same."""
+from __future__ import annotations
+
+import copy
+import errno
+import inspect
+import math
+import multiprocessing
+import operator
+import pickle
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pypdf import PdfReader
+
+import ldbench
+from ldbench.case import shortest_name, variables
+from ldbench.plots.series import PAGES
+from ldbench.profiles.inspect import inspect as inspect_profile
+from ldbench.results.header import Header
+from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
+from ldbench.results.run_data import read_data
+from running import HANG, REPO, alike, command_error
+
+# The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
+KINDS: dict[str, dict[str, Any]] = {
+    "elastic": {},
+    "force": {"lateral_ramp": 5e5},
+    "bilateral": {"formulation": "bilateral"},
+    "unilateral": {"formulation": "unilateral", "restitution": 0.5},
+    "two sides": {"wheel_profile_right": "profiles/swprof.yz", "rail_profile_right": "profiles/srprof.yz"},
+}
+NINE_DIGITS = {"rtol": 5.1e-9, "atol": 1e-98, "equal_nan": True}
+
+
+def small(**changes: Any) -> ldbench.Case:
+    return ldbench.Case.exercise(3).replace(**{
+        "model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": "", "dt": 2e-5, "t_end": 0.02,
+        "energy_tolerance": 0.0} | changes)
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def both(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[ldbench.Run, ldbench.Run]:
+    """Run a case and read its file: the run in memory, and the same run from the file."""
+    memory = ldbench.run(small(**KINDS[request.param]))
+    return memory, ldbench.read_run(memory.write(tmp_path_factory.mktemp("runs")/"columns.txt"))
+
+
+@pytest.fixture(scope="module")
+def elastic(tmp_path_factory: pytest.TempPathFactory) -> tuple[ldbench.Run, ldbench.Run]:
+    """Make both of the elastic run alone."""
+    memory = ldbench.run(small())
+    return memory, ldbench.read_run(memory.write(tmp_path_factory.mktemp("elastic")/"columns.txt"))
+
+
+OTHER_MAP = {"time": "t", "Y": {"column": "ylat", "factor": -1}, "N_LF": "nfl"}
+
+
+@pytest.fixture
+def other(elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path) -> ldbench.Run:
+    """Write the run as another code would, with three columns, Y to the right, mm and kN, and read it by a map."""
+    lines = ["t [s], ylat [mm], nfl [kN]"]
+    lines += [f"{t:.12g}, {-1e3*y:.12g}, {1e-3*n:.12g}" for t, y, n in elastic[0].data[["time", "Y", "N_LF"]].to_numpy()]
+    (tmp_path/"theirs.csv").write_text("\n".join(lines) + "\n")
+    return ldbench.read_run(tmp_path/"theirs.csv", OTHER_MAP)
+
+
+# Memory and file ---------------------------------------------------------------------------
+
+def test_memory_and_file_tell_the_same(both: tuple[ldbench.Run, ldbench.Run]):
+    memory, file = both
+    assert alike(vars(memory.header), vars(file.header))
+    assert alike(memory.results, file.results) and memory.results["end"] == memory.ending != ""
+    assert alike(memory.events, file.events) and {event.kind for event in file.events} >= {"left flange contact"}
+    assert memory.case == file.case and memory.file == Path(memory.case.output_file) != file.file
+    assert list(memory.data) == list(file.data) and memory.data.attrs["units"] == file.data.attrs["units"]
+    np.testing.assert_allclose(memory.data, file.data, **NINE_DIGITS)
+    for name in "name", "heading", "exercise", "formulation", "ending":
+        assert getattr(memory, name) == getattr(file, name) not in (None, ""), name
+    for contact in CONTACTS:
+        assert memory.peak(contact) == file.peak(contact) and memory.first_contact(contact) == file.first_contact(contact)
+    for kind in "left flange contact", "centre passage", "derailment":
+        assert memory.count(kind) == file.count(kind) is not None and alike(memory.first(kind), file.first(kind))
+    assert memory.seconds > 0 and math.isnan(file.seconds)
+
+
+def test_names_of_results_are_those_of_every_run(both: tuple[ldbench.Run, ldbench.Run]):
+    assert list(both[0].results) == list(both[1].results)
+    assert set(both[0].results) == set(ldbench.run(small(formulation="bilateral", t_end=1e-3)).results)
+
+
+def test_results_tell_the_formulation(both: tuple[ldbench.Run, ldbench.Run]):
+    """A result that only some runs have is NaN or 0 in the others."""
+    run = both[0]
+    assert (run.results["lost"] > 0) == (run.formulation == "unilateral")
+    assert (run.results["peak_P_LF"] > 0) == (run.formulation != "elastic")
+    known = [math.isfinite(run.results[f"frequency_{k}"]) for k in (1, 2, 3)]
+    assert known == [True] + 2*[run.formulation == "elastic"]
+    assert (run.results["clearance_left"] == run.results["clearance_right"]) == ("left wheel" not in run.header.profiles)
+    assert all(math.isnan(event.force) == ("lateral_ramp" not in repr(run.case)) for event in run.events)
+    impacts = [event for event in run.events if event.impulses]
+    assert bool(impacts) == (run.formulation != "elastic") and all(max(event.impulses.values()) > 0 for event in impacts)
+    assert sum(event.loss for event in impacts) == pytest.approx(run.results["lost"], rel=1e-6, abs=1e-9)
+
+
+def test_every_number_of_results_has_words_and_a_unit_or_is_a_count(both: tuple[ldbench.Run, ldbench.Run]):
+    for name, value in both[1].results.items():
+        if isinstance(value, float):
+            assert si_unit(name), name
+            assert name in OUTCOME or name.startswith("t_"), name
+        else:
+            assert isinstance(value, str | bool | int), name
+
+
+def test_a_file_reruns_to_its_bytes(both: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    memory, file = both
+    again = ldbench.run(file.case)
+    assert Path(again.write(tmp_path/"again.txt")).read_bytes() == file.file.read_bytes()
+    assert without_times(again.text) == without_times(memory.text) == without_times(file.text)
+    assert file.table.equilibrium == memory.table.equilibrium
+
+
+def without_times(summary: str) -> list[str]:
+    return [line for line in summary.splitlines() if "processor time" not in line]
+
+
+def test_both_kinds_write_the_same_files(both: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    for name, run in zip(("memory", "file"), both, strict=True):
+        assert run.write(tmp_path/f"{name}.txt", tmp_path/f"{name}_geometry.txt") == str(tmp_path/f"{name}.txt")
+    for end in ".txt", "_geometry.txt":
+        assert (tmp_path/f"memory{end}").read_bytes() == (tmp_path/f"file{end}").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+def test_a_run_from_a_file_is_not_written_over_its_file(elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    file = elastic[1]
+    before = file.file.read_bytes()
+    for paths in (None, ""), (file.file, ""), (tmp_path/"new.txt", file.file):
+        with pytest.raises(ldbench.Error) as error:
+            file.write(*paths)
+        assert error.value.file == str(file.file)
+    assert file.file.read_bytes() == before and len(list(file.file.parent.iterdir())) == 1 and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", [0, 1], ids=["memory", "file"])
+def test_both_files_of_a_run_are_written_or_none(kind: int, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    columns, geometry = tmp_path/"columns.txt", tmp_path/"geometry.txt"
+    for file in columns, geometry:
+        file.write_text("earlier")
+    for paths in (columns, columns), (columns, tmp_path/"missing/geometry.txt"), (tmp_path/"missing/columns.txt", geometry):
+        with pytest.raises(ldbench.Error):
+            elastic[kind].write(*paths)
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == dict.fromkeys((columns.name, geometry.name), "earlier")
+
+
+def test_a_file_that_an_editor_has_saved_is_the_run(elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    """Editors add a mark of the order of bytes and change ends of lines; others write D exponents and units in brackets."""
+    file = elastic[1]
+    text = file.file.read_bytes()
+    names, _, rest = text.partition(b"\n")
+    for k, saved in enumerate((b"\xef\xbb\xbf" + text, text.replace(b"\n", b"\r\n"), re.sub(rb"(?<=\d)E(?=[-+]\d\d)", b"D", text),
+                               names.replace(b" Y ", b" Y[m] ") + b"\n" + rest)):
+        (tmp_path/f"{k}.txt").write_bytes(saved)
+        again = ldbench.read_run(tmp_path/f"{k}.txt")
+        assert again.data.equals(file.data) and again.data.attrs == file.data.attrs
+        assert alike(vars(again.header), vars(file.header)) and again.case == file.case
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_damaged_file_of_ours_is_told(elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    lines = elastic[1].file.read_text().splitlines()
+    rows = [k for k, line in enumerate(lines) if k and not line.startswith("#")]
+    comments = [line for line in lines[rows[0]:] if line.startswith("#")]
+    damaged = {
+        "rows": (lines[:rows[0]] + comments, None, "rows of numbers"),
+        "row": (lines[:rows[3]] + [lines[rows[3]][:100]] + lines[rows[4]:], rows[3] + 1, "56 numbers"),
+        "word": (lines[:rows[3]] + [lines[rows[3]].replace("NaN", "nil")] + lines[rows[4]:], rows[3] + 1, "56 numbers"),
+        "names": ([lines[0].replace(" vY ", "  Y ")] + lines[1:], None, "one column Y"),
+        "end": (lines[:rows[-1] + 1], None, "the group &results after the last row"),
+    }
+    for name, (kept, line, expected) in damaged.items():
+        (tmp_path/name).write_text("\n".join(kept) + "\n")
+        with pytest.raises(ldbench.Error) as error:
+            ldbench.read_run(tmp_path/name)
+        told = error.value
+        assert (told.file, told.line) == (str(tmp_path/name), line) and told.expected.startswith(expected), told
+
+
+# Elsewhere ---------------------------------------------------------------------------------
+
+COPIES: dict[str, Callable[[Any], Any]] = {
+    "copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda x: pickle.loads(pickle.dumps(x))}
+
+
+@pytest.mark.parametrize("how", COPIES)
+@pytest.mark.parametrize("kind", [0, 1], ids=["memory", "file"])
+def test_copies_are_the_run(how: str, kind: int, both: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    run, again = both[kind], COPIES[how](both[kind])
+    assert type(again) is ldbench.Run and repr(again) == repr(run) and again.case == run.case
+    assert again.data.equals(run.data) and again.data.attrs == run.data.attrs
+    assert alike(vars(again.header), vars(run.header)) and alike(again.events, run.events) and alike(again.results, run.results)
+    assert alike(again.seconds, run.seconds)
+    assert Path(again.write(tmp_path/"again.txt")).read_bytes() == both[1].file.read_bytes()
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_runs_go_to_processes_and_come_back(method: str, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    memory, file = elastic
+    with ProcessPoolExecutor(2, multiprocessing.get_context(method)) as pool:
+        there = list(pool.map(copy.copy, elastic))
+        results = list(pool.map(operator.attrgetter("results"), elastic))
+        written = list(pool.map(ldbench.Run.write, elastic, [tmp_path/"0.txt", tmp_path/"1.txt"]))
+        made, read = pool.submit(ldbench.run, memory.case), pool.submit(ldbench.read_run, file.file)
+        runs = [(made.result(), memory), (read.result(), file), *zip(there, elastic, strict=True)]
+    for again, run in runs:
+        assert again.data.equals(run.data) and alike(again.results, run.results) and again.case == run.case
+    assert all(alike(found, memory.results) for found in results)
+    assert {Path(path).read_bytes() for path in written} == {file.file.read_bytes()}
+
+
+def test_a_run_that_comes_from_another_process_serves_further_runs(elastic: tuple[ldbench.Run, ldbench.Run]):
+    """The table of such a run is made again when it is asked for."""
+    memory = elastic[0]
+    for run in pickle.loads(pickle.dumps(memory)), elastic[1]:
+        further = ldbench.run(memory.case.replace(vY=0.9), table=run.table)
+        assert further.data.equals(ldbench.run(memory.case.replace(vY=0.9), table=memory.table).data)
+
+
+def test_an_event_made_by_hand_can_be_copied():
+    event = ldbench.Event(0.1, "derailment")
+    assert alike(pickle.loads(pickle.dumps(event)), event) and alike(copy.deepcopy(event), event)
+
+
+@pytest.mark.parametrize("kind", [0, 1], ids=["memory", "file"])
+def test_xarray_has_columns_units_and_results(kind: int, both: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("zarr")
+    run = both[kind]
+    found = run.to_xarray()
+    units = run.data.attrs["units"]
+    assert set(found.variables) == set(run.data) and list(found.coords) == ["time"]
+    for name in run.data:
+        assert np.array_equal(found[name], run.data[name], equal_nan=True) and found[name].attrs == {"units": units[name] or "1"}
+    told = {name: value for name, value in run.results.items() if not (isinstance(value, float) and math.isnan(value))}
+    assert found.attrs == {"case": run.name, "title": run.header.title, **told}
+    frame = found.reset_coords().to_dataframe()[list(run.data)]
+    assert np.array_equal(frame, run.data, equal_nan=True)
+    found.to_zarr(tmp_path/"run.zarr", zarr_format=2)
+    with xarray.open_zarr(tmp_path/"run.zarr") as stored:
+        assert stored.load().identical(found)
+
+
+def test_pandas_keeps_columns_and_units(both: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    """Copies and pickles keep the units of the columns; for a CSV file a map tells them."""
+    for run in both:
+        frame, units = run.data, run.data.attrs["units"]
+        frame.to_pickle(tmp_path/"frame")
+        for again in frame.copy(), pickle.loads((tmp_path/"frame").read_bytes()):
+            assert again.equals(frame) and again.attrs["units"] == units
+        frame.to_csv(tmp_path/"frame.csv", index=False)
+        again = ldbench.read_columns(tmp_path/"frame.csv", {name: {"column": name, "unit": unit} for name, unit in units.items()})
+        assert again.equals(frame) and again.attrs["units"] == units
+
+
+# Another code's file -----------------------------------------------------------------------
+
+def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elastic: tuple[ldbench.Run, ldbench.Run]):
+    memory = elastic[0]
+    assert type(other) is ldbench.Run and other.name == "theirs" and list(other.data) == ["time", "Y", "N_LF"]
+    assert other.data.attrs["units"] == {"time": "s", "Y": "m", "N_LF": "N"}
+    np.testing.assert_allclose(other.values("Y"), memory.values("Y"), rtol=1e-11)
+    assert other.results == {} and other.events == [] and other.header == Header()
+    assert (other.ending, other.formulation, other.exercise, other.heading) == ("", "", None, "theirs")
+    assert math.isnan(other.result("drift")) and math.isnan(other.seconds) and other.count("derailment") is None
+    assert other.setting("initial", "vY") is None and other.peak("RF") is None
+    force, t = other.peak("LF")
+    k = int(memory.values("N_LF").argmax())
+    assert (force, t) == pytest.approx((memory.values("N_LF")[k], memory.time[k]), rel=1e-9)
+    assert other.first_contact("LF") == pytest.approx(memory.time[np.flatnonzero(memory.values("N_LF") > 0)[0]], rel=1e-9)
+    for question in ("case", "table", "text"):
+        with pytest.raises(ldbench.Error) as error:
+            getattr(other, question)
+        assert error.value.file == str(other.file) and error.value.found == "none"
+    assert repr(other).startswith("Run('theirs', ") and "theirs" in other._repr_html_()
+    assert pickle.loads(pickle.dumps(other)).data.equals(other.data)
+
+
+def test_another_code_s_file_is_written_and_converted(other: ldbench.Run, tmp_path: Path):
+    pytest.importorskip("xarray")
+    assert Path(other.write(tmp_path/"copy.csv")).read_bytes() == other.file.read_bytes()
+    found = other.to_xarray()
+    assert found.Y.attrs == {"units": "m"} and found.attrs == {"case": "theirs", "title": ""}
+
+
+@pytest.mark.parametrize("columns", ["a,b\n1,2\n3,4\n", "time,mine\n1,2\n3,4\n"], ids=["no time", "time"])
+def test_a_file_without_columns_of_ours_has_no_pages(columns: str, tmp_path: Path):
+    (tmp_path/"theirs.csv").write_text(columns)
+    run = ldbench.read_run(tmp_path/"theirs.csv")
+    with pytest.raises(ldbench.Error) as error:
+        run.plot(tmp_path/"page.pdf")
+    assert error.value.file == str(run.file) and error.value.found == ", ".join(run.data)
+    assert command_error("plot", run.file, "-o", tmp_path/"page.pdf").file == str(run.file)
+    assert [file.name for file in tmp_path.iterdir()] == ["theirs.csv"]
+
+
+def test_a_geometry_file_has_columns_and_what_was_known_before_the_run(elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    memory = elastic[0]
+    memory.write(tmp_path/"columns.txt", tmp_path/"geometry.txt")
+    run = ldbench.read_run(tmp_path/"geometry.txt")
+    assert run.data.equals(ldbench.read_columns(run.file)) and run.case == memory.case and run.events == []
+    assert run.results["clearance_left"] == memory.results["clearance_left"] and "end" not in run.results
+    assert repr(run) == f"Run('ex3_aw', {len(run.data)} rows of {run.file})" and "ex3_aw" in run._repr_html_()
+
+
+def test_one_function_plots_every_run(other: ldbench.Run, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path,
+                                      monkeypatch: pytest.MonkeyPatch):
+    """Memory and file give the same pages; few columns give the pages that show them."""
+    monkeypatch.chdir(tmp_path)
+    titles = []
+    for k, run in enumerate((*elastic, other)):
+        pages = run.plot(f"{k}.pdf")
+        document = PdfReader(f"{k}.pdf")
+        assert len(document.pages) == pages
+        titles.append([page.extract_text() for page in document.pages])
+    assert titles[0] == titles[1] and len(titles[0]) == len(PAGES) + 2 and len(titles[2]) == 2
+    assert "theirs: displacements" in titles[2][0] and "theirs: normal forces" in titles[2][1]
+    assert other.plot() == 2 and Path("theirs.pdf").exists()
+    with pytest.raises(ldbench.Error) as error:
+        other.plot("page.png")
+    assert (error.value.file, error.value.found) == ("page.png", ".png")
+
+
+def test_one_page_shows_every_run(other: ldbench.Run, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+    memory, file = elastic
+    page = ldbench.view([memory, file, other], "three").write(tmp_path/"three.html").read_text()
+    assert "<title>three</title>" in page and page.count('<script type="text/plain" id="run') == 3
+    assert memory.view().html.count('<script type="text/plain" id="run') == 1
+    assert ldbench.view(file.file).html == file.view().html
+
+
+# Files that are not there ------------------------------------------------------------------
+
+def missing(folder: Path) -> dict[str, Callable[[], object]]:
+    (folder/"theirs.csv").write_text("t,y\n0,1\n1,2\n")
+    case = small(t_end=1e-3)
+    return {
+        "namelist.nml": lambda: ldbench.Case.from_namelist(folder/"namelist.nml"),
+        "run.nml": lambda: ldbench.run(folder/"run.nml"),
+        "table.nml": lambda: ldbench.ContactTable(str(folder/"table.nml")),
+        "columns.txt": lambda: ldbench.read_run(folder/"columns.txt"),
+        "data.txt": lambda: read_data(folder/"data.txt"),
+        "numbers.txt": lambda: ldbench.read_columns(folder/"numbers.txt"),
+        "view.txt": lambda: ldbench.view(folder/"view.txt"),
+        "map.toml": lambda: ldbench.read_run(folder/"theirs.csv", folder/"map.toml"),
+        "wheel.yz": lambda: ldbench.run(case.replace(wheel_profile=folder/"wheel.yz")),
+        "rail.yz": lambda: ldbench.ContactTable(case.replace(rail_profile=folder/"rail.yz")),
+        "profile.yz": lambda: inspect_profile(folder/"profile.yz"),
+    }
+
+
+@pytest.mark.parametrize("name", missing(REPO/"build"))
+def test_a_file_that_is_not_there_is_not_found(name: str, tmp_path: Path):
+    with pytest.raises(FileNotFoundError) as error:
+        missing(tmp_path)[name]()
+    assert isinstance(error.value, ldbench.Error) and error.value.errno == errno.ENOENT
+    assert error.value.file == str(tmp_path/name)
+
+
+@pytest.mark.parametrize("where", ["here", "beside dask", "there"])
+def test_errors_come_from_other_processes_as_they_are(where: str, tmp_path: Path):
+    """They are the same Errors beside Dask too, which pickles exceptions in a way of its own."""
+    if where == "beside dask":
+        pytest.importorskip("distributed")
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        for wrong in (lambda: ldbench.Case(dt=-1), missing(tmp_path)["columns.txt"], missing(tmp_path)["wheel.yz"]):
+            with pytest.raises(ldbench.Error) as error:
+                wrong()
+            again = pickle.loads(pickle.dumps(error.value)) if where != "there" else pool.submit(copy.copy, error.value).result()
+            assert type(again) is type(error.value) and str(again) == str(error.value)
+            assert vars(again) == vars(error.value) and getattr(again, "errno", 0) == getattr(error.value, "errno", 0)
+
+
+PLACES = {
+    "case.nml, line 3, &contact model: expected one of strip hertz, found 'x'  [model = 'x']":
+        ("case.nml", 3, "contact", "model", "one of strip hertz", "'x'"),
+    "case.nml, &profiles wheel_profile: a, b.yz, line 2: expected two numbers, found '1 x'":
+        ("a, b.yz", 2, "profiles", "wheel_profile", "two numbers", "'1 x'"),
+    "case.nml: profiles/none.yz: cannot be opened for reading": ("profiles/none.yz", None, None, None, None, None),
+    "columns.txt, header, &table n_roll: expected a whole number, found none":
+        ("columns.txt", None, "table", "n_roll", "a whole number", "none"),
+    "case, &wheelset vertical_load = 3.0 N: expected an equilibrium, found none":
+        ("case", None, "wheelset", "vertical_load", "an equilibrium", "none"),
+    "stopped": (None, None, None, None, None, None),
+    "expected a case, found none": (None, None, None, None, "a case", "none"),
+}
+
+
+@pytest.mark.parametrize("words", PLACES)
+def test_an_error_tells_the_parts_of_its_text(words: str):
+    error = ldbench.Error(words)
+    assert (error.file, error.line, error.group, error.variable, error.expected, error.found) == PLACES[words]
+    assert str(error) == words
+
+
+def test_a_folder_in_the_place_of_a_file_is_there(tmp_path: Path):
+    with pytest.raises(ldbench.Error) as error:
+        ldbench.read_run(tmp_path)
+    assert not isinstance(error.value, FileNotFoundError) and error.value.file == str(tmp_path)
+
+
+# Cases -------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("case", [
+    ldbench.Case(), ldbench.Case(vY=0.3, output_file="fast.txt"), ldbench.Case.exercise(4, "sw"),
+    small(**KINDS["two sides"]), ldbench.Case(dt=1e-5/3, title="it's \"so\"", table_roll=0.4, initial_roll=1e-3)], ids=repr)
+def test_the_words_of_a_case_are_the_case(case: ldbench.Case):
+    again = eval(repr(case), {"Case": ldbench.Case})
+    assert again == case and again.values == case.values and hash(again) == hash(case)
+
+
+def test_every_variable_is_an_attribute_with_a_docstring():
+    """dir() lists each variable under one name; it goes by every other name as well."""
+    names = [shortest_name(k) for k in range(len(variables()))]
+    attributes = [name for name in dir(ldbench.Case) if isinstance(getattr(ldbench.Case, name), property)]
+    assert sorted(names) == sorted(attributes) and len({name.lower() for name in names}) == len(names)
+    case = ldbench.Case.exercise(2)
+    for name, variable, value in zip(names, variables(), case.values, strict=True):
+        words = getattr(ldbench.Case, name).__doc__
+        assert words.startswith(variable.name) and variable.meaning and variable.meaning in words
+        assert variable.unit == "1" or f" [{variable.unit}]:" in words or not variable.unit
+        assert variable.range in words and f"(&{variable.group})" in words and variable.default.strip() in words
+        assert getattr(case, name) == getattr(case, f"{variable.group}_{variable.name}") == getattr(case, name.upper()) == value
+
+
+def test_a_case_describes_every_variable():
+    case = ldbench.Case(vY=0.3)
+    table = case.describe()
+    assert list(table.index) == [(variable.group, variable.name) for variable in variables()]
+    assert tuple(table["value"]) == case.values and tuple(table["default"]) == ldbench.Case().values
+    assert list(table.index[table["value"] != table["default"]]) == [("initial", "vY")]
+    for name in "unit", "range", "meaning":
+        assert tuple(table[name]) == tuple(getattr(variable, name) for variable in variables())
+    assert (table["range"] != "").all() and (table["meaning"] != "").all()
+
+
+@pytest.mark.parametrize(("wrong", "meant"), [("masss", "mass"), ("v_Y", "vY"), ("outputfile", "output_file"),
+                                              ("wheelset_mas", "mass"), ("rollrate", "roll_rate")])
+def test_a_misspelt_variable_names_the_nearest(wrong: str, meant: str):
+    for refused in (lambda: ldbench.Case(**{wrong: 1}), lambda: ldbench.Case().replace(**{wrong: 1})):
+        with pytest.raises(ldbench.Error) as error:
+            refused()
+        assert error.value.found == f"{wrong}; {meant} is the nearest"
+    with pytest.raises(AttributeError) as attribute:
+        getattr(ldbench.Case(), wrong)
+    assert str(attribute.value) == str(error.value)
+    with pytest.raises(ldbench.Error) as nothing:
+        ldbench.Case(qqqqq=1)
+    assert nothing.value.found == "qqqqq"
+
+
+def test_nothing_changes_what_was_run(elastic: tuple[ldbench.Run, ldbench.Run]):
+    for run in elastic:
+        results, events = run.results, run.events
+        results["drift"] = 0.0
+        events.clear()
+        assert run.results["drift"] != 0 and run.events
+        with pytest.raises(FrozenInstanceError):
+            run.header.title = "another"
+        for name in "results", "events", "file", "header", "ending":
+            with pytest.raises(AttributeError):
+                setattr(run, name, None)
+        with pytest.raises(AttributeError):
+            run.events[0].t = 0.0
+        named = run.named("another")
+        assert (named.name, run.name) == ("another", "ex3_aw") and type(named) is ldbench.Run and named.data is run.data
+    case = elastic[0].case
+    for name in "vY", "vy", "initial_vY", "values", "label", "speed":
+        with pytest.raises(AttributeError):
+            setattr(case, name, 1.0)
+        with pytest.raises(AttributeError):
+            delattr(case, name)
+    for name in "equilibrium", "clearance", "weight", "accuracy":
+        with pytest.raises(AttributeError):
+            setattr(elastic[0].table, name, 1.0)
+
+
+# The package -------------------------------------------------------------------------------
+
+FUNCTIONS = [name for name in ldbench.__all__ if inspect.isfunction(getattr(ldbench, name))]
+
+
+def test_no_module_takes_the_name_of_a_function():
+    """Only commands have such names, for users call them so."""
+    assert sorted(FUNCTIONS) == ["ensemble", "read_columns", "read_run", "run", "view"]
+    package = Path(ldbench.__file__).parent
+    modules = [path for path in package.rglob("*") if path.suffix == ".py" or (path/"__init__.py").exists()]
+    assert len(modules) > 50
+    assert not [path for path in modules if path.stem in FUNCTIONS and path.parent != package/"commands"]
+
+
+IMPORTED = """
+import importlib, inspect, pkgutil, sys
+import ldbench
+names = [module.name for module in pkgutil.walk_packages(ldbench.__path__, "ldbench.")]
+for name in sorted(names, reverse=sys.argv[1] == "backwards"):
+    importlib.import_module(name)
+from ldbench.commands import ensemble, run, view
+print(len(names), *(name for name in ldbench.__all__ if inspect.ismodule(getattr(ldbench, name))))
+"""
+
+
+@pytest.mark.parametrize("order", ["forwards", "backwards"])
+def test_functions_stay_functions_whatever_is_imported(order: str):
+    done = subprocess.run([sys.executable, "-c", IMPORTED, order], capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0, done.stderr
+    number, *taken = done.stdout.split()
+    assert int(number) > 50 and not taken
+
+
+SCRIPT = """
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import ldbench
+from ldbench import Case, ContactTable, Error, Event, Run
+
+
+def told(stage: str, share: float) -> None:
+    print(stage, share)
+
+
+case = Case(vY=0.3, output_file="fast.txt").replace(dt=5e-6)
+other: Case = Case.exercise(1, "aw")
+speed: float = other.vY
+table = ContactTable(case, progress=told)
+force: np.ndarray[Any, Any] = table.force(0.0, table.equilibrium, [0.0, 1e-3], wheel="left", outside="nan")
+done: Run = ldbench.run(case, progress=True, table=table)
+path: str = done.write("columns.txt")
+read: Run = ldbench.read_run(Path("other.csv"), map={"time": "t", "Y": {"column": 2, "unit": "mm"}})
+drift: float = done.result("drift")
+results: dict[str, Any] = read.results
+events: list[Event] = done.events
+first: Event | None = done.first("left flange contact")
+peak: tuple[float, float] | None = done.peak("LF")
+pages: int = done.plot("plots.pdf")
+page: Path = ldbench.view([done, "other.txt"]).write("both.html")
+if first is not None:
+    print(f"{first.t:.6f} {first.kind} {first.force:.1f} {dict(first.impulses)} {first.loss}")
+try:
+    frame = ldbench.read_columns("columns.txt")
+    print(frame["Y"].max(), ldbench.ensemble(case, {"mass": [1400.0, 1600.0]}, threads=2))
+except FileNotFoundError as error:
+    print(error)
+except Error as error:
+    line: int | None = error.line
+    words: list[str | None] = [error.file, error.group, error.variable, error.expected, error.found]
+"""
+
+WRONG = """
+import ldbench
+
+ldbench.run(ldbench.Case(), tables=None)
+ldbench.ContactTable(ldbench.Case()).force(0.0, 0.0, 0.0, wheel="front")
+"""
+
+
+@pytest.mark.slow
+def test_types_of_the_interface_are_told(tmp_path: Path):
+    """A script passes the strictest check, and what is wrong in one is found."""
+    pytest.importorskip("mypy")
+    (tmp_path/"script.py").write_text(SCRIPT)
+    (tmp_path/"wrong.py").write_text(WRONG)
+    words = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path/"cache"), "script.py", "wrong.py"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
+    found = {line.partition(": error: ")[0] for line in done.stdout.splitlines() if ": error: " in line}
+    assert found == {"wrong.py:4", "wrong.py:5"}, done.stdout

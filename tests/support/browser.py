@@ -1,0 +1,98 @@
+"""A headless Chromium for the tests of pages: what it was asked for, what it said, what it shows."""
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.support.wait import WebDriverWait
+
+T = TypeVar("T")
+PATIENCE = 600      # until something that should happen counts as not happening [s]
+FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+         "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars")
+
+
+def find_browser() -> tuple[str, str] | None:
+    """Paths of Chromium and its driver."""
+    names = "chromium", "chromium-browser", "google-chrome"
+    browser, driver = next(filter(None, map(shutil.which, names)), None), shutil.which("chromedriver")
+    return (browser, driver) if browser and driver else None
+
+
+class Browser:
+    def __init__(self, driver: webdriver.Chrome) -> None:
+        self.driver = driver
+
+    def size(self, width: int, height: int, mobile: bool = False, dark: bool = False, media: str = "") -> None:
+        """Set the size of the window, and what the system prefers."""
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": width, "height": height, "deviceScaleFactor": 2 if mobile else 1, "mobile": mobile})
+        self.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": mobile, "maxTouchPoints": 5})
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": [
+            {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+
+    def open(self, page: Path, fragment: str = "") -> None:
+        """A page, until it says that it is ready."""
+        self.driver.get("about:blank")
+        self.log()
+        self.requests()
+        self.driver.get(f"{page.as_uri()}{fragment}")
+        self.wait(lambda: self.run("return document.documentElement.dataset.ready") == "yes")
+
+    def run(self, script: str, *values: object) -> object:
+        return self.driver.execute_script(script, *values)
+
+    def wait(self, found: Callable[[], T]) -> T:
+        return WebDriverWait(self.driver, PATIENCE, poll_frequency=0.05).until(lambda _: found())
+
+    def text(self, selector: str) -> str:
+        return self.run("return document.querySelector(arguments[0]).textContent", selector)
+
+    def texts(self, selector: str) -> list[str]:
+        return self.run("return [...document.querySelectorAll(arguments[0])].map(e => e.textContent)", selector)
+
+    def click(self, selector: str) -> None:
+        self.run("document.querySelector(arguments[0]).click()", selector)
+
+    def press(self, *keys: str) -> None:
+        ActionChains(self.driver).send_keys(*keys).perform()
+
+    def log(self) -> list[str]:
+        """What the console got since the last time."""
+        return [f"{entry['level']} {entry['message']}" for entry in self.driver.get_log("browser")]
+
+    def requests(self) -> list[str]:
+        """Addresses that were asked for since the last time."""
+        messages = (json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance"))
+        return [message["params"]["request"]["url"] for message in messages
+                if message["method"] == "Network.requestWillBeSent"]
+
+
+@contextmanager
+def started(profile: Path, tracing: str = "") -> Iterator[Browser]:
+    """A browser with an empty profile; `tracing` are categories of its own measurements."""
+    found = find_browser()
+    if not found:
+        pytest.skip("no chromium with chromedriver: ./bootstrap --browser")
+    options = webdriver.ChromeOptions()
+    options.binary_location = found[0]
+    for flag in (*FLAGS, f"--user-data-dir={profile}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    if tracing:
+        options.add_experimental_option("perfLoggingPrefs", {"enableNetwork": True, "traceCategories": tracing})
+    driver = webdriver.Chrome(options=options, service=Service(found[1]))
+    driver.set_page_load_timeout(PATIENCE)
+    driver.set_script_timeout(PATIENCE)
+    try:
+        yield Browser(driver)
+    finally:
+        driver.quit()

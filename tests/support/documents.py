@@ -1,0 +1,171 @@
+"""The pages of the documentation: their blocks that are marked as run, the links in them.
+
+A block is marked by a comment in the line before its fence:
+
+    <!-- run -->                    commands after `$ ` with what they print, or a Python program
+    <!-- output -->                 what the Python program before it prints
+    <!-- file: other_code.toml -->  a file that the blocks after it read
+
+The blocks of a page run in order, in one folder with the shipped inputs and profiles. In the output that a page shows,
+`...` stands for anything, also for any number of lines.
+
+    python tests/support/documents.py docs/install.md       writes into the pages what their commands print today
+"""
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from running import HANG, LDBENCH, REPO, environment
+
+PAGES = [REPO/"README.md", *sorted((REPO/"docs").glob("*.md")), REPO/"profiles/README.md"]
+BLOCK = re.compile(r"<!-- (run|output|file: \S+) -->\n+```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
+NUMBER = re.compile(r"[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?")
+LINK = re.compile(r"(?<!`)\]\(<?([^)\s>]+)>?\)")
+CLOSE = 1e-2            # relative difference of numbers that another processor may make
+ROUNDING = 1e-6         # below it numbers are rounding errors, which depend on the compiler
+
+
+@dataclass
+class Block:
+    """A marked block of a page."""
+
+    kind: str           # 'run', 'output' or 'file: NAME'
+    language: str
+    text: str
+    span: tuple[int, int]       # of the text in the page
+
+
+@dataclass
+class Shown:
+    """What a page says that a command prints, and what it prints."""
+
+    command: str
+    expected: str
+    found: str
+    status: int
+
+    @property
+    def fits(self) -> bool:
+        return self.status == 0 and alike(self.expected, self.found)
+
+
+def blocks(page: Path) -> list[Block]:
+    """The marked blocks of a page."""
+    return [Block(found[1], found["language"], found["text"], found.span("text")) for found in BLOCK.finditer(page.read_text())]
+
+
+def commands(text: str) -> Iterator[tuple[str, str]]:
+    """Commands of a console block, with the output that is shown after each."""
+    for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+        lines = part.splitlines(keepends=True)
+        end = next(k for k, line in enumerate(lines) if not line.endswith("\\\n")) + 1
+        yield "".join(lines[:end]), "".join(lines[end:])
+
+
+def prepare(folder: Path) -> None:
+    """Make the files that pages begin with: the contact table of the actual profiles, two column files."""
+    for name in "inputs", "profiles":
+        shutil.copytree(REPO/name, folder/name)
+    for case in "ex1_aw", "ex2_aw":
+        subprocess.run([LDBENCH, f"inputs/{case}.nml"], cwd=folder, check=True, capture_output=True, timeout=HANG)
+
+
+def run_page(page: Path, prepared: Path, folder: Path) -> list[Shown]:
+    """Run the blocks of a page in a folder with copies of the prepared files."""
+    shutil.copytree(prepared, folder, dirs_exist_ok=True)
+    (folder/"ldbench").symlink_to(LDBENCH)
+    found = []
+    python = ""         # the Python programs of a page go on where the one before ended
+    for block in blocks(page):
+        if block.kind.startswith("file: "):
+            (folder/block.kind.removeprefix("file: ")).write_text(block.text)
+        elif block.language == "python":
+            printed = _run(python + "\nprint(end='\\0')\n" + block.text, folder, "python")
+            found.append(Shown(block.text, "...", printed.stdout, printed.returncode))
+            python += "\n" + block.text
+            last = printed.stdout.rpartition("\0")[2]
+        elif block.kind == "output":
+            found.append(Shown("output of the program before", block.text, last, 0))
+        else:
+            for command, expected in commands(block.text):
+                printed = _run(command, folder)
+                found.append(Shown(command, expected or "...", printed.stdout, printed.returncode))
+    return found
+
+
+def _run(text: str, folder: Path, language: str = "console") -> subprocess.CompletedProcess[str]:
+    """Run a command of the shell, or a Python program. `python` is this interpreter."""
+    python = Path(sys.executable).parent
+    words = [sys.executable, "-c", text] if language == "python" else ["bash", "-c", text]
+    return subprocess.run(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=HANG,
+                          env=environment(PATH=f"{python}:/usr/local/bin:/usr/bin:/bin", MPLBACKEND="agg", COLUMNS="100"))
+
+
+def alike(expected: str, found: str) -> bool:
+    """Whether a program prints what a page shows: words exactly, numbers nearly."""
+    pattern, shown = "", []
+    for part in re.split(f"({NUMBER.pattern}|\\.\\.\\.|\\s+)", expected.strip()):
+        if part == "...":
+            pattern += r"(?:.|\n)*?"
+        elif NUMBER.fullmatch(part):
+            pattern += f"({NUMBER.pattern})"
+            shown.append(part)
+        else:
+            pattern += r"\s+" if part.isspace() else re.escape(part)
+    match = re.fullmatch(pattern, found.strip())
+    return match is not None and all(map(_near, shown, match.groups()))
+
+
+def _near(a: str, b: str) -> bool:
+    x, y = float(a), float(b)
+    return math.isclose(x, y, rel_tol=CLOSE) or max(abs(x), abs(y)) < ROUNDING
+
+
+def links(page: Path) -> list[str]:
+    """The links of a page to files of the repository, without those in code."""
+    text = re.sub(r"^```.*?^```$|`[^`\n]*`", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+    return [link for link in LINK.findall(text) if not re.match(r"[a-z]+:|#", link)]
+
+
+def update(page: Path) -> None:
+    """Write into a page what its commands print where it shows something else."""
+    with tempfile.TemporaryDirectory() as temporary:
+        prepare(Path(temporary)/"prepared")
+        outcome = iter(run_page(page, Path(temporary)/"prepared", Path(temporary)/"page"))
+        text, changes = page.read_text(), []
+        for block in blocks(page):
+            if block.kind == "output":
+                shown = next(outcome)
+                changes.append((block.span, block.text if shown.fits else shown.found.strip() + "\n"))
+            elif block.language == "python":
+                report(next(outcome))
+            elif block.kind == "run":
+                new = ""
+                for command, expected in commands(block.text):
+                    shown = next(outcome)
+                    report(shown)
+                    kept = not expected or (shown.fits and shown.status == 0)
+                    new += f"$ {command}" + (expected if kept else shown.found.rstrip() + "\n")
+                changes.append((block.span, new))
+    for (start, end), new in reversed(changes):
+        text = text[:start] + new + text[end:]
+    page.write_text(text)
+
+
+def report(shown: Shown) -> None:
+    """Say what failed."""
+    if shown.status:
+        print(f"status {shown.status}: {shown.command}\n{shown.found}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or PAGES:
+        update(Path(name))

@@ -1,0 +1,445 @@
+"""Mutated inputs, each from a seed of its own: namelists, profiles, column files of other codes and ours, maps of columns,
+tables.
+
+A failure is a crash, a hang, a traceback, an error of more than one line, a file that is made or changed, or success with
+nonsense. Children do many inputs each and say which one they begin; of one that dies or is silent, that was the last.
+
+usage: PYTHONPATH=profiles python tests/support/fuzz.py [N] [--seed FIRST] [--jobs PROCESSES]      (make fuzz N=100000)
+The input of one seed again: PYTHONPATH=profiles python tests/support/fuzz.py 1 --seed SEED --keep FOLDER
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import select
+import struct
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import shapes
+from running import CASES, FORTRAN_TESTS, LDBENCH, REPO, environment, namelist, short_case
+
+HANG = 600                  # without a sign of life [s]
+BATCH = 250                 # inputs of a child
+TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
+# The rigid cases use the benchmark's pair and a present-day one.
+PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
+         {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz", "gauge": 1.435, "back_to_back": 1.36}]
+TOKENS = [b"", b"0", b"-0", b"1", b"-1", b"1e308", b"-1e308", b"1e-320", b"9e999", b"nan", b"inf", b"-inf", b"1d5", b"0x10",
+          b"99999999999999999999", b"'", b'"', b"''", b"/", b"&", b"=", b"==", b",", b";", b"\t", b"\r", b"\n", b"\r\n", b"\0",
+          b"\x7f", b"\xff", b"\xc3\xa9", b"#", b"!", b"%", b"[", b"]", b"{", b"}", b"(", b"3*1", b"1,2", b"T", b".", b"..", b"-",
+          b"+", b"e", b"*", b"~", b"$", b"$x^2$", b"\xef\xbb\xbf", b"0,5", b";;", b"\\", b" "*300, b"9"*300, b"x"*3000]
+
+
+def mutate(data: bytes, rng: random.Random) -> bytes:
+    """One to six changes of bytes, words and lines."""
+    for _ in range(rng.choice([1, 1, 1, 2, 3, 6])):
+        what = rng.randrange(10)
+        at, lines = rng.randrange(len(data) + 1), data.split(b"\n")
+        k, j = rng.randrange(len(lines)), rng.randrange(len(lines))
+        if what == 0:
+            data = data[:at] + rng.choice(TOKENS) + data[at:]
+        elif what == 1:
+            data = data[:at] + bytes([rng.randrange(256)]) + data[at + 1:]
+        elif what == 2:
+            data = data[:at] + data[at + rng.choice([1, 1, 2, 5, 100]):]
+        elif what == 3:
+            data = data[:at]
+        elif what == 4:
+            lines[k], lines[j] = lines[j], lines[k]
+            data = b"\n".join(lines)
+        elif what == 5:
+            data = b"\n".join(lines[:k] + lines[j:j + rng.choice([1, 1, 3, 20])] + lines[k:])
+        elif what == 6:
+            data = b"\n".join(lines[:k] + lines[k + rng.choice([1, 1, 2, 30]):])
+        elif what == 7:
+            data = data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1:] if at < len(data) else data
+        else:                   # a word of a line is another one
+            words = lines[k].split(b" ")
+            words[rng.randrange(len(words))] = rng.choice([*TOKENS, *lines[j].split(b" ")])
+            lines[k] = b" ".join(words)
+            data = b"\n".join(lines)
+    return data
+
+
+def spreadsheets(data: bytes) -> list[bytes]:
+    """A file with commas as Excel writes it: with a mark of the order of bytes, decimal commas, tabs."""
+    semicolons = data.replace(b",", b";").replace(b".", b",")
+    return [b"\xef\xbb\xbf" + semicolons.replace(b"\n", b"\r\n"), semicolons.replace(b";", b"\t")]
+
+
+def checksum(words: tuple[int, ...]) -> int:
+    """That of a table's file: fortran/table/table_file.f90."""
+    mix, all_bits = 0, 2**64 - 1
+    for word in words:
+        mix ^= word
+        mix ^= mix << 13 & all_bits
+        mix ^= mix >> 7
+        mix ^= mix << 17 & all_bits
+    return mix
+
+
+def with_checksum(data: bytes) -> bytes:
+    """A table's file that is told to be whole, whatever it holds."""
+    words = struct.unpack(f"={len(data)//8}Q", data[:len(data)//8*8])
+    return data[:len(words)*8 - 8] + struct.pack("=Q", checksum(words[:-1]))
+
+
+def check_message(message: str) -> None:
+    assert message.isprintable() and len(message) < 3000, f"an error of one line was expected: {message!r}"
+
+
+class Child:
+    """What a process needs to do many inputs."""
+
+    def __init__(self, folder: Path, keep: bool = False) -> None:
+        """keep: what the inputs leave."""
+        import ldbench  # not where the parent only counts
+        import ldbench.profiles.inspect
+
+        self.ldbench = ldbench
+        self.folder = folder
+        self.keep = keep
+        inputs = [(REPO/"inputs"/f"{name}.nml").read_bytes() for name in CASES]
+        made = short_case(Path(), initial={"vY": 0.5}).encode()
+        self.namelists = [*inputs, made, namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode()]
+        self.profiles = [form(points, kind).encode("latin-1") for form in shapes.FORMATS.values() for points, kind in (
+            (shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"), (shapes.shape("arprof", 1.0), "rail"))]
+        time = np.linspace(0, 0.02, 30)
+        values = np.column_stack([time, np.sin(time), 1e3*time**2, np.where(time > 0.01, np.nan, 1.0)])
+        rows = [[f"{x:.6g}" for x in row] for row in values]
+        self.columns = [
+            *(f"{mark.join(names)}\n{units}".encode() + "\n".join(map(mark.join, rows)).encode() + b"\n"
+              for mark, names, units in ((",", ["t [s]", "ylat [mm]", "phi", "N"], ""),
+                                         (";", ["t", "ylat", "phi", "N"], "s;mm;mrad;kN\n"),
+                                         (" ", ["t", "ylat", "phi", "N"], "# s mm mrad kN\n")))]
+        for text in spreadsheets(self.columns[0]):
+            self.columns.append(text)
+        self.map = (b'time = "t"\nY = { column = "ylat", unit = "mm" }\nroll = { column = "phi", unit = "mrad", factor = -1 }\n'
+                    b'Z = { column = 4, unit = "mm", offset = -0.457 }\n')
+        (folder/"other.csv").write_bytes(self.columns[1])
+        case = folder/"case.nml"
+        case.write_text(short_case(folder, table=TINY | {"file": folder/"pair.table"}))
+        self.tables = subprocess.Popen([FORTRAN_TESTS/"load_tables", case], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                       text=True, cwd=folder)
+        self._load(folder/"nothing")
+        self.table = (folder/"pair.table").read_bytes()
+        self.ours = []
+        for name, changes in ("elastic.txt", {}), ("rigid.txt", {"formulation": "unilateral", "table_file": ""}):
+            run = ldbench.run(ldbench.Case.from_namelist(case).replace(interval=1e-4, rows="interval", **changes))
+            self.ours.append(Path(run.write(folder/name)).read_bytes())
+        self.known = self._listing()
+
+    def _listing(self) -> list[str]:
+        return sorted(path.name for path in self.folder.iterdir())
+
+    def _load(self, path: Path) -> str:
+        print(path, file=self.tables.stdin, flush=True)
+        answer = self.tables.stdout.readline()
+        assert answer.endswith("\n"), "the program that reads tables died"
+        return answer[:-1]
+
+    def run(self, seed: int) -> None:
+        rng = random.Random(seed)
+        name = KINDS[seed % len(KINDS)]
+        try:
+            KIND[name](self, rng)
+        except self.ldbench.Error as error:
+            check_message(str(error))
+        for left in ("mutant", "columns.txt"):
+            if not self.keep:
+                (self.folder/left).unlink(missing_ok=True)
+        assert self.keep or self._listing() == self.known, f"files made: {self._listing()}"
+
+    def mutant(self, data: bytes) -> Path:
+        path = self.folder/"mutant"
+        path.write_bytes(data)
+        return path
+
+    def namelist(self, rng: random.Random) -> None:
+        """Accepted values are written and read again; some cases are run for ten rows, with rigid contacts."""
+        path = self.mutant(mutate(rng.choice(self.namelists), rng))
+        executable = rng.random() < 0.1
+        try:
+            case = self.ldbench.Case.from_namelist(path)
+        except self.ldbench.Error as error:
+            if executable:
+                self.refused_alike(path, str(error))
+            raise
+        assert self.ldbench.Case.from_namelist(case.to_namelist()) == case
+        if rng.random() < 0.1:
+            case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3, rows="interval", stop_at="t_end",
+                                table_file="", wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
+            run = self.ldbench.run(case)
+            run.write(self.folder/"columns.txt")
+            moved = self.ldbench.read_columns(self.folder/"columns.txt")
+            finite = moved[["time", "Y", "Z", "roll", "vY", "vZ", "roll_rate", "E_total"]].to_numpy()
+            assert np.isfinite(finite).all() and 1 <= len(finite) <= 11
+
+    def refused_alike(self, path: Path, message: str) -> None:
+        done = subprocess.run([LDBENCH, path], cwd=self.folder, capture_output=True, timeout=HANG)
+        said = done.stderr.decode(errors="replace")
+        # Python shows letters without an image, such as a byte order mark, as ?, like other control characters.
+        head, told = said[:16], str(self.ldbench.Error(said[16:].removesuffix("\n")))
+        assert (done.returncode, head, told) == (1, "ldbench: error: ", message), (done.returncode, said, message)
+
+    def profile(self, rng: random.Random) -> None:
+        path = self.mutant(mutate(rng.choice(self.profiles), rng))
+        found = self.ldbench.profiles.inspect.inspect(path, smoothing=rng.choice([0.0, 0.0, 0.02]))
+        for stations in found.smooth, found.rough:
+            assert all(np.isfinite(x).all() for x in (stations.s, stations.y, stations.z, stations.angle, stations.curvature))
+
+    def column_file(self, rng: random.Random) -> None:
+        path = self.mutant(mutate(rng.choice(self.columns), rng))
+        if rng.random() < 0.05:
+            self.ragged_file(rng)
+        mapped = rng.choice([None, {"time": 1, "Y": {"column": 2, "unit": "mm"}}])
+        frame = self.ldbench.read_columns(path, mapped)
+        assert len(frame) and len(frame.columns) and all(kind == np.dtype(float) for kind in frame.dtypes)
+
+    def ragged_file(self, rng: random.Random) -> None:
+        """A cell moved from a row to another one leaves as many numbers as there were, and no rows of equal lengths."""
+        data = rng.choice(self.columns)
+        mark = next(mark for mark in (b";", b"\t", b",", b" ") if mark in data)
+        lines = data.split(b"\n")
+        k, j = rng.sample(range(len(lines) - 20, len(lines) - 1), 2)
+        lines[k], cell = lines[k].rstrip(b"\r").rsplit(mark, 1)
+        lines[j] = lines[j].rstrip(b"\r") + mark + cell
+        said = ""
+        try:
+            self.ldbench.read_columns(self.mutant(b"\n".join(lines)))
+        except self.ldbench.Error as error:
+            said = str(error)
+        assert f"line {min(k, j) + 1}: expected 4 numbers" in said, f"rows of unequal lengths: {said or 'read'}"
+
+    def our_file(self, rng: random.Random) -> None:
+        """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""
+        from ldbench.plots.sections import section_page
+        from ldbench.plots.series import PAGES
+        from ldbench.plots.style import ldbench_style
+        from ldbench.plots.times import time_page
+        from ldbench.report import compare
+        from ldbench.results.run_data import read_data
+        from ldbench.results.summary import summary_row
+        from ldbench.viewer.film import Picture
+        from ldbench.viewer.page import make_page
+
+        data = rng.choice(self.ours)
+        at = data.index(b"\n", data.rindex(b"\n#") + 1) + 1 if rng.random() < 0.8 else len(data)
+        run = read_data(self.mutant(mutate(data[:at], rng) + data[at:]))
+        reference = read_data(self.folder/"elastic.txt")
+        found = compare.compare([reference, run])
+        compare.difference_table(found)
+        compare.event_table(found.runs)
+        summary_row(run)
+        make_page([reference, run])
+        draw = rng.choice([None]*40 + [
+            lambda: compare.table_page(run.name, run.header.title, [run.name], [[run.ending]], [1], run.heading),
+            lambda: time_page(run, PAGES[0]), lambda: section_page(run),
+            lambda: Picture([reference, run], 0.0, 1e-3, 1e-3, None).figure])
+        if draw:
+            with ldbench_style():
+                figure = draw()
+                if figure:
+                    figure.savefig(os.devnull, format="png", dpi=20)
+
+    def column_map(self, rng: random.Random) -> None:
+        frame = self.ldbench.read_columns(self.folder/"other.csv", self.mutant(mutate(self.map, rng)))
+        assert all(kind == np.dtype(float) for kind in frame.dtypes) and (len(frame) == 30 or not len(frame.columns))
+
+    def table_file(self, rng: random.Random) -> None:
+        """As damage leaves it, or with a checksum that is right: then it may be used, and has to be survived."""
+        honest = rng.random() < 0.5
+        if rng.random() < 0.5:
+            data = mutate(self.table, rng)
+        else:
+            words = list(struct.unpack(f"={len(self.table)//8}q", self.table))
+            for _ in range(rng.choice([1, 1, 2, 5])):
+                k = rng.choice([rng.randrange(len(words)), rng.randrange(min(120, len(words)))])
+                words[k] = rng.choice([0, 1, -1, 4, 5, 6, 10000, 2**31, 2**62, -2**63, words[k] + 1,
+                                       words[k] ^ 1 << rng.randrange(62)])
+            data = struct.pack(f"={len(words)}q", *(max(-2**63, min(word, 2**63 - 1)) for word in words))
+        if not honest and len(data) >= 16:
+            data = with_checksum(data)
+        answer = self._load(self.mutant(data))
+        if honest:
+            assert answer != "used" or data == self.table, "a damaged table is used"
+        check_message(answer)
+
+
+KIND: dict[str, Callable[[Child, random.Random], None]] = {
+    "namelist": Child.namelist, "profile": Child.profile, "columns": Child.column_file, "ours": Child.our_file,
+    "map": Child.column_map, "table": Child.table_file}
+KINDS = list(KIND)
+
+
+def be_child(seeds: range) -> None:
+    """Say each seed before its input is done; the failure of one is told in a line and the next one is begun."""
+    with tempfile.TemporaryDirectory() as folder:
+        child = Child(Path(folder))
+        os.chdir(folder)
+        for seed in seeds:
+            print(f"seed {seed}", flush=True)
+            try:
+                child.run(seed)
+            except Exception as error:
+                print(f"failed {seed} {type(error).__name__}: {' '.join(str(error).split())[:500]}", flush=True)
+    print("end", flush=True)
+
+
+def watch(seeds: range) -> list[str]:
+    """Failures of some inputs, done by children; the next child goes on after the input that one died of."""
+    failures: list[str] = []
+    while seeds:
+        child = subprocess.Popen([sys.executable, __file__, "--child", str(seeds.start), str(seeds.stop)],
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment(OMP_NUM_THREADS="1"))
+        last, ended, rest = seeds.start - 1, False, b""
+        while not ended:
+            if not select.select([child.stdout], [], [], HANG)[0]:
+                child.kill()
+                failures.append(f"{last} {KINDS[last % len(KINDS)]}: hangs")
+                break
+            data = os.read(child.stdout.fileno(), 65536)
+            if not data:
+                break
+            *lines, rest = (rest + data).split(b"\n")
+            for line in lines:
+                word, _, text = line.decode(errors="replace").partition(" ")
+                ended = ended or word == "end"
+                if word == "seed":
+                    last = int(text)
+                elif word == "failed":
+                    failures.append(f"{last} {KINDS[last % len(KINDS)]}: {text.partition(' ')[2]}")
+        said = child.communicate()[1].decode(errors="replace")
+        if ended:
+            return failures
+        if last < seeds.start:
+            raise RuntimeError(said)
+        failures.append(f"{last} {KINDS[last % len(KINDS)]}: died with {child.returncode}: {said[-300:]}")
+        seeds = range(last + 1, seeds.stop)
+    return failures
+
+
+def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, list[str]], None] = lambda done, found: None) -> list[str]:
+    """Failures of inputs first ... first + n - 1."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    pieces = [range(k, min(k + BATCH, first + n)) for k in range(first, first + n, BATCH)]
+    failures, done = [], 0
+    with ThreadPoolExecutor(jobs) as pool:
+        for piece, found in zip(pieces, pool.map(watch, pieces), strict=True):
+            failures += found
+            done += len(piece)
+            tell(done, found)
+    return failures
+
+
+# ---- threads at the same moment --------------------------------------------------------
+THREADS = 4
+
+
+def outcome_of(data: bytes, folder: Path, name: str) -> tuple[str, bytes]:
+    """What comes of one mutated namelist: the message that refuses it, or the column file of a short run of rigid contacts."""
+    import ldbench
+
+    source, columns = folder/f"{name}.nml", folder/f"{name}.txt"
+    source.write_bytes(data)
+    try:
+        case = ldbench.Case.from_namelist(source)
+        assert ldbench.Case.from_namelist(case.to_namelist()) == case
+        case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, rows="interval", t_end=2e-3, stop_at="t_end",
+                            table_file="", output_file="", geometry_file="", name="mutant", wheel_profile="profiles/awprof.yz",
+                            rail_profile="profiles/arprof.yz", wheel_profile_right="", rail_profile_right="")
+        ldbench.run(case).write(columns)
+    except ldbench.Error as error:
+        check_message(str(error))
+        return str(error).replace(f"{name}.nml", "mutant.nml"), b""
+    finally:
+        source.unlink()
+    written = columns.read_bytes()
+    columns.unlink()
+    return "", b"".join(line for line in written.splitlines(True) if b"processor time" not in line)
+
+
+def threads_at_once(seeds: range, folder: Path) -> list[str]:
+    """Failures of mutated namelists that several threads read, run and write at the same moment, as one thread did before;
+    THREADS of them write one file as well."""
+    import threading
+    from concurrent.futures import ThreadPoolExecutor
+
+    import ldbench
+
+    sources = [(REPO/"inputs"/f"{name}.nml").read_bytes() for name in CASES]
+    sources.append(namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode())
+    mutants = {seed: mutate(rng.choice(sources), rng) if seed % 3 else rng.choice(sources)
+               for seed in seeds for rng in [random.Random(seed)]}
+    alone = {seed: outcome_of(data, folder, "alone") for seed, data in mutants.items()}
+    together = threading.Barrier(THREADS)
+    runs = [ldbench.run(ldbench.Case.exercise(1).replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3*(k + 1),
+                                                         stop_at="t_end")) for k in range(THREADS)]
+    whole = [Path(run.write(folder/"one.txt")).read_bytes() for run in runs]
+    failures = []
+
+    def work(k: int) -> None:
+        for seed, data in mutants.items():
+            together.wait(HANG)
+            try:
+                found = outcome_of(data, folder, f"thread{k}")
+                runs[k].write(folder/"one.txt")
+                if found != alone[seed]:
+                    failures.append(f"{seed} threads: {found[0] or 'columns'}, alone: {alone[seed][0] or 'columns'}")
+                if (folder/"one.txt").read_bytes() not in whole:
+                    failures.append(f"{seed} threads: a file that several wrote is none of theirs")
+            except Exception as error:
+                failures.append(f"{seed} threads: {type(error).__name__}: {error}")
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        list(pool.map(work, range(THREADS)))
+    left = [path.name for path in folder.iterdir() if path.name != "one.txt"]
+    return failures + [f"files left: {left}"]*bool(left)
+
+
+def in_a_child_of_threads(seeds: range) -> str:
+    """What `threads_at_once` finds, in a process of its own, which may die; nothing where all is well."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run([sys.executable, __file__, "--threads", str(seeds.start), str(seeds.stop)], cwd=folder,
+                              env=environment(), capture_output=True, text=True, timeout=HANG)
+        return done.stdout + done.stderr + (f"ended with {done.returncode}\n" if done.returncode else "")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("n", type=int, nargs="?", default=2000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--keep", type=Path)
+    args = parser.parse_args()
+    if args.keep:
+        args.keep.mkdir(exist_ok=True)
+        Child(args.keep, keep=True).run(args.seed)
+        return 0
+
+    def tell(done: int, found: list[str]) -> None:
+        print("".join(f"\n{failure}" for failure in found) + "\n"*bool(found), end=f"\r{done} inputs", flush=True)
+
+    failures = fuzz(args.n, args.seed, args.jobs, tell)
+    print(f", {len(failures)} failures")
+    return bool(failures)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--threads"]:
+        with tempfile.TemporaryDirectory() as scratch:
+            found = threads_at_once(range(int(sys.argv[2]), int(sys.argv[3])), Path(scratch))
+        print("".join(f"{failure}\n" for failure in found), end="")
+        sys.exit()
+    if sys.argv[1:2] == ["--child"]:
+        be_child(range(int(sys.argv[2]), int(sys.argv[3])))
+        sys.exit()
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""Runs of invented numbers, and runs of which something is changed."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ldbench import Case, Error
+from ldbench.results.header import Header
+from ldbench.results.run_data import RunData
+
+
+@dataclass(frozen=True)
+class Invented:
+    """The source of a run that neither the core nor a file tells."""
+
+    frame: pd.DataFrame
+    file: Path
+    header: Header
+    told: Case | None       # None: as the settings of the header say
+
+    def columns(self) -> pd.DataFrame:
+        return self.frame
+
+    def case(self) -> Case:
+        if self.told is not None:
+            return self.told
+        if not self.header.settings:
+            raise Error(f"{self.file}: expected a case, found none")
+        return Case.of_groups(self.header.settings, f"{self.file}, header", self.file.resolve().parent)
+
+
+def invented_run(frame: pd.DataFrame, file: str | Path = "invented.txt", name: str = "", header: Header | None = None,
+                 case: Case | None = None) -> RunData:
+    """A run with the columns `frame`; without a header it is like another code's file."""
+    return RunData(Invented(frame, Path(file), header or Header(), case), name)
+
+
+def altered(run: RunData, header: Mapping[str, Any] | None = None, results: Mapping[str, Any] | None = None,
+            data: pd.DataFrame | None = None, name: str = "") -> RunData:
+    """The run with other fields of the header, other results beside the rest, other columns, or by another name.
+
+    A result that is given as None is left out. The case is the one of the run, unless `header` has other settings.
+    """
+    facts = replace(run.header, **(header or {}))
+    numbers = {**facts.results, **(results or {})}
+    facts = replace(facts, results={key: value for key, value in numbers.items() if value is not None})
+    told = run.case if run.header.settings and facts.settings == run.header.settings else None
+    return invented_run(run.data if data is None else data, run.file, name or run.name, facts, told)

@@ -1,0 +1,189 @@
+"""The small Fortran programs of tests/fortran, as functions of arrays."""
+import re
+import subprocess
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+
+from running import FORTRAN_TESTS, HANG, REPO, Run, namelist
+
+# The benchmark's wheelset.
+MASS, ROLL_INERTIA, PITCH_INERTIA = 1568.0, 656.0, 168.0     # [kg, kg m2]
+WEIGHT = MASS*9.81 + 164618                                  # with the vertical load [N]
+GAUGE, BACK_TO_BACK, ROLLING_RADIUS = 1.4351, 1.35214, 0.457 # [m]
+TAPER = np.arctan(1/40)                                      # of the tread [rad]
+MIRROR = np.array([-1.0, 1.0, -1.0])     # (y, z, roll) of the mirrored wheelset
+
+
+def text(rows: np.ndarray) -> str:
+    """Numbers as lines at full precision."""
+    return "".join(" ".join(f"{x:.17g}" for x in row) + "\n" for row in np.atleast_2d(rows))
+
+
+def probe(program: str, *arguments: object, stdin: str = "") -> np.ndarray:
+    """The numbers that a test program writes, one row per line."""
+    done = subprocess.run([FORTRAN_TESTS / program, *map(str, arguments)], input=stdin, cwd=REPO,
+                          capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0, f"{program}: {done.stderr}"
+    return np.loadtxt(StringIO(done.stdout), ndmin=2)
+
+
+def write_case(folder: Path, pair: str, table_file: Path | None = None, **groups: dict[str, object]) -> Path:
+    """A namelist file for a pair of profiles; numbers may be numpy's."""
+    groups["profiles"] = {"wheel_profile": f"profiles/{pair}prof.yz",
+                          "rail_profile": f"profiles/{pair[0]}rprof.yz"} | groups.get("profiles", {})
+    if table_file:
+        groups["table"] = {"file": table_file} | groups.get("table", {})
+    plain = {group: {name: float(x) if isinstance(x, np.floating) else x for name, x in variables.items()}
+             for group, variables in groups.items()}
+    folder.mkdir(exist_ok=True, parents=True)
+    file = folder / "case.nml"
+    file.write_text(namelist(**plain))
+    return file
+
+
+@dataclass
+class States:
+    """The wheelset's contacts at poses (y, z, roll), z being the height of the axle centre."""
+    equilibrium: float       # height of the axle centre at rest [m]
+    rigid_height: float      # the same where the rigid wheels just touch [m]
+    clearance: float         # [m]
+    energy: np.ndarray       # (pose, contact LT LF RT RF) [J]
+    gradient: np.ndarray     # (pose, contact, coordinate) [N, N m]
+    hessian: np.ndarray      # (pose, coordinate, coordinate) of the sum of the energies
+    status: np.ndarray       # 0: on the table
+
+    @property
+    def total(self) -> np.ndarray:
+        """Gradient of the sum of the energies."""
+        return self.gradient.sum(axis=1)
+
+
+def contact_states(case: Path, poses: np.ndarray) -> States:
+    done = subprocess.run([FORTRAN_TESTS / "contact_state", case], input=text(poses), cwd=REPO,
+                          capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 0, done.stderr
+    first, _, rest = done.stdout.partition("\n")
+    rows = np.loadtxt(StringIO(rest), ndmin=2)
+    return States(*map(float, first.split()), rows[:, :4], rows[:, 4:16].reshape(-1, 4, 3),
+                  rows[:, [[16, 17, 18], [17, 19, 20], [18, 20, 21]]], rows[:, 22])
+
+
+@dataclass
+class Motion:
+    """A motion in steps of equal length."""
+    t: np.ndarray
+    q: np.ndarray            # (step, coordinate) y, z, roll
+    v: np.ndarray
+    energy: np.ndarray       # total, less the work done by the lateral force
+
+
+def trajectory(case: Path, steps: int, *options: str, every: int = 1) -> Motion:
+    rows = probe("trajectory", case, steps, every, *options)
+    return Motion(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7])
+
+
+def table_file(shipped: dict[str, Run], pair: str) -> Path:
+    """The contact table that the shipped inputs of a pair have built."""
+    return shipped[f"ex1_{pair}"].file.parent / f"{pair}_halfspace.table"
+
+
+def rest_height(run: Run) -> float:
+    """Height of the axle centre above top of rail at Z = 0 [m]."""
+    return float(re.search(r"axle_height = (\S+)", run.header)[1])
+
+
+def poses(run: Run) -> np.ndarray:
+    """y, z, roll of every row, z being the height of the axle centre."""
+    c = run.columns
+    return np.column_stack([c["Y"], rest_height(run) + c["Z"], c["roll"]])
+
+
+def profile(name: str) -> np.ndarray:
+    """Points of a shipped profile, as they stand in the file [m]."""
+    return np.loadtxt(REPO / "profiles" / f"{name}.yz", comments="#")*1e-3
+
+
+@dataclass
+class Pendulum:
+    """The rigid wheelset on two round rail heads: a cone whose motion is known at any amplitude."""
+    rho: float               # radius of the rail heads [m]
+    centre: np.ndarray       # of the left one, track frame [m]
+
+    @classmethod
+    def of(cls, pair: str) -> "Pendulum":
+        """The circle through the crown of the pair's rail."""
+        points = left_rail(pair)
+        crown = points[np.abs(tangent_angles(points) - TAPER) < np.radians(3)]
+        (y, z, c), *_ = np.linalg.lstsq(np.column_stack([2*crown, np.ones(len(crown))]), (crown**2).sum(axis=1))
+        return cls(np.sqrt(c + y*y + z*z), np.array([y, z]))
+
+    @property
+    def R(self) -> float:
+        return self.centre[0]/np.sin(2*TAPER)
+
+    @property
+    def d(self) -> float:
+        return ROLLING_RADIUS + self.centre[0]*np.tan(TAPER) + self.rho*np.cos(TAPER)
+
+    @property
+    def omega(self) -> float:
+        """The angular frequency of small oscillations [rad/s]."""
+        lever = 2*self.R - self.d
+        return np.sqrt(WEIGHT*(4*self.R - self.d)/(MASS*lever**2 + ROLL_INERTIA))
+
+    def radius(self, poses: np.ndarray) -> np.ndarray:
+        """Rolling radius of the left wheel at poses."""
+        head = turned(self.centre - poses[:, :2], -poses[:, 2])
+        return -head[:, 1] - self.rho*np.cos(TAPER)
+
+    def poses(self, y: np.ndarray) -> np.ndarray:
+        """y, height of the axle centre and roll at lateral displacements."""
+        roll = y/(2*self.R - self.d)
+        for _ in range(20):
+            miss = self.R*np.sin(2*roll) - self.d*np.sin(roll) - y
+            roll = roll - miss/(2*self.R*np.cos(2*roll) - self.d*np.cos(roll))
+        rise = self.R*(1 - np.cos(2*roll)) - self.d*(1 - np.cos(roll))
+        return np.column_stack([y, self.centre[1] + self.rho*np.cos(TAPER) + ROLLING_RADIUS + rise, roll])
+
+
+def gaps(points: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """Distances of points from a polyline, positive on its left when it is walked along."""
+    start, way = line[:-1], np.diff(line, axis=0)
+    found = []
+    for block in np.array_split(points, len(points)//1000 + 1):
+        offset = block[:, None] - start
+        share = np.clip((offset*way).sum(axis=2)/(way**2).sum(axis=1), 0, 1)
+        offset = offset - share[..., None]*way
+        length = np.hypot(*np.moveaxis(offset, 2, 0))
+        nearest = (np.arange(len(block)), length.argmin(axis=1))
+        side = way[nearest[1], 0]*offset[nearest][:, 1] - way[nearest[1], 1]*offset[nearest][:, 0]
+        found.append(np.copysign(length[nearest], side))
+    return np.concatenate(found)
+
+
+def turned(points: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
+    """Points rotated about the origin."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([points[:, 0]*c - points[:, 1]*s, points[:, 0]*s + points[:, 1]*c])
+
+
+def tangent_angles(points: np.ndarray) -> np.ndarray:
+    """Angle of a polyline to the y axis at its points [rad]."""
+    y, z = np.gradient(points, axis=0).T
+    return np.arctan2(z, y)
+
+
+def left_rail(pair: str) -> np.ndarray:
+    """Points of the left rail, track frame [m]."""
+    return profile(f"{pair[0]}rprof") + [GAUGE/2, 0]
+
+
+def left_wheel(pair: str) -> np.ndarray:
+    """Points of the left wheel, wheelset frame [m]: radius 457 mm at the centred contact point."""
+    wheel = profile(f"{pair}prof") + [BACK_TO_BACK/2, 0]
+    rail = Pendulum.of(pair)
+    tread = np.polyfit(*wheel[wheel[:, 0] > BACK_TO_BACK/2 + 60e-3].T, 1)
+    return wheel - [0, ROLLING_RADIUS + np.polyval(tread, rail.centre[0] - rail.rho*np.sin(TAPER))]

@@ -1,0 +1,129 @@
+"""Profiles as people have them, made from the shipped shapes: worn, with faces, noisy, in other formats."""
+from collections.abc import Callable
+
+import numpy as np
+
+import make_profiles as arcs
+
+Points = np.ndarray     # (n, 2) y, z [mm], left side, z up
+
+
+def shape(name: str, spacing: float = arcs.STEP) -> Points:
+    """The exact shape of a shipped profile."""
+    made = {"arprof": arcs.arprof, "srprof": arcs.srprof, "60e1": arcs.rail60e1,
+            "awprof": lambda: arcs.awprof(55.130579), "swprof": lambda: arcs.swprof(39.123982)}
+    return arcs.sample(made[name](), spacing)
+
+
+def normals(points: Points) -> Points:
+    y, z = np.gradient(points, axis=0).T
+    return np.column_stack([-z, y])/np.hypot(y, z)[:, None]
+
+
+def noisy(points: Points, noise: float, seed: int) -> Points:
+    """Points off the curve by a normally distributed distance, and along it by as much."""
+    random = np.random.default_rng(seed)
+    n = normals(points)
+    along = np.column_stack([n[:, 1], -n[:, 0]])
+    return points + noise*(n*random.normal(size=(len(points), 1)) + along*random.normal(size=(len(points), 1)))
+
+
+def with_faces(wheel: Points, step: float = 0.25) -> Points:
+    """A wheel from its back's face over the tread, chamfer and rim face, as a gauge measures it."""
+    back = np.column_stack([np.full(60, wheel[0, 0]), wheel[0, 1] + step*np.arange(60, 0, -1)])
+    edge = wheel[-1]
+    chamfer = edge + np.outer(np.arange(step, 5, step), [1, 1])
+    face = chamfer[-1] + np.outer(np.arange(step, 20, step), [0, 1])
+    return np.concatenate([back, wheel, chamfer, face])
+
+
+def with_web(rail: Points, step: float = 0.25) -> Points:
+    """A rail with the lower side of its head, to the web."""
+    run = np.arange(step, 25, step)
+    left = rail[0] + np.column_stack([run, -run/2.75])
+    right = rail[-1] + np.column_stack([-run, -run/2.75])
+    return np.concatenate([left[::-1], rail, right])
+
+
+def bump(points: Points, centre: float, width: float, height: float) -> Points:
+    """Points moved along their normal, where y is near `centre`: worn by a height > 0 on a wheel."""
+    share = np.clip(1 - ((points[:, 0] - centre)/width)**2, 0, None)**2
+    return points + height*share[:, None]*normals(points)
+
+
+def hollow(wheel: Points) -> Points:
+    """A tread worn hollow by 1.5 mm."""
+    return bump(wheel, 80, 28, 1.5)
+
+
+def thin_flange(wheel: Points) -> Points:
+    """A flange face worn by 2 mm, as steep as it was."""
+    return bump(wheel, 31, 11, 2.0)
+
+
+def flat_spot(wheel: Points) -> Points:
+    """A tread with a level strip, 66 to 76 mm from the back, and a ramp of 1:20 up to it."""
+    y, z = wheel.T
+    level = np.interp(76, y[y > 60], z[y > 60])
+    rise = np.clip(np.minimum(level - z, (y - 60)/20), 0, None)
+    return np.column_stack([y, z + np.where((y > 60) & (y < 76), rise, 0)])
+
+
+def conforming(rail: Points) -> Points:
+    """A wheel of the rail's own shape, 0.1 mm off, from crown to gauge corner, with many arcs of either sign."""
+    head = rail[(rail[:, 1] > -9) & (rail[:, 0] < 43)] + [39.0, 0]     # conforms at Y = 2.5 mm
+    normal = normals(head)
+    near = head + 0.1*normal + 0.004*np.sin(head[:, :1])*normal
+    low = near[0] + np.outer(np.arange(-5, 0, 0.25), [np.cos(1.2), np.sin(1.2)])
+    tip = low[0] + 8*np.column_stack([np.sin(np.arange(-1.5, 1.2, 0.03)) - np.sin(1.2),
+                                      np.cos(1.2) - np.cos(np.arange(-1.5, 1.2, 0.03))])
+    tread = near[-1] + np.outer(np.arange(0.25, 50, 0.25), [1, 0.02])
+    return np.concatenate([tip[:-1], low, near, tread])
+
+
+def side_worn(rail: Points) -> Points:
+    """A rail whose gauge corner is worn by 2 mm."""
+    return bump(rail, 4, 14, -2.0)
+
+
+WORN_WHEELS: dict[str, Callable[[Points], Points]] = {
+    "hollow tread": hollow, "thin flange": thin_flange, "flat spot": flat_spot,
+    "hollow tread, thin flange": lambda wheel: hollow(thin_flange(wheel))}
+
+
+# ---- files ---------------------------------------------------------------------------
+def rows(points: Points) -> str:
+    return "".join(f"{y:.7f} {z:.7f}\n" for y, z in points)
+
+
+def plain(points: Points, kind: str) -> str:
+    return rows(points)
+
+
+def miniprof_old(points: Points, kind: str) -> str:
+    """Free lines, numbers among them, a blank line, then X Y A; the flange's tip up."""
+    heading = "MINIPROF 2003 11\nmeasured by nobody\nStock.......:\n32.58 37.11 14.71  (Sd/Sh/qR)\n\n"
+    turned = points*([1, -1] if kind == "wheel" else [1, 1])
+    return heading + "".join(f"{y:.7f} {z:.7f} 0.000\n" for y, z in turned)
+
+
+def miniprof_new(points: Points, kind: str) -> str:
+    heading = ("ProgramName=MiniProf\nProgramVer=2.4\nStock=%12\nXOffset=1.5000\nYOffset=-2.0000\n"
+               f"ColumnDef=X,Y,A,C\nXYPoints={len(points)}\nChars=Win\n\n")
+    turned = points*([1, -1] if kind == "wheel" else [1, 1]) - [1.5, -2.0]
+    return heading + "".join(f"{y:.7f} {z:.7f} 0.1 0.2\n" for y, z in turned)
+
+
+def simpack(points: Points, kind: str) -> str:
+    """z down, y from the tape circle of a wheel, in mm by units.len.f, shifted and mirrored back."""
+    moved = (points - [70 if kind == "wheel" else 0, 0])*[-1, -1] - [2.5, 0]
+    return ("! a profile\n  header.begin\n    version = 1\n"
+            f"    type = {int(kind == 'wheel')}  ! 0 rail, 1 wheel\n  header.end\n  spline.begin\n"
+            "    approx.smooth = 0.0\n    comment = 'none'\n    shift.y = 2.5\n    shift.z = 0.0\n    rotate = 0.0\n"
+            "    bound.y.min = 1.0\n    bound.y.max = 0.0\n    mirror.y = 1\n    mirror.z = 0\n"
+            "    units.len = 'mm'\n    units.len.f = 1000.0\n    point.begin\n"
+            + "".join(f"      {y:.7E} {z:.7E} 1.0\n" for y, z in moved) + "    point.end\n  spline.end\n")
+
+
+FORMATS: dict[str, Callable[[Points, str], str]] = {
+    "plain": plain, "old MiniProf": miniprof_old, "MiniProf": miniprof_new, "SIMPACK": simpack}
