@@ -3,7 +3,8 @@
 !> One list, made by `list_variables`, holds for every namelist variable its group, name,
 !> place, admissible range, unit and meaning.  Reading, checking, the header of the
 !> column files and `--help` all go through it.  Defaults are the benchmark's
-!> values, in the type's declaration.
+!> values; they stand in the declaration of `case_type`, those of the extent of
+!> the contact table in `service_poses`.
 module case
   use kinds, only: dp
   use service_poses, only: extent_type
