@@ -4,7 +4,6 @@ from __future__ import annotations
 import functools
 import os
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -200,11 +199,6 @@ def read_run(path: str | os.PathLike[str], map: Any = None) -> Run:
     found = Run(ColumnFile(Path(path), map))
     checked(found)
     return found
-
-
-def read_runs(files: Sequence[Path], map: Any = None) -> list[Run]:
-    """Column files; `map` as in `read_run`."""
-    return [read_run(file, map) for file in files]
 
 
 def output_path(case: Case) -> str:

@@ -22,7 +22,6 @@ from ..results.run_data import RunData, read_data
 from .compare import Comparison, compare, event_times, peaks, quantity_page, table_page
 from .jobs import Job, find_namelists, inside, run_stale, with_values
 
-REFERENCE = "fine"
 VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
     "fine": {},
     "law": {"contact": {"model": "hertz"}},
