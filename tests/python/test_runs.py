@@ -25,10 +25,10 @@ import ldbench
 from ldbench.case import shortest_name, variables
 from ldbench.plots.series import PAGES
 from ldbench.profiles.inspect import inspect as inspect_profile
-from ldbench.results.header import Header
+from ldbench.results.header import Header, read_any_groups, read_plain_groups
 from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
 from ldbench.results.run_data import read_data
-from running import HANG, REPO, alike, command_error
+from running import HANG, REPO, Run, alike, command_error
 
 # The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
 KINDS: dict[str, dict[str, Any]] = {
@@ -584,3 +584,21 @@ def test_types_of_the_interface_are_told(tmp_path: Path):
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
     found = {line.partition(": error: ")[0] for line in done.stdout.splitlines() if ": error: " in line}
     assert found == {"wrong.py:4", "wrong.py:5"}, done.stdout
+
+
+def test_the_lines_of_the_core_are_read_as_by_f90nml(shipped: dict[str, Run]):
+    """The reader of the core's own lines gives what f90nml gives for them, and leaves other lines to f90nml."""
+    for run in shipped.values():
+        lines, inside = [], False
+        for line in run.header.splitlines():
+            inside = inside or line.startswith("&")
+            lines += [line] if inside else []
+            inside = inside and line.strip() != "/"
+        plain, slow = read_plain_groups(lines), read_any_groups(lines)
+        events = slow["results"].pop("event")
+        assert plain["results"].pop("event") == [dict(event) for event in (events if isinstance(events, list) else [events])]
+        assert {group: dict(values) for group, values in slow.items()} == plain
+    assert read_plain_groups(["&results", "  n = 3, 4  ! of it", "  word = 'it''s, so!'", "/"]) == {
+        "results": {"n": [3, 4], "word": "it's, so!"}}
+    for line in "n = .true.", "n=1", "n = 1 2", "n = 3*4", "n = 1_8", "event(3)%t = 1.0", "event(0)%t = 1.0", "n = 'open":
+        assert read_plain_groups(["&results", f"  {line}", "/"]) is None, line

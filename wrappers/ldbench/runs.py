@@ -123,10 +123,15 @@ class CoreRun:
         self.comments = text(listing, length)
         before, _, after = self.comments.partition("\x1c\n")
         self.header: Header = parse_header(before.splitlines(), after.splitlines())
-        self.text: str = text(*_flat.run_summary(table._handle, handle))
+
+    @functools.cached_property
+    def text(self) -> str:
+        """The summary that the executable prints."""
+        return text(*_flat.run_summary(self.table._handle, self.handle))
 
     def __getstate__(self) -> dict[str, Any]:
         """What is known; table and run are made again from the case where they are asked for."""
+        _ = self.text
         return {name: value for name, value in vars(self).items() if name not in ("table", "handle")}
 
     @functools.cached_property

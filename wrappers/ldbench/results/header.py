@@ -151,17 +151,65 @@ def read_event(event: Mapping[str, Any]) -> Event:
 def read_groups(lines: Iterable[str]) -> dict[str, dict[str, Any]]:
     """The namelist groups among comment lines; names as they are written there."""
     kept: list[str] = []
-    names: dict[str, str] = {}
     inside = False
     for line in lines:
         inside = inside or line.startswith("&")
         if inside:
             kept.append(line)
-            if found := re.match(r" *(\w+) *=", line):
-                names[found[1].lower()] = found[1]
         inside = inside and line.strip() != "/"
+    return read_plain_groups(kept) or read_any_groups(kept)
+
+
+VALUE = r"'(?:[^']|'')*'|[-+.\d][-+.\da-zA-Z]*(?:, [-+.\d][-+.\da-zA-Z]*)*"      # a text, or one or more numbers
+ITEM = re.compile(rf" *(?:event\((\d+)\)%)?([A-Za-z]\w*) = ({VALUE})(?:, (?=\w)| *(?:!.*)?$)")
+
+
+def read_plain_groups(lines: Sequence[str]) -> dict[str, dict[str, Any]] | None:
+    """Groups in lines as the core writes them, many times as fast as by f90nml: an ensemble reads the results of every
+    member. None where a line is another one."""
+    groups: dict[str, dict[str, Any]] = {}
+    group: dict[str, Any] = {}
+    for line in lines:
+        if line.startswith("&"):
+            group = {}
+            if groups.setdefault(line[1:], group) is not group:
+                return None
+        elif line.strip() != "/":
+            at = 0
+            while at < len(line):
+                if not (found := ITEM.match(line, at)):
+                    return None
+                at = found.end()
+                event, name, word = found.groups()
+                try:
+                    value = plain_value(word)
+                except ValueError:
+                    return None
+                if not event:
+                    group[name] = value
+                    continue
+                events = group.setdefault("event", [])
+                if int(event) not in (len(events) or 1, len(events) + 1):      # one after another
+                    return None
+                if int(event) > len(events):
+                    events.append({})
+                events[-1][name.lower()] = value
+    return groups
+
+
+def plain_value(word: str) -> Any:
+    """A text, a number or a list of numbers, as f90nml would give it; ValueError for anything else."""
+    if word.startswith("'"):
+        return word[1:-1].replace("''", "'")
+    numbers = [int(x) if x.lstrip("+-").isdecimal() else float(x) for x in word.split(", ")]
+    return numbers if len(numbers) > 1 else numbers[0]
+
+
+def read_any_groups(lines: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Groups as any program or editor may have written them; names as they are written there."""
+    names = {found[1].lower(): found[1] for line in lines if (found := re.match(r" *(\w+) *=", line))}
     try:
-        groups = f90nml.reads("\n".join(kept) + "\n")
+        groups = f90nml.reads("\n".join(lines) + "\n")
         return {group: {str(names.get(name, name)): value for name, value in values.items()} for group, values in groups.items()
                 if isinstance(values, Mapping)}
     except Exception as error:      # whatever f90nml finds wrong with a text
