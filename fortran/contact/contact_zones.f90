@@ -130,8 +130,9 @@ contains
     gaps = [gaps, gap]
   end subroutine add_gap
 
-  !> The cut that parts the tread from the flange: in the last gap that starts before the split angle, else in one
-  !> right behind it, else a new one at the split angle.
+  !> The cut that parts the tread from the flange: in the last gap that starts before the split angle, or in the next one if
+  !> the angle of its cut is nearer to the split angle; without a gap before the split angle in one right behind it, else a
+  !> new one at the split angle.
   pure subroutine part_flange(pair, split, gaps, parting)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: split           !! index of the station with the split angle
@@ -140,10 +141,16 @@ contains
     integer :: i, before
 
     parting = 0
-    do i = 1, size(gaps)
-      if (gaps(i)%start > split .or. parting == 0 .and. pair%s(split) - pair%s(gaps(i)%cut) < least_zone) &
-        parting = gaps(i)%cut
-    end do
+    before = count(gaps%start > split)
+    if (before > 0) parting = gaps(before)%cut
+    if (before < size(gaps)) then
+      i = gaps(before + 1)%cut
+      if (before > 0) then
+        if (abs(pair%angle(i) - pair%angle(split)) < abs(pair%angle(parting) - pair%angle(split))) parting = i
+      else if (pair%s(split) - pair%s(i) < least_zone) then
+        parting = i
+      end if
+    end if
     if (parting > 0) return
     parting = split
     before = count(gaps%cut > split)

@@ -1,15 +1,15 @@
-!> What happens in a run, and when: flange contacts, wheels that lift off and land, passages of the centre, flanges
-!> over the rail, derailment; with rigid contacts impacts, and rails that pull.
+!> Events of a run and their times: flange contacts, lift-off and landing of wheels, passages of the centre, flanges
+!> over the rail and derailment. Rigid contacts also have impacts and rails that pull.
 !>
 !> Derailed means that there is no way back: the tip of a flange is outside the highest point of its rail, the
 !> wheelset moves outwards, and the lateral force does not draw it inwards. From there the crown pushes the flange
 !> outwards, and the tread of the other wheel rolls down its cone (tried by section `derailment` of `make validate`).
 !> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
-!> inside. It is an event of its own, which ends nothing.
+!> inside. This is a separate event, after which the run goes on.
 !>
-!> Times lie within the steps: of an elastic contact from its energy, which goes with the penetration as p^(5/2), and
-!> the rate at which it changes; of the others by linear interpolation. Steps of rigid contacts end where contacts open
-!> and close.
+!> Times of events lie within the steps. The time at which an elastic contact closes or opens follows from the contact's
+!> energy, which is proportional to p^(5/2) of the penetration p, and from the rate of that energy. All other times are
+!> interpolated linearly. With rigid contacts a step ends where a contact opens or closes.
 module events
   use contact_zones, only: side_type
   use kinds, only: dp
@@ -38,20 +38,20 @@ module events
   type :: event_type
     integer :: kind = 0
     real(dp) :: t = 0              !! [s]
-    real(dp) :: force = 0          !! lateral force then [N]
+    real(dp) :: force = 0          !! lateral force at the time of the event [N]
     real(dp) :: impulse(4) = 0     !! impulse of an impact, by contact [N s]
-    real(dp) :: loss = 0           !! energy that is lost in it [J]
+    real(dp) :: loss = 0           !! energy lost in an impact [J]
   end type event_type
 
   type :: event_log
     integer :: n = 0
     type(event_type) :: list(kept*size(event_kinds) + kept_impacts)
     integer :: counts(size(event_kinds)) = 0
-    logical :: away = .false.         !! from the centre since the last passage
-    logical :: returned = .false.     !! to the centre after both flanges had been hit
+    logical :: away = .false.         !! the wheelset has left the centre since the last passage
+    logical :: returned = .false.     !! the wheelset has returned to the centre after contacts of both flanges
     logical :: derailed = .false.
     integer :: n_moments = 0
-    real(dp) :: moments(most_moments) = 0   !! of events and of changes of contacts in the last step [s]
+    real(dp) :: moments(most_moments) = 0   !! times of events and of changes of contacts in the last step [s]
   end type event_log
 
 contains
@@ -118,7 +118,7 @@ contains
       end if
     end subroutine wheel
 
-    !> When a contact that is closed now was closed.
+    !> Time at which a contact closed that is closed at the end of the step.
     real(dp) function touch(contact) result(t)
       integer, intent(in) :: contact
 
@@ -126,7 +126,7 @@ contains
       if (are(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
     end function touch
 
-    !> When a contact that was closed was opened.
+    !> Time at which a contact opened that was closed at the start of the step.
     real(dp) function leave(contact) result(t)
       integer, intent(in) :: contact
 
@@ -189,7 +189,7 @@ contains
     log%moments(log%n_moments) = time
   end subroutine add_moment
 
-  !> An impact of rigid contacts at the end of a step, by what it added to the impulses and the loss.
+  !> Record an impact of rigid contacts at the end of a step, from the increments of the impulses and of the loss.
   subroutine note_impact(log, w, old, new)
     type(event_log), intent(inout) :: log
     type(wheelset_type), intent(in) :: w

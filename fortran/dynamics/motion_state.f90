@@ -1,4 +1,4 @@
-!> Where the wheelset is and how it moves, at one instant of a run.
+!> Pose, velocity, acceleration and contact forces of the wheelset at one instant of a run.
 module motion_state
   use kinds, only: dp
   use wheelset, only: contact_state
@@ -13,9 +13,9 @@ module motion_state
     real(dp) :: a(3) = 0               !! accelerations; 'energy': mean over the last step
     real(dp) :: jerk(3) = 0            !! growth of the accelerations in the last two steps; predicts the next implicit step
     real(dp) :: dt = 0                 !! the last implicit step [s]
-    real(dp) :: work = 0               !! done by the lateral force so far [J]
+    real(dp) :: work = 0               !! work of the lateral force since the start [J]
     type(contact_state) :: contact     !! at q
-    ! With rigid contacts:
+    ! The next components are for rigid contacts.
     real(dp) :: impulse(4) = 0         !! impulses of all impacts so far, by contact [N s]
     real(dp) :: loss = 0               !! energy lost in impacts so far [J]
     real(dp) :: remainder(3) = 0       !! Kahan remainder of q in free flight, without which 1e4 steps lose 1e-9 J

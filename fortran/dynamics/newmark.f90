@@ -1,7 +1,7 @@
 !> Time integration of M q'' = f(t) - dU/dq.
 !>
-!> Two one-step members, both second order, symmetric and without numerical
-!> damping at their defaults:
+!> Two one-step schemes are available.  Both are of second order, symmetric and without numerical
+!> damping at their defaults.
 !>
 !> 'newmark'  N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94, with beta and gamma;
 !>            beta = 0 is explicit.
@@ -9,11 +9,11 @@
 !>            replaced by the discrete gradient of U: O. Gonzalez, J. Nonlinear Sci. 6
 !>            (1996) 449-467.  Total energy is then kept exactly, at any step.
 !>
-!> Higher order by symmetric composition, which keeps what the second-order step keeps: fourth
-!> of five steps (M. Suzuki, Phys. Lett. A 146 (1990) 319-323); fourth and sixth of the explicit
-!> member, which consists of kicks (force) and drifts (motion), with the coefficients of S. Blanes
-!> and P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313-330, for second-order equations: six and
-!> eleven forces per step.
+!> Symmetric composition raises the order and conserves what the second-order step conserves.  Five
+!> steps make one of fourth order (M. Suzuki, Phys. Lett. A 146 (1990) 319-323).  The explicit scheme
+!> consists of kicks (force) and drifts (motion).  The coefficients of S. Blanes and P. C. Moan,
+!> J. Comput. Appl. Math. 142 (2002) 313-330, for second-order equations raise its order to four and
+!> six, with six and eleven forces per step.
 !>
 !> The implicit equations are solved by Newton's method on the exact tangent.
 module newmark
@@ -54,7 +54,7 @@ module newmark
 
 contains
 
-  !> Complete a motion of which t, q and v are given.
+  !> Complete a motion whose t, q and v are given by the contacts and the accelerations.
   pure subroutine start_motion(w, motion, status)
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(inout) :: motion
@@ -110,8 +110,8 @@ contains
   end subroutine advance
 
   !> Change of the total energy in a step, less the work of the lateral force [J].
-  !> Zero but for the error of the step.  Left and right are summed apart: the mirrored run
-  !> rounds the same way.
+  !> The exact motion has zero.  Left and right are summed separately, so that the mirrored run
+  !> rounds in the same way.
   pure real(dp) function energy_change(w, old, new) result(change)
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old, new
@@ -127,7 +127,7 @@ contains
     change = sum(new%energy(:2) - old%energy(:2)) + sum(new%energy(3:) - old%energy(3:))
   end function elastic_change
 
-  !> What rounding of the pose can make of the total energy [J].
+  !> Change of the total energy that rounding of the pose can cause [J].
   pure real(dp) function energy_rounding(w, motion)
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: motion
@@ -216,7 +216,7 @@ contains
     end do
     evaluations = min(evaluations, scheme%max_iterations)
     if (status == step_ok) call carry(new%contact, -move)
-    ! From the balance of forces: (q - predicted)/(beta dt^2) would magnify round-off.
+    ! The acceleration follows from the balance of forces, because (q - predicted)/(beta dt^2) would magnify round-off.
     new%a = (f - new%contact%gradient)/m
     new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
     new%jerk = (new%a - old%a)/dt
@@ -244,8 +244,8 @@ contains
       call contacts(w, new%q, new%contact)
       if (middle%status /= inside .or. new%contact%status /= inside) exit
       h = symmetric(middle%hessian)
-      ! Discrete gradient: dU/dq at the middle, plus what is missing along M d
-      ! for d.gradient to equal the change of U.
+      ! The discrete gradient is dU/dq at the middle, with a correction along M d that makes
+      ! d.gradient equal to the change of U.
       md = m*d
       square = dot_product(d, md)
       excess = 0
@@ -273,8 +273,8 @@ contains
     if (new%contact%status /= inside) status = new%contact%status
   end subroutine advance_energy
 
-  !> Carry a contact state over a last Newton correction, smaller than the
-  !> tolerance, to first order.
+  !> Update a contact state to first order by the last Newton correction, which is smaller than the
+  !> tolerance.
   pure subroutine carry(contact, move)
     type(contact_state), intent(inout) :: contact
     real(dp), intent(in) :: move(3)

@@ -18,8 +18,8 @@ module wheelset
     real(dp) :: vertical_load = 0      !! downwards, without inertia, at the centre of gravity [N]
     real(dp) :: lateral_force = 0      !! at the centre of gravity, track frame, at t = 0 [N]
     real(dp) :: lateral_ramp = 0       !! growth of the lateral force [N/s]
-    !> Contact tables of both sides, each made as for a left side; both may be one table.  Wheelsets may share them; whoever
-    !> made them frees them.
+    !> Contact tables of both sides, each made as for a left side.  Both pointers may lead to one table, and wheelsets may
+    !> share tables.  The procedure that makes a table also frees it.
     type(table_type), pointer :: table => null(), right_table => null()
   contains
     procedure :: inertia
@@ -37,8 +37,8 @@ module wheelset
     real(dp) :: gradient(3) = 0        !! their sum [N, N, N m]
     real(dp) :: hessian(6) = 0         !! second derivatives of the energy: yy, yz, y roll, zz, z roll, roll roll; 0 if not wanted
     integer :: status = inside         !! whether the pose is on the table
-    ! Rigid contacts have no energy. They are closed, have had an impulse just then, or have a negative force, with which the
-    ! rail holds the wheel down:
+    ! Rigid contacts have no energy. These flags say that a contact is closed, that it has just had an impulse, or that its
+    ! force is negative because the rail holds the wheel down.
     logical, dimension(4) :: rigid = .false., struck = .false., pulls = .false.
   end type contact_state
 
@@ -52,7 +52,7 @@ contains
     inertia = [this%mass, this%mass, this%roll_inertia]
   end function inertia
 
-  !> Everything that pulls the wheelset down [N].
+  !> Weight of the wheelset and vertical load [N].
   pure real(dp) function weight(this)
     class(wheelset_type), intent(in) :: this
 
@@ -76,7 +76,7 @@ contains
     closed = state%energy > 0 .or. state%rigid
   end function closed
 
-  !> Potential of all contacts, with its Hessian unless `tangent` says no.
+  !> Potential of all contacts, with its Hessian unless `tangent` is false.
   pure subroutine contacts(this, q, state, tangent)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
@@ -103,7 +103,7 @@ contains
     total = (slope(:, left_tread) + slope(:, left_flange)) + (slope(:, right_tread) + slope(:, right_flange))
   end function total
 
-  !> A roll angle as the left wheel's table and the right wheel's have it.
+  !> Prepare a roll angle for the table of the left wheel and for that of the right wheel.
   pure subroutine find_rolls(this, angle, tangent, roll, opposite, status)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: angle
@@ -208,7 +208,7 @@ contains
   pure subroutine hold(this, q, force, ok)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(inout) :: q(3)
-    real(dp), intent(out) :: force       !! with which the rails push it to the left [N]
+    real(dp), intent(out) :: force       !! force of the rails on the wheelset, to the left [N]
     logical, intent(out) :: ok
     real(dp), parameter :: longest = 2e-5_dp      ! step [m, rad]
     real(dp), parameter :: balanced = 1e-10_dp    ! of the weight [1, m]
@@ -235,7 +235,7 @@ contains
     end do
   end subroutine hold
 
-  !> The pose in which the wheelset stays: downhill from where it is held at the track's centre.
+  !> Pose of rest of the free wheelset, found downhill from the equilibrium at the track's centre.
   pure subroutine find_rest(this, centred, q, ok)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: centred(3)   !! of `hold`

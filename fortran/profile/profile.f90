@@ -1,7 +1,8 @@
 !> Reads a wheel's or a rail's profile.  The points of a file, as people really have them, are turned over, converted to
 !> millimetres, repaired and fitted by a smooth curve in metres.
 module profile
-  use curve, only: curve_type, fit_curve
+  use curve, only: curve_type
+  use curve_fit, only: fit_curve
   use errors, only: error_type, fatal_error
   use profile_formats, only: raw_type, read_points
   use kinds, only: dp

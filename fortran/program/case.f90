@@ -2,14 +2,14 @@
 !>
 !> One list, made by `list_variables`, holds for every namelist variable its group, name,
 !> place, admissible range, unit and meaning.  Reading, checking, the header of the
-!> column files and `--help` all go through it.  Defaults are the benchmark's
-!> values; they stand in the declaration of `case_type`, those of the extent of
-!> the contact table in `service_poses`.
+!> column files and `--help` all use this list.  Defaults are the benchmark's
+!> values.  They stand in the declaration of `case_type`; the default extent of
+!> the contact table stands in `service_poses`.
 module case
   use kinds, only: dp
   use service_poses, only: extent_type
   use system, only: default_folder
-  use text, only: str
+  use text, only: shortest, str
   implicit none
   private
   public :: case_type, variable_type, list_variables, admissible, output_path, right_table_path, value_text, range_text, &
@@ -40,7 +40,7 @@ module case
     character(text_length) :: wheel_profile = 'profiles/awprof.yz'
     character(text_length) :: rail_profile = 'profiles/arprof.yz'
     character(text_length) :: wheel_profile_right = '', rail_profile_right = ''
-    real(dp) :: smoothing_mm = 0
+    real(dp) :: smoothing_mm = -1
     character(text_length) :: wheel_flip = 'auto', wheel_unit = 'auto'
     character(text_length) :: rail_flip = 'auto', rail_unit = 'auto'
     ! &initial
@@ -58,7 +58,7 @@ module case
     ! &table
     character(text_length) :: table_file = ''
     type(extent_type) :: extent
-    real(dp) :: accuracy = 1e-3_dp
+    real(dp) :: accuracy = 2e-3_dp
     integer :: n_lateral = 360, n_roll = 160, n_depth = 40
     ! &integrator
     character(text_length) :: scheme = 'newmark'
@@ -91,7 +91,7 @@ module case
 
   type :: variable_list
     integer :: n = 0
-    type(variable_type) :: list(80)        !! the first n of them
+    type(variable_type) :: list(80)        !! the variables; the first n are set
   contains
     procedure :: add
     procedure :: add_real
@@ -148,8 +148,8 @@ contains
       'wheel profile on the right; the empty name means as on the left')
     call all%add_text('profiles', 'rail_profile_right', c%rail_profile_right, '', &
       'rail profile on the right; the empty name means as on the left')
-    call all%add_real('profiles', 'smoothing_mm', c%smoothing_mm, 0.0_dp, 1.0_dp, 'mm', &
-      'rms distance of the smoothing spline from the points, about their noise; 0 interpolates')
+    call all%add_real('profiles', 'smoothing_mm', c%smoothing_mm, -1.0_dp, 1.0_dp, 'mm', &
+      'rms distance of the smoothing spline from the points; negative: their noise, if any; 0 interpolates')
     call all%add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
       'axes of the wheel files to turn over; auto: as the shape says')
     call all%add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'unit of the wheel files; auto: as the width says')
@@ -286,7 +286,7 @@ contains
     integer :: i, n
 
     if (associated(variable%x)) then
-      word = str(variable%x)
+      word = shortest(variable%x)
     else if (associated(variable%i)) then
       word = str(variable%i)
     else
@@ -302,7 +302,7 @@ contains
     end if
   end function value_text
 
-  !> What a variable admits, in words.
+  !> The admissible values of a variable, in words.
   function range_text(variable) result(words)
     type(variable_type), intent(in) :: variable
     character(text_length) :: words
@@ -319,7 +319,7 @@ contains
     end if
   end function range_text
 
-  !> Whether the value of a variable is one that it admits.
+  !> Whether the value of a variable is admissible.
   pure logical function admissible(variable)
     type(variable_type), intent(in) :: variable
     integer :: k
@@ -337,7 +337,7 @@ contains
     end if
   end function admissible
 
-  !> Where the contact table of the right side is kept, if its profiles may differ from the left ones.
+  !> Path of the right contact table, for sides whose profiles may differ.
   function right_table_path(c) result(path)
     type(case_type), intent(in) :: c
     character(len_trim(c%table_file) + 6) :: path
@@ -347,7 +347,7 @@ contains
       path = trim(c%table_file)//'.right'
   end function right_table_path
 
-  !> Where the columns go, padded with blanks.
+  !> Path of the column file, padded with blanks.
   function output_path(c) result(path)
     type(case_type), intent(in) :: c
     character(text_length + 12) :: path

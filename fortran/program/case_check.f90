@@ -1,4 +1,4 @@
-!> What a case must satisfy before it is run, wherever it comes from.
+!> Conditions that a case from a file or from Python must satisfy before it is run.
 module case_check
   use case, only: admissible, case_type, list_variables, output_path, range_text, right_table_path, text_length, value_text, &
     variable_type
@@ -12,7 +12,7 @@ module case_check
 
 contains
 
-  !> Every range again (a case need not come from a file), and what several
+  !> Check every range, because a case need not come from a file, and the conditions that several
   !> variables must satisfy together.
   subroutine check_case(file, c, error)
     character(*), intent(in) :: file

@@ -1,4 +1,4 @@
-!> Read a case from the lines of a namelist file. Fortran's own reading of namelists cannot say what is wrong where.
+!> Read a case from the lines of a namelist file. Fortran's own reading of namelists cannot say where an error is.
 module case_reader
   use case, only: admissible, case_type, list_variables, range_text, text_length, variable_type
   use errors, only: error_type, fatal_error
@@ -10,12 +10,12 @@ module case_reader
 
   integer, parameter :: nothing = 0, plain = 1, quoted = 2, mark = 3   ! kinds of words
 
-  !> Where the reading has come to, and the last word.
+  !> The place that the reader has reached, and the last word.
   type :: reader_type
     character(:), allocatable :: file      !! for messages
     type(line_type), allocatable :: lines(:)
     integer :: line = 1, column = 1        !! place of the next character
-    character(:), allocatable :: group     !! that is open, or ''
+    character(:), allocatable :: group     !! the open group, or ''
     integer :: kind = nothing
     character(:), allocatable :: word      !! without quotes
     character(:), allocatable :: shown     !! as it stands in the file
@@ -194,7 +194,7 @@ contains
     end associate
   end subroutine next
 
-  !> Go to the end of a text in quotes. Two quotes within it are one that belongs to the text.
+  !> Go to the end of a text in quotes. Two quotes in a row stand for one quote in the text.
   subroutine next_quoted(this, t, error)
     class(reader_type), intent(inout) :: this
     character(*), intent(in) :: t                  !! the line

@@ -22,7 +22,7 @@ module columns
   integer, parameter :: column_width = 16     !! characters of a name, a unit, a number
   integer, parameter :: most_columns = 64
 
-  !> What the columns tell of one instant.
+  !> The quantities of one row.
   type :: row_type
     logical :: rigid = .false.       !! impulses and lost energy, too
     real(dp) :: t = 0                !! [s]
@@ -50,7 +50,7 @@ module columns
 
 contains
 
-  !> What the columns tell of a motion.
+  !> The row of a motion.
   pure subroutine make_row(w, side, motion, speed, pitch, pitch_rate, equilibrium, first_energy, rigid, row)
     type(wheelset_type), intent(in) :: w
     type(side_type), intent(in) :: side(:) !! left, right
@@ -87,14 +87,14 @@ contains
     row%first_energy = first_energy
   end subroutine make_row
 
-  !> Sum of all energies [J]. Left and right are added first: the mirrored run has the same sum, bit by bit.
+  !> Sum of all energies [J]. Left and right are added first, so that the mirrored run has the same sum, bit by bit.
   pure real(dp) function total_energy(row)
     class(row_type), intent(in) :: row
 
     total_energy = sum([row%kinetic, row%gravity, row%load]) + (row%elastic(1) + row%elastic(2))
   end function total_energy
 
-  !> The list of columns: values in their order and, where asked for, names and units. Nothing else knows the order.
+  !> The list of columns: values in order and, if the caller asks for them, names and units. The order is defined here only.
   subroutine list_columns(row, values, n, columns)
     type(row_type), intent(in) :: row
     real(dp), intent(out) :: values(most_columns)
@@ -153,7 +153,7 @@ contains
     subroutine add(name, unit, value, contact)
       character(*), intent(in) :: name, unit
       real(dp), intent(in) :: value
-      integer, intent(in), optional :: contact   !! whose name ends that of the column
+      integer, intent(in), optional :: contact   !! contact whose name is appended to the name of the column
 
       n = n + 1
       values(n) = value
@@ -176,7 +176,7 @@ contains
     call list_columns(row, values, n, columns)
   end subroutine name_columns
 
-  !> What the columns tell of one contact: angle, N, Fy, Fz, y, z, radius.
+  !> The quantities of one contact in a row: angle, N, Fy, Fz, y, z, radius.
   pure subroutine contact_columns(pair, q, state, c, row)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: q(3)

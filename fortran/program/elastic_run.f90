@@ -30,14 +30,14 @@ contains
     if (status /= step_ok) call report_failure(monitor, motion, monitor%c%dt, status, error)
   end subroutine start_elastic
 
-  !> One step; where it fails or the total energy changes by more than the tolerance, the step is cut into two, four, ...
-  !> and they are tried instead. What decides is the same for the reversed step: the integration stays reversible.
+  !> Make one step. If the step fails, or if the total energy changes by more than the tolerance, two, four or more equal
+  !> steps replace the step. The criterion is the same for the reversed step, so the integration stays reversible.
   recursive subroutine elastic_step(scheme, motion, monitor, dt, halvings, error)
     type(scheme_type), intent(in) :: scheme
     type(motion_type), intent(inout) :: motion
     type(run_monitor_type), intent(inout) :: monitor
     real(dp), intent(in) :: dt               !! [s]
-    integer, intent(in) :: halvings          !! that have led to this step
+    integer, intent(in) :: halvings          !! number of halvings that have led to this step
     type(error_type), allocatable, intent(out) :: error
     type(motion_type) :: new
     integer :: evaluations, more, i, status
@@ -87,7 +87,7 @@ contains
     if (abs(change) > tolerance) halvings = max(1, (exponent(change/tolerance) + order)/(order + 1))
   end function halvings_for
 
-  !> Rows and peaks between the ends of steps: at the moments of the last step, and at the peak of a force that has passed.
+  !> Write rows between the ends of steps: at the events of the last step, and at the peak of a force that has passed.
   subroutine note_between(scheme, motion, monitor)
     type(scheme_type), intent(in) :: scheme
     type(motion_type), intent(in) :: motion
@@ -116,7 +116,7 @@ contains
     end do
   end subroutine note_between
 
-  !> When a force is largest that is on the parabola through three steps.
+  !> Time at which the parabola through the forces of three steps is largest.
   pure subroutine find_peak(force, time, t, found)
     real(dp), intent(in) :: force(3), time(3)    !! [N, s]
     real(dp), intent(out) :: t                   !! [s]
@@ -131,8 +131,8 @@ contains
     if (found) t = time(2) - (rise + bend*(time(2) - time(1)))/(2*bend)
   end subroutine find_peak
 
-  !> The motion at a time t near a step's end `old`: a step of its own, which the run does not go on from, in as many
-  !> parts as the energy tolerance needs.
+  !> The motion at a time t near the end `old` of a step. A separate step leads there, in as many parts as the energy
+  !> tolerance needs. The run does not continue from this motion.
   subroutine side_step(scheme, monitor, old, t, there, found)
     type(scheme_type), intent(in) :: scheme
     type(run_monitor_type), intent(inout) :: monitor

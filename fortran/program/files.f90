@@ -17,7 +17,7 @@ module files
 
 contains
 
-  !> Find out before the work, not after it, that a file cannot be written.
+  !> Check before the computation that a file can be written.
   subroutine check_writable(file, variable, path, error)
     character(*), intent(in) :: file, variable   !! for the message
     character(*), intent(in) :: path
@@ -34,7 +34,7 @@ contains
       ': expected a path that can be written, found '//path)
   end subroutine check_writable
 
-  !> Begin the column file of a run, which is to take its rows.
+  !> Begin the column file that receives the rows of a run.
   subroutine begin_columns(c, setup, file, columns, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
@@ -50,8 +50,8 @@ contains
     call columns%begin(file, about, list(:n)%name, list(:n)%unit, error)
   end subroutine begin_columns
 
-  !> Complete the columns of a run and write the geometry functions, if they have a file. No file gets its name before
-  !> both are complete.
+  !> Complete the column file of a run, and write the geometry functions if the case names a file for them. No file gets its
+  !> name before both files are complete.
   subroutine finish_files(c, setup, run, columns, geometry_file, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
@@ -71,8 +71,8 @@ contains
     call geometry%abandon()
   end subroutine finish_files
 
-  !> Geometry functions over the lateral displacements at which the wheelset stands
-  !> on both rails, in a file that `place` gives its name.
+  !> Write the geometry functions over the lateral displacements at which the wheelset stands on both rails.
+  !> `place` gives the file its name later.
   subroutine write_geometry(c, setup, file, columns, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup

@@ -76,7 +76,7 @@ contains
     if (allocated(error)) error%message = file//merge(', ', ': ', index(error%message, '&') == 1)//error%message
   end subroutine run
 
-  !> From a case that was checked to its files.
+  !> Run a checked case and write the files.
   subroutine compute(c, setup)
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
@@ -108,7 +108,7 @@ contains
     if (length > 0) call get_command_argument(i, value)
   end subroutine get_argument
 
-  !> To standard output.
+  !> Write a text to standard output.
   subroutine answer(text)
     character(*), intent(in) :: text
     logical :: ok

@@ -8,33 +8,34 @@ module report_lines
   use text, only: str, with_zero
   implicit none
   private
-  public :: add_formulation, add_profiles, add_tables, add_warnings, table_points, fixed, scientific, newline, zone_places
+  public :: add_formulation, add_profiles, add_tables, add_warnings, table_points, too_rough, plural, fixed, scientific
+  public :: newline, zone_places
 
   character, parameter :: newline = new_line('a')
   character(10), parameter :: zone_places(4) = [character(10) :: 'tread', 'flange', 'both', 'going over']
 
 contains
 
-  !> What a rigid formulation means for the case.
+  !> Say what a rigid formulation means for the case.
   subroutine add_formulation(lines, c)
     character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
 
     select case (c%formulation)
     case ('bilateral')
-      lines = lines//'formulation bilateral: rigid contacts, both wheels are held on their rails; a negative N is a rail that '// &
-        'pulls; P: impulses where contact jumps along the wheel'//newline
+      lines = lines//'formulation bilateral: contacts are rigid, and both wheels are held on their rails; a negative N is a '// &
+        'rail that pulls; P is an impulse where contact jumps along the wheel'//newline
     case ('unilateral')
-      lines = lines//'formulation unilateral: rigid contacts that only push, restitution '//str(c%restitution)// &
-        '; N: of contact that lasts, P: impulses of impacts so far'//newline
+      lines = lines//'formulation unilateral: contacts are rigid and only push, restitution '//str(c%restitution)// &
+        '; N is the force of a contact that lasts, P is the sum of the impulses of impacts'//newline
     case default
       return
     end select
-    lines = lines//'not used with it: &material, &table but lateral, roll and drop (where a derailed run ends), &contact '// &
-      'model, &integrator scheme, order, beta, gamma, tolerance, max_iterations'//newline
+    lines = lines//'this formulation does not use &material, &contact model, &integrator scheme, order, beta, gamma, '// &
+      'tolerance and max_iterations, and &table except lateral, roll and drop, at which a derailed run ends'//newline
   end subroutine add_formulation
 
-  !> How exact the contact tables are, and a warning where that is not what was asked for.
+  !> State the errors of the contact tables, with a warning if an error is larger than the case asks for.
   subroutine add_tables(lines, c, setup)
     character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
@@ -83,7 +84,7 @@ contains
     words = adjustl(words)
   end function table_points
 
-  !> What a table could not be made to be.
+  !> Warn of what a table does not fulfil: convergence, contacts that push, accuracy.
   subroutine add_warnings(lines, c, what, table)
     character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
@@ -95,16 +96,17 @@ contains
       '&table accuracy'//newline
     if (table%accuracy%unsolved > 0) lines = lines//'warning: '//what//': '//str(table%accuracy%unsolved)//' of '// &
       str(sum(table%accuracy%poses) + table%accuracy%unsolved)//' half-space solutions that its error is measured by '// &
-      'did not converge; they are not in it'//newline
+      'did not converge; the stated error leaves them out'//newline
     if (table%accuracy%pulling > 0) lines = lines//'warning: '//what//': expected contacts that push in '// &
-      'service, found '//str(table%accuracy%pulling)//' points at which the contact would pull, where a run stops; lower '// &
+      'service, found '//str(table%accuracy%pulling)//' point'// &
+      plural(table%accuracy%pulling == 1)//' at which the contact would pull, where a run stops; lower '// &
       '&table accuracy or raise n_lateral, n_roll, n_depth'//newline
     if (any(table%accuracy%poses > 0) .and. any(table%accuracy%rms(:3) > c%accuracy)) lines = lines//'warning: '//what// &
       ': expected an rms error of at most &table accuracy = '//str(c%accuracy)//' in service, reached '// &
       scientific(maxval(table%accuracy%rms(:3)))//newline
   end subroutine add_warnings
 
-  !> One line where both sides have the same profile, or one per side.
+  !> Describe a profile in one line, or in a line per side if the sides have different profiles.
   subroutine add_profiles(lines, what, p)
     character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: what
@@ -127,8 +129,28 @@ contains
     if (p%reconstruction) lines = lines//', RECONSTRUCTION (not the organisers'' file)'
     if (p%taken /= '') lines = lines//', '//p%taken
     if (p%mended /= '') lines = lines//'; '//p%mended
+    if (p%curve%distance > 0) lines = lines//'; smoothed by '//fixed(1e3_dp*p%curve%distance, 4)//' mm'
     lines = lines//newline
+    if (too_rough(p)) lines = lines//'warning: '//p%file//': expected &profiles smoothing_mm of at least '// &
+      fixed(1e3_dp*p%curve%advised, 4)//', for noise and waviness of the points, found '// &
+      fixed(1e3_dp*p%curve%distance, 4)//'; -1 lets the points decide'//newline
   end subroutine add_profile
+
+  !> Whether a curve follows its points more closely than their noise and waviness allow.
+  pure logical function too_rough(p)
+    type(profile_type), intent(in) :: p
+    real(dp), parameter :: leeway = 0.8_dp
+
+    too_rough = p%curve%distance < leeway*p%curve%advised
+  end function too_rough
+
+  !> The ending of a noun behind a number: none behind 1.
+  pure function plural(one) result(ending)
+    logical, intent(in) :: one            !! the number is 1
+    character(count([.not. one])) :: ending
+
+    ending = 's'
+  end function plural
 
   pure function written(form, x) result(word)
     character(*), intent(in) :: form
@@ -137,6 +159,7 @@ contains
 
     write (word, form) x
     word = with_zero(adjustl(word))
+    if (word(1:1) == '-' .and. verify(word, '-0. ') == 0) word = word(2:)      ! a small negative number, rounded to zero
   end function written
 
   pure function fixed(x, digits) result(word)

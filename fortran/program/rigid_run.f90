@@ -33,8 +33,8 @@ contains
     end associate
   end subroutine start_rigid_run
 
-  !> A step in pieces from event to event. The formulation cuts its pieces by energy itself; those that still miss the
-  !> tolerance are counted.
+  !> Make a step in pieces from event to event. The formulation itself cuts pieces by their energy error. Pieces that still
+  !> miss the tolerance are counted.
   subroutine rigid_step(rigid, motion, monitor, dt, error)
     type(rigid_type), intent(inout) :: rigid
     type(motion_type), intent(inout) :: motion
@@ -72,7 +72,7 @@ contains
     monitor%run%gone = monitor%run%log%derailed .and. beyond_table(monitor%c, monitor%setup, motion%q)
   end subroutine rigid_step
 
-  !> Rows at the events of the last step, and at peaks of forces, which are those of steps' ends.
+  !> Write rows at the events of the last step and at peaks of forces. A peak is the force at the end of a step.
   subroutine note_rows(rigid, rigid_before, motion, monitor)
     type(rigid_type), intent(in) :: rigid           !! at the end of the step
     type(rigid_type), intent(inout) :: rigid_before !! at the start of the step

@@ -1,4 +1,4 @@
-!> The rows of a run on their way to a file that grows with them, or to memory.
+!> Transfer of the rows of a run to a file, which grows with them, or to memory.
 module row_sink
   use errors, only: error_type, fatal_error
   use kinds, only: dp
@@ -26,7 +26,7 @@ module row_sink
     enumerator :: on_grid, at_event, at_impact
   end enum
 
-  ! What two steps can add: each at most eleven events, four peaks, two rows of an impact and one row of the grid.
+  ! Two steps can add this many rows. Each has at most eleven events, four peaks, two rows of an impact and one grid row.
   integer, parameter :: most = 64
 
   !> All rows, in memory.
@@ -104,7 +104,7 @@ contains
     this%n = this%n + 1
   end subroutine put
 
-  !> Give the rows up to a time to their taker.
+  !> Pass the rows up to a time on to the row writer.
   subroutine give(this, up_to, error)
     class(row_queue), intent(inout) :: this
     real(dp), intent(in) :: up_to           !! [s]

@@ -1,4 +1,4 @@
-!> What is noted of a run on its way: rows, events, peaks, extremes, the energy balance.
+!> Records of a run while it is integrated: rows, events, peaks, extremes, energy balance.
 module run_monitor
   use case, only: case_type
   use columns, only: list_columns, make_row, most_columns, row_type
@@ -34,18 +34,18 @@ module run_monitor
     integer(int64) :: missed = 0           !! steps that change the total energy by more than allowed after all halvings
     integer(int64) :: evaluations = 0      !! evaluations of the contacts in steps
     logical :: cancelled = .false.         !! stopped by the watcher
-    logical :: gone = .false.              !! derailed, and then farther away than the table goes
+    logical :: gone = .false.              !! the derailed wheelset has left the range of the table
     real(dp) :: seconds = 0                !! processor time of the integration
   end type run_type
 
-  !> What the steps of a run have in common.
+  !> The state of the records between the steps of a run.
   type :: run_monitor_type
     type(case_type), pointer :: c => null()
     type(setup_type), pointer :: setup => null()
     type(run_type) :: run
     type(row_queue) :: queue
-    logical :: event_rows = .true.         !! rows at events and peaks, too
-    logical :: rigid = .false.             !! columns of rigid contacts, too
+    logical :: event_rows = .true.         !! events and peaks have rows too
+    logical :: rigid = .false.             !! rows have the columns of rigid contacts
     type(motion_type) :: past(2)           !! the motion one and two steps ago
     real(dp) :: forces(4, 3) = 0           !! normal forces two steps ago, one step ago and now [N]
     real(dp) :: first_energy = 0           !! total energy at the start [J]
@@ -60,7 +60,7 @@ module run_monitor
 
 contains
 
-  !> Note the initial motion.
+  !> Record the initial motion.
   subroutine start(this, motion, taker)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
@@ -83,7 +83,7 @@ contains
     call this%put(motion, on_grid)
   end subroutine start
 
-  !> The row of a motion, in its place in time.
+  !> Pass on the row of a motion, in the order of time.
   subroutine put(this, motion, kind)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
@@ -107,7 +107,7 @@ contains
     end associate
   end function row_of
 
-  !> A step from `old` to `new`: farthest displacements, the forces of the last three steps, the energy.
+  !> Record a step from `old` to `new`: farthest displacements, forces of the last three steps, energy.
   subroutine note_step(this, old, new)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: old, new
@@ -143,7 +143,7 @@ contains
       kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
       potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
         + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium(2))
-      ! The motions at constant speed.
+      ! The forward motion and the pitch motion have constant speeds.
       constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
     end associate
     this%run%loss = motion%loss
@@ -192,7 +192,7 @@ contains
     force = hypot(motion%contact%slope(1, :), motion%contact%slope(2, :))
   end function normal_forces
 
-  !> Where a run has come to, for messages.
+  !> The time that a run has reached, for messages.
   function place(motion, equilibrium)
     type(motion_type), intent(in) :: motion
     real(dp), intent(in) :: equilibrium(3)

@@ -1,5 +1,5 @@
-!> What the comments of a file say of a run, as namelist groups: before it the setup and every variable in force, after it
-!> the results. Any reader of namelists reads them; numbers have all digits.
+!> The comments of a column file, as namelist groups: the setup and every variable in force before the rows, the results
+!> after them. Any reader of namelists reads the groups. Numbers have all digits.
 module run_results
   use case, only: case_type, list_variables, value_text, variable_type
   use contact_table, only: table_type
@@ -9,7 +9,7 @@ module run_results
   use report_lines, only: add_formulation, add_profiles, add_warnings, newline, table_points, zone_places
   use run_monitor, only: run_type
   use run_setup, only: setup_type
-  use text, only: str
+  use text, only: shortest, str
   use wheelset, only: contact_name
   implicit none
   private
@@ -49,7 +49,7 @@ contains
     lines = lines//'/'//newline
   end subroutine describe_setup
 
-  !> The group `&setup`: what follows from the case before the run.
+  !> The group `&setup`: results that follow from the case before the run.
   subroutine add_setup(lines, c, setup)
     character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
@@ -153,12 +153,12 @@ contains
     do k = 1, run%log%n
       associate (event => run%log%list(k))
         name = 'event('//str(k)//')%'
-        lines = lines//'  '//name//'t = '//str(event%t)//', '//name//'kind = '''//trim(event_kinds(event%kind))//''''
-        if (loaded) lines = lines//', '//name//'force = '//str(event%force)
+        lines = lines//'  '//name//'t = '//trim(shortest(event%t))//', '//name//'kind = '''//trim(event_kinds(event%kind))//''''
+        if (loaded) lines = lines//', '//name//'force = '//trim(shortest(event%force))
         do i = 1, 4
-          if (abs(event%impulse(i)) > 0) lines = lines//', '//name//'P_'//contact_name(i)//' = '//str(event%impulse(i))
+          if (abs(event%impulse(i)) > 0) lines = lines//', '//name//'P_'//contact_name(i)//' = '//trim(shortest(event%impulse(i)))
         end do
-        if (abs(event%loss) > 0) lines = lines//', '//name//'loss = '//str(event%loss)
+        if (abs(event%loss) > 0) lines = lines//', '//name//'loss = '//trim(shortest(event%loss))
         lines = lines//newline
       end associate
     end do
@@ -201,7 +201,7 @@ contains
     character(*), intent(in) :: name, about
     real(dp), intent(in) :: x
 
-    lines = lines//'  '//name//' = '//str(x)//'  ! '//about//newline
+    lines = lines//'  '//name//' = '//trim(shortest(x))//'  ! '//about//newline
   end subroutine add_number
 
   subroutine add_numbers(lines, name, x, about)
@@ -210,9 +210,9 @@ contains
     real(dp), intent(in) :: x(:)
     integer :: k
 
-    lines = lines//'  '//name//' = '//str(x(1))
+    lines = lines//'  '//name//' = '//trim(shortest(x(1)))
     do k = 2, size(x)
-      lines = lines//', '//str(x(k))
+      lines = lines//', '//trim(shortest(x(k)))
     end do
     lines = lines//'  ! '//about//newline
   end subroutine add_numbers

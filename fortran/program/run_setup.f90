@@ -1,4 +1,4 @@
-!> What stays the same in all runs with one wheelset on one track: profiles in their places, tables, equilibrium.
+!> The setup that all runs with one wheelset on one track share: placed profiles, tables, equilibrium.
 module run_setup
   use case, only: case_type
   use contact_zones, only: find_zones, side_type
@@ -24,7 +24,7 @@ module run_setup
     type(path_type) :: path(2)         !! to the left and to the right, with formulation 'bilateral'
     real(dp) :: centred(3) = 0         !! pose of the rigid wheelset on both rails at y = 0
     real(dp) :: equilibrium(3) = 0     !! static, held at y = 0: Z and roll are measured from it [m, m, rad]
-    real(dp) :: rest(3) = 0            !! static, where nothing holds the wheelset [m, m, rad]
+    real(dp) :: rest(3) = 0            !! static equilibrium of the free wheelset [m, m, rad]
     integer :: modes = 3               !! number of eigenmodes: 1 with rigid contacts
     real(dp) :: frequency(3) = 0       !! eigenfrequencies at `rest`, ascending [Hz]
     real(dp) :: shapes(3, 3) = 0       !! modes y, z, roll in columns
@@ -96,7 +96,7 @@ contains
       if (failed('wheel_profile'//of_wheel//', rail_profile'//of_rail)) return
     end subroutine read_side
 
-    !> An error says which variables it is about.
+    !> Put the names of the variables into an error.
     logical function failed(names)
       character(*), intent(in) :: names
 

@@ -48,7 +48,7 @@ contains
     wanted(1)%table => setup%wheelset%table
     wanted(2)%table => setup%wheelset%right_table
     wanted%file = [character(text_length + 6) :: c%table_file, right_table_path(c)]
-    ! All files are read before any table is built: one that is no table is an error at once.
+    ! All files are read before any table is built, so that a file that is no table is an error at once.
     do k = 1, n
       call table_key(c, setup%wheel(k), setup%rail(k), wanted(k)%key)
       if (wanted(k)%file /= '') &
@@ -73,17 +73,20 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
 
-    call build_table(request, wanted%key, wanted%table, watcher)
-    if (present(watcher)) then
-      if (watcher%stop) call fatal_error(error, 'stopped by the user')
+    logical :: stopped
+
+    call build_table(request, wanted%key, wanted%table, stopped, watcher)
+    if (.not. stopped) call measure(request, wanted%table, stopped, watcher)
+    if (stopped) then
+      call fatal_error(error, 'stopped by the user')
+      return
     end if
-    if (allocated(error)) return
-    call measure(request, wanted%table)
+    if (present(watcher)) call watcher%tell('table', 1.0_dp)
     if (wanted%file /= '') call save_table(trim(wanted%file), wanted%table, error)
   end subroutine make_table
 
-  !> What the case asks of the table of a side. The table does not depend on the other side: it is made for a wheelset with
-  !> the same pair on both sides.
+  !> Requirements of the case on the table of a side. The table does not depend on the other side, because it is made for a
+  !> wheelset with the same pair on both sides.
   function table_request(c, side) result(request)
     type(case_type), intent(in) :: c
     type(side_type), target, intent(in) :: side
@@ -119,10 +122,11 @@ contains
 
     key = 'ldbench '//law//' model '//trim(c%model)//' profiles '//wheel%checksum//' '//rail%checksum//' '// &
       trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '//trim(c%rail_unit)//' smoothing '// &
-      str(c%smoothing_mm)//' gauge '//str(c%gauge)//' '//str(c%gauge_depth)//' back_to_back '//str(c%back_to_back)// &
-      ' radius '//str(c%rolling_radius)//' E '//str(c%youngs_modulus)//' nu '//str(c%poisson)//' scale '// &
-      str(c%stiffness_scale)//' split '//str(c%split_angle)//' extent '//str(c%extent%lateral)//' '//str(c%extent%lift)// &
-      ' '//str(c%extent%drop)//' '//str(c%extent%roll)//' '//str(c%extent%depth)//' accuracy '//str(c%accuracy)// &
+      str(wheel%curve%distance)//' '//str(rail%curve%distance)//' gauge '//str(c%gauge)//' '//str(c%gauge_depth)// &
+      ' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)//' E '//str(c%youngs_modulus)// &
+      ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' split '//str(c%split_angle)// &
+      ' extent '//str(c%extent%lateral)//' '//str(c%extent%lift)//' '//str(c%extent%drop)//' '//str(c%extent%roll)// &
+      ' '//str(c%extent%depth)//' accuracy '//str(c%accuracy)// &
       ' points '//str(c%n_lateral)//' '//str(c%n_roll)//' '//str(c%n_depth)
   end subroutine table_key
 

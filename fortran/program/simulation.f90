@@ -21,7 +21,7 @@ module simulation
 
 contains
 
-  !> Everything up to the start of the integration. `free_tables` of run_tables frees what it allocates.
+  !> Prepare a run up to the start of the integration. `free_tables` of run_tables frees the tables.
   subroutine prepare(c, setup, error, watcher)
     type(case_type), intent(in) :: c
     type(setup_type), intent(out) :: setup
@@ -117,7 +117,7 @@ contains
 
   contains
 
-    !> Tell how far the run is, and whether it shall stop.
+    !> Tell the watcher how far the run is, and learn whether the run is to stop.
     subroutine look_up(share)
       real(dp), intent(in) :: share
 

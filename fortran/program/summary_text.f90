@@ -1,10 +1,10 @@
-!> What a run says on the terminal.
+!> The summary of a run on the terminal.
 module summary_text
   use case, only: case_type, output_path
   use events, only: elastic_kinds, event_kinds, kept
   use kinds, only: dp
   use profile, only: profile_type
-  use report_lines, only: add_formulation, add_profiles, add_tables, fixed, newline, scientific
+  use report_lines, only: add_formulation, add_profiles, add_tables, fixed, newline, plural, scientific, too_rough
   use run_monitor, only: run_type
   use run_results, only: ending
   use run_setup, only: setup_type
@@ -15,6 +15,7 @@ module summary_text
   public :: summary
 
   integer, parameter :: listed_impacts = 5
+  integer, parameter :: width = 100         !! longest line [characters]
 
 contains
 
@@ -39,11 +40,33 @@ contains
     call add_tables(lines, c, setup)
     call add_outcome(lines, c, run)
     lines = lines//'processor time [s]: table '//fixed(setup%table_seconds, 2)// &
-      merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//newline// &
-      'columns: '//trim(output_path(c))//', '//str(run%rows)//' rows'//newline
+      merge(' (found)', ' (built)', setup%table_found)//', integration '//fixed(run%seconds, 2)//newline
+    call wrap(lines)
+    lines = lines//'columns: '//trim(output_path(c))//', '//str(run%rows)//' row'//plural(run%rows == 1)//newline
   end subroutine summary
 
-  !> Clearance, to either side where they differ.
+  !> Break lines that are longer than `width` at blanks. What follows is indented by two more blanks than the line.
+  subroutine wrap(lines)
+    character(:), allocatable, intent(inout) :: lines
+    integer :: start, length, cut, indent
+
+    start = 1
+    do while (start <= len(lines))
+      length = index(lines(start:), newline) - 1
+      indent = max(0, verify(lines(start:start + length - 1), ' ') - 1)
+      if (length > width) then
+        cut = index(lines(start + indent:start + width), ' ', back=.true.) + indent
+        if (cut == indent) cut = index(lines(start + indent:start + length - 1), ' ') + indent      ! a long word
+        if (cut > indent) then
+          lines = lines(:start + cut - 2)//newline//repeat(' ', indent + 2)//lines(start + cut:)
+          length = cut - 1
+        end if
+      end if
+      start = start + length + 1
+    end do
+  end subroutine wrap
+
+  !> Flange clearance, in one number if both sides are equal.
   subroutine add_clearances(lines, setup)
     character(:), allocatable, intent(inout) :: lines
     type(setup_type), intent(in) :: setup
@@ -56,7 +79,7 @@ contains
     end if
   end subroutine add_clearances
 
-  !> Where a wheelset of two different sides stays by itself, as the columns tell it.
+  !> Pose of rest of a wheelset with different sides, in the coordinates of the columns.
   subroutine add_rest(lines, setup)
     character(:), allocatable, intent(inout) :: lines
     type(setup_type), intent(in) :: setup
@@ -67,7 +90,7 @@ contains
     end associate
   end subroutine add_rest
 
-  !> Eigenfrequencies at equilibrium, named by what moves most (in kinetic energy).
+  !> Eigenfrequencies at equilibrium. A mode is named after the coordinate with most of the kinetic energy.
   subroutine add_frequencies(lines, setup)
     character(:), allocatable, intent(inout) :: lines
     type(setup_type), intent(in) :: setup
@@ -83,14 +106,15 @@ contains
     lines = lines//newline
   end subroutine add_frequencies
 
-  !> Whether something is to be said of a profile.
+  !> Whether the summary describes a profile: points were changed on reading, or the sides have different files.
   pure logical function remarkable(p)
     type(profile_type), intent(in) :: p(2)
 
-    remarkable = p(1)%taken//p(1)%mended//p(2)%taken//p(2)%mended /= '' .or. p(1)%file /= p(2)%file
+    remarkable = p(1)%taken//p(1)%mended//p(2)%taken//p(2)%mended /= '' .or. p(1)%file /= p(2)%file .or. &
+      any([p%curve%distance > 0, too_rough(p(1)), too_rough(p(2))])
   end function remarkable
 
-  !> Lines about the outcome.
+  !> Lines on events, extremes, peaks, energy drift and steps.
   subroutine add_outcome(lines, c, run)
     character(:), allocatable, intent(inout) :: lines
     type(case_type), intent(in) :: c
@@ -136,13 +160,15 @@ contains
     lines = lines//'largest energy drift [J]: '//scientific(run%drift)
     if (run%kinetic_energy > 0) lines = lines//', relative to the initial kinetic energy: '// &
       scientific(run%drift/run%kinetic_energy)
-    lines = lines//newline//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, of which '//str(run%cuts)//' were cut'
-    if (run%missed > 0) lines = lines//', '//str(run%missed)//' over energy_tolerance after '//str(c%max_halvings)//' halvings'
+    lines = lines//newline//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, of which '//str(run%cuts)// &
+      trim(merge(' was cut ', ' were cut', run%cuts == 1))
+    if (run%missed > 0) lines = lines//', '//str(run%missed)//' over energy_tolerance after '// &
+      str(c%max_halvings)//' halving'//plural(c%max_halvings == 1)
     lines = lines//'; contact evaluations: '//str(run%evaluations)//newline
     lines = lines//'ended at t = '//fixed(run%last(1), 6)//' s: '//trim(ending(c, run))//newline
   end subroutine add_outcome
 
-  !> A line for the largest value of every contact that closes, with the time.
+  !> A line per contact that closes, with the largest value and its time.
   subroutine add_peaks(lines, title, peak, time)
     character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: title

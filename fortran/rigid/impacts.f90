@@ -1,4 +1,4 @@
-!> What happens where rigid contacts touch: impacts, and the contacts that carry a force from then on.
+!> Impacts of rigid contacts, and the choice of the contacts that carry a force after an impact.
 !>
 !> Impact: Newton's law in the form of J. J. Moreau, "Unilateral contact and dry friction in finite freedom
 !> dynamics" (1988), for all contacts that touch at that instant at once: impulses P >= 0 with
@@ -26,8 +26,8 @@ module impacts
 
 contains
 
-  !> Resolve what happens where contacts touch: an impact if one approaches, then the forces that set in.  `ok` is false if
-  !> no impulses or forces solve the problem, or if more contacts would close than can.
+  !> Resolve an impact if a contact that touches approaches, then find the contact forces that set in.  `ok` is false if no
+  !> impulses or forces solve the problem, or if more than three contacts would close.
   subroutine resolve_contacts(w, restitution, c, closed, motion, released, ok)
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: restitution    !! 0 to 1

@@ -4,9 +4,9 @@
 !>
 !>     s'' = -dV/ds,   V = W z - F y.
 !>
-!> V is known with its derivative, so energy is kept as the step keeps it: explicit, fourth order (see `newmark`).
-!> V'' jumps at the poses of the path, where a step over a pose would lose its order: each step is made on one cubic and
-!> ends at the latest where the cubic does.
+!> V is known with its derivative, so the explicit step of fourth order (see `newmark`) conserves energy to its own error.
+!> V'' jumps at the poses of the path, and a step over a pose would lose its order.  Each step is therefore made on one
+!> cubic and ends at the latest where the cubic ends.
 !>
 !> In a corner of the path the velocity turns and keeps its size, which is the limit of ever finer rounding.  An
 !> impulse of the contacts turns it.
@@ -86,7 +86,8 @@ contains
     work = work + step%work
   end subroutine advance_along
 
-  !> The pose at which a point leaves the cubic at once: that towards the centre (-1), away from it (1), none (0).
+  !> The end of the cubic at which a point leaves the cubic at once: the end towards the centre (-1), the end away from
+  !> the centre (1), or none (0).
   pure integer function way_out(path, w, p, time)
     type(path_type), intent(in) :: path(:)
     type(wheelset_type), intent(in) :: w
@@ -109,7 +110,7 @@ contains
     end associate
   end function way_out
 
-  !> Pass the pose at which a point is, in no time; a point that is pushed back from there stays for the time dt.
+  !> Let a point pass the pose at which it is, in no time. A point that is pushed back from the pose stays for the time dt.
   pure subroutine leave_pose(path, w, p, time, dt, out, corner)
     type(path_type), intent(in) :: path(:)
     type(wheelset_type), intent(in) :: w
@@ -134,7 +135,7 @@ contains
     dt = 0
   end subroutine leave_pose
 
-  !> Go over to the cubic beyond a pose, unless the pose is a corner or the end of the path.
+  !> Continue on the cubic beyond a pose, unless the pose is a corner or the end of the path.
   pure subroutine pass_pose(path, p, out, corner)
     type(path_type), intent(in) :: path(:)
     type(point_type), intent(inout) :: p

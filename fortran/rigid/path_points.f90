@@ -1,5 +1,5 @@
-!> Points of the path on which both wheels stand on their rails (see `rigid_path`): where they are, what is at rest there,
-!> and the normal forces of a wheelset that moves through them.
+!> Points of the path on which both wheels stand on their rails (see `rigid_path`): pose, equilibrium, and the normal forces
+!> of a wheelset that moves through a point.
 !>
 !> The normal forces are the multipliers of the two constraints; a negative one is a rail that pulls.
 module path_points
@@ -46,7 +46,7 @@ contains
     piece%per_s = -piece%per_s
   end function piece_at
 
-  !> The point nearest to the centre with the lateral displacement y [m]; a pose of the path if that is within rounding.
+  !> The point nearest to the centre with the lateral displacement y [m]. It is a pose of the path if one is within rounding.
   !> `ok` is false if the path does not go so far.
   pure subroutine start_at(path, y, p, ok)
     type(path_type), intent(in) :: path(:)      !! to the left, to the right

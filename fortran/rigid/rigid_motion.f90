@@ -37,7 +37,7 @@ module rigid_motion
   end type rigid_type
 
   integer, parameter :: most_idle = 100
-  ! Status of a step: as it should be; the path ends; contacts fail; impacts follow each other without end.
+  ! Status of a step: success; the path ends; the contact problem has no solution; impacts accumulate.
   integer, parameter :: rigid_ok = 0, rigid_end = 1, rigid_stuck = 2, rigid_crowded = 3
 
 contains

@@ -225,7 +225,7 @@ contains
         f = force(k)
         if (abs(f) < 1e-9_dp*w%weight()) exit
       else
-        ! So near to the start that the instant cannot be told from it, gap/time is the rate.
+        ! If the instant is within rounding of the start, gap/time is the rate.
         f = first
         if (x > epsilon(x)*dt) f = new_gap(from, to, k)/x
         if (abs(new_gap(from, to, k)) < 1e-16_dp) exit
@@ -249,7 +249,7 @@ contains
     if (size(on) == 0) then
       call fly(w, h, to%motion)
     else
-      ! Two halves: their error in energy is a sixteenth, below that of an impact.
+      ! Two half steps have a sixteenth of the energy error, which is less than the error of an impact.
       on = pack([(i, i=1, size(to%c))], to%closed)
       call slide(side, w, h/2, on, to%c, to%motion)
       call slide(side, w, h/2, on, to%c, to%motion)

@@ -15,8 +15,8 @@ module memory
 
 contains
 
-  !> gfortran calls its library's procedure of this name, which this one stands in for, where an ALLOCATE without `stat`
-  !> fails. It gets a text for printf, which is not needed; what is done here needs no memory.
+  !> Replaces the procedure of gfortran's library that an ALLOCATE without `stat` calls when it fails. The argument is a text
+  !> for printf, which is not needed. The body needs no memory.
   subroutine no_memory() bind(c, name='_gfortran_os_error_at')
     character(*), parameter :: message = 'ldbench: error: expected more memory, found none left'//c_new_line
     integer(c_size_t) :: ignored

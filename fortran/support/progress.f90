@@ -1,9 +1,12 @@
-!> Somebody who watches a long computation: told how far it is, may ask it to stop.
+!> A watcher of a long computation is told how far the computation is, and may ask it to stop.
 module progress
   use kinds, only: dp
   implicit none
   private
-  public :: monitor_type, goes_on, share_of_round
+  public :: monitor_type, goes_on, share_of_round, build_share
+
+  !> Share of the work on a contact table that building takes; the rest measures the error.
+  real(dp), parameter :: build_share = 0.85_dp
 
   type, abstract :: monitor_type
     logical :: stop = .false.            !! set it to end the computation early
@@ -18,13 +21,13 @@ module progress
       import :: dp, monitor_type
       class(monitor_type), intent(inout) :: this
       character(*), intent(in) :: stage  !! 'table' or 'integration'
-      real(dp), intent(in) :: share      !! done, 0 to 1
+      real(dp), intent(in) :: share      !! completed share, 0 to 1
     end subroutine report
   end interface
 
 contains
 
-  !> Report the share done of what is under way.
+  !> Report the completed share of the stage that is under way.
   subroutine tell(this, stage, share)
     class(monitor_type), intent(inout) :: this
     character(*), intent(in) :: stage
@@ -33,8 +36,8 @@ contains
     call this%report(stage, this%from + share*(this%to - this%from))
   end subroutine tell
 
-  !> Count a piece of the work, and whether it shall be done; the thread that began the work tells the watcher, who may
-  !> want no more.
+  !> Count a piece of the work and say whether it is to be done. The thread that began the work tells the watcher, who may
+  !> ask it to stop.
   logical function goes_on(work, done, all, stopped, watcher)
     !$ use omp_lib, only: omp_get_thread_num
     real(dp), intent(in) :: work(2)
@@ -61,7 +64,7 @@ contains
     stopped = .true.
   end function goes_on
 
-  !> Share of the work done before and after a round, when each is expected to leave 0.6 of what is left.
+  !> Share of the work that is done before and after a round. Each round is expected to leave 0.6 of the remaining work.
   pure function share_of_round(work, round) result(part)
     real(dp), intent(in) :: work(2)
     integer, intent(in) :: round

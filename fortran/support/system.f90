@@ -1,4 +1,4 @@
-!> The little that is needed of the operating system.
+!> Services of the operating system that Fortran does not offer: files, locks, terminals.
 module system
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_int16_t, c_int32_t, c_int64_t, &
     c_intptr_t, c_loc, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
@@ -7,7 +7,7 @@ module system
   private
   public :: on_terminal, read_file, say, c_write, survive_long_files, scratch_file, same_file, lacks_folder
 
-  !> The folder of outputs that are given no name; no other folder is made.
+  !> The folder for output files that the case does not name. The program makes no other folder.
   character(*), parameter, public :: default_folder = 'outputs'
 
   !> A file that is written under another name beside its own, `file.ldbench-part` and a number, and renamed over the old
@@ -145,8 +145,8 @@ module system
 
 contains
 
-  !> All of a file, or of standard input when `path` is '-'; at once, and, unlike Fortran's own reading, in several threads.
-  !> `opened` and `ok` tell what failed.
+  !> Read a whole file at once, or standard input when `path` is '-'. Unlike Fortran's own reading, several threads may call
+  !> this procedure at the same time. `opened` and `ok` tell what failed.
   subroutine read_file(path, bytes, opened, ok)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: bytes
@@ -203,7 +203,7 @@ contains
     are_one = min(x%links, y%links) > 0 .and. x%inode == y%inode .and. all(x%device == y%device)
   end function are_one
 
-  !> What the system knows of a file, or of an open one by its descriptor; -1 links where it knows nothing.
+  !> Ask the system about a file, by path or by the descriptor of an open file. `links` is -1 if the system knows nothing.
   subroutine look(path, found, descriptor)
     character(*), intent(in) :: path
     type(statx_type), intent(out) :: found
@@ -217,7 +217,7 @@ contains
     end if
   end subroutine look
 
-  !> The absolute path without links; for a file to come that of its folder, and its name.
+  !> The absolute path without links. For a file that does not exist yet, links of its folder alone are resolved.
   function resolved(path) result(absolute)
     character(*), intent(in) :: path
     integer, parameter :: path_max = 4096
@@ -242,7 +242,7 @@ contains
     on_terminal = c_isatty(2_c_int) == 1
   end function on_terminal
 
-  !> Whether a file is to lie in the default folder and that is not there.
+  !> Whether a file is to lie in the default folder and this folder does not exist.
   logical function lacks_folder(file)
     character(*), intent(in) :: file
     logical :: there
@@ -279,7 +279,7 @@ contains
       path = this%name//part//number
       call remove_left(path)
       if (c_associated(this%stream)) cycle
-      ! A new one: no other thread may be at it.
+      ! The scratch file is new, so no other thread may have opened it.
       stream = c_fopen(path//c_null_char, 'w+x'//c_null_char)
       if (.not. c_associated(stream)) cycle
       ignored = c_flock(c_fileno(stream), lock)
@@ -311,8 +311,8 @@ contains
     if (this%ok) this%ok = c_fwrite(c_loc(words), 8_c_size_t, size(words, kind=c_size_t), this%stream) == size(words)
   end subroutine put_words
 
-  !> Write what is in the buffer: here it comes out that the disk is full. A network's file system says so when a
-  !> descriptor is closed: it is a duplicate, for the lock goes with the file's own.
+  !> Write the buffer to the disk, which shows whether the disk is full. A network file system reports that when a
+  !> descriptor is closed. A duplicate is closed, because closing the file's own descriptor would end the lock.
   subroutine complete(this)
     class(scratch_file), intent(inout) :: this
 
@@ -320,7 +320,7 @@ contains
     if (this%ok) this%ok = c_close(c_dup(c_fileno(this%stream))) == 0
   end subroutine complete
 
-  !> Give a file that is complete its name; where it could not be written to its end, it is removed.
+  !> Give a complete file its name. A file that could not be written to its end is removed.
   subroutine finish(this)
     class(scratch_file), intent(inout) :: this
     integer(c_int) :: ignored
@@ -332,7 +332,7 @@ contains
     call this%abandon()
   end subroutine finish
 
-  !> Remove what has been written, but for a file that is finished.
+  !> Remove the scratch file, unless the file is finished.
   subroutine abandon(this)
     class(scratch_file), intent(inout) :: this
     integer(c_int) :: ignored
@@ -350,6 +350,8 @@ contains
     type(c_ptr) :: stream
     integer(c_int) :: ignored
 
+    call look(path, named)
+    if (named%links < 0) return
     stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
     if (.not. c_associated(stream)) return
     if (c_flock(c_fileno(stream), lock_now) == 0) then
@@ -376,7 +378,7 @@ contains
     ok = from > len(text)
   end subroutine say
 
-  !> Let a file that grows larger than the process may write be an error like others, and no end by a signal.
+  !> Make a file that exceeds the size limit of the process an ordinary error. Without this the system ends the process.
   subroutine survive_long_files()
     integer(c_int), parameter :: sigxfsz = 25
     type(c_funptr) :: ignored

@@ -11,7 +11,7 @@ module text
   use system, only: read_file
   implicit none
   private
-  public :: line_type, lower, to_real, str, with_zero, clip, read_lines, split_lines, checksum
+  public :: line_type, lower, to_real, str, shortest, with_zero, clip, read_lines, split_lines, checksum
 
   type :: line_type
     character(:), allocatable :: text
@@ -36,8 +36,8 @@ contains
     end do
   end function lower
 
-  !> A word as a number.  Unlike a list-directed read it takes all of the word
-  !> or none of it: `1568kg`, `1/2`, `NaN` and `1e999` are refused.
+  !> Convert a word to a number.  Unlike a list-directed read, the procedure takes the whole word
+  !> or nothing: it refuses `1568kg`, `1/2`, `NaN` and `1e999`.
   pure subroutine to_real(word, x, ok)
     character(*), intent(in) :: word
     real(dp), intent(out) :: x
@@ -72,44 +72,107 @@ contains
     from = mark + merge(2, 1, scan(word(mark + 1:mark + 1), '+-') == 1)
     is_number = from <= len(word) .and. len(word) < from + 4 .and. verify(word(from:), digits) == 0
     if (.not. is_number) return
-    ! Beyond this a number could overflow, which may not even be tried where overflow traps.
+    ! A larger exponent could overflow. Where overflow traps, the conversion must not even be tried.
     read (word(from:), *) exponent
     is_number = mark + exponent < 300 .or. word(mark + 1:mark + 1) == '-'
   end function is_number
 
-  !> The fewest digits that read back to the same number, by bisection.
+  !> A number with the fewest digits after its point that read back to the same number. `str` works this out twice, first
+  !> for its length.
   pure function shortest(x) result(word)
     real(dp), intent(in) :: x
     character(40) :: word
+    character(len(word)) :: trial
     integer :: too_few, enough, digits
     real(dp) :: back
-    logical :: ok
+    logical :: found
 
-    too_few = 0
-    enough = 20
+    call quick_text(x, word, too_few, enough)
+    if (word /= '') return
+    word = with_digits(x, enough)
     do while (enough - too_few > 1)
       digits = (too_few + enough)/2
-      word = with_digits(x, digits)
-      call to_real(trim(word), back, ok)
-      if (ok) ok = abs(back - x) <= 0
-      if (ok) enough = digits
-      if (.not. ok) too_few = digits
+      trial = with_digits(x, digits)
+      call to_real(trim(trial), back, found)
+      if (found) found = abs(back - x) <= 0
+      if (found) enough = digits
+      if (found) word = trial
+      if (.not. found) too_few = digits
     end do
-    word = with_zero(with_digits(x, enough))
+    word = with_zero(word)
   end function shortest
+
+  !> What `shortest` gives, found without writing and reading, where it has at most 15 digits; otherwise a blank word, a
+  !> number of digits after the point that is too small and one that is large enough. The quotient or product of a whole
+  !> number below 10**15 and a power of ten up to 10**22 is rounded once, as the decimal number is when it is read.
+  pure subroutine quick_text(x, word, too_few, enough)
+    real(dp), intent(in) :: x
+    character(40), intent(out) :: word
+    integer, intent(out) :: too_few, enough
+    integer :: i, digits, decade, shift, unsure, n
+    integer, parameter :: most = 22, longest = 15
+    real(dp), parameter :: power(0:most) = [(10.0_dp**i, i=0, most)]
+    real(dp) :: whole, back
+    integer(int64) :: rest
+    character(longest + 1) :: figures
+
+    word = ''
+    too_few = 0
+    enough = 20
+    if (.not. ieee_is_finite(x)) return
+    decade = 0
+    if (.not. is_plain(x)) decade = floor(log10(abs(x)))
+    unsure = merge(0, 1, is_plain(x))       ! digits: the logarithm may have been rounded to the next whole number
+    do digits = 1, longest
+      shift = digits - decade
+      if (abs(shift) > most) return
+      if (shift >= 0) then
+        whole = anint(abs(x)*power(shift))
+        back = whole/power(shift)
+      else
+        whole = anint(abs(x)/power(-shift))
+        back = whole*power(-shift)
+      end if
+      if (whole >= power(longest)) then
+        enough = digits + 1 + unsure        ! 17 digits in all
+        return
+      end if
+      if (abs(back - abs(x)) <= 0) exit
+      too_few = digits - unsure
+    end do
+    if (digits > longest) return
+    if (unsure > 0 .and. (whole < power(digits) .or. whole >= power(digits + 1))) return
+
+    rest = int(whole, int64)
+    n = 0
+    do while (rest > 0 .or. n <= digits)
+      figures(len(figures) - n:len(figures) - n) = achar(iachar('0') + int(mod(rest, 10_int64)))
+      rest = rest/10
+      n = n + 1
+    end do
+    word = figures(len(figures) - n + 1:len(figures) - digits)//'.'//figures(len(figures) - digits + 1:)
+    if (unsure > 0) word = trim(word)//merge('E-', 'E+', decade < 0)//trim(adjustl(decimal(int(abs(decade), int64))))
+    if (sign(1.0_dp, x) < 0) word = '-'//word(:len(word) - 1)
+  end subroutine quick_text
 
   !> A number with so many digits after its point.
   pure function with_digits(x, digits) result(word)
     real(dp), intent(in) :: x
     integer, intent(in) :: digits
     character(40) :: word
-    character(12) :: form
-    logical :: plain
+    character(2) :: count
 
-    plain = abs(x) >= 1e-3_dp .and. abs(x) < 1e7_dp .or. abs(x) <= 0
-    write (form, '(a,i0,a)') merge('(f0. ', '(es0.', plain), digits, merge(')  ', 'e0)', plain)
-    write (word, form) x
+    count = achar(iachar('0') + digits/10)//achar(iachar('0') + mod(digits, 10))
+    if (is_plain(x)) write (word, '(f0.'//count//')') x
+    if (.not. is_plain(x)) write (word, '(es0.'//count//'e0)') x
   end function with_digits
+
+  !> Whether a number is written without an exponent.
+  pure logical function is_plain(x)
+    real(dp), intent(in) :: x
+
+    is_plain = abs(x) >= 1e-3_dp .and. abs(x) < 1e7_dp .or. abs(x) <= 0
+  end function is_plain
 
   pure function str_real(x) result(word)
     real(dp), intent(in) :: x
@@ -118,7 +181,7 @@ contains
     word = shortest(x)
   end function str_real
 
-  !> A number with a zero before the point that it begins with, where blanks after it leave room.
+  !> Put a zero before the point with which a number begins, if blanks behind the number leave room.
   pure function with_zero(number) result(word)
     character(*), intent(in) :: number
     character(len(number)) :: word
@@ -158,7 +221,7 @@ contains
     if (len_trim(text) > 80) short(78:) = '...'
   end function clip
 
-  !> All lines of a file, or of standard input when `path` is '-'; see `split_lines`.
+  !> Read all lines of a file, or of standard input when `path` is '-'. `split_lines` says what a line is.
   subroutine read_lines(path, lines, error)
     character(*), intent(in) :: path
     type(line_type), allocatable, intent(out) :: lines(:)

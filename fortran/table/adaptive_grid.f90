@@ -33,6 +33,7 @@ module adaptive_grid
   !> When the halving of cells ends.
   type :: rules_type
     integer :: most(3) = 0                   !! points of u, roll, q, at most
+    integer :: most_values = 0               !! points of all zones, at most
     integer :: rounds = 0, rounds_q = 0      !! of sampling, at most; after the later ones q is not halved
     logical :: common_roll = .false.         !! whether all zones have the same roll axis
   end type rules_type
@@ -131,43 +132,67 @@ contains
     end do
   end subroutine sample_rows
 
-  !> Halve the cells of all zones in which the spline errs.
+  !> Halve the cells of all zones in which the spline errs.  Where they would have too many points, the cells that err less are
+  !> left as they are: profiles that touch in many places at once have no end of cells that err.
   subroutine refine(values, rules, finer)
     class(gridded_function), intent(inout) :: values
     type(rules_type), intent(in) :: rules
     logical, intent(out) :: finer
     type(axis_type), dimension(size(values%grid)) :: u, roll, q
     type(axis_errors) :: error(size(values%grid))
-    real(dp), allocatable :: error_roll(:)
+    real(dp), parameter :: largest_scale = 1e6_dp
+    real(dp) :: scale
     logical :: changed(3, size(values%grid))
     integer :: z
 
-    changed = .false.
     !$omp parallel do schedule(dynamic)
     do z = 1, size(values%grid)
       call values%find_errors(z, error(z))
     end do
-    error_roll = error(1)%roll
-    do z = 1, size(values%grid)
-      if (rules%common_roll) error_roll = max(error_roll, error(z)%roll)
+    if (rules%common_roll) then
+      do z = 2, size(values%grid)
+        error(1)%roll = max(error(1)%roll, error(z)%roll)
+      end do
+      do z = 2, size(values%grid)
+        error(z)%roll = error(1)%roll
+      end do
+    end if
+    scale = 1
+    do
+      call halve_axes(values, rules, error, scale, u, roll, q, changed)
+      if (sum(u%n*roll%n*q%n) <= rules%most_values .or. .not. any(changed) .or. scale > largest_scale) exit
+      scale = 2*scale
     end do
-    do z = 1, size(values%grid)
-      associate (g => values%grid(z))
-        u(z) = g%u
-        roll(z) = g%roll
-        q(z) = g%q
-        if (.not. rules%common_roll) error_roll = error(z)%roll
-        call halve_cells(u(z), error(z)%u, g%least(1), rules%most(1), changed(1, z))
-        call halve_cells(roll(z), error_roll, g%least(2), rules%most(2), changed(2, z))
-        if (values%halve_q) call halve_cells(q(z), error(z)%q, g%least(3), rules%most(3), changed(3, z))
-      end associate
-    end do
-    finer = any(changed)
+    finer = any(changed) .and. scale <= largest_scale
+    if (.not. finer) return
     !$omp parallel do schedule(dynamic)
     do z = 1, size(values%grid)
       if (any(changed(:, z))) call values%resize(z, u(z), roll(z), q(z))
     end do
   end subroutine refine
+
+  !> Halve the cells of all zones whose errors exceed those allowed by a factor `scale`.
+  subroutine halve_axes(values, rules, error, scale, u, roll, q, changed)
+    class(gridded_function), intent(in) :: values
+    type(rules_type), intent(in) :: rules
+    type(axis_errors), intent(in) :: error(:)
+    real(dp), intent(in) :: scale
+    type(axis_type), dimension(:), intent(inout) :: u, roll, q
+    logical, intent(out) :: changed(:, :)     !! (u, roll or q; zone)
+    integer :: z
+
+    changed = .false.
+    do z = 1, size(values%grid)
+      associate (g => values%grid(z))
+        u(z) = g%u
+        roll(z) = g%roll
+        q(z) = g%q
+        call halve_cells(u(z), error(z)%u/scale, g%least(1), rules%most(1), changed(1, z))
+        call halve_cells(roll(z), error(z)%roll/scale, g%least(2), rules%most(2), changed(2, z))
+        if (values%halve_q) call halve_cells(q(z), error(z)%q/scale, g%least(3), rules%most(3), changed(3, z))
+      end associate
+    end do
+  end subroutine halve_axes
 
   !> Return a grid on axes, with one value at all points, none of which is known.
   pure function new_grid(u, roll, q, least, value) result(grid)

@@ -37,6 +37,7 @@ module halfspace_correction
 
   integer, parameter :: first_points(3) = [27, 21, 7]          ! of u, roll, q
   integer, parameter :: most_rounds = 7, rounds_q = 3
+  integer, parameter :: most_values = 700000    ! of which a fifth is solved; twice those of new profiles
   ! Grids over half a patch on tread and flange, as exact as their energies have to be: worn treads want more than the
   ! 4 x 16 elements that do for new ones.
   integer, parameter :: elements_x(2) = [5, 6], elements_s = 20
@@ -77,7 +78,7 @@ contains
         call start_solved(c%grid(z), c%solved(z))
       end associate
     end do
-    call adapt(c, rules_type(request%most, most_rounds, rounds_q), share, stopped, watcher)
+    call adapt(c, rules_type(request%most, most_values, most_rounds, rounds_q), share, stopped, watcher)
     solutions = c%solutions
     call move_alloc(c%grid, ratio)
   end subroutine solve_ratios

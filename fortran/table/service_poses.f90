@@ -88,8 +88,8 @@ contains
     end if
   end function error_allowance
 
-  !> Whether a run can press a zone of the left wheel by `depth` in a pose: neither another zone of the left wheel nor the
-  !> right wheel may lie deep inside the rail. Poses off the table's roll axis are not reachable.
+  !> Whether a run can press a zone of the left wheel by `depth` in a pose: only one zone of the left wheel may lie deep inside
+  !> the rail, and the right wheel may not. Poses off the table's roll axis are not reachable.
   pure subroutine find_reach(table, extent, zone, depth, pose, with_margin, reachable, deepest_other, depths)
     type(table_type), intent(in) :: table
     type(extent_type), intent(in) :: extent
@@ -101,7 +101,7 @@ contains
     !> Penetrations of the zones of the left and right wheel (zone, wheel) [m]; without them the table gives them.
     real(dp), intent(in), optional :: depths(:, :)
     type(roll_type) :: roll, opposite
-    real(dp) :: shallower, deeper, tread, found
+    real(dp) :: shallower, deeper, tread, found, second, deepest
     integer :: i, status
 
     shallower = shallower_share*extent%depth*merge(1.5_dp, 1.0_dp, with_margin)
@@ -120,6 +120,8 @@ contains
     call find_roll(table, pose(3), .false., roll, opposite, status)
     reachable = status == inside
     if (.not. reachable) return
+    deepest = depth
+    second = -1
     do i = 1, size(table%zones)
       if (i == zone) cycle
       if (present(depths)) then
@@ -128,7 +130,9 @@ contains
         found = zone_penetration(table%zones(i), pose, roll)
       end if
       deepest_other = max(deepest_other, found)
-      reachable = min(depth, deepest_other) <= shallower .and. (deepest_other <= 0 .or. max(depth, deepest_other) <= deeper)
+      second = max(second, min(deepest, found))
+      deepest = max(deepest, found)
+      reachable = second <= shallower .and. (second <= 0 .or. deepest <= deeper)
       if (.not. table%zones(i)%flange) reachable = reachable .and. found <= tread*merge(1.2_dp, 1.0_dp, with_margin)
       if (.not. reachable) return
     end do

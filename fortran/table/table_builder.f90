@@ -12,7 +12,7 @@ module table_builder
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis
   use kinds, only: dp
   use contact_table, only: bound_heights, table_type, zone_table
-  use progress, only: monitor_type
+  use progress, only: build_share, monitor_type
   use halfspace_correction, only: multiply, solve_ratios
   use service_poses, only: request_type, roll_lever
   use table_sampling, only: reference_shift, sample_row
@@ -38,28 +38,31 @@ module table_builder
   integer, parameter :: first_points(3) = [31, 21, 15]          ! of u, roll, q
   ! Hertz's energy of one contact jumps with the station: no cell is small enough.
   integer, parameter :: most_rounds = 9, rounds_hertz = 4, rounds_q = 4
+  integer, parameter :: most_values = 1200000   ! three times those of new profiles
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and errs more than is estimated.
   real(dp), parameter :: kink_factor = 3
   ! Strips are allowed smaller errors in rolling over: the crown and the corner of a rail touch at once there.
   real(dp), parameter :: rollover_factor = 0.35_dp
-  ! Shares of the accuracy that the splines of strips and of the ratio may use up.
-  real(dp), parameter :: share_strip = 0.7_dp, share_ratio = 0.3_dp
-  real(dp), parameter :: progress_strip = 0.4_dp   ! share of the time for a table of half-spaces that strips take
+  ! Shares of the accuracy that the splines of strips and of the ratio may use up in a cell. The other half is left to the
+  ! kinks where a second patch begins, which no cell resolves.
+  real(dp), parameter :: share_strip = 0.35_dp, share_ratio = 0.15_dp
+  real(dp), parameter :: progress_strip = 0.4_dp*build_share   ! share of the work on a table of half-spaces that strips take
 
 contains
 
-  !> Tabulate all zones of a side. If the watcher asks to stop, the table is not complete.
-  subroutine build_table(request, key, table, watcher)
+  !> Tabulate all zones of a side. `stopped` is true, and the table not complete, if the watcher asked to stop.
+  subroutine build_table(request, key, table, stopped, watcher)
     type(request_type), intent(in) :: request
     character(*), intent(in) :: key
     type(table_type), intent(out), target :: table
+    logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
     type(energy_type) :: energy
     type(grid_type), allocatable :: ratio(:)
     type(rules_type) :: rules
     type(axis_type) :: roll
     integer :: z, n
-    logical :: stopped, halfspace
+    logical :: halfspace
 
     n = size(request%side%zones)
     halfspace = request%model == 'halfspace'
@@ -70,14 +73,15 @@ contains
     energy%tolerance = request%accuracy*share_strip
     ! With half-spaces the ratio needs the points more.
     energy%rollover_factor = merge(1.0_dp, rollover_factor, halfspace)
-    rules = rules_type(request%most, merge(rounds_hertz, most_rounds, request%model == 'hertz'), rounds_q, common_roll=.true.)
+    rules = rules_type(request%most, most_values, merge(rounds_hertz, most_rounds, request%model == 'hertz'), rounds_q, &
+      common_roll=.true.)
     do z = 1, n
       call start_zone(energy, z)
     end do
-    call adapt(energy, rules, [0.0_dp, merge(progress_strip, 1.0_dp, halfspace)], stopped, watcher)
+    call adapt(energy, rules, [0.0_dp, merge(progress_strip, build_share, halfspace)], stopped, watcher)
     if (stopped) return
     if (halfspace) then
-      call solve_ratios(request, request%accuracy*share_ratio, table, ratio, table%solutions, [progress_strip, 1.0_dp], &
+      call solve_ratios(request, request%accuracy*share_ratio, table, ratio, table%solutions, [progress_strip, build_share], &
         stopped, watcher)
       if (stopped) return
       roll = table%roll
@@ -90,7 +94,6 @@ contains
       end do
       table%roll = roll
     end if
-    if (present(watcher)) call watcher%tell('table', 1.0_dp)
   end subroutine build_table
 
   !> Place the coordinates of a zone, and choose the first axes.

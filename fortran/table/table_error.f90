@@ -14,6 +14,7 @@ module table_error
   use station_scan, only: new_scan, scan_depth, scan_type, stretch_around, touch
   use wheel_rail_pair, only: mirror, pair_type, rail_point, rolled
   use kinds, only: dp
+  use progress, only: build_share, goes_on, monitor_type
   use halfspace_patches, only: patches_type, press_patches
   use patch_grids, only: elements_type, new_elements
   use contact_table, only: accuracy_type, table_type, find_roll, inside, outside_law, roll_type, wheel_potential, zone_pose
@@ -44,19 +45,23 @@ module table_error
 contains
 
   !> Fill in the errors of a table, and count its points in service at which a contact would pull. A table of model 'hertz'
-  !> has no known error: its force jumps with the station.
-  subroutine measure(request, table)
+  !> has no known error: its force jumps with the station. `stopped` is true, and the errors not known, if the watcher asked
+  !> to stop.
+  subroutine measure(request, table, stopped, watcher)
     type(request_type), intent(in) :: request
     type(table_type), intent(inout) :: table
+    logical, intent(out) :: stopped
+    class(monitor_type), intent(inout), optional :: watcher
     type(elements_type) :: elements
     type(scan_type) :: scan
     type(outline_type) :: outline
     real(dp), allocatable :: pose(:, :), error(:)
     integer, allocatable :: place(:)       ! of the accuracy: tread, flange, both, rolling over
     logical, allocatable :: touching(:, :), solved(:)
-    integer :: wanted(2), drawn(2), i, k, n, z
-    logical :: usable
+    integer :: wanted(2), drawn(2), failed, done, i, k, n, z
+    logical :: usable, known
 
+    stopped = .false.
     table%accuracy = accuracy_type()
     do z = 1, size(table%zones)
       table%accuracy%pulling = table%accuracy%pulling + pulling_points(request, table, z)
@@ -69,24 +74,29 @@ contains
     n = sum(wanted)
     allocate (pose(3, n), error(n), place(n), touching(2, n), solved(n))
     drawn = 0
+    failed = 0
     do i = 1, most_draws
       if (all(drawn >= wanted)) exit
       ! Draws of all zones alternate between service and rolling over.
       k = merge(1, 2, modulo(i/size(table%zones), 2) == 0)
       if (drawn(k) >= wanted(k)) cycle
       n = sum(drawn) + 1
-      call draw_pose(request, table, outline, i, k == 2, scan, pose(:, n), usable)
+      call draw_pose(request, table, outline, i, k == 2, scan, pose(:, n), usable, known)
+      if (.not. known) failed = failed + 1
       if (.not. usable) cycle
       drawn(k) = drawn(k) + 1
       place(n) = merge(1, 4, k == 1)
     end do
     if (request%model == 'halfspace') elements = new_elements(elements_x, elements_s, tolerance, request%e_star)
     n = sum(drawn)
-    !$omp parallel do schedule(dynamic)
+    done = 0
+    !$omp parallel do schedule(dynamic) shared(done, stopped)
     do i = 1, n
+      if (.not. goes_on([build_share, 1.0_dp], done, n, stopped, watcher)) cycle
       call compare_forces(request, elements, table, pose(:, i), error(i), touching(:, i), solved(i))
     end do
-    table%accuracy%unsolved = count(.not. solved(:n))
+    if (stopped) return
+    table%accuracy%unsolved = failed + count(.not. solved(:n))
     where (place(:n) == 1 .and. touching(2, :n)) place(:n) = merge(3, 2, touching(1, :n))
     do i = 1, 4
       associate (here => place(:n) == i .and. solved(:n))
@@ -163,8 +173,9 @@ contains
     end associate
   end function rail_outline
 
-  !> Compute the i-th pose of the sequence, and whether a run can reach it.
-  subroutine draw_pose(request, table, outline, i, rolling_over, scan, pose, usable)
+  !> Compute the i-th pose of the sequence, and whether a run can reach it. That is not known if the search for the height at
+  !> which a zone touches found none, although the zone is inside the rail; then the pose is not usable.
+  subroutine draw_pose(request, table, outline, i, rolling_over, scan, pose, usable, known)
     type(request_type), intent(in) :: request
     type(table_type), intent(in) :: table
     type(outline_type), intent(in) :: outline
@@ -172,11 +183,12 @@ contains
     logical, intent(in) :: rolling_over    !! or in service
     type(scan_type), intent(inout) :: scan !! workspace
     real(dp), intent(out) :: pose(3)
-    logical, intent(out) :: usable
+    logical, intent(out) :: usable, known
     real(dp) :: x(4), point(2), normal(2), deepest_other, depth, allowance, depths(size(table%zones), 2)
     integer :: z, j, station, side
 
     associate (pair => request%side%pair, zones => request%side%zones, extent => request%extent)
+      known = .true.
       x = modulo(i*irrational, 1.0_dp)
       z = 1 + mod(i, size(zones))
       station = zones(z)%first + nint(x(1)*(zones(z)%last - zones(z)%first))
@@ -192,32 +204,36 @@ contains
         abs(pose(1) + pair%axle_height*sin(pose(3))) <= extent%lateral
       if (.not. usable) return
       depths = -1
-      depths(z, 1) = direct_penetration(pair, zones(z), outline, pose, scan)
-      usable = depths(z, 1) > 0 .and. depths(z, 1) <= extent%depth
+      call direct_penetration(pair, zones(z), outline, pose, scan, depths(z, 1), known)
+      usable = known .and. depths(z, 1) > 0 .and. depths(z, 1) <= extent%depth
       ! The left wheel alone excludes most poses that are out of reach.
       do side = 1, 2
         do j = 1, size(zones)
           if (.not. usable) return
           if (side == 1 .and. j == z) cycle
-          depths(j, side) = direct_penetration(pair, zones(j), outline, merge(pose, mirror*pose, side == 1), scan)
+          call direct_penetration(pair, zones(j), outline, merge(pose, mirror*pose, side == 1), scan, depths(j, side), known)
+          usable = known
         end do
         if (usable) call find_reach(table, extent, z, depths(z, 1), pose, .false., usable, deepest_other, depths)
       end do
     end associate
   end subroutine draw_pose
 
-  !> Return how far a zone of the left wheel lies inside the rail along the zone's normal [m]; -1 if it does not.
-  real(dp) function direct_penetration(pair, zone, outline, pose, scan) result(depth)
+  !> Compute how far a zone of the left wheel lies inside the rail along the zone's normal [m]; -1 if it does not. `known` is
+  !> false if the search failed.
+  subroutine direct_penetration(pair, zone, outline, pose, scan, depth, known)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone
     type(outline_type), intent(in) :: outline
     real(dp), intent(in) :: pose(3)        !! [m, rad]
     type(scan_type), intent(inout) :: scan !! workspace
+    real(dp), intent(out) :: depth
+    logical, intent(out) :: known
     real(dp) :: x(2), y(2), z(2), station
     integer :: first, last, i, column
-    logical :: ok
 
     depth = -1
+    known = .true.
     y = rolled([1.0_dp, 0.0_dp], pose(3))
     z = [-y(2), y(1)]
     first = 0
@@ -239,10 +255,10 @@ contains
     scan%fresh = .true.
     call scan_depth(pair, pose(:2), pose(3), first, last, scan)
     scan%fresh = .false.
-    ok = any(scan%depth(first:last) > 0)
-    if (ok) call touch(pair, scan, first, last, pose(:2), pose(3), zone%alpha, depth, station, ok)
-    if (.not. ok) depth = -1
-  end function direct_penetration
+    if (.not. any(scan%depth(first:last) > 0)) return
+    call touch(pair, scan, first, last, pose(:2), pose(3), zone%alpha, depth, station, known)
+    if (.not. known) depth = -1
+  end subroutine direct_penetration
 
   !> Compare the table's force on the left wheel with the direct one.
   subroutine compare_forces(request, elements, table, pose, error, touching, ok)

@@ -4,7 +4,8 @@
 !> Reads `n smoothing`, n lines `y z`, then stations; writes y, z, tangent angle and
 !> curvature at each station.
 program curve_points
-  use curve, only: curve_frame, curve_type, fit_curve
+  use curve, only: curve_frame, curve_type
+  use curve_fit, only: fit_curve
   use errors, only: error_type
   use kinds, only: dp
   implicit none

@@ -16,6 +16,7 @@ program missed_contact
   type(case_type) :: c
   type(setup_type), target :: setup
   integer :: k, z
+  logical :: stopped
 
   call read_prepared(c, setup)
   associate (table => setup%wheelset%table)
@@ -26,7 +27,7 @@ program missed_contact
         table%zones(z)%h = table%zones(z)%h - 1.0_dp
         call bound_heights(table%zones(z))
       end do
-      call measure(table_request(c, setup%side(1)), table)
+      call measure(table_request(c, setup%side(1)), table, stopped)
       print '(2es12.4, i8)', table%accuracy%largest(:2), table%accuracy%pulling
     end do
   end associate

@@ -21,7 +21,7 @@ STAGES = "", "table", "integration"
 
 
 def text(buffer: bytes, length: int) -> str:
-    """A text of the core from its buffer."""
+    """Decode a text of the core from its buffer."""
     return bytes(buffer)[:length].decode(errors="replace")
 
 
@@ -44,18 +44,18 @@ def version() -> str:
 
 
 class Handle:
-    """Something of the core, which is freed with the last reference to this; so nothing is used after it is freed.
+    """An object of the core, which is freed with the last reference to this handle, so that it is never used after it is freed.
 
     It stays in its process, and cannot be copied.
     """
 
     def __init__(self, free: Callable[[int], object], address: int, lender: Handle | None = None) -> None:
-        """lender: what this one uses, and keeps."""
+        """Keep a reference to `lender`, whose memory this object uses."""
         self._address, self._lender = address, lender
         weakref.finalize(self, free, address).atexit = False     # at the end of the process all goes anyway
 
     def __int__(self) -> int:
-        """The address, for a call."""
+        """Return the address for a call of the core."""
         return self._address
 
     def __reduce__(self) -> NoReturn:
@@ -67,7 +67,7 @@ def path_bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def text_bytes(words: str) -> bytes:
-    """A text for the core, where the zero byte would end it and hide the rest."""
+    """Encode a text for the core; refuse a zero byte, which would end the text there."""
     if "\0" in words:
         raise Error(f"expected a text without zero bytes, found {words!r}")
     try:

@@ -1,4 +1,4 @@
-"""What ldbench refuses, and why."""
+"""Errors of ldbench: refused input and failed runs, each with a one-line reason."""
 from __future__ import annotations
 
 import errno
@@ -11,7 +11,7 @@ UNREADABLE = "cannot be opened for reading"
 
 
 class Error(RuntimeError):
-    """What ldbench refuses. The text is one line, which the executable prints after `ldbench: error: `.
+    """Input that ldbench refuses, or a run that fails. The text is the line that the executable prints after `ldbench: error: `.
 
     Where the text says so, the attributes tell the parts of it: `file`, `line` (a number), `group` and `variable` of the
     namelist, what was `expected` and what was `found`; the others are None.
@@ -56,7 +56,7 @@ class Error(RuntimeError):
 
 
 class MissingFile(Error, FileNotFoundError):
-    """A file that is not there; `except FileNotFoundError` catches it too."""
+    """A file that does not exist; `except FileNotFoundError` catches this error too."""
 
     def __new__(cls, *arguments: object) -> MissingFile:
         """Make it as a FileNotFoundError is made, also without a message: Dask unpickles exceptions so."""
@@ -68,11 +68,11 @@ class MissingFile(Error, FileNotFoundError):
 
 
 class Usage(Error):
-    """A command line that says something else than its command understands."""
+    """A command line that the command does not understand."""
 
 
 def error_of(message: str) -> Error:
-    """The Error of a message; a MissingFile where the file that cannot be read is not there."""
+    """Make the Error of a message, or a MissingFile if the file that cannot be read does not exist."""
     before, unreadable, _ = message.partition(f": {UNREADABLE}")
     path = before.rpartition(": ")[2].rpartition(", ")[2]
     return MissingFile(message) if unreadable and not Path(path).exists() else Error(message)

@@ -26,7 +26,7 @@ def digest(data: bytes) -> str:
 
 @contextmanager
 def complete(target: Path) -> Iterator[Path]:
-    """A file to write beside `target`, which takes its name, and the permissions of an earlier file, when all went well."""
+    """Give a scratch file to write. On success it takes the name of `target` and the permissions of an earlier file."""
     check_target(target)
     make_folder(target)
     file = target.resolve()     # that a link leads to
@@ -49,7 +49,7 @@ def complete(target: Path) -> Iterator[Path]:
 
 
 def new_scratch(file: Path, mode: int) -> tuple[Path, int]:
-    """A new file beside `file`, and the descriptor that holds its lock.
+    """Make a scratch file beside `file`; return its path and the descriptor that holds its lock.
 
     The core names, locks and removes its scratch files in the same way: fortran/system.f90.
     """
@@ -73,7 +73,7 @@ def new_scratch(file: Path, mode: int) -> tuple[Path, int]:
 
 
 def remove_left(scratch: Path) -> None:
-    """Remove a scratch file that nobody has locked: its process is dead."""
+    """Remove a scratch file that no process has locked, because its process is dead."""
     with suppress(OSError):
         lock = os.open(scratch, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
         try:
@@ -118,7 +118,7 @@ def is_alive(process: int) -> bool:
 
 
 def check_target(file: Path) -> None:
-    """Refuse to write where there is something else than a file, or no folder; the default one will be made."""
+    """Refuse a target that is no file or has no folder; the default folder will be made later."""
     if file.exists() and not file.is_file():
         raise Error(f"{file}: expected a file to write, found a {'folder' if file.is_dir() else 'device'}")
     if not file.parent.is_dir() and file.parent != Path(DEFAULT_FOLDER):
@@ -132,7 +132,7 @@ def check_ending(file: Path, what: str, *endings: str) -> None:
 
 
 def make_folder(file: Path) -> None:
-    """Make the default folder, if that is what a file lacks."""
+    """Make the default folder, if a file needs it and it does not exist."""
     if file.parent == Path(DEFAULT_FOLDER):
         file.parent.mkdir(exist_ok=True)
 

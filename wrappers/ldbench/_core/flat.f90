@@ -449,6 +449,45 @@ subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
   end do
 end subroutine tangents
 
+!> Pressures of a contact (1 tread, 2 flange, 3 both together) of a side (1 left, 2 right) in a pose: axle centre y, z [m],
+!> roll [rad]. The right side is given as its mirror image. Grids have nx by ns elements to a patch; n patches, at most
+!> `patches`, are filled. point: rows of elements on the wheel, wheelset frame [m]. facts: see `pressure_type`. total: F_y,
+!> F_z [N], M_x about the axle centre [N m], energy [J], s of the border of tread and flange [m], 1 if the undeformed bodies
+!> overlap there.
+subroutine pressures(handle, side, contact, pose, nx, ns, patches, n, ok, p, point, facts, total)
+  use contact_pressure, only: most_patches, press_contact, pressure_type
+  use handles, only: prepared_at, prepared_type
+  use hertz, only: contact_modulus
+  use patch_grids, only: new_elements
+  use wheel_rail_pair, only: mirror
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: side, contact, nx, ns, patches
+  real(8), intent(in) :: pose(3)
+  integer, intent(out) :: n, ok
+  real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(15, patches), total(6)
+  !f2py threadsafe
+  type(prepared_type), pointer :: prepared
+  type(pressure_type) :: found
+  integer :: kept
+
+  prepared => prepared_at(handle)
+  associate (c => prepared%c)
+    call press_contact(prepared%setup%side(side), contact, new_elements(nx, ns, 1d-6, &
+      c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)), merge(pose, mirror*pose, side == 1), found)
+  end associate
+  n = min(found%n, patches)
+  ok = merge(1, 0, found%ok)
+  kept = min(patches, most_patches)
+  p = 0
+  point = 0
+  facts = 0
+  p(:, :, :kept) = found%p(:, :, :kept)
+  point(:, :, :kept) = found%point(:, :, :kept)
+  facts(:, :kept) = found%facts(:, :kept)
+  total = [found%force, found%energy, found%border, merge(1d0, 0d0, found%across)]
+end subroutine pressures
+
 !> Geometry functions, without the conicity, at lateral displacements y [m]; NaN where the rigid wheelset does not stand
 !> on both rails.
 subroutine geometry_functions(handle, n, y, rows)
@@ -465,6 +504,30 @@ subroutine geometry_functions(handle, n, y, rows)
   p => prepared_at(handle)
   call geometry_at(p%setup%side, p%setup%centred(2), y, rows)
 end subroutine geometry_functions
+
+!> Where one wheel alone (side 1 left, 2 right) touches its rail, the axle at lateral positions y [m] towards that side and
+!> at roll angles that lift that wheel [rad]: height of the axle [m]; of the contact, its angle to the track [rad], its place
+!> on the wheel in the frame of the wheelset, outward and up [m], and in the track, outward and up [m]. NaN where it passes
+!> beside the rail.
+subroutine wheel_contacts(handle, side, n, y, roll, rows)
+  use handles, only: prepared_at, prepared_type, wheel_contact
+  use station_scan, only: new_scan, scan_type
+  implicit none
+  integer(8), intent(in) :: handle
+  integer, intent(in) :: side, n
+  real(8), intent(in) :: y(n), roll(n)
+  real(8), intent(out) :: rows(6, n)
+  !f2py threadsafe
+  type(prepared_type), pointer :: p
+  type(scan_type) :: scan
+  integer :: i
+
+  p => prepared_at(handle)
+  scan = new_scan(p%setup%side(side)%pair)
+  do i = 1, n
+    call wheel_contact(p%setup%side(side)%pair, y(i), roll(i), scan, rows(:, i))
+  end do
+end subroutine wheel_contacts
 
 !> Read a profile as `kind` (1 wheel, 2 rail) or as what its shape says (0).  smoothing [mm], flip and unit are
 !> those of &profiles.
@@ -496,21 +559,21 @@ subroutine free_profile(handle)
   call free_inspected_at(handle)
 end subroutine free_profile
 
-!> Kind (1 wheel, 2 rail) and number of points; estimated noise of the points, length of the smoothed curve and of the
-!> curve through the points [m]; lines: checksum, how the file was taken, what was mended.
+!> Kind (1 wheel, 2 rail) and number of points; estimated noise of the points, rms distance that the smoothed curve may keep
+!> from them, length of the smoothed curve and of the curve through the points [m]; lines: checksum, how the file was taken, what was mended.
 subroutine profile_facts(handle, sizes, numbers, listing, length)
   use handles, only: give, inspected_at, inspected_type
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(out) :: sizes(2)
-  real(8), intent(out) :: numbers(3)
+  real(8), intent(out) :: numbers(4)
   character(8192), intent(out) :: listing
   integer, intent(out) :: length
   type(inspected_type), pointer :: p
 
   p => inspected_at(handle)
   sizes = [p%p%kind, size(p%p%points, 2)]
-  numbers = [p%noise, p%p%curve%last(), p%rough%last()]
+  numbers = [p%p%curve%noise, p%p%curve%distance, p%p%curve%last(), p%rough%last()]
   call give(p%p%checksum//new_line('a')//p%p%taken//new_line('a')//p%p%mended, listing, length)
 end subroutine profile_facts
 

@@ -6,7 +6,9 @@ module handles
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, list_variables, text_length, variable_type
   use column_writer, only: column_file
-  use curve, only: curve_type, fit_curve
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use curve, only: curve_frame, curve_type
+  use curve_fit, only: fit_curve
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use profile, only: profile_type, read_profile
@@ -18,14 +20,16 @@ module handles
   use run_setup, only: prepare_geometry, setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
+  use station_scan, only: scan_type, set_depth, touch
   use text, only: checksum, line_type, read_lines
+  use wheel_rail_pair, only: pair_type, rolled
   use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
   public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
   public :: inspected_type, new_inspected, inspected_at, free_inspected_at, inspect
-  public :: export_case, import_case, give, give_error, find_state, outline
+  public :: export_case, import_case, give, give_error, find_state, outline, wheel_contact
 
   !> A case, ready to be integrated.
   type :: prepared_type
@@ -43,7 +47,6 @@ module handles
   type :: inspected_type
     type(profile_type) :: p
     type(curve_type) :: rough              !! through the points, y, z [m]
-    real(dp) :: noise = 0                  !! estimated noise of the points [m]
   end type inspected_type
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
@@ -150,6 +153,60 @@ contains
     placed = 1e-3_dp*points + spread(there%a(:, 1, 1) - read%a(:, 1, 1), 2, size(points, 2))
   end function placed
 
+  !> Contact of one rigid wheel that is lowered onto its rail, as `wheel_contacts` of the wrapper describes it.
+  subroutine wheel_contact(pair, y, roll, scan, row)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: y, roll          !! lateral position of the axle [m], roll angle [rad]
+    type(scan_type), intent(inout) :: scan   !! room for the search
+    real(dp), intent(out) :: row(6)
+    real(dp), parameter :: lift = 0.03_dp    ! the whole flange is in the air at the start [m]
+    real(dp) :: start, sunk, station, r(2), angle, curvature
+    logical :: ok
+
+    row = ieee_value(1.0_dp, ieee_quiet_nan)
+    start = pair%axle_height + lift - roll*pair%r(1, size(pair%s)/2)
+    scan%fresh = .true.
+    call touch(pair, scan, 1, size(pair%s), [y, start], roll, 0.0_dp, sunk, station, ok)
+    if (.not. ok) return
+    row(1) = start + sunk
+    call sharpen(pair, scan, y, roll, row(1), station)
+    call curve_frame(pair%wheel, station, r, angle, curvature)
+    row(2) = angle + roll
+    row(3:4) = r
+    row(5:6) = [y, row(1)] + rolled(r, roll)
+  end subroutine wheel_contact
+
+  !> Find a contact again among points that lie closer together than the stations of a scan. The contact of nearly
+  !> conforming arcs moves by many times the height by which curvature that jumps between two stations is missed.
+  subroutine sharpen(pair, scan, y, roll, z, station)
+    type(pair_type), intent(in) :: pair
+    type(scan_type), intent(in) :: scan
+    real(dp), intent(in) :: y, roll
+    real(dp), intent(inout) :: z, station    !! height of the axle, station on the wheel that touches [m]
+    integer, parameter :: half = 120         ! points on either side
+    real(dp), parameter :: pitch = 2.5e-6_dp ! between points [m]
+    real(dp), dimension(-half:half) :: s, foot, depth, rate, step
+    real(dp), dimension(2, -half:half) :: p, normal
+    integer :: interval(-half:half), i, node
+    real(dp) :: r(2), angle, curvature, bend, t
+
+    node = minloc(abs(pair%s - station), 1)
+    foot = scan%foot(node)
+    interval = scan%interval(node)
+    do i = -half, half
+      s(i) = max(pair%s(1), min(station + i*pitch, pair%s(size(pair%s))))
+      call curve_frame(pair%wheel, s(i), r, angle, curvature)
+      p(:, i) = [y, z] + rolled(r, roll)
+    end do
+    call set_depth(pair%rail, 2*half + 1, p, foot, interval, depth, normal, rate, step)
+    i = max(1 - half, min(maxloc(depth, 1) - half - 1, half - 1))
+    bend = depth(i + 1) - 2*depth(i) + depth(i - 1)
+    t = 0
+    if (bend < 0) t = max(-1.0_dp, min(-0.5_dp*(depth(i + 1) - depth(i - 1))/bend, 1.0_dp))
+    station = s(i) + t*pitch
+    z = z + (depth(i) + t*(depth(i + 1) - depth(i - 1))/4)/normal(2, i)
+  end subroutine sharpen
+
   !> Read a profile as `kind` (1 wheel, 2 rail) or as what its shape says (0).  flip and unit are those of &profiles.
   subroutine inspect(found, path, kind, smoothing, flip, unit, error)
     type(inspected_type), intent(out) :: found
@@ -157,16 +214,12 @@ contains
     integer, intent(in) :: kind
     real(dp), intent(in) :: smoothing                !! [mm]
     type(error_type), allocatable, intent(out) :: error
-    type(curve_type) :: curve
 
     call read_profile(path, kind, smoothing, flip, unit, found%p, error)
     if (allocated(error)) return
     associate (points => 1e-3_dp*found%p%points)
       call fit_curve(points(1, :), points(2, :), 0.0_dp, found%rough, error)
-      if (allocated(error)) return
-      call fit_curve(points(1, :), points(2, :), -1.0_dp, curve, error)
     end associate
-    if (.not. allocated(error)) found%noise = curve%noise
   end subroutine inspect
 
   !> A case with the contact table of another, `from`, which must have the same geometry and

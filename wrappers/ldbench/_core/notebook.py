@@ -6,7 +6,7 @@ from html import escape
 
 
 def html_table(title: str, rows: Sequence[tuple[str, ...]], head: Sequence[str] = ()) -> str:
-    """Texts as an HTML table; nothing in them is taken for HTML."""
+    """Make an HTML table of texts; markup in the texts is escaped."""
     def row(cells: Sequence[str], tag: str) -> str:
         first, *rest = (escape(str(cell)) for cell in cells)
         return (f'<tr><{tag} style="text-align: left">{first}</{tag}>'

@@ -8,7 +8,7 @@ from .errors import Error
 
 
 def needed(module: str, extra: str, package: str = "") -> ModuleType:
-    """A module of an optional package; an Error that says how to get it where it is not installed.
+    """Import a module of an optional package. Raise an Error that says how to install the package if it is missing.
 
     extra: ours that has the package; package: its name, where that is not the module's.
     """

@@ -58,7 +58,7 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
 
 
 class Processes:
-    """Processes that take work, each asked by a thread of its own."""
+    """Worker processes, each served by a separate thread of this process."""
 
     def __init__(self, number: int) -> None:
         # Forked: the children have every module from the start. Before the threads: a fork takes only its own along.
@@ -107,7 +107,7 @@ class Processes:
 
 
 def serve(asked: Connection, parent: int) -> None:
-    """Do what is asked, until the parent is gone: it kills this process, or the system does when the parent dies."""
+    """Serve requests until the parent kills this process, or until the system does so because the parent has died."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)        # Ctrl-C goes to the parent as well, which says so in one line
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, PARENTS)
@@ -123,7 +123,7 @@ def serve(asked: Connection, parent: int) -> None:
 
 @contextmanager
 def processes(jobs: int | None, tasks: int) -> Iterator[Processes]:
-    """So many processes, or one per core, that take work; no more than there are tasks."""
+    """Start worker processes, one per core by default, but no more than there are tasks."""
     number = max(1, min(jobs or usable_cores(), tasks))
     pool = Processes(number)
     try:

@@ -1,0 +1,124 @@
+!> Pressures between a wheel and its rail in one pose, by the model 'halfspace': what the contact table sums up to a force.
+!>
+!> Tread and flange are pressed apart from each other, as in the table, or together.
+module contact_pressure
+  use contact_zones, only: side_type
+  use curve, only: curve_point, near_interval
+  use halfspace_patches, only: patches_type, press_patches
+  use hertz, only: ellipse
+  use kinds, only: dp, pi
+  use patch_grids, only: elements_type
+  use patch_overlaps, only: most_patches, overlap_type
+  use station_scan, only: deepest, new_scan, scan_depth, scan_type
+  use wheel_rail_pair, only: mean_curvature, pair_type, rail_curvature
+  implicit none
+  private
+  public :: pressure_type, press_contact, most_patches
+
+  !> The patches of one contact.  Grids have nx by ns elements over x > 0 and s, the arc length along the wheel's profile.
+  type :: pressure_type
+    integer :: n = 0                           !! number of patches
+    logical :: ok = .true.                     !! whether the solution converged
+    real(dp) :: force(3) = 0                   !! of the rail on the wheel: F_y, F_z [N], M_x about the axle centre [N m]
+    real(dp) :: energy = 0                     !! [J]
+    real(dp) :: border = 0                     !! s at which the tread ends and the flange begins [m]
+    logical :: across = .false.                !! whether the undeformed bodies overlap there
+    real(dp), allocatable :: p(:, :, :)        !! pressure (nx, ns, patch) [Pa]
+    real(dp), allocatable :: point(:, :, :)    !! rows of elements on the wheel, wheelset frame (2, ns, patch) [m]
+    !> Facts of each patch are the length of an element along x and along s, s where the grid begins, half of the pressed
+    !> length along x, first and last s under pressure, largest undeformed interpenetration, and s where it is [m]; relative
+    !> curvatures there along x and along s, halved, so that the gap is A x^2 + B s^2 [1/m]; contact angle there [rad];
+    !> integral of the pressure [N]; semi-axes along x and along s [m] and largest pressure [Pa] of Hertz's ellipse with this
+    !> force and these curvatures, 0 where the surfaces conform.
+    real(dp) :: facts(15, most_patches) = 0
+  end type pressure_type
+
+contains
+
+  !> Press the tread (1), the flange (2) or both (3) of a left wheel into its rail.
+  subroutine press_contact(side, part, elements, pose, found)
+    type(side_type), intent(in) :: side
+    integer, intent(in) :: part
+    type(elements_type), intent(in) :: elements
+    real(dp), intent(in) :: pose(3)            !! axle centre y, z [m] and roll angle [rad], track frame
+    type(pressure_type), intent(out) :: found
+    type(patches_type) :: patches
+    type(scan_type) :: scan
+    logical :: chosen(size(side%zones))
+    integer :: first, last, border, g
+
+    allocate (found%p(elements%nx, elements%ns, most_patches), found%point(2, elements%ns, most_patches), source=0.0_dp)
+    chosen = merge(iand(part, 2), iand(part, 1), side%zones%flange) > 0
+    first = minval(side%zones%first, chosen)
+    last = maxval(side%zones%last, chosen)
+    border = maxval(side%zones%last, side%zones%flange)
+    found%border = side%pair%s(border)
+    scan = new_scan(side%pair)
+    call scan_depth(side%pair, pose(:2), pose(3), first, last, scan)
+    found%across = scan%depth(border) > 0
+    call press_patches(side%pair, elements, first, last, pose(:2), pose(3), scan, patches, found%energy, found%ok, found%force)
+    found%ok = found%ok .and. patches%unsolved == 0
+    found%n = patches%n
+    do g = 1, patches%n
+      associate (mesh => patches%mesh(g))
+        found%p(:, :, g) = patches%p(:, :, g)
+        found%facts(:6, g) = [mesh%dx, mesh%ds, mesh%low, patches%box(:, g)]
+        call describe_overlap(side%pair, scan, first, last, pose(3), patches%overlaps%list(g), found%facts(7:11, g))
+        found%facts(12, g) = 2*sum(patches%p(:, :, g))*mesh%dx*mesh%ds
+        call hertz_ellipse(found%facts(12, g), elements%e_star, found%facts(9, g), found%facts(10, g), found%facts(13:, g))
+        call wheel_points(side%pair, mesh%low + 0.5_dp*mesh%ds, mesh%ds, found%point(:, :, g))
+      end associate
+    end do
+  end subroutine press_contact
+
+  !> Largest interpenetration of an overlap and s where it is [m], relative curvatures there, halved [1/m], contact angle.
+  subroutine describe_overlap(pair, scan, first, last, roll, overlap, facts)
+    type(pair_type), intent(in) :: pair
+    type(scan_type), intent(in) :: scan
+    integer, intent(in) :: first, last         !! stations that are pressed
+    real(dp), intent(in) :: roll               !! [rad]
+    type(overlap_type), intent(in) :: overlap
+    real(dp), intent(out) :: facts(5)
+    real(dp) :: depth, station, angle, r(2), d1(2), d2(2)
+    integer :: node, low, high, i
+
+    low = max(first, count(pair%s < overlap%ends(1)))
+    high = min(last, count(pair%s <= overlap%ends(2)) + 1)
+    call deepest(pair, scan, low, high, depth, station, node)
+    i = near_interval(pair%wheel, station)
+    call curve_point(pair%wheel, station, i, r, d1, d2)
+    angle = atan2(d1(2), d1(1)) + roll
+    facts = [depth, station, cos(angle)/(-2*r(2)), (mean_curvature(pair%wheel, station) + rail_curvature(pair, angle))/2, angle]
+  end subroutine describe_overlap
+
+  !> Hertz's ellipse (K. L. Johnson, Contact Mechanics, 4.25-4.32): semi-axes along x and along s [m], largest pressure [Pa].
+  subroutine hertz_ellipse(force, e_star, A, B, facts)
+    real(dp), intent(in) :: force              !! [N]
+    real(dp), intent(in) :: e_star             !! [Pa]
+    real(dp), intent(in) :: A, B               !! relative curvatures along x and along s, halved [1/m]
+    real(dp), intent(out) :: facts(3)
+    real(dp) :: ratio, k, D, long
+
+    facts = 0
+    if (min(A, B) <= 0 .or. force <= 0) return
+    call ellipse(max(A, B)/min(A, B), ratio, k, D)
+    long = (1.5_dp*force*D/(pi*e_star*min(A, B)))**(1/3.0_dp)
+    facts = [merge(long, ratio*long, A <= B), merge(ratio*long, long, A <= B), 1.5_dp*force/(pi*ratio*long**2)]
+  end subroutine hertz_ellipse
+
+  !> Points of the wheel at equal steps of s, wheelset frame [m].
+  subroutine wheel_points(pair, start, step, point)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: start, step        !! of s [m]
+    real(dp), intent(out) :: point(:, :)
+    real(dp) :: s, d1(2), d2(2)
+    integer :: i, j
+
+    do j = 1, size(point, 2)
+      s = start + (j - 1)*step
+      i = near_interval(pair%wheel, s)
+      call curve_point(pair%wheel, s, i, point(:, j), d1, d2)
+    end do
+  end subroutine wheel_points
+
+end module contact_pressure
