@@ -85,7 +85,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def run_command(arguments: list[str] | None) -> int:
-    """Run the command line and return the exit status; whatever goes wrong is told in one line."""
+    """Run the command line and return the exit status; report every failure in one line."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")       # for what its encoding has no letters
     try:
@@ -120,12 +120,12 @@ def run_command(arguments: list[str] | None) -> int:
 
 
 def discard_output() -> None:
-    """What standard output still holds cannot be written at the end either."""
+    """Discard the buffer of standard output, which cannot be written at the end of the process either."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def tell(words: str) -> None:
-    """Say something on standard error, if it is open."""
+    """Write a message to standard error, if it is open."""
     if sys.stderr is not None:
         print(words, file=sys.stderr)
 

@@ -1,4 +1,4 @@
-"""A case: what a namelist file says."""
+"""A case: the values of all namelist variables."""
 from __future__ import annotations
 
 import copy
@@ -172,7 +172,7 @@ class Case:
         check(*_flat.check_values(path_bytes(self.label), *self.arrays()))
 
     def check_writable(self, variable: str, path: str | os.PathLike[str]) -> None:
-        """Find out before the work that the file of a variable, '&output file', cannot be written."""
+        """Check before a run that the file of a variable such as '&output file' can be written."""
         check(*_flat.check_writable(*map(path_bytes, (self.label, variable, path))))
 
     def _with(self, changes: Mapping[str, Value]) -> Case:
@@ -282,14 +282,14 @@ class Case:
         return [os.path.realpath(file) for file in self.profile_files().values()]
 
     def _repr_html_(self) -> str:
-        """What differs from the defaults, with units and meanings, for a notebook."""
+        """Show the values that differ from the defaults, with units and meanings, in a notebook."""
         rows = [(f"&{v.group} {v.name}", f"{value!r}", v.unit, v.meaning) for v, value, default in
                 zip(variables(), self.values, defaults(), strict=True) if value != default]
         return html_table(f"{self.case_name}: {self.title}", rows or [("all", "the benchmark's values", "", "")],
                      ("variable", "value", "unit", "meaning"))
 
     def __repr__(self) -> str:
-        """What differs from the defaults, as Python takes it: `eval(repr(case))` is the case."""
+        """Write the values that differ from the defaults as Python; `eval(repr(case))` gives an equal case."""
         changed = (f"{shortest_name(k)}={value!r}" for k, (value, default) in
                    enumerate(zip(self.values, defaults(), strict=True)) if value != default)
         return f"Case({', '.join(changed)})"

@@ -4,12 +4,18 @@ delta_r is the rolling radius difference, left minus right [m], at lateral displ
 """
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ._core import _flat
 from ._core.calls import Handle
 
 GEOMETRY_PITCH = 1e-4       # between rows of geometry functions [m]
+FINE_PITCH = 2e-5           # between rows from which the conicity is integrated where the radius difference may jump [m]
+ROLL_STRIDE, LARGEST_ROLL = 1e-3, 0.1       # two ways to stand on both rails are farther apart than the stride [rad]
+SAME_HEIGHT, MISSED_HEIGHT = 1e-13, 1e-9   # difference of heights that ends a search, that is refused after it [m]
+NO_DIFFERENCE = 1e-9        # a radius difference that is below this over all of a motion does not steer [m]
 
 
 def geometry_rows(handle: Handle, y: np.ndarray) -> np.ndarray:
@@ -30,6 +36,89 @@ def geometry_rows(handle: Handle, y: np.ndarray) -> np.ndarray:
     return rows
 
 
+def level_rows(handle: Handle, y: np.ndarray, raised: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    """Geometry functions of the wheelset that is kept level, as EN 15302 has it, (12, n): each wheel touches its own rail.
+
+    The roll angle is what the heights of the two wheels stand for. `raised` says by how much the surfaces of the left and the
+    right wheel lie nearer to the axle than the case has them [m].
+    """
+    left, right = both_wheels(handle, y, np.zeros_like(y), raised)
+    return gathered(y, (left[0] - right[0])/(left[4] + right[4]), left, right, raised)
+
+
+def rolled_rows(handle: Handle, y: np.ndarray, raised: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    """Geometry functions of the wheelset that stands on both rails, (12, n); `raised` as in `level_rows`.
+
+    The roll angle is the least one at which both wheels touch; a column is NaN where there is none.
+    """
+    if raised == (0.0, 0.0):
+        return _flat.geometry_functions(handle, y)
+
+    def difference(at: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        """Height at which the left wheel touches less the one of the right wheel, at places `at` of y and roll angles [m]."""
+        left, right = both_wheels(handle, y[at], phi, raised)
+        return left[0] - right[0]
+
+    roll = standing_roll(difference, y.size)
+    found = np.full((12, y.size), np.nan)
+    at = np.flatnonzero(np.isfinite(roll))
+    left, right = both_wheels(handle, y[at], roll[at], raised)
+    found[:, at] = gathered(y[at], roll[at], left, right, raised)
+    return found
+
+
+def both_wheels(handle: Handle, y: np.ndarray, roll: np.ndarray, raised: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Contacts of the left and the right wheel alone at a roll angle, rows of `wheel_contacts`."""
+    # A surface that is raised in the wheelset touches as the surface of the case does with the axle elsewhere.
+    left = _flat.wheel_contacts(handle, 1, y - raised[0]*np.sin(roll), roll)
+    right = _flat.wheel_contacts(handle, 2, -y + raised[1]*np.sin(roll), -roll)
+    left[0] -= raised[0]*np.cos(roll)
+    right[0] -= raised[1]*np.cos(roll)
+    return left, right
+
+
+def standing_roll(difference: Callable[[np.ndarray, np.ndarray], np.ndarray], n: int) -> np.ndarray:
+    """Roll angles nearest to 0 at which difference(places, angles) vanishes, (n,) [rad]; NaN where none is found.
+
+    The difference is that of the heights at which the left and the right wheel touch: a positive one asks for roll that lifts
+    the left wheel.
+    """
+    inner, outer = np.zeros(n), np.zeros(n)
+    start = difference(np.arange(n), inner)
+    near, far = start.copy(), start.copy()
+    seeking = np.flatnonzero(np.isfinite(start) & (start != 0))
+    while seeking.size and np.max(np.abs(outer)) < LARGEST_ROLL:
+        inner[seeking], near[seeking] = outer[seeking], far[seeking]
+        outer[seeking] += np.copysign(ROLL_STRIDE, start[seeking])
+        far[seeking] = difference(seeking, outer[seeking])
+        seeking = seeking[far[seeking]*start[seeking] > 0]
+    roll = np.where(far*start <= 0, outer, np.nan)
+    at = np.flatnonzero(np.isfinite(roll) & (far != 0))
+    for k in range(60):             # regula falsi with halved values (Illinois), and bisection where it creeps
+        at = at[np.abs(far[at]) > SAME_HEIGHT]
+        if not at.size:
+            break
+        share = far[at]/(far[at] - near[at]) if k < 20 else 0.5
+        middle = outer[at] + share*(inner[at] - outer[at])
+        found = difference(at, middle)
+        beyond = found*far[at] < 0
+        near[at] = np.where(beyond, far[at], near[at]/2)
+        inner[at] = np.where(beyond, outer[at], inner[at])
+        outer[at], far[at] = middle, found
+    roll[np.isfinite(roll)] = outer[np.isfinite(roll)]
+    return np.where(np.abs(far) <= MISSED_HEIGHT, roll, np.nan)
+
+
+def gathered(y: np.ndarray, roll: np.ndarray, left: np.ndarray, right: np.ndarray, raised: tuple[float, float]) -> np.ndarray:
+    """Rows in the order of a geometry file, without the conicity, from the contacts of both wheels; Z is from y = 0."""
+    z = (left[0] + right[0])/2
+    centred = np.flatnonzero(np.isfinite(z))
+    z = z - z[centred[np.argmin(np.abs(y[centred]))]] if centred.size else z
+    radii = -left[3] - raised[0], -right[3] - raised[1]
+    rows = np.array([y, roll, z, left[1], right[1], *radii, radii[0] - radii[1], left[4], left[5], -right[4], right[5]])
+    return np.where(np.isfinite(rows[7]), rows, np.nan)
+
+
 def linearised_conicity(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarray) -> np.ndarray:
     """Equivalent conicity for amplitudes [m] by harmonic linearisation; NaN where y does not hold the motion."""
     return _flat.linearised_conicities(y, delta_r, amplitude)
@@ -39,8 +128,8 @@ def equivalent_conicity(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarra
     """Equivalent conicity for amplitudes, (m,) [m], by EN 15302: of the cone with the same wavelength.
 
     The wheelset's kinematic motion y'' = -delta_r(y)/(e r) goes from one end to the other, as far apart as twice the
-    amplitude, in half a wave. NaN where delta_r turns the wheelset away from the centre of the motion, or y does not hold
-    the motion.
+    amplitude, in half a wave. The conicity is 0 where delta_r vanishes over all of the motion, and NaN where delta_r turns the
+    wheelset away from the centre of the motion, or y does not hold the motion.
     """
     integral = Integral(y, delta_r)
     centre = motion_centre(amplitude, integral)
@@ -49,10 +138,17 @@ def equivalent_conicity(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarra
     n = 400
     tau = -np.pi/2 + np.pi*(np.arange(n) + 0.5)/n
     at = centre[:, None] + amplitude[:, None]*np.sin(tau)
+    work = integral(centre + amplitude)[:, None] - integral(at)
     with np.errstate(invalid="ignore", divide="ignore"):
-        speed = np.sqrt(2*(integral(centre + amplitude)[:, None] - integral(at)))
-        wave = np.sum(2*amplitude[:, None]*np.cos(tau)/speed, axis=1)*np.pi/n
-    return np.where(np.isfinite(wave), 2*np.pi**2/wave**2, np.nan)
+        wave = np.sum(2*amplitude[:, None]*np.cos(tau)/np.sqrt(2*work), axis=1)*np.pi/n
+    straight = np.max(np.abs(work), axis=1) < NO_DIFFERENCE*amplitude
+    return np.where(straight, 0.0, np.where(np.isfinite(wave), 2*np.pi**2/wave**2, np.nan))
+
+
+def harmonic_slope(amplitude: float, centre: float, y: np.ndarray, values: np.ndarray) -> float:
+    """Slope of the line that stands for a function of y over a harmonic motion: 1/(pi a) int_0^2pi f(c + a sin t) sin t dt."""
+    tau = 2*np.pi*(np.arange(400) + 0.5)/400
+    return float(2*np.mean(np.interp(centre + amplitude*np.sin(tau), y, values)*np.sin(tau))/amplitude)
 
 
 class Integral:

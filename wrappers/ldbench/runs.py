@@ -1,4 +1,4 @@
-"""Runs: compute one, read one, and what both can do."""
+"""Runs: the class Run, and the functions that compute a run or read it from a file."""
 from __future__ import annotations
 
 import functools
@@ -14,6 +14,7 @@ from ._core.calls import Handle, Progress, Shared, check, descriptions, path_byt
 from ._core.errors import Error
 from ._core.files import DEFAULT_FOLDER, check_written, complete
 from ._core.notebook import html_table
+from ._core.wording import counted
 from .case import Case
 from .results.header import Header, parse_header
 from .results.quantities import CONTACT_NAMES
@@ -53,7 +54,7 @@ class Run(RunData):
 
     @functools.cached_property
     def _in_core(self) -> CoreRun:
-        """The run as the core has it; that of a file is run again."""
+        """The run in the core's memory; a run from a file is computed again."""
         if isinstance(self._source, CoreRun):
             return self._source
         again = run(self.case)._source
@@ -108,8 +109,8 @@ class Run(RunData):
 
     def __repr__(self) -> str:
         if not self.header.finished:
-            return f"Run({self.name!r}, {len(self.data)} rows of {self.file})"
-        return f"Run({self.name!r}, {self.results['rows']} rows to t = {self.results['t']:g} s: {self.ending})"
+            return f"Run({self.name!r}, {counted(len(self.data), 'row')} of {self.file})"
+        return f"Run({self.name!r}, {counted(self.results['rows'], 'row')} to t = {self.results['t']:g} s: {self.ending})"
 
 
 class CoreRun:
@@ -141,7 +142,7 @@ class CoreRun:
 
     @functools.cached_property
     def handle(self) -> Handle:
-        """The run. One that came from another process is done again, once, to write its file."""
+        """Handle of the run. A run from another process is computed again, once, to write its file."""
         again = run(self._case, table=self.table)._source
         assert isinstance(again, CoreRun)
         if again.comments != self.comments:
@@ -150,7 +151,7 @@ class CoreRun:
 
     @property
     def file(self) -> Path:
-        """The path where the case says that the columns go."""
+        """Path of the column file that the case names."""
         return Path(output_path(self._case))
 
     def case(self) -> Case:

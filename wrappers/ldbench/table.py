@@ -16,6 +16,7 @@ from ._core.errors import Error
 from ._core.notebook import html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
+from .pressure import ELEMENTS, Patch, check_model, press
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -223,6 +224,17 @@ class ContactTable:
         """`force` of each contact, shape (..., 4, 3): left tread, left flange, right tread, right flange."""
         return self._evaluate(_flat.contact_forces, (4, 3), (y, z, roll), outside)
 
+    def pressure(self, y: float, z: float, roll: float, elements: int = ELEMENTS) -> list[Patch]:
+        """Pressed patches of all contacts in one pose, solved anew for half-spaces, not from the table: pressure on a grid,
+        largest and mean pressure, area, lengths, place on wheel and rail. For model 'halfspace'.
+
+        A patch has `elements` over its length along the profile, a multiple of 4, and half as many in rolling direction.
+        Tread and flange are pressed apart from each other, as in the table, but where their border lies in an overlap.
+        """
+        check_model(self.case)
+        self.forces_by_contact(y, z, roll)          # raises Error outside the table
+        return press(self._handle, self.case, (y, z, roll), elements=elements)
+
     def _evaluate(self, procedure: Callable[..., tuple[np.ndarray, np.ndarray]], shape: tuple[int, ...],
                   pose: tuple[ArrayLike, ...], outside: Outside, *wheel: int) -> np.ndarray:
         """Call a procedure of the core for all poses at once; it gives values of `shape` for each."""
@@ -322,6 +334,13 @@ def located(case: Case) -> bytes:
             raise Error(f"{case.label}, &profiles: expected paths of at most {TEXT_LENGTH} characters, "
                         f"found {os.fsdecode(path)}")
     return b"".join(path.ljust(TEXT_LENGTH) for path in paths)
+
+
+def rigid_geometry(case: Case) -> Handle:
+    """The profiles of a case in their places, without a contact table."""
+    address, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
+    check(message, length, case.label)
+    return Handle(_flat.free_prepared, address)
 
 
 def profile_names(case: Case) -> str:

@@ -8,6 +8,7 @@ COMMANDS = {
     "run": "run cases and write their column files",
     "table": "build or load a contact table, write geometry functions",
     "profile": "look at a wheel or rail profile, or at a pair, before a run",
+    "pressure": "show the pressure between wheel and rail at one moment of a run",
     "plot": "plot column files",
     "compare": "overlay column files, differences as PDF and CSV",
     "study": "contact law against time step, or derailment over flange angle",

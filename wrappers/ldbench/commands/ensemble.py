@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._core.errors import Error, Usage
+from .._core.wording import counted
 from ..case import Case, Value, find_variable
 from ..ensembles.sweep import ensemble
 from ..results.quantities import CONTACTS, OUTCOME
@@ -83,11 +84,11 @@ def main(args: argparse.Namespace) -> int:
 
 
 def outcome(dataset: xr.Dataset) -> str:
-    """Numbers of runs, and the ranges of what they answer."""
+    """Summarise an ensemble: numbers of runs, endings, and the ranges of results."""
     errors = dataset.error.values.ravel()
     failed = np.flatnonzero(errors != "")
     lines = [" x ".join(f"{size} {name}" for name, size in dataset.sizes.items()
-                        if name in dataset.error.dims) + f": {errors.size} runs, {failed.size} failed"]
+                        if name in dataset.error.dims) + f": {counted(errors.size, 'run')}, {failed.size} failed"]
     if failed.size:
         lines.append(f"first failure: {errors[failed[0]]}")
     if failed.size < errors.size:

@@ -16,36 +16,36 @@ from ..case import Value, find_variable, variables
 
 
 def add_output(parser: argparse.ArgumentParser, what: str, metavar: str = "FILE", default: str = "") -> None:
-    """-o: where the result goes. `default` is a name in the working folder's outputs/, told in the help."""
+    """Add -o, the path of the result. `default` is a name in outputs/ of the working folder, which the help states."""
     path = f"{DEFAULT_FOLDER}/{default}" if default else None
     parser.add_argument("-o", "--output", type=Path, metavar=metavar, default=path and Path(path),
                         help=f"{what} ({path})" if path else what)
 
 
 def add_folder(parser: argparse.ArgumentParser, what: str) -> None:
-    """-o: the folder where several results go."""
+    """Add -o, the folder of several results."""
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", default=Path(DEFAULT_FOLDER), help=f"{what} (%(default)s)")
 
 
 def add_set(parser: argparse.ArgumentParser) -> None:
-    """--set: values of the case."""
+    """Add --set, which changes values of the case."""
     parser.add_argument("--set", metavar="NAME=VALUE", action="append", default=[],
                         help="replace a value of the namelist, as often as given; group_name where a name is ambiguous")
 
 
 def add_jobs(parser: argparse.ArgumentParser, what: str = "runs side by side") -> None:
-    """-j: how much is done at the same time."""
+    """Add -j, the number of tasks that run at the same time."""
     parser.add_argument("-j", "--jobs", type=side_by_side, default=usable_cores(), metavar="N", help=f"{what} (all cores)")
 
 
 def add_map(parser: argparse.ArgumentParser) -> None:
-    """--map: columns of other codes."""
+    """Add --map, the map of another code's columns."""
     parser.add_argument("--map", type=Path, metavar="TOML",
                         help="how files without ldbench's header name our columns; files with it need no map")
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """--json: numbers for other programs."""
+    """Add --json, which prints the numbers for other programs."""
     parser.add_argument("--json", action="store_true", help="print the numbers as JSON, SI units, instead of text")
 
 
@@ -71,12 +71,12 @@ def parse_setting(setting: str, option: str = "--set") -> tuple[str, Value]:
 
 
 def settings(given: Iterable[str]) -> dict[str, Value]:
-    """What `--set` says; the last of several values of a variable counts."""
+    """Collect the values of `--set`; the last value of a variable counts."""
     return dict(map(parse_setting, given))
 
 
 def print_json(facts: Mapping[str, Any]) -> None:
-    """One line of JSON; what is no number there, NaN, is null."""
+    """Print one line of JSON; NaN, which JSON does not have, becomes null."""
     print(json.dumps(_plain(facts), ensure_ascii=False, allow_nan=False))
 
 

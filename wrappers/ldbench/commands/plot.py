@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from .._core.wording import counted
 from ..plots.document import make_plots
 from .options import add_jobs, add_map, add_output
 
@@ -30,5 +31,5 @@ def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
     with tqdm(total=len(args.files) + len(args.geometry), desc="plots", disable=None) as bar:
         pages = make_plots(args.files, args.output, args.geometry, args.jobs, bar.update, args.map)
-    print(f"{args.output}: {pages} pages")
+    print(f"{args.output}: {counted(pages, 'page')}")
     return 0

@@ -1,12 +1,14 @@
 """Look at a wheel or rail profile, or at a pair, before a run: one page and the numbers.
 
 The page shows which part is what, tangent angle and curvature before and after smoothing, the measures of
-workshop and track, what was mended; for a pair clearance, contact positions, conicity and zones too.
+workshop and track, what was mended; for a pair clearance, contact positions, conicity and zones too. The
+conicity is told of the wheelset that is kept level (EN 15302) and of the one that stands with roll.
 
 examples:
   python -m ldbench profile profiles/awprof.yz
   python -m ldbench profile wheel.whl rail.ban --set smoothing_mm=0.02 --set gauge=1.435 -o pair.png
   python -m ldbench profile left.whl rail.ban --set wheel_profile_right=right.whl
+  python -m ldbench profile wheel.whl rail.ban --radii 0.46,0.459 --en15302 A-918
 """
 from __future__ import annotations
 
@@ -17,6 +19,7 @@ from .._core.errors import Error, Usage
 from .._core.files import check_ending, check_written
 from ..case import Case
 from ..plots.profile_page import save_page
+from ..profiles.en15302 import TABLES
 from ..profiles.inspect import Pair, Profile, inspect_for, pair
 from .options import add_json, add_output, add_set, print_json, settings
 
@@ -25,8 +28,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.add_argument("files", nargs="+", metavar="PROFILE", help="a wheel or a rail, or one of each")
     add_set(parser)
+    parser.add_argument("--radii", type=two_radii, metavar="LEFT,RIGHT",
+                        help="radii of the wheels on the tape circle [m], in place of rolling_radius where they touch")
+    parser.add_argument("--en15302", choices=TABLES, metavar="CASE",
+                        help=f"draw the reference of EN 15302:2021 and its window behind the conicity: {', '.join(TABLES)}")
     add_output(parser, "the page, .pdf or .png", default="ldbench_profile.pdf")
     add_json(parser)
+
+
+def two_radii(words: str) -> tuple[float, float]:
+    """Read the radii of the left and the right wheel [m], separated by a comma."""
+    left, right = map(float, words.split(","))
+    return left, right
 
 
 def main(args: argparse.Namespace) -> int:
@@ -41,9 +54,11 @@ def main(args: argparse.Namespace) -> int:
     if len(profiles) == 2:
         if profiles[0].kind == profiles[1].kind:
             raise Error(f"expected a wheel and a rail, found two {profiles[0].kind}s: {', '.join(args.files)}")
-        found = pair(case.replace(wheel_profile=profiles[0].path, rail_profile=profiles[1].path))
+        found = pair(case.replace(wheel_profile=profiles[0].path, rail_profile=profiles[1].path), args.radii)
+    elif args.radii or args.en15302:
+        raise Usage(f"expected a wheel and a rail for {'--radii' if args.radii else '--en15302'}, found one profile")
     note = f"gauge {case.gauge:g} m, back-to-back {case.back_to_back:g} m" if found else ""
-    save_page(profiles, found, note, args.output)
+    save_page(profiles, found, note, args.output, args.en15302)
     blocks: list[Profile | Pair] = [*profiles, *([found] if found else [])]
     if args.json:
         print_json({"profiles": [profile.facts() for profile in profiles], "page": str(args.output)}

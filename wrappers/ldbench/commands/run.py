@@ -47,7 +47,7 @@ def main(args: argparse.Namespace) -> int:
 
 
 def chosen(namelist: str, changes: dict[str, Value], output: str | None) -> Case:
-    """The case that the arguments say, with a file of its own where they change it."""
+    """Make the case that the arguments describe; a changed case needs a column file of its own."""
     unchanged = Case.from_namelist(namelist)
     case = unchanged.replace(**changes)
     if output:
@@ -60,6 +60,6 @@ def chosen(namelist: str, changes: dict[str, Value], output: str | None) -> Case
 
 
 def facts(result: Run) -> dict[str, object]:
-    """The run for other programs."""
+    """Collect the results of a run for other programs."""
     return {"case": result.name, "file": str(result.file), **result.results, "seconds": result.seconds,
             "events": [event._asdict() for event in result.events]}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 
+from .._core.wording import counted, wrapped
 from ..case import Case
 from ..table import PLACES, ContactTable, profile_names
 from .options import add_json, add_output, add_set, print_json, settings
@@ -41,7 +42,7 @@ def main(args: argparse.Namespace) -> int:
 
 
 def facts(table: ContactTable) -> dict[str, object]:
-    """The table for other programs."""
+    """Collect the properties of the table for other programs."""
     return {
         "case": table.case.case_name, "profiles": table.case.profile_files(), "model": table.case.model,
         "formulation": table.case.formulation, "clearance_left": table.clearance, "clearance_right": table.clearance_right,
@@ -53,7 +54,7 @@ def facts(table: ContactTable) -> dict[str, object]:
 
 
 def describe(table: ContactTable) -> None:
-    """Print what the table says, and warnings."""
+    """Print the properties of the table, and warnings."""
     case = table.case
     elastic = case.formulation == "elastic"
     stiffness = ""
@@ -73,18 +74,23 @@ def describe(table: ContactTable) -> None:
         if side and errors == table.accuracy:
             continue
         if failed:
-            print(f"warning: {side}contact table: {failed} of {solved} half-space solutions did not converge; see whether the "
-                  "error is larger than &table accuracy")
+            warn(f"{side}contact table: {failed} of {solved} half-space solutions did not converge; see whether the error is "
+                 "larger than &table accuracy")
         if missed:
-            print(f"warning: {side}contact table: {missed} half-space solutions that its error is measured by did not "
-                  "converge; they are not in it")
+            warn(f"{side}contact table: {counted(missed, 'half-space solution')} that its error is measured by did not "
+                 "converge; the stated error leaves them out")
         if pulling:
-            print(f"warning: {side}contact table: expected contacts that push in service, found {pulling} points at which the "
-                  "contact would pull, where a run stops; lower &table accuracy or raise n_lateral, n_roll, n_depth")
+            warn(f"{side}contact table: expected contacts that push in service, found {counted(pulling, 'point')} at which the "
+                 "contact would pull, where a run stops; lower &table accuracy or raise n_lateral, n_roll, n_depth")
         for place, error in errors.items():
             print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
-                  f"at {error.poses} poses")
+                  f"at {counted(error.poses, 'pose')}")
         worst = max((error.rms for place, error in errors.items() if place != PLACES[-1]), default=0.0)
         if worst > case.accuracy:
-            print(f"warning: {side}contact table: expected an rms error of at most &table accuracy = {case.accuracy} "
-                  f"in service, reached {worst:.1e}")
+            warn(f"{side}contact table: expected an rms error of at most &table accuracy = {case.accuracy} in service, "
+                 f"reached {worst:.1e}")
+
+
+def warn(words: str) -> None:
+    """Print a warning."""
+    print(wrapped(f"warning: {words}"))

@@ -78,5 +78,5 @@ def main(args: argparse.Namespace) -> int:
 
 
 def read(files: list[Path], map: Path | None) -> list[RunData]:
-    """The files; the map of names is for those without ldbench's header."""
+    """Read the files; the map of names applies to files without ldbench's header."""
     return distinct([read_data(file, map) for file in files])

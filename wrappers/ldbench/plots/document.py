@@ -18,8 +18,8 @@ from pypdf import PdfReader, PdfWriter
 from .._core.errors import Error
 from .._core.files import check_ending, check_written, complete, failing_as
 from .._core.pools import processes
+from ..profiles.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
-from ..results.summary import summary_row
 from .geometry import geometry_page
 from .phase import phase_page
 from .sections import section_page
@@ -140,7 +140,7 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
         tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in order}
         for k in range(len(geometry) + len(runs)):
             tasks[k].add_done_callback(lambda _: done())
-        summary = summary_part([summary_row(run) for run in runs], Path(scratch)/"summary.pdf")
+        summary = summary_part([full_row(run) for run in runs], Path(scratch)/"summary.pdf")
         yield lambda: bind([summary, *(tasks[k].result() for k in range(len(work)))], target)
 
 

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .._core.files import complete
+from ..profiles.en15302 import AMPLITUDES, window
 from ..profiles.inspect import Pair, Profile
 from ..profiles.measures import PARTS
 from ..results.quantities import DEG, MM
@@ -16,8 +17,11 @@ from .frame import new_page
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style, plain
 
 
-def profile_page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
-    """Profiles in columns: shape and parts, tangent angle, curvature; below them what a pair does."""
+def profile_page(profiles: list[Profile], found: Pair | None, note: str, reference: str | None = None) -> Figure:
+    """Profiles in columns: shape and parts, tangent angle, curvature; below them what a pair does.
+
+    reference: the combination of EN 15302 that is drawn behind the conicity.
+    """
     figure = new_page(" on ".join(Path(p.path).name for p in profiles), note)
     grid = figure.add_gridspec(4 if found else 3, len(profiles), left=0.06, right=0.735, top=0.915, bottom=0.075,
                                hspace=0.5, wspace=0.2, height_ratios=[1.35, 1, 1, 1][:4 if found else 3])
@@ -25,7 +29,7 @@ def profile_page(profiles: list[Profile], found: Pair | None, note: str) -> Figu
         shape, angle, curvature = (figure.add_subplot(grid[row, column]) for row in range(3))
         draw_shape(shape, profile, found)
         for stations, label, color in ((profile.rough, "through the points", GREY),
-                                       (profile.smooth, f"smoothing {profile.smoothing:g} mm", BLACK)):
+                                       (profile.smooth, f"smoothed by {profile.smoothing:.4f} mm", BLACK)):
             if stations is profile.rough and profile.smoothing == 0:
                 continue
             label = label if profile.smoothing else "through the points"
@@ -40,25 +44,36 @@ def profile_page(profiles: list[Profile], found: Pair | None, note: str) -> Figu
         curvature.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
     if found:
         positions, conicity = (figure.add_subplot(grid[3, column]) for column in range(2))
-        y = MM*found.geometry["Y"]
+        geometry = found.rolled.geometry
         for side, sign, color in ("left", 1, BLACK), ("right", -1, ORANGE):
-            contact = found.geometry[f"y_{side[0].upper()}"]
-            positions.plot(y, sign*MM*contact, ".", markersize=2, color=color, label=side)
+            contact = geometry[f"y_{side[0].upper()}"]
+            positions.plot(MM*geometry["Y"], sign*MM*contact, ".", markersize=2, color=color, label=side)
         positions.set_ylabel("contact, outward |y| [mm]")
-        conicity.plot(MM*found.amplitude, found.conicity, color=BLACK, label="EN 15302")
-        conicity.plot(MM*found.amplitude, found.linearised, "--", color=RED, linewidth=0.8,
-                      label="harmonic linearisation")
-        conicity.set_ylim(bottom=0)
-        conicity.set_ylabel("equivalent conicity")
+        draw_conicity(conicity, found, reference)
         positions.set_xlabel("lateral displacement Y [mm]")
         conicity.set_xlabel("amplitude [mm]")
         for ax in positions, conicity:
             for reach in set(found.clearance):
                 ax.axvline(MM*reach, color=GREY, linewidth=0.6, linestyle=":")
         positions.legend(loc="center left", markerscale=3)
-        conicity.legend(loc="upper right")
+        conicity.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1, columnspacing=1.0, fontsize=5.5)
     write_lines(figure, profiles, found)
     return figure
+
+
+def draw_conicity(ax: Axes, found: Pair, reference: str | None) -> None:
+    """Equivalent conicity of the wheelset kept level and of the one with roll; behind it the reference of EN 15302."""
+    if reference:
+        w = window(reference)
+        ax.fill_between(MM*AMPLITUDES, w.extended_low, w.extended_high, color=SKY, alpha=0.2, linewidth=0,
+                        label=f"extended window, {reference}")
+        ax.fill_between(MM*AMPLITUDES, w.low, w.high, color=SKY, alpha=0.45, linewidth=0, label=f"window, {reference}")
+    for geometry, color in (found.level, BLUE), (found.rolled, BLACK):
+        ax.plot(MM*geometry.amplitude, geometry.conicity, color=color, label=f"{geometry.kept}, EN 15302")
+    ax.plot(MM*found.rolled.amplitude, found.rolled.linearised, "--", color=RED, linewidth=0.8,
+            label="with roll, harmonic")
+    ax.set(xlim=(0, max(1.2*MM*max(found.clearance), MM*AMPLITUDES[-1])), ylabel="equivalent conicity")
+    ax.set_ylim(bottom=0)
 
 
 def draw_shape(ax: Axes, profile: Profile, found: Pair | None) -> None:
@@ -90,7 +105,7 @@ def write_lines(figure: Figure, profiles: list[Profile], found: Pair | None) -> 
     figure.text(0.752, 0.905, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45)
 
 
-def save_page(profiles: list[Profile], found: Pair | None, note: str, target: Path) -> None:
+def save_page(profiles: list[Profile], found: Pair | None, note: str, target: Path, reference: str | None = None) -> None:
     """Write the page, a .pdf or a .png."""
     with ldbench_style(), complete(target) as scratch:
-        profile_page(profiles, found, note).savefig(scratch, format=target.suffix[1:], dpi=110)
+        profile_page(profiles, found, note, reference).savefig(scratch, format=target.suffix[1:], dpi=110)

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,13 +10,16 @@ import numpy as np
 
 from .._core import _flat
 from .._core.calls import Handle, check, descriptions, path_bytes, text, text_bytes
+from .._core.errors import Error
 from ..case import Case
-from ..conicity import GEOMETRY_PITCH, equivalent_conicity, geometry_rows, linearised_conicity
+from ..conicity import FINE_PITCH, level_rows, rolled_rows
 from ..results.quantities import DEG, MM
-from ..table import located
-from .measures import Stations, survey
+from ..table import rigid_geometry
+from .contact_geometry import AMPLITUDE, CURVE, ContactGeometry
+from .measures import TAPE_CIRCLE, Stations, survey
 
 KINDS = "", "wheel", "rail"
+LEAST_REACH = 10e-3         # of geometry functions to either side of the centre [m]
 # Label of a measure, unit, scale from SI, decimals.
 MEASURES = {
     "Sh": ("flange height Sh", "mm", MM, 2), "Sd": ("flange thickness Sd", "mm", MM, 2), "qR": ("qR", "mm", MM, 2),
@@ -33,13 +37,13 @@ class Profile:
     """A profile as the program takes it."""
     path: str
     kind: str                   # 'wheel' or 'rail'
-    smoothing: float            # [mm]
+    smoothing: float            # rms distance that the curve may keep from the points [mm]; 0 interpolates
     checksum: str
     taken: str                  # how, where it says more than y, z in mm
     mended: str                 # '' where nothing was
     points: np.ndarray          # (n, 2) [mm], y from a wheel's back
     rough: Stations             # curve through the points
-    smooth: Stations            # curve at the smoothing that is asked for
+    smooth: Stations            # curve that a run uses
     noise: float                # of the points, estimated [m]
     measures: dict[str, float]  # SI units; NaN where the profile does not go so far
 
@@ -53,7 +57,8 @@ class Profile:
         found = [f"{self.kind} {Path(self.path).name}: {len(self.points)} points, CRC-32 {self.checksum}"]
         found += [note for note in (self.taken, self.mended) if note]
         noise = f"about {MM*self.noise:.3f} mm" if self.noise >= 5e-7 else "below 0.001 mm"
-        found.append(f"noise of the points {noise}, smoothing_mm = {self.smoothing:g}")
+        curve = f"smoothed by {self.smoothing:.4f} mm" if self.smoothing else "curve through the points"
+        found.append(f"noise of the points {noise}, {curve}")
         for name, value in self.measures.items():
             label, unit, scale, digits = MEASURES[name]
             number = f"{scale*value:.{digits}f}" if np.isfinite(value) else "not on the profile"
@@ -63,7 +68,7 @@ class Profile:
         return found
 
 
-def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = 0.0, flip: str = "auto",
+def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = -1.0, flip: str = "auto",
             unit: str = "auto", gauge_depth: float = 0.014) -> Profile:
     """Read a profile file; without `kind` its shape says whether it is a wheel or a rail.
 
@@ -73,12 +78,12 @@ def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = 0.0
                                                      text_bytes(unit))
     check(message, length)
     handle = Handle(_flat.free_profile, address)
-    (kind_number, n), (noise, smooth_length, rough_length), listing, size = _flat.profile_facts(handle)
+    (kind_number, n), (noise, distance, smooth_length, rough_length), listing, size = _flat.profile_facts(handle)
     found = KINDS[kind_number]
     checksum, taken, mended = text(listing, size).split("\n")
     rough, _ = survey(found, rough_length, lambda s: _flat.profile_frames(handle, 0, s), gauge_depth)
     smooth, measures = survey(found, smooth_length, lambda s: _flat.profile_frames(handle, 1, s), gauge_depth)
-    return Profile(os.fspath(path), found, smoothing, checksum, taken, mended, _flat.profile_points(handle, n).T, rough,
+    return Profile(os.fspath(path), found, MM*float(distance), checksum, taken, mended, _flat.profile_points(handle, n).T, rough,
                    smooth, float(noise), measures)
 
 
@@ -88,10 +93,8 @@ class Pair:
     clearance: tuple[float, float]      # to the left, to the right [m]
     zones: dict[str, np.ndarray]        # of 'left', 'right' (zone, 4): first and last y on the wheel [m], flange 0 or 1,
                                         # contact angle [rad]
-    geometry: dict[str, np.ndarray]     # the columns of a geometry file
-    amplitude: np.ndarray       # [m]
-    conicity: np.ndarray        # for the amplitudes, by EN 15302
-    linearised: np.ndarray      # the same by harmonic linearisation
+    level: ContactGeometry              # of the wheelset that is kept level, as EN 15302 has it
+    rolled: ContactGeometry             # of the wheelset that stands on both rails
 
     def facts(self) -> dict[str, object]:
         """The numbers, SI units."""
@@ -99,17 +102,26 @@ class Pair:
         return {"clearance_left": self.clearance[0], "clearance_right": self.clearance[1],
                 "zones": {side: [dict(zip(names, zone.tolist(), strict=True)) for zone in zones]
                           for side, zones in self.zones.items()},
-                "conicity": {"amplitude": self.amplitude, "EN 15302": self.conicity, "harmonic linearisation": self.linearised}}
+                "conicity": {found.kept: found.facts() for found in (self.level, self.rolled)}}
 
     def lines(self) -> list[str]:
         """What there is to say, line by line."""
         left, right = (MM*x for x in self.clearance)
         found = ["rigid-axle clearance " + (f"2 x {left:.3f} mm" if left == right else f"left {left:.3f}, right {right:.3f} mm")]
         for amplitude in (2e-3, 3e-3, 4e-3):
-            if amplitude <= self.amplitude[-1]:
-                values = (np.interp(amplitude, self.amplitude, x) for x in (self.conicity, self.linearised))
-                found.append("equivalent conicity at {:.0f} mm {:.3f} (EN 15302), {:.3f} (harmonic linearisation)"
-                             .format(MM*amplitude, *values))
+            level, rolled = self.level.conicity_at(amplitude), self.rolled.conicity_at(amplitude)
+            if np.isfinite(rolled):
+                linearised = np.interp(amplitude, self.rolled.amplitude, self.rolled.linearised)
+                found.append(f"equivalent conicity at {MM*amplitude:.0f} mm: level {level:.3f}, with roll {rolled:.3f} (EN 15302), "
+                             f"{linearised:.3f} (harmonic linearisation)")
+        for label, level, rolled in (
+                ("nonlinearity parameter [1/mm]", self.level.nonlinearity/MM, self.rolled.nonlinearity/MM),
+                (f"rolling radii coefficient in a curve of {CURVE:.0f} m", self.level.rolling_radii_coefficient(),
+                 self.rolled.rolling_radii_coefficient()),
+                *((f"{words} parameter at {MM*AMPLITUDE:.0f} mm", self.level.parameter(name), self.rolled.parameter(name))
+                  for name, words in (("angle", "contact angle"), ("roll", "roll angle")))):
+            if np.isfinite([level, rolled]).all():
+                found.append(f"{label}: level {level:.3f}, with roll {rolled:.3f}")
         for side, zones in self.zones.items():
             where = "" if left == right else f"{side} "
             found += [f"{where}zone of the {'flange' if flange else 'tread'}: y {MM*first:.1f} to {MM*last:.1f} mm, "
@@ -117,26 +129,44 @@ class Pair:
         return found
 
 
-def rigid_geometry(case: Case) -> Handle:
-    """The profiles of a case in their places, without a contact table."""
-    address, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
-    check(message, length, case.label)
-    return Handle(_flat.free_prepared, address)
+def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
+    """The rigid geometry of a case's profiles.
 
-
-def pair(case: Case) -> Pair:
-    """The rigid geometry of a case's profiles."""
+    radii: of the left and the right wheel on the tape circle [m], in place of `rolling_radius` where the wheels touch.
+    """
     handle = rigid_geometry(case)
     (left, n_left), zones_left = _flat.rigid_numbers(handle, 1)
     (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
     zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}
-    reach = max(20, int(1.3e4*max(left, right)))
-    rows = geometry_rows(handle, GEOMETRY_PITCH*np.arange(-reach, reach + 1))
-    rows = rows[:, np.isfinite(rows[7])]
+    ends = tuple(case.back_to_back/2 + max(side[side[:, 2] == 1, 1], default=-np.inf) for side in zones.values())
+    reach = round(max(LEAST_REACH, 1.3*max(left, right))/FINE_PITCH)
+    y = FINE_PITCH*np.arange(-reach, reach + 1)
+    raised = raised_surfaces(case, handle, radii)
     names = descriptions()[2].split()
-    amplitude = GEOMETRY_PITCH*np.arange(2, int(1e4*rows[0, -1]) + 1)
-    return Pair((left, right), zones, dict(zip(names, rows, strict=True)), amplitude,
-                *(conicity(amplitude, rows[0], rows[7]) for conicity in (equivalent_conicity, linearised_conicity)))
+    return Pair((left, right), zones, *(
+        ContactGeometry.of(kept, names, rows(handle, y, raised), ends)
+        for kept, rows in (("level", level_rows), ("with roll", rolled_rows))))
+
+
+def raised_surfaces(case: Case, handle: Handle, radii: Sequence[float] | None) -> tuple[float, float]:
+    """By how much the surfaces of the left and the right wheel lie nearer to the axle than the case has them [m]."""
+    if radii is None:
+        return 0.0, 0.0
+    for radius in radii:
+        case.replace(rolling_radius=radius)         # refuses what is no radius of a wheel
+    left, right = (tape_radius(case, handle, side) - radius for side, radius in enumerate(radii, 1))
+    return left, right
+
+
+def tape_radius(case: Case, handle: Handle, side: int) -> float:
+    """Radius of a wheel (side 1 left, 2 right) on the tape circle as the case has it [m]."""
+    sizes, _ = _flat.outline_sizes(handle)
+    y, z = _flat.outline_points(handle, 1, side, sizes[0, side - 1])
+    at = case.back_to_back/2 + TAPE_CIRCLE
+    if not y[0] <= at <= y[-1]:
+        raise Error(f"{case.label}: expected a wheel that reaches the tape circle, {MM*TAPE_CIRCLE:g} mm from its back, "
+                    f"found one from {MM*(y[0] - case.back_to_back/2):.1f} to {MM*(y[-1] - case.back_to_back/2):.1f} mm")
+    return -float(np.interp(at, y, z))
 
 
 def inspect_for(file: str, case: Case) -> Profile:

@@ -12,7 +12,7 @@ from .._core import _flat
 from .._core.errors import Error
 from ..case import Case
 from ..results.run_data import RunData
-from .inspect import rigid_geometry
+from ..table import rigid_geometry
 
 WHEEL, RAIL = 1, 2      # in the core
 LEFT, RIGHT = 1, 2

@@ -1,4 +1,4 @@
-"""The abstract: its figures and numbers are taken from the runs, its words from template/."""
+"""The abstract: figures and numbers come from the runs, the text from template/."""
 from __future__ import annotations
 
 import json
@@ -15,6 +15,7 @@ from .._core.optional import needed
 from ..plots.figures import by_pair, derailment_figure, impact_figure, motion_figure
 from ..plots.stretches import first_episode
 from ..plots.style import ldbench_style
+from ..profiles.pressures import full_row
 from ..results.columns import time_mean
 from ..results.quantities import OUTCOME, PAIRS
 from ..results.run_data import RunData
@@ -22,6 +23,8 @@ from ..results.summary import summary_row
 from . import formulations
 
 TEMPLATE = Path(__file__).resolve().parent/"template"/"abstract.typ"
+SPREAD = TEMPLATE.parent/"spread.json"       # how far the answers move with the unknown profiles [%], as `make validate` has it
+RETURNED = "return to the centre after both flanges"
 
 FIGURES = {
     "motion": motion_figure,
@@ -32,12 +35,17 @@ FIGURES = {
 # Rows of the table of results, by their names in `quantities.OUTCOME`, and decimals where they are other ones.
 TABLE = {
     "t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 4, "F_derailment": 1, "Y_max": 2, "Z_max": 2,
-    "peak_N_LT": 0, "peak_N_LF": 0, "peak_N_RT": 0, "peak_N_RF": 0, "n_left_wheel_lift_off": 0, "n_right_wheel_lift_off": 0,
+    "peak_N_LT": 0, "peak_N_LF": 0, "peak_N_RT": 0, "peak_N_RF": 0, "pmax_LF": 0, "patch_LF": 0,
+    "n_left_wheel_lift_off": 0, "n_right_wheel_lift_off": 0,
     "drift_relative": 0}
 
 
+# Where a contact table measures its error, by the names in the header of a column file.
+PLACES = {"tread": "tread alone", "flange": "flange alone", "both": "tread and flange", "going over": "rolling over the rail"}
+
+
 def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = ()) -> None:
-    """Typeset the abstract of the ten runs; outcomes: those of the formulations, if the abstract shall tell."""
+    """Typeset the abstract of the ten runs, with a comparison of formulations if `outcomes` are given."""
     typst = needed("typst", "report")
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -57,8 +65,8 @@ def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[form
 
 
 def facts(runs: Sequence[RunData]) -> dict[str, Any]:
-    """What the text says about the runs, ready to print."""
-    rows = [summary_row(run) for run in runs]
+    """Collect the numbers of the text, ready to print."""
+    rows = [full_row(run) for run in runs]
     first = runs[0]
     ramps = [run for run in runs if run.exercise == 5 and run.first("derailment") and run.time[-1] > 2]
     return {
@@ -69,7 +77,13 @@ def facts(runs: Sequence[RunData]) -> dict[str, Any]:
         "pairs": [pair_facts(pair, runs) for pair, runs in by_pair(runs).items() if runs],
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({str(run.setting("contact", "model")) for run in runs}),
-        "endings": {run.name: run.ending for run in runs},
+        "places": [PLACES.get(place, place) for place in first.header.table_errors],
+        "errors": [[PAIRS[pair], *(f"{percent(rms)} ({percent(largest)})" for rms, largest in
+                                   own[0].header.table_errors.values())]
+                   for pair, own in by_pair(runs).items() if own and own[0].header.table_errors],
+        "others": [{"name": run.name, "ending": run.ending} for run in free(runs) if run.ending != RETURNED],
+        "corners": [{"name": run.name, "times": times(passages)} for run in free(runs) if (passages := corner_passages(run))],
+        "exponents": exponents(runs),
         "drift_free": scientific(max(r["drift_relative"] for r in rows if r["exercise"] != 5)),
         "drift_ramp": scientific(max([r["drift_relative"] for r in rows if r["exercise"] == 5], default=0.0)),
         "steps_free": sorted({f"{1e6*r['step']:.3g}" for r in rows if r["exercise"] != 5}, key=float),
@@ -87,8 +101,19 @@ def facts(runs: Sequence[RunData]) -> dict[str, Any]:
         "split": f"{np.degrees(first.number('contact', 'split_angle')):.0f}",
         "young": f"{1e-9*first.number('material', 'youngs_modulus'):.0f}",
         "poisson": f"{first.number('material', 'poisson'):.2f}",
-        "ramps": [ramp_facts(run) for run in ramps],
+        "ramps": (told := [ramp_facts(run) for run in ramps]),
+        "ramp_spread": f"{max((abs(float(r['force']) - float(r['statics'])) for r in told), default=0.0):.1f}",
+        "pressure": pressure_facts(rows),
     }
+
+
+def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, str] | None:
+    """What the text says of the hardest first contact of a left flange; None where no pressure is known."""
+    known = [row for row in rows if row["pmax_LF"] is not None]
+    if not known:
+        return None
+    row = max(known, key=lambda row: float(row["pmax_LF"]))
+    return {"name": row["case"], "largest": f"{1e-9*row['pmax_LF']:.1f}", "area": cell("patch_LF", row["patch_LF"])}
 
 
 def is_explicit(run: RunData) -> bool:
@@ -98,13 +123,13 @@ def is_explicit(run: RunData) -> bool:
 
 
 def in_short(key: str) -> str:
-    """A result and its unit in few words."""
+    """Name a result in few words, with its unit."""
     known = OUTCOME[key]
     return f"{known.short} [{known.unit}]" if known.unit else known.short
 
 
 def cell(key: str, value: float | None) -> str:
-    """A result as the text prints it."""
+    """Write a result as the text prints it."""
     return scientific(float(value)) if key == "drift_relative" and value is not None else OUTCOME[key].text(value, TABLE[key])
 
 
@@ -118,19 +143,17 @@ def scientific(x: float) -> str:
 
 
 def pair_facts(pair: str, runs: Sequence[RunData]) -> dict[str, str]:
-    """What the text says of a pair of profiles."""
+    """Collect the facts about a pair of profiles."""
     return {
         "name": PAIRS[pair],
         "clearance": f"{1e3*runs[0].result('clearance_left'):.2f}",
         "points": runs[0].header.table_points.replace(" x ", " × "),
-        "errors": ", ".join(f"{place} {percent(rms)} ({percent(largest)})" for place, (rms, largest) in
-                            runs[0].header.table_errors.items()),
     }
 
 
 def percent(share: float) -> str:
-    """Two digits."""
-    return f"{100*share:.2g} %"
+    """Write a share in percent with two digits."""
+    return f"{100*share:#.2g} %"
 
 
 def free(runs: Sequence[RunData]) -> list[RunData]:
@@ -148,6 +171,35 @@ def speeds(runs: Sequence[RunData], lifting: bool) -> list[float]:
     return sorted(speed for speed, found in lifts.items() if (all(found) if lifting else not any(found)))
 
 
+def corner_passages(run: RunData) -> int:
+    """How often a flange has passed the gauge corner of its rail in a run."""
+    return sum(run.count(f"{side} flange over rail") or 0 for side in ("left", "right"))
+
+
+def times(n: int) -> str:
+    """A number of repetitions in words."""
+    return {1: "once", 2: "twice"}.get(n, f"{n} times")
+
+
+def exponents(runs: Sequence[RunData]) -> list[dict[str, str]]:
+    """The power of the initial velocity with which the first peak of the left flange force grows, by pair of profiles.
+
+    The power follows from the slowest and the fastest run of exercises 1 to 4.
+    """
+    found = []
+    for pair, own in by_pair(free(runs)).items():
+        peaks: dict[float, float] = {}
+        for run in own:
+            if episode := first_episode(run, "LF"):
+                rows = (run.time >= episode[0]) & (run.time <= episode[1])
+                peaks[float(run.values("vY")[0])] = float(run.values("N_LF")[rows].max())
+        if len(peaks) > 1:
+            slow, fast = min(peaks), max(peaks)
+            power = np.log(peaks[fast]/peaks[slow])/np.log(fast/slow)
+            found.append({"name": PAIRS[pair], "value": f"{power:.2f}"})
+    return found
+
+
 def durations(runs: Sequence[RunData]) -> list[str]:
     """Shortest and longest first contact of the left flange in exercises 1 to 4 [ms]."""
     episodes = [episode for run in free(runs) if (episode := first_episode(run, "LF"))]
@@ -156,9 +208,12 @@ def durations(runs: Sequence[RunData]) -> list[str]:
 
 
 def ramp_facts(run: RunData) -> dict[str, str]:
-    """Exercise 5: the lateral force at derailment, and the one at which statics lets the wheelset turn over
-    its flange contact: weight times lever arm over height of the axle above that contact, at the mean
-    pose of the second before the last."""
+    """What the text says of a run of exercise 5.
+
+    The lateral force at derailment is that of the event. The static limit is the lateral force at which the wheelset
+    overturns about its flange contact: weight times lever arm over the height of the axle above that contact, at the mean
+    pose of the second before the last.
+    """
     rows = (run.time > run.time[-1] - 2) & (run.time < run.time[-1] - 1)
     weight = run.number("wheelset", "mass")*9.81 + run.number("wheelset", "vertical_load")
     lever = time_mean(run.time[rows], (run.values("y_LF") - run.values("Y"))[rows])

@@ -1,4 +1,4 @@
-"""Elastic contact or constraint equations: what the choice does to every result of the benchmark.
+"""Elastic contact or constraint equations: effect of the choice on every result of the benchmark.
 
 All exercises run with elastic contact, with both wheels held on their rails (bilateral), and with rigid contacts
 that only push (unilateral), for several restitutions. In a report the elastic runs are those of the submitted column
@@ -57,7 +57,7 @@ RESULTS = ("t_first_LF", "Y_max", "climb", "first_impulse", "peak_N", "peak_P", 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one run says, and its curves, thinned."""
+    """The results of one run, and thinned curves."""
     case: str
     formulation: str
     results: Mapping[str, float]
@@ -152,7 +152,7 @@ def outcome(done: RunData, name: str) -> Outcome:
 
 
 def first_impulse(done: RunData, total: np.ndarray) -> float:
-    """What the left flange has transmitted until the wheelset moves to the right [N s]."""
+    """Impulse of the left flange until the wheelset moves to the right [N s]."""
     hit = done.first("left flange contact")
     back = np.flatnonzero((done.time > hit.t) & (done.values("vY") < 0)) if hit else np.empty(0, int)
     return float(total[back[0]]) if back.size else np.nan
@@ -215,7 +215,7 @@ JUDGED = ("t_first_LF", "Y_max", "climb", "first_impulse", "t_first_RF", "t_retu
 
 
 def verdict_page(found: Sequence[Outcome]) -> Figure:
-    """The one table: which results depend on the formulation, and by how much."""
+    """Draw the table of results: how much each of them depends on the formulation."""
     cases = list(dict.fromkeys(o.case for o in found))
     figure = new_page(
         "Which results depend on the formulation?",
@@ -343,7 +343,7 @@ def exercise_page(found: Sequence[Outcome], exercise: int) -> Figure:
 
 
 def climb_page(inputs: Path) -> Figure:
-    """What it takes to lift the wheelset over the flange with both wheels on the rails."""
+    """Draw the work that lifts the wheelset over the flange with both wheels on the rails."""
     files = {file.stem[-2:]: file for file in find_namelists(inputs)}
     figure = new_page("Over the flange with both wheels on the rails", "", (
         "work of weight and load along the path of the rigid wheelset; dashed: kinetic energy at the start of exercises "
@@ -371,13 +371,14 @@ def climb(case: Case) -> pd.DataFrame:
 
 
 def words(found: Sequence[Outcome]) -> dict[str, Any]:
-    """What the abstract says: per case how each formulation ends, and when; where a rail begins to pull."""
+    """Collect the facts for the abstract: ending and time by case and formulation, and the force at which a rail pulls."""
     cases = list(dict.fromkeys(o.case for o in found))
     rows = [[case, *(ending_in_short(o) for o in found if o.case == case)] for case in cases]
     shares = {key: [spread({o.formulation: o.results[key] for o in found if o.case == case}) for case in cases]
               for key in ("t_first_LF", "first_impulse", "t_return", "F_derailment")}
     pulls = [f"{KN*o.results['F_pulls']:.0f} kN ({o.case})" for o in found if np.isfinite(o.results["F_pulls"])]
-    return {"names": list(FORMULATIONS), "rows": rows, "pulls": pulls,
+    rolled = [o.case for o in found if o.formulation == "bilateral" and o.ending.endswith("rolls over the flange")]
+    return {"names": list(FORMULATIONS), "rows": rows, "pulls": pulls, "rolled": rolled,
             **{key: f"{100*np.nanmax(x):.2g}" if np.isfinite(x).any() else "" for key, x in shares.items()}}
 
 

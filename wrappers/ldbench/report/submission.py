@@ -12,9 +12,9 @@ from tqdm import tqdm
 from .._core.files import write_frame
 from .._core.optional import needed
 from ..plots.document import drawing
+from ..profiles.pressures import full_row
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
-from ..results.summary import summary_row
 from ..viewer import page, results
 from . import abstract, formulations
 from .jobs import (
@@ -115,7 +115,7 @@ def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
 
 def write_summary(runs: Sequence[RunData], target: Path) -> None:
     """One row per run; units in brackets behind the names."""
-    table = pd.DataFrame([summary_row(run) for run in runs])
+    table = pd.DataFrame([full_row(run) for run in runs])
     table.columns = [with_unit(name) for name in table.columns]
     write_frame(table, target)
 

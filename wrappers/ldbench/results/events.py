@@ -1,4 +1,4 @@
-"""What happens in a run: contacts that begin and end, passages of the centre, derailment, impacts."""
+"""Events of a run: contacts that begin and end, passages of the centre, derailment, impacts."""
 from __future__ import annotations
 
 import re
@@ -11,7 +11,7 @@ from .._core.calls import descriptions
 
 
 class Event(NamedTuple):
-    """Something that happened in a run."""
+    """An event of a run."""
 
     t: float                            # [s]
     kind: str                           # 'left flange contact', 'derailment', ...

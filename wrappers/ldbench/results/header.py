@@ -1,4 +1,4 @@
-"""What the comments of a column file say of a run: the case, the profiles, the setup, the results.
+"""The header of a column file: the case, the profiles, the setup and the results in its comments.
 
 The core writes them as namelist groups in comment lines, before and after the rows; a run in memory is told by the same
 lines. A file without these lines, another code's, has an empty header.
@@ -100,7 +100,7 @@ def _plain(line: bytes) -> str:
 
 
 def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
-    """The header that the comment lines before and after the rows tell; an empty one where ldbench has not written them."""
+    """Parse the comment lines before and after the rows. The header is empty if ldbench has not written them."""
     if not (head and (found := re.match(r"ldbench (\S+)$", head[0]))):
         return Header()
     version, name, title = found[1], "", ""

@@ -88,8 +88,8 @@ GROUPS = ("displacements", "velocities", "accelerations", "normal forces", "vert
 
 # How a quantity is shown of which nothing but the SI unit is known, and the SI unit of what is shown.
 SHOWN = {"m": ("mm", MM), "N": ("kN", KN), "N.s": ("kN·s", KN), "m/s2": ("m/s²", 1.0), "rad/s2": ("rad/s²", 1.0), "1": ("", 1.0)}
-SI = {"mm": "m", "kN": "N", "kN·s": "N.s", "mrad": "rad", "mrad/s": "rad/s", "°": "rad", "µs": "s", "m/s²": "m/s2",
-      "rad/s²": "rad/s2", "N·m": "N.m", "": "1"}
+SI = {"mm": "m", "mm²": "m2", "MPa": "Pa", "kN": "N", "kN·s": "N.s", "mrad": "rad", "mrad/s": "rad/s", "°": "rad", "µs": "s",
+      "m/s²": "m/s2", "rad/s²": "rad/s2", "N·m": "N.m", "": "1"}
 
 # Results of a run. Digits below zero stand for an exponent.
 OUTCOME = {
@@ -98,7 +98,7 @@ OUTCOME = {
     "t_first_centre": Quantity("first passage of the centre", "s", 1, digits=6),
     "t_return": Quantity("return to the centre after both flanges", "s", 1, digits=6, short="return to the centre"),
     "t_derailment": Quantity("derailment", "s", 1, digits=6, short="derailment"),
-    "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=3, short="lateral force then"),
+    "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=3, short="lateral force at derailment"),
     "Y_max": Quantity("Y, largest", "mm", MM, short="largest Y"),
     "Y_min": Quantity("Y, smallest", "mm", MM),
     "Z_max": Quantity("Z, largest", "mm", MM, short="largest Z"),
@@ -107,6 +107,11 @@ OUTCOME = {
     "roll_min": Quantity("Φ, smallest", "mrad", 1e3),
     **{f"peak_N_{c}": Quantity(f"peak N, {words}", "kN", KN, digits=2, short=f"peak N, {words}")
        for c, words in CONTACT_NAMES.items()},
+    **{key: value for c in ("LF", "RF") for key, value in {
+        f"pmax_{c}": Quantity(f"largest pressure at the peak of the first contact, {CONTACT_NAMES[c]}", "MPa", 1e-6, digits=0,
+                              short=f"pressure then, {CONTACT_NAMES[c]}"),
+        f"patch_{c}": Quantity(f"area of its patches, {CONTACT_NAMES[c]}", "mm²", 1e6, digits=0,
+                               short=f"area then, {CONTACT_NAMES[c]}")}.items()},
     "n_left_flange_contact": Quantity("contacts of the left flange", "", 1, digits=0),
     "n_right_flange_contact": Quantity("contacts of the right flange", "", 1, digits=0),
     "n_left_wheel_lift_off": Quantity("lift-offs of the left wheel", "", 1, digits=0, short="lift-offs, left wheel"),

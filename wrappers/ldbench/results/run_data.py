@@ -27,11 +27,11 @@ if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes lon
 
 
 class Source(Protocol):
-    """What a run comes from: a file or the core."""
+    """Source of a run: a file or the core."""
 
     @property
     def file(self) -> Path:
-        """The column file, or where it would go."""
+        """Path of the column file, which need not exist."""
 
     @property
     def header(self) -> Header:
@@ -74,7 +74,7 @@ class ColumnFile:
 
 
 class RunData:
-    """A run: what ldbench computed, or what another code's file tells.
+    """A run that ldbench computed, or the contents of another code's file.
 
     A file without ldbench's header has `data` alone: `results` is empty, `events` too, and `case` raises Error.
     """
@@ -107,7 +107,7 @@ class RunData:
 
     @property
     def file(self) -> Path:
-        """The column file, or where the case says that it goes."""
+        """Path of the column file that exists or that the case names."""
         return self._source.file
 
     @property
@@ -131,7 +131,7 @@ class RunData:
 
     @property
     def events(self) -> list[Event]:
-        """What happened, in order of time: the first five events of each kind, a hundred impacts. `results` counts all."""
+        """Events in order of time: the first five of each kind and a hundred impacts. `results` has the numbers of all events."""
         return list(self.header.events)
 
     # Questions -----------------------------------------------------------------------------

@@ -8,16 +8,17 @@ import numpy as np
 from .quantities import CONTACTS, PAIRS
 from .run_data import RunData
 
-# The rows of the table of all runs, by their names in `quantities.OUTCOME`.
+# The rows of the table of all runs, by their names in `quantities.OUTCOME`. Pressures come from `profiles.pressures`.
 SUMMARY = (
     "t_first_LF", "t_first_RF", "t_first_centre", "t_return", "t_derailment", "F_derailment", "Y_max", "Y_min", "Z_max", "Z_min",
-    "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "n_left_flange_contact", "n_right_flange_contact",
+    "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "pmax_LF", "patch_LF", "pmax_RF",
+    "patch_RF", "n_left_flange_contact", "n_right_flange_contact",
     "n_left_wheel_lift_off", "n_right_wheel_lift_off", "drift", "drift_relative", "step", "t")
 
 
 def drift_reference(run: RunData) -> float:
-    """What the energy drift is measured by [J]: the kinetic energy of lateral, vertical and roll
-    motion at the start, or the work of the lateral force where the wheelset starts at rest. NaN without these columns."""
+    """Reference of the relative energy drift [J]: the kinetic energy of lateral, vertical and roll motion
+    at the start, or the work of the lateral force if the wheelset starts at rest. NaN without these columns."""
     if not {"KE_lat", "KE_vert", "KE_roll", "W_ext"}.issubset(run.data):
         return np.nan
     kinetic = sum(run.values(column)[0] for column in ("KE_lat", "KE_vert", "KE_roll"))

@@ -37,7 +37,7 @@ Frame = np.ndarray
 
 
 def check_film(target: Path) -> None:
-    """Find out before the work that the film cannot be written."""
+    """Check before the work that the film can be written."""
     check_ending(target, "a film .mp4 or .gif, or a picture .png", *RATES, PICTURE)
     if target.suffix.lower() == ".mp4":
         encoder()
@@ -75,13 +75,13 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
 
 
 def encoder() -> ModuleType:
-    """What makes H.264 of frames."""
+    """Find the encoder of H.264."""
     return needed("imageio_ffmpeg", "view", "imageio-ffmpeg")
 
 
 @contextmanager
 def mp4_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
-    """Frames to H.264 that every player takes."""
+    """Open a writer of H.264 that every player accepts."""
     size = tuple(int(DPI*x) for x in INCHES)
     writer = encoder().write_frames(str(path), size, fps=rate, codec="libx264", pix_fmt_out="yuv420p", quality=7,
                                          macro_block_size=2, output_params=["-f", "mp4", "-threads", "1"])
@@ -94,7 +94,7 @@ def mp4_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
 
 @contextmanager
 def gif_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
-    """Frames to a GIF that repeats; its colours are those of the first frame and those of lines and arrows."""
+    """Open a writer of a repeating GIF, with the colours of the first frame and of lines and arrows."""
     from PIL import Image
 
     frames: list[Image.Image] = []

@@ -94,7 +94,7 @@ def assumed_profiles(runs: Sequence[RunData], case: Case | None) -> RunData | Ca
 
 
 def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]], cells: int) -> tuple[dict[str, Any], bytes]:
-    """What the page is told of a run, and its columns; its outlines are added to `shapes` unless they are there."""
+    """Collect the data of a run for the page; outlines are added to `shapes` unless they are there already."""
     time, columns = checked(run)
     own = bool(run.header.settings)
     outlines, remark = run_outlines(run, assumed)
@@ -179,7 +179,7 @@ def number(x: float) -> float | None:
 # The file ---------------------------------------------------------------------------------
 
 def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str]) -> str:
-    """The template with everything in its place."""
+    """Fill the template of the page."""
     looks = colours() + (FOLDER/"page.css").read_text(encoding="utf-8")
     script = "(() => {\n\"use strict\";\n" + "\n".join(
         (FOLDER/name).read_text(encoding="utf-8") for name in SCRIPTS) + "})();\n"

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ..profiles.pressures import full_row
 from ..results.header import read_header
 from ..results.quantities import OUTCOME
 from ..results.run_data import RunData, read_data
-from ..results.summary import SUMMARY, summary_row
+from ..results.summary import SUMMARY
 from .page import Cell, Page, make_page
 
 TITLE = "LD benchmark: single wheelset without friction, all results"
@@ -32,7 +33,7 @@ def find_variants(files: Sequence[Path]) -> list[Path]:
 def results_page(runs: Sequence[RunData], variants: Sequence[Path] = ()) -> Page:
     """All runs, the first one shown; `variants` can be laid over the case that they are named after."""
     others = [read_data(file).named(file.stem) for file in variants]
-    rows = [summary_row(run) for run in runs]
+    rows = [full_row(run) for run in runs]
     summary = []
     for key in SUMMARY:
         cells = []
@@ -62,6 +63,8 @@ def moment(run: RunData, row: dict[str, Any], key: str) -> float | None:
     if key.startswith("peak_N_"):
         t = row[f"t_peak_{key.removeprefix('peak_N_')}"]
         return None if t is None or not np.isfinite(t) else float(t)
+    if key.startswith(("pmax_", "patch_")):
+        return row[f"t_pmax_{key.rpartition('_')[2]}"]
     if key == "drift":
         return float(run.time[int(np.nanargmax(np.abs(run.values("E_drift"))))])
     quantity, _, end = key.rpartition("_")

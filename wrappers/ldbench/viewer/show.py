@@ -29,7 +29,7 @@ def view(runs: RunData | str | PathLike[str] | Sequence[RunData | str | PathLike
 
 
 def distinct(runs: Sequence[RunData]) -> list[RunData]:
-    """Runs of one name are told apart: by their contact law, if that does, by their file, or by number."""
+    """Give runs of the same name different names: by contact law, by file, or by number."""
     def apart(names: list[str]) -> bool:
         return len(set(names)) == len(names)
 

@@ -1,0 +1,75 @@
+"""Show the pressure between wheels and rails at one moment of a run: a picture and the numbers.
+
+The picture shows the pressure on the surface developed into the plane, its largest values along and across the
+rail, the patch on the profiles, and Hertz's ellipse with the same force. For runs with the model 'halfspace'.
+
+examples:
+  python -m ldbench pressure outputs/ex2_aw.txt --at 0.0217 --contact LF
+  python -m ldbench pressure outputs/ex2_aw.txt --at 0.0217 -o outputs/pressure.pdf
+"""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from .._core.errors import Error
+from .._core.files import check_ending, check_written
+from ..plots.pressure_page import save_page
+from ..profiles.pressures import run_patches
+from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
+from ..results.run_data import RunData, read_data
+from .options import add_json, add_output, print_json
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="a column file")
+    parser.add_argument("--at", type=float, metavar="S", required=True, help="the moment [s]; the nearest row counts")
+    parser.add_argument("--contact", choices=tuple(CONTACT_NAMES),
+                        help="one contact: left or right, tread or flange (default: all that are closed)")
+    add_output(parser, "the picture, .pdf or .png", default="ldbench_pressure.pdf")
+    add_json(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    check_ending(args.output, "a picture .pdf or .png", ".pdf", ".png")
+    check_written([args.output], [args.file])
+    run = read_data(args.file)
+    k = row_at(run, args.at)
+    contacts = [args.contact] if args.contact else list(CONTACT_NAMES)
+    patches = run_patches(run, k, contacts)
+    if not patches:
+        closed = [name for name in CONTACT_NAMES if f"N_{name}" in run.data and run.values(f"N_{name}")[k] > 0]
+        where = f"{args.file}, t = {run.time[k]:.6f} s"
+        if args.contact in closed:
+            raise Error(f"{where}: expected pressure in {args.contact}, found none: pressed together with the tread, the flange "
+                        "carries nothing")
+        raise Error(f"{where}: expected {args.contact or 'a contact'} closed, found {', '.join(closed) or 'all contacts open'}")
+    save_page(run, k, patches, args.output)
+    if args.json:
+        print_json({"time": run.time[k], "patches": [patch.facts() for patch in patches], "picture": str(args.output)})
+        return 0
+    print(f"{run.name}: t = {run.time[k]:.6f} s")
+    for patch in patches:
+        print(f"{CONTACT_NAMES[patch.contact]}: {KN*patch.force:.2f} kN, largest pressure {1e-6*patch.largest:.0f} MPa, "
+              f"mean {1e-6*patch.mean:.0f} MPa",
+              f"  area {1e6*patch.area:.1f} mm², {2e3*patch.half_x:.2f} mm along the rail, {2e3*patch.half_s:.2f} mm across it, "
+              f"overlap {MM*patch.approach:.4f} mm",
+              f"  centre in the track at y {MM*patch.centre[0]:.3f} mm, z {MM*patch.centre[1]:.3f} mm, contact angle "
+              f"{DEG*patch.angle:.1f}°", sep="\n")
+        if patch.hertz:
+            print(f"  Hertz's ellipse with this force: {2e3*patch.hertz.half_x:.2f} mm x {2e3*patch.hertz.half_s:.2f} mm, "
+                  f"{1e-6*patch.hertz.largest:.0f} MPa")
+    print(args.output)
+    return 0
+
+
+def row_at(run: RunData, time: float) -> int:
+    """The row nearest to a time; Error where the run does not go there."""
+    t = run.time
+    if not t[0] <= time <= t[-1]:
+        raise Error(f"{run.file}, --at {time:g}: expected a time from {t[0]:g} to {t[-1]:g} s, found another")
+    return int(np.abs(t - time).argmin())

@@ -1,0 +1,131 @@
+"""The picture of the pressure between wheels and rails at one moment: developed surface, cuts, cross-section."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse, Polygon
+
+from .._core.files import complete
+from ..pressure import Patch
+from ..profiles.outlines import Outlines, pose, run_outlines, turned
+from ..profiles.pressures import hardest
+from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
+from ..results.run_data import RunData
+from .frame import caption, label_x, label_y, new_page
+from .sections import RAIL_GREY
+from .style import BLACK, BLUE, DASHED, GREEN, PAGE, RED, ldbench_style
+
+MPA = 1e-6
+LEVELS = 10             # of the contours
+REACH = 16.0            # of the cross-section, upwards and downwards [mm]
+WIDEST = 2.2            # cross-section, its width over its height
+HAIR = 7.0              # of the largest pressure in the cross-section [mm]
+
+
+def pressure_page(run: RunData, k: int, patches: Sequence[Patch]) -> Figure:
+    """A column for each contact: developed surface, cuts through the largest pressure, cross-section."""
+    contacts = {name: list(found) for name, found in groupby(patches, key=lambda patch: patch.contact)}
+    figure = new_page(f"{run.heading}: pressure at t = {run.time[k]:.6f} s", run.header.title,
+                      "pressure of elastic half-spaces on the surface developed into the plane: x along the rail, s along the "
+                      "wheel's profile towards the field side; dashed: Hertz's ellipse with the same force and the curvatures "
+                      f"where the bodies overlap most\n{caption(run)}")
+    axes = figure.subplots(3, len(contacts), squeeze=False, gridspec_kw={
+        "left": 0.06, "right": 0.96, "top": 0.85, "bottom": 0.135, "hspace": 0.3, "wspace": 0.3,
+        "height_ratios": [1, 0.85, 1]})
+    outlines, _ = run_outlines(run)
+    for (contact, found), (surface, cuts, section) in zip(contacts.items(), axes.T, strict=True):
+        draw_surface(figure, surface, found)
+        draw_cuts(cuts, found)
+        if outlines is None:
+            section.set_visible(False)
+        else:
+            draw_section(section, found, outlines, pose(run, k))
+        column = cuts.get_position()
+        figure.text(column.x0, 0.925, "\n".join([CONTACT_NAMES[contact], *map(words, found)]), fontsize=7, va="top",
+                    linespacing=1.4)
+    return figure
+
+
+def words(patch: Patch) -> str:
+    """What there is to say of a patch, in two lines."""
+    hertz = f", Hertz {MPA*patch.hertz.largest:.0f} MPa on {1e6*patch.hertz.area:.0f} mm²" if patch.hertz else ""
+    return (f"{KN*patch.force:.1f} kN on {1e6*patch.area:.0f} mm², contact angle {DEG*patch.angle:.1f}°\n"
+            f"largest {MPA*patch.largest:.0f} MPa, mean {MPA*patch.mean:.0f} MPa{hertz}")
+
+
+def draw_surface(figure: Figure, ax: Axes, patches: Sequence[Patch]) -> None:
+    """Pressed elements over x and s, contours of pressure, and Hertz's ellipses."""
+    largest = MPA*hardest(patches).largest
+    for patch in patches:
+        colours = ax.pcolormesh(MM*patch.x, MM*patch.s, np.ma.masked_equal(MPA*patch.p.T, 0), cmap="cividis", vmin=0,
+                                vmax=largest, shading="nearest")
+        ax.contour(MM*patch.x, MM*patch.s, MPA*patch.p.T, largest*np.arange(1, LEVELS)/LEVELS, colors="white", linewidths=0.3)
+        if patch.hertz:
+            ax.add_artist(Ellipse((0, MM*patch.s_deepest), 2*MM*patch.hertz.half_x, 2*MM*patch.hertz.half_s, fill=False,
+                                  edgecolor=RED, linestyle=DASHED, linewidth=1.1))
+    half_x = max(max(patch.half_x, patch.hertz.half_x if patch.hertz else 0.0) for patch in patches)
+    ends = [end for patch in patches for end in (
+        *patch.s_ends, *((patch.s_deepest - patch.hertz.half_s, patch.s_deepest + patch.hertz.half_s) if patch.hertz else ()))]
+    spare = 0.05*(max(ends) - min(ends))
+    ax.set(xlim=(-1.05*MM*half_x, 1.05*MM*half_x), ylim=(MM*(min(ends) - spare), MM*(max(ends) + spare)))
+    ax.set_aspect("equal", adjustable="box")
+    ax.grid(False)
+    figure.colorbar(colours, ax=ax, location="right", pad=0.02, aspect=12, fraction=0.06).set_label("pressure [MPa]")
+    label_x(ax, "x along the rail [mm]")
+    label_y(ax, "s [mm]", left=28)
+
+
+def draw_cuts(ax: Axes, patches: Sequence[Patch]) -> None:
+    """The pressure along the rail and along the profile through the largest one, from there."""
+    patch = hardest(patches)
+    i, j = np.unravel_index(int(patch.p.argmax()), patch.p.shape)
+    ax.plot(MM*patch.x, MPA*patch.p[:, j], color=BLUE, linewidth=1.1, label="along the rail")
+    ax.plot(MM*(patch.s - patch.s_deepest), MPA*patch.p[i], color=GREEN, linewidth=1.1, label="along the profile")
+    if patch.hertz:
+        share = np.linspace(-1, 1, 201)
+        for half, colour in (patch.hertz.half_x, BLUE), (patch.hertz.half_s, GREEN):
+            ax.plot(MM*half*share, MPA*patch.hertz.largest*np.sqrt(1 - share**2), color=colour, linestyle=DASHED, linewidth=0.8)
+    ax.set_ylim(bottom=0)
+    ax.margins(x=0.03)
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
+    label_x(ax, "from the largest overlap [mm]")
+    label_y(ax, "pressure [MPa]", left=30)
+
+
+def draw_section(ax: Axes, patches: Sequence[Patch], outlines: Outlines, at: tuple[float, float, float]) -> None:
+    """Wheel and rail around the patches, with the pressure at x = 0 as a crest on the wheel."""
+    right = patches[0].contact.startswith("R")
+    side, sign = outlines.sides[right]
+    wheel = turned(side.wheel*[sign, 1], *at)
+    ax.add_artist(Polygon(MM*side.rail*[sign, 1], facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7))
+    ax.plot(*MM*wheel.T, color=BLACK, linewidth=0.9)
+    scale = HAIR/hardest(patches).largest
+    for patch in patches:
+        track, along = MM*patch.track, np.gradient(patch.track, axis=0)
+        normal = sign*np.stack([-along[:, 1], along[:, 0]], axis=1)/np.linalg.norm(along, axis=1)[:, None]
+        crest = track + scale*patch.p[len(patch.x)//2][:, None]*normal
+        ax.add_artist(Polygon(np.vstack([track, crest[::-1]]), facecolor=BLUE, alpha=0.35, linewidth=0))
+        pressed = patch.p.max(axis=0) > 0
+        ax.plot(*track[pressed].T, color=RED, linewidth=2.0, solid_capstyle="butt")
+    centre = MM*np.mean([patch.centre for patch in patches], axis=0)
+    apart = max(MM*abs(patch.centre[0] - patches[0].centre[0]) for patch in patches)
+    place = ax.get_position()
+    height = REACH + apart
+    width = height*min(place.width/place.height*PAGE[0]/PAGE[1], WIDEST)
+    ax.set(xlim=(centre[0] + width, centre[0] - width), ylim=(centre[1] - height, centre[1] + height))
+    ax.set_aspect("equal", adjustable="box")
+    label_x(ax, "y in the track [mm]")
+    label_y(ax, "z [mm]", left=28)
+
+
+def save_page(run: RunData, k: int, patches: Sequence[Patch], target: Path) -> None:
+    """Write the picture, a .pdf or a .png."""
+    with ldbench_style(), complete(target) as scratch:
+        page = pressure_page(run, k, patches)
+        page.savefig(scratch, format=target.suffix[1:].lower(), dpi=110,
+                     **({"metadata": {"CreationDate": None}} if target.suffix.lower() == ".pdf" else {}))

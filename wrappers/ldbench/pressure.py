@@ -1,0 +1,193 @@
+"""Pressed patches of wheels and rails in one pose, by the model 'halfspace'."""
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ._core import _flat
+from ._core.calls import Handle
+from ._core.errors import Error
+from .case import Case
+
+CONTACTS = "LT", "LF", "RT", "RF"       # left and right tread and flange, as in the columns
+MOST_PATCHES = 4                        # of one contact
+TOGETHER = 3                            # tread and flange, in the core
+ELEMENTS = 48                           # over the length of a patch along the profile
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """The ellipse of Hertz's theory with a patch's force and the curvatures where the undeformed bodies overlap most."""
+
+    half_x: float       # semi-axis in rolling direction [m]
+    half_s: float       # semi-axis along the profile [m]
+    largest: float      # pressure [Pa]
+
+    @property
+    def area(self) -> float:
+        """Area [m²]."""
+        return float(np.pi*self.half_x*self.half_s)
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A pressed patch on the surface developed into the plane (x rolling direction, s along the wheel's profile, from the
+    first point of the profile on the flange's back, towards the field side)."""
+
+    contact: str                    # 'LT', 'LF', 'RT' or 'RF'
+    x: np.ndarray                   # centres of elements (n_x,) [m], 0 at the axle
+    s: np.ndarray                   # centres of elements (n_s,) [m]
+    p: np.ndarray                   # pressure on the elements (n_x, n_s) [Pa]
+    wheel: np.ndarray               # the wheel's points at s, from the axle centre, in the frame of the wheelset (n_s, 2) [m]
+    track: np.ndarray               # the wheel's points at s in the frame of the track (n_s, 2) [m]
+    half_x: float                   # half of the length of the patch in rolling direction [m]
+    s_ends: tuple[float, float]     # ends of the patch along the profile [m]
+    approach: float                 # largest overlap of the undeformed bodies [m]
+    s_deepest: float                # where that is [m]
+    angle: float                    # contact angle there, positive on flanges of both sides, as in the columns [rad]
+    force: float                    # integral of the pressure [N]
+    energy: float                   # elastic energy of all patches of the contact [J]
+    hertz: Ellipse | None           # None where the bodies conform
+
+    @property
+    def half_s(self) -> float:
+        """Half of the length of the patch along the profile [m]."""
+        return (self.s_ends[1] - self.s_ends[0])/2
+
+    @cached_property
+    def s_centre(self) -> float:
+        """Mean of s, weighted by the pressure [m]."""
+        return float((self.p.sum(axis=0)*self.s).sum()/self.p.sum())
+
+    @cached_property
+    def centre(self) -> tuple[float, float]:
+        """The centre of pressure on the wheel's profile in the frame of the track, y and z [m]."""
+        return self._at(self.track, self.s_centre)
+
+    @cached_property
+    def centre_wheel(self) -> tuple[float, float]:
+        """The centre of pressure on the wheel's profile, from the axle centre, in the frame of the wheelset, y and z [m]."""
+        return self._at(self.wheel, self.s_centre)
+
+    def _at(self, points: np.ndarray, s: float) -> tuple[float, float]:
+        y, z = (float(np.interp(s, self.s, column)) for column in points.T)
+        return y, z
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest pressure [Pa]. The squares of the pressures around the largest one make a parabola in x and one in s, as
+        in an ellipse."""
+        squares = self.p**2
+        i, j = np.unravel_index(int(squares.argmax()), squares.shape)
+        tops = (_top(line, k) for line, k in ((squares[:, j], int(i)), (squares[i], int(j))))
+        return float(np.sqrt(sum(tops) - squares[i, j]))
+
+    @cached_property
+    def area(self) -> float:
+        """Area under pressure [m²]. The square of the pressure falls linearly to the edge of the patch."""
+        half = self.p[len(self.x)//2:]
+        dx, ds = self.x[1] - self.x[0], self.s[1] - self.s[0]
+        return float(2*dx*ds*sum(_reach(column) for column in half.T))
+
+    @property
+    def mean(self) -> float:
+        """Mean pressure [Pa]."""
+        return self.force/self.area
+
+    def facts(self) -> dict[str, object]:
+        """The numbers, SI units."""
+        hertz = self.hertz and {"half_x": self.hertz.half_x, "half_s": self.hertz.half_s, "area": self.hertz.area,
+                                "largest": self.hertz.largest}
+        return {"contact": self.contact, "force": self.force, "energy": self.energy, "largest": self.largest, "mean": self.mean,
+                "area": self.area, "half_x": self.half_x, "half_s": self.half_s, "approach": self.approach, "angle": self.angle,
+                "centre": self.centre, "centre_wheel": self.centre_wheel, "s_centre": self.s_centre, "s_ends": self.s_ends,
+                "hertz": hertz}
+
+
+def _top(squares: np.ndarray, k: int) -> float:
+    """The top of the parabola through the value k and its neighbours."""
+    if not 0 < k < len(squares) - 1:
+        return float(squares[k])
+    before, here, after = squares[k - 1:k + 2]
+    bend = before - 2*here + after
+    return float(here - (after - before)**2/(8*bend)) if bend < 0 else float(here)
+
+
+def _reach(column: np.ndarray) -> float:
+    """How many elements from x = 0 on are pressed, and a part of the next one."""
+    pressed = np.flatnonzero(column > 0)
+    if not pressed.size:
+        return 0.0
+    k = int(pressed[-1])
+    beyond = 0.5
+    if k > 0 and column[k - 1] > column[k]:
+        beyond = min(column[k]**2/(column[k - 1]**2 - column[k]**2), 0.9)
+    return k + 0.5 + float(beyond)
+
+
+def check_model(case: Case) -> None:
+    """Error where a case has no pressures."""
+    for name, value, wanted in (("formulation", case.formulation, "elastic"), ("model", case.model, "halfspace")):
+        if value != wanted:
+            raise Error(f"{case.label}, &contact {name}: expected '{wanted}', which has pressures, found '{value}'")
+
+
+def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[str] = CONTACTS,
+          elements: int = ELEMENTS) -> list[Patch]:
+    """The patches of some contacts in a pose: axle centre y, z [m], roll angle [rad], track frame.
+
+    `handle` holds the geometry of `case`. A patch has `elements` over its length along the profile and half as many in rolling
+    direction. Tread and flange of a wheel are pressed apart, as in the contact table, but where the undeformed bodies overlap at
+    their border: the table cuts the overlap there, and a cut would show as a pressure without bound. Pressed together, a patch
+    is the tread's or the flange's by its centre, and counts for both where it reaches over the border.
+    """
+    check_model(case)
+    if elements < 8 or elements % 4:
+        raise ValueError(f"expected a multiple of 4 elements, at least 8, found {elements}")
+    found = []
+    for side, names in ("left", CONTACTS[:2]), ("right", CONTACTS[2:]):
+        for number, name in enumerate(names, 1):
+            if name not in contacts:
+                continue
+            patches, border, across = _press_part(handle, case, pose, side, number, name, elements)
+            if not across:
+                found += patches
+                continue
+            together, _, _ = _press_part(handle, case, pose, side, TOGETHER, name, elements)
+            for patch in together:
+                mine = dataclasses.replace(patch, contact=names[patch.s_centre < border])
+                over = patch.s_ends[0] < border < patch.s_ends[1]
+                known = any(other.contact in names and other.s_ends == mine.s_ends for other in found)
+                if (mine.contact == name or over) and not known:
+                    found.append(mine)
+    return found
+
+
+def _press_part(handle: Handle, case: Case, pose: Sequence[float], side: str, number: int, name: str,
+                elements: int) -> tuple[list[Patch], float, bool]:
+    """The patches of a wheel's tread (1), flange (2) or both together (3); s of the border of both [m], and whether the
+    undeformed bodies overlap there."""
+    y, z, roll = (float(number) for number in pose)
+    turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
+    sign = 1 if side == "left" else -1
+    n, ok, p, point, facts, total = _flat.pressures(handle, 1 if side == "left" else 2, number, np.array([y, z, roll]),
+                                                    elements//4, elements, MOST_PATCHES)
+    if not ok:
+        raise Error(f"{case.label}: expected pressures in the pose y = {y} m, z = {z} m, roll = {roll} rad, found a half-space "
+                    "solution that does not converge")
+    found = []
+    for k in range(n):
+        dx, ds, low, half_x, first, last, approach, deepest, _, _, angle, force, *hertz = facts[:, k].tolist()
+        if not force > 0:
+            continue
+        half = (np.arange(elements//4) + 0.5)*dx
+        wheel = point[:, :, k].T*[sign, 1]
+        found.append(Patch(
+            name, np.concatenate([-half[::-1], half]), low + (np.arange(elements) + 0.5)*ds,
+            np.concatenate([p[::-1, :, k], p[:, :, k]]), wheel, wheel @ turn + [y, z], half_x, (first, last), approach, deepest,
+            angle, force, float(total[3]), Ellipse(*hertz) if hertz[2] > 0 else None))
+    return found, float(total[4]), bool(total[5])

@@ -1,0 +1,80 @@
+"""Pressures in a run: the patches at a row, and at the peak of the first contact of each flange."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from .._core.errors import Error
+from ..pressure import CONTACTS, ELEMENTS, Patch, press
+from ..results.run_data import RunData
+from ..results.summary import summary_row
+from ..table import rigid_geometry
+from .outlines import fits, pose, stated_profile
+
+FLANGES = "LF", "RF"
+
+_known: WeakKeyDictionary[RunData, dict[str, Any]] = WeakKeyDictionary()
+
+
+def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elements: int = ELEMENTS) -> list[Patch]:
+    """The patches of some contacts at row k. Error where the run has no pressures: of another law of contact, of a file without
+    ldbench's header, with profiles that are not there or have changed."""
+    case = run.case
+    changed = [file for name, file in case.profile_files().items() if Path(file).is_file()
+               and not fits(Path(file), stated_profile(run, name))]
+    if changed:
+        raise Error(f"{changed[0]}: expected the profile of the run {run.file}, found one that has changed since")
+    return press(rigid_geometry(case), case, pose(run, k), contacts, elements)
+
+
+def first_peak(run: RunData, contact: str) -> int | None:
+    """The row of the largest normal force while a contact is closed for the first time; None where it stays open."""
+    if f"N_{contact}" not in run.data:
+        return None
+    force = run.values(f"N_{contact}")
+    closed = force > 0
+    if not closed.any():
+        return None
+    first = int(np.argmax(closed))
+    opened = int(closed[first:].argmin())
+    return first + int(np.argmax(force[first:first + opened] if opened else force[first:]))
+
+
+def hardest(patches: Sequence[Patch]) -> Patch:
+    """The patch with the largest pressure."""
+    return max(patches, key=lambda patch: patch.largest)
+
+
+def full_row(run: RunData) -> dict[str, Any]:
+    """The row of the table of all runs, with its pressures."""
+    return summary_row(run) | first_pressures(run)
+
+
+def first_pressures(run: RunData) -> dict[str, Any]:
+    """Largest pressure [Pa], area of all patches [m²] and time [s] at the peak of the first contact of each flange, for the
+    table of all runs; None where there is no contact, or no pressure is known, or the tread's patch only reaches over to the
+    flange. A run is solved once."""
+    if run not in _known:
+        _known[run] = _solve_first(run)
+    return _known[run]
+
+
+def _solve_first(run: RunData) -> dict[str, Any]:
+    row: dict[str, Any] = {}
+    for contact in FLANGES:
+        row |= {f"pmax_{contact}": None, f"patch_{contact}": None, f"t_pmax_{contact}": None}
+        k = first_peak(run, contact)
+        if k is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+            continue
+        try:
+            patches = [patch for patch in run_patches(run, k, [contact]) if patch.contact == contact]
+        except Error:           # the profiles are not those of the run, or not there
+            continue
+        if patches:
+            row |= {f"pmax_{contact}": hardest(patches).largest, f"patch_{contact}": sum(patch.area for patch in patches),
+                    f"t_pmax_{contact}": float(run.time[k])}
+    return row
