@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from running import CASES, HANG, LDBENCH, REPO, LongProgram, Run, for_all_cases, once, read_shipped, run_shipped
+from running import CASES, HANG, LDBENCH, PAIRS, REPO, LongProgram, Run, for_all_cases, once, read_shipped, run_shipped
 
 # A shell makes what it starts in the background ignore Ctrl-C, and so would the programs that tests interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -63,6 +63,20 @@ def long_programs(request: pytest.FixtureRequest, common: Path) -> Iterator[dict
     yield programs
     for process in begun:
         process.wait(HANG)          # another worker may wait for it
+
+
+@pytest.fixture(scope="session")
+def strip_tables(common: Path) -> dict[str, Path]:
+    """Files of the strips' contact tables of both pairs of profiles, as fine as those of the shipped inputs."""
+    folder = common / "strips"
+    files = {pair: folder / f"{pair}_strip.table" for pair in PAIRS}
+    with once(folder) as first:
+        if first:
+            from ldbench import Case, ContactTable  # programs that only start the executable need no package
+
+            for pair, file in files.items():
+                assert not ContactTable(Case.exercise(2, pair).replace(model="strip", table_file=file)).found
+    return files
 
 
 @pytest.fixture(scope="session")

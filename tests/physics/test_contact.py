@@ -40,10 +40,9 @@ def case(pair: str, shipped: dict[str, Run], tmp_path_factory: pytest.TempPathFa
 
 
 @pytest.fixture(scope="module")
-def strip_case(pair: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def strip_case(pair: str, strip_tables: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A case with the strips' contact law."""
-    folder = tmp_path_factory.mktemp("strips")
-    return write_case(folder, pair, folder / "strip.table", contact={"model": "strip"})
+    return write_case(tmp_path_factory.mktemp("strips"), pair, strip_tables[pair], contact={"model": "strip"})
 
 
 @pytest.fixture(scope="module")

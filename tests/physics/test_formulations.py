@@ -486,7 +486,7 @@ def test_executable_and_wrapper_agree(name: str, tmp_path: Path):
     c = columns(tmp_path / "ex2_sw.txt")
     assert list(c)[-5:] == ["P_LT", "P_LF", "P_RT", "P_RF", "E_lost"]
     words = header(tmp_path / "ex2_sw.txt")
-    assert "not used with it: &material" in words
+    assert "this formulation does not use &material" in words
     assert "changes = 'roll_rate = 0.0168" in words
 
 

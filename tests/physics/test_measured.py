@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import shapes
-from running import FORTRAN_TESTS, HANG, columns, header, refusal, run_case, short_case
+from ldbench.profiles.inspect import inspect
+from running import FORTRAN_TESTS, HANG, REPO, columns, header, refusal, run_case, short_case
 
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
 
@@ -20,12 +21,12 @@ def run(folder: Path, wheel: str, rail: str, **profiles: object) -> tuple[float,
     (folder / "rail").write_text(rail)
     # Fast enough to reach a flange.
     text = short_case(folder, profiles={"wheel_profile": folder / "wheel", "rail_profile": folder / "rail"} | profiles,
-                      initial={"vY": 2.0, "roll_rate": 0.0667}, integrator={"dt": 1e-4, "t_end": 8e-3})
+                      contact={"model": "strip"}, initial={"vY": 2.0, "roll_rate": 0.0667}, integrator={"dt": 1e-4, "t_end": 8e-3})
     done = run_case(text, folder)
     assert done.returncode == 0, done.stderr
     said = header(folder / "columns.txt")
     for line in re.findall(r"^\w+ profile: .*(?:mended|turned|MiniProf|SIMPACK|in m\b).*$", said, re.M):
-        assert line in done.stdout          # what the header says of a file, the summary says too
+        assert line in " ".join(done.stdout.split())      # what the header says of a file, the summary says too, in lines of 100
     clearance = float(re.search(r"clearance \[mm\]: 2 x (\S+)", done.stdout)[1])
     return clearance, columns(folder / "columns.txt")["Y"], said
 
@@ -105,6 +106,61 @@ def test_repeated_points_and_small_ways_back_are_mended(clean, tmp_path):
     off = re.search(r"points mended: 1 off the curve by up to (\S+) mm dropped, 2 that doubled back moved by up to 0.25 mm",
                     said)
     assert off and 0.5 < float(off[1]) < 1.1
+
+
+@pytest.mark.parametrize("name", ["awprof", "arprof", "swprof", "srprof", "s1002", "60e1"])
+def test_exact_points_are_interpolated(name):
+    """Points of the shipped files, exact but for their last decimals, need no smoothing."""
+    found = inspect(REPO / "profiles" / f"{name}.yz")
+    assert found.smoothing == 0
+    assert np.array_equal(found.smooth.curvature, found.rough.curvature)
+
+
+@pytest.mark.parametrize("noise", [0.0005, 0.003, 0.02])
+def test_the_curve_keeps_the_noise_of_its_points(noise, tmp_path):
+    """Without a smoothing the curve is smoothed by the noise, neither more nor less; the run tells it."""
+    wheel, rail = (shapes.noisy(shapes.shape(name), noise, seed) for seed, name in enumerate(("awprof", "arprof")))
+    for name, points in ("wheel", wheel), ("rail", rail):
+        (tmp_path / name).write_text(shapes.rows(points))
+        assert inspect(tmp_path / name).smoothing == pytest.approx(noise, rel=0.15)
+    _clearance, _y, said = run(tmp_path / "run", **files(wheel=wheel, rail=rail))
+    told = [float(x) for x in re.findall(r"^\w+ profile: .*; smoothed by (\S+) mm$", said.replace("# ", ""), re.M)]
+    assert told == pytest.approx([noise, noise], rel=0.15, abs=6e-5)
+    assert "smoothing_mm of at least" not in said
+
+
+def wavy(points: np.ndarray, height: float, length: float) -> np.ndarray:
+    """A profile's points with waves of a height and a length [mm] across the curve."""
+    way = np.gradient(points, axis=0)
+    across = way[:, ::-1]*[-1, 1]/np.hypot(*way.T)[:, None]
+    s = np.r_[0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
+    return points + height*np.sin(2*np.pi*s/length)[:, None]*across
+
+
+def test_waves_shorter_than_a_contact_are_smoothed(tmp_path):
+    """Waves of 6 mm have 22 per metre of curvature at 20 um, which would part every patch; those of 40 mm are the shape."""
+    clean = inspect(REPO / "profiles/s1002.yz", "wheel")
+    for name, height, length in ("short", 0.02, 6.0), ("long", 0.02, 40.0):
+        (tmp_path / name).write_text(shapes.rows(wavy(np.loadtxt(REPO / "profiles/s1002.yz"), height, length).round(6)))
+        found = inspect(tmp_path / name, "wheel")
+        tread = (found.smooth.y > 0.06) & (found.smooth.y < 0.11)
+        waves = found.smooth.curvature[tread] - np.interp(found.smooth.y[tread], clean.smooth.y, clean.smooth.curvature)
+        size = np.sqrt(2*np.mean(waves**2))         # amplitude [1/m]
+        if name == "long":
+            assert found.smoothing == 0
+            assert size == pytest.approx(1e-3*height*(2e3*np.pi/length)**2, rel=0.1)
+        else:
+            assert 0.002 < found.smoothing < 0.04
+            assert size < 2
+
+
+def test_less_smoothing_than_the_points_need_is_told(tmp_path):
+    wheel = shapes.rows(shapes.noisy(shapes.shape("awprof"), 0.01, 1))
+    rail = shapes.rows(shapes.shape("arprof"))
+    for smoothing, told in (0.0, True), (0.005, True), (0.01, False), (-1.0, False):
+        said = run(tmp_path / str(smoothing), wheel, rail, smoothing_mm=smoothing)[2]
+        assert ("wheel: expected &profiles smoothing_mm of at least 0.0" in said) == told
+        assert "rail: expected &profiles smoothing_mm" not in said
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.03])

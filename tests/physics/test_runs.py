@@ -82,7 +82,7 @@ def test_exercise_4(pair: str, shipped: dict[str, Run]):
     assert first_event(run, "left flange contact") < first_event(run, "right flange contact")
     assert 3e6 < run.columns["N_LF"].max() < 6e6
     assert ending(run) == "return to the centre after both flanges"
-    assert run.columns["Y"][-2]*run.columns["Y"][-1] <= 0
+    assert abs(run.columns["Y"][-2]) < 1e-12 or run.columns["Y"][-2]*run.columns["Y"][-1] <= 0
     assert ("right flange over rail" in re.findall(r"t = \S+ s  (.*)", run.summary)) == (pair == "aw")
     assert "derailment" not in run.summary and "n_derailment = 0" in run.header
 
@@ -305,7 +305,7 @@ def test_hertz_runs(hertz_runs: tuple[str, Path]):
         assert np.abs(c["E_drift"]).max() < 1e-6*(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0]
 
 
-def test_hertz_tread_force(hertz_runs: tuple[str, Path], shipped: dict[str, Run], tmp_path: Path):
+def test_hertz_tread_force(hertz_runs: tuple[str, Path], shipped: dict[str, Run], strip_tables: dict[str, Path], tmp_path: Path):
     """On the treads, of constant curvature, both models give the same force within 0.5 %."""
     pair, folder = hertz_runs
     run = shipped[f"ex1_{pair}"]
@@ -313,7 +313,7 @@ def test_hertz_tread_force(hertz_runs: tuple[str, Path], shipped: dict[str, Run]
     on_treads = np.flatnonzero((c["N_LF"] == 0) & (c["N_RF"] == 0) & (c["N_LT"] > 1e4) & (c["N_RT"] > 1e4))[::20]
     assert len(on_treads) > 100
     force = []
-    for model, table in (("hertz", folder / f"{pair}_hertz.table"), ("strip", folder / f"{pair}_strip.table")):
+    for model, table in (("hertz", folder / f"{pair}_hertz.table"), ("strip", strip_tables[pair])):
         state = contact_states(write_case(tmp_path, pair, table, contact={"model": model}), poses(run)[on_treads])
         force.append(np.hypot(state.gradient[:, ::2, 0], state.gradient[:, ::2, 1]))
     difference = np.abs(force[0]/force[1] - 1)

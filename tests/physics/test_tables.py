@@ -8,17 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import running
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.run_data import read_data
 from ldbench.table import Accuracy
 from probes import TAPER, left_rail, left_wheel, probe, table_file, tangent_angles, text, turned, write_case
-from running import HANG, LDBENCH, PAIRS, REPO, Run, columns, header, refusal, rows, run_case, short_case
+from running import HANG, LDBENCH, PAIRS, REPO, Run, columns, header, refusal, rows, run_case
 from shapes import arcs, shape
 
 PLACES = "tread", "flange", "both", "going over"
 MODELS = "strip", "halfspace"
 COARSE = {"n_lateral": 40, "n_roll": 9, "n_depth": 9}
+LARGEST = {"n_lateral": 360, "n_roll": 160, "n_depth": 40}      # the default
 
 
 @pytest.fixture(scope="module")
@@ -26,9 +28,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("tables")
 
 
-def table_case(pair: str, model: str, shipped: dict[str, Run], folder: Path) -> Case:
-    """A case with the table of the shipped inputs, or one of strips that the module's tests share."""
-    file = table_file(shipped, pair) if model == "halfspace" else folder / f"{pair}_strip.table"
+def short_case(folder: Path, **changes: dict[str, object]) -> str:
+    """A short case with strips, whose table states its error."""
+    return running.short_case(folder, **{"contact": {"model": "strip"}} | changes)
+
+
+def table_case(pair: str, model: str, shipped: dict[str, Run], strip_tables: dict[str, Path]) -> Case:
+    """A case with the table of the shipped inputs, or one of strips that the tests share."""
+    file = table_file(shipped, pair) if model == "halfspace" else strip_tables[pair]
     return Case.exercise(2, pair).replace(model=model, table_file=file)
 
 
@@ -60,10 +67,11 @@ def drawn(pair: str, n: int) -> np.ndarray:
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("pair", PAIRS)
-def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dict[str, Run], folder: Path):
+def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dict[str, Run], strip_tables: dict[str, Path],
+                                             folder: Path):
     """2000 poses in service, drawn here and evaluated directly on finer elements, have the stated rms errors
     within a factor of 2."""
-    case = table_case(pair, model, shipped, folder)
+    case = table_case(pair, model, shipped, strip_tables)
     accuracy = ContactTable(case).accuracy
     poses = drawn(pair, 40000)
     file = write_case(folder / f"{pair}_{model}", pair, Path(case.table_file), contact={"model": model})
@@ -79,10 +87,11 @@ def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dic
     assert all(0.5 < rms < 2 for rms, _ in figures.values()), figures
 
 
-def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], folder: Path, capsys: pytest.CaptureFixture[str]):
+def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], strip_tables: dict[str, Path], folder: Path,
+                                          capsys: pytest.CaptureFixture[str]):
     """Summary, header, the table file as Python reads it, and `python -m ldbench table`."""
     run = shipped["ex2_aw"]
-    case = table_case("aw", "halfspace", shipped, folder)
+    case = table_case("aw", "halfspace", shipped, strip_tables)
     accuracy = ContactTable(case).accuracy
     assert tuple(accuracy) == PLACES and all(error.poses >= 20 for error in accuracy.values())
     told_by_file = read_data(run.file).header.table_errors
@@ -117,9 +126,9 @@ def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path, cap
     assert main(["table", str(file)]) == 0
     told = capsys.readouterr().out
     assert ContactTable(Case.from_namelist(file)).solutions == (1000, 3, 2)
-    for words in done.stdout, header(tmp_path / "columns.txt"), told:
+    for words in (" ".join(printed.split()) for printed in (done.stdout, header(tmp_path / "columns.txt"), told)):
         assert "contact table: 3 of 1000 half-space solutions did not converge; see whether" in words, words
-        assert re.search(r"contact table: 2 .*that its error is measured by did not converge", words), words
+        assert re.search(r"contact table: 2 .*that its error is measured by did not converge; the stated", words), words
         assert "contact table: expected contacts that push in service, found 7 points" in words, words
 
 
@@ -134,24 +143,23 @@ def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
 
 
 # ---- accuracy ------------------------------------------------------------------------
-WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.001 in service, reached (\S+)"
+WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.002 in service, reached (\S+)"
 
 
 def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):
     done = run_case(short_case(tmp_path, table=COARSE), tmp_path)
     assert done.returncode == 0, done.stderr
-    worst, = re.findall(WARNING, done.stdout)
+    worst, = re.findall(WARNING, " ".join(done.stdout.split()))
     assert float(worst) == max(float(rms) for place, (rms, _) in stated(done.stdout).items() if place != "going over")
-    assert float(worst) > 1e-3 and len(columns(tmp_path / "columns.txt")["time"]) == 21
+    assert float(worst) > 2e-3 and len(columns(tmp_path / "columns.txt")["time"]) == 21
     done = run_case(short_case(tmp_path, table=COARSE | {"accuracy": 0.5}), tmp_path)
     assert done.returncode == 0 and "warning" not in done.stdout + done.stderr
 
 
-def test_a_table_that_is_exact_enough_does_not_warn(shipped: dict[str, Run], folder: Path):
-    accuracy = ContactTable(table_case("aw", "strip", shipped, folder)).accuracy
+def test_a_table_that_is_exact_enough_does_not_warn(shipped: dict[str, Run], strip_tables: dict[str, Path], folder: Path):
+    accuracy = ContactTable(table_case("aw", "strip", shipped, strip_tables)).accuracy
     assert max(accuracy[place].rms for place in PLACES[:3]) < 1e-3
-    done = run_case(short_case(folder, table={"file": folder / "aw_strip.table", "n_lateral": 360, "n_roll": 160,
-                                              "n_depth": 40}), folder)
+    done = run_case(short_case(folder, table={"file": strip_tables["aw"], **LARGEST}), folder)
     assert done.returncode == 0 and "(found)" in done.stdout and "warning" not in done.stdout + done.stderr
 
 
@@ -169,7 +177,7 @@ def points(summary: str) -> list[tuple[int, ...]]:
 def test_more_accuracy_is_more_points_and_less_error(tmp_path: Path):
     """In poses of the tread or the flange alone: where both touch, a table of 1e-2 may still have a contact that pulls."""
     size, error, drift = [], [], []
-    for accuracy in 1e-1, 1e-2, 1e-3, 1e-4:
+    for accuracy in 1e-1, 1e-2, 1e-3, 5e-4:
         done = run_case(short_case(tmp_path, integrator={"t_end": 0.03, "order": 4, "beta": 0, "energy_tolerance": 1e-9},
                                    table={"accuracy": accuracy, "n_lateral": 400, "n_roll": 200, "n_depth": 60}), tmp_path)
         assert done.returncode == 0, done.stderr
@@ -210,17 +218,15 @@ def round_pair(folder: Path, radius: float) -> tuple[Path, Path]:
     return found
 
 
-def test_an_easy_pair_has_a_small_table(shipped: dict[str, Run], folder: Path, tmp_path: Path):
+def test_an_easy_pair_has_a_small_table(strip_tables: dict[str, Path], tmp_path: Path):
     """A cone on a round head."""
     wheel, rail = round_pair(tmp_path, 0.3)
     done = run_case(short_case(tmp_path, profiles={"wheel_profile": wheel, "rail_profile": rail},
-                               table={"n_lateral": 240, "n_roll": 120, "n_depth": 40}), tmp_path)
+                               table=LARGEST), tmp_path)
     assert done.returncode == 0 and "warning" not in done.stdout, done.stdout + done.stderr
     size = sum(np.prod(zone) for zone in points(done.stdout))
-    ContactTable(table_case("aw", "strip", shipped, folder))
-    actual = run_case(short_case(folder, table={"file": folder / "aw_strip.table", "n_lateral": 240, "n_roll": 120,
-                                                "n_depth": 40}), folder)
-    assert size < sum(np.prod(zone) for zone in points(actual.stdout))
+    actual = run_case(short_case(tmp_path, table={"file": strip_tables["aw"], **LARGEST}), tmp_path)
+    assert "(found)" in actual.stdout and size < sum(np.prod(zone) for zone in points(actual.stdout))
 
 
 # ---- the law that a table file is made by --------------------------------------------
@@ -255,7 +261,7 @@ def test_fingerprint_is_that_of_every_source_of_the_law(tmp_path: Path):
     assert len(changed) > 15
 
 
-def test_make_and_the_extension_build_a_changed_law_anew(shipped: dict[str, Run], folder: Path):
+def test_make_and_the_extension_build_a_changed_law_anew(shipped: dict[str, Run], strip_tables: dict[str, Path]):
     """`make` and ninja would compile the fingerprint again; both have one now, so that the extension finds the
     executable's table."""
     for source in "contact/hertz.f90", "fingerprint.sh":
@@ -264,7 +270,7 @@ def test_make_and_the_extension_build_a_changed_law_anew(shipped: dict[str, Run]
         assert "sh fortran/fingerprint.sh" in done.stdout and "fingerprint.o" in done.stdout, done.stdout + done.stderr
     rules = (REPO / "build/wrapper/build.ninja").read_text()
     assert re.search(r"^build fingerprint\.f90:.*fingerprint\.sh.*hertz\.f90", rules, re.MULTILINE)
-    assert ContactTable(table_case("aw", "halfspace", shipped, folder)).found
+    assert ContactTable(table_case("aw", "halfspace", shipped, strip_tables)).found
 
 
 # ---- bytes ---------------------------------------------------------------------------

@@ -130,12 +130,27 @@ def test_summary(tmp_path):
                   "ended at t = 0.020000 s: t_end\n", "processor time [s]: table ", " (built), integration ",
                   f"columns: {tmp_path / 'columns.txt'}, 201 rows\n"):
         assert words in done.stdout
-    assert max(map(len, done.stdout.splitlines())) <= 110
+    assert max(len(line) for line in done.stdout.splitlines() if not line.startswith("columns: ")) <= 100
     read = read_data(tmp_path/"columns.txt")
     listed = re.findall(r"^  t = (\S+) s  (.*)$", done.stdout, re.MULTILINE)
     assert [(f"{event.t:.6f}", event.kind) for event in read.events] == listed != []
     assert f"largest energy drift [J]: {read.results['drift']:.2E}" in done.stdout
     assert read.results["steps"] == 2000 and read.ending == "t_end"
+
+
+def test_summary_counts_in_singular_and_plural_and_breaks_long_lines(tmp_path):
+    """One step gives two rows; a long title and the words on a rigid formulation take more than one line."""
+    title = "a title of many words " * 5
+    text = short_case(tmp_path, case={"title": title.strip()}, contact={"formulation": "unilateral"},
+                      integrator={"dt": 1e-4, "t_end": 1e-4}, output={"interval": 1e-4})
+    done = run_case(text, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"^columns: .*, 2 rows$", done.stdout, re.MULTILINE)
+    lines = done.stdout.splitlines()
+    assert max(len(line) for line in lines if not line.startswith("columns: ")) <= 100
+    assert re.match(r".*: (a title of many words ?)+", " ".join(done.stdout.split())) and lines[1].startswith("  ")
+    assert "-0.0" not in done.stdout
+
 
 
 @pytest.mark.parametrize("names", [
@@ -315,6 +330,12 @@ def test_a_run_stops_where_its_watcher_wants_it(stage, tmp_path):
 
 
 # ---- column files --------------------------------------------------------------------
+def test_numbers_have_the_fewest_digits_that_read_back():
+    """Numbers of comments and messages, against texts found by trial of every number of digits."""
+    done = subprocess.run([FORTRAN_TESTS / "shortest_numbers", "20000"], capture_output=True, text=True, timeout=HANG, check=True)
+    assert done.stdout == "0\n"
+
+
 @pytest.fixture(scope="module")
 def column_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run into the left flange: contacts close and open, so there are NaN."""

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import itertools
 import json
 import math
 import os
@@ -24,9 +25,10 @@ from ldbench import Case, ContactTable
 from ldbench.__main__ import EXAMPLES, PROGRAM, Parser, main
 from ldbench.commands import COMMANDS
 from ldbench.profiles.inspect import inspect, pair
+from ldbench.profiles.pressures import run_patches
 from running import HANG, LDBENCH, REPO, Run, contents, once
 
-TINY = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
+TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
 
 
 # ---- options -------------------------------------------------------------------------
@@ -41,15 +43,17 @@ OPTIONS = {command: {string: action for action in parser._actions for string in 
            for command, parser in PARSERS.items()}
 # The options that several commands have, and which ones.
 SHARED = {
-    ("-o", "--output"): {"run", "table", "profile", "plot", "compare", "study", "formulations", "report", "view", "ensemble"},
+    ("-o", "--output"): {"run", "table", "profile", "pressure", "plot", "compare", "study", "formulations", "report", "view",
+                         "ensemble"},
     ("-j", "--jobs"): {"plot", "study", "formulations", "report", "ensemble"},
     ("--map",): {"plot", "compare", "view"},
-    ("--json",): {"run", "table", "profile"},
+    ("--json",): {"run", "table", "profile", "pressure"},
     ("--set",): {"run", "table", "profile", "ensemble"},
     ("--scheduler",): {"study", "ensemble"},
 }
 OWN = {
-    "run": set(), "table": set(), "profile": set(), "plot": {"--geometry"}, "compare": {"--align"}, "study": set(),
+    "run": set(), "table": set(), "profile": {"--radii", "--en15302"}, "pressure": {"--at", "--contact"}, "plot": {"--geometry"},
+    "compare": {"--align"}, "study": set(),
     "formulations": set(), "report": {"--inputs", "--force"}, "view": {"--case", "--title", "--from", "--to", "--speed"},
     "ensemble": {"--over", "-n", "--draw", "--seed", "--columns", "--rows"}, "variables": set(),
 }
@@ -133,9 +137,10 @@ def made(common: Path) -> Path:
 
 
 def small_case(exercise: int, pair: str) -> Case:
-    """To just after the flange's first contact where there is one; 300 rows."""
+    """To just after the flange's first contact where there is one; 300 rows. The actual profiles have half-spaces."""
     t_end = {1: 0.2, 2: 0.045, 3: 0.03, 4: 0.03, 5: 0.03}[exercise]
-    return Case.exercise(exercise, pair).replace(**TINY, t_end=t_end, stop_at="t_end", interval=t_end/300, rows="interval",
+    model = {"model": "halfspace"} if pair == "aw" else {}
+    return Case.exercise(exercise, pair).replace(**TINY | model, t_end=t_end, stop_at="t_end", interval=t_end/300, rows="interval",
                                                  dt=t_end/900, table_file=f"outputs/{pair}.table")
 
 
@@ -170,6 +175,12 @@ def make_place(place: Path) -> None:
         os.chdir(before)
 
 
+def draw_few(monkeypatch: pytest.MonkeyPatch, module: str, figures: str, pages: int) -> None:
+    """Let a document have its first pages alone; all of them are drawn by the tests of plots, comparison and report."""
+    drawn = getattr(importlib.import_module(module), figures)
+    monkeypatch.setattr(f"{module}.{figures}", lambda *given: itertools.islice(drawn(*given), pages))
+
+
 @pytest.fixture
 def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of it, which is the working folder, and where the shipped cases are looked for."""
@@ -177,6 +188,8 @@ def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copytree(made, folder, symlinks=True)
     monkeypatch.chdir(folder)
     monkeypatch.setattr("ldbench.case.data_folder", lambda: folder)
+    draw_few(monkeypatch, "ldbench.plots.document", "case_figures", 1)
+    draw_few(monkeypatch, "ldbench.report.compare", "comparison_figures", 4)
     return folder
 
 
@@ -365,6 +378,8 @@ def refused(words: list[str], status: int, capsys: pytest.CaptureFixture[str]) -
     (["study", "weather"], "invalid choice: 'weather'"),
     (["view", "a.txt", "--from", "1"], "--from: expected with a film"),
     (["view", "a.txt", "-o", "a.mp4", "--speed", "0"], "expected a number above 0"),
+    (["pressure", "a.txt"], "required: --at"),
+    (["pressure", "a.txt", "--at", "0.01", "--contact", "XF"], "invalid choice: 'XF'"),
     (["profile", "a", "b", "c"], "expected a wheel or a rail, or one of each, found 3 files"),
     (["ensemble", "inputs/ex1_aw.nml"], "required: --over"),
     (["ensemble", "inputs/ex1_aw.nml", "--over", "mass=1:2"], "expected name=1,2,4 or name=1:4:7 after --over"),
@@ -383,6 +398,7 @@ def test_wrong_usage_has_status_2(words: list[str], told: str, capsys: pytest.Ca
     ["run", "none.nml"], ["run", "inputs/ex1_aw.nml", "--set", "vY=fast"], ["run", "inputs/ex1_aw.nml", "--set", "dt=1e-5"],
     ["table", "none.nml"], ["table", "inputs/ex1_aw.nml", "-o", "missing/geometry.txt"], ["profile", "none.yz"],
     ["profile", "profiles/awprof.yz", "-o", "page.txt"], ["plot", "none.txt"], ["plot", "none.txt", "-o", "page.png"],
+    ["pressure", "none.txt", "--at", "0"], ["pressure", "none.txt", "--at", "0", "-o", "page.txt"],
     ["compare", "none.txt", "none.txt"], ["compare", "none.txt"], ["report", "--inputs", "none"],
     ["view", "none.txt"], ["view", "none.txt", "-o", "film.avi"], ["ensemble", "none.nml", "--over", "mass=1,2"],
     ["ensemble", "inputs/ex1_aw.nml", "--over", "masss=1,2"], ["variables", "masss"],
@@ -431,6 +447,7 @@ def new_files(folder: Path, before: dict[Path, tuple[bytes, int]]) -> set[str]:
 @pytest.mark.parametrize(("words", "files"), [
     (["plot", "a.txt"], {"ldbench_plots.pdf"}),
     (["profile", "profiles/awprof.yz"], {"ldbench_profile.pdf"}),
+    (["pressure", "a.txt", "--at", "0.0217"], {"ldbench_pressure.pdf"}),
     (["view", "a.txt"], {"a.html"}),
     (["run", "case.nml"], {"case.txt"}),
 ], ids=lambda value: value[0] if isinstance(value, list) else "")
@@ -502,8 +519,9 @@ def test_json_of_run(place: Path, capsys: pytest.CaptureFixture[str]):
 
 
 def test_json_of_table(place: Path, capsys: pytest.CaptureFixture[str]):
-    line, = told(["table", "inputs/ex2_aw.nml", "-o", "geometry.txt"], capsys)
-    table = ContactTable("inputs/ex2_aw.nml")
+    table = ContactTable(Case.from_namelist("inputs/ex2_aw.nml").replace(model="strip", table_file="strip.table"))
+    line, = told(["table", "inputs/ex2_aw.nml", "-o", "geometry.txt", "--set", "model=strip", "--set", "table_file=strip.table"],
+                 capsys)
     expected = {"clearance_left": table.clearance, "clearance_right": table.clearance_right, "axle_height": table.equilibrium,
                 "axle_roll": table.equilibrium_roll, "approach": table.approach, "load_per_wheel": table.load_per_wheel,
                 "frequencies": table.frequencies, "found": True, "model": "strip", "formulation": "elastic", "case": "ex2_aw"}
@@ -514,6 +532,35 @@ def test_json_of_table(place: Path, capsys: pytest.CaptureFixture[str]):
     # With rigid contacts two of three frequencies are not known.
     line, = told(["table", "inputs/ex2_aw.nml", "--set", "formulation=unilateral"], capsys)
     assert len(line["frequencies"]) == 3 and None in line["frequencies"]
+
+
+def test_json_of_pressure(place: Path, capsys: pytest.CaptureFixture[str]):
+    """The patches of `run_patches` at the nearest row."""
+    line, = told(["pressure", "a.txt", "--at", "0.0217", "--contact", "LF", "-o", "picture.png"], capsys)
+    run = ldbench.read_run("a.txt")
+    k = int(np.abs(run.time - 0.0217).argmin())
+    assert line == as_json({"time": run.time[k], "patches": [patch.facts() for patch in run_patches(run, k, ["LF"])],
+                            "picture": "picture.png"})
+    assert line["patches"][0]["largest"] > 1e9 and Path("picture.png").is_file()
+
+
+@pytest.mark.parametrize(("words", "told"), [
+    (["a.txt", "--at", "9"], "a.txt, --at 9: expected a time from 0 to 0.045 s, found another"),
+    (["a.txt", "--at", "0.0001", "--contact", "LF"], "a.txt, t = 0.000100 s: expected LF closed, found LT, RT"),
+    (["strip.txt", "--at", "0"], "&contact model: expected 'halfspace', which has pressures, found 'strip'"),
+    (["rigid.txt", "--at", "0"], "&contact formulation: expected 'elastic', which has pressures, found 'unilateral'"),
+    (["other.txt", "--at", "0"], "expected the header of ldbench, which tells the case, found none"),
+    (["changed.txt", "--at", "0"], "expected the profile of the run changed.txt, found one that has changed since"),
+], ids=["time", "contact", "model", "formulation", "header", "profile"])
+def test_pressure_says_why_there_is_none(words: list[str], told: str, place: Path, capsys: pytest.CaptureFixture[str]):
+    text = Path("a.txt").read_text()
+    Path("strip.txt").write_text(re.sub("model *= *'halfspace'", "model = 'strip'", text))
+    Path("rigid.txt").write_text(re.sub("formulation *= *'elastic'", "formulation = 'unilateral'", text))
+    Path("changed.txt").write_text(re.sub("CRC-32 [0-9A-F]{8}", "CRC-32 00000000", text))
+    Path("other.txt").write_text("time Y\n0 0\n1 0\n")
+    before = contents(place)
+    assert told in refused(["pressure", *words], 1, capsys)
+    assert not new_files(place, before)
 
 
 def test_json_of_profile(place: Path, capsys: pytest.CaptureFixture[str]):

@@ -34,7 +34,7 @@ from ldbench.ensembles.store import read_places, replace_folder
 from local_cluster import Cluster
 from running import HANG, command_error
 
-COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
+COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 MASSES = [1300.0, 1500.0, 1700.0]
 
 

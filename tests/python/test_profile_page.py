@@ -79,9 +79,11 @@ def test_modern_pair():
     found = pair(Case.from_namelist("&case /").replace(
         wheel_profile=str(REPO/"profiles/s1002.yz"), rail_profile=str(REPO/"profiles/60e1.yz"), gauge=1.435,
         back_to_back=1.36, rolling_radius=0.46))
-    assert np.interp(3e-3, found.amplitude, found.conicity) == pytest.approx(0.177, abs=0.003)
-    assert found.geometry["y_R"] == pytest.approx(-found.geometry["y_L"][::-1], abs=1e-12)
-    assert 1e3*np.interp(3e-3, found.geometry["Y"], found.geometry["y_L"]) == pytest.approx(739.970, abs=0.5)
+    assert found.rolled.conicity_at(3e-3) == pytest.approx(0.177, abs=0.003)
+    for g in found.level.geometry, found.rolled.geometry:
+        assert g["y_R"] == pytest.approx(-g["y_L"][::-1], abs=1e-12)
+    g = found.rolled.geometry
+    assert 1e3*np.interp(3e-3, g["Y"], g["y_L"]) == pytest.approx(739.970, abs=0.5)
 
 
 @pytest.mark.parametrize("suffix", ["pdf", "png"])
@@ -91,7 +93,7 @@ def test_page(suffix, tmp_path, capsys):
     out = capsys.readouterr().out
     assert target.read_bytes().startswith(b"%PDF" if suffix == "pdf" else b"\x89PNG")
     for words in "flange height Sh 25.75 mm", "qR ", "crown radius 254.0 mm", "clearance 2 x 10.180 mm", \
-            "equivalent conicity at 3 mm 0.026 (EN 15302)", "zone of the flange":
+            "equivalent conicity at 3 mm: level 0.025, with roll 0.026 (EN 15302)", "zone of the flange":
         assert words in out
     assert out.startswith("wheel awprof.yz")      # the wheel first, whatever the order
 

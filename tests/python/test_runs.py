@@ -33,7 +33,7 @@ from running import HANG, REPO, Run, alike, command_error
 # The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
 KINDS: dict[str, dict[str, Any]] = {
     "elastic": {},
-    "force": {"lateral_ramp": 5e5},
+    "force": {"lateral_ramp": 5e5, "model": "strip"},
     "bilateral": {"formulation": "bilateral"},
     "unilateral": {"formulation": "unilateral", "restitution": 0.5},
     "two sides": {"wheel_profile_right": "profiles/swprof.yz", "rail_profile_right": "profiles/srprof.yz"},
@@ -43,7 +43,7 @@ NINE_DIGITS = {"rtol": 5.1e-9, "atol": 1e-98, "equal_nan": True}
 
 def small(**changes: Any) -> ldbench.Case:
     return ldbench.Case.exercise(3).replace(**{
-        "model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": "", "dt": 2e-5, "t_end": 0.02,
+        "model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": "", "dt": 2e-5, "t_end": 0.02,
         "energy_tolerance": 0.0} | changes)
 
 
@@ -322,15 +322,17 @@ def test_a_geometry_file_has_columns_and_what_was_known_before_the_run(elastic: 
 
 def test_one_function_plots_every_run(other: ldbench.Run, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path,
                                       monkeypatch: pytest.MonkeyPatch):
-    """Memory and file give the same pages; few columns give the pages that show them."""
+    """Memory and file give the same pages; few columns give the pages that show them. Some of the pages stand for all."""
     monkeypatch.chdir(tmp_path)
+    some = tuple(page for page in PAGES if page.title in ("displacements", "velocities", "normal forces"))
+    monkeypatch.setattr("ldbench.plots.document.PAGES", some)
     titles = []
     for k, run in enumerate((*elastic, other)):
         pages = run.plot(f"{k}.pdf")
         document = PdfReader(f"{k}.pdf")
         assert len(document.pages) == pages
         titles.append([page.extract_text() for page in document.pages])
-    assert titles[0] == titles[1] and len(titles[0]) == len(PAGES) + 2 and len(titles[2]) == 2
+    assert titles[0] == titles[1] and len(titles[0]) == len(some) + 2 == 5 and len(titles[2]) == 2
     assert "theirs: displacements" in titles[2][0] and "theirs: normal forces" in titles[2][1]
     assert other.plot() == 2 and Path("theirs.pdf").exists()
     with pytest.raises(ldbench.Error) as error:

@@ -70,10 +70,16 @@ def commands(text: str) -> Iterator[tuple[str, str]]:
         yield "".join(lines[:end]), "".join(lines[end:])
 
 
-def prepare(folder: Path) -> None:
-    """Make the files that pages begin with: the contact table of the actual profiles, two column files."""
+def prepare(folder: Path, table: Path | None = None) -> None:
+    """Make the files that pages begin with: the contact table of the actual profiles, two column files.
+
+    `table` is a file of that contact table, where there is one.
+    """
     for name in "inputs", "profiles":
         shutil.copytree(REPO/name, folder/name)
+    if table:
+        (folder/"outputs").mkdir()
+        shutil.copy(table, folder/"outputs/aw_halfspace.table")
     for case in "ex1_aw", "ex2_aw":
         subprocess.run([LDBENCH, f"inputs/{case}.nml"], cwd=folder, check=True, capture_output=True, timeout=HANG)
 

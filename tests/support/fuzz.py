@@ -26,7 +26,7 @@ import shapes
 from running import CASES, FORTRAN_TESTS, LDBENCH, REPO, environment, namelist, short_case
 
 HANG = 600                  # without a sign of life [s]
-BATCH = 250                 # inputs of a child
+BATCH = 400                 # inputs of a child
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 # The rigid cases use the benchmark's pair and a present-day one.
 PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
@@ -107,7 +107,7 @@ class Child:
         self.folder = folder
         self.keep = keep
         inputs = [(REPO/"inputs"/f"{name}.nml").read_bytes() for name in CASES]
-        made = short_case(Path(), initial={"vY": 0.5}).encode()
+        made = short_case(Path(), contact={"model": "strip"}, initial={"vY": 0.5}).encode()
         self.namelists = [*inputs, made, namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode()]
         self.profiles = [form(points, kind).encode("latin-1") for form in shapes.FORMATS.values() for points, kind in (
             (shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"), (shapes.shape("arprof", 1.0), "rail"))]
@@ -125,7 +125,7 @@ class Child:
                     b'Z = { column = 4, unit = "mm", offset = -0.457 }\n')
         (folder/"other.csv").write_bytes(self.columns[1])
         case = folder/"case.nml"
-        case.write_text(short_case(folder, table=TINY | {"file": folder/"pair.table"}))
+        case.write_text(short_case(folder, contact={"model": "strip"}, table=TINY | {"file": folder/"pair.table"}))
         self.tables = subprocess.Popen([FORTRAN_TESTS/"load_tables", case], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                        text=True, cwd=folder)
         self._load(folder/"nothing")

@@ -44,12 +44,15 @@ class Shape:
     def geometry(self, y: np.ndarray, spacing: float = arcs.STEP) -> pd.DataFrame:
         """What the core finds from points `spacing` mm apart; the table is small: only the rigid geometry is read."""
         with tempfile.TemporaryDirectory() as folder:
-            paths = [Path(folder)/f"{name}.yz" for name in ("wheel", "rail")]
-            for path, shape in zip(paths, (self.wheel(), self.rail()), strict=True):
-                np.savetxt(path, arcs.sample(shape, spacing), fmt="%.17g")
-            return ContactTable(Case.from_namelist("&case /").replace(
-                wheel_profile=str(paths[0]), rail_profile=str(paths[1]), contact_model="strip", lateral=0.02,
-                table_roll=0.02, n_lateral=20, n_roll=5, n_depth=5)).geometry(y)
+            return ContactTable(self.case(Path(folder), spacing).replace(
+                contact_model="strip", lateral=0.02, table_roll=0.02, n_lateral=20, n_roll=5, n_depth=5)).geometry(y)
+
+    def case(self, folder: Path, spacing: float = arcs.STEP) -> Case:
+        """A case of profiles that are written to a folder, from points `spacing` mm apart."""
+        paths = [folder/f"{name}.yz" for name in ("wheel", "rail")]
+        for path, shape in zip(paths, (self.wheel(), self.rail()), strict=True):
+            np.savetxt(path, arcs.sample(shape, spacing), fmt="%.17g")
+        return Case.from_namelist("&case /").replace(wheel_profile=str(paths[0]), rail_profile=str(paths[1]))
 
     def rail(self) -> list[arcs.Piece]:
         edge = np.arcsin(0.024/self.R_r)
@@ -108,6 +111,13 @@ class Shape:
             return np.copysign(2*self.head*np.sin(low), y)
         mean, half = self.angles(low)
         return np.copysign(self.R_w*(np.cos(mean - half + low) - np.cos(mean + half - low)), y)
+
+    def level_delta_r(self, y: np.ndarray) -> np.ndarray:
+        """Closed form of the difference of the rolling radii of the wheelset that is kept level [m]."""
+        if np.isinf(self.R_w):
+            return 2*y*np.tan(self.taper)
+        s, u = np.sin(self.taper), y/(self.R_w - self.R_r)
+        return self.R_w*(np.sqrt(1 - (s - u)**2) - np.sqrt(1 - (s + u)**2))
 
     @property
     def d(self) -> float:

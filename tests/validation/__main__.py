@@ -2,20 +2,23 @@
 
 usage: PYTHONPATH=tests/support:profiles python tests/validation [--short] [--only SECTION ...] [--out FOLDER]
 
-Writes ldbench_validation.pdf and validation.csv, one line per check, and says how many lie inside
-their bars; exit status 1 if one does not.
+Writes ldbench_validation.pdf, validation.csv with one line per check, and validation.json with the tables of the
+PDF file, from which the pages of the documentation quote. Says how many checks lie inside their bars; exit status 1
+if one does not.
 """
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator
 
 from checks import Section
 from command import arguments, run_sections, write_csv
+from ldbench._core.files import complete
 from pages import write_pdf
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "derailment", "integration", "sensitivity", \
-    "measured", "stiffness"
+SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "integration", \
+    "sensitivity", "unknown", "measured", "stiffness", "manchester"
 HEAD = "section", "quantity", "value", "reference", "source", "deviation", "bar", "verdict"
 
 
@@ -27,13 +30,17 @@ def lines(section: Section) -> Iterator[str]:
 
 
 def main() -> int:
-    args = arguments("make validate", __doc__, SECTIONS, "fewer cases and poses, for the test suite",
+    args = arguments("make validate", __doc__, SECTIONS, "fewer cases and poses and smaller tables, for the test suite",
                      {"scipy": "scipy"})
     sections = run_sections(args, args.short, lines)
     write_csv(args.out/"validation.csv", HEAD, (
         [name, c.quantity, repr(float(c.value)), repr(float(c.reference)), c.source, f"{c.deviation:.3e}",
          f"{c.bar:.1e}", c.verdict]
         for name, section in sections.items() for c in section.checks))
+    with complete(args.out/"validation.json") as scratch:
+        scratch.write_text(json.dumps({
+            name: {table.title: [list(table.head), *map(list, table.rows)] for table in section.tables}
+            for name, section in sections.items()}, indent=1, ensure_ascii=False))
     write_pdf(args.out/"ldbench_validation.pdf", sections)
     checks = [c for section in sections.values() for c in section.checks]
     outside = sum(not c.inside for c in checks)

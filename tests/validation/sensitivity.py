@@ -58,14 +58,17 @@ are up to 3 % of twins that start 0.1 nm apart and do not part, and their growth
 
 # Profiles with other radii ----------------------------------------------------------------
 
-def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: float = 1.0) -> dict[str, Value]:
+def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: float = 1.0,
+                   corner: float = 14.2875) -> dict[str, Value]:
     """Write rail and wheel with another crown radius [mm] and throat radii times a factor; the case's changes.
+
+    corner: radius of the actual rail's gauge corner [mm].
 
     The chains of make_profiles.py; the throat is solved for the published clearance as there."""
     if pair == "aw":
         a1, a2, a3 = asin(16.5/(crown or 254)), radians(30), np.pi/2 - mp.CANT
         R = crown or 254
-        head = [(14.2875, a3, a2), (31.75, a2, a1), (R, a1, -a1), (31.75, -a1, -a2), (14.2875, -a2, -a3)]
+        head = [(corner, a3, a2), (31.75, a2, a1), (R, a1, -a1), (31.75, -a1, -a2), (corner, -a2, -a3)]
         rail = mp.rail([mp.arc(R, g0 + mp.CANT, g1 + mp.CANT) for R, g0, g1 in head])
 
         def wheel(y: float) -> list:
@@ -81,7 +84,7 @@ def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: 
         def wheel(y: float) -> list:
             a = radians(70)
             return mp.wheel(y, 76, mp.arc(-10, 0, a), mp.line(a, 6/sin(a)), mp.arc(18*throat, a, mp.TAPER))
-    stem = f"{pair}_{R:g}_{throat:g}"
+    stem = f"{pair}_{R:g}_{throat:g}_{corner:g}"
     files = folder/f"{stem}_wheel.yz", folder/f"{stem}_rail.yz"
     mp.write(files[0], wheel(mp.solve_throat(wheel, rail, 1e3*PAIRS[pair])), "wheel", [])
     mp.write(files[1], rail, "rail", [])

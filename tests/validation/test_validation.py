@@ -8,8 +8,8 @@ from pypdf import PdfReader
 
 from running import LongProgram
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "quasistatic", "derailment", "integration", "sensitivity", \
-    "measured", "stiffness"
+SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "integration", \
+    "sensitivity", "unknown", "measured", "stiffness", "manchester"
 
 
 @pytest.fixture(scope="module")

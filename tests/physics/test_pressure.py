@@ -1,0 +1,211 @@
+"""Pressures of a pose: against Hertz's theory, the force of the table, the mirror image, and what the columns of a run say."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import make_profiles as arcs
+from ldbench import Case, ContactTable, Error
+from ldbench.plots.pressure_page import save_page
+from ldbench.pressure import CONTACTS, Patch, press
+from ldbench.profiles.outlines import case_outlines, pose
+from ldbench.profiles.pressures import first_peak, first_pressures, run_patches
+from ldbench.results.run_data import RunData, read_data
+from ldbench.table import rigid_geometry
+from round_profiles import RADIUS, Shape
+from running import Run
+
+E_STAR = 210e9/(2*(1 - 0.3**2))         # of the default case [Pa]
+TAPER = 0.025
+
+
+def elliptic(ratio: float) -> tuple[float, float]:
+    """K(e) and D = (K - E)/e² of an ellipse with the axis ratio minor to major: sums over a period converge at once."""
+    angle = np.pi*(np.arange(2000) + 0.5)/4000
+    root = np.sqrt(np.cos(angle)**2 + (ratio*np.sin(angle))**2)
+    return float(np.pi/2*(1/root).mean()), float(np.pi/2*(np.sin(angle)**2/root).mean())
+
+
+def hertz(A: float, B: float, approach: float) -> tuple[float, float, float, float]:
+    """Semi-axes along x and along s [m], largest pressure [Pa] and force [N] for the gap A x² + B s² and an approach
+    (K. L. Johnson, Contact Mechanics, 4.25-4.32)."""
+    low, high = 1e-3, 1.0
+    for _ in range(60):                 # the axis ratio by bisection
+        ratio = (low + high)/2
+        K, D = elliptic(ratio)
+        steeper = (K - D)/(ratio**2*D) > max(A, B)/min(A, B)
+        low, high = (ratio, high) if steeper else (low, ratio)
+    # A_min = p0 ratio D/(E* long), approach = p0 ratio long K/E*.
+    long = np.sqrt(approach*D/(K*min(A, B)))
+    largest = E_STAR*approach/(ratio*long*K)
+    axes = (long, ratio*long) if A <= B else (ratio*long, long)
+    return *axes, largest, 2/3*np.pi*ratio*long**2*largest
+
+
+@pytest.mark.parametrize(("radius", "ratio"), [(0.05, 0.24), (0.457, 1.0), (3.0, 3.5)], ids=["long", "round", "wide"])
+def test_cone_on_a_round_head_is_hertz(radius: float, ratio: float, tmp_path: Path):
+    """Semi-axes, area, largest pressure and force for a cone on a rail of constant radius, whose gap is A x² + B s² but for
+    terms of higher order. A patch has 24 elements along x and 48 along s; its ends are known to a sixth of an element."""
+    shape = Shape(TAPER, np.inf, radius)
+    paths = [tmp_path/name for name in ("wheel", "rail")]
+    for path, pieces in zip(paths, (shape.wheel(), shape.rail()), strict=True):
+        np.savetxt(path, arcs.sample(pieces, 0.05), fmt="%.17g")
+    case = Case.from_namelist("&case /").replace(wheel_profile=str(paths[0]), rail_profile=str(paths[1]), poisson=0.3)
+    handle = rigid_geometry(case)
+    height = case_outlines(case).axle
+    approach = 20e-6
+    a, b, largest, force = hertz(np.cos(TAPER)/(2*RADIUS), 1/(2*radius), approach)
+    assert b/a == pytest.approx(ratio, rel=0.1)
+    patch, = press(handle, case, (0.0, height - approach/np.cos(TAPER), 0.0), ["LT"])
+    assert patch.approach == pytest.approx(approach, rel=1e-4)
+    assert patch.half_x == pytest.approx(a, rel=1/12/6) and patch.half_s == pytest.approx(b, rel=1/24/6)
+    assert patch.area == pytest.approx(np.pi*a*b, rel=5e-3) and patch.mean == pytest.approx(2/3*largest, rel=5e-3)
+    assert patch.largest == pytest.approx(largest, rel=1e-3) and patch.force == pytest.approx(force, rel=1e-3)
+    assert patch.hertz
+    assert np.array([patch.hertz.half_x/a, patch.hertz.half_s/b, patch.hertz.largest/largest]) == pytest.approx(1, abs=1e-3)
+
+
+@pytest.fixture(scope="module")
+def run(shipped: dict[str, Run]) -> RunData:
+    """Exercise 2 with the actual profiles."""
+    return read_data(shipped["ex2_aw"].file)
+
+
+@pytest.fixture(scope="module")
+def table(run: RunData) -> ContactTable:
+    return ContactTable(run.case)
+
+
+def rows(run: RunData) -> list[int]:
+    """The peaks of first contacts, and the start."""
+    return [0, *(k for contact in CONTACTS if (k := first_peak(run, contact)) is not None)]
+
+
+def resultant(patch: Patch) -> np.ndarray:
+    """The sum of the pressure on the elements along their normals, y and z [N]."""
+    along = np.gradient(patch.track, patch.s, axis=0)
+    normal = np.column_stack([-along[:, 1], along[:, 0]])/np.hypot(*along.T)[:, None]
+    area = (patch.x[1] - patch.x[0])*(patch.s[1] - patch.s[0])
+    return (patch.p.sum(axis=0)[:, None]*area*normal).sum(axis=0)
+
+
+def test_force_is_that_of_the_table(run: RunData, table: ContactTable):
+    """The pressure on the turned elements of the patches sums up to the contact's force, but for the table's error and the
+    grid's 0.8/48². The integral of the pressure is larger, for the normals turn over a patch."""
+    error = max(place.largest for name, place in table.accuracy.items() if name != "going over")
+    seen = set()
+    for k in rows(run):
+        forces = table.forces_by_contact(*pose(run, k))
+        patches = table.pressure(*pose(run, k))
+        for number, contact in enumerate(CONTACTS):
+            mine = [patch for patch in patches if patch.contact == contact]
+            force = float(np.hypot(*forces[number, :2]))
+            assert bool(mine) == (force > 0), (k, contact)
+            if mine:
+                seen.add(contact)
+                assert float(np.hypot(*sum(resultant(patch) for patch in mine))) == pytest.approx(force, rel=error + 2e-3)
+                assert sum(patch.force for patch in mine) > (1 - error - 2e-3)*force
+                assert force == pytest.approx(run.values(f"N_{contact}")[k], rel=1e-5)         # nine digits
+    assert seen == set(CONTACTS)
+
+
+def test_a_patch_is_consistent(run: RunData):
+    """Pressure, area, mean and place belong together."""
+    for k in rows(run):
+        for patch in run_patches(run, k):
+            dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
+            assert patch.p.shape == (len(patch.x), len(patch.s)) and (patch.p >= 0).all()
+            assert patch.p == pytest.approx(patch.p[::-1]) and patch.x == pytest.approx(-patch.x[::-1])
+            assert patch.force == pytest.approx(patch.p.sum()*dx*ds)
+            assert patch.mean*patch.area == pytest.approx(patch.force)
+            # The pressed elements, of which those at the edge count in part.
+            assert patch.area == pytest.approx((patch.p > 0).sum()*dx*ds, rel=0.08)
+            assert patch.p.max() <= patch.largest < 1.01*patch.p.max()
+            assert patch.s_ends[0] < patch.s_centre < patch.s_ends[1] and patch.s_ends[0] < patch.s_deepest < patch.s_ends[1]
+            # The wheel's points in both frames, and the place and angle of the contact in the columns.
+            y, _, roll = pose(run, k)
+            turned = patch.wheel[:, 0]*np.cos(roll) - patch.wheel[:, 1]*np.sin(roll) + y
+            assert turned == pytest.approx(patch.track[:, 0])
+            lengths = np.hypot(*np.diff(patch.wheel, axis=0).T)
+            assert lengths == pytest.approx(ds, rel=1e-3)
+            place = np.array([run.values(f"{axis}_{patch.contact}")[k] for axis in "yz"])
+            assert np.hypot(*(place - patch.centre)) < patch.half_s/4
+            assert patch.angle == pytest.approx(run.values(f"angle_{patch.contact}")[k], abs=np.radians(3))
+
+
+def test_left_and_right_are_mirror_images(run: RunData, table: ContactTable):
+    y, z, roll = pose(run, rows(run)[2])
+    ours, theirs = table.pressure(y, z, roll), table.pressure(-y, z, -roll)
+    other = {"LT": "RT", "LF": "RF", "RT": "LT", "RF": "LF"}
+    image = {other[patch.contact]: patch for patch in theirs}
+    assert ours and len(ours) == len(theirs)
+    for patch in ours:
+        mirror = image[patch.contact]
+        assert np.array_equal(patch.p, mirror.p) and np.array_equal(patch.s, mirror.s)
+        assert patch.track == pytest.approx(mirror.track*[-1, 1]) and patch.wheel == pytest.approx(mirror.wheel*[-1, 1])
+        assert patch.angle == mirror.angle and patch.force == mirror.force
+
+
+def test_wheel_is_pressed_as_a_whole_where_the_overlap_crosses_the_border(shipped: dict[str, Run]):
+    """Exercise 3: the overlap of the right tread reaches over to the flange, which the contact table presses apart. Together they
+    have one patch, on the tread, without the edge of a cut; the flange carries nothing and has no place in the summary."""
+    run = read_data(shipped["ex3_aw"].file)
+    k = first_peak(run, "RF")
+    assert k is not None and run.values("N_RF")[k] > 0
+    patch, = run_patches(run, k, ["RT", "RF"])
+    assert patch.contact == "RT" and patch.force == pytest.approx(run.values("N_RT")[k], rel=5e-3)
+    assert patch.largest < 2*patch.mean
+    assert run_patches(run, k, ["RF"]) == []
+    row = first_pressures(run)
+    assert row["pmax_RF"] is None and row["patch_RF"] is None and row["pmax_LF"] > 4e9
+
+
+def test_a_finer_grid_changes_little(run: RunData):
+    k = first_peak(run, "LF")
+    assert k is not None
+    coarse, fine = (run_patches(run, k, ["LF"], elements)[0] for elements in (32, 64))
+    for name in "force", "largest", "area", "half_x", "half_s":
+        assert getattr(coarse, name) == pytest.approx(getattr(fine, name), rel=0.04), name
+    with pytest.raises(ValueError, match="multiple of 4"):
+        run_patches(run, k, ["LF"], 30)
+
+
+def test_steeper_than_yield(run: RunData):
+    """The numbers of the summary: the flange's first blow."""
+    row = first_pressures(run)
+    k = first_peak(run, "LF")
+    assert k is not None and row["t_pmax_LF"] == run.time[k]
+    patch, = run_patches(run, k, ["LF"])
+    assert (row["pmax_LF"], row["patch_LF"]) == (patch.largest, patch.area)
+    assert 3e9 < row["pmax_LF"] < 5e9 and row["pmax_RF"] > 3e9
+
+
+@pytest.mark.parametrize("ending", ["pdf", "png"])
+def test_picture_is_the_same_every_time(ending: str, run: RunData, tmp_path: Path):
+    """With both sides: treads at the start."""
+    patches = run_patches(run, 0)
+    assert {patch.contact for patch in patches} == {"LT", "RT"}
+    files = [tmp_path/f"{name}.{ending}" for name in "ab"]
+    for file in files:
+        save_page(run, 0, patches, file)
+    assert files[0].read_bytes() == files[1].read_bytes() and files[0].stat().st_size > 1e4
+
+
+def test_what_has_no_pressure(run: RunData, table: ContactTable, tmp_path: Path):
+    with pytest.raises(Error, match="expected poses within &table"):
+        table.pressure(1.0, table.equilibrium, 0.0)
+    assert table.pressure(0.0, table.rigid_height + 1e-3, 0.0) == []
+    rigid = ContactTable(run.case.replace(formulation="unilateral"))
+    with pytest.raises(Error, match="formulation: expected 'elastic', which has pressures"):
+        rigid.pressure(0.0, 0.457, 0.0)
+    # Another code's file, and a run whose profile has changed, have an empty place in the summary.
+    other = tmp_path/"other.txt"
+    other.write_text("time Y\n0 0\n1 0\n")
+    changed = tmp_path/"changed.txt"
+    changed.write_text(run.file.read_text().replace("CRC-32 ", "CRC-32 0"))
+    for file in other, changed:
+        assert set(first_pressures(read_data(file)).values()) == {None}
+    with pytest.raises(Error, match="found one that has changed"):
+        run_patches(read_data(changed), 0)
