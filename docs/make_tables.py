@@ -1,17 +1,20 @@
-"""Write the tables of variables, columns and results into docs/input.md and docs/output.md, from the program's own lists.
+"""Write into the pages what they take from the program: tables of variables, columns and results, and measured results.
 
-    python docs/make_tables.py             writes the tables
+    python docs/make_tables.py             writes the tables and the numbers
     python docs/make_tables.py --check     fails where a page has other ones
 
 A table stands between the comments `<!-- table: NAME -->` and `<!-- end of table -->`. Names, units, defaults and ranges
-are the program's; it is an error when a column or a result is not explained here, or explained and unknown to it.
+are the program's; it is an error when a column or a result is not explained here, or explained and unknown to it. Measured
+results are those of docs/measured.json; `quotes.py` says how a page quotes them.
 """
 from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
+
+from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
 
 from ldbench import Case, run
 from ldbench._core.calls import descriptions
@@ -116,17 +119,18 @@ RESULTS = {
 
 def main(words: list[str]) -> int:
     stale = []
-    for page, tables in PAGES.items():
-        path = DOCS/page
+    values = measured()
+    for path in (DOCS.parent/"README.md", *sorted(DOCS.glob("*.md"))):
+        page = path.name
         old = path.read_text()
-        new = filled(old, tables)
+        new = quoted(filled(old, PAGES.get(page, {})), values)
         if new != old:
             stale.append(page)
             if "--check" not in words:
                 path.write_text(new)
     if "--check" in words and stale:
-        print(f"docs: expected the tables of the program in {', '.join(stale)}, found others. Run python docs/make_tables.py",
-              file=sys.stderr)
+        print(f"docs: expected the tables and measured results of the program in {', '.join(stale)}, found others. "
+              "Run python docs/make_tables.py", file=sys.stderr)
         return 1
     return 0
 
@@ -140,13 +144,6 @@ def filled(text: str, tables: dict[str, Callable[[], str]]) -> str:
             raise SystemExit(f"docs: expected the comment {start.strip()}, found none")
         text = f"{before}{start}\n{make()}\n{end}{rest.partition(end)[2]}"
     return text
-
-
-def table(heading: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table in Markdown."""
-    lines = [list(heading), *map(list, rows)]
-    lines.insert(1, ["---"]*len(lines[0]))
-    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)
 
 
 def variable_tables() -> str:
@@ -226,6 +223,7 @@ PAGES: dict[str, dict[str, Callable[[], str]]] = {
     "input.md": {"variables": variable_tables},
     "output.md": {"columns": column_table, "results": result_table, "events": event_list},
     "compare.md": {"units": unit_list},
+    "accuracy.md": MEASURED_TABLES,
 }
 
 if __name__ == "__main__":

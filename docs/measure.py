@@ -1,0 +1,288 @@
+"""Measured results of the program, in one file: docs/measured.json. The pages of the documentation quote from it.
+
+    python docs/measure.py report       from the files that `make report` has left in outputs/
+    python docs/measure.py validate     from the files that `make validate` has left in outputs/
+    python docs/measure.py variants     runs other laws, accuracies and schemes, and writes pages; some minutes
+    python docs/measure.py times        builds both contact tables, runs the ten cases: processor times
+    python docs/measure.py              does all of these
+
+A result is stored under a name that ends with the unit of its value. On a page a number is followed by a comment with the
+name of the result, and tables are made from the results:
+
+    The largest energy error is 2.4e-8<!-- drift.free [J] --> J.
+
+`python docs/make_tables.py` writes the numbers of docs/measured.json into the pages, with as many digits as the pages
+show. A test checks that the pages have them, and that the results of `make report` are those of the program.
+"""
+from __future__ import annotations
+
+import csv
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import ldbench
+from ldbench import Case, ContactTable, view
+from ldbench._core.files import complete
+from ldbench.plots.stretches import first_episode
+from ldbench.report import abstract, formulations
+from ldbench.results.run_data import RunData, read_all
+from ldbench.results.summary import summary_row
+
+ROOT = Path(__file__).resolve().parents[1]
+OUTPUTS = ROOT/"outputs"
+FILE = ROOT/"docs/measured.json"
+PAIRS = "aw", "sw"
+PLACES = "tread", "flange", "both", "going over"
+CASES = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4, 5) for pair in PAIRS]
+ACCURACIES = 1e-3, 2e-3, 3e-3, 4e-3, 8e-3       # of contact tables, whose effect on results is measured
+DIGITS = 6                                      # of the stored values
+
+Values = dict[str, float]
+COMMANDS = {"report": "make report", "validate": "make validate", "variants": "python docs/measure.py variants",
+            "times": "python docs/measure.py times"}
+
+
+# make report ------------------------------------------------------------------------------
+
+def of_report() -> Values:
+    """Results of the ten runs and of the formulations, and the sizes of files."""
+    runs = read_all([OUTPUTS/f"{case}.txt" for case in CASES], 1)
+    values = of_runs(runs)
+    kept = json.loads((OUTPUTS/"formulations.json").read_text())
+    values |= of_formulations([formulations.Outcome(**outcome) for outcome in kept])
+
+    def megabytes(files: Iterable[Path]) -> float:
+        return sum(file.stat().st_size for file in files)/1e6
+
+    tables = [OUTPUTS/f"{pair}_halfspace.table" for pair in PAIRS]
+    products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv", "formulations.json"
+    values["size.report [MB]"] = megabytes([
+        *(OUTPUTS/f"{case}.txt" for case in CASES), *(OUTPUTS/f"geometry_{pair}.txt" for pair in PAIRS),
+        *tables, *(OUTPUTS/name for name in products)])
+    values["size.ex5 [MB]"] = megabytes(OUTPUTS.glob("ex5_?w.txt"))
+    values["size.ex5_aw [MB]"] = megabytes([OUTPUTS/"ex5_aw.txt"])
+    values["size.tables [MB]"] = megabytes(tables)
+    return values
+
+
+def of_runs(runs: Iterable[RunData]) -> Values:
+    """Results of the ten runs."""
+    values: Values = {}
+    rows = {run.name: summary_row(run) for run in runs}
+    for name, row in rows.items():
+        for key, unit in ("drift", "J"), ("drift_reference", "J"):
+            values[f"{key}.{name} [{unit}]"] = row[key]
+        values[f"drift_relative.{name}"] = row["drift_relative"]
+        values[f"peak_LF.{name} [kN]"] = 1e-3*row["peak_N_LF"]
+        if row["t_return"]:
+            values[f"t_return.{name} [ms]"] = 1e3*row["t_return"]
+    free = [row for row in rows.values() if row["exercise"] < 5]
+    values["drift.free [J]"] = max(row["drift"] for row in free)
+    values["drift_relative.free"] = max(row["drift_relative"] for row in free)
+    values["drift_relative.ramp"] = max(row["drift_relative"] for row in rows.values() if row["exercise"] == 5)
+    for run in runs:
+        pair = run.name[-2:]
+        if run.exercise == 1:
+            for place, (rms, largest) in run.header.table_errors.items():
+                values[f"table.halfspace.{pair}.{place}.rms [%]"] = 100*rms
+                values[f"table.halfspace.{pair}.{place}.largest [%]"] = 100*largest
+        if run.exercise == 5:
+            carries = run.values("N_RT") > 0
+            values[f"F_last_load.{pair} [kN]"] = 1e-3*float(run.values("F_ext")[carries][-1])
+            values[f"F_over_rail.{pair} [kN]"] = 1e-3*run.first("left flange over rail").force
+            values[f"F_derailment.{pair} [kN]"] = 1e-3*run.first("derailment").force
+            values[f"F_last_row.{pair} [kN]"] = 1e-3*float(run.values("F_ext")[-1])
+            values[f"F_mean_pose.{pair} [kN]"] = float(abstract.ramp_facts(run)["statics"])
+    return values
+
+
+def of_formulations(found: list[formulations.Outcome]) -> Values:
+    """How the results depend on the formulation."""
+    values: Values = {}
+
+    def spreads(key: str) -> list[float]:
+        cases = dict.fromkeys(outcome.case for outcome in found)
+        some = [formulations.spread({o.formulation: o.results[key] for o in found if o.case == case}) for case in cases]
+        return [100*x for x in some if np.isfinite(x)]
+
+    values["formulation.t_first_LF.largest [%]"] = max(spreads("t_first_LF"))
+    values["formulation.first_impulse.least [%]"] = min(spreads("first_impulse"))
+    values["formulation.first_impulse.largest [%]"] = max(spreads("first_impulse"))
+    forces = []
+    for outcome in found:
+        if outcome.exercise == 5 and outcome.formulation == "bilateral":
+            values[f"F_pulls.{outcome.pair} [kN]"] = 1e-3*outcome.results["F_pulls"]
+        elif outcome.exercise == 5:
+            forces.append(1e-3*outcome.results["F_derailment"])
+            values[f"F_derailment.{outcome.pair}.{outcome.formulation} [kN]"] = forces[-1]
+    values["formulation.F_derailment.least [kN]"], values["formulation.F_derailment.largest [kN]"] = min(forces), max(forces)
+    return values
+
+
+# make validate ----------------------------------------------------------------------------
+
+def of_validation() -> Values:
+    """Results of the validation."""
+    values: Values = {}
+    sections = json.loads((OUTPUTS/"validation.json").read_text())
+    with (OUTPUTS/"validation.csv").open(newline="") as file:
+        checks = list(csv.DictReader(file))
+
+    def rows(section: str, title: str) -> list[dict[str, str]]:
+        """The rows of a table by the names of its columns; a name that returns belongs to the column before it."""
+        head, *found = next(table for name, table in sections[section].items() if name.startswith(title))
+        names = [head[k - 1].replace("rms", name) if head.count(name) > 1 else name for k, name in enumerate(head)]
+        return [dict(zip(names, row, strict=True)) for row in found]
+
+    for row in rows("models", "Deviation of a wheel's force"):
+        name = f"law.{row['profiles']}.{row['contact'].partition(' (')[0]}.{row['model']}"
+        values |= {f"{name}.rms [%]": float(row["rms"]), f"{name}.largest [%]": float(row["largest"]),
+                   f"{name}.poses": int(row["poses"])}
+    for row in rows("models", "Errors that the tables state"):
+        for place in PLACES:
+            for kind in "rms", "largest":
+                values[f"table.{row['model']}.{row['profiles']}.{place}.{kind} [%]"] = 100*float(row[f"{place}: {kind}"])
+    for row in rows("models", "Tread and flange in one"):
+        name = f"coupling.{row['case']}"
+        values |= {f"{name}.distance [mm]": float(row["distance [mm]"]),
+                   f"{name}.displacement [um]": float(row["displacement at the flange by 90 kN on the tread [um]"]),
+                   f"{name}.flange [kN]": -float(row["flange's force, largest change [kN]"]),
+                   f"{name}.peak [%]": abs(float(row["its change there [%]"])),
+                   f"{name}.tread [kN]": -float(row["tread's force, largest change [kN]"])}
+    for row in rows("linear", "Frequencies [Hz]"):
+        values[f"frequency.{row['pair']}.{row['mode']}.strip [Hz]"] = float(row["core"])
+        values[f"frequency.{row['pair']}.{row['mode']}.closed form [Hz]"] = float(row["closed form, Hertz"])
+        if row["rigid pendulum"]:
+            values[f"frequency.{row['pair']}.{row['mode']}.pendulum [Hz]"] = float(row["rigid pendulum"])
+    for row in rows("quasistatic", "Limit of equilibrium"):
+        pair, kind = row["pair"].split(", ")
+        values[f"F_limit.{pair}.{kind} [kN]"] = float(row["F [kN]"])
+        values[f"angle_limit.{pair}.{kind} [deg]"] = float(row["contact angle [deg]"])
+        if kind == "rigid":
+            values |= {f"b_c.{pair} [mm]": float(row["b [mm]"]), f"h_c.{pair} [mm]": float(row["h [mm]"])}
+    for pair in PAIRS:
+        values[f"F_limit.{pair}.difference [%]"] = 100*abs(
+            values[f"F_limit.{pair}.elastic [kN]"]/values[f"F_limit.{pair}.rigid [kN]"] - 1)
+    values["F_limit.difference [%]"] = max(values[f"F_limit.{pair}.difference [%]"] for pair in PAIRS)
+    for row in rows("integration", "Deviation of the core"):
+        for name in "Y", "Z", "roll":
+            unit = "rad" if name == "roll" else "m"
+            values[f"integration.{row['case']}.{name} [{unit}]"] = float(row[f"{name}, largest [{unit}]"])
+        values[f"integration.{row['case']}.end [s]"] = float(row["compared to [s]"])
+    deviations = {"free": [], "ex3_sw": []}
+    for case in CASES[:8]:
+        deviations["ex3_sw" if case == "ex3_sw" else "free"].append(values[f"integration.{case}.Y [m]"])
+    values |= {f"integration.{name}.largest [m]": max(found) for name, found in deviations.items()}
+    for check in checks:
+        quantity, deviation = check["quantity"], float(check["deviation"])
+        if quantity.endswith("peak normal force, left flange [N], relative"):
+            values[f"integration.{quantity.split()[0]}.peak"] = deviation
+        elif check["section"] == "linear" and quantity.endswith("halfspace"):
+            values[f"frequency.{quantity.split()[-2].strip(',')}.{quantity.split()[0]}.halfspace [Hz]"] = float(check["value"])
+        elif check["section"] == "halfspace" and quantity.split(":")[0] in ("cone", "r^4"):
+            name = f"halfspace.{quantity.split(':')[0]} [%]"
+            values[name] = max(values.get(name, 0), 100*deviation)
+    values["halfspace.ellipses [%]"] = max(abs(float(cell)) for row in rows("halfspace", "Deviation from Hertz")
+                                           for name, cell in row.items() if "semi-axes" not in name)
+    for section in sections:
+        values[f"checks.{section}"] = sum(check["section"] == section for check in checks)
+    values["checks.all"] = len(checks)
+    return values
+
+
+# Runs of this program ---------------------------------------------------------------------
+
+def of_variants() -> Values:
+    """Results with other laws, accuracies and schemes, and the sizes of pages."""
+    values: Values = {}
+    second = Case.exercise(2, "aw").replace(table_file="")
+    for model in "halfspace", "strip", "hertz":
+        row = summary_row(ldbench.run(second.replace(model=model)))
+        values[f"t_return.ex2_aw.{model} [ms]"] = 1e3*row["t_return"]
+        values[f"drift.ex2_aw.{model} [J]"] = row["drift"]
+    values["drift.ex2_aw.coarse strip [J]"] = ldbench.run(second.replace(model="strip", accuracy=0.06)).results["drift"]
+    kept = str(OUTPUTS/"aw_halfspace.table")
+    values["drift.ex2_aw.energy [J]"] = ldbench.run(second.replace(
+        table_file=kept, scheme="energy", beta=0.25, order=2, energy_tolerance=0.0, dt=2e-6)).results["drift"]
+    for exercise, (peaks, returns) in of_accuracies((1, 2, 4)).items():
+        values[f"accuracies.ex{exercise}.peak.least [kN]"], values[f"accuracies.ex{exercise}.peak.largest [kN]"] = \
+            min(peaks), max(peaks)
+        values[f"accuracies.ex{exercise}.spread [%]"] = 100*(max(peaks)/min(peaks) - 1)
+        values[f"accuracies.ex{exercise}.t_return.least [ms]"], values[f"accuracies.ex{exercise}.t_return.largest [ms]"] = \
+            min(returns), max(returns)
+    climb = formulations.climb(Case.exercise(4, "aw"))
+    values["climb.aw [J]"] = float((climb.PE_grav + climb.PE_load).max())
+    with tempfile.TemporaryDirectory() as folder:
+        for name in CASES:
+            page = Path(folder)/f"{name}.html"
+            view([str(OUTPUTS/f"{name}.txt")]).write(page)
+            values[f"page.{name} [MB]"] = page.stat().st_size/1e6
+    sizes = [values[f"page.{name} [MB]"] for name in CASES if "ex5" not in name]
+    values["page.free.least [MB]"], values["page.free.largest [MB]"] = min(sizes), max(sizes)
+    return values
+
+
+def of_accuracies(exercises: Iterable[int]) -> dict[int, tuple[list[float], list[float]]]:
+    """First peaks of the left flange force [kN] and returns to the centre [ms] with tables of several accuracies."""
+    found: dict[int, tuple[list[float], list[float]]] = {exercise: ([], []) for exercise in exercises}
+    for accuracy in ACCURACIES:
+        table = ContactTable(Case.exercise(1, "aw").replace(table_file="", accuracy=accuracy))
+        for exercise, (peaks, returns) in found.items():
+            case = Case.exercise(exercise, "aw").replace(table_file="", accuracy=accuracy)
+            run = ldbench.run(case, table=table.for_case(case))
+            start, end = first_episode(run, "LF")
+            rows = (run.time >= start) & (run.time <= end)
+            peaks.append(1e-3*float(run.values("N_LF")[rows].max()))
+            returns.append(1e3*run.passages()[-1])
+    return found
+
+
+def of_times() -> Values:
+    """Processor times [s] of the larger contact table, and of the ten runs without tables and files."""
+    tables = {pair: ContactTable(Case.exercise(1, pair).replace(table_file="")) for pair in PAIRS}
+    seconds = 0.0
+    for case in CASES:
+        own = Case.exercise(int(case[2]), case[-2:]).replace(table_file="")
+        seconds += ldbench.run(own, table=tables[case[-2:]].for_case(own)).seconds
+    return {"time.table [s]": max(table.seconds for table in tables.values()), "time.runs [s]": seconds}
+
+
+GROUPS: dict[str, Callable[[], Values]] = {
+    "report": of_report, "validate": of_validation, "variants": of_variants, "times": of_times}
+
+
+# The file ---------------------------------------------------------------------------------
+
+def measured() -> dict[str, Any]:
+    """The file of measured results: by group the command and the values."""
+    return json.loads(FILE.read_text()) if FILE.exists() else {}
+
+
+def all_values() -> Values:
+    """Every measured result by its name."""
+    return {name: value for group in measured().values() for name, value in group["values"].items()}
+
+
+def main(groups: list[str]) -> int:
+    if unknown := set(groups) - GROUPS.keys():
+        print(f"docs: expected groups of {', '.join(GROUPS)}, found {', '.join(sorted(unknown))}", file=sys.stderr)
+        return 1
+    known = measured()
+    for group in groups or GROUPS:
+        values = GROUPS[group]()
+        values = {name: float(f"{value:.{DIGITS}g}") for name, value in values.items()}
+        known[group] = {"command": COMMANDS[group], "values": dict(sorted(values.items()))}
+        print(f"{group}: {len(values)} results")
+    with complete(FILE) as scratch:
+        scratch.write_text(json.dumps({group: known[group] for group in GROUPS if group in known}, indent=1) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
