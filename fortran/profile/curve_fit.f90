@@ -232,12 +232,15 @@ contains
     real(dp), parameter :: differences(4) = [-1, 3, -3, 1]
     real(dp), parameter :: range = 40      ! width in ln lambda: beyond it rounding decides
     integer, parameter :: trials = 30
-    real(dp) :: fit(4, size(beta, 1)), bend(4, size(beta, 1)), ab(4, size(beta, 1)), &
-      rhs(size(beta, 1), 2), w(4, size(x)), low, high, score, best, rms, free, asked
-    integer :: k, first(size(x)), i, j, l
+    ! Arrays of this size do not go on the stack, whose end no program survives.
+    real(dp), allocatable :: fit(:, :), bend(:, :), ab(:, :), rhs(:, :), w(:, :)
+    real(dp) :: low, high, score, best, rms, free, asked
+    integer, allocatable :: first(:)
+    integer :: k, i, j, l
     logical :: solved
 
     k = size(beta, 1)
+    allocate (fit(4, k), bend(4, k), ab(4, k), rhs(k, 2), w(4, size(x)), first(size(x)))
     fit = 0
     rhs = 0
     do i = 1, size(x)
@@ -324,10 +327,12 @@ contains
   !> data with spline functions", Numer. Math. 47 (1985) 99-106).
   pure real(dp) function trace(u, f)
     real(dp), intent(in) :: u(:, :), f(:, :)   !! upper bands as LAPACK stores them, diagonal last
-    real(dp) :: z(size(u, 1), size(u, 2)), x
+    real(dp), allocatable :: z(:, :)
+    real(dp) :: x
     integer :: i, j, k, d
 
     d = size(u, 1)
+    allocate (z(d, size(u, 2)))
     trace = 0
     do i = size(u, 2), 1, -1
       do j = min(i + d - 1, size(u, 2)), i, -1
