@@ -29,7 +29,7 @@ module curve_fit
   use kinds, only: dp, pi
   implicit none
   private
-  public :: fit_curve, waviness
+  public :: fit_curve
 
   !> Share by which a curve may exceed the distance that is asked for, where the points' noise exceeds it.
   real(dp), parameter :: leeway = 0.25_dp

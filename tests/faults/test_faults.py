@@ -69,6 +69,16 @@ def case(tmp_path: Path) -> Path:
 FILES = {"pair.table", "columns.txt", "geometry.txt"}
 
 
+def write_all(case: Path, python: bool) -> None:
+    """Write all files of a case, by Python or by a run."""
+    if python:
+        for name in FILES:
+            with complete(case/name) as scratch:
+                scratch.write_text("new")
+    else:
+        assert run(case).returncode == 0
+
+
 def bytes_of(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "case.nml"}
 
@@ -155,14 +165,6 @@ def test_what_dead_processes_left_is_removed(case, python):
     if not shutil.which("flock"):
         pytest.skip("no flock")
 
-    def write_all() -> None:
-        if python:
-            for name in FILES:
-                with complete(case/name) as scratch:
-                    scratch.write_text("new")
-        else:
-            assert run(case).returncode == 0
-
     for name in FILES:
         for number in "00", "03", "99":
             (case/f"{name}.ldbench-part{number}").write_text("half")
@@ -173,10 +175,10 @@ def test_what_dead_processes_left_is_removed(case, python):
         file.write_text("mine")
     lock = subprocess.Popen(["flock", locked, "sh", "-c", "echo held; read end"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     assert lock.stdout.readline() == b"held\n"
-    write_all()
+    write_all(case, python)
     assert bytes_of(case).keys() == FILES | {file.name for file in kept}
     lock.communicate(b"\n")
-    write_all()
+    write_all(case, python)
     assert bytes_of(case).keys() == FILES | {file.name for file in kept if file != locked}
     assert all(file.read_text() == "mine" for file in kept if file != locked)
 
@@ -202,12 +204,7 @@ def test_a_file_that_is_replaced_keeps_its_permissions(case, python):
         (case/name).chmod(mode)
         if name == "pair.table":
             (case/name).write_bytes((case/name).read_bytes()[:-8])     # so that it is built anew
-    if python:
-        for name in FILES:
-            with complete(case/name) as scratch:
-                scratch.write_text("new")
-    else:
-        assert run(case).returncode == 0
+    write_all(case, python)
     assert [(case/name).stat().st_mode & 0o777 for name in sorted(FILES)] == [0o640, 0o600, 0o444]
     (case/"new.txt").touch()
     with complete(case/"made.txt") as scratch:

@@ -545,7 +545,7 @@ def test_json_of_pressure(place: Path, capsys: pytest.CaptureFixture[str]):
 
 
 @pytest.mark.parametrize(("words", "told"), [
-    (["a.txt", "--at", "9"], "a.txt, --at 9: expected a time from 0 to 0.045 s, found another"),
+    (["a.txt", "--at", "9"], "a.txt, --at 9: expected a time from 0 to 0.045 s, found 9"),
     (["a.txt", "--at", "0.0001", "--contact", "LF"], "a.txt, t = 0.000100 s: expected LF closed, found LT, RT"),
     (["strip.txt", "--at", "0"], "&contact model: expected 'halfspace', which has pressures, found 'strip'"),
     (["rigid.txt", "--at", "0"], "&contact formulation: expected 'elastic', which has pressures, found 'unilateral'"),

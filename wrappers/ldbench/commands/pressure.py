@@ -71,5 +71,5 @@ def row_at(run: RunData, time: float) -> int:
     """The row nearest to a time; Error where the run does not go there."""
     t = run.time
     if not t[0] <= time <= t[-1]:
-        raise Error(f"{run.file}, --at {time:g}: expected a time from {t[0]:g} to {t[-1]:g} s, found another")
+        raise Error(f"{run.file}, --at {time:g}: expected a time from {t[0]:g} to {t[-1]:g} s, found {time:g}")
     return int(np.abs(t - time).argmin())

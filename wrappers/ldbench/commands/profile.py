@@ -38,7 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def two_radii(words: str) -> tuple[float, float]:
     """Read the radii of the left and the right wheel [m], separated by a comma."""
-    left, right = map(float, words.split(","))
+    try:
+        left, right = map(float, words.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected two radii in m, LEFT,RIGHT, found '{words}'") from None
     return left, right
 
 

@@ -108,10 +108,10 @@ OUTCOME = {
     **{f"peak_N_{c}": Quantity(f"peak N, {words}", "kN", KN, digits=2, short=f"peak N, {words}")
        for c, words in CONTACT_NAMES.items()},
     **{key: value for c in ("LF", "RF") for key, value in {
-        f"pmax_{c}": Quantity(f"largest pressure at the peak of the first contact, {CONTACT_NAMES[c]}", "MPa", 1e-6, digits=0,
-                              short=f"pressure then, {CONTACT_NAMES[c]}"),
-        f"patch_{c}": Quantity(f"area of its patches, {CONTACT_NAMES[c]}", "mm²", 1e6, digits=0,
-                               short=f"area then, {CONTACT_NAMES[c]}")}.items()},
+        f"pmax_{c}": Quantity(f"peak pressure, first contact, {CONTACT_NAMES[c]}", "MPa", 1e-6, digits=0,
+                              short=f"peak pressure, {CONTACT_NAMES[c]}"),
+        f"patch_{c}": Quantity(f"patch area, first contact, {CONTACT_NAMES[c]}", "mm²", 1e6, digits=0,
+                               short=f"patch area, {CONTACT_NAMES[c]}")}.items()},
     "n_left_flange_contact": Quantity("contacts of the left flange", "", 1, digits=0),
     "n_right_flange_contact": Quantity("contacts of the right flange", "", 1, digits=0),
     "n_left_wheel_lift_off": Quantity("lift-offs of the left wheel", "", 1, digits=0, short="lift-offs, left wheel"),
