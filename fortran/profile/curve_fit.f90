@@ -63,9 +63,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: noise, advised
 
-    ! Only the noise of the first curve is of interest.  So few points that it fails tell nothing about their noise.
-    call smooth(y, z, -1.0_dp, 1, c, error)
-    noise = merge(0.0_dp, c%noise, allocated(error))
+    call smooth(y, z, 0.0_dp, c, error)
+    noise = c%noise
     advised = merge(noise, 0.0_dp, noise > negligible)
     call fit_at(advised)
     do while (.not. allocated(error))
@@ -83,7 +82,7 @@ contains
 
       if (allocated(error)) deallocate (error)
       if (distance > 0) then
-        call smooth(y, z, distance, most_rounds, c, error)
+        call smooth(y, z, distance, c, error)
       else
         call interpolate(y, z, c, error)
       end if
@@ -180,10 +179,9 @@ contains
     end do
   end function chord_stations
 
-  !> The penalised spline at an rms distance from the points.
-  subroutine smooth(y, z, distance, rounds, c, error)
+  !> The penalised spline at an rms distance from the points; with a distance of 0 only their noise.
+  subroutine smooth(y, z, distance, c, error)
     real(dp), intent(in) :: y(:), z(:), distance
-    integer, intent(in) :: rounds          !! of stations and splines in turn
     type(curve_type), intent(out) :: c
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: finest = 0.25e-3_dp, coarsest = 0.5e-3_dp   ! between knots [m]
@@ -196,7 +194,7 @@ contains
     p(:, 2) = z
     s = chord_stations(y, z)
     m = min(max(8, nint(s(n)/max(finest, min(s(n)/(n - 1), coarsest)))), n)
-    do round = 1, rounds
+    do round = 1, most_rounds
       if (round > 1) then
         call find_feet(c, p, s)
         call sort_along(s, p)
@@ -206,7 +204,7 @@ contains
       if (allocated(c%s)) deallocate (c%s, c%a, beta)
       allocate (c%s(0:m + 2), c%a(2, 4, 0:m + 1), beta(m + 3, 2))
       call penalised(s/h, p, distance, beta, c%noise, error)
-      if (allocated(error)) return
+      if (allocated(error) .or. distance <= 0) return
       c%n = m + 1
       c%s(1:m + 1) = [((i - 1)*h, i=1, m + 1)]
       do i = 1, m
@@ -216,12 +214,12 @@ contains
         c%a(:, 4, i) = (beta(i + 3, :) - beta(i, :) + 3*(beta(i + 1, :) - beta(i + 2, :)))/(6*h**3)
       end do
       ! A curve that is to follow the noise has no feet worth finding.
-      if (distance > 0 .and. c%noise > (1 + leeway)*distance) exit
+      if (c%noise > (1 + leeway)*distance) exit
     end do
   end subroutine smooth
 
   !> Coefficients of cubic B-splines on the knots 0, 1, ... with the least third differences at an rms distance from
-  !> points p at stations x, and the noise of the points.
+  !> points p at stations x, and the noise of the points.  With a distance of 0 the coefficients are not those of a curve.
   subroutine penalised(x, p, distance, beta, noise, error)
     real(dp), intent(in) :: x(:)           !! [intervals]
     real(dp), intent(in) :: p(:, :)        !! (point, coordinate)
@@ -276,8 +274,8 @@ contains
       best = score
       noise = rms/sqrt(free)
     end do
+    if (distance <= 0) return
     asked = max(distance, min(noise, (1 + leeway)*distance))
-    if (distance < 0) asked = noise
     ! The distance grows monotonically with lambda.
     high = low + range
     do i = 1, 60
