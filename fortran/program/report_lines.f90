@@ -5,6 +5,7 @@ module report_lines
   use kinds, only: dp
   use profile, only: profile_type
   use run_setup, only: setup_type
+  use service_poses, only: rollover_allowance
   use text, only: str, with_zero
   implicit none
   private
@@ -104,6 +105,10 @@ contains
     if (any(table%accuracy%poses > 0) .and. any(table%accuracy%rms(:3) > c%accuracy)) lines = lines//'warning: '//what// &
       ': expected an rms error of at most &table accuracy = '//str(c%accuracy)//' in service, reached '// &
       scientific(maxval(table%accuracy%rms(:3)))//newline
+    if (table%accuracy%poses(4) > 0 .and. table%accuracy%rms(4) > rollover_allowance*c%accuracy) lines = lines// &
+      'warning: '//what//': expected an rms error of at most '//str(nint(rollover_allowance))//' x &table accuracy while the '// &
+      'wheelset rolls over a rail, reached '//scientific(table%accuracy%rms(4))//'; do not trust the end of a run that '// &
+      'derails'//newline
   end subroutine add_warnings
 
   !> Describe a profile in one line, or in a line per side if the sides have different profiles.

@@ -11,7 +11,7 @@ module service_poses
   implicit none
   private
   public :: extent_type, request_type, service_roll, small_roll, largest_roll, tread_share, force_floor, &
-    roll_lever
+    roll_lever, rollover_allowance
   public :: error_allowance, find_reach, estimated_force
 
   !> Extent of the table, which a case may change, and the clearance that says which part of it is service.

@@ -145,6 +145,9 @@ def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
 # ---- accuracy ------------------------------------------------------------------------
 WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.002 in service, reached (\S+)"
 
+ROLLOVER_WARNING = (r"warning: contact table: expected an rms error of at most 10 x &table accuracy while the wheelset rolls over a "
+                    r"rail, reached (\S+); do not trust")
+
 
 def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):
     done = run_case(short_case(tmp_path, table=COARSE), tmp_path)
@@ -152,6 +155,9 @@ def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):
     worst, = re.findall(WARNING, " ".join(done.stdout.split()))
     assert float(worst) == max(float(rms) for place, (rms, _) in stated(done.stdout).items() if place != "going over")
     assert float(worst) > 2e-3 and len(columns(tmp_path / "columns.txt")["time"]) == 21
+    for words in done.stdout, header(tmp_path / "columns.txt"):
+        over, = re.findall(ROLLOVER_WARNING, " ".join(words.replace("\n#", "\n").split()))
+        assert over == stated(done.stdout)["going over"][0] and float(over) > 2e-2
     done = run_case(short_case(tmp_path, table=COARSE | {"accuracy": 0.5}), tmp_path)
     assert done.returncode == 0 and "warning" not in done.stdout + done.stderr
 

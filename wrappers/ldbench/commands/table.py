@@ -14,6 +14,8 @@ from ..case import Case
 from ..table import PLACES, ContactTable, profile_names
 from .options import add_json, add_output, add_set, print_json, settings
 
+ROLLOVER = 10       # error allowed while the wheelset rolls over a rail, relative to that in service; as in the core
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
@@ -89,6 +91,10 @@ def describe(table: ContactTable) -> None:
         if worst > case.accuracy:
             warn(f"{side}contact table: expected an rms error of at most &table accuracy = {case.accuracy} in service, "
                  f"reached {worst:.1e}")
+        over = errors[PLACES[-1]].rms if PLACES[-1] in errors else 0.0
+        if over > ROLLOVER*case.accuracy:
+            warn(f"{side}contact table: expected an rms error of at most {ROLLOVER} x &table accuracy while the wheelset rolls "
+                 f"over a rail, reached {over:.1e}; do not trust the end of a run that derails")
 
 
 def warn(words: str) -> None:
