@@ -7,12 +7,16 @@
 !> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
 !> inside. This is a separate event, after which the run goes on.
 !>
+!> A flange touches its rail when its contact is closed and the contact angle is at least `flange_angle`, or the wheelset is
+!> displaced past the flange clearance. At a smaller angle inside the clearance the contact is at the flange's root, which
+!> a blow of the tread closes for an instant.
+!>
 !> Times of events lie within the steps. The time at which an elastic contact closes or opens follows from the contact's
 !> energy, which is proportional to p^(5/2) of the penetration p, and from the rate of that energy. All other times are
 !> interpolated linearly. With rigid contacts a step ends where a contact opens or closes.
 module events
   use contact_zones, only: side_type
-  use kinds, only: dp
+  use kinds, only: degree, dp
   use motion_state, only: motion_type
   use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
@@ -34,11 +38,17 @@ module events
   integer, parameter :: kept_impacts = 100  !! impacts that are recorded
   integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
   real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
+  real(dp), parameter :: flange_angle = 25*degree   !! least contact angle of a flange contact inside the clearance [rad]
+  !> A flange contact is past the clearance from this lateral distance before it: elastic wheels touch earlier than rigid
+  !> ones [m].
+  real(dp), parameter :: before_clearance = 0.5e-3_dp
+  integer, parameter :: flange(2) = [left_flange, right_flange]
 
   type :: event_type
     integer :: kind = 0
     real(dp) :: t = 0              !! [s]
     real(dp) :: force = 0          !! lateral force at the time of the event [N]
+    real(dp) :: angle = 0          !! contact angle of a flange contact; 0 if not known [rad]
     real(dp) :: impulse(4) = 0     !! impulse of an impact, by contact [N s]
     real(dp) :: loss = 0           !! energy lost in an impact [J]
   end type event_type
@@ -50,6 +60,7 @@ module events
     logical :: away = .false.         !! the wheelset has left the centre since the last passage
     logical :: returned = .false.     !! the wheelset has returned to the centre after contacts of both flanges
     logical :: derailed = .false.
+    logical :: on_flange(2) = .false. !! the flange has touched since its contact closed, left and right
     integer :: n_moments = 0
     real(dp) :: moments(most_moments) = 0   !! times of events and of changes of contacts in the last step [s]
   end type event_log
@@ -71,9 +82,11 @@ contains
     were = closed(old%contact)
     are = closed(new%contact)
     hit = are .or. new%contact%struck
+    do k = 1, 2
+      if (hit(flange(k)) .and. .not. (were(flange(k)) .and. log%on_flange(k))) call find_flange_contact(k)
+      if (.not. are(flange(k))) log%on_flange(k) = .false.
+    end do
     if (any(were .neqv. are) .or. any(new%contact%struck)) then
-      if (hit(left_flange) .and. .not. were(left_flange)) call record(log, w, left_flange_contact, touch(left_flange))
-      if (hit(right_flange) .and. .not. were(right_flange)) call record(log, w, right_flange_contact, touch(right_flange))
       call wheel(left_tread, left_flange, left_lift_off, left_landing)
       call wheel(right_tread, right_flange, right_lift_off, right_landing)
       do k = 1, 4
@@ -106,6 +119,52 @@ contains
     end do
 
   contains
+
+    !> Record a contact of the flange on side k: when the contact closes, or when a closed contact moves to the flange.
+    subroutine find_flange_contact(k)
+      integer, intent(in) :: k
+      real(dp) :: start, end
+      integer :: n
+
+      end = on_flange(new, k)
+      if (end < 0) return
+      if (were(flange(k))) then
+        start = on_flange(old, k)
+        log%on_flange(k) = start >= 0         ! at the start of the run
+        if (log%on_flange(k)) return
+      end if
+      log%on_flange(k) = .true.
+      n = log%n
+      if (were(flange(k))) then
+        call record(log, w, merge(left_flange_contact, right_flange_contact, k == 1), new%t - dt*end/(end - start))
+      else
+        call record(log, w, merge(left_flange_contact, right_flange_contact, k == 1), touch(flange(k)))
+      end if
+      if (log%n > n) log%list(log%n)%angle = max(0.0_dp, contact_angle(new, k))
+    end subroutine find_flange_contact
+
+    !> How far a closed contact of the flange on side k is on the flange: by the contact angle, relative to `flange_angle`, or
+    !> by the lateral displacement, relative to `before_clearance`, whichever is more; negative at the flange's root.
+    pure real(dp) function on_flange(motion, k) result(far)
+      type(motion_type), intent(in) :: motion
+      integer, intent(in) :: k
+
+      far = max(contact_angle(motion, k)/flange_angle - 1, &
+        (outwards(k)*motion%q(1) - side(k)%clearance)/before_clearance + 1)
+    end function on_flange
+
+    !> Contact angle of the flange on side k [rad]; -1 if the contact has no force.
+    pure real(dp) function contact_angle(motion, k) result(angle)
+      type(motion_type), intent(in) :: motion
+      integer, intent(in) :: k
+
+      angle = -1
+      associate (slope => motion%contact%slope(:, flange(k)))
+        if (norm2(slope(:2)) > 0) angle = atan2(outwards(k)*slope(1), -slope(2))
+        ! A rail that pulls has a force against the normal.
+        if (motion%contact%pulls(flange(k))) angle = atan2(-outwards(k)*slope(1), slope(2))
+      end associate
+    end function contact_angle
 
     subroutine wheel(tread, flange, lift_off, landing)
       integer, intent(in) :: tread, flange, lift_off, landing

@@ -154,6 +154,7 @@ contains
       associate (event => run%log%list(k))
         name = 'event('//str(k)//')%'
         lines = lines//'  '//name//'t = '//trim(shortest(event%t))//', '//name//'kind = '''//trim(event_kinds(event%kind))//''''
+        if (event%angle > 0) lines = lines//', '//name//'angle = '//trim(shortest(event%angle))
         if (loaded) lines = lines//', '//name//'force = '//trim(shortest(event%force))
         do i = 1, 4
           if (abs(event%impulse(i)) > 0) lines = lines//', '//name//'P_'//contact_name(i)//' = '//trim(shortest(event%impulse(i)))

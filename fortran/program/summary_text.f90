@@ -2,7 +2,7 @@
 module summary_text
   use case, only: case_type, output_path
   use events, only: elastic_kinds, event_kinds, kept
-  use kinds, only: dp
+  use kinds, only: degree, dp
   use profile, only: profile_type
   use report_lines, only: add_formulation, add_profiles, add_tables, fixed, newline, plural, scientific, too_rough
   use run_monitor, only: run_type
@@ -130,6 +130,7 @@ contains
         if (event_kinds(event%kind) == 'impact') struck = struck + 1
         if (event_kinds(event%kind) == 'impact' .and. struck > listed_impacts) cycle
         lines = lines//'  t = '//fixed(event%t, 6)//' s  '//trim(event_kinds(event%kind))
+        if (event%angle > 0) lines = lines//' at '//fixed(event%angle/degree, 1)//' degrees'
         if (abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0) &
           lines = lines//', lateral force '//fixed(1e-3_dp*event%force, 3)//' kN'
         if (any(abs(event%impulse) > 0)) lines = lines//trim(impact(event%impulse, event%loss))

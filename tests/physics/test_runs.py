@@ -25,6 +25,7 @@ from probes import (
 from running import CASES, PAIRS, REPO, Columns, Run, columns, header, on_grid, read_interval, run_case, shipped_text
 
 CONTACTS = "LT", "LF", "RT", "RF"
+FLANGE_ANGLE = np.radians(25)
 DIGITS = 1e-8      # two units in the last of the files' nine digits
 
 
@@ -62,7 +63,7 @@ def test_left_right_return(exercise: int, pair: str, shipped: dict[str, Run]):
     """Exercises 1-3: left flange, right flange, then back through the centre; no sooner, no later."""
     run = shipped[f"ex{exercise}_{pair}"]
     c = on_grid(run).columns
-    left, right = (c["time"][np.flatnonzero(c[f"N_{flange}"])[0]] for flange in ("LF", "RF"))
+    left, right = (c["time"][np.flatnonzero(c[f"angle_{flange}"] >= FLANGE_ANGLE)[0]] for flange in ("LF", "RF"))
     interval = read_interval(run.header)
     assert left < right < c["time"][-1]
     assert first_event(run, "left flange contact") == pytest.approx(left, abs=interval)
@@ -72,6 +73,29 @@ def test_left_right_return(exercise: int, pair: str, shipped: dict[str, Run]):
     crossed = np.diff(np.signbit(c["Y"][back]))
     assert crossed[-1]
     assert crossed.sum() == 1
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("exercise", [1, 2, 3, 4])
+def test_a_flange_contact_is_on_the_flange(exercise: int, pair: str, shipped: dict[str, Run]):
+    """The flange's contact counts once while it stays closed, if its contact angle reaches 25 degrees or the wheelset is past
+    the clearance; a contact at the flange's root, under a blow of the tread, does not. Every event says the angle."""
+    run = shipped[f"ex{exercise}_{pair}"]
+    c = run.columns
+    for flange, side, sign in ("LF", "left", 1), ("RF", "right", -1):
+        clearance = float(re.search(rf"clearance_{side} = (\S+)", run.header)[1])
+        closed = np.flatnonzero(c[f"N_{flange}"] > 0)
+        stretches = np.split(closed, np.flatnonzero(np.diff(closed) > 1) + 1)
+        reaching = [k for k in stretches if (c[f"angle_{flange}"][k] >= FLANGE_ANGLE).any()
+                    or (sign*c["Y"][k] > clearance).any()]
+        told = re.findall(rf"t = (\S+) s  {side} flange contact at (\S+) degrees", run.summary)
+        assert len(reaching) == len(told) == int(re.search(rf"n_{side}_flange_contact = (\d+)", run.header)[1])
+        for k, (t, angle) in zip(reaching, told, strict=True):
+            assert c["time"][k[0]] - 1.1e-4 < float(t) <= c["time"][k[-1]]
+            first = k[np.argmax(c["time"][k] > float(t))]
+            assert float(angle) == pytest.approx(np.degrees(c[f"angle_{flange}"][first]), abs=1.5)
+        if (exercise, pair, side) == (3, "aw", "right"):
+            assert len(stretches) > len(reaching) == 1
 
 
 @pytest.mark.parametrize("pair", PAIRS)

@@ -124,7 +124,7 @@ def test_summary(tmp_path):
     done = run_case(text, tmp_path)
     assert done.returncode == 0 and done.stderr == ""
     for words in ("first: a short one\n", "rigid-axle clearance [mm]: 2 x 10.180\n", "90.000 kN per wheel\n",
-                  " s  left flange contact\n", "number of events:\n  left flange contact 1\n",
+                  " s  left flange contact at 4", " degrees\n", "number of events:\n  left flange contact 1\n",
                   "peak normal forces [kN]:\n  LT ", "largest energy drift [J]: ",
                   "steps: 2000 of at most 1.0E-5 s, of which 0 were cut; contact evaluations: ",
                   "ended at t = 0.020000 s: t_end\n", "processor time [s]: table ", " (built), integration ",
@@ -132,7 +132,7 @@ def test_summary(tmp_path):
         assert words in done.stdout
     assert max(len(line) for line in done.stdout.splitlines() if not line.startswith("columns: ")) <= 100
     read = read_data(tmp_path/"columns.txt")
-    listed = re.findall(r"^  t = (\S+) s  (.*)$", done.stdout, re.MULTILINE)
+    listed = re.findall(r"^  t = (\S+) s  (.*?)(?: at \S+ degrees)?$", done.stdout, re.MULTILINE)
     assert [(f"{event.t:.6f}", event.kind) for event in read.events] == listed != []
     assert f"largest energy drift [J]: {read.results['drift']:.2E}" in done.stdout
     assert read.results["steps"] == 2000 and read.ending == "t_end"

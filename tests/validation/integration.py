@@ -27,6 +27,8 @@ SHIPPED = LADDER.index(1.0)
 LEAST = 2**2.5                  # by which errors go down from one to the next, at least
 MEANINGFUL = 1e-5               # a case is compared until its bar reaches this, 0.1 % of the clearance [m, rad]
 RAMP_END = 0.9                  # of exercise 5: the core's settings have parted by then [s]
+FLANGE_ANGLE = np.radians(25)   # of a contact of the flange; smaller angles are those of its root
+JUST_AFTER = 2e-5               # a contact has closed, its angle is told [s]
 SAMPLES = 1e-5, 1e-7            # in which the peaks of DOP853's forces are looked for [s]
 NEARBY = 1e-7                   # for differences of forces [m, rad]
 
@@ -72,7 +74,7 @@ class Reference:
     """A motion by DOP853."""
 
     state: Callable[[np.ndarray], np.ndarray]   # y, z, roll and their rates at times; z from equilibrium
-    touches: dict[str, float]                   # first flange contacts [s]
+    touches: dict[str, float]                   # first contacts of the flange, not of its root [s]
     passages: np.ndarray                        # of the centre [s]
     acceleration: Callable[[float], np.ndarray]
 
@@ -106,9 +108,17 @@ def integrate(case: Case, table: ContactTable, t_end: float, tolerance: float) -
     if not found.success:
         raise ldbench.Error(f"DOP853: {found.message}")
     left, right, passages = found.t_events
+
+    def on_flange(contact: str, t: float) -> bool:
+        y, z, roll = found.sol(min(t + JUST_AFTER, t_end))[:3]
+        force = contact_forces(handle, y, z, roll)[0][:, CONTACTS.index(contact)]
+        side = 1 if contact == "LF" else -1
+        return bool(np.arctan2(-side*force[0], force[1]) >= FLANGE_ANGLE or side*y > table.clearance)
+
     rest = np.array([0, table.equilibrium, 0, 0, 0, 0])
     return Reference(lambda t: found.sol(t).T - rest,
-                     {c: times[0] for c, times in (("LF", left), ("RF", right)) if times.size},
+                     {c: found_on[0] for c, times in (("LF", left), ("RF", right))
+                      if (found_on := [t for t in times if on_flange(c, t)])},
                      passages[passages > 0], lambda t: rates(t, found.sol(t))[3:])
 
 

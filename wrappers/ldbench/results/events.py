@@ -9,6 +9,8 @@ import numpy as np
 
 from .._core.calls import descriptions
 
+FLANGE_ANGLE = np.radians(25)       # least contact angle of a flange contact inside the clearance; as in the core
+
 
 class Event(NamedTuple):
     """An event of a run."""
@@ -16,6 +18,7 @@ class Event(NamedTuple):
     t: float                            # [s]
     kind: str                           # 'left flange contact', 'derailment', ...
     force: float = np.nan               # lateral force on the wheelset then [N]; NaN in a run without one
+    angle: float = np.nan               # contact angle of a flange contact [rad]; NaN of other events
     impulses: Mapping[str, float] = {}  # of an impact, by contact [N s]
     loss: float = 0.0                   # energy that an impact takes away [J]
 

@@ -144,7 +144,8 @@ def read_event(event: Mapping[str, Any]) -> Event:
     """An event from its part of the group &results."""
     force = number(event, "force") if "force" in event else np.nan
     impulses = {c: number(event, f"p_{c.lower()}") for c in CONTACTS if f"p_{c.lower()}" in event}
-    return Event(number(event, "t"), str(event.get("kind", "")), force, impulses,
+    angle = number(event, "angle") if "angle" in event else np.nan
+    return Event(number(event, "t"), str(event.get("kind", "")), force, angle, impulses,
                  number(event, "loss") if "loss" in event else 0.0)
 
 

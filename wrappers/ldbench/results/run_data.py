@@ -17,7 +17,7 @@ from .._core.optional import needed
 from .._core.pools import processes
 from ..case import Case, Value
 from .columns import read_columns, read_own_columns
-from .events import Event, count_name
+from .events import FLANGE_ANGLE, Event, count_name
 from .header import Header, read_header
 from .quantities import CONTACT_NAMES, PAIRS
 
@@ -210,13 +210,19 @@ class RunData:
         return found if found[0] > 0 else None
 
     def first_contact(self, contact: str) -> float | None:
-        """Time [s] at which a contact first closes: of the event, or of the first row with a force."""
+        """Time [s] at which a contact first closes: of the event, or of the first row with a force.
+
+        A row counts as a contact of the flange if its contact angle, where the file has one, is at least 25 degrees.
+        """
         event = self.first(CONTACT_NAMES[contact] + " contact")
         if event:
             return event.t
         if f"N_{contact}" not in self.data:
             return None
-        closed = np.flatnonzero(self.values(f"N_{contact}") > 0)
+        force = self.values(f"N_{contact}") > 0
+        if contact in ("LF", "RF") and f"angle_{contact}" in self.data:
+            force &= np.abs(self.values(f"angle_{contact}")) >= FLANGE_ANGLE
+        closed = np.flatnonzero(force)
         return float(self.time[closed[0]]) if closed.size else None
 
     def passages(self) -> list[float]:
