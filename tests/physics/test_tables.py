@@ -144,9 +144,8 @@ def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
 
 # ---- accuracy ------------------------------------------------------------------------
 WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.002 in service, reached (\S+)"
-
-ROLLOVER_WARNING = (r"warning: contact table: expected an rms error of at most 10 x &table accuracy while the wheelset rolls over a "
-                    r"rail, reached (\S+); do not trust")
+ROLLOVER_WARNING = (r"warning: contact table: expected an rms error of at most 10 x &table accuracy while the wheelset "
+                    r"rolls over a rail, reached (\S+); do not trust")
 
 
 def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):

@@ -79,7 +79,8 @@ def read_facts(text: str) -> dict[str, float]:
         "end [s]": float(re.search(r"ended at t = (\S+) s", text)[1]),
     }
     seen: dict[str, int] = {}
-    for time, kind, force in re.findall(r"^  t = (\S+) s  ([^,\n]+?)(?: at \S+ degrees)?(?:, lateral force (\S+) kN)?$", text, flags=re.M):
+    events = re.findall(r"^  t = (\S+) s  ([^,\n]+?)(?: at \S+ degrees)?(?:, lateral force (\S+) kN)?$", text, flags=re.M)
+    for time, kind, force in events:
         seen[kind] = seen.get(kind, 0) + 1
         found[f"{kind} {seen[kind]} [s]"] = float(time)
         if kind == "derailment" and force:
