@@ -105,6 +105,22 @@ def read_columns(path: str | os.PathLike[str],
     return frame
 
 
+@dataclass(frozen=True)
+class RawTable:
+    """A file as it stands: names and units of the columns, and the numbers."""
+
+    names: list[str]
+    units: list[str]            # '' where not given
+    numbers: np.ndarray         # (rows, columns)
+
+
+def read_raw(path: Path) -> RawTable:
+    """Read a file of labelled columns without a change of units."""
+    lines = read_text(path).split("\n")
+    layout = _find_layout(path, lines)
+    return RawTable(layout.names, layout.units, _read_numbers(path, lines, layout))
+
+
 def read_own_columns(path: Path) -> pd.DataFrame:
     """The columns of a file with ldbench's header, as `read_columns` gives them, three times as fast.
 

@@ -1,0 +1,1 @@
+"""Rounds of the benchmark: what participants and organisers need."""
