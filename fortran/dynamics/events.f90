@@ -100,7 +100,7 @@ contains
       if (log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0) log%returned = .true.
       call record(log, w, centre_passage, new%t - dt*new%q(1)/(new%q(1) - old%q(1)))
     end if
-    if (any(new%contact%pulls .and. .not. old%contact%pulls)) call record(log, w, rail_pulls, new%t - dt*share_of_pull())
+    if (any(new%contact%pulls .and. .not. old%contact%pulls)) call record(log, w, rail_pulls, new%t - dt*share_of_pull(old, new))
     after = over_rail(new%q, side)
     if (all(after <= 0)) return
     before = over_rail(old%q, side)
@@ -126,10 +126,10 @@ contains
       real(dp) :: start, end
       integer :: n
 
-      end = on_flange(new, k)
+      end = on_flange(new, k, side(k)%clearance)
       if (end < 0) return
       if (were(flange(k))) then
-        start = on_flange(old, k)
+        start = on_flange(old, k, side(k)%clearance)
         log%on_flange(k) = start >= 0         ! at the start of the run
         if (log%on_flange(k)) return
       end if
@@ -142,29 +142,6 @@ contains
       end if
       if (log%n > n) log%list(log%n)%angle = max(0.0_dp, contact_angle(new, k))
     end subroutine find_flange_contact
-
-    !> How far a closed contact of the flange on side k is on the flange: by the contact angle, relative to `flange_angle`, or
-    !> by the lateral displacement, relative to `before_clearance`, whichever is more; negative at the flange's root.
-    pure real(dp) function on_flange(motion, k) result(far)
-      type(motion_type), intent(in) :: motion
-      integer, intent(in) :: k
-
-      far = max(contact_angle(motion, k)/flange_angle - 1, &
-        (outwards(k)*motion%q(1) - side(k)%clearance)/before_clearance + 1)
-    end function on_flange
-
-    !> Contact angle of the flange on side k [rad]; -1 if the contact has no force.
-    pure real(dp) function contact_angle(motion, k) result(angle)
-      type(motion_type), intent(in) :: motion
-      integer, intent(in) :: k
-
-      angle = -1
-      associate (slope => motion%contact%slope(:, flange(k)))
-        if (norm2(slope(:2)) > 0) angle = atan2(outwards(k)*slope(1), -slope(2))
-        ! A rail that pulls has a force against the normal.
-        if (motion%contact%pulls(flange(k))) angle = atan2(-outwards(k)*slope(1), slope(2))
-      end associate
-    end function contact_angle
 
     subroutine wheel(tread, flange, lift_off, landing)
       integer, intent(in) :: tread, flange, lift_off, landing
@@ -207,22 +184,47 @@ contains
       lapse = 2.5_dp*motion%contact%energy(contact)/max(rate, motion%contact%energy(contact)/dt)
     end function lapse
 
-    !> The part of the step after a force has changed its sign.
-    real(dp) function share_of_pull() result(share)
-      real(dp) :: before, after
-      integer :: k
-
-      share = 0
-      if (any(new%contact%struck)) return
-      do k = 1, 4
-        if (.not. new%contact%pulls(k) .or. old%contact%pulls(k) .or. .not. old%contact%rigid(k)) cycle
-        before = norm2(old%contact%slope(:2, k))
-        after = norm2(new%contact%slope(:2, k))
-        share = max(share, after/(before + after))
-      end do
-    end function share_of_pull
-
   end subroutine watch
+
+  !> How far a closed contact of the flange on side k is on the flange: by the contact angle, relative to `flange_angle`, or
+  !> by the lateral displacement, relative to `before_clearance`, whichever is more; negative at the flange's root.
+  pure real(dp) function on_flange(motion, k, clearance) result(far)
+    type(motion_type), intent(in) :: motion
+    integer, intent(in) :: k              !! 1 left, 2 right
+    real(dp), intent(in) :: clearance     !! of the flange on side k [m]
+
+    far = max(contact_angle(motion, k)/flange_angle - 1, &
+      (outwards(k)*motion%q(1) - clearance)/before_clearance + 1)
+  end function on_flange
+
+  !> Contact angle of the flange on side k [rad]; -1 if the contact has no force.
+  pure real(dp) function contact_angle(motion, k) result(angle)
+    type(motion_type), intent(in) :: motion
+    integer, intent(in) :: k
+
+    angle = -1
+    associate (slope => motion%contact%slope(:, flange(k)))
+      if (norm2(slope(:2)) > 0) angle = atan2(outwards(k)*slope(1), -slope(2))
+      ! A rail that pulls has a force against the normal.
+      if (motion%contact%pulls(flange(k))) angle = atan2(-outwards(k)*slope(1), slope(2))
+    end associate
+  end function contact_angle
+
+  !> The part of the step after a force has changed its sign.
+  pure real(dp) function share_of_pull(old, new) result(share)
+    type(motion_type), intent(in) :: old, new
+    real(dp) :: before, after
+    integer :: k
+
+    share = 0
+    if (any(new%contact%struck)) return
+    do k = 1, 4
+      if (.not. new%contact%pulls(k) .or. old%contact%pulls(k) .or. .not. old%contact%rigid(k)) cycle
+      before = norm2(old%contact%slope(:2, k))
+      after = norm2(new%contact%slope(:2, k))
+      share = max(share, after/(before + after))
+    end do
+  end function share_of_pull
 
   subroutine record(log, w, kind, time)
     type(event_log), intent(inout) :: log

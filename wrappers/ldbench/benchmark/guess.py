@@ -7,22 +7,38 @@ the end of the first flange contact; the name helps. Codes differ by tens of per
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._core.errors import Error
-from ..results.columns import UNITS, RawTable, Source, read_raw
+from ..results.columns import UNITS, RawTable, read_raw
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from .call import QUANTITIES
 from .names import meanings
 
-NAMED, ALONE = 0.35, 0.75           # least likeness of a column with a fitting name, and of one without
+SURE = 0.35         # likeness from which the numbers of a column confirm its name
+ALONE = 0.75        # least likeness of a column whose name says nothing
 BONUS = 0.5                         # of a name that fits
+NAMED_ALIKE = 0.7                   # likeness of a named column that has our size at other instants, as later impacts do
+EARLY = 0.95                        # weight of the likeness before the flange touches
+SYNONYMS = {"sec", "Nm", "kNm", "-"}
+RARE = {"in", "lbf", "cm", "in/s", "MN"}     # less likely, unless the file says them
+UNUSUAL = {"um", "g", "km/h"}       # only if the file says them
 ROWS = 400                          # instants at which columns are compared
 ZERO_MAY_DIFFER = {"Z", *(f"{name}_{contact}" for name in ("y", "z") for contact in CONTACTS)}
+
+
+class Option(NamedTuple):
+    """A unit and a sign with which a column may follow one of ours."""
+
+    likeness: float
+    unit: str
+    sign: int
+    offset: float               # [SI]
 
 
 @dataclass(frozen=True)
@@ -37,11 +53,12 @@ class Match:
     sign: int
     offset: float               # [SI]
     likeness: float             # 0 to 1, with ours up to the end of the first flange contact; NaN where nothing can be compared
+    options: tuple[Option, ...] = ()    # all units and signs, the likeliest first
 
     @property
-    def source(self) -> Source:
+    def entry(self) -> dict[str, Any]:
         """The entry of a column map."""
-        return Source(self.number, self.unit, self.sign, self.offset)
+        return {"column": self.number, "unit": self.unit, "factor": self.sign, "offset": self.offset}
 
 
 @dataclass(frozen=True)
@@ -53,9 +70,9 @@ class Guess:
     left_out: list[str] = field(default_factory=list)       # columns of the file that stand for nothing of ours
 
     @property
-    def map(self) -> dict[str, Source]:
-        """The column map."""
-        return {column: match.source for column, match in self.matches.items()}
+    def map(self) -> dict[str, dict[str, Any]]:
+        """The column map, as `read_run` takes it."""
+        return {column: match.entry for column, match in self.matches.items()}
 
     def toml(self) -> str:
         """The map as a TOML file, for `--map`."""
@@ -65,7 +82,7 @@ class Guess:
             parts = [f"column = {m.number}"]
             parts += [f'unit = "{m.unit}"'] if m.unit != "1" else []
             parts += ["factor = -1"] if m.sign < 0 else []
-            parts += [f"offset = {m.offset:.9g}"] if m.offset else []
+            parts += [f"offset = {m.offset!r}"] if m.offset else []
             lines.append(f"{column} = {{ {', '.join(parts)} }}   # {' '.join(m.name.split())}")
         return "\n".join(lines) + "\n"
 
@@ -82,9 +99,25 @@ def guess_map(file: Path, ours: RunData) -> Guess:
         if match.column not in taken and match.number not in used:
             taken[match.column] = match
             used.add(match.number)
+    tell_normal_from_vertical(raw, taken)
+    agree_on_signs(taken)
+    agree_on_units(taken, ours)
     order = ["time", *QUANTITIES]
     rest = [name for k, name in enumerate(raw.names, 1) if k not in used]
     return Guess(file, {column: taken[column] for column in order if column in taken}, rest)
+
+
+def tell_normal_from_vertical(raw: RawTable, taken: dict[str, Match]) -> None:
+    """Exchange N and Fz of a tread whose names say nothing, if Fz is the larger one: they differ by a thousandth."""
+    for contact in CONTACTS:
+        pair = [taken.get(f"{name}_{contact}") for name in ("N", "Fz")]
+        if None in pair or any(meanings(match.name) for match in pair if match):
+            continue
+        normal, vertical = (match for match in pair if match)
+        sizes = [np.nanmean(np.abs(raw.numbers[:, match.number - 1])) for match in (normal, vertical)]
+        if sizes[1] > sizes[0] and normal.unit == vertical.unit:
+            taken[f"N_{contact}"] = replace(vertical, column=f"N_{contact}", sign=1)
+            taken[f"Fz_{contact}"] = replace(normal, column=f"Fz_{contact}", sign=vertical.sign)
 
 
 def find_time(file: Path, raw: RawTable, ours: RunData) -> Match:
@@ -99,7 +132,7 @@ def find_time(file: Path, raw: RawTable, ours: RunData) -> Match:
         unit = min(units, key=lambda unit: abs(np.log((x[-1] - x[0])*UNITS[unit][1]/length)))
         t = x*UNITS[unit][1]
         # Results may begin at the first step; a longer delay is the time of another zero.
-        offset = 0.0 if 0 <= t[0] <= 2*np.median(np.diff(t)) else -t[0]
+        offset = 0.0 if 0 <= t[0] <= 2*np.median(np.diff(t)) else -float(t[0])
         found.append((0 if "time" in meanings(name) else 1, k, Match("time", k + 1, name, said, unit, 1, offset, np.nan)))
     if not found:
         raise Error(f"{file}: expected a column that can be the time, which never falls; found none")
@@ -116,17 +149,19 @@ def likely_matches(raw: RawTable, t: np.ndarray, ours: RunData, time: int) -> It
         for column in QUANTITIES:
             if column not in ours.data:
                 continue
-            found = best_unit(raw.numbers[:, k], t, said, ours, column, windows, column in meant)
-            if found is None:
-                continue
-            unit, sign, offset, likeness = found
             named = column in meant
-            if likeness >= (NAMED if named else ALONE) and (named or not meant):
-                yield likeness + BONUS*named, Match(column, k + 1, name, said, unit, sign, offset, likeness)
+            if meant and not named:
+                continue
+            found = units_that_fit(raw.numbers[:, k], t, said, ours, column, windows, named)
+            if not found:
+                continue
+            likeness, unit, sign, offset = found[0]
+            if likeness >= ALONE or named:
+                yield likeness + BONUS*named, Match(column, k + 1, name, said, unit, sign, offset, likeness, tuple(found))
 
 
 def contact_window(ours: RunData, side: str) -> tuple[float, float]:
-    """From the start, or from shortly before the first contact of the right flange, to shortly after its end [s]."""
+    """From shortly before the first contact of a flange to shortly after its end [s]."""
     contact = side + "F"
     begin = ours.first_contact(contact)
     if begin is None:
@@ -134,51 +169,132 @@ def contact_window(ours: RunData, side: str) -> tuple[float, float]:
     later = (ours.time > begin) & (ours.values(f"N_{contact}") <= 0)
     end = float(ours.time[later][0]) if later.any() else float(ours.time[-1])
     spare = 0.2*(end - begin)
-    return (0.0 if side == "L" else begin - spare), end + spare
+    return begin - spare, end + spare
 
 
-def best_unit(x: np.ndarray, t: np.ndarray, said: str, ours: RunData, column: str, windows: dict[str, tuple[float, float]],
-              named: bool) -> tuple[str, int, float, float] | None:
-    """Unit, sign, offset and likeness with which a column of the file follows one of ours best."""
+def units_that_fit(x: np.ndarray, t: np.ndarray, said: str, ours: RunData, column: str,
+                   windows: dict[str, tuple[float, float]], named: bool) -> list[Option]:
+    """Units, signs and offsets with which a column of the file may follow one of ours, the likeliest first."""
     si = ours.data.attrs["units"][column]
-    right = column.endswith(("_RF",))
-    begin, end = windows["R" if right else "L"]
-    shift = start_of_activity(x, t) - start_of_activity(ours.values(column), ours.time) if right else 0.0
-    if not np.isfinite(shift):
-        return None
-    at = np.linspace(begin, end, ROWS)
-    r = ours.values(column)
-    known = np.isfinite(r)
-    if known.sum() < 3:
-        return None
-    there = np.interp(at, ours.time[known], r[known])
-    open_ = np.interp(at, ours.time, np.isnan(r).astype(float)) > 0
-    usable = np.isfinite(x)
-    if usable.sum() < 3:
-        return None
-    here = np.interp(at + shift, t[usable], x[usable], left=np.nan, right=np.nan)
-    alive = np.isfinite(here) & ~open_
-    if alive.sum() < 10 or not np.ptp(here[alive]):
-        return None
-    here, there = here[alive], there[alive]
-    best = None
+    whole = windows["R"] if column.endswith("_RF") else (0.0, windows["L"][1])
+    compared = on_common_instants(x, t, ours, column, whole)
+    early = on_common_instants(x, t, ours, column, (0.0, windows["L"][0])) if named and not column.endswith("_RF") else None
+    later = while_closed(x, ours, column) if named and column.endswith("_RF") else None
+    found = []
     for unit, (kind, factor) in UNITS.items():
-        if kind != si or unit in ("sec", "Nm", "kNm", "-"):
+        if kind != si or unit in SYNONYMS or (unit in UNUSUAL and unit != said):
             continue
         for sign in (1, -1):
-            y = sign*factor*here
-            offset = 0.0
-            if column in ZERO_MAY_DIFFER:
-                offset = float(np.median(there - y))
-                if abs(offset) <= 0.02*np.sqrt(np.mean(there**2)):
-                    offset = 0.0
-            size = max(np.sqrt(np.mean((y + offset)**2)), np.sqrt(np.mean(there**2)))
-            likeness = 1 - np.sqrt(np.mean((y + offset - there)**2))/size if size > 0 else 0.0
-            # A zero of another place is less likely than none, and the unit that the file says likelier than another.
-            likeness -= 0.05*(offset != 0) + 0.02*(bool(said) and unit != said) + 0.01*(unit in ("in", "lbf", "um", "g", "in/s"))
-            if best is None or likeness > best[3]:
-                best = unit, sign, offset, float(likeness)
-    return best
+            offset = likeness = 0.0
+            if compared is not None:
+                y, there = sign*factor*compared[0], compared[1]
+                if column in ZERO_MAY_DIFFER:
+                    offset = float(np.median(there - y))
+                    if abs(offset) <= 0.02*rms(there):
+                        offset = 0.0
+                likeness = follows(y + offset, there)
+                if named:
+                    likeness = max(likeness, NAMED_ALIKE*is_as_large(y + offset, there))
+                if early is not None:
+                    # Before the flange touches, the motion is that of the profiles in every code.
+                    likeness = max(likeness, EARLY*follows(sign*factor*early[0] + offset, early[1]))
+            if later is not None:
+                # Impacts on the right come at other times in every code.
+                alike = NAMED_ALIKE*is_as_large(sign*factor*later[0], later[1])
+                offset, likeness = (0.0, alike) if alike > likeness else (offset, likeness)
+            likeness -= 0.05*(offset != 0) + 0.3*(bool(said) and unit != said) + 0.05*(unit in RARE and unit != said)
+            found.append(Option(float(likeness), unit, sign, offset))
+    if compared is None and later is None and not named:
+        return []
+    return sorted(found, key=lambda option: -option.likeness)
+
+
+def on_common_instants(x: np.ndarray, t: np.ndarray, ours: RunData, column: str,
+                       window: tuple[float, float]) -> tuple[np.ndarray, np.ndarray] | None:
+    """A column of the file and ours at equal instants of a window, while the contact is closed in both; None if it never is."""
+    r = ours.values(column)
+    known, usable = np.isfinite(r), np.isfinite(x)
+    if known.sum() < 3 or usable.sum() < 3:
+        return None
+    shift = start_of_activity(x, t) - start_of_activity(r, ours.time) if column.endswith("_RF") else 0.0
+    at = np.linspace(*window, ROWS)
+    there = np.interp(at, ours.time[known], r[known])
+    there[np.interp(at, ours.time, (~known).astype(float)) > 0] = np.nan
+    here = np.interp(at + shift, t[usable], x[usable], left=np.nan, right=np.nan)
+    alive = np.isfinite(here) & np.isfinite(there)
+    if alive.sum() < 10 or not np.ptp(here[alive]):
+        return None
+    return here[alive], there[alive]
+
+
+def while_closed(x: np.ndarray, ours: RunData, column: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """The numbers of both columns in all rows in which the contact is closed."""
+    closed = ours.values(f"N_{column[-2:]}") > 0
+    here, there = x[np.isfinite(x) & (x != 0)], ours.values(column)[closed]
+    return (here, there) if here.size > 3 and there.size > 3 else None
+
+
+# What columns have in common: the direction of an axis, and the unit of a quantity.
+AXES = {"lateral": ("Y", "vY", "aY", *(f"{n}_{c}" for n in ("Fy", "y") for c in CONTACTS)),
+        "vertical": ("Z", "vZ", "aZ", *(f"{n}_{c}" for n in ("Fz", "z") for c in CONTACTS)),
+        "roll": ("roll", "roll_rate", "roll_acc")}
+CLEAR = 0.6         # by how much a column has to be likelier with a sign of its own
+
+
+def agree_on_signs(taken: dict[str, Match]) -> None:
+    """Give all columns of an axis one sign, but for those that clearly have another one."""
+    for columns in AXES.values():
+        there = [taken[column] for column in columns if column in taken]
+        sign = 1 if sum(best_of(m, sign=1) - best_of(m, sign=-1) for m in there) >= 0 else -1
+        for m in there:
+            if m.sign != sign and m.likeness - best_of(m, sign=sign) < CLEAR:
+                choose(taken, m, sign=sign)
+
+
+def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
+    """Give columns whose unit the file does not say the unit of the others, if that is nearly as likely."""
+    units = ours.data.attrs["units"]
+    for si in dict.fromkeys(units[column] for column in taken):
+        there = [m for m in taken.values() if units[m.column] == si and not m.said and m.options]
+        votes = {unit: sum(m.likeness for m in there if m.unit == unit) for unit in {m.unit for m in there}}
+        if not votes:
+            continue
+        unit = max(votes, key=lambda unit: (votes[unit], unit))
+        for m in there:
+            if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < CLEAR/2:
+                choose(taken, m, m.sign, unit)
+
+
+def best_of(match: Match, sign: int, unit: str = "") -> float:
+    """The largest likeness with a sign, and with a unit."""
+    return max((o.likeness for o in match.options if o.sign == sign and unit in ("", o.unit)), default=0.0)
+
+
+def choose(taken: dict[str, Match], match: Match, sign: int, unit: str = "") -> None:
+    """Take the likeliest option with a sign, and with a unit."""
+    found = next((o for o in match.options if o.sign == sign and unit in ("", o.unit)), None)
+    if found is not None:
+        taken[match.column] = replace(match, unit=found.unit, sign=found.sign, offset=found.offset, likeness=found.likeness)
+
+
+def rms(x: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def follows(y: np.ndarray, there: np.ndarray) -> float:
+    """How nearly y is ours at the same instants: 1 if it is the same."""
+    size = max(rms(y), rms(there))
+    return 1 - rms(y - there)/size if size > 0 else 0.0
+
+
+def is_as_large(y: np.ndarray, there: np.ndarray) -> float:
+    """How nearly y has the size and the sign of ours, whatever the instants: 1 if it has, 0 from a factor of 4."""
+    sizes = rms(y), rms(there)
+    if min(sizes) <= 0:
+        return 0.0
+    peaks = y[np.abs(y).argmax()]*there[np.abs(there).argmax()] > 0
+    return max(0.0, 1 - abs(np.log(sizes[0]/sizes[1]))/np.log(4))*(1.0 if peaks else 0.5)
 
 
 def start_of_activity(x: np.ndarray, t: np.ndarray) -> float:

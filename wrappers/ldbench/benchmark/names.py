@@ -25,11 +25,11 @@ MOTION = {
     "roll_rate": around(SPEED, ANGULAR) + "|omegax|wx",
     "aY": around(GROWTH, LATERAL), "aZ": around(GROWTH, VERTICAL), "roll_acc": around(GROWTH, ANGULAR) + "|alphax",
 }
-FORCE, PLACE = r"(?:f|force)", r"(?:pos(?:ition)?|cp|p|contact|point)"
+FORCE, PLACE = r"(?:f|force)", r"(?:pos(?:ition)?|cp|c|p|contact|point)"
 OF_CONTACT = {
     "N": r"n|fn|normal(?:force)?|qn|n?force", "Fz": around(FORCE, VERTICAL) + "|q|vertical|vert",
     "Fy": around(FORCE, LATERAL) + "|lateral|lat",
-    "angle": r"angle|(?:contact)?angle|gamma|delta|alpha|slope|ang|ca",
+    "angle": r"(?:contact)?angle|gam(?:ma)?|delta|alpha|slope|ang|ca",
     "y": around(PLACE, LATERAL, alone=True), "z": around(PLACE, VERTICAL, alone=True),
     "radius": r"r|rad(?:ius)?|rr|rollingradius|rollrad",
 }

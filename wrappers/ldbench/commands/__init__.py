@@ -11,6 +11,7 @@ COMMANDS = {
     "pressure": "show the pressure between wheel and rail at one moment of a run",
     "plot": "plot column files",
     "compare": "overlay column files, differences as PDF and CSV",
+    "check": "check submissions to the benchmark: complete, and as physics has it",
     "study": "contact law against time step, or derailment over flange angle",
     "formulations": "elastic contact against constraint equations, all exercises",
     "report": "run the ten cases, write columns, plots, abstract and summary",

@@ -1,0 +1,161 @@
+"""Submissions of imaginary codes: the map of their columns, and what is wrong with them."""
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import imaginary_codes as imaginary
+import ldbench
+from ldbench import Case, Error
+from ldbench.__main__ import main
+from ldbench.benchmark import check
+from ldbench.benchmark.call import QUANTITIES, TASKS, Task, task_of
+from ldbench.benchmark.names import meanings
+from ldbench.benchmark.verdict import DOUBTFUL, FAILED, PASSED
+from running import Run
+
+TASK = Task(2, "aw")
+PLAIN = imaginary.Dialect(length="mm", force="kN", scheme=2)
+
+
+@pytest.fixture(scope="module")
+def own(shipped: dict[str, Run]) -> None:
+    """Our own runs, by which maps are guessed: the shipped ones."""
+    for task in TASKS:
+        check._OWN[task] = ldbench.read_run(shipped[task.name].file)
+
+
+@pytest.fixture(scope="module")
+def another() -> dict[Task, ldbench.Run]:
+    """Exercises 1 to 3 by a code with another contact law, of a steel that is softer by a fifth."""
+    found: dict[Task, ldbench.Run] = {}
+    for pair in ("aw", "sw"):
+        table = None
+        for exercise in (1, 2, 3):
+            case = Case.exercise(exercise, pair).replace(model="hertz", stiffness_scale=0.8, table_file="")
+            found[Task(exercise, pair)] = run = ldbench.run(case, table=table)
+            table = run.table
+    return found
+
+
+def submitted(run: ldbench.Run, task: Task, folder: Path, dialect: imaginary.Dialect,
+              mistake: imaginary.Mistake | None = None) -> tuple[Path, dict[str, int]]:
+    """A file as an imaginary code would write it, and the numbers of its columns."""
+    frame = imaginary.table_of(run, dialect.interval)
+    lies = {}
+    if mistake:
+        frame = mistake.spoil(frame)
+        if mistake.told_by == "units":
+            lies = {"Y": "m" if dialect.unit("Y", "m") != "m" else "mm"}
+    file = folder/f"{task.name}.csv"
+    return file, imaginary.write(frame, file, dialect, lies)
+
+
+# ---- maps ----------------------------------------------------------------------------
+@pytest.mark.parametrize("seed", range(8))
+def test_the_map_of_a_code_with_names_is_found(seed: int, own: None, another: dict[Task, ldbench.Run], tmp_path: Path):
+    """Order, signs, units, zeros and names are those of another code; steel and contact law, too."""
+    task = list(another)[seed % len(another)]
+    dialect = imaginary.invent(seed)
+    dialect = replace(dialect, scheme=dialect.scheme or seed % 3)
+    file, truth = submitted(another[task], task, tmp_path, dialect)
+    found = check.check_file(file)
+    units = another[task].data.attrs["units"]
+    assert {c: m.number for c, m in found.guess.matches.items()} == truth
+    assert {c: (m.unit, m.sign) for c, m in found.guess.matches.items() if c != "time"} \
+        == {c: (dialect.unit(c, units[c]), dialect.sign(c)) for c in QUANTITIES}
+    assert [finding for finding in found.findings if finding.verdict == FAILED] == []
+    back = ldbench.read_run(file, map=found.guess.map)
+    t = np.linspace(0, 0.9*another[task].time[-1], 50)
+    assert np.interp(t, back.time, back.values("Y")) == pytest.approx(np.interp(t, another[task].time, another[task].values("Y")),
+                                                                     abs=2e-6)
+
+
+def test_a_file_without_names_is_mapped_by_its_numbers(own: None, shipped: dict[str, Run], tmp_path: Path):
+    """Where the physics is ours, every one of 38 nameless columns is found."""
+    run = ldbench.read_run(shipped["ex2_aw"].file)
+    file, truth = submitted(run, TASK, tmp_path, replace(PLAIN, scheme=None, says_units=False, lateral=-1, shuffled=3))
+    found = check.check_file(file)
+    assert {c: m.number for c, m in found.guess.matches.items()} == truth
+
+
+def test_the_map_that_is_printed_is_the_map(own: None, another: dict[Task, ldbench.Run], tmp_path: Path,
+                                             capsys: pytest.CaptureFixture):
+    file, _ = submitted(another[TASK], TASK, tmp_path, replace(PLAIN, roll=-1, height=0.457))
+    toml = tmp_path/"map.toml"
+    assert main(["check", str(file), "--save-map", str(toml)]) == 0
+    capsys.readouterr()
+    assert main(["check", str(file)]) == 0
+    assert [line.strip() for line in toml.read_text().splitlines()] \
+        == [line.strip() for line in capsys.readouterr().out.splitlines() if " = { column" in line]
+    mapped = check.check_file(file, map=toml)
+    guessed = check.check_file(file)
+    assert mapped.guess is None
+    assert mapped.findings == guessed.findings[-len(mapped.findings):]
+
+
+@pytest.mark.parametrize(("name", "column"), [
+    ("ylat", "Y"), ("Roll angle", "roll"), ("zdot", "vZ"), ("ddy", "aY"), ("QLF", "Fz_LF"), ("FnLeftFlange", "N_LF"),
+    ("left_flange_normal", "N_LF"), ("contact angle right tread", "angle_RT"), ("Time", "time"), ("rr_RT", "radius_RT")])
+def test_names_of_other_codes(name: str, column: str):
+    assert meanings(name) == {column}
+
+
+@pytest.mark.parametrize(("name", "task"), [
+    ("ex2_aw.txt", Task(2, "aw")), ("Exercise 3 simplified.csv", Task(3, "sw")), ("case4-actual.dat", Task(4, "aw")),
+    ("LD_5_sw.out", Task(5, "sw")), ("results.csv", None), ("ex7_aw.txt", None)])
+def test_the_simulation_of_a_name(name: str, task: Task | None):
+    assert task_of(Path(name)) == task
+
+
+# ---- findings ------------------------------------------------------------------------
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+def test_our_runs_fail_in_nothing(task: Task, shipped: dict[str, Run]):
+    """In exercise 5 rows are too far apart for the impacts; everything else is passed."""
+    found = check.check_file(shipped[task.name].file)
+    assert found.guess is None and found.failed == 0
+    doubtful = {finding.hint for finding in found.findings if finding.verdict == DOUBTFUL}
+    assert doubtful <= ({"rows too far apart for the impacts"} if task.exercise == 5 else set()), doubtful
+
+
+@pytest.mark.parametrize("mistake", imaginary.MISTAKES, ids=lambda mistake: mistake.what)
+def test_a_mistake_is_found(mistake: imaginary.Mistake, own: None, another: dict[Task, ldbench.Run], tmp_path: Path):
+    file, _ = submitted(another[TASK], TASK, tmp_path, PLAIN, mistake)
+    found = check.check_file(file)
+    hits = [finding for finding in found.findings if finding.what.startswith(mistake.found_by)
+            and finding.verdict in (FAILED, DOUBTFUL)]
+    assert hits, [(finding.what, finding.verdict, finding.number) for finding in found.findings]
+    assert all(finding.hint for finding in hits)
+
+
+def test_a_folder_says_what_is_missing_and_goes_on(own: None, another: dict[Task, ldbench.Run], tmp_path: Path,
+                                                    capsys: pytest.CaptureFixture):
+    submitted(another[TASK], TASK, tmp_path, PLAIN)
+    (tmp_path/"ex1_aw.csv").write_text("nothing\n")
+    (tmp_path/"ex3_aw.csv").write_bytes(bytes(range(256))*40)
+    (tmp_path/"notes.txt").write_text("read me\n")
+    assert main(["check", str(tmp_path), "--json"]) == 1
+    facts = json.loads(capsys.readouterr().out)
+    by_name = {Path(one["file"]).name: one["findings"] for one in facts["files"]}
+    assert not any(finding["verdict"] == FAILED for finding in by_name["ex2_aw.csv"])
+    for name in ("ex1_aw.csv", "ex3_aw.csv"):
+        only, = by_name[name]
+        assert only["verdict"] == FAILED and name in only["hint"] and "\n" not in only["hint"]
+    assert facts["folder"][0]["number"] == 3 and "exercise 1, simplified" in facts["folder"][0]["hint"]
+    assert "notes.txt" in facts["folder"][1]["hint"]
+
+
+def test_a_file_without_a_simulation_is_refused(tmp_path: Path):
+    with pytest.raises(Error, match="simulation"):
+        check.check_file(tmp_path/"results.csv")
+
+
+def test_verdicts_are_counted(own: None, another: dict[Task, ldbench.Run], tmp_path: Path, capsys: pytest.CaptureFixture):
+    file, _ = submitted(another[TASK], TASK, tmp_path, PLAIN)
+    assert main(["check", str(file), "--all"]) == 0
+    printed = capsys.readouterr().out
+    assert f"{printed.count('  passed: ')} {PASSED}" in printed.splitlines()[0]

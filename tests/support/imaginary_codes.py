@@ -1,0 +1,217 @@
+"""Imaginary codes: runs of ours written as somebody else would write them, with mistakes if wanted."""
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from ldbench.benchmark.call import QUANTITIES
+from ldbench.results.columns import UNITS
+from ldbench.results.run_data import RunData
+
+LATERAL = {"Y", "vY", "aY"}, ("Fy_", "y_")
+VERTICAL = {"Z", "vZ", "aZ"}, ("Fz_", "z_")
+ROLL = {"roll", "roll_rate", "roll_acc"}, ()
+
+# Units of length, angle and force; the velocities and accelerations go with them.
+LENGTHS, ANGLES, FORCES = ("m", "mm", "in"), ("rad", "mrad", "deg"), ("N", "kN", "lbf")
+LONG = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
+
+
+def ours(column: str) -> str:
+    return column
+
+
+def short(column: str) -> str:
+    base, _, contact = column.partition("_")
+    if contact in LONG:
+        return {"angle": "gam", "N": "Fn", "Fz": "Fz", "Fy": "Fy", "y": "yc", "z": "zc", "radius": "rr"}[base] + contact
+    return {"time": "t", "Y": "y", "Z": "z", "roll": "phi", "vY": "yd", "vZ": "zd", "roll_rate": "phid", "aY": "ydd", "aZ": "zdd",
+            "roll_acc": "phidd"}[column]
+
+
+def long(column: str) -> str:
+    base, _, contact = column.partition("_")
+    if contact in LONG:
+        words = {"angle": "contact angle", "N": "normal force", "Fz": "vertical force", "Fy": "lateral force",
+                 "y": "lateral position", "z": "vertical position", "radius": "rolling radius"}[base]
+        return f"{words} {LONG[contact]}".replace(" ", "_")
+    return {"time": "Time", "Y": "Lateral displacement", "Z": "Vertical displacement", "roll": "Roll angle",
+            "vY": "Lateral velocity", "vZ": "Vertical velocity", "roll_rate": "Roll velocity", "aY": "Lateral acceleration",
+            "aZ": "Vertical acceleration", "roll_acc": "Roll acceleration"}[column].replace(" ", "_")
+
+
+SCHEMES: tuple[Callable[[str], str], ...] = ours, short, long
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a code writes its results."""
+
+    lateral: int = 1            # sign of the lateral axis, seen from ours
+    vertical: int = 1
+    roll: int = 1
+    length: str = "m"
+    angle: str = "rad"
+    force: str = "N"
+    clock: str = "s"
+    start: float = 0.0          # time of the first row [s]
+    height: float = 0.0         # added to Z [m]
+    scheme: int | None = 0      # of SCHEMES; None: columns are numbered
+    says_units: bool = True
+    separator: str = ","
+    interval: float = 1e-4      # of the rows [s]
+    shuffled: int | None = None     # seed of the order of the columns
+
+    def sign(self, column: str) -> int:
+        """The sign of a column, seen from ours."""
+        for (names, beginnings), sign in zip((LATERAL, VERTICAL, ROLL), (self.lateral, self.vertical, self.roll), strict=True):
+            if column in names or column.startswith(beginnings or "\0"):
+                return sign
+        return 1
+
+    def unit(self, column: str, si: str) -> str:
+        """The unit of a column."""
+        if column == "time":
+            return self.clock
+        rate = si.partition("/")
+        base = {"m": self.length, "rad": self.angle, "N": self.force}[rate[0]]
+        if si == "m/s2" and base == "in":
+            base = "m"              # no unit of ours has inches there
+        return base + rate[1] + rate[2]
+
+
+def invent(seed: int) -> Dialect:
+    """A dialect by chance."""
+    chance = random.Random(seed)
+    return Dialect(*(chance.choice((1, 1, -1)) for _ in range(3)), chance.choice(LENGTHS), chance.choice(ANGLES),
+                   chance.choice(FORCES), chance.choice(("s", "s", "ms")), chance.choice((0.0, 0.0, 0.5, -1.0)),
+                   chance.choice((0.0, 0.0, 0.457)), chance.choice((0, 1, 2, 1, 2, None)), chance.choice((True, True, False)),
+                   chance.choice(",;\t "), chance.choice((1e-4, 1e-4, 5e-5)), chance.choice((None, seed)))
+
+
+def table_of(run: RunData, interval: float) -> pd.DataFrame:
+    """The quantities of the call, on equal intervals; SI units in attrs."""
+    t = np.arange(run.time[0], run.time[-1] + interval/2, interval)
+    found = {"time": t}
+    for column in QUANTITIES:
+        x = run.values(column)
+        if np.isfinite(x).all():
+            found[column] = np.interp(t, run.time, x)
+        else:                       # of a contact that is open for a while: between two closed rows
+            found[column] = np.interp(t, run.time, np.nan_to_num(x))
+            found[column][np.interp(t, run.time, np.isnan(x).astype(float)) > 0] = np.nan
+    frame = pd.DataFrame(found)
+    frame.attrs["units"] = {name: run.data.attrs["units"][name] for name in frame}
+    return frame
+
+
+def write(frame: pd.DataFrame, path: Path, dialect: Dialect, lies: dict[str, str] | None = None) -> dict[str, int]:
+    """Write a table in a dialect; the numbers of the columns, from 1. lies: units that the file says falsely."""
+    names = list(frame)
+    if dialect.shuffled is not None:
+        rest = names[1:]
+        random.Random(dialect.shuffled).shuffle(rest)
+        names = [names[0], *rest]
+    si = frame.attrs["units"]
+    heading, columns = [], []
+    for k, name in enumerate(names, 1):
+        unit = dialect.unit(name, si[name])
+        x = frame[name].to_numpy().copy()
+        if name == "time":
+            x = x + dialect.start
+        if name == "Z":
+            x = x + dialect.height
+        columns.append(dialect.sign(name)*x/UNITS[unit][1])
+        said = (lies or {}).get(name, unit)
+        called = f"c{k}" if dialect.scheme is None else SCHEMES[dialect.scheme](name)
+        heading.append(f"{called}[{said}]" if dialect.says_units else called)
+    mark = dialect.separator
+    empty = "nan" if mark == " " else ""
+    rows = (mark.join(empty if np.isnan(x) else f"{x:.8g}" for x in row) for row in np.column_stack(columns))
+    path.write_text("\n".join([mark.join(heading), *rows]) + "\n")
+    return {name: k for k, name in enumerate(names, 1)}
+
+
+# ---- mistakes ------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Mistake:
+    """What a code does wrong, and the check that has to fail."""
+
+    what: str
+    spoil: Callable[[pd.DataFrame], pd.DataFrame]
+    found_by: str               # the beginning of the check
+    told_by: str = ""           # 'names' or 'units', without which nobody could find it
+
+
+def scaled(column: str, factor: float) -> Callable[[pd.DataFrame], pd.DataFrame]:
+    def spoil(frame: pd.DataFrame) -> pd.DataFrame:
+        return _with(frame, {column: factor*frame[column]})
+    return spoil
+
+
+def _with(frame: pd.DataFrame, columns: dict[str, pd.Series]) -> pd.DataFrame:
+    changed = frame.assign(**columns)
+    changed.attrs = frame.attrs
+    return changed
+
+
+def without(*columns: str) -> Callable[[pd.DataFrame], pd.DataFrame]:
+    def spoil(frame: pd.DataFrame) -> pd.DataFrame:
+        changed = frame.drop(columns=list(columns))
+        changed.attrs = frame.attrs
+        return changed
+    return spoil
+
+
+def swapped_wheels(frame: pd.DataFrame) -> pd.DataFrame:
+    other = {f"{base}_{a}": f"{base}_{b}" for base in ("angle", "N", "Fz", "Fy", "y", "z", "radius")
+             for a, b in (("LT", "RT"), ("LF", "RF"), ("RT", "LT"), ("RF", "LF"))}
+    return _with(frame, {name: frame[source] for name, source in other.items()})
+
+
+def cut(frame: pd.DataFrame) -> pd.DataFrame:
+    """The file ends in the middle, before the right flange."""
+    changed = frame.iloc[:int(0.3*len(frame))]
+    changed.attrs = frame.attrs
+    return changed
+
+
+def thinned(frame: pd.DataFrame) -> pd.DataFrame:
+    """A row every 2 ms."""
+    changed = frame.iloc[::max(1, round(2e-3/(frame["time"].iloc[1] - frame["time"].iloc[0])))]
+    changed.attrs = frame.attrs
+    return changed
+
+
+def damped(frame: pd.DataFrame) -> pd.DataFrame:
+    """The velocities die away, by a quarter over the run."""
+    t = frame["time"].to_numpy()
+    fading = 1 - 0.25*t/t[-1]
+    return _with(frame, {name: frame[name]*fading for name in ("vY", "vZ", "roll_rate")})
+
+
+def turned(frame: pd.DataFrame) -> pd.DataFrame:
+    """Fy and Fz are exchanged at the left flange."""
+    return _with(frame, {"Fy_LF": frame["Fz_LF"], "Fz_LF": -frame["Fy_LF"]})
+
+
+MISTAKES = (
+    Mistake("the file says mm where it has m", lambda frame: frame, "units", "units"),
+    Mistake("the velocity is twice what it is", scaled("vY", 2.0), "lateral velocity is the rate"),
+    Mistake("the roll velocity has the other sign", scaled("roll_rate", -1.0), "roll "),
+    Mistake("the vertical forces lack a fifth", lambda f: _with(f, {f"Fz_{c}": 0.8*f[f"Fz_{c}"] for c in LONG}),
+            "vertical momentum"),
+    Mistake("no angle on the right flange", without("angle_RF"), "quantities"),
+    Mistake("no vertical displacement", without("Z"), "quantities"),
+    Mistake("left and right are exchanged", swapped_wheels, "left flange first", "names"),
+    Mistake("the file ends before the right flange", cut, "return to the centre"),
+    Mistake("rows every 2 ms", thinned, "rows in an impact"),
+    Mistake("the motion is damped", damped, "energy closes"),
+    Mistake("a flange pulls", lambda f: _with(f, {"N_LF": f["N_LF"] - 2e3}), "N_LF is not negative"),
+    Mistake("the initial velocity is a half", scaled("vY", 0.5), "initial vY"),
+)

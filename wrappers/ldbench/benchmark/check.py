@@ -1,0 +1,158 @@
+"""Whether a submission says what the call asks for, and whether physics agrees with it.
+
+No reference is needed for a finding: mass, weight and inertia are those of the call, and the rest are laws. Our own run of
+the simulation serves the map of the columns alone.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import runs
+from .._core.errors import Error
+from ..case import Case
+from ..results.quantities import quantity
+from ..results.run_data import RunData, read_data
+from .call import QUANTITIES, TASKS, Task, task_of
+from .guess import AXES, SURE, Guess, guess_map
+from .laws import law_findings
+from .verdict import DOUBTFUL, FAILED, PASSED, Finding, listed
+
+ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn"}
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The findings about one file."""
+
+    file: Path
+    task: Task
+    guess: Guess | None             # None: the file has ldbench's header
+    findings: tuple[Finding, ...]
+
+    @property
+    def failed(self) -> int:
+        """The number of checks that failed."""
+        return sum(finding.verdict == FAILED for finding in self.findings)
+
+    def facts(self) -> dict[str, Any]:
+        """The findings for other programs."""
+        return {"file": str(self.file), "simulation": self.task.name, "map": self.guess.toml() if self.guess else None,
+                "findings": [asdict(finding) for finding in self.findings]}
+
+
+def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked:
+    """Check one file.
+
+    Parameters
+    ----------
+    file : Path
+        A column file of any code.
+    task : Task, optional
+        The simulation; by default the name of the file says it.
+    map : path or mapping, optional
+        A column map; by default it is guessed.
+
+    Raises
+    ------
+    Error
+        If the file cannot be read, or if its name does not say which simulation it is.
+    """
+    task = task or task_of(file)
+    if task is None:
+        raise Error(f"{file}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
+    case = Case.exercise(task.exercise, task.profiles)
+    run = read_data(file, map)
+    guess = None
+    if not run.header.settings and map is None:
+        guess = guess_map(file, own_run(task))
+        run = read_data(file, guess.map)
+    findings = [*(map_findings(guess) if guess else ()), *column_findings(run), *law_findings(run, case, task)]
+    return Checked(file, task, guess, tuple(findings))
+
+
+_OWN: dict[Task, RunData] = {}
+
+
+def own_run(task: Task) -> RunData:
+    """Our run of a simulation, by strips, which is near enough for a map; exercise 5 for its first seconds."""
+    if task not in _OWN:
+        case = Case.exercise(task.exercise, task.profiles).replace(model="strip", table_file="", output_file="")
+        if task.exercise == 5:
+            case = case.replace(t_end=1.0)
+        table = next((other.table for known, other in _OWN.items() if known.profiles == task.profiles
+                      and isinstance(other, runs.Run)), None)
+        _OWN[task] = runs.run(case, table=table)
+    return _OWN[task]
+
+
+def check_folder(folder: Path, map: Any = None) -> tuple[list[Checked], list[Finding]]:
+    """Check the files of a folder whose names speak of a simulation, and say which of the ten are missing.
+
+    A file that cannot be read is a finding and does not stop the others.
+    """
+    found: dict[Task, Path] = {}
+    strange = []
+    for file in sorted(folder.iterdir()):
+        if file.suffix.lower() not in ENDINGS:
+            continue
+        task = task_of(file)
+        if task is None or task in found:
+            strange.append(Finding("file", FAILED, hint=f"{file.name}: expected a name that says which of the ten simulations "
+                                   "it is" if task is None else f"{file.name}: expected one file for {task.words}, found two"))
+        else:
+            found[task] = file
+    missing = [task.words for task in TASKS if task not in found]
+    folder_findings = [Finding("ten files", FAILED if missing else PASSED, len(found), 10,
+                               hint=f"missing: {listed(missing)}" if missing else ""), *strange]
+    checked = []
+    for task, file in found.items():
+        try:
+            checked.append(check_file(file, task, map))
+        except Error as error:
+            checked.append(Checked(file, task, None, (Finding("file", FAILED, hint=str(error)),)))
+    return checked, folder_findings
+
+
+def map_findings(guess: Guess) -> Iterator[Finding]:
+    """What the map says about frame, units and names."""
+    matches = guess.matches
+    wrong = [f"{m.name} says {m.said}, its numbers are in {m.unit}" for m in matches.values() if m.said and m.said != m.unit]
+    yield Finding("units", FAILED if wrong else PASSED, len(wrong), 0, hint=listed(wrong))
+    for words, sense in FRAME.items():
+        signs = {column: matches[column].sign for column in AXES[words] if column in matches}
+        if not signs:
+            continue
+        turned = [column for column, sign in signs.items() if sign != signs[next(iter(signs))]]
+        most = sum(signs.values()) < 0
+        if turned:
+            odd = [matches[c].name for c in signs if (signs[c] < 0) != most] or [matches[c].name for c in turned]
+            yield Finding(f"{words} axis", FAILED, len(odd), 0,
+                          hint=f"{listed(odd)}: the sign is another one than that of the other columns")
+        else:
+            yield Finding(f"{words} axis", DOUBTFUL if most else PASSED,
+                          hint=f"positive {sense}; the call has the opposite" if most else "")
+    unlike = [m.name for m in matches.values() if m.likeness < SURE]
+    yield Finding("columns behave as their names say", DOUBTFUL if unlike else PASSED, len(unlike), 0,
+                  hint=f"recognised by the name alone: {listed(unlike)}" if unlike else "")
+    if matches["time"].offset:
+        yield Finding("zero of time", DOUBTFUL, -matches["time"].offset, 0,
+                      hint="the first row is not at t = 0; the map shifts the time")
+
+
+FRAME = {"lateral": "to the right", "vertical": "downwards", "roll": "for a wheelset whose left wheel goes down"}
+
+
+def column_findings(run: RunData) -> Iterator[Finding]:
+    """Which quantities of the call the file has."""
+    missing = [quantity(column).words for column in QUANTITIES if column not in run.data]
+    yield Finding("quantities", FAILED if missing else PASSED, len(QUANTITIES) - len(missing), len(QUANTITIES),
+                  hint=f"missing, or not recognised: {listed(missing)}" if missing else "")
+    numbers = run.data.select_dtypes("number")
+    motion = [c for c in ("Y", "Z", "roll", "vY", "vZ", "roll_rate") if c in numbers]
+    holes = int((~np.isfinite(numbers[motion])).to_numpy().sum()) if motion else 0
+    yield Finding("numbers", FAILED if holes else PASSED, holes, 0, hint="empty cells in the motion" if holes else "")

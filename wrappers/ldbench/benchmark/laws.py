@@ -1,0 +1,215 @@
+"""Laws that hold for any code: kinematics, momentum, energy, contact; and what the exercises prescribe."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..case import Case
+from ..results.quantities import CONTACTS
+from ..results.run_data import RunData
+from .call import Task
+from .verdict import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
+
+GRAVITY = 9.81                      # as the call has it [m/s2]
+DOUBT, FAIL = 0.02, 0.1             # relative errors of a balance
+FEW_ROWS, TOO_FEW_ROWS = 10, 4      # in an impact
+LEAST_FORCE = 1e4                   # of an impact that counts [N]
+COARSE = 0.05                       # what coarse rows leave of a balance in such intervals
+STEADY = 0.2                        # relative change of a rate in an interval that the trapezoidal rule integrates well
+APPROACH = 0.115e-3                 # of a wheel with half the weight on its rail, by Hertz [m]
+DERAILED = 20e-3                    # lateral displacement that no flange allows [m]
+
+RATES = (("Y", "vY", "lateral"), ("Z", "vZ", "vertical"), ("roll", "roll_rate", "roll"))
+ACCELERATIONS = (("vY", "aY", "lateral"), ("vZ", "aZ", "vertical"), ("roll_rate", "roll_acc", "roll"))
+
+
+def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
+    """All findings about the numbers of a file whose columns are ours, in SI units."""
+    yield from start_findings(run, case)
+    yield from order_findings(run, task)
+    yield from contact_findings(run)
+    for x, v, words in RATES:
+        yield integral_finding(run, f"{words} velocity is the rate of the displacement", x, v)
+    for v, a, words in ACCELERATIONS:
+        yield integral_finding(run, f"{words} acceleration is the rate of the velocity", v, a)
+    yield from momentum_findings(run, case)
+    yield energy_finding(run, case)
+    yield row_finding(run)
+
+
+def has(run: RunData, *columns: str) -> bool:
+    """Whether a file has columns."""
+    return all(column in run.data for column in columns)
+
+
+def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
+    """The initial conditions of the exercise."""
+    wanted = {"Y": (case.Y, 1e-4, 1e-3), "Z": (case.Z, 2e-4, 2e-3), "roll": (case.initial_roll, 1e-4, 1e-3),
+              "vY": (case.vY, 0.01*abs(case.vY) + 1e-4, 0.05*abs(case.vY) + 1e-3), "vZ": (case.vZ, 1e-3, 1e-2),
+              # The call leaves it to codes with constraints to link the roll velocity to the lateral one.
+              "roll_rate": (case.roll_rate, 0.05*abs(case.roll_rate) + 1e-5, 0.3*abs(case.roll_rate) + 1e-3)}
+    for column, (value, doubtful, failed) in wanted.items():
+        if has(run, column):
+            # Results may begin at the first step.
+            first = float(run.values(column)[0])
+            yield judged(f"initial {column}", abs(first - value), doubtful, failed, 1, f"expected {value:g}, found {first:.6g}")
+
+
+def order_findings(run: RunData, task: Task) -> Iterator[Finding]:
+    """Left flange first, then the right flange and the centre; or the derailment."""
+    left, right = (run.first_contact(contact) for contact in ("LF", "RF"))
+    if has(run, "N_LF", "N_RF"):
+        early = left is not None and (right is None or left < right)
+        yield Finding("left flange first", PASSED if early else FAILED,
+                      hint="" if early else "the left flange has no contact before the right one; are the wheels exchanged?")
+    else:
+        yield Finding("left flange first", UNKNOWN, hint="no normal forces of the flanges")
+    if not has(run, "Y"):
+        return
+    y, t = run.values("Y"), run.time
+    if task.exercise == 5:
+        far = float(np.nanmax(np.abs(y)))
+        yield Finding("up to derailment", PASSED if far > DERAILED else FAILED, far, DERAILED,
+                      hint="" if far > DERAILED else "the wheelset stays between its flanges")
+        return
+    # Without forces the farthest point on the right stands for the contact.
+    turn = right if has(run, "N_RF") else float(t[y.argmin()]) if y.min() < -0.5*y.max() else None
+    after = y[t > turn] if turn is not None else np.empty(0)
+    back = bool(after.size and np.nanmax(after) >= 0)
+    yield Finding("return to the centre after both flanges", PASSED if back else FAILED,
+                  hint="" if back else "the file ends before")
+
+
+def contact_findings(run: RunData) -> Iterator[Finding]:
+    """Contacts push, along the normal."""
+    for contact in CONTACTS:
+        if not has(run, f"N_{contact}"):
+            continue
+        n = np.nan_to_num(run.values(f"N_{contact}"))
+        largest = float(n.max(initial=0.0))
+        if largest <= 0:
+            continue
+        row = int(n.argmin())
+        yield judged(f"N_{contact} is not negative", max(0.0, -float(n[row]))/largest, 1e-6, 1e-3, row + 1,
+                     "a contact without adhesion does not pull")
+        if not has(run, f"Fy_{contact}", f"Fz_{contact}"):
+            continue
+        fy, fz = (np.nan_to_num(run.values(f"{name}_{contact}")) for name in ("Fy", "Fz"))
+        error = np.abs(np.hypot(fy, fz) - np.abs(n))/largest
+        yield judged(f"N_{contact} is the resultant of Fy and Fz", error.max(), DOUBT, FAIL, int(error.argmax()) + 1,
+                     "forces in the frame of the wheelset, or of another contact")
+        if not has(run, f"angle_{contact}"):
+            continue
+        angle = run.values(f"angle_{contact}")
+        loaded = (n > 0.01*largest) & np.isfinite(angle)
+        if not loaded.any():
+            continue
+        outward = 1 if contact[0] == "L" else -1
+        of_force = np.arctan2(-outward*fy, fz)
+        # Either sign is in use.
+        error = min((np.where(loaded, np.abs(sign*angle - of_force), 0.0) for sign in (1, -1)), key=np.max)
+        yield judged(f"angle_{contact} is that of the force", error.max(), 0.01, 0.1, int(error.argmax()) + 1,
+                     "without friction the force is normal to the profiles; [rad]")
+
+
+def cumulative(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The integral of x over t from the first row, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(np.diff(t)*(x[1:] + x[:-1])/2)])
+
+
+def integral_finding(run: RunData, what: str, x: str, v: str) -> Finding:
+    """Whether a column is the integral of another."""
+    if not has(run, x, v):
+        return Finding(what, UNKNOWN, hint=f"no {x if not has(run, x) else v}")
+    return balance(what, run.time, run.values(x), run.values(v), "another frame, unit or sign")
+
+
+def balance(what: str, t: np.ndarray, x: np.ndarray, rate: np.ndarray, hint: str) -> Finding:
+    """Whether x is the integral of `rate`, by the trapezoidal rule.
+
+    The rule fails where rows are too far apart for an impact. Then the intervals decide in which the rate hardly changes.
+    """
+    if not (np.isfinite(x).all() and np.isfinite(rate).all()):
+        return Finding(what, UNKNOWN, hint="empty cells")
+    change, integral = x - x[0], cumulative(t, rate)
+    size = max(np.ptp(change), np.ptp(integral), 1e-300)
+    error = np.abs(change - integral)/size
+    whole = judged(what, error.max(), DOUBT, FAIL, int(error.argmax()) + 1, hint)
+    if whole.verdict == PASSED:
+        return whole
+    steps, means = np.diff(x), np.diff(t)*(rate[1:] + rate[:-1])/2
+    steady = np.abs(np.diff(rate)) <= STEADY*np.maximum(np.abs(rate[1:]), np.abs(rate[:-1]))
+    amount = np.sum(np.abs(steps[steady]) + np.abs(means[steady]))/2
+    if steady.sum() < TOO_FEW_ROWS or amount <= 0:
+        return whole
+    # Two columns that have nothing to do with each other give 1 to 2.
+    missed = float(np.sum(np.abs(steps - means)[steady])/amount)
+    if missed <= COARSE:
+        return Finding(what, DOUBTFUL, float(error.max()), DOUBT, whole.row, "rows too far apart for the impacts")
+    return judged(what, missed, DOUBT, FAIL, whole.row, hint)
+
+
+def momentum_findings(run: RunData, case: Case) -> Iterator[Finding]:
+    """Whether the forces of the contacts explain the velocities."""
+    t = run.time
+    weight = case.mass*GRAVITY + case.vertical_load
+    external = case.lateral_force + case.lateral_ramp*t
+    for v, name, words, load in (("vY", "Fy", "lateral", external), ("vZ", "Fz", "vertical", -weight)):
+        what = f"{words} momentum closes"
+        columns = [f"{name}_{contact}" for contact in CONTACTS]
+        if not has(run, v, *columns):
+            yield Finding(what, UNKNOWN, hint=f"needs {v} and {name} of all contacts")
+            continue
+        force = sum(np.nan_to_num(run.values(column)) for column in columns) + load
+        yield balance(what, t, case.mass*run.values(v), force, "forces of another frame, unit or sign, or a missing load")
+
+
+def energy_finding(run: RunData, case: Case) -> Finding:
+    """Whether energy is conserved between moments at which the treads carry the weight and no flange touches.
+
+    The elastic energy is then near that of rest; Hertz's law tells the difference. The work of the lateral force is counted.
+    """
+    what = "energy closes"
+    columns = ["vY", "vZ", "roll_rate", "Z", *(f"N_{contact}" for contact in CONTACTS)]
+    if not has(run, *columns):
+        return Finding(what, UNKNOWN, hint="needs velocities, Z and N of all contacts")
+    t = run.time
+    weight = case.mass*GRAVITY + case.vertical_load
+    energy = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2 \
+        + weight*run.values("Z")
+    energy += sum(0.4*APPROACH*(weight/2)*(np.clip(np.nan_to_num(run.values(f"N_{contact}")), 0, None)/(weight/2))**(5/3)
+                  for contact in ("LT", "RT"))
+    work = cumulative(t, (case.lateral_force + case.lateral_ramp*t)*run.values("vY"))
+    n = {contact: np.nan_to_num(run.values(f"N_{contact}")) for contact in CONTACTS}
+    calm = (n["LF"] <= 0) & (n["RF"] <= 0) & (np.abs(n["LT"] - weight/2) < 0.02*weight) & (np.abs(n["RT"] - weight/2) < 0.02*weight)
+    calm &= np.isfinite(energy)
+    if calm.sum() < 2:
+        return Finding(what, UNKNOWN, hint="no two moments at which the wheelset rests on its treads")
+    size = max(float(energy[0]) - float(np.nanmin(energy)), float(energy[0]), float(np.nanmax(work)))
+    error = np.where(calm, np.abs(energy - work - energy[0]), 0.0)/size
+    row = int(error.argmax())
+    gains = (energy - work)[row] > energy[0]
+    return judged(what, error.max(), DOUBT, FAIL, row + 1,
+                  "the wheelset gains energy: a step too long, or forces without a potential" if gains else
+                  "the wheelset loses energy: damping, restitution or a damped integrator")
+
+
+def row_finding(run: RunData) -> Finding:
+    """Whether rows are dense enough for the impacts of the flanges: the median of all impacts."""
+    what = "rows in an impact of a flange"
+    rows: list[tuple[int, int]] = []
+    for contact in ("LF", "RF"):
+        if not has(run, f"N_{contact}"):
+            continue
+        n = np.nan_to_num(run.values(f"N_{contact}"))
+        closed = np.flatnonzero(n > 0)
+        stretches = np.split(closed, np.flatnonzero(np.diff(closed) > 1) + 1) if closed.size else []
+        rows += [(stretch.size, int(stretch[0]) + 1) for stretch in stretches if n[stretch].max() > LEAST_FORCE]
+    if not rows:
+        return Finding(what, UNKNOWN, hint="no impact")
+    rows.sort()
+    typical, at = rows[len(rows)//2]
+    verdict = FAILED if typical < TOO_FEW_ROWS else DOUBTFUL if typical < FEW_ROWS else PASSED
+    return Finding(what, verdict, typical, FEW_ROWS, at if verdict != PASSED else None,
+                   "" if verdict == PASSED else "a shorter interval of output shows the peaks")
