@@ -74,7 +74,7 @@ def draw_rail_dimensions(ax: Axes, profile: Profile) -> None:
     if np.isfinite(gauge):
         z = MM*float(np.interp(gauge, MM*curve.y[:top + 1], curve.z[:top + 1]))
         ax.plot([gauge], [z], "o", markersize=2.5, color=INK)
-        ax.annotate("gauge point", (gauge, z), (gauge + 1.5, z - 2.5), fontsize=6, ha="left", va="center", color=INK)
+        ax.annotate("gauge point", (gauge, z), (gauge + 1.5, z - 6), fontsize=6, ha="left", va="center", color=INK)
 
 
 def lead(ax: Axes, start: Point, end: Point) -> None:

@@ -19,7 +19,8 @@ from ..plots.style import SERIES, ldbench_style
 from ..results.columns import time_mean
 from ..results.quantities import KN, MM
 from ..results.run_data import RunData, read_data
-from .compare import Comparison, compare, event_times, peaks, quantity_page, table_page
+from .compare_pages import quantity_page, table_page
+from .differences import Comparison, compare, event_times, peaks
 from .jobs import Job, find_namelists, inside, run_stale, with_values
 
 VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
