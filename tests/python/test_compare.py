@@ -422,7 +422,7 @@ def test_study_of_a_small_project(tmp_path: Path):
     law, step = rows.loc[("ex3_aw", "law")], rows.loc[("ex3_aw", "step")]
     column = "N_LF peak of the first contact, relative"
     assert 0.01 < abs(law[column]) < 0.3 and abs(step[column]) < 0.01
-    assert law["Y rms, first contact"] > 10*step["Y rms, first contact"] > 0
+    assert law["Y rms, first contact [m]"] > 10*step["Y rms, first contact [m]"] > 0
     runs = {v: read_data(root/f"outputs/study/ex3_aw_{v}.txt") for v in ("fine", "law")}
     peaks = []
     for run in runs.values():
@@ -431,8 +431,11 @@ def test_study_of_a_small_project(tmp_path: Path):
         peaks.append(run.values("N_LF")[inside].max())
     assert law[column] == pytest.approx(peaks[1]/peaks[0] - 1, rel=1e-9)
     pages = PdfReader(document)
-    assert [part.title for part in pages.outline if not isinstance(part, list)] == ["Summary", "ex3_aw", "ex5_aw"]
-    assert len(pages.pages) == 4 and "law [mm]" in pages.pages[0].extract_text()
+    assert [part.title for part in pages.outline if not isinstance(part, list)] == [
+        "Summary", "Exercise 3, actual profiles", "Exercise 5, actual profiles"]
+    texts = [page.extract_text() for page in pages.pages]
+    assert len(texts) == 4 and "law [µm]" in texts[0] and "normal force, left flange" in texts[1]
+    assert "Exercise 3, actual profiles: contact law or time step?" in texts[2]
     before = {file: file.stat().st_mtime_ns for file in (root/"outputs/study").glob("*.txt")}
     make_study(root, root/"inputs", root/"outputs", workers=2, ramp_end=0.1)
     assert before == {file: file.stat().st_mtime_ns for file in (root/"outputs/study").glob("*.txt")}

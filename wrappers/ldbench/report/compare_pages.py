@@ -86,7 +86,8 @@ def table_page(title: str, subtitle: str, header: Sequence[str], rows: Sequence[
                note: str = "", text: Sequence[int] = (0,), heads: int = 1) -> Figure:
     """A page with one table below so many lines of headings; the columns `text` are set to the left, numbers to the right.
 
-    Words that do not fit their column are cut off. A line with words in the first column alone is a heading, too.
+    Words below the headings are cut off where they do not fit their column. A line with words in the first column alone
+    is a heading, too.
     """
     figure = new_page(title, subtitle, note)
     ax = figure.add_axes((0.055, 0.08, 0.93, 0.83))
@@ -99,7 +100,7 @@ def table_page(title: str, subtitle: str, header: Sequence[str], rows: Sequence[
         if i >= heads and i % 2 == 0:
             ax.axhspan(y - height/2, y + height/2, color="#F0F0F0", linewidth=0)
         for j, whole in enumerate(row):
-            fits = int((edges[j + 1] - edges[j])*TABLE_CHARACTERS) if len(row) > 2 and any(row[1:]) else len(whole)
+            fits = int((edges[j + 1] - edges[j])*TABLE_CHARACTERS) if i >= heads and any(row[1:]) else len(whole)
             word = whole if len(whole) <= fits else whole[:max(fits - 1, 1)] + "…"
             ax.text(edges[j] + 0.005 if j in text else edges[j + 1] - 0.005, y, plain(word), ha="left" if j in text else "right",
                     va="center", fontsize=7, weight="bold" if bold else "normal")
