@@ -167,6 +167,16 @@ def test_impacts_are_laid_on_each_other():
     assert "left flange 1: 20.000 ms" in panel.get_title("left")
 
 
+def test_only_impacts_of_two_files_are_laid_on_each_other():
+    """An impact that the reference or all other files lack stands in the table alone."""
+    first, second = invented(), invented(delay=0.012)
+    both = altered(first, data=first.data.assign(N_LF=first.values("N_LF") + second.values("N_LF")))
+    for runs, pages in (([both, invented(name="one")], 1), ([invented(force=0.0, name="none"), both], 0)):
+        with ldbench_style():
+            drawn = [figure for title, figure in comparison_figures(cmp.compare(runs)) if title == "impacts, laid on each other"]
+        assert [len(figure.axes) for figure in drawn] == [1]*pages
+
+
 def test_long_lists_of_impacts_are_cut_and_say_so():
     t = 1e-4*np.arange(3001)
     many = invented_run(pd.DataFrame({"time": t, "Y": t, "N_LF": 1e5*(np.arange(3001) % 2)}), "many.txt")

@@ -15,6 +15,7 @@ from ldbench.results.run_data import RunData
 from ldbench.viewer.film import make_film
 from ldbench.viewer.picture import Picture
 from ldbench.viewer.scene import arrow, round_number
+from ldbench.viewer.show import distinct
 
 
 def case(pair: str = "aw", **changes: float) -> Case:
@@ -132,6 +133,65 @@ def test_close_ups_are_where_the_rails_are(gauge: float):
     whole = picture.scenes[0].ax
     assert np.abs(whole.get_xlim()).min() > outlines.left.wheel[:, 0].max() + 0.05
     assert whole.get_ylim()[1] > outlines.axle - outlines.left.wheel[:, 1].min()
+
+
+def test_an_overturned_wheelset_stays_in_the_picture(pair: tuple[RunData, RunData]):
+    """The limits hold the wheels at all times of the film."""
+    run = pair[0]
+    data = run.data.copy()
+    for column, end in ("Y", 0.25), ("Z", 0.25), ("roll", -0.35):
+        data[column] += end*(data["time"]/data["time"].iloc[-1])**2
+    over = drawn(altered(run, data=data))
+    axes = over.scenes[0].ax
+    (right, left), (bottom, top) = sorted(axes.get_xlim()), axes.get_ylim()
+    for t in np.linspace(0, 0.012, 20):
+        for artist in over.scenes[0].move(float(t)):
+            if len(artist.get_path().vertices) > 100:          # a wheel
+                y, z = artist.get_xy().T
+                assert right < y.min() and y.max() < left and bottom < z.min() and z.max() < top
+    upright = drawn(run).scenes[0].ax
+    assert np.ptp(upright.get_ylim()) < np.ptp(axes.get_ylim())
+
+
+def test_a_rail_that_pulls_is_drawn(pair: tuple[RunData, RunData]):
+    """Contacts of bilateral constraints have negative forces, which point away from the wheel."""
+    data = pair[0].data.copy()
+    for column in "N_LT", "Fy_LT", "Fz_LT":
+        data[column] = -data[column].abs()
+    picture = drawn(altered(pair[0], data=data))
+    [*picture.scenes[1].move(0.005)]
+    corners = picture.scenes[1].arrows[0, "LT"].get_xy()
+    assert picture.scenes[1].arrows[0, "LT"].get_visible() and corners[3, 1] < corners[0, 1]
+    assert any(text.startswith("tread −") for text in words(picture, 0.005))
+
+
+def test_the_longest_arrow_is_the_largest_force_of_the_film(pair: tuple[RunData, RunData]):
+    """Forces before and after the film do not count."""
+    with ldbench_style():
+        before, all_of_it = (Picture([pair[0]], 0.0, end, 1e-3, None) for end in (0.009, 0.012))
+    assert before.scenes[1].scale_force < 1e5 < all_of_it.scenes[1].scale_force
+
+
+def test_columns_that_a_file_lacks_have_no_chart(pair: tuple[RunData, RunData]):
+    """The last chart that is drawn has the labels of time."""
+    columns = ["time", "Y", "N_LF", "y_LF", "z_LF", "Fy_LF", "Fz_LF"]
+    picture = drawn(altered(pair[0], data=pair[0].data[columns]))
+    picture.frame(0.005)
+    shown = [chart for chart in dict.fromkeys(picture.charts.values()) if chart.axison]
+    assert [bool(chart.get_xlabel()) for chart in shown] == [False, True]
+    assert len(picture.cursors) == 2
+
+
+def test_runs_of_one_name_are_told_apart_in_few_words(tmp_path: Path, pair: tuple[RunData, RunData]):
+    """By contact law or formulation; else by the name of the file; else by the path."""
+    run = pair[0]
+    rigid = altered(run, {"settings": {**run.header.settings, "contact": {"formulation": "unilateral"}}})
+    assert [one.name for one in distinct([run, rigid])] == ["ex3_aw hertz", "ex3_aw unilateral"]
+    files = [ldbench.read_run(run.write(tmp_path/name)) for name in ("one.txt", "two.txt")]
+    assert [one.name for one in distinct(files)] == ["ex3_aw one.txt", "ex3_aw two.txt"]
+    (tmp_path/"other").mkdir()
+    same = [files[0], ldbench.read_run(run.write(tmp_path/"other/one.txt"))]
+    assert [one.name for one in distinct(same)] == [str(tmp_path/"one.txt"), str(tmp_path/"other/one.txt")]
 
 
 def test_more_runs_than_looks_are_refused(pair: tuple[RunData, RunData], tmp_path: Path):

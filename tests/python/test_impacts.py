@@ -66,6 +66,12 @@ def test_contact_that_is_closed_at_an_end_of_the_file_is_no_impact():
     assert impacts(invented_run(rolling[["time"]])) == []
 
 
+def test_a_contact_that_pulls_is_no_impact():
+    """Bilateral constraints hold the wheel: a row with a negative force is not open."""
+    frame = pd.DataFrame({"time": 1e-3*np.arange(8), "N_LF": [0, 5, -5, 5, 0, 6, 0, 0], "N_RF": [0, -1, 4, 4, -1, 0, 0, 0]})
+    assert [(one.contact, one.t_peak) for one in impacts(invented_run(frame))] == [("LF", 0.005)]
+
+
 def test_one_row_is_a_triangle_between_its_neighbours():
     frame = pd.DataFrame({"time": [0.0, 1.0, 3.0, 4.0], "N_LF": [0.0, 6.0, 0.0, 0.0]})
     [one] = impacts(invented_run(frame))

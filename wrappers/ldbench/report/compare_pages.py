@@ -172,7 +172,8 @@ def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
         header = ["impact", *(word for unit in units for word in (unit, ""))]
         names = ["", *["reference", "file"]*len(units)]
         yield from paged(f"impacts of {run.name}", f"reference: {reference}", header, rows, [1.6] + [1]*10, (0,), note, names)
-    drawn = [one for one in pairings if any(impact and impact.duration > 0 for impact in one.impacts)]
+    lasting = [[bool(impact and impact.duration > 0) for impact in one.impacts] for one in pairings]
+    drawn = [one for one, known in zip(pairings, lasting, strict=True) if known[0] and any(known[1:])]
     for start in range(0, min(len(drawn), OVERLAYS*OVERLAY_PAGES), OVERLAYS):
         more = len(drawn) - OVERLAYS*OVERLAY_PAGES
         yield "impacts, laid on each other", overlay_page(found, drawn[start:start + OVERLAYS], more)
@@ -182,13 +183,14 @@ def overlay_page(found: Comparison, pairings: Sequence[Pairing], more: int) -> F
     """Normal forces of a few impacts, each from the beginning of the impact in each file."""
     figure = new_page("Impacts, laid on each other", f"reference: {found.runs[0].name}",
                       "normal force [kN] over the time [ms] since the contact closed in each file; above each panel stands when "
-                      "that was in the reference" + (f"\n{more} more impacts are in the tables alone" if more > 0 else ""))
+                      "that was in the reference; an impact that the reference or all other files lack is in the tables alone"
+                      + (f"\n{more} more impacts are in the tables alone" if more > 0 else ""))
     axes = figure.subplots(3, 4, squeeze=False, gridspec_kw={
         "left": 0.045, "right": 0.985, "top": 0.865, "bottom": 0.085, "hspace": 0.33, "wspace": 0.2}).ravel()
     for ax, one in zip(axes, pairings, strict=False):
         longest = max(impact.duration for impact in one.impacts if impact)
         for run, impact, line in zip(found.runs, one.impacts, itertools.cycle(SERIES), strict=False):
-            if impact is None:
+            if impact is None or not impact.duration > 0:
                 continue
             low, high = impact.start - MARGIN*longest, impact.start + (1 + MARGIN)*longest
             rows = slice(max(np.searchsorted(run.time, low) - 1, 0), np.searchsorted(run.time, high, "right") + 1)
@@ -196,9 +198,7 @@ def overlay_page(found: Comparison, pairings: Sequence[Pairing], more: int) -> F
                     **line.kwargs())
         ax.set_xlim(-1e3*MARGIN*longest, 1e3*(1 + MARGIN)*longest)
         ax.set_ylim(bottom=0)
-        first = one.impacts[0]
-        when = f"{1e3*first.start:.3f} ms" if first else "not in the reference"
-        ax.set_title(f"{one.words}: {when}", loc="left", pad=3, color="black" if first else "#606060")
+        ax.set_title(f"{one.words}: {1e3*one.impacts[0].start:.3f} ms" if one.impacts[0] else one.words, loc="left", pad=3)
     for unused in axes[len(pairings):]:
         unused.remove()
     samples = [ax.plot([], [], label=plain(run.name), **line.kwargs())[0] for ax in axes[:1]

@@ -33,8 +33,9 @@ def impacts(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[Impact]:
     """All impacts of some contacts in order of time.
 
     An impact is a set of successive rows with a positive normal force between two open rows. A contact that is closed in
-    the first or last row of the file is left out there, because its length is unknown. A run with rigid contacts adds the
-    impacts among its events, of which the file lists a hundred.
+    the first or last row of the file is left out there, because its length is unknown, and so is a contact that also pulls,
+    as bilateral constraints do. A run with rigid contacts adds the impacts among its events, of which the file lists a
+    hundred.
     """
     found = [one for contact in contacts for one in closed_intervals(run, contact)]
     found += [Impact(contact, event.t, event.t, np.nan, event.t, impulse, np.nan) for event in run.events
@@ -48,13 +49,15 @@ def closed_intervals(run: RunData, contact: str) -> Iterator[Impact]:
         return
     t, force = run.time, np.nan_to_num(run.values(f"N_{contact}"))
     angle = run.values(f"angle_{contact}") if f"angle_{contact}" in run.data else None
-    closed = np.append(force > 0, False)
+    closed = np.append(force != 0, False)
     firsts = np.flatnonzero(closed[1:] & ~closed[:-1]) + 1
     for first in map(int, firsts):
         last = first + int(closed[first:].argmin()) - 1
         if last == len(t) - 1:
             return
         own = slice(first, last + 1)
+        if force[own].min() < 0:
+            continue
         start, end = zero(t, force, first, -1), zero(t, force, last, 1)
         top = first + int(force[own].argmax())
         corners = np.concatenate([[start], t[own], [end]]), np.concatenate([[0.0], force[own], [0.0]])

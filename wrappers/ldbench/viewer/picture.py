@@ -40,7 +40,6 @@ class Picture:
         self.canvas = FigureCanvasAgg(self.figure)
         self.speed = "" if speed is None else f"1:{1/speed:,.0f}" if speed < 0.7 else f"{speed:g}×"
         self.draw_title()
-        largest = max([actor.largest for actor in self.actors if actor.largest > 0], default=1.0)
         n = len(self.actors)
         self.pitch = 0.028 if n < 5 else 0.02       # of lines of values
         self.header = 0.06 if n < 3 else 0.025*np.ceil(n/3) + 0.02
@@ -48,7 +47,7 @@ class Picture:
         whole = above + height + 0.04
         places = ((LEFT, whole, RIGHT + WIDTH - LEFT, 0.99 - self.header - n*self.pitch - whole), (LEFT, above, WIDTH, height),
                   (RIGHT, above, WIDTH, height))
-        self.scenes = [Scene(self.figure.add_axes(place), self.actors, side, largest)
+        self.scenes = [Scene(self.figure.add_axes(place), self.actors, side, start, end)
                        for place, side in zip(places, (0, 1, -1), strict=True)]
         self.clock_font = font("DejaVu Sans Mono", 13)
         self.value_font = font("DejaVu Sans", 9 if n == 1 else 8 if n < 5 else 7)
@@ -75,17 +74,20 @@ class Picture:
 
         One run has a panel for the flanges and one for the treads, several runs have a panel for each contact.
         """
-        panels = ([("Y",), ("N_LF",), ("N_RF",), ("N_LT",), ("N_RT",)] if self.several else
+        panels: list[tuple[str, ...]] = ([("Y",), ("N_LF",), ("N_RF",), ("N_LT",), ("N_RT",)] if self.several else
                   [("Y",), ("N_LF", "N_RF"), ("N_LT", "N_RT")])
+        panels = [columns for columns in panels if any(c in actor.columns for c in columns for actor in self.actors)]
+        count = 5 if self.several else 3
         gap = 0.05 if self.several else 0.065
-        height = (0.9 - 0.075 + gap)/len(panels) - gap
+        height = (0.9 - 0.075 + gap)/count - gap
         cursors = []
         for k, columns in enumerate(panels):
             ax = self.figure.add_axes((CHARTS[0], 0.9 - height - k*(height + gap), CHARTS[1], height))
             cursors.append(self.draw_chart(ax, columns))
             if k < len(panels) - 1:
                 ax.tick_params(labelbottom=False)
-        cursors[-1].axes.set_xlabel("time [ms]" if self.milliseconds else "time [s]")
+            else:
+                ax.set_xlabel("time [ms]" if self.milliseconds else "time [s]")
         return cursors
 
     @property
@@ -100,18 +102,17 @@ class Picture:
             for column in (c for c in columns if c in actor.columns):
                 known = quantity(column)
                 line = actor.line if self.several else CONTACT_LINES.get(column.rpartition("_")[2], SERIES[0])
-                t = actor.time
-                rows = slice(max(np.searchsorted(t, self.start) - 1, 0), np.searchsorted(t, self.end, "right") + 1)
-                ax.plot(scale*t[rows], known.scale*actor.columns[column][rows], label=plain(known.words), **line.kwargs())
+                rows = actor.rows(self.start, self.end)
+                ax.plot(scale*actor.time[rows], known.scale*actor.columns[column][rows], label=plain(known.words), **line.kwargs())
         shown = [quantity(c) for c in columns if any(c in actor.columns for actor in self.actors)]
         ax.set_xlim(scale*self.start, scale*self.end)
-        if shown and len(columns) > 1:
+        if len(columns) > 1:
             ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1, fontsize=8)
             ax.set_ylabel(plain(f"[{shown[0].unit}]"))
-        elif shown:
-            ax.set_title(plain(shown[0].label), loc="left", fontsize=8, pad=2)
         else:
-            ax.set_axis_off()
+            ax.set_title(plain(shown[0].label), loc="left", fontsize=8, pad=2)
+        if not any(np.any(line.get_ydata()) for line in ax.get_lines()):
+            ax.set_yticks([0])
         self.charts |= dict.fromkeys(columns, ax)
         return ax.axvline(scale*self.start, color=GREY, linewidth=1.0)
 
@@ -138,7 +139,7 @@ class Picture:
         """
         yield (0.985, 0.975), f"{1e3*t:10.3f} ms   {self.speed}".rstrip(), self.clock_font, "ra"
         for k, actor in enumerate(self.actors):
-            name = f"{clipped(actor.run.name, 16)}:  " if self.several else ""
+            name = f"{clipped(actor.run.name, 20)}:  " if self.several else ""
             middle = (LEFT + RIGHT + WIDTH)/2
             yield (middle, 1 - self.header - k*self.pitch), name + actor.pose_words(t), self.value_font, "ma"
             for side, left in ("L", LEFT), ("R", RIGHT):

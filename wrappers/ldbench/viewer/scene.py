@@ -1,6 +1,7 @@
 """Wheels on rails as they move: bodies, contact points and forces of runs, in one picture with scales."""
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -28,8 +29,30 @@ class Actor:
         self.time, self.columns = checked(run)
         self.run, self.line = run, line
         self.outlines: Outlines | None = run_outlines(run, assumed)[0]
-        forces = [np.nanmax(self.columns[f"N_{c}"], initial=0.0) for c in CONTACTS if f"N_{c}" in self.columns]
-        self.largest = float(max(forces, default=0.0))
+
+    def rows(self, start: float, end: float) -> slice:
+        """The rows from `start` to `end` [s], and one more at either side."""
+        return slice(max(np.searchsorted(self.time, start) - 1, 0), np.searchsorted(self.time, end, "right") + 1)
+
+    def largest(self, start: float, end: float) -> float:
+        """The largest normal force from `start` to `end`, pushing or pulling [N]."""
+        forces = [np.abs(self.columns[f"N_{c}"][self.rows(start, end)]) for c in CONTACTS if f"N_{c}" in self.columns]
+        return float(max((np.nanmax(force, initial=0.0) for force in forces), default=0.0))
+
+    def reach(self, start: float, end: float) -> tuple[float, float, float]:
+        """How far the wheels come out to either side, and up, from `start` to `end` [m]."""
+        assert self.outlines
+        rows = self.rows(start, end)
+        y, z, roll = (self.columns[name][rows] if name in self.columns else np.zeros(len(self.time[rows]))
+                      for name in ("Y", "Z", "roll"))
+        wide, high = [], []
+        for one, s in self.outlines.sides:
+            radius = -one.wheel[:, 1].min()
+            for across, up in itertools.product(s*one.wheel[[0, -1], 0], (-radius, radius)):
+                c, sine = np.cos(self.outlines.roll + roll), np.sin(self.outlines.roll + roll)
+                wide.append(across*c - up*sine + y)
+                high.append(across*sine + up*c + z + self.outlines.axle)
+        return float(np.nanmax(wide)), float(-np.nanmin(wide)), float(np.nanmax(high))
 
     def at(self, column: str, t: float) -> float:
         """Linear between rows; 0 for what the file lacks."""
@@ -46,20 +69,20 @@ class Actor:
         found = []
         for contact in (c for c in CONTACTS if c[0] == side):
             force, angle = self.at(f"N_{contact}", t), self.at(f"angle_{contact}", t)
-            if force > 0:
-                digits = 0 if force >= 1e5 else 1
+            if np.isfinite(force) and force != 0:
+                digits = 0 if abs(force) >= 1e5 else 1
                 at = f" at {DEG*angle:.1f}°" if f"angle_{contact}" in self.columns and np.isfinite(angle) else ""
                 found.append(f"{CONTACT_NAMES[contact].split()[1]} {KN*force:.{digits}f} kN{at}")
-        return ",  ".join(found) or "no contact"
+        return ",  ".join(found).replace("-", "−") or "no contact"
 
 
 class Scene:
     """Wheels and rails of all actors within the limits of some axes; left is left.  side: 1 left, -1 right, 0 both.
 
-    largest: the force [N] that the longest arrow stands for.
+    start, end: times of the film [s], whose largest force has the longest arrow.
     """
 
-    def __init__(self, ax: Axes, actors: Sequence[Actor], side: int, largest: float) -> None:
+    def __init__(self, ax: Axes, actors: Sequence[Actor], side: int, start: float, end: float) -> None:
         self.ax, self.side, self.actors = ax, side, [actor for actor in actors if actor.outlines]
         self.rails: list[Line] = []             # the look of each rail that is drawn
         self.arrows: dict[tuple[int, str], Polygon] = {}
@@ -70,7 +93,8 @@ class Scene:
         if not self.actors:
             ax.text(0.5, 0.5, "no outlines", transform=ax.transAxes, ha="center", color=GREY)
             return
-        self.look_at(self.actors[0].outlines)
+        largest = max(actor.largest(start, end) for actor in actors) or 1.0
+        self.look_at(start, end)
         self.unit = ARROW*(1 if side else 6)/largest      # length of a force [m/N]
         self.shaft = abs(ax.get_xlim()[1] - ax.get_xlim()[0])*0.011
         for actor in self.actors:
@@ -79,8 +103,9 @@ class Scene:
             self.add_wheelset(k, actor)
         self.add_scales(largest)
 
-    def look_at(self, outlines: Outlines | None) -> None:
-        """Set the limits: a close-up shows the rail of its side, the whole picture both wheels."""
+    def look_at(self, start: float, end: float) -> None:
+        """Set the limits: a close-up shows the rail of its side, the whole picture both wheels from `start` to `end` [s]."""
+        outlines = self.actors[0].outlines
         assert outlines
         if self.side:
             rail = (outlines.left if self.side > 0 else outlines.right).rail
@@ -88,9 +113,8 @@ class Scene:
             top = rail[:, 1].max()
             self.ax.set(xlim=(middle + HALF_WIDTH, middle - HALF_WIDTH), ylim=(top - BELOW, top + ABOVE))
             return
-        width = 0.07 + max(max(one.wheel[:, 0].max(), one.rail[:, 0].max()) for one, _ in outlines.sides)
-        height = outlines.axle - min(one.wheel[:, 1].min() for one, _ in outlines.sides)
-        self.ax.set(xlim=(width, -width), ylim=(-0.17*height, 1.06*height))
+        left, right, height = (max(ends) for ends in zip(*(actor.reach(start, end) for actor in self.actors), strict=True))
+        self.ax.set(xlim=(left + 0.06, -right - 0.06), ylim=(-0.17*height, 1.04*height))
 
     def add_rail(self, actor: Actor) -> None:
         """Draw the rails of a run, unless they are drawn already; the first ones are filled."""
@@ -156,7 +180,7 @@ class Scene:
         for (k, contact), shape in self.arrows.items():
             actor = self.actors[k]
             point, force = (np.array([actor.at(f"{q}_{contact}", t) for q in names]) for names in (("y", "z"), ("Fy", "Fz")))
-            closed = actor.at(f"N_{contact}", t) > 0 and bool(np.isfinite([*point, *force]).all()) and np.hypot(*force) > 0
+            closed = actor.at(f"N_{contact}", t) != 0 and bool(np.isfinite([*point, *force]).all()) and np.hypot(*force) > 0
             shape.set_visible(bool(closed))
             if closed:
                 shape.set_xy(arrow(point, self.unit*force, self.shaft, 4*self.shaft))
