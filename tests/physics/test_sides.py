@@ -451,10 +451,12 @@ def test_pictures_of_two_sides(two_runs: tuple[RunData, RunData]):
 
 
 def bodies(run: RunData, t: float) -> list[np.ndarray]:
-    """What a film's picture of the wheelset and both rails shows at a time, polygon by polygon [m]."""
+    """What a film's picture of the wheelset and both rails shows at a time, polygon by polygon [m], without arrows."""
     picture = film.Picture([run], 0.0, 0.03, 1e-3, None)
     picture.frame(t)
-    return [patch.get_xy() for patch in picture.figure.axes[0].patches if isinstance(patch, Polygon)]
+    scene = picture.scenes[0]
+    arrows = [*scene.arrows.values(), scene.scale_arrow]
+    return [patch.get_xy() for patch in scene.ax.patches if isinstance(patch, Polygon) and patch not in arrows]
 
 
 def test_mirrored_sides_give_mirrored_pictures(two_runs: tuple[RunData, RunData]):

@@ -19,7 +19,8 @@ from ldbench._core.files import complete
 from ldbench.plots.frame import new_page
 from ldbench.plots.stretches import first_episode
 from ldbench.plots.style import ldbench_style
-from ldbench.report import compare as cmp
+from ldbench.report import differences as cmp
+from ldbench.report.compare_pages import comparison_figures, overlay_page, quantity_page, themes
 from ldbench.report.study import SHORT_RAMP, make_study, study_jobs
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData, read_data
@@ -121,7 +122,7 @@ def test_refusals():
 def test_page_draws_overlay_and_difference():
     runs = [invented(), invented(delay=0.003, name="late"), invented(offset=1e-3, name="aside")]
     with ldbench_style():
-        figure = cmp.quantity_page(cmp.compare(runs), ["Y", "N_LF"], "two")
+        figure = quantity_page(cmp.compare(runs), ["Y", "N_LF"], "two")
     overlay, difference, forces, _ = figure.axes
     for line, run in zip(overlay.get_lines(), runs, strict=True):
         assert line.get_label() == run.name
@@ -129,9 +130,77 @@ def test_page_draws_overlay_and_difference():
     late, aside = difference.get_lines()
     np.testing.assert_allclose(late.get_ydata(), -1e3*SPEED*0.003)
     np.testing.assert_allclose(aside.get_ydata(), 1.0)
-    assert overlay.get_ylabel() == "Y [mm]" and difference.get_ylabel() == "ΔY [mm]"
+    assert overlay.get_title("left") == "lateral displacement Y [mm]"
+    assert difference.get_title("left") == "difference from the reference [mm]"
     assert forces.get_lines()[0].get_ydata().max() == pytest.approx(800)       # kN
     assert len({(line.get_color(), str(line.get_linestyle())) for line in overlay.get_lines()}) == 3
+
+
+def test_impacts_are_compared_by_number():
+    """Start, duration, peak and impulse of a later and harder half-sine of 4 ms; the second file lacks the second impact."""
+    first, second = invented(), invented(delay=0.012)
+    both = altered(first, data=first.data.assign(N_LF=first.values("N_LF") + second.values("N_LF")))
+    harder = invented(delay=0.003, force=8.8e5, name="harder")
+    table = cmp.impact_table([both, harder]).set_index("quantity")
+    impulse = 2/np.pi*8e5*0.004
+    for name, unit, reference, difference in (("start", "s", TOUCH, 0.003), ("duration", "s", 0.004, 0.0),
+                                              ("peak", "N", 8e5, 0.8e5), ("impulse", "N.s", impulse, 0.1*impulse)):
+        row = table.loc[f"LF 1 {name}"]
+        assert (row["file"], row["unit"]) == ("harder", unit) and row["words"].startswith("left flange 1, ")
+        assert (row["reference"], row["difference"]) == pytest.approx((reference, difference), rel=1e-3, abs=2e-6)
+    assert pd.isna(table.loc["LF 2 peak", "value"])
+    assert table.loc["LF 2 start", "reference"] == pytest.approx(TOUCH + 0.012, abs=2e-6)
+
+
+def test_impacts_are_laid_on_each_other():
+    """Each begins at time 0, whatever the files' times."""
+    runs = [invented(), invented(delay=0.003, name="late")]
+    found = cmp.compare(runs)
+    with ldbench_style():
+        [panel] = overlay_page(found, cmp.paired_impacts(runs)[0], 0).axes
+    reference, late = panel.get_lines()[:2]
+    for line in reference, late:
+        inside = line.get_ydata() > 0
+        assert line.get_xdata()[inside].min() == pytest.approx(0.1, abs=2e-3)       # ms: the first row after the beginning
+        assert line.get_ydata().max() == pytest.approx(800)
+    np.testing.assert_allclose(np.interp(reference.get_xdata(), late.get_xdata(), late.get_ydata()), reference.get_ydata(), atol=2)
+    assert "left flange 1: 20.000 ms" in panel.get_title("left")
+
+
+def test_only_impacts_of_two_files_are_laid_on_each_other():
+    """An impact that the reference or all other files lack stands in the table alone."""
+    first, second = invented(), invented(delay=0.012)
+    both = altered(first, data=first.data.assign(N_LF=first.values("N_LF") + second.values("N_LF")))
+    for runs, pages in (([both, invented(name="one")], 1), ([invented(force=0.0, name="none"), both], 0)):
+        with ldbench_style():
+            drawn = [figure for title, figure in comparison_figures(cmp.compare(runs)) if title == "impacts, laid on each other"]
+        assert [len(figure.axes) for figure in drawn] == [1]*pages
+
+
+def test_long_lists_of_impacts_are_cut_and_say_so():
+    t = 1e-4*np.arange(3001)
+    many = invented_run(pd.DataFrame({"time": t, "Y": t, "N_LF": 1e5*(np.arange(3001) % 2)}), "many.txt")
+    pairings, left_out = cmp.paired_impacts([many, many.named("again")])
+    assert len(pairings) == cmp.IMPACTS and left_out == 1500 - cmp.IMPACTS
+    with ldbench_style():
+        texts = [text.get_text() for _, figure in comparison_figures(cmp.compare([many, many.named("again")]))
+                 for text in figure.texts]
+    assert any(f"{left_out} more impacts are left out" in text for text in texts)
+    assert any(f"{cmp.IMPACTS - 24} more impacts are in the tables alone" in text for text in texts)
+
+
+def test_quantities_stand_by_theme_with_words_and_units():
+    """An unknown column has the unit that the file tells, or says that it is in SI."""
+    data = invented().data.assign(Z=0.0, heat=1.0, odd=2.0)
+    data.attrs["units"] = {"heat": "J"}
+    run = altered(invented(), data=data)
+    found = cmp.compare([run, run.named("same")])
+    assert themes(found) == {"displacements": ["Y", "Z"], "normal forces": ["N_LF"], "contact angles": ["angle_LF"],
+                             "other columns": ["heat", "odd"]}
+    assert [found.shown(name).label for name in ("N_LF", "heat", "odd")] == [
+        "normal force, left flange [kN]", "heat [J]", "odd [SI]"]
+    table = cmp.difference_table(found).set_index("quantity")
+    assert table["unit"].to_dict() == {"Y": "m", "Z": "m", "N_LF": "N", "angle_LF": "rad", "heat": "J", "odd": ""}
 
 
 # Files and the command ---------------------------------------------------------------------
@@ -169,13 +238,18 @@ def test_command_reads_another_code(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert str(target) in capsys.readouterr().out
     table = pd.read_csv(tmp_path/"both.csv").set_index(["what", "quantity"])
     assert table.loc[("difference", "Y"), "rms"] == pytest.approx(SPEED*0.003, rel=1e-9)
-    assert table.loc[("event [s]", "first left flange contact"), "difference"] == pytest.approx(0.003, abs=1e-9)
-    assert table.loc[("peak [N]", "N_LF"), "value"] == pytest.approx(8e5, rel=1e-9)
+    assert table.loc[("event", "first left flange contact"), "difference"] == pytest.approx(0.003, abs=1e-9)
+    assert table.loc[("peak", "N_LF"), "value"] == pytest.approx(8e5, rel=1e-9)
+    assert table.loc[("difference", "Y"), ["words", "unit"]].tolist() == ["lateral displacement Y", "m"]
+    assert table.loc[("impact", "LF 1 start"), "difference"] == pytest.approx(0.003, abs=1e-6)
+    assert table["unit"].notna().all()
     document = PdfReader(target)
-    assert len(document.pages) == 3
-    assert [part.title for part in document.outline[1]] == ["differences of theirs", "events and peaks", "Y, N_LF"]
-    assert "Y [mm]" in document.pages[2].extract_text()
-    assert "first left flange contact" in document.pages[1].extract_text()
+    assert [part.title for part in document.outline[1]] == [
+        "files", "events and peaks", "impacts of theirs", "impacts, laid on each other", "differences of theirs",
+        "displacements", "normal forces"]
+    texts = [page.extract_text() for page in document.pages]
+    assert len(texts) == 7 and "theirs.csv" in texts[0] and "first left flange contact [ms]" in texts[1]
+    assert "impulse [kN·s]" in texts[2] and "lateral displacement Y [mm]" in texts[5]
 
 
 def test_the_map_is_not_for_files_of_ours(tmp_path: Path):
@@ -215,7 +289,7 @@ def test_dollar_signs_are_text(tmp_path: Path):
     run = altered(invented(), data=invented().data.rename(columns={"Y": "Y_$\\frac$"}))
     other = run.named("$^$")
     with ldbench_style():
-        figures = dict(cmp.comparison_figures(cmp.compare([run, other])))
+        figures = dict(comparison_figures(cmp.compare([run, other])))
         figures["page"] = new_page("$_$", "$x^2$", "$\\sqrt$")
         for figure in figures.values():
             figure.savefig(tmp_path/"page.pdf")
@@ -358,7 +432,7 @@ def test_study_of_a_small_project(tmp_path: Path):
     law, step = rows.loc[("ex3_aw", "law")], rows.loc[("ex3_aw", "step")]
     column = "N_LF peak of the first contact, relative"
     assert 0.01 < abs(law[column]) < 0.3 and abs(step[column]) < 0.01
-    assert law["Y rms, first contact"] > 10*step["Y rms, first contact"] > 0
+    assert law["Y rms, first contact [m]"] > 10*step["Y rms, first contact [m]"] > 0
     runs = {v: read_data(root/f"outputs/study/ex3_aw_{v}.txt") for v in ("fine", "law")}
     peaks = []
     for run in runs.values():
@@ -367,8 +441,11 @@ def test_study_of_a_small_project(tmp_path: Path):
         peaks.append(run.values("N_LF")[inside].max())
     assert law[column] == pytest.approx(peaks[1]/peaks[0] - 1, rel=1e-9)
     pages = PdfReader(document)
-    assert [part.title for part in pages.outline if not isinstance(part, list)] == ["Summary", "ex3_aw", "ex5_aw"]
-    assert len(pages.pages) == 4 and "law [mm]" in pages.pages[0].extract_text()
+    assert [part.title for part in pages.outline if not isinstance(part, list)] == [
+        "Summary", "Exercise 3, actual profiles", "Exercise 5, actual profiles"]
+    texts = [page.extract_text() for page in pages.pages]
+    assert len(texts) == 4 and "law [µm]" in texts[0] and "normal force, left flange" in texts[1]
+    assert "Exercise 3, actual profiles: contact law or time step?" in texts[2]
     before = {file: file.stat().st_mtime_ns for file in (root/"outputs/study").glob("*.txt")}
     make_study(root, root/"inputs", root/"outputs", workers=2, ramp_end=0.1)
     assert before == {file: file.stat().st_mtime_ns for file in (root/"outputs/study").glob("*.txt")}

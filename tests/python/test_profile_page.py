@@ -4,12 +4,17 @@ from math import gamma, pi, sqrt
 
 import numpy as np
 import pytest
+from PIL import Image
+from pypdf import PdfReader
 
 import shapes
 from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench._core.errors import MissingFile, Usage
 from ldbench.conicity import equivalent_conicity, linearised_conicity
+from ldbench.plots.dimensions import wheel_dimensions
+from ldbench.plots.pair_page import contact_lines, pair_page
+from ldbench.plots.style import ldbench_style
 from ldbench.profiles.inspect import inspect, pair
 from running import REPO, command_error
 
@@ -84,6 +89,78 @@ def test_modern_pair():
         assert g["y_R"] == pytest.approx(-g["y_L"][::-1], abs=1e-12)
     g = found.rolled.geometry
     assert 1e3*np.interp(3e-3, g["Y"], g["y_L"]) == pytest.approx(739.970, abs=0.5)
+
+
+@pytest.mark.parametrize("name", ["s1002", "awprof", "swprof"])
+def test_dimension_lines_are_as_long_as_the_measures(name):
+    """Each ends at points of the profile, at the tape circle, at the tip or at the back."""
+    found = inspect(REPO/f"profiles/{name}.yz")
+    lines = wheel_dimensions(found)
+    assert set(lines) == {"Sh", "Sd", "qR"}
+    curve = 1e3*np.column_stack([found.smooth.y, found.smooth.z])
+    for measure, (first, last) in lines.items():
+        along = np.abs(np.subtract(last, first))
+        assert along.max() == pytest.approx(1e3*found.measures[measure], abs=1e-9) and along.min() < 1e-9
+    near = {what: np.hypot(*(curve - point).T).min() for what, point in (
+        ("Sd", lines["Sd"][1]), ("qR, outside", [lines["qR"][1][0], lines["Sd"][0][1]]),
+        ("qR, inside", [lines["qR"][0][0], 1e3*found.smooth.z.min() + 2]))}
+    assert max(near.values()) < 0.06, near
+    assert lines["Sd"][0][0] == 0 and lines["Sh"][0][1] == pytest.approx(curve[:, 1].min())
+
+
+def test_a_profile_that_ends_early_has_fewer_dimension_lines(tmp_path):
+    points = shapes.shape("awprof")
+    (tmp_path/"short").write_text(shapes.rows(points[points[:, 0] > 20]))
+    found = inspect(tmp_path/"short")
+    assert set(wheel_dimensions(found)) == {name for name in ("Sh", "Sd", "qR") if np.isfinite(found.measures[name])}
+
+
+@pytest.fixture(scope="module")
+def worn_right():
+    """The actual pair with the simplified wheel on the right."""
+    return pair(Case.exercise(1).replace(wheel_profile_right=str(REPO/"profiles/swprof.yz"),
+                                         wheel_profile=str(REPO/"profiles/awprof.yz")))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_contact_lines_join_points_of_wheel_and_rail(side, worn_right):
+    """For whole millimetres of displacement, on the curves of this side, at the place that the geometry functions tell."""
+    own = worn_right.outlines.left if side > 0 else worn_right.outlines.right
+    lines = contact_lines(worn_right, side)
+    assert {round(1e3*line.y) for line in lines} >= set(range(-8, 9))
+    geometry = worn_right.rolled.geometry
+    for y, on_wheel, on_rail in lines:
+        assert 1e3*y == pytest.approx(round(1e3*y), abs=1e-9)
+        assert np.interp(y, geometry["Y"], side*geometry["y_L" if side > 0 else "y_R"]) == pytest.approx(on_rail[0], abs=1e-9)
+        for point, curve in (on_wheel, own.wheel), (on_rail, own.rail):
+            assert np.hypot(*(curve - point).T).min() < 2e-4
+    with ldbench_style():
+        assert len(pair_page(worn_right, "", None).axes) >= 8
+
+
+def test_the_page_of_a_pair_has_the_functions_of_the_displacement():
+    found = pair(Case.exercise(1))
+    with ldbench_style():
+        axes = {ax.get_ylabel(): ax for ax in pair_page(found, "note", None).axes}
+    g = found.rolled.geometry
+    drawn = {line.get_label(): line for line in axes["Δr = left − right [mm]"].get_lines()}
+    assert drawn["with roll"].get_ydata() == pytest.approx(1e3*g["delta_r"])
+    angles = {line.get_label(): line for line in axes["contact angle γ [°]"].get_lines()}
+    assert np.nanmax(np.abs(angles["left"].get_ydata() - np.degrees(g["angle_L"]))) < 1e-9
+    tangent = {line.get_label(): line for line in axes["(tan γ left − tan γ right)/2"].get_lines()}["with roll"]
+    assert np.nanmax(np.abs(tangent.get_ydata() - (np.tan(g["angle_L"]) - np.tan(g["angle_R"]))/2)) < 1e-12
+
+
+def test_profiles_and_pair_have_a_page_each(tmp_path):
+    """Two pages of a PDF; in a picture the second one stands below the first."""
+    files = [str(REPO/f"profiles/{name}.yz") for name in ("awprof", "arprof")]
+    for words in files[:1], files:
+        for suffix in "pdf", "png":
+            assert main(["profile", *words, "-o", str(tmp_path/f"{len(words)}.{suffix}")]) == 0
+    assert [len(PdfReader(tmp_path/f"{n}.pdf").pages) for n in (1, 2)] == [1, 2]
+    (width, height), (same, both) = (Image.open(tmp_path/f"{n}.png").size for n in (1, 2))
+    assert (same, both) == (width, 2*height)
+    assert "conicity" in PdfReader(tmp_path/"2.pdf").pages[1].extract_text()
 
 
 @pytest.mark.parametrize("suffix", ["pdf", "png"])

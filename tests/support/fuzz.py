@@ -224,7 +224,7 @@ class Child:
         from ldbench.plots.series import PAGES
         from ldbench.plots.style import ldbench_style
         from ldbench.plots.times import time_page
-        from ldbench.report import compare
+        from ldbench.report import compare_pages, differences
         from ldbench.results.run_data import read_data
         from ldbench.results.summary import summary_row
         from ldbench.viewer.film import Picture
@@ -234,13 +234,13 @@ class Child:
         at = data.index(b"\n", data.rindex(b"\n#") + 1) + 1 if rng.random() < 0.8 else len(data)
         run = read_data(self.mutant(mutate(data[:at], rng) + data[at:]))
         reference = read_data(self.folder/"elastic.txt")
-        found = compare.compare([reference, run])
-        compare.difference_table(found)
-        compare.event_table(found.runs)
+        found = differences.compare([reference, run])
+        differences.difference_table(found)
+        differences.event_table(found.runs)
         summary_row(run)
         make_page([reference, run])
         draw = rng.choice([None]*40 + [
-            lambda: compare.table_page(run.name, run.header.title, [run.name], [[run.ending]], [1], run.heading),
+            lambda: compare_pages.table_page(run.name, run.header.title, [run.name], [[run.ending]], [1], run.heading),
             lambda: time_page(run, PAGES[0]), lambda: section_page(run),
             lambda: Picture([reference, run], 0.0, 1e-3, 1e-3, None).figure])
         if draw:

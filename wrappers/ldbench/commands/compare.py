@@ -1,9 +1,10 @@
 """Compare column files: ours with other models or steps, or other codes' submissions.
 
-The first file is the reference. Every quantity that the files share is drawn over the others' and as a
-difference from the reference, on the reference's instants in the time that all files cover; tables of
-differences, events and peaks go to a CSV file beside the PDF. Angle, position and radius of a contact are compared
-while it is closed in both files.
+The first file is the reference. The document has the files, events and peaks, a table of impacts (start, duration,
+peak, impulse, contact angle), the forces of each impact laid on each other, and every quantity that the files share by
+theme: over the others' and as a difference from the reference, on the reference's instants in the time that all files
+cover. A CSV file beside the PDF has all tables, in SI units. Angle, position and radius of a contact are compared while
+it is closed in both files.
 
 examples:
   python -m ldbench compare outputs/ex2_aw.txt other_code.csv --map other_code.toml
@@ -14,8 +15,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..report.compare import distinct, make_comparison
+from ..report.compare import make_comparison
 from ..results.run_data import read_data
+from ..viewer.show import distinct
 from .options import add_map, add_output
 
 

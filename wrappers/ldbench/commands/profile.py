@@ -1,8 +1,10 @@
-"""Look at a wheel or rail profile, or at a pair, before a run: one page and the numbers.
+"""Look at a wheel or rail profile, or at a pair, before a run: pages and the numbers.
 
-The page shows which part is what, tangent angle and curvature before and after smoothing, the measures of
-workshop and track, what was mended; for a pair clearance, contact positions, conicity and zones too. The
-conicity is told of the wheelset that is kept level (EN 15302) and of the one that stands with roll.
+The page shows which part is what, dimension lines of Sh, Sd and qR, tangent angle and curvature before and after
+smoothing, the measures of workshop and track, and what was mended. A pair has a second page: each wheel on its rail
+with contact lines, and over the lateral displacement the rolling radius difference, the contact angles and their
+tangents, the contact positions, roll and conicity. The functions are told of the wheelset that is kept level
+(EN 15302) and of the one that stands with roll. A picture .png has the second page below the first.
 
 examples:
   python -m ldbench profile profiles/awprof.yz
@@ -60,7 +62,9 @@ def main(args: argparse.Namespace) -> int:
         found = pair(case.replace(wheel_profile=profiles[0].path, rail_profile=profiles[1].path), args.radii)
     elif args.radii or args.en15302:
         raise Usage(f"expected a wheel and a rail for {'--radii' if args.radii else '--en15302'}, found one profile")
-    note = f"gauge {case.gauge:g} m, back-to-back {case.back_to_back:g} m" if found else ""
+    right = [Path(file).name for file in (case.wheel_profile_right, case.rail_profile_right) if file]
+    note = (f"on the right {', '.join(right)}; " if right else "") + f"gauge {case.gauge:g} m, back-to-back {case.back_to_back:g} m"
+    note = note if found else ""
     save_page(profiles, found, note, args.output, args.en15302)
     blocks: list[Profile | Pair] = [*profiles, *([found] if found else [])]
     if args.json:

@@ -1,7 +1,8 @@
 """Studies of the exercises, some minutes each.
 
 contact-law runs all exercises with another contact law and with a coarse step: how much of the spread between codes
-is contact law, how much is time step? Results: ldbench_study.pdf and ldbench_study.csv.
+is contact law, how much is time step? Results: ldbench_study.pdf and ldbench_study.csv (units stand in the names of
+its columns).
 derailment runs exercise 3 over mass and gauge and exercise 5 over mass and flange angle (needs ldbench[ensemble]):
 peak flange force and derailment force. Result: derailment_demo.pdf.
 

@@ -2,7 +2,8 @@
 
 The page is one HTML file with everything in it: wheels on rails with contact points and forces, charts of any
 columns, the values at the cursor. Files beside the first one are drawn over it; of another code's, --map says
-how it names our columns, as for `compare`.
+how it names our columns, as for `compare`. Films and pictures show the whole wheelset and a close-up of each
+contact, of at most eight runs, with scales of force and length.
 
 examples:
   python -m ldbench view outputs/ex2_aw.txt

@@ -17,6 +17,7 @@ from ..results.quantities import DEG, MM
 from ..table import rigid_geometry
 from .contact_geometry import AMPLITUDE, CURVE, ContactGeometry
 from .measures import TAPE_CIRCLE, Stations, survey
+from .outlines import Outlines, case_outlines
 
 KINDS = "", "wheel", "rail"
 LEAST_REACH = 10e-3         # of geometry functions to either side of the centre [m]
@@ -95,6 +96,7 @@ class Pair:
                                         # contact angle [rad]
     level: ContactGeometry              # of the wheelset that is kept level, as EN 15302 has it
     rolled: ContactGeometry             # of the wheelset that stands on both rails
+    outlines: Outlines                  # of wheels and rails
 
     def facts(self) -> dict[str, object]:
         """The numbers, SI units."""
@@ -143,9 +145,9 @@ def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
     y = FINE_PITCH*np.arange(-reach, reach + 1)
     raised = raised_surfaces(case, handle, radii)
     names = descriptions()[2].split()
-    return Pair((left, right), zones, *(
-        ContactGeometry.of(kept, names, rows(handle, y, raised), ends)
-        for kept, rows in (("level", level_rows), ("with roll", rolled_rows))))
+    level, rolled = (ContactGeometry.of(kept, names, rows(handle, y, raised), ends)
+                     for kept, rows in (("level", level_rows), ("with roll", rolled_rows)))
+    return Pair((left, right), zones, level, rolled, case_outlines(case))
 
 
 def raised_surfaces(case: Case, handle: Handle, radii: Sequence[float] | None) -> tuple[float, float]:

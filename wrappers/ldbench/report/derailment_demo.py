@@ -8,14 +8,19 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
+from tqdm import tqdm
 
 from .._core.calls import Progress
 from .._core.errors import Error
 from .._core.files import complete
 from ..case import Case, data_folder
 from ..ensembles.sweep import ensemble
-from ..plots.style import BLACK, BLUE, DASHED, GREEN, GREY, ORANGE, PAGE, PURPLE, RED, SKY, ldbench_style
+from ..plots.frame import label_x, label_y, new_page
+from ..plots.style import BLACK, BLUE, DASHED, GREEN, GREY, ORANGE, PURPLE, RED, SKY, Line, ldbench_style
+from ..results.quantities import KN, MM
 from ..table import ContactTable
 
 if TYPE_CHECKING:
@@ -27,7 +32,7 @@ ANGLES = 45.0, 50.0, 55.0, 60.0, 65.0, 70.0, 75.0       # of the flange [deg]
 RAMP_MASSES = np.linspace(1000, 3000, 8)                # [kg]
 BEFORE = 10e3                                           # exercise 5 starts so much below the limit load [N]
 CLEARANCE = 10.18                                       # published [mm]
-KN = 1e-3
+GAUGE_LINES = Line(SKY), Line(GREEN), Line(BLUE), Line(ORANGE), Line(PURPLE)
 
 
 def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", scheduler: str | None = None,
@@ -43,9 +48,12 @@ def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", schedule
     impact = ensemble(Case.exercise(3), {"gauge": GAUGES, "mass": MASSES.tolist()},
                       store=output.with_name("demo_impact.zarr"), **how)
     profiles = flange_profiles(output.parent/"demo_profiles")
+    hidden = None if progress else True             # None: shown on a terminal
     tables = [ContactTable(Case.exercise(5).replace(wheel_profile=str(profiles[angle]), table_file=""))
-              for angle in ANGLES]
-    starts, limits = zip(*(ramp_case(table, mass) for table in tables for mass in RAMP_MASSES), strict=True)
+              for angle in tqdm(ANGLES, desc="contact tables", disable=hidden, leave=False)]
+    members = [(table, mass) for table in tables for mass in RAMP_MASSES]
+    starts, limits = zip(*(ramp_case(table, mass) for table, mass in
+                           tqdm(members, desc="limit loads", disable=hidden, leave=False)), strict=True)
     ramp = ensemble(starts, tables=tables, store=output.with_name("demo_ramp.zarr"), columns=("Y", "Z", "y_LF", "z_LF"),
                     rows=2, **how)
     ramp = ramp.assign(limit_load=("member", np.array(limits), {"units": "N"}),
@@ -153,36 +161,54 @@ def rigid_limit(angle: np.ndarray, b: float, h: float) -> np.ndarray:
 
 def plot(impact: xr.Dataset, ramp: xr.Dataset) -> Figure:
     """Draw flange forces over the mass, and forces at derailment over the flange angle."""
-    figure = Figure(figsize=PAGE, layout="constrained")
-    left, right = figure.subplots(1, 2)
-    first = KN*impact.peak_N_LF.sel(gauge=1.4351).values
-    for colour, gauge in zip((SKY, GREEN, BLUE, ORANGE, PURPLE), GAUGES, strict=True):
-        left.plot(MASSES, KN*impact.peak_N_LF.sel(gauge=gauge), color=colour, linewidth=0.9, label=f"{1e3*gauge:.1f}")
-        left.plot(MASSES, KN*impact.peak_N_RF.sel(gauge=gauge), ".", color=colour, markersize=4)
-    middle = len(MASSES)//2
-    left.plot(MASSES, first[middle]*(MASSES/MASSES[middle])**0.6, color=BLACK, linestyle=DASHED, linewidth=0.9,
-              label="mass$^{3/5}$")
-    left.set(title="Exercise 3, actual profiles: left flange, struck first (lines),\n"
-                   "and right flange, struck after hops (dots)",
-             xlabel="mass of the wheelset [kg]", ylabel="peak normal force [kN]", ylim=(0, None))
-    left.legend(title="gauge [mm]", loc="upper left")
+    figure = new_page("Flange force and derailment", "actual profiles",
+                      "left: exercise 3; lines: largest normal force of the left flange, struck first; dots: right flange, struck "
+                      "after hops, where small differences grow\n"
+                      "right: exercise 5 with other flange angles, from equilibrium on the flange 10 kN below the largest load "
+                      "that has one; the weight includes the vertical load")
+    left, right = figure.subplots(1, 2, gridspec_kw={"left": 0.06, "right": 0.925, "top": 0.87, "bottom": 0.13, "wspace": 0.2})
+    draw_flange_forces(left, impact)
+    dots = draw_derailment(right, ramp)
+    colours = figure.colorbar(dots, cax=figure.add_axes((0.935, 0.3, 0.012, 0.4)))
+    colours.set_label("mass of the wheelset [kg]")
+    return figure
 
+
+def draw_flange_forces(ax: Axes, impact: xr.Dataset) -> None:
+    """Exercise 3: the largest force of either flange over the mass, for each gauge."""
+    mass, gauges = impact.mass.values, impact.gauge.values
+    for k, (line, gauge) in enumerate(zip(GAUGE_LINES, gauges, strict=False)):
+        ax.plot(mass, KN*impact.peak_N_LF.isel(gauge=k), label=f"gauge {MM*gauge:.1f} mm", **line.kwargs())
+        ax.plot(mass, KN*impact.peak_N_RF.isel(gauge=k), ".", color=line.color, markersize=4)
+    first, middle = KN*impact.peak_N_LF.isel(gauge=len(gauges)//2).values, len(mass)//2
+    ax.plot(mass, first[middle]*(mass/mass[middle])**0.6, color=BLACK, linestyle=DASHED, linewidth=0.9,
+            label="power 3/5 of the mass")
+    ax.margins(x=0.02)
+    ax.set_ylim(bottom=0)
+    ax.set_title("exercise 3: largest normal force of a flange", loc="left")
+    ax.legend(loc="lower right", ncols=2)
+    label_x(ax, "mass of the wheelset [kg]")
+    label_y(ax, "peak normal force [kN]")
+
+
+def draw_derailment(ax: Axes, ramp: xr.Dataset) -> PathCollection:
+    """Exercise 5: lateral force over weight at derailment over the flange angle; returns the dots, coloured by mass."""
     weight = ramp.mass*9.81 + Case.exercise(5).vertical_load
     derailed = ramp.event_force.sel(kind="derailment", occurrence=1).values
-    dots = right.scatter(ramp.flange_angle, derailed/weight, s=14, c=ramp.mass, cmap="viridis", zorder=3,
-                         label="derailment in the run")
-    figure.colorbar(dots, ax=right, label="mass of the wheelset [kg]", shrink=0.5)
-    right.plot(ramp.flange_angle, ramp.limit_load/weight, "_", color=RED, markersize=14,
-               label="largest load with an equilibrium")
-    angle = np.linspace(ANGLES[0], ANGLES[-1], 300)
+    dots = ax.scatter(ramp.flange_angle, derailed/weight, s=14, c=ramp.mass, cmap="viridis", zorder=3,
+                      label="derailment in the run")
+    ax.plot(ramp.flange_angle, ramp.limit_load/weight, "_", color=RED, markersize=14, label="largest load with an equilibrium")
+    angle = np.linspace(float(ramp.flange_angle.min()), float(ramp.flange_angle.max()), 300)
     start = ramp.isel(member=-1, row=0)
     reach, height = float(start.y_LF - start.Y), float(start.axle_height + start.Z - start.z_LF)
-    right.plot(angle, rigid_limit(angle, reach, height), color=BLACK, linewidth=0.9,
-               label=f"rigid: climbs, or overturns at b/h = {reach/height:.3f}")
-    right.plot(angle, np.tan(np.radians(angle)), color=GREY, linestyle=DASHED, linewidth=0.9,
-               label="tan g: Nadal without friction, all the weight on the flange")
-    right.set(title="Exercise 5, actual profiles with other flange angles:\nlateral force when the wheelset derails",
-              xlabel="steepest angle g of the flange [°]", ylabel="lateral force over weight", ylim=(0.6, 1.8))
-    right.margins(x=0.04)
-    right.legend(loc="lower right")
-    return figure
+    ax.plot(angle, rigid_limit(angle, reach, height), color=BLACK, linewidth=0.9,
+            label=f"rigid: climbs, or overturns at b/h = {reach/height:.3f}")
+    ax.plot(angle, np.tan(np.radians(angle)), color=GREY, linestyle=DASHED, linewidth=0.9,
+            label="tan γ: Nadal without friction, all the weight on the flange")
+    ax.set_ylim(0.6, 1.8)
+    ax.margins(x=0.04)
+    ax.set_title("exercise 5: lateral force when the wheelset derails", loc="left")
+    ax.legend(loc="lower right")
+    label_x(ax, "steepest angle γ of the flange [°]")
+    label_y(ax, "lateral force over weight")
+    return dots

@@ -13,13 +13,14 @@ from tqdm import tqdm
 
 from .._core.files import write_frame
 from ..plots.document import Part, bind, save_pages
-from ..plots.frame import new_page
+from ..plots.frame import label_y, new_page
 from ..plots.stretches import first_episode
 from ..plots.style import SERIES, ldbench_style
 from ..results.columns import time_mean
-from ..results.quantities import KN, MM
+from ..results.quantities import KN, MM, quantity
 from ..results.run_data import RunData, read_data
-from .compare import Comparison, compare, event_times, peaks, quantity_page, table_page
+from .compare_pages import quantity_page, table_page
+from .differences import Comparison, compare, event_times, peaks
 from .jobs import Job, find_namelists, inside, run_stale, with_values
 
 VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
@@ -63,9 +64,10 @@ def study_row(found: Comparison, variant: str) -> dict[str, Any]:
     row: dict[str, Any] = {"case": reference.name, "variant": variant}
     for column in ("Y", "Z", "roll", "N_LF", "N_LT"):
         d, x = found.difference(1, column), found.values[0][column]
-        row[f"{column} rms, first contact"] = np.sqrt(time_mean(found.time[early], d[early]**2))
-        row[f"{column} rms"] = np.sqrt(time_mean(found.time, d**2))
-        row[f"{column} rms of the reference"] = np.sqrt(time_mean(found.time, x**2))
+        unit = found.unit(column)
+        row[f"{column} rms, first contact [{unit}]"] = np.sqrt(time_mean(found.time[early], d[early]**2))
+        row[f"{column} rms [{unit}]"] = np.sqrt(time_mean(found.time, d**2))
+        row[f"{column} rms of the reference [{unit}]"] = np.sqrt(time_mean(found.time, x**2))
     for name in ("first left flange contact", "first right flange contact", "end"):
         a, b = event_times(reference).get(name), event_times(other).get(name)
         row[f"{name} [s]"] = np.nan if a is None or b is None else b - a
@@ -93,55 +95,65 @@ def relative(reference: float, value: float) -> float:
 STUDY_COLUMNS = ("Y", "Z", "N_LF")
 
 
+# Words above a pair of columns, the column of the rows, the factor from SI, and the unit.
+TABLE = (("Y, first contact", "Y rms, first contact [m]", 1e6, "µm"),
+         ("Y, whole run", "Y rms [m]", MM, "mm"),
+         ("left flange, first contact", "N_LF rms, first contact [N]", KN, "kN"),
+         ("left flange, whole run", "N_LF rms [N]", KN, "kN"),
+         ("peak of the first contact", "N_LF peak of the first contact, relative", 100.0, "%"),
+         ("end of the run", "end [s]", 1e3, "ms"))
+
+
 def study_table(rows: pd.DataFrame) -> Figure:
     """Contact law against time step, one row per exercise."""
-    header = ["", "", "Y, first contact", "", "Y, whole run", "", "N_LF, first contact", "", "N_LF, whole run", "",
-              "first N_LF peak", "", "end of the run"]
-    units = ["rms difference", *(["law [mm]", "step [mm]"]*2), *(["law [kN]", "step [kN]"]*2), "law [%]", "step [%]",
-             "law [ms]", "step [ms]"]
+    header = ["", *(word for words, *_ in TABLE for word in ("", words))]
+    units = ["", *(f"{variant} [{unit}]" for *_, unit in TABLE for variant in ("law", "step"))]
     table = [units]
     for case, both in rows.groupby("case", sort=False):
         law, step = (both[both["variant"] == v].iloc[0] for v in ("law", "step"))
-        words = [case]
-        for name, scale in (("Y rms, first contact", MM), ("Y rms", MM), ("N_LF rms, first contact", KN),
-                            ("N_LF rms", KN), ("N_LF peak of the first contact, relative", 100.0), ("end [s]", 1e3)):
-            words += [f"{scale*row[name]:.3g}" if np.isfinite(row[name]) else "–" for row in (law, step)]
-        table.append(words)
+        table.append([str(case), *(f"{scale*row[name]:.3g}".replace("-", "−") if np.isfinite(row[name]) else "–"
+                                   for _, name, scale, _ in TABLE for row in (law, step))])
     return table_page(
         "Contact law or time step?", "all exercises; reference: half-spaces with cut steps", header, table,
         [1.3] + [1]*12,
+        "root mean squares of the differences in lateral displacement Y and in the normal force of the left flange; differences of "
+        "the first peak and of the end of the run\n"
         "law: one Hertz spring per zone instead of half-spaces, same steps; step: average acceleration with whole steps of "
-        "0.1 ms instead of the shipped integrator, same law; exercise 5 cut short.\nfirst contact: from the start to "
+        "0.1 ms instead of the shipped integrator, same law; exercise 5 cut short\nfirst contact: from the start to "
         "the end of the first contact of the left flange; over the whole run every impact multiplies what the ones "
-        "before it left.")
+        "before it left", heads=2)
 
 
 def study_figure(rows: pd.DataFrame) -> Figure:
     """Draw the differences as bars, relative to the reference's root mean square."""
-    figure = new_page("Contact law or time step?", "rms difference over the rms of the reference")
+    figure = new_page("Contact law or time step?", "all exercises; reference: half-spaces with cut steps",
+                      "root mean square of the difference over the root mean square of the reference; no bar: no difference, or no "
+                      "contact in the reference")
     axes = figure.subplots(2, 2, gridspec_kw={
-        "left": 0.07, "right": 0.985, "top": 0.885, "bottom": 0.09, "hspace": 0.3, "wspace": 0.15})
+        "left": 0.06, "right": 0.985, "top": 0.855, "bottom": 0.095, "hspace": 0.3, "wspace": 0.12})
     cases = list(dict.fromkeys(rows["case"]))
-    for line, column in zip(axes, ("Y", "N_LF"), strict=True):
-        for ax, (key, words) in zip(line, ((f"{column} rms, first contact", "to the end of the first flange contact"),
-                                           (f"{column} rms", "whole run")), strict=True):
+    ticks = [case.replace("_", "\n") for case in cases]
+    for line, (column, unit) in zip(axes, (("Y", "m"), ("N_LF", "N")), strict=True):
+        for ax, (key, words) in zip(line, ((f"{column} rms, first contact [{unit}]", "to the end of the first flange contact"),
+                                           (f"{column} rms [{unit}]", "whole run")), strict=True):
             for shift, variant, style in ((-0.2, "law", SERIES[2]), (0.2, "step", SERIES[1])):
                 part = rows[rows["variant"] == variant].set_index("case").loc[cases]
-                share = part[key]/part[f"{column} rms of the reference"]
+                share = part[key]/part[f"{column} rms of the reference [{unit}]"]
                 ax.bar(np.arange(len(cases)) + shift, share, width=0.38, color=style.color,
-                       label=VARIANT_WORDS[variant])
+                       label=f"{variant}: {VARIANT_WORDS[variant]}")
             ax.set_yscale("log")
-            ax.set_xticks(np.arange(len(cases)), cases, fontsize=6.5)
+            ax.set_xticks(np.arange(len(cases)), ticks, fontsize=6.5)
             ax.grid(axis="x", visible=False)
-            ax.margins(x=0.02)
-            ax.set_title(f"{column}: {words}", loc="left", color="#404040")
-    axes[0, 1].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
+            ax.set_xlim(-0.6, len(cases) - 0.4)
+            ax.set_title(f"{quantity(column).words}, {words}", loc="left", pad=3)
+        label_y(line[0], "difference over reference", left=34)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower left", bbox_to_anchor=(0.055, 0.892), ncols=2)
     return figure
 
 
-def study_page(case: str, runs: Sequence[RunData]) -> Figure:
+def study_page(heading: str, runs: Sequence[RunData]) -> Figure:
     """One exercise with all variants: overlay and difference of the quantities that matter."""
-    return quantity_page(compare(runs), STUDY_COLUMNS, f"{case}: contact law or time step?")
+    return quantity_page(compare(runs), STUDY_COLUMNS, f"{heading}: contact law or time step?")
 
 
 def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: float = SHORT_RAMP) -> list[Path]:
@@ -151,21 +163,25 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
     folder.mkdir(parents=True, exist_ok=True)
     jobs = {file.stem: study_jobs(file, folder, root, ramp_end) for file in namelists}
     flat = [job for variants in jobs.values() for job in variants.values()]
-    with tqdm(total=len(flat), desc="study", disable=None) as bar:
-        run_stale(flat, workers, done=lambda job, ran: bar.update())
     rows, pages = [], []
-    with ldbench_style(), tempfile.TemporaryDirectory() as scratch:
+    with (tqdm(total=len(flat) + len(jobs) + 1, desc="study", disable=None, leave=False) as bar, ldbench_style(),
+          tempfile.TemporaryDirectory() as scratch):
+        run_stale(flat, workers, done=lambda job, ran: bar.update())
         for case, variants in jobs.items():
-            runs = [read_data(job.product).named(VARIANT_WORDS[v]) for v, job in variants.items()]
+            found = [read_data(job.product) for job in variants.values()]
+            runs = [run.named(VARIANT_WORDS[v]) for run, v in zip(found, variants, strict=True)]
             for variant, other in zip(list(variants)[1:], runs[1:], strict=True):
                 rows.append(study_row(compare([runs[0], other]), variant) | {"case": case})
             part = Path(scratch)/f"{case}.pdf"
-            pages.append(Part(case, part, save_pages(part, [(case, study_page(case, runs))])))
+            heading = found[0].heading
+            pages.append(Part(heading, part, save_pages(part, [(heading, study_page(heading, runs))])))
+            bar.update()
         table = pd.DataFrame(rows)
         first = Path(scratch)/"summary.pdf"
         figures = [("table", study_table(table)), ("bars", study_figure(table))]
         summary = Part("Summary", first, save_pages(first, figures))
         target = outputs/"ldbench_study.pdf"
         bind([summary, *pages], target, "ldbench: contact law or time step?")
+        bar.update()
     write_frame(table, target.with_suffix(".csv"))
     return [target, target.with_suffix(".csv")]

@@ -29,15 +29,21 @@ def view(runs: RunData | str | PathLike[str] | Sequence[RunData | str | PathLike
 
 
 def distinct(runs: Sequence[RunData]) -> list[RunData]:
-    """Give runs of the same name different names: by contact law, by file, or by number."""
+    """Give runs of the same name different names: by contact law or formulation, by file, or by number."""
     def apart(names: list[str]) -> bool:
         return len(set(names)) == len(names)
 
     names = [run.name for run in runs]
     if apart(names):
         return list(runs)
-    laws = [f"{run.name} {run.setting('contact', 'model') or run.file.name}" for run in runs]
-    files = [str(run.file) for run in runs]
+    laws = [f"{run.name} {law(run) or run.file.name}" for run in runs]
+    files = [f"{run.name} {run.file.name}" for run in runs]
+    paths = [str(run.file) for run in runs]
     numbered = [f"{name} ({k})" for k, name in enumerate(names, 1)]
-    chosen = next(words for words in (laws, files, numbered) if apart(words))
+    chosen = next(words for words in (laws, files, paths, numbered) if apart(words))
     return [run.named(name) for run, name in zip(runs, chosen, strict=True)]
+
+
+def law(run: RunData) -> str:
+    """The contact law of elastic contact, or how rigid contact is treated."""
+    return str(run.setting("contact", "model") or "") if run.formulation == "elastic" else run.formulation

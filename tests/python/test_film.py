@@ -1,0 +1,200 @@
+"""Pictures and frames of films: what they show of one run and of several, at which scale, and where they look."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+import ldbench
+from invented import altered
+from ldbench import Case, Error
+from ldbench.plots.style import SERIES, ldbench_style
+from ldbench.results.run_data import RunData
+from ldbench.viewer.film import make_film
+from ldbench.viewer.picture import Picture
+from ldbench.viewer.scene import arrow, round_number
+from ldbench.viewer.show import distinct
+
+
+def case(pair: str = "aw", **changes: float) -> Case:
+    """A wheelset that goes to the left flange within 12 ms, with the contact table that is built in the least time."""
+    return Case.exercise(3, pair).replace(**{
+        "model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": "", "dt": 2e-5, "t_end": 0.012,
+        "energy_tolerance": 0.0} | changes)
+
+
+@pytest.fixture(scope="module")
+def pair() -> tuple[RunData, RunData]:
+    """Runs with both pairs of profiles."""
+    return ldbench.run(case()), ldbench.run(case("sw"))
+
+
+def drawn(*runs: RunData) -> Picture:
+    with ldbench_style():
+        return Picture(runs, 0.0, 0.012, 1e-3, None)
+
+
+def words(picture: Picture, t: float) -> list[str]:
+    """The texts of a picture at time t."""
+    still = [text.get_text() for text in picture.figure.findobj(Text) if text.get_text()]
+    return still + [words for _, words, _, _ in picture.words(t)]
+
+
+def test_both_runs_have_name_values_and_rail(pair: tuple[RunData, RunData]):
+    picture = drawn(*pair)
+    k = int(np.argmax(pair[0].values("N_LF")))
+    t = float(pair[0].time[k])
+    said = words(picture, t)
+    for run in pair:
+        y = 1e3*np.interp(t, run.time, run.values("Y"))
+        assert any(run.name in text and run.heading in text for text in said)
+        assert any(f"Y {y:.2f} mm" in text for text in said)
+    assert any(f"flange {1e-3*pair[0].values('N_LF')[k]:.0f} kN at" in text for text in said)
+    assert [[line.color for line in scene.rails] for scene in picture.scenes] == [[line.color for line in SERIES[:2]]]*3
+    for column in "Y", "N_LF", "N_RF", "N_LT", "N_RT":
+        chart = picture.charts[column]
+        assert [line.get_color() for line in chart.get_lines()[:2]] == [line.color for line in SERIES[:2]]
+
+
+def test_texts_that_change_are_in_the_frame(pair: tuple[RunData, RunData]):
+    """Each is drawn where it belongs, and nowhere beyond the frame."""
+    picture = drawn(*pair)
+    frames = [picture.frame(t) for t in (0.0, 0.005)]
+    height, width, _ = frames[0].shape
+    for (x, y), text, font, anchor in picture.words(0.005):
+        long = font.getlength(text)
+        left = int(x*width - (long if anchor == "ra" else long/2))
+        box = np.s_[int((1 - y)*height):int((1 - y)*height) + 20, left:int(left + long)]
+        assert left > 0 and left + long < width
+        assert (frames[0][box] != frames[1][box]).any() and (frames[1][box] < 80).any(), text
+
+
+def test_the_same_rail_is_drawn_once(pair: tuple[RunData, RunData]):
+    picture = drawn(pair[0], pair[0].named("again"))
+    assert [len(scene.rails) for scene in picture.scenes] == [1, 1, 1]
+
+
+def test_a_run_that_has_ended_says_so(pair: tuple[RunData, RunData]):
+    short = altered(pair[1], data=pair[1].data.iloc[:50], name="short")
+    picture = drawn(pair[0], short)
+    assert not any("ended" in text for text in words(picture, 0.001))
+    assert any("short" in text and f"ended at {1e3*short.time[-1]:.1f} ms" in text for text in words(picture, 0.011))
+
+
+def test_arrows_are_in_proportion_to_force():
+    """Small forces too, whose arrows are shorter than a head of the usual size."""
+    for force in 1.0, 14.0, 500.0:
+        corners = arrow(np.array([0.2, 0.1]), np.array([0.0, force]), width=3.0, head=20.0)
+        assert corners[:, 1].max() - corners[:, 1].min() == pytest.approx(force, rel=1e-12)
+        assert corners[:, 1].min() == pytest.approx(0.1, abs=1e-12)
+
+
+def test_arrows_of_a_run_have_the_scale_that_is_drawn(pair: tuple[RunData, RunData]):
+    """In every scene, of every closed contact; open contacts have none."""
+    run = pair[0]
+    picture = drawn(run)
+    for t in 0.005, 0.0105, float(run.peak("LF")[1]):
+        picture.frame(t)
+        for scene in picture.scenes:
+            unit = np.ptp(scene.scale_arrow.get_xy()[:, 0])/scene.scale_force
+            for (_, contact), shape in scene.arrows.items():
+                force = np.hypot(*(np.interp(t, run.time, run.values(f"{name}_{contact}")) for name in ("Fy", "Fz")))
+                assert shape.get_visible() == (force > 0)
+                if force > 0:
+                    corners = shape.get_xy()
+                    tip = corners[3]
+                    tail = (corners[0] + corners[6])/2
+                    assert np.hypot(*(tip - tail)) == pytest.approx(unit*force, rel=1e-9)
+            assert f"{1e-3*scene.scale_force:g} kN" in words(picture, t)
+            assert f"{1e3*scene.scale_length:g} mm" in words(picture, t)
+
+
+@pytest.mark.parametrize(("x", "found"), [(1.0, 1.0), (1.99, 1.0), (2.0, 2.0), (740.0, 500.0), (3e-3, 2e-3), (1.2e6, 1e6)])
+def test_scales_are_round(x: float, found: float):
+    assert round_number(x) == pytest.approx(found, rel=1e-12)
+
+
+@pytest.mark.parametrize("gauge", [1.0, 1.4351, 1.668])
+def test_close_ups_are_where_the_rails_are(gauge: float):
+    """Both profiles of a side are in the middle of the picture of this side, whatever the gauge."""
+    run = ldbench.run(case(gauge=gauge, back_to_back=1.35214 + gauge - 1.4351, t_end=1e-3))
+    picture = drawn(run)
+    outlines = picture.actors[0].outlines
+    for scene in picture.scenes[1:]:
+        left, right = sorted(scene.ax.get_xlim())
+        bottom, top = scene.ax.get_ylim()
+        rail = outlines.left.rail*[scene.side, 1]
+        wheel = outlines.left.wheel*[scene.side, 1] + [0, outlines.axle]
+        assert left < rail[:, 0].min() - 0.02 and rail[:, 0].max() + 0.02 < right and bottom < 0 < top
+        assert left < wheel[:, 0].min() and wheel[:, 0].max() < right and bottom < wheel[:, 1].min() < top
+        assert np.abs((left + right)/2 - scene.side*outlines.left.rail[:, 0].mean()) < 0.02
+    whole = picture.scenes[0].ax
+    assert np.abs(whole.get_xlim()).min() > outlines.left.wheel[:, 0].max() + 0.05
+    assert whole.get_ylim()[1] > outlines.axle - outlines.left.wheel[:, 1].min()
+
+
+def test_an_overturned_wheelset_stays_in_the_picture(pair: tuple[RunData, RunData]):
+    """The limits hold the wheels at all times of the film."""
+    run = pair[0]
+    data = run.data.copy()
+    for column, end in ("Y", 0.25), ("Z", 0.25), ("roll", -0.35):
+        data[column] += end*(data["time"]/data["time"].iloc[-1])**2
+    over = drawn(altered(run, data=data))
+    axes = over.scenes[0].ax
+    (right, left), (bottom, top) = sorted(axes.get_xlim()), axes.get_ylim()
+    for t in np.linspace(0, 0.012, 20):
+        for artist in over.scenes[0].move(float(t)):
+            if len(artist.get_path().vertices) > 100:          # a wheel
+                y, z = artist.get_xy().T
+                assert right < y.min() and y.max() < left and bottom < z.min() and z.max() < top
+    upright = drawn(run).scenes[0].ax
+    assert np.ptp(upright.get_ylim()) < np.ptp(axes.get_ylim())
+
+
+def test_a_rail_that_pulls_is_drawn(pair: tuple[RunData, RunData]):
+    """Contacts of bilateral constraints have negative forces, which point away from the wheel."""
+    data = pair[0].data.copy()
+    for column in "N_LT", "Fy_LT", "Fz_LT":
+        data[column] = -data[column].abs()
+    picture = drawn(altered(pair[0], data=data))
+    [*picture.scenes[1].move(0.005)]
+    corners = picture.scenes[1].arrows[0, "LT"].get_xy()
+    assert picture.scenes[1].arrows[0, "LT"].get_visible() and corners[3, 1] < corners[0, 1]
+    assert any(text.startswith("tread −") for text in words(picture, 0.005))
+
+
+def test_the_longest_arrow_is_the_largest_force_of_the_film(pair: tuple[RunData, RunData]):
+    """Forces before and after the film do not count."""
+    with ldbench_style():
+        before, all_of_it = (Picture([pair[0]], 0.0, end, 1e-3, None) for end in (0.009, 0.012))
+    assert before.scenes[1].scale_force < 1e5 < all_of_it.scenes[1].scale_force
+
+
+def test_columns_that_a_file_lacks_have_no_chart(pair: tuple[RunData, RunData]):
+    """The last chart that is drawn has the labels of time."""
+    columns = ["time", "Y", "N_LF", "y_LF", "z_LF", "Fy_LF", "Fz_LF"]
+    picture = drawn(altered(pair[0], data=pair[0].data[columns]))
+    picture.frame(0.005)
+    shown = [chart for chart in dict.fromkeys(picture.charts.values()) if chart.axison]
+    assert [bool(chart.get_xlabel()) for chart in shown] == [False, True]
+    assert len(picture.cursors) == 2
+
+
+def test_runs_of_one_name_are_told_apart_in_few_words(tmp_path: Path, pair: tuple[RunData, RunData]):
+    """By contact law or formulation; else by the name of the file; else by the path."""
+    run = pair[0]
+    rigid = altered(run, {"settings": {**run.header.settings, "contact": {"formulation": "unilateral"}}})
+    assert [one.name for one in distinct([run, rigid])] == ["ex3_aw hertz", "ex3_aw unilateral"]
+    files = [ldbench.read_run(run.write(tmp_path/name)) for name in ("one.txt", "two.txt")]
+    assert [one.name for one in distinct(files)] == ["ex3_aw one.txt", "ex3_aw two.txt"]
+    (tmp_path/"other").mkdir()
+    same = [files[0], ldbench.read_run(run.write(tmp_path/"other/one.txt"))]
+    assert [one.name for one in distinct(same)] == [str(tmp_path/"one.txt"), str(tmp_path/"other/one.txt")]
+
+
+def test_more_runs_than_looks_are_refused(pair: tuple[RunData, RunData], tmp_path: Path):
+    with pytest.raises(Error, match=r"expected at most 8 runs, found 9"):
+        make_film([pair[0].named(str(k)) for k in range(9)], tmp_path/"nine.png")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,232 @@
+"""The pages of a comparison: files, events, impacts, differences, and every quantity over the others'."""
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..plots.frame import label_x, new_page
+from ..plots.stretches import thin
+from ..plots.style import SERIES, plain
+from ..results.quantities import DEG, GROUPS, KN
+from .differences import Comparison, Pairing, difference_table, event_table, paired_impacts
+
+TABLE_CHARACTERS = 210  # of a line of a table
+ROWS = 45               # of a table on a page
+PANELS = 4              # quantities on a page
+OVERLAYS = 12           # impacts on a page
+OVERLAY_PAGES = 2
+IMPACT_COLUMNS = ("start", 1e3, 3), ("duration", 1e3, 3), ("peak", KN, 1), ("impulse", KN, 4), ("angle", DEG, 1)
+MARGIN = 0.35           # time before and after an impact, of the longest one
+
+
+def themes(found: Comparison) -> dict[str, list[str]]:
+    """The columns by theme, in the order of the table of quantities."""
+    return {group: columns for group in GROUPS
+            if (columns := [column for column in found.columns if found.shown(column).group == group])}
+
+
+def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figure:
+    """Overlay and difference of a few quantities."""
+    figure = new_page(title[0].upper() + title[1:], f"reference: {found.runs[0].name}", footnote(found))
+    room = max(len(columns), 2)
+    axes = figure.subplots(room, 2, squeeze=False, sharex=True, gridspec_kw={
+        "left": 0.05, "right": 0.985, "top": 0.865, "bottom": 0.125, "hspace": 0.32, "wspace": 0.1})
+    for unused in axes[len(columns):].ravel():
+        unused.remove()
+    axes = axes[:len(columns)]
+    for (overlay, difference), column in zip(axes, columns, strict=True):
+        draw_overlay(overlay, found, column)
+        draw_difference(difference, found, column)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower left", bbox_to_anchor=(0.045, 0.892), ncols=4)
+    for ax in axes[-1]:
+        ax.tick_params(labelbottom=True)
+        label_x(ax, "time [s]" if not any(found.shifts) else "time from the first flange contact [s]")
+    return figure
+
+
+def draw_overlay(ax: Axes, found: Comparison, column: str) -> None:
+    """Draw a column of all runs over each other."""
+    known = found.shown(column)
+    for k, (run, line) in enumerate(zip(found.runs, itertools.cycle(SERIES), strict=False)):
+        t, x = thin(found.time, known.scale*found.values[k][column])
+        ax.plot(t, x, label=plain(run.name), **line.kwargs())
+    ax.set_title(plain(known.label), loc="left", pad=3)
+
+
+def draw_difference(ax: Axes, found: Comparison, column: str) -> None:
+    """Draw the difference of a column from the reference."""
+    known = found.shown(column)
+    for k, line in zip(range(1, len(found.runs)), itertools.cycle(SERIES[1:]), strict=False):
+        t, x = thin(found.time, known.scale*found.difference(k, column))
+        ax.plot(t, x, label=plain(found.runs[k].name), **line.kwargs())
+    ax.set_title(plain(f"difference from the reference [{known.unit}]" if known.unit else "difference from the reference"),
+                 loc="left", color="#404040", pad=3)
+    if all(np.isnan(found.difference(k, column)).all() for k in range(1, len(found.runs))):
+        ax.text(0.5, 0.5, "never in contact together", transform=ax.transAxes, ha="center", va="center",
+                color="#606060")
+        ax.set_yticks([])
+
+
+def footnote(found: Comparison) -> str:
+    """Tell below a page how differences are computed."""
+    words = (
+        "difference: file − reference, interpolated linearly to the reference's instants; angles, positions and radii "
+        "only where the contact is closed in both")
+    if any(found.shifts):
+        words += "\nthe first flange contacts are laid on each other: " + ", ".join(
+            f"{run.name} {shift:.6f} s" for run, shift in zip(found.runs, found.shifts, strict=True))
+    return words
+
+
+def table_page(title: str, subtitle: str, header: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[float],
+               note: str = "", text: Sequence[int] = (0,), heads: int = 1) -> Figure:
+    """A page with one table below so many lines of headings; the columns `text` are set to the left, numbers to the right.
+
+    Words below the headings are cut off where they do not fit their column. A line with words in the first column alone
+    is a heading, too.
+    """
+    figure = new_page(title, subtitle, note)
+    ax = figure.add_axes((0.055, 0.08, 0.93, 0.83))
+    ax.set_axis_off()
+    height = 1/max(len(rows) + 1, 34)
+    edges = np.concatenate([[0.0], np.cumsum(widths)/np.sum(widths)])
+    for i, row in enumerate([header, *rows]):
+        y = 1 - (i + 0.5)*height
+        bold = i < heads or not any(row[1:])
+        if i >= heads and i % 2 == 0:
+            ax.axhspan(y - height/2, y + height/2, color="#F0F0F0", linewidth=0)
+        for j, whole in enumerate(row):
+            fits = int((edges[j + 1] - edges[j])*TABLE_CHARACTERS) if i >= heads and any(row[1:]) else len(whole)
+            word = whole if len(whole) <= fits else whole[:max(fits - 1, 1)] + "…"
+            ax.text(edges[j] + 0.005 if j in text else edges[j + 1] - 0.005, y, plain(word), ha="left" if j in text else "right",
+                    va="center", fontsize=7, weight="bold" if bold else "normal")
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    return figure
+
+
+def short(x: float | None) -> str:
+    """Write a number with four digits; a dash for none."""
+    return "–" if x is None or not np.isfinite(x) else f"{x:.4g}".replace("-", "−")
+
+
+def number(x: float | None, digits: int) -> str:
+    """Write a number with so many decimals; a dash for none."""
+    return "–" if x is None or not np.isfinite(x) else f"{x:.{digits}f}".replace("-", "−")
+
+
+def comparison_figures(found: Comparison) -> Iterator[tuple[str, Figure]]:
+    """Files, events and peaks, impacts, differences in numbers, then overlays by theme."""
+    yield "files", files_page(found)
+    yield from event_pages(found)
+    yield from impact_pages(found)
+    yield from difference_pages(found)
+    for group, columns in themes(found).items():
+        for start in range(0, len(columns), PANELS):
+            yield group, quantity_page(found, columns[start:start + PANELS], group)
+
+
+def files_page(found: Comparison) -> Figure:
+    """What is compared: a row for each file."""
+    rows = []
+    for k, run in enumerate(found.runs):
+        program = f"ldbench {run.header.version}" if run.header.settings else "–"
+        law = str(run.setting("contact", "model") or "") if run.formulation == "elastic" else run.formulation
+        rows.append([run.name + (" (reference)" if k == 0 else ""), run.file.name, run.header.title or "–", program, law or "–",
+                     f"{len(run.time)}", f"{run.time[0]:g} to {run.time[-1]:g}", run.ending or "–"])
+    return table_page("Comparison", "the files", ["name", "file", "title", "program", "contact", "rows", "time [s]", "end"], rows,
+                      [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], text=(0, 1, 2))
+
+
+def event_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
+    """Tables of events and peaks."""
+    rows = []
+    for _, row in event_table(found.runs).iterrows():
+        scale, digits, unit = (1e3, 3, "ms") if row["unit"] == "s" else (KN, 2, "kN")
+        rows.append([row["file"], f"{row['words']} [{unit}]",
+                     *(number(x if x is None else scale*x, digits) for x in (row["reference"], row["value"], row["difference"]))])
+    yield from paged("events and peaks", f"reference: {found.runs[0].name}",
+                     ["file", "", "reference", "file", "difference"], rows, [1.5, 3, 1, 1, 1], (0, 1))
+
+
+def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
+    """Tables of impacts, and the normal forces of all files from the beginning of each impact on."""
+    pairings, left_out = paired_impacts(found.runs)
+    if not pairings:
+        return
+    note = ("impact: a closed interval of a contact between two open rows, or an impact of rigid contacts; impacts of a contact "
+            "are compared by their number\npeak: largest normal force of the rows; impulse: integral of the normal force; angle: "
+            "contact angle at the largest force") + (f"; {left_out} more impacts are left out" if left_out else "")
+    reference = found.runs[0].name
+    for k, run in enumerate(found.runs[1:], 1):
+        rows = []
+        for one in pairings:
+            a, b = one.impacts[0], one.impacts[k]
+            if a or b:
+                rows.append([one.words, *(number(scale*getattr(x, name) if x else None, digits)
+                                          for name, scale, digits in IMPACT_COLUMNS for x in (a, b))])
+        units = "start [ms]", "duration [ms]", "peak [kN]", "impulse [kN·s]", "angle [°]"
+        header = ["impact", *(word for unit in units for word in (unit, ""))]
+        names = ["", *["reference", "file"]*len(units)]
+        yield from paged(f"impacts of {run.name}", f"reference: {reference}", header, rows, [1.6] + [1]*10, (0,), note, names)
+    lasting = [[bool(impact and impact.duration > 0) for impact in one.impacts] for one in pairings]
+    drawn = [one for one, known in zip(pairings, lasting, strict=True) if known[0] and any(known[1:])]
+    for start in range(0, min(len(drawn), OVERLAYS*OVERLAY_PAGES), OVERLAYS):
+        more = len(drawn) - OVERLAYS*OVERLAY_PAGES
+        yield "impacts, laid on each other", overlay_page(found, drawn[start:start + OVERLAYS], more)
+
+
+def overlay_page(found: Comparison, pairings: Sequence[Pairing], more: int) -> Figure:
+    """Normal forces of a few impacts, each from the beginning of the impact in each file."""
+    figure = new_page("Impacts, laid on each other", f"reference: {found.runs[0].name}",
+                      "normal force [kN] over the time [ms] since the contact closed in each file; above each panel stands when "
+                      "that was in the reference; an impact that the reference or all other files lack is in the tables alone"
+                      + (f"\n{more} more impacts are in the tables alone" if more > 0 else ""))
+    axes = figure.subplots(3, 4, squeeze=False, gridspec_kw={
+        "left": 0.045, "right": 0.985, "top": 0.865, "bottom": 0.085, "hspace": 0.33, "wspace": 0.2}).ravel()
+    for ax, one in zip(axes, pairings, strict=False):
+        longest = max(impact.duration for impact in one.impacts if impact)
+        for run, impact, line in zip(found.runs, one.impacts, itertools.cycle(SERIES), strict=False):
+            if impact is None or not impact.duration > 0:
+                continue
+            low, high = impact.start - MARGIN*longest, impact.start + (1 + MARGIN)*longest
+            rows = slice(max(np.searchsorted(run.time, low) - 1, 0), np.searchsorted(run.time, high, "right") + 1)
+            ax.plot(1e3*(run.time[rows] - impact.start), KN*run.values(f"N_{one.contact}")[rows], label=plain(run.name),
+                    **line.kwargs())
+        ax.set_xlim(-1e3*MARGIN*longest, 1e3*(1 + MARGIN)*longest)
+        ax.set_ylim(bottom=0)
+        ax.set_title(f"{one.words}: {1e3*one.impacts[0].start:.3f} ms" if one.impacts[0] else one.words, loc="left", pad=3)
+    for unused in axes[len(pairings):]:
+        unused.remove()
+    samples = [ax.plot([], [], label=plain(run.name), **line.kwargs())[0] for ax in axes[:1]
+               for run, line in zip(found.runs, itertools.cycle(SERIES), strict=False)]
+    figure.legend(handles=samples, loc="lower left", bbox_to_anchor=(0.04, 0.892), ncols=4)
+    return figure
+
+
+def difference_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
+    """Root mean square and largest difference of every quantity, by theme."""
+    table = difference_table(found).set_index(["file", "quantity"])
+    for run in found.runs[1:]:
+        rows = []
+        for group, columns in themes(found).items():
+            rows.append([group, "", "", "", ""])
+            for column in columns:
+                row, known = table.loc[(run.name, column)], found.shown(column)
+                rows.append(["   " + known.label, short(known.scale*row["rms"]), short(known.scale*row["largest"]),
+                             number(1e3*row["at [s]"], 3), number(100*row["share compared"], 1)])
+        yield from paged(f"differences of {run.name}", f"reference: {found.runs[0].name}",
+                         ["quantity", "root mean square", "largest", "at [ms]", "compared [% of rows]"], rows,
+                         [2, 1.2, 1.2, 1.2, 1], (0,), footnote(found))
+
+
+def paged(title: str, subtitle: str, header: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[float],
+          text: Sequence[int], note: str = "", second: Sequence[str] = ()) -> Iterator[tuple[str, Figure]]:
+    """A table on as many pages as it needs; `second` is a second line of the heading."""
+    for start in range(0, len(rows), ROWS):
+        yield title, table_page(title[0].upper() + title[1:], subtitle, header,
+                                [*([second] if second else []), *rows[start:start + ROWS]], widths, note, text,
+                                2 if second else 1)

@@ -1,0 +1,182 @@
+"""Column files on common instants, and what differs between them, in numbers."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from .._core.errors import Error
+from ..results.columns import time_mean
+from ..results.impacts import Impact, impacts
+from ..results.quantities import CONTACT_NAMES, CONTACTS, SI, Quantity, quantity
+from ..results.run_data import RunData
+
+GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
+IMPACTS = 100           # of a contact, in tables
+MEASURES = {"start": ("start", "s"), "duration": ("duration", "s"), "peak": ("largest normal force", "N"),
+            "impulse": ("impulse", "N.s"), "angle": ("contact angle at the largest force", "rad")}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Runs on common instants: `time` of the reference, counted from its alignment, and per run its
+    columns there."""
+    time: np.ndarray                     # [s]
+    runs: tuple[RunData, ...]          # the first is the reference
+    shifts: tuple[float, ...]            # instants of each file that are taken as the same [s]
+    columns: tuple[str, ...]             # that all files have
+    values: tuple[dict[str, np.ndarray], ...]
+
+    def unit(self, column: str) -> str:
+        """The SI unit of a column, '' where nobody tells it."""
+        for run in self.runs:
+            if unit := run.data.attrs.get("units", {}).get(column):
+                return str(unit)
+        known = quantity(column)
+        return SI.get(known.unit, known.unit) if known.group != "other columns" else ""
+
+    def shown(self, column: str) -> Quantity:
+        """A column in words, with the unit in which it is shown."""
+        found = quantity(column, self.unit(column))
+        return found._replace(unit="SI") if not self.unit(column) else found
+
+    def difference(self, k: int, column: str) -> np.ndarray:
+        """File k less the reference; nan where either contact is open."""
+        return self.values[k][column] - self.values[0][column]
+
+
+def alignment(run: RunData, align: str) -> float:
+    """The instant of a file [s] that counts as zero."""
+    if align == "time":
+        return 0.0
+    instants = [t for c in ("LF", "RF") if (t := run.first_contact(c)) is not None]
+    if not instants:
+        raise Error(f"{run.file}: expected a flange contact to align by, found none")
+    return min(instants)
+
+
+def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
+    """Bring runs onto common instants.  align: 'time', or 'first-flange' for the first flange contact of each."""
+    if len(runs) < 2:
+        raise Error("expected at least two column files")
+    shifts = tuple(alignment(run, align) for run in runs)
+    starts = [run.time[0] - shift for run, shift in zip(runs, shifts, strict=True)]
+    ends = [run.time[-1] - shift for run, shift in zip(runs, shifts, strict=True)]
+    time = runs[0].time - shifts[0]
+    room = 1e-9*max(abs(t) for t in starts + ends)
+    time = time[(time >= max(starts) - room) & (time <= min(ends) + room)]
+    if time.size < 2:
+        raise Error(f"{runs[0].file}: expected files that overlap in time, found no common rows")
+    columns = tuple(column for column in runs[0].data
+                    if column not in GIVEN and all(column in run.data for run in runs))
+    if not columns:
+        raise Error(f"{runs[0].file}: expected a column besides time that all files have, found none; --map TOML says "
+                    "how other codes name ours")
+    values = tuple({column: np.interp(time, run.time - shift, run.values(column)) for column in columns}
+                   for run, shift in zip(runs, shifts, strict=True))
+    return Comparison(time, tuple(runs), shifts, columns, values)
+
+
+def difference_table(found: Comparison) -> pd.DataFrame:
+    """Root mean square and largest difference of every quantity of every file, SI."""
+    rows = []
+    for k in range(1, len(found.runs)):
+        for column in found.columns:
+            d = found.difference(k, column)
+            known = ~np.isnan(d)
+            worst = int(np.nanargmax(np.abs(d))) if known.any() else None
+            rows.append({
+                "file": found.runs[k].name, "what": "difference", "quantity": column, "words": found.shown(column).words,
+                "unit": found.unit(column), "rms": np.sqrt(time_mean(found.time, d**2)),
+                "largest": d[worst] if worst is not None else np.nan,
+                "at [s]": found.time[worst] if worst is not None else np.nan,
+                "share compared": float(known.mean())})
+    return pd.DataFrame(rows)
+
+
+def event_times(run: RunData) -> dict[str, float]:
+    """Instants [s] worth comparing: the first of each kind of event, the end."""
+    found: dict[str, float] = {}
+    for event in run.events:
+        found.setdefault(f"first {event.kind}" if event.kind != "derailment" else event.kind, event.t)
+    for contact in ("LF", "RF"):
+        if (t := run.first_contact(contact)) is not None:
+            found.setdefault(f"first {CONTACT_NAMES[contact]} contact", t)
+    return found | {"end": float(run.time[-1])}
+
+
+def peaks(run: RunData) -> dict[str, float]:
+    """The largest normal force [N] of each contact that closes."""
+    return {f"N_{c}": peak[0] for c in CONTACTS if (peak := run.peak(c))}
+
+
+def event_table(runs: Sequence[RunData]) -> pd.DataFrame:
+    """Times of events and peaks of forces in every file against the reference, SI."""
+    rows = []
+    times, forces = event_times(runs[0]), peaks(runs[0])
+    for other in runs[1:]:
+        mine = event_times(other)
+        rows += [pair_row(other, "event", name, name, "s", times.get(name), mine.get(name))
+                 for name in [*times, *(n for n in mine if n not in times)]]
+        tops = peaks(other)
+        rows += [pair_row(other, "peak", name, f"largest {quantity(name).words}", "N", forces.get(name), tops.get(name))
+                 for name in (f"N_{c}" for c in CONTACTS) if name in forces or name in tops]
+    return pd.DataFrame(rows)
+
+
+def pair_row(other: RunData, what: str, name: str, words: str, unit: str, reference: float | None,
+             value: float | None) -> dict[str, Any]:
+    """A row of the table of events, peaks and impacts, SI."""
+    return {"file": other.name, "what": what, "quantity": name, "words": words, "unit": unit, "reference": reference,
+            "value": value, "difference": np.nan if reference is None or value is None else value - reference}
+
+
+@dataclass(frozen=True)
+class Pairing:
+    """An impact of the reference and those of the other files with the same contact and number; None where there is none."""
+
+    contact: str
+    number: int                             # from 1, of the impacts of the contact
+    impacts: tuple[Impact | None, ...]      # by file
+
+    @property
+    def name(self) -> str:
+        """The name in the CSV file: 'LF 2'."""
+        return f"{self.contact} {self.number}"
+
+    @property
+    def words(self) -> str:
+        """The name in words: 'left flange 2'."""
+        return f"{CONTACT_NAMES[self.contact]} {self.number}"
+
+
+def paired_impacts(runs: Sequence[RunData]) -> tuple[list[Pairing], int]:
+    """The impacts of all files with equal contact and number, in order of time; how many more each list would have.
+
+    Of each contact, the first IMPACTS are listed.
+    """
+    found: list[Pairing] = []
+    left_out = 0
+    for contact in CONTACTS:
+        lists = [impacts(run, [contact]) for run in runs]
+        count = max(map(len, lists))
+        left_out += max(count - IMPACTS, 0)
+        found += [Pairing(contact, k + 1, tuple(own[k] if k < len(own) else None for own in lists))
+                  for k in range(min(count, IMPACTS))]
+    return sorted(found, key=lambda one: next(impact.start for impact in one.impacts if impact)), left_out
+
+
+def impact_table(runs: Sequence[RunData]) -> pd.DataFrame:
+    """Start, duration, peak, impulse and contact angle of every impact of every file against the reference, SI."""
+    rows = []
+    for one in paired_impacts(runs)[0]:
+        for k, other in enumerate(runs[1:], 1):
+            mine, reference = one.impacts[k], one.impacts[0]
+            if mine or reference:
+                rows += [pair_row(other, "impact", f"{one.name} {name}", f"{one.words}, {words}", unit,
+                                  getattr(reference, name) if reference else None, getattr(mine, name) if mine else None)
+                         for name, (words, unit) in MEASURES.items()]
+    return pd.DataFrame(rows, columns=["file", "what", "quantity", "words", "unit", "reference", "value", "difference"])
