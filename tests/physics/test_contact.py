@@ -149,7 +149,7 @@ def test_constant_curvature(pair: str, rest: States, strip_case: Path):
 def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
     """Poses over the whole table, 10 um to 1 mm below where a wheel first touches, and flange contacts."""
     rng = np.random.default_rng(4)
-    n = 300
+    n = 120
     # Half of them anywhere, half of them about the running position.
     scale = np.repeat([1, 0.2], n//2)
     y, roll = rng.uniform(-0.05, 0.05, n)*scale, rng.uniform(-0.3, 0.3, n)*scale**2
@@ -164,8 +164,8 @@ def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
     run = shipped[f"ex5_{pair}"]
     flange, high = run.columns["N_LF"] > 0, run.columns["Z"] > 20e-3
     for rows in flange & ~high, flange & high:
-        near = rng.choice(poses(run)[rows], 100) + rng.normal(0, [5e-5, 3e-5, 3e-5], (100, 3))
-        found += [near[:50], near[50:]*MIRROR]
+        near = rng.choice(poses(run)[rows], 60) + rng.normal(0, [5e-5, 3e-5, 3e-5], (60, 3))
+        found += [near[:30], near[30:]*MIRROR]
     found = np.concatenate(found)
     state = contact_states(case, found)
     return found[(state.status == 0) & (state.energy > 0).any(axis=1)]
@@ -204,9 +204,9 @@ def test_forces_are_the_gradient(case: Path, random_poses: np.ndarray):
     """Force and moment of every contact are minus the gradient of its energy, at random poses."""
     state = contact_states(case, random_poses)
     on_flange = (state.energy[:, [1, 3]] > 0).any(axis=1)
-    assert ((state.energy > 0).sum(axis=0) > 50).all()       # all four contacts are there,
-    assert (np.abs(random_poses[:, 2]) > 0.1).sum() > 50     # large roll,
-    assert (random_poses[on_flange, 1] > state.rigid_height + 20e-3).sum() > 50     # flanges on top of the rail
+    assert ((state.energy > 0).sum(axis=0) > 30).all()       # all four contacts are there,
+    assert (np.abs(random_poses[:, 2]) > 0.1).sum() > 20     # large roll,
+    assert (random_poses[on_flange, 1] > state.rigid_height + 20e-3).sum() > 20     # flanges on top of the rail
     size = np.maximum(np.abs(state.gradient).max(axis=2), 1e3)
     for i in range(3):
         around = shifted(case, random_poses, i)
