@@ -162,8 +162,8 @@ def test_a_zero_byte_is_told_where_it_is(text, group, variable, found):
     "&integrator order = 3 /", "&output interval = 1e-9 /", "&case title = 'no end /", "&initial vY = 1e999 /",
     "&profiles wheel_profile = 'nothing.yz' /",
     "&track gauge = 1.9 /", "&track gauge_depth = 0.05 /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &initial Z = -0.01 / &integrator t_end = 1e-3 /",
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 / &contact model = 'hertz' /",
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &contact model = 'hertz' / &initial Z = -0.01 / &integrator t_end = 1e-3 /",
 ])
 def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
     """Syntax, values, files, geometry, table and integration: one wording."""
