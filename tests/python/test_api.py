@@ -459,7 +459,7 @@ def test_a_load_beyond_the_table_is_refused():
 @pytest.mark.parametrize("n_roll", [9, 17, 21, 41, 45, 53])
 def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
-    case = ldbench.Case.exercise(1).replace(model="strip", n_lateral=40, n_roll=n_roll, n_depth=9, table_file="")
+    case = ldbench.Case.exercise(1).replace(model="hertz", n_lateral=40, n_roll=n_roll, n_depth=9, table_file="")
     table = ldbench.ContactTable(case)
     (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
     assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4
