@@ -264,11 +264,13 @@ def test_unilateral_order(name: str, restitution: float):
 CHAOTIC = {("ex1_aw", 1.0), ("ex1_sw", 1.0)}
 
 
-@pytest.mark.parametrize("restitution", [None, 0.0, 0.5, 1.0])
-@pytest.mark.parametrize("name", [f"ex{k}_{pair}" for k in (1, 2, 3) for pair in PAIRS])
+@pytest.mark.parametrize(("name", "restitution"), [
+    ("ex1_aw", None), ("ex1_aw", 1.0), ("ex1_sw", 0.0), ("ex1_sw", 1.0), ("ex2_aw", 0.5), ("ex2_sw", None), ("ex3_aw", 1.0),
+    ("ex3_sw", 0.5)])
 def test_shipped_steps_are_fine_enough(name: str, restitution: float | None):
-    """Less than 1e-6 m at the end of exercises 1 to 3, against steps of a quarter. Where the motion is chaotic no step is:
-    there a change of the initial velocity by 1e-10 of itself moves the end by more than that as well."""
+    """Less than 1e-6 m at the end of exercises 1 to 3, against steps of a quarter; `make validate` takes all of them. Where the
+    motion is chaotic no step is: there a change of the initial velocity by 1e-10 of itself moves the end by more than that as
+    well."""
     formulation = ("bilateral", 1.0) if restitution is None else ("unilateral", restitution)
     shipped = exercise(name, *formulation)
     t_end = shipped.data.time.iloc[-1]
