@@ -350,10 +350,10 @@ needs_children = pytest.mark.skipif(not Path(f"/proc/{os.getpid()}/task/{os.getp
 @needs_children
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_processes_that_draw_end_with_their_parent(number, case):
-    """At several moments, one by its number and one by its group, as Ctrl-C comes: no worker holds the pipes open."""
+    """At two moments, one by its number and one by its group, as Ctrl-C comes: no worker holds the pipes open."""
     draw = random.Random(SEED)
     stopped = 0
-    for k in range(3):
+    for k in range(2):
         process = begin(["plot", *4*["columns.txt"], "--jobs", "3"], case)
         time.sleep(draw.uniform(0, 0.5))
         workers = children_of(process.pid)

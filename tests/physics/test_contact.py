@@ -1,4 +1,5 @@
 """Placement, rigid geometry and the contact potential, against exact answers."""
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -105,7 +106,7 @@ def test_geometry_functions(pair: str, tmp_path: Path):
     """Roll and height of the rigid wheelset are those of the exact pendulum, cone on round heads."""
     geometry = tmp_path / "geometry.txt"
     table = {"n_lateral": 20, "n_roll": 5, "n_depth": 5, "lateral": 0.02, "roll": 0.02}
-    case = write_case(tmp_path, pair, table=table, integrator={"t_end": 1e-4},
+    case = write_case(tmp_path, pair, table=table, contact={"model": "hertz"}, integrator={"t_end": 1e-4},
                       output={"file": tmp_path / "out.txt", "geometry_file": geometry})
     done = run_case(case.read_text(), tmp_path)
     assert done.returncode == 0, done.stderr
@@ -149,7 +150,7 @@ def test_constant_curvature(pair: str, rest: States, strip_case: Path):
 def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
     """Poses over the whole table, 10 um to 1 mm below where a wheel first touches, and flange contacts."""
     rng = np.random.default_rng(4)
-    n = 300
+    n = 120
     # Half of them anywhere, half of them about the running position.
     scale = np.repeat([1, 0.2], n//2)
     y, roll = rng.uniform(-0.05, 0.05, n)*scale, rng.uniform(-0.3, 0.3, n)*scale**2
@@ -164,8 +165,8 @@ def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
     run = shipped[f"ex5_{pair}"]
     flange, high = run.columns["N_LF"] > 0, run.columns["Z"] > 20e-3
     for rows in flange & ~high, flange & high:
-        near = rng.choice(poses(run)[rows], 100) + rng.normal(0, [5e-5, 3e-5, 3e-5], (100, 3))
-        found += [near[:50], near[50:]*MIRROR]
+        near = rng.choice(poses(run)[rows], 60) + rng.normal(0, [5e-5, 3e-5, 3e-5], (60, 3))
+        found += [near[:30], near[30:]*MIRROR]
     found = np.concatenate(found)
     state = contact_states(case, found)
     return found[(state.status == 0) & (state.energy > 0).any(axis=1)]
@@ -175,8 +176,12 @@ H = 1e-7      # step of finite differences [m, rad]
 
 
 def shifted(case: Path, poses: np.ndarray, i: int, h: float = H) -> list[States]:
-    """States at -2h, -3h/2, ..., 2h along coordinate i."""
-    return [contact_states(case, poses + k*h/2*np.eye(3)[i]) for k in range(-4, 5)]
+    """States at -2h, -3h/2, ..., 2h along coordinate i, by one process, for it reads the table."""
+    moved = [poses + k*h/2*np.eye(3)[i] for k in range(-4, 5)]
+    found = contact_states(case, np.concatenate(moved))
+    parts = (np.split(values, len(moved)) for values in (found.energy, found.gradient, found.hessian, found.status))
+    return [replace(found, energy=energy, gradient=gradient, hessian=hessian, status=status)
+            for energy, gradient, hessian, status in zip(*parts, strict=True)]
 
 
 def slope(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, h: float = H) -> np.ndarray:
@@ -204,9 +209,9 @@ def test_forces_are_the_gradient(case: Path, random_poses: np.ndarray):
     """Force and moment of every contact are minus the gradient of its energy, at random poses."""
     state = contact_states(case, random_poses)
     on_flange = (state.energy[:, [1, 3]] > 0).any(axis=1)
-    assert ((state.energy > 0).sum(axis=0) > 50).all()       # all four contacts are there,
-    assert (np.abs(random_poses[:, 2]) > 0.1).sum() > 50     # large roll,
-    assert (random_poses[on_flange, 1] > state.rigid_height + 20e-3).sum() > 50     # flanges on top of the rail
+    assert ((state.energy > 0).sum(axis=0) > 30).all()       # all four contacts are there,
+    assert (np.abs(random_poses[:, 2]) > 0.1).sum() > 20     # large roll,
+    assert (random_poses[on_flange, 1] > state.rigid_height + 20e-3).sum() > 20     # flanges on top of the rail
     size = np.maximum(np.abs(state.gradient).max(axis=2), 1e3)
     for i in range(3):
         around = shifted(case, random_poses, i)
@@ -306,9 +311,9 @@ BARS = {
 @pytest.mark.parametrize("model", ["strip", "halfspace"])
 @pytest.mark.parametrize("stage", ["running", "overturning"])
 def test_table_against_direct(stage: str, model: str, pair: str, case: Path, strip_case: Path, shipped: dict[str, Run]):
-    """At poses of the ten runs, 5000 with strips and 500 with half-spaces, and as many of overturning as of a run, a
+    """At poses of the ten runs, 2500 with strips and 300 with half-spaces, and as many of overturning as of a run, a
     wheel's force is that of direct evaluation; and a table knows that a run can come there."""
-    chosen = driven_poses(shipped, pair, 1000 if model == "strip" else 100)[stage]
+    chosen = driven_poses(shipped, pair, 500 if model == "strip" else 60)[stage]
     place, _, _, error = probe("stated_error", strip_case if model == "strip" else case, 0,
                                stdin=f"{len(chosen)}\n" + text(chosen)).T
     largest, rms = error.max(), np.sqrt(np.mean(error**2))
@@ -322,8 +327,9 @@ def test_table_against_direct(stage: str, model: str, pair: str, case: Path, str
 def test_direct_force_is_the_gradient(strip_case: Path, random_poses: np.ndarray):
     """The directly evaluated force is minus the gradient of the directly evaluated energy."""
     def direct(shift: np.ndarray) -> np.ndarray:
-        return probe("table_direct", strip_case, stdin=text(random_poses + shift)).reshape(-1, 2, 2, 4)[:, :, 1]
+        return probe("table_direct", strip_case, stdin=text(chosen + shift)).reshape(-1, 2, 2, 4)[:, :, 1]
 
+    chosen = random_poses[::2]
     force = direct(np.zeros(3))
     size = np.maximum(np.linalg.norm(force[:, :, :2], axis=2), 1e3)
     for i in range(2):

@@ -224,7 +224,7 @@ def test_elastic_forces_on_the_treads_tend_to_the_multipliers():
     """What is missing falls with the stiffness."""
     base = {"vY": 0.1, "roll_rate": 0.0033664252, "t_end": 0.08, "stop_at": "t_end", "rows": "interval", "table_file": ""}
     rigid = run(Case.exercise(1).replace(formulation="bilateral", **base)).data
-    table = {"model": "strip", "lateral": 0.02, "lift": 0.03, "drop": 1e-3, "table_roll": 0.01}
+    table = {"model": "strip", "lateral": 0.02, "lift": 0.03, "drop": 1e-3, "table_roll": 0.01, "accuracy": 1e-2}
     missing = []
     for scale in 1.0, 30.0:
         c = run(Case.exercise(1).replace(**base, **table, stiffness_scale=scale, depth=8e-4*scale**(-2/3))).data
@@ -264,11 +264,13 @@ def test_unilateral_order(name: str, restitution: float):
 CHAOTIC = {("ex1_aw", 1.0), ("ex1_sw", 1.0)}
 
 
-@pytest.mark.parametrize("restitution", [None, 0.0, 0.5, 1.0])
-@pytest.mark.parametrize("name", [f"ex{k}_{pair}" for k in (1, 2, 3) for pair in PAIRS])
+@pytest.mark.parametrize(("name", "restitution"), [
+    ("ex1_aw", None), ("ex1_aw", 1.0), ("ex1_sw", 0.0), ("ex1_sw", 1.0), ("ex2_aw", 0.5), ("ex2_sw", None), ("ex3_aw", 1.0),
+    ("ex3_sw", 0.5)])
 def test_shipped_steps_are_fine_enough(name: str, restitution: float | None):
-    """Less than 1e-6 m at the end of exercises 1 to 3, against steps of a quarter. Where the motion is chaotic no step is:
-    there a change of the initial velocity by 1e-10 of itself moves the end by more than that as well."""
+    """Less than 1e-6 m at the end of exercises 1 to 3, against steps of a quarter; `make validate` takes all of them. Where the
+    motion is chaotic no step is: there a change of the initial velocity by 1e-10 of itself moves the end by more than that as
+    well."""
     formulation = ("bilateral", 1.0) if restitution is None else ("unilateral", restitution)
     shipped = exercise(name, *formulation)
     t_end = shipped.data.time.iloc[-1]
@@ -418,16 +420,15 @@ def test_motions_are_the_stored_ones(name: str, stored: pd.DataFrame):
     assert not moved, "\n".join(moved)
 
 
-@pytest.mark.parametrize("formulation", RIGID)
-@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize(("pair", "formulation"), list(zip(("aw", "sw", "aw", "sw"), RIGID, strict=True)))
 def test_exercise_5_ends_as_stored(pair: str, formulation: str):
     """And keeps its energy up to there: up to 59 kJ of work. With impacts that lose energy, the wheelset rolls over the edge
     of the rail's crown at the end, where contact jumps over hollows of the spline; bilateral, the wheelset falls back from
-    the flange some thousand times, over a million poses of the path, and the work is a few hundred J."""
+    the flange some thousand times, over a million poses of the path, and the work is a few hundred J. `make validate` takes
+    both pairs of profiles with every formulation."""
     done = rigid_reference.ramp(pair, formulation)
     assert done.results["derailed"] == (formulation != "bilateral")
-    bar = {"unilateral, e = 1": 1e-12, "bilateral": 1e-10}.get(formulation, 1e-9)
-    assert done.results["drift"] < bar*done.data.W_ext.abs().max()
+    assert done.results["drift"] < rigid_reference.DRIFTS[formulation]*done.data.W_ext.abs().max()
     stored = pd.read_csv(rigid_reference.ENDS)
     moved = rigid_reference.end_moves(stored, pair, formulation)
     assert not moved, "\n".join(moved)
@@ -465,7 +466,7 @@ def test_stiff_elastic_contact_tends_to_restitution_1():
 
     missing = []
     for scale in 1.0, 100.0:
-        table = {"depth": 2.2e-3*scale**-0.4, "drop": 3e-3, "table_roll": 0.05}
+        table = {"depth": 2.2e-3*scale**-0.4, "drop": 3e-3, "table_roll": 0.05, "accuracy": 3e-2}
         elastic = state(run(base.replace(stiffness_scale=scale, t_end=round(check, 5), **table)))
         missing.append(np.sqrt(np.sum(INERTIA*(elastic - state(rigid))**2)))
     assert missing[1] < 0.5*missing[0]

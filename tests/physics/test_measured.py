@@ -14,14 +14,17 @@ from running import FORTRAN_TESTS, HANG, REPO, columns, header, refusal, run_cas
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
 
 
-def run(folder: Path, wheel: str, rail: str, **profiles: object) -> tuple[float, np.ndarray, str]:
-    """Clearance [mm], Y over time [m] and header of a short run with two profile texts."""
+def run(folder: Path, wheel: str, rail: str, model: str = "strip", **profiles: object) -> tuple[float, np.ndarray, str]:
+    """Clearance [mm], Y over time [m] and header of a short run with two profile texts.
+
+    The model hertz takes a fifth of the time and suits where nobody looks at Y: its force jumps where the curvature does.
+    """
     folder.mkdir(exist_ok=True)
     (folder / "wheel").write_text(wheel)
     (folder / "rail").write_text(rail)
     # Fast enough to reach a flange.
     text = short_case(folder, profiles={"wheel_profile": folder / "wheel", "rail_profile": folder / "rail"} | profiles,
-                      contact={"model": "strip"}, initial={"vY": 2.0, "roll_rate": 0.0667}, integrator={"dt": 1e-4, "t_end": 8e-3})
+                      contact={"model": model}, initial={"vY": 2.0, "roll_rate": 0.0667}, integrator={"dt": 1e-4, "t_end": 8e-3})
     done = run_case(text, folder)
     assert done.returncode == 0, done.stderr
     said = header(folder / "columns.txt")
@@ -74,11 +77,11 @@ def test_sides_and_units_are_told_by_the_shape(clothes, clean, tmp_path):
 
 def test_namelist_overrides_the_shape(clean, tmp_path):
     """A mirrored rail that is told not to be; a file in an unlikely unit."""
-    right, _, _ = run(tmp_path / "a", **files(wheel=WHEEL, rail=RAIL), rail_flip="none", wheel_flip="none")
+    right, _, _ = run(tmp_path / "a", **files(wheel=WHEEL, rail=RAIL), model="hertz", rail_flip="none", wheel_flip="none")
     assert right == clean[0]
-    other, _, said = run(tmp_path / "b", **files(wheel=WHEEL, rail=RAIL*[-1, 1] + [75.6, 0]), rail_flip="none")
+    other, _, said = run(tmp_path / "b", **files(wheel=WHEEL, rail=RAIL*[-1, 1] + [75.6, 0]), model="hertz", rail_flip="none")
     assert abs(other - right) > 0.05 and "turned over" not in said
-    forced, _y, _ = run(tmp_path / "c", **files(wheel=WHEEL*1e-3, rail=RAIL), wheel_unit="m")
+    forced, _y, _ = run(tmp_path / "c", **files(wheel=WHEEL*1e-3, rail=RAIL), model="hertz", wheel_unit="m")
     assert forced == clean[0]
     text = short_case(tmp_path, profiles={"wheel_profile": tmp_path / "c" / "wheel", "wheel_unit": "mm"})
     assert "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 0.135" in refusal(text, tmp_path)
@@ -123,7 +126,7 @@ def test_the_curve_keeps_the_noise_of_its_points(noise, tmp_path):
     for name, points in ("wheel", wheel), ("rail", rail):
         (tmp_path / name).write_text(shapes.rows(points))
         assert inspect(tmp_path / name).smoothing == pytest.approx(noise, rel=0.15)
-    _clearance, _y, said = run(tmp_path / "run", **files(wheel=wheel, rail=rail))
+    _clearance, _y, said = run(tmp_path / "run", **files(wheel=wheel, rail=rail), model="hertz")
     told = [float(x) for x in re.findall(r"^\w+ profile: .*; smoothed by (\S+) mm$", said.replace("# ", ""), re.M)]
     assert told == pytest.approx([noise, noise], rel=0.15, abs=6e-5)
     assert "smoothing_mm of at least" not in said
@@ -179,7 +182,7 @@ def test_few_and_many_points(clean, tmp_path):
     """From 40 points to ten thousand."""
     for folder, spacing in ("few", 5.0), ("many", 0.018):
         wheel, rail = (shapes.shape(name, spacing) for name in ("awprof", "arprof"))
-        clearance, _, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail))
+        clearance, _, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail), model="hertz")
         assert clearance == pytest.approx(clean[0], abs=0.2 if spacing > 1 else 2e-3)
 
 
@@ -192,10 +195,10 @@ def test_worn_wheel(worn, tmp_path):
         clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail))
         assert 5 < clearance < 16
     again, _, _ = run(tmp_path / "again", shapes.miniprof_new(shapes.with_faces(wheel), "wheel"),
-                      shapes.simpack(shapes.side_worn(RAIL), "rail"))
+                      shapes.simpack(shapes.side_worn(RAIL), "rail"), "hertz")
     assert again == pytest.approx(clearance, abs=2e-3)
     measured, _, _ = run(tmp_path / "measured", shapes.miniprof_old(shapes.noisy(shapes.with_faces(wheel), 0.01, 3), "wheel"),
-                         shapes.rows(shapes.noisy(shapes.side_worn(RAIL), 0.01, 4)), smoothing_mm=0.01)
+                         shapes.rows(shapes.noisy(shapes.side_worn(RAIL), 0.01, 4)), "hertz", smoothing_mm=0.01)
     # Worn shapes conform: where tread ends and flange begins is less certain.
     assert measured == pytest.approx(clearance, abs=0.3)
 
@@ -292,15 +295,15 @@ def mutated(text: str, chance: random.Random) -> str:
 
 @pytest.mark.parametrize("written", shapes.FORMATS)
 def test_mutated_files(written, tmp_path):
-    """A run or one true line of error, for 1000 files."""
-    chance = random.Random(7)
+    """A run or one true line of error, for 300 files; `make fuzz` takes as many as wanted."""
     rail = tmp_path / "rail"
     rail.write_text(shapes.rows(shapes.shape("arprof", 1.0)))
     base = {1: shapes.FORMATS[written](shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"),
             2: shapes.FORMATS[written](shapes.shape("arprof", 1.0), "rail")}
     for kind, other in (1, rail), (2, tmp_path / "wheel"):
         other.write_text(shapes.rows(shapes.shape("arprof" if kind == 1 else "awprof", 1.0)))
-        texts = [mutated(base[kind], chance) for _ in range(500)]
+        chance = random.Random(kind)
+        texts = [mutated(base[kind], chance) for _ in range(150)]
         paths = [tmp_path / f"{kind}_{i}" for i in range(len(texts))]
         for path, text in zip(paths, texts, strict=True):
             path.write_bytes(text.encode("latin-1"))
@@ -310,7 +313,7 @@ def test_mutated_files(written, tmp_path):
         assert done.returncode == 0, done.stderr
         answers = done.stdout.splitlines()
         assert len(answers) == len(texts)
-        assert 50 < sum(answer == "good" for answer in answers) < 450
+        assert 15 < sum(answer == "good" for answer in answers) < 135
         for path, text, answer in zip(paths, texts, answers, strict=True):
             check_answer(path, text, answer)
 

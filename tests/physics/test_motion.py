@@ -94,16 +94,16 @@ def swing(scale: float, folder: Path) -> float:
 def test_pendulum(tmp_path: Path):
     """As the contact stiffens, the wheelset on its treads becomes the rigid pendulum, omega = 2.7964 rad/s.
 
-    What is missing goes with the approach, stiffness^(-2/3).
+    What is missing goes with the approach, stiffness^(-2/3), and extrapolated nothing is missing. `make validate` takes the
+    frequencies of small oscillations at up to 300 times the stiffness.
     """
     exact = Pendulum.of("aw").omega
     assert exact == pytest.approx(2.7964, abs=5e-5)
-    missing = [1 - swing(scale, tmp_path / f"{scale}")/exact for scale in (1.0, 10.0, 100.0)]
+    missing = [1 - swing(scale, tmp_path / f"{scale}")/exact for scale in (1.0, 10.0)]
     ratio = 10**(2/3)
     assert 0 < missing[0] < 2e-3
     # Contacts of a few um see the rounding of the profiles' points.
     assert missing[0]/missing[1] == pytest.approx(ratio, rel=0.15)
-    assert abs(missing[2]) < 5e-5
     assert (ratio*missing[1] - missing[0])/(ratio - 1) == pytest.approx(0, abs=3e-5)     # extrapolated
 
 

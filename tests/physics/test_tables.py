@@ -69,15 +69,15 @@ def drawn(pair: str, n: int) -> np.ndarray:
 @pytest.mark.parametrize("pair", PAIRS)
 def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dict[str, Run], strip_tables: dict[str, Path],
                                              folder: Path):
-    """2000 poses in service, drawn here and evaluated directly on finer elements, have the stated rms errors
+    """800 poses in service, drawn here and evaluated directly on finer elements, have the stated rms errors
     within a factor of 2."""
     case = table_case(pair, model, shipped, strip_tables)
     accuracy = ContactTable(case).accuracy
-    poses = drawn(pair, 40000)
+    poses = drawn(pair, 16000)
     file = write_case(folder / f"{pair}_{model}", pair, Path(case.table_file), contact={"model": model})
-    place, tread, flange, error = probe("stated_error", file, 2000, stdin=f"{len(poses)}\n" + text(poses)).T
+    place, tread, flange, error = probe("stated_error", file, 800, stdin=f"{len(poses)}\n" + text(poses)).T
     there = place == 1
-    assert there.sum() == 2000
+    assert there.sum() == 800
     figures = {}
     for name, of in (("tread", flange == 0), ("flange", tread == 0), ("both", tread*flange == 1)):
         of = of & there
@@ -182,7 +182,7 @@ def points(summary: str) -> list[tuple[int, ...]]:
 def test_more_accuracy_is_more_points_and_less_error(tmp_path: Path):
     """In poses of the tread or the flange alone: where both touch, a table of 1e-2 may still have a contact that pulls."""
     size, error, drift = [], [], []
-    for accuracy in 1e-1, 1e-2, 1e-3, 5e-4:
+    for accuracy in 1e-1, 1e-2, 1e-3:
         done = run_case(short_case(tmp_path, integrator={"t_end": 0.03, "order": 4, "beta": 0, "energy_tolerance": 1e-9},
                                    table={"accuracy": accuracy, "n_lateral": 400, "n_roll": 200, "n_depth": 60}), tmp_path)
         assert done.returncode == 0, done.stderr
@@ -283,7 +283,7 @@ def test_make_and_the_extension_build_a_changed_law_anew(shipped: dict[str, Run]
 def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):
     """Table file and columns; and the same rows from the table that is found again."""
     found = []
-    for threads in 1, 2, 5:
+    for threads in 1, 5:
         work = tmp_path / str(threads)
         work.mkdir()
         (work / "case.nml").write_text(short_case(Path(), contact={"model": model}, table=COARSE | {"file": "a.table"}))

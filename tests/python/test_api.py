@@ -162,8 +162,8 @@ def test_a_zero_byte_is_told_where_it_is(text, group, variable, found):
     "&integrator order = 3 /", "&output interval = 1e-9 /", "&case title = 'no end /", "&initial vY = 1e999 /",
     "&profiles wheel_profile = 'nothing.yz' /",
     "&track gauge = 1.9 /", "&track gauge_depth = 0.05 /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &initial Z = -0.01 / &integrator t_end = 1e-3 /",
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 / &contact model = 'hertz' /",
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &contact model = 'hertz' / &initial Z = -0.01 / &integrator t_end = 1e-3 /",
 ])
 def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
     """Syntax, values, files, geometry, table and integration: one wording."""
@@ -459,7 +459,7 @@ def test_a_load_beyond_the_table_is_refused():
 @pytest.mark.parametrize("n_roll", [9, 17, 21, 41, 45, 53])
 def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
-    case = ldbench.Case.exercise(1).replace(model="strip", n_lateral=40, n_roll=n_roll, n_depth=9, table_file="")
+    case = ldbench.Case.exercise(1).replace(model="hertz", n_lateral=40, n_roll=n_roll, n_depth=9, table_file="")
     table = ldbench.ContactTable(case)
     (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
     assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4

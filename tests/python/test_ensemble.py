@@ -241,7 +241,7 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     assert [path.suffix for path in (tmp_path/"sweep.zarr.parts").iterdir()] == [".npz"]
 
 
-@pytest.mark.parametrize("sizes", [(7,), (2, 3), (3, 2), (2, 2, 2)])
+@pytest.mark.parametrize("sizes", [(7,), (3, 2), (2, 2, 2)])
 def test_blocks_on_disk_are_the_whole(sizes, tmp_path, table, monkeypatch):
     """Written in blocks of at most two members and read back from parts, the Dataset is that of memory; rows
     grow with the longest member so far; it stays on disk where it is large."""

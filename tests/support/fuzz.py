@@ -342,6 +342,7 @@ def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, list[str]], None] =
 
 # ---- threads at the same moment --------------------------------------------------------
 THREADS = 4
+SHARED = 84                 # inputs that `make fuzz` gives to the threads
 
 
 def outcome_of(data: bytes, folder: Path, name: str) -> tuple[str, bytes]:
@@ -430,7 +431,9 @@ def main() -> int:
 
     failures = fuzz(args.n, args.seed, args.jobs, tell)
     print(f", {len(failures)} failures")
-    return bool(failures)
+    together = in_a_child_of_threads(range(args.seed, args.seed + SHARED))
+    print(together, end=f"{SHARED} inputs by {THREADS} threads at the same moment, {'failures' if together else 'no failure'}\n")
+    return bool(failures or together)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from command import arguments, run_sections, write_csv
 from ldbench._core.files import complete
 from pages import write_pdf
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "integration", \
+SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", "integration", \
     "sensitivity", "unknown", "measured", "stiffness", "manchester"
 HEAD = "section", "quantity", "value", "reference", "source", "deviation", "bar", "verdict"
 

@@ -103,7 +103,7 @@ def section(short: bool) -> Section:
     checks: list[Check] = []
     rows, points = [], []
     for pair in PAIRS:
-        drawn = [poses_of_run(exercise, pair, POSES//2 if short else POSES, rng) for exercise in exercises]
+        drawn = [poses_of_run(exercise, pair, POSES//5 if short else POSES, rng) for exercise in exercises]
         poses, fallen = (np.concatenate(of_runs) for of_runs in zip(*drawn, strict=True))
         for model in models:
             forces, exact, whole, crosses = wheel_forces(pair, model, poses)

@@ -8,7 +8,7 @@ from pypdf import PdfReader
 
 from running import LongProgram
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "integration", \
+SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", "integration", \
     "sensitivity", "unknown", "measured", "stiffness", "manchester"
 
 
