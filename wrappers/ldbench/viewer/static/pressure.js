@@ -1,0 +1,58 @@
+// The pressed patches of the first run at the moments of which the file has them: outline, pressure along the profile,
+// largest pressure and area.
+
+class Pressure {
+  constructor(canvas, colour) {
+    Object.assign(this, {canvas, colour, shown: null});
+  }
+
+  // Show the patches at a time, or hide them.
+  draw(run, t) {
+    const moment = (run.pressure ?? []).find(one => Math.abs(one.t + run.shift - t) < 2e-7) ?? null;
+    get("patches").hidden = !moment;
+    if (moment === this.shown && this.theme === document.documentElement.dataset.theme) return;
+    Object.assign(this, {shown: moment, theme: document.documentElement.dataset.theme});
+    if (moment) this.paint(moment.patches);
+  }
+
+  paint(patches) {
+    const width = 168, height = 128, ratio = Math.min(window.devicePixelRatio || 1, 2), {canvas, colour} = this;
+    canvas.width = Math.round(ratio * width * patches.length);
+    canvas.height = Math.round(ratio * height);
+    canvas.style.width = `${width * patches.length}px`;
+    canvas.style.aspectRatio = `${width * patches.length} / ${height}`;
+    const g = canvas.getContext("2d");
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    g.font = "11px system-ui, sans-serif";
+    g.textAlign = "center";
+    const words = patches.map(patch => `${patch.c} ${+(patch.pmax / 1e6).toPrecision(3)} MPa, ${+(patch.area * 1e6).toPrecision(2)} mm²`);
+    canvas.setAttribute("aria-label", `contact patches: ${words.join("; ")}`);
+    const largest = Math.max(...patches.flatMap(patch => [2 * patch.x, patch.s])), scale = 60 / largest;
+    patches.forEach((patch, k) => {
+      const middle = width * (k + 0.5), n = patch.p.length, step = patch.s / n;
+      g.fillStyle = colour.of("ink");
+      g.fillText(words[k], middle, 12);
+      // The patch from above: rolling direction up, the profile across.
+      const at = i => middle + scale * ((i + 0.5) * step - patch.s / 2), reach = i => scale * patch.x * patch.w[i] / 99;
+      g.beginPath();
+      for (let i = 0; i < n; i++) g.lineTo(at(i), 50 - reach(i));
+      for (let i = n - 1; i >= 0; i--) g.lineTo(at(i), 50 + reach(i));
+      g.closePath();
+      g.fillStyle = g.strokeStyle = colour.of(patch.c);
+      g.globalAlpha = 0.35;
+      g.fill();
+      g.globalAlpha = 1;
+      g.stroke();
+      // The pressure along the profile, in the middle of the patch.
+      g.beginPath();
+      g.moveTo(at(-0.5), 108);
+      patch.p.forEach((p, i) => g.lineTo(at(i), 108 - 24 * p / 99));
+      g.lineTo(at(n - 0.5), 108);
+      g.stroke();
+      g.fillStyle = colour.of("muted");
+      const size = roundBelow(largest / 2);
+      g.fillRect(middle - scale * size / 2, 113, scale * size, 1.5);
+      g.fillText(`${+(1e3 * size).toPrecision(1)} mm along the profile`, middle, 125);
+    });
+  }
+}
