@@ -143,7 +143,8 @@ def test_values_of_a_long_run_are_those_of_the_clock(browser: Browser, ex5: Path
         assert float(browser.text("#values tbody tr td").strip("≈ ")) == pytest.approx(t, abs=1e-6)
         assert not browser.run("return document.querySelector('#between').hidden")
         row = np.searchsorted(times, t)
-        cells = browser.run("return [...document.querySelectorAll('#values td[data-run]')].map(c => [c.dataset.column, c.textContent])")
+        cells = browser.run("return [...document.querySelectorAll('#values td[data-run]')]"
+                            ".map(cell => [cell.dataset.column, cell.textContent])")
         for name, text in cells:
             x = run.columns[name][row]
             if text.startswith("≈"):
@@ -152,7 +153,7 @@ def test_values_of_a_long_run_are_those_of_the_clock(browser: Browser, ex5: Path
             elif "…" in text:
                 low, high = (float(word) for word in text.split("…"))
                 aside = 1e-3*max(abs(low), abs(high))
-                assert low - aside <= x <= high + aside, name
+                assert np.isnan(x) or low - aside <= x <= high + aside, name      # a contact that closes meanwhile
             else:
                 assert text == "NaN" and np.isnan(x), f"{name}: {text}"
     go(browser, kept[5000])
@@ -168,8 +169,8 @@ def test_a_peak_opens_the_row_that_has_it(browser: Browser, shipped: dict[str, R
         names = {"left tread": "N_LT", "left flange": "N_LF", "right tread": "N_RT", "right flange": "N_RF"}
         for event in peaks:
             column = names[event["what"].rpartition(", ")[2]]
-            browser.run("""const list = document.querySelector('#events');
-              list.value = [...list.options].find(o => o.textContent.includes(arguments[0])).value; list.onchange()""", event["what"])
+            browser.run("""const list = document.querySelector('#events'), [what] = arguments;
+              list.value = [...list.options].find(o => o.textContent.includes(what)).value; list.onchange()""", event["what"])
             browser.wait(lambda event=event: abs(browser.run("return ldbench.t") - event["t"]) < 1e-8)
             shown = browser.text(f"#values td[data-column={column}]")
             assert float(shown) == pytest.approx(1e-3*event["peak"], rel=5e-7), event["what"]

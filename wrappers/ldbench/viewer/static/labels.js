@@ -3,7 +3,7 @@
 class Labels {
   // Words get a margin in the colour of the paper.
   constructor(g, colour, w, h) {
-    Object.assign(this, {g, colour, w, h, taken: []});
+    Object.assign(this, {g, colour, w, h, taken: [], written: []});
   }
 
   // Keep a box free of words.
@@ -32,6 +32,7 @@ class Labels {
         if (!hits) break search;
       }
     this.taken.push(best.box);
+    this.written.push(best.box);
     this.words(text, best.cx, best.cy, "center", colour);
     return best;
   }
