@@ -283,11 +283,11 @@ def test_a_link_holds_the_whole_state(browser: Browser, two: Path):
       for (const [id, value] of [['gap', 20], ['roll', 5]]) {
         const select = document.querySelector('#exaggerate-' + id); select.value = value; select.onchange(); }
       ldbench.look('left'); ldbench.zoomScene(3); ldbench.panScene(30, 10); ldbench.player.choose(0.001);
-      document.querySelector('#arrows').click(); document.querySelector('#normals').click(); document.querySelector('#loop').click();
+      for (const id of ['arrows', 'normals', 'loop']) document.getElementById(id).click();
       ldbench.go(0.0213)""")
     state = """const {scene, player} = ldbench, {camera, settings} = scene, six = x => Number(x.toPrecision(5));
-      return JSON.stringify([ldbench.t, ldbench.window.map(six), ldbench.mark, ldbench.aligned, player.looping, player.speed, settings,
-        scene.view, [camera.y, camera.z, camera.width / camera.zoom].map(six),
+      return JSON.stringify([ldbench.t, ldbench.window.map(six), ldbench.mark, ldbench.aligned, player.looping, player.speed,
+        settings, scene.view, [camera.y, camera.z, camera.width / camera.zoom].map(six),
         ldbench.charts.map(({names, mode, over, log, limits}) => [names, mode, over ?? '', log, limits && limits.map(six)])])"""
     before, link = browser.run(state), settled(browser)
     browser.open(two, link)

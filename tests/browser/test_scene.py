@@ -114,8 +114,8 @@ def test_small_gaps_are_exaggerated_with_a_badge(browser: Browser, shipped: dict
     true, drawn = browser.run(gap)
     assert drawn == pytest.approx(20*true, rel=0.2)
     assert browser.run("return ldbench.scene.badge") == "not to scale: small gaps × 20"
-    gaps = browser.run("""return Array.from({length: 200}, (_, k) => ldbench.start + (arguments[0] - ldbench.start)*k/199).map(t => {
-      const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape];
+    gaps = browser.run("""const times = Array.from({length: 200}, (_, k) => arguments[0]*k/199);
+      return times.map(t => { const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape];
       const found = scene.gap(shape.left, run, run.pose(t), 1);
       return found.rail - scene.placed(run, scene.poseOf(run, shape, t), found.point)[0]; })""", t)
     assert np.all(np.diff(gaps) < 1e-6) and gaps[-1] < 1e-4        # the wheel never goes back while it comes near

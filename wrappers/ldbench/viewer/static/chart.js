@@ -185,7 +185,7 @@ class Chart {
     const within = this.page.events.all.filter(({t}) => t >= start && t <= end);
     const shown = within.length > (box.right - box.left) / 6 ? within.filter(event => !event.fromRows) : within;
     g.strokeStyle = this.page.colour.of("edge");
-    g.globalAlpha = 0.6;
+    g.globalAlpha = shown.length > 40 ? 0.3 : 0.6;
     for (const {t} of shown) line(g, this.x(t), box.top, this.x(t), box.bottom);
     g.globalAlpha = 1;
   }

@@ -25,6 +25,7 @@ function interpolate(t, x, at) {
 }
 
 const CONTACTS = ["LT", "LF", "RT", "RF"];
+const OF_OPEN = /^(?:angle|y|z|radius)_([LR][TF])$/;      // columns without a value where a contact is open
 
 class Run {
   constructor(facts, number, data) {
@@ -89,8 +90,9 @@ class Run {
     const i = this.keptRow(at), band = this.bands[name];
     if (i !== null) return {x: this.exact[name][i]};
     if (this.tracks[name]) return {x: this.at(name, at), about: true};
-    if (!band || at < this.start || at > this.end) return {x: NaN};
-    const k = Math.floor(nearestIndex(this.rowTimes, at) / this.bin);
+    const row = nearestIndex(this.rowTimes, at), [, c] = OF_OPEN.exec(name) ?? [];
+    if (!band || at < this.start || at > this.end || this.tracks["N_" + c]?.[row] === 0) return {x: NaN};
+    const k = Math.floor(row / this.bin);
     return {low: band.low[k], high: band.high[k]};
   }
 

@@ -7,7 +7,7 @@ class Values {
     this.apart = runs.length <= 2;
     const head = make("tr", {}, make("th", {}, "quantity"),
       ...runs.map(run => make("th", {}, several ? run.name : "value")),
-      ...(this.apart ? [make("th", {class: "apart"}, several ? "difference" : "since the mark")] : []), make("th", {}, ""));
+      ...(this.apart ? [make("th", {class: "apart"}, several ? "difference" : "since mark")] : []), make("th", {}, ""));
     this.rowTimes = runs.map(() => make("td"));
     this.rowApart = make("td", {class: "apart"});
     const body = [make("tr", {}, make("th", {scope: "row"}, "time of the row"), ...this.rowTimes,
