@@ -172,7 +172,7 @@ def test_pressed_patches_at_the_peaks(browser: Browser, shipped: dict[str, Run],
 
 
 def test_no_patches_without_pressures(shipped: dict[str, Run], tmp_path: Path):
-    """Of another contact law, and of another code's file."""
+    """A run with another contact law has none, nor has another code's file."""
     file = tmp_path/"hertz.txt"
     file.write_text(shipped["ex2_aw"].file.read_text().replace("model = 'halfspace'", "model = 'hertz'"))
     other = tmp_path/"other.csv"

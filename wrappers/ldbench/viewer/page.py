@@ -25,7 +25,7 @@ from .._core.files import complete
 from ..case import Case
 from ..profiles.outlines import Outlines, Side, run_outlines
 from ..results.events import event_kinds
-from ..results.quantities import CONTACT_NAMES, GROUPS, quantity
+from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, quantity
 from ..results.run_data import RunData
 from .pack import CELLS, pack
 from .pressed import pressure_entries
@@ -67,12 +67,14 @@ class Cell:
 
 
 def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None, shown: int | None = None,
-              summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: Mapping[str, int] | None = None) -> Page:
+              summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: Mapping[str, int] | None = None,
+              patches: Sequence[str] = CONTACTS) -> Page:
     """The page of some runs.
 
     case: whose profiles stand for those of runs without our header; by default the case of the first run with one, else
     the benchmark's with actual profiles. shown: how many runs are shown at first; the others are one click away.
     summary: lines of a table, each with its name and cells. cells: of some runs, how many numbers are kept whole.
+    patches: contacts at whose largest forces pressed patches are shown, of runs that are not in `cells`.
     """
     assumed = assumed_profiles(runs, case)
     shapes: list[dict[str, Any]] = []
@@ -80,7 +82,7 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
     bodies: list[str] = []
     for run in runs:
         entry, body = run_entry(run, assumed, shapes, (cells or {}).get(run.name, CELLS))
-        entry["pressure"] = [] if run.name in (cells or {}) else pressure_entries(run)
+        entry["pressure"] = [] if run.name in (cells or {}) else pressure_entries(run, patches)
         entry["shown"] = shown is None or len(entries) < shown
         entries.append(entry)
         bodies.append(base64.b64encode(body).decode())
@@ -161,7 +163,8 @@ def unlisted(run: RunData) -> dict[str, int]:
 
 def first_flange(run: RunData) -> float | None:
     """Time [s] of the first contact of a flange; None where there is none."""
-    return min((t for contact in ("LF", "RF") if (t := run.first_contact(contact)) is not None), default=None)
+    times = (run.first_contact(contact) for contact in ("LF", "RF"))
+    return min((t for t in times if t is not None and np.isfinite(t)), default=None)
 
 
 def namelist_text(run: RunData) -> str:

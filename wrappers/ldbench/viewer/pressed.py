@@ -1,6 +1,7 @@
 """Pressed patches for the page: outline, pressure along the profile, largest pressure and area at some moments of a run."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ LEVELS = 99         # of a pressure and of half a width, from 0 to the largest
 ELEMENTS = 36       # over the length of a patch: areas within 1 % of those of 48, in a quarter of the time
 
 
-def pressure_entries(run: RunData) -> list[dict[str, Any]]:
-    """The patches at the largest normal force of every contact and at the peak of the first contact of each flange.
+def pressure_entries(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[dict[str, Any]]:
+    """The patches at the largest normal force of each of some contacts and at the peak of the first contact of each flange.
 
     There are none for a run of another contact law, of another code, or whose profiles are not there or have changed.
     """
@@ -23,7 +24,7 @@ def pressure_entries(run: RunData) -> list[dict[str, Any]]:
         return []
     found = []
     try:
-        for k in moments(run):
+        for k in moments(run, contacts):
             patches = [patch_entry(patch) for patch in run_patches(run, k, elements=ELEMENTS)]
             if patches:
                 found.append({"t": float(run.time[k]), "patches": patches})
@@ -32,10 +33,10 @@ def pressure_entries(run: RunData) -> list[dict[str, Any]]:
     return found
 
 
-def moments(run: RunData) -> list[int]:
+def moments(run: RunData, contacts: Sequence[str]) -> list[int]:
     """Rows at which patches are shown, in order of time."""
     rows = {first_peak(run, contact) for contact in ("LF", "RF")}
-    rows |= {int(np.abs(run.time - peak[1]).argmin()) for contact in CONTACTS if (peak := run.peak(contact))}
+    rows |= {int(np.abs(run.time - peak[1]).argmin()) for contact in contacts if (peak := run.peak(contact))}
     return sorted(row for row in rows if row is not None)
 
 

@@ -3,7 +3,7 @@
 
 class Chart {
   constructor(page, {names, mode = "values", over = "", log = false, limits = null}) {
-    Object.assign(this, {page, names, mode, over, log, limits});
+    Object.assign(this, {page, names, mode: over ? "values" : mode, over, log, limits});
   }
 
   // The runs and columns that are drawn: {run, column, colour, dash, width}. Of several runs, each has its look, and the

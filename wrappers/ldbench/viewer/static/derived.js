@@ -4,6 +4,7 @@ const DERIVED_GROUP = "derived";
 const OPERATIONS = {
   "+": (a, b) => a + b, "-": (a, b) => a - b, "*": (a, b) => a * b, "/": (a, b) => b === 0 ? NaN : a / b,
 };
+const LONGEST = 200;            // characters of a name in an expression
 const SIGNS = {"+": "+", "-": "−", "*": "·", "/": "/"};
 
 // Forces of the rail on the wheel. L is positive where the wheel presses its rail outwards.
@@ -32,7 +33,7 @@ function addDerived(run) {
 
 // The column of an expression such as `N_LF+N_RF`, made when it is first asked for; undefined if it is none.
 function addExpression(run, name) {
-  for (let k = 1; k < name.length - 1; k++) {
+  for (let k = 1; k < Math.min(name.length - 1, LONGEST); k++) {
     const operation = OPERATIONS[name[k]], a = run.known.get(name.slice(0, k)), b = run.known.get(name.slice(k + 1));
     if (!operation || !a || !b || !fits(name[k], a, b)) continue;
     const product = name[k] === "*", ratio = name[k] === "/";

@@ -4,7 +4,7 @@ class Hover {
   constructor(chart) {
     this.chart = chart;
     this.line = make("div", {class: "cursor hover", hidden: true});
-    this.box = make("div", {class: "tip", hidden: true, role: "status"});
+    this.box = make("div", {class: "tip", hidden: true});
     chart.holder.append(this.line, this.box);
     const {canvas} = chart;
     canvas.addEventListener("pointermove", event => {

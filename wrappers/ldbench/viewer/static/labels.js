@@ -1,7 +1,6 @@
 // Words in the scene that keep clear of contact points, arrows and each other.
 
 class Labels {
-  // Words get a margin in the colour of the paper.
   constructor(g, colour, w, h) {
     Object.assign(this, {g, colour, w, h, taken: [], written: []});
   }
@@ -37,6 +36,7 @@ class Labels {
     return best;
   }
 
+  // Write with a margin in the colour of the paper.
   words(text, x, y, align = "left", colour = this.colour.of("muted")) {
     const {g} = this;
     g.textAlign = align;

@@ -97,12 +97,12 @@ class Page {
   }
 
   // Each column of the files once, over all runs that are shown.
-  columns() { return [...new Map(this.runs.flatMap(run => run.columns).reverse().map(one => [one.name, one])).values()].reverse(); }
+  columns() { return distinct(this.runs.flatMap(run => run.columns)); }
 
-  // Those and the derived ones.
+  // Columns of the files, and the derived ones.
   chartColumns() {
     const derived = this.runs.flatMap(run => [...run.known.values()].filter(one => one.group === DERIVED_GROUP));
-    return [...new Map([...this.columns(), ...derived].map(one => [one.name, one])).values()];
+    return distinct([...this.columns(), ...derived]);
   }
 
   column(name) { return this.runs.map(run => run.column(name)).find(Boolean); }
@@ -413,6 +413,12 @@ function defaultCharts(runs) {
     : [[["Y"]], [["N_LF", "N_RF"]], [["N_LT", "N_RT"]], [["KE_lat", "PE_elastic_L", "PE_elastic_R"]], [["E_drift"]]];
   const found = wanted.map(([names, mode]) => [names.filter(has), mode]).filter(([names]) => names.length);
   return found.length ? found : runs[0].columns.slice(0, 3).map(column => [[column.name]]);
+}
+
+// The first column of each name.
+function distinct(columns) {
+  const names = columns.map(column => column.name);
+  return columns.filter((column, k) => names.indexOf(column.name) === k);
 }
 
 async function start(facts) {

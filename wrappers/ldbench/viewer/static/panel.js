@@ -174,6 +174,7 @@ class Panel extends Chart {
 
   setBoxing(on) {
     this.boxing = on;
+    this.canvas.style.touchAction = on ? "none" : "";
     this.drawHead();
   }
 

@@ -1,6 +1,8 @@
 // The pressed patches of the first run at the moments of which the file has them: outline, pressure along the profile,
 // largest pressure and area.
 
+const PATCH = {width: 150, height: 132};        // room for a patch [px]
+
 class Pressure {
   constructor(canvas, colour) {
     Object.assign(this, {canvas, colour, shown: null});
@@ -8,28 +10,30 @@ class Pressure {
 
   // Show the patches at a time, or hide them.
   draw(run, t) {
-    const moment = (run.pressure ?? []).find(one => Math.abs(one.t + run.shift - t) < 2e-7) ?? null;
-    get("patches").hidden = !moment;
-    if (moment === this.shown && this.theme === document.documentElement.dataset.theme) return;
-    Object.assign(this, {shown: moment, theme: document.documentElement.dataset.theme});
-    if (moment) this.paint(moment.patches);
+    const moment = (run.pressure ?? []).find(one => Math.abs(one.t + run.shift - t) < 2e-7) ?? null, holder = get("patches");
+    if (!moment && !this.shown) return;
+    holder.hidden = !moment;
+    const state = `${holder.clientWidth} ${document.documentElement.dataset.theme}`;
+    if (moment === this.shown && state === this.state) return;
+    Object.assign(this, {shown: moment, state});
+    if (moment) this.paint(moment.patches, Math.max(Math.floor(holder.clientWidth / PATCH.width), 1));
   }
 
-  paint(patches) {
-    const width = 168, height = 128, ratio = Math.min(window.devicePixelRatio || 1, 2), {canvas, colour} = this;
-    canvas.width = Math.round(ratio * width * patches.length);
-    canvas.height = Math.round(ratio * height);
-    canvas.style.width = `${width * patches.length}px`;
-    canvas.style.aspectRatio = `${width * patches.length} / ${height}`;
+  // Draw patches beside each other, as many in a row as there is room for.
+  paint(patches, most) {
+    const {width, height} = PATCH, ratio = Math.min(window.devicePixelRatio || 1, 2), {canvas, colour} = this;
+    const across = Math.min(most, patches.length), rows = Math.ceil(patches.length / across);
+    [canvas.width, canvas.height] = [ratio * width * across, ratio * height * rows].map(Math.round);
+    [canvas.style.width, canvas.style.height] = [`${width * across}px`, `${height * rows}px`];
     const g = canvas.getContext("2d");
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
     g.font = "11px system-ui, sans-serif";
     g.textAlign = "center";
     const words = patches.map(patch => `${patch.c} ${+(patch.pmax / 1e6).toPrecision(3)} MPa, ${+(patch.area * 1e6).toPrecision(2)} mm²`);
     canvas.setAttribute("aria-label", `contact patches: ${words.join("; ")}`);
     const largest = Math.max(...patches.flatMap(patch => [2 * patch.x, patch.s])), scale = 60 / largest;
     patches.forEach((patch, k) => {
-      const middle = width * (k + 0.5), n = patch.p.length, step = patch.s / n;
+      const middle = width / 2, n = patch.p.length, step = patch.s / n;
+      g.setTransform(ratio, 0, 0, ratio, ratio * width * (k % across), ratio * height * Math.floor(k / across));
       g.fillStyle = colour.of("ink");
       g.fillText(words[k], middle, 12);
       // The patch from above: rolling direction up, the profile across.
