@@ -184,6 +184,24 @@ def test_columns_are_searched(browser: Browser, one: Path):
     assert browser.run("return ldbench.charts[0].names") == ["N_LF"]
 
 
+def test_the_focus_stays_where_it_is(browser: Browser, one: Path):
+    """A keyboard goes on from the button, the choice or the box that it changed; a list stays scrolled."""
+    browser.open(one)
+    focused = "return document.activeElement.dataset.key ?? document.activeElement.getAttribute('aria-label')"
+    for label in ("choose columns", "axes and saving"):
+        browser.run("ldbench.charts[0].card.querySelector(`[aria-label='${arguments[0]}']`).focus()", label)
+        browser.press("\ue007")
+        assert browser.run(focused) == label
+    browser.run("""const {list, scroll} = ldbench.charts[0].picker; scroll.scrollTop = 15;
+      list.querySelector('[data-key=Z]').focus({preventScroll: true})""")
+    scrolled = browser.run("return ldbench.charts[0].picker.scroll.scrollTop")
+    browser.press(" ")
+    browser.wait(lambda: browser.run("return ldbench.charts[0].names") == ["Y", "Z"])
+    assert browser.run(focused) == "Z" and browser.run("return ldbench.charts[0].picker.scroll.scrollTop") == scrolled > 0
+    browser.run("const s = ldbench.charts[0].menu.querySelector('select'); s.focus(); s.value = 'vY'; s.onchange()")
+    assert browser.run(focused) == "horizontal axis"
+
+
 def test_save_a_chart(browser: Browser, one: Path, shipped: dict[str, Run]):
     """As SVG that can be read, as PNG, and its rows with all digits as CSV."""
     columns = shipped["ex1_aw"].columns

@@ -179,3 +179,14 @@ def test_no_patches_without_pressures(shipped: dict[str, Run], tmp_path: Path):
     other.write_text("time,Y\n0,0\n1,1\n")
     page = ldbench.view([file, other]).write(tmp_path/"page.html")
     assert [run["pressure"] for run in facts(page)["runs"]] == [[], []]
+
+
+def test_a_run_without_outlines(browser: Browser, shipped: dict[str, Run], tmp_path: Path):
+    """Profiles that are no longer there: views, fit and following do no harm, and a note says what is missing."""
+    file = tmp_path/"moved.txt"
+    file.write_text(shipped["ex2_aw"].file.read_text().replace("awprof.yz", "gone.yz"))
+    page = ldbench.view(file).write(tmp_path/"page.html")
+    assert facts(page)["runs"][0]["shape"] is None and facts(page)["runs"][0]["pressure"] == []
+    browser.open(page, "#t=0.0215&follow=1&gap=20&view=left")
+    browser.press("1", "4", "2", "4", "f", "+", "e")
+    assert browser.log() == []

@@ -55,7 +55,7 @@ class Panel extends Chart {
         this.page.removeChart(this);
         this.page.write();
       }));
-    this.head.replaceChildren(legend, buttons);
+    drawAgain(this.head, () => this.head.replaceChildren(legend, buttons));
     this.picker.draw(unit);
     this.drawMenu();
     const what = lines.map(({column}) => column.words).join(", ");
@@ -75,16 +75,16 @@ class Panel extends Chart {
       Object.assign(this, {over: across.value, mode: "values", limits: null, acrossLimits: null});
       this.changed();
     };
-    const log = make("input", {type: "checkbox", checked: this.log});
+    const log = make("input", {type: "checkbox", checked: this.log, "data-key": "log"});
     log.onchange = () => this.setLog(log.checked);
-    this.menu.replaceChildren(
+    drawAgain(this.menu, () => this.menu.replaceChildren(
       make("label", {}, "over ", across), make("label", {}, log, "logarithmic values"),
       make("span", {class: "choice", role: "group", "aria-label": "zoom of the values"},
         button("−", "show more values", () => this.zoomValues(2)), button("+", "show fewer values", () => this.zoomValues(0.5))),
       make("span", {class: "choice", role: "group", "aria-label": "save"},
         button("SVG", "save the chart as SVG", () => save(`${this.fileName()}.svg`, chartAsSvg(this))),
         button("PNG", "save the chart as PNG", async () => save(`${this.fileName()}.png`, await chartAsPng(this))),
-        button("CSV", "save the values as CSV", () => save(`${this.fileName()}.csv`, chartAsCsv(this)))));
+        button("CSV", "save the values as CSV", () => save(`${this.fileName()}.csv`, chartAsCsv(this))))));
   }
 
   fileName() { return [...this.page.runs.map(run => run.name), ...this.names].join("_").slice(0, 100); }
@@ -198,7 +198,7 @@ class Panel extends Chart {
   }
 
   // A drag moves the time; from the values' axis it moves the values; with ctrl, or with the button, it draws a box. The
-  // wheel and two fingers zoom in time, over the values' axis and with ctrl or alt in values. Shift moves the window.
+  // wheel and two fingers zoom in time, over the values' axis and with alt in values. Shift moves the window.
   listen() {
     let from = null, axis = false;
     const end = cancelled => {
@@ -227,7 +227,7 @@ class Panel extends Chart {
           from = null;
           this.frame.hidden = true;
         }
-        if (x < this.box.left || event.altKey || event.ctrlKey || this.over) return this.zoomValues(1 / factor, y);
+        if (x < this.box.left || event.altKey || this.over) return this.zoomValues(1 / factor, y);
         const {start, end: last} = this.page;
         this.page.zoomTime(1 / factor, Math.min(Math.max(this.time(x), start), last));
       },

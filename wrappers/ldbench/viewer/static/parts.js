@@ -13,6 +13,15 @@ function make(tag, attributes = {}, ...inside) {
   return element;
 }
 
+// Draw the inside of an element anew; what had the focus keeps it, and what was scrolled stays there.
+function drawAgain(holder, draw) {
+  const key = element => element.dataset.key ?? element.getAttribute("aria-label"), {scrollTop} = holder;
+  const had = holder.contains(document.activeElement) ? key(document.activeElement) : null;
+  draw();
+  holder.scrollTop = scrollTop;
+  if (had) [...holder.querySelectorAll("button, select, input")].find(one => key(one) === had)?.focus({preventScroll: true});
+}
+
 const DASHES = [[], [7, 3], [8, 3, 2, 3], [2, 2]];
 const FLANGE_DASH = [6, 2];
 const NEUTRAL = [0, 2, 3, 4, 7];        // series for columns that belong to no side

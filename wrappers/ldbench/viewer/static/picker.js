@@ -6,8 +6,9 @@ class Picker {
     this.search = make("input", {type: "search", placeholder: "search columns", "aria-label": "search columns"});
     this.search.oninput = () => this.filter();
     this.list = make("div", {class: "columns"});
+    this.scroll = make("div", {class: "scroll"}, this.list);
     this.maker = make("div", {class: "maker"});
-    this.box = make("div", {class: "picker", hidden: true}, this.search, this.list, this.maker);
+    this.box = make("div", {class: "picker", hidden: true}, this.search, this.scroll, this.maker);
   }
 
   // Columns of one unit share a chart; a column of another unit replaces them.
@@ -15,10 +16,10 @@ class Picker {
     if (this.box.hidden) return;
     const {panel} = this, {page} = panel, columns = page.chartColumns();
     const made = panel.names.map(name => page.column(name)).filter(column => column && !columns.includes(column));
-    this.list.replaceChildren(...[...page.facts.groups, DERIVED_GROUP].map(group => {
+    drawAgain(this.scroll, () => this.list.replaceChildren(...[...page.facts.groups, DERIVED_GROUP].map(group => {
       const some = [...columns, ...made].filter(column => column.group === group);
       return some.length ? make("fieldset", {}, make("legend", {}, group), ...some.map(column => {
-        const box = make("input", {type: "checkbox", checked: panel.names.includes(column.name)});
+        const box = make("input", {type: "checkbox", checked: panel.names.includes(column.name), "data-key": column.name});
         box.onchange = () => {
           if (!box.checked) panel.names = panel.names.filter(name => name !== column.name);
           else panel.names = column.unit === unit ? [...panel.names, column.name] : [column.name];
@@ -28,7 +29,7 @@ class Picker {
         return make("label", {"data-words": `${column.words} ${column.name} ${group}`.toLowerCase()}, box,
                     column.unit ? `${column.words} [${column.unit}]` : column.words);
       })) : "";
-    }));
+    })));
     this.drawMaker(columns);
     this.filter();
   }
