@@ -98,10 +98,11 @@ function numbers(words, count) {
   return found.length === count && found.every(Number.isFinite) ? found : null;
 }
 
-// A chart in words: `N_LF,N_RF;d;x:Y;log;y:0:5`. Names are encoded, so that they hold no comma, colon or semicolon.
-function wordsOfChart({names, mode, over, log, limits}) {
+// A chart in words: `N_LF,N_RF;d;x:Y;log;y:0:5;across:1:2`. Names are encoded, so that they hold no comma, colon or semicolon.
+function wordsOfChart({names, mode, over, log, limits, acrossLimits}) {
+  const both = (key, ends) => ends && `${key}:${ends.map(v => +v.toPrecision(7)).join(":")}`;
   return [names.map(encodeURIComponent).join(","), mode === "difference" && "d", over && `x:${encodeURIComponent(over)}`,
-          log && "log", limits && `y:${limits.map(v => +v.toPrecision(7)).join(":")}`].filter(Boolean).join(";");
+          log && "log", both("y", limits), over && both("across", acrossLimits)].filter(Boolean).join(";");
 }
 
 function chartOf(words) {
@@ -112,7 +113,8 @@ function chartOf(words) {
     if (key === "log") found.log = true;
     if (key === "x") found.over = decoded(values[0] ?? "");
     const limits = values.map(Number);
-    if (key === "y" && limits.length === 2 && limits[1] > limits[0]) found.limits = limits;
+    const known = {y: "limits", across: "acrossLimits"}[key];
+    if (known && limits.length === 2 && limits[1] > limits[0]) found[known] = limits;
   }
   return found.names.length ? found : null;
 }

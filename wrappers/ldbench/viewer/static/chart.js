@@ -2,8 +2,8 @@
 // runs from the first one over time.
 
 class Chart {
-  constructor(page, {names, mode = "values", over = "", log = false, limits = null}) {
-    Object.assign(this, {page, names, mode: over ? "values" : mode, over, log, limits});
+  constructor(page, {names, mode = "values", over = "", log = false, limits = null, acrossLimits = null}) {
+    Object.assign(this, {page, names, mode: over ? "values" : mode, over, log, limits, acrossLimits});
   }
 
   // The runs and columns that are drawn: {run, column, colour, dash, width}. Of several runs, each has its look, and the

@@ -56,12 +56,14 @@ class Page {
     return this.loaded.get(k);
   }
 
-  async showRuns() {
+  // Load and show the runs that are chosen, over the whole time or over the window of before.
+  async showRuns(sameWindow = false) {
     const wanted = this.shown.map((shown, k) => shown ? k : -1).filter(k => k >= 0);
     for (const k of wanted) await this.load(k);
     this.runs = wanted.map(k => this.loaded.get(k));
     this.placeRuns();
-    this.window = [this.start, this.end];
+    const {start, end, window: [from, to]} = this;
+    this.window = sameWindow && from < end && to > start ? [Math.max(from, start), Math.min(to, end)] : [start, end];
     this.player.suit(this.end - this.start);
     if (!this.charts.length) {
       defaultCharts(this.runs).forEach(([names, mode]) => this.addChart({names, mode}));
@@ -168,9 +170,9 @@ class Page {
 
   // Move to a time; everything follows. `settled`: the time stays, so the address and the reader are told.
   go(t, settled = true) {
+    const before = this.t, [start, end] = this.window;
     this.t = Math.min(Math.max(t, this.start), this.end);
-    const [start, end] = this.window;
-    if (this.t < start || this.t > end) this.setWindow(this.t - 0.1 * (end - start), end - start);
+    if (this.t !== before && (this.t < start || this.t > end)) this.setWindow(this.t - 0.1 * (end - start), end - start);
     this.scene.draw(this.runs, this.shapes, this.t, !settled);
     this.pressure.draw(this.runs[0], this.t);
     this.placeCursors();

@@ -15,7 +15,8 @@ class RunList {
       box.onchange = () => {
         page.shown[k] = box.checked;
         if (!page.shown.includes(true)) page.shown[k] = true;
-        page.showRuns().then(() => page.write());
+        const zoomed = page.window[0] > page.start || page.window[1] < page.end;
+        page.showRuns(zoomed).then(() => page.write());
       };
       const look = {number: k}, model = run.model && several ? `, ${run.model}` : "";
       return make("label", {}, box, swatch(page.colour.run(look), page.colour.dash(look), 2.2),
