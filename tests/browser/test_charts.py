@@ -171,6 +171,25 @@ def test_derived_columns(browser: Browser, one: Path, shipped: dict[str, Run]):
     assert browser.log() == []
 
 
+def test_derived_columns_of_a_long_run_cover_all_rows(browser: Browser, shipped: dict[str, Run], folder: Path):
+    """L/V of exercise 5: least and largest value of all rows, not of the kept ones alone."""
+    run = shipped["ex5_aw"]
+    c = run.columns
+    browser.open(ldbench.view(run.file).write(folder/"derived.html"))
+    vertical, lateral = c["Fz_LT"] + c["Fz_LF"], c["Fy_LT"] + c["Fy_LF"]
+    ratio = np.full(len(vertical), np.nan)
+    ratio[vertical > 0] = -lateral[vertical > 0]/vertical[vertical > 0]
+    edges = np.arange(0, len(ratio), browser.run("return ldbench.runs[0].bin"))
+    for name, x in {"LV_L": ratio, "Fz_L": vertical, "Fy_L": lateral}.items():
+        band = browser.run("const {low, high} = ldbench.runs[0].bands[arguments[0]]; return [[...low], [...high]]", name)
+        level = np.ptp(x[np.isfinite(x)])/10_000
+        for found, ends in zip(band, (np.fmin.reduceat(x, edges), np.fmax.reduceat(x, edges)), strict=True):
+            np.testing.assert_allclose(np.array(found, float), ends, rtol=0, atol=level, err_msg=name)
+    browser.run("const [chart] = ldbench.charts; chart.names = ['LV_L']; chart.changed()")
+    low, high = browser.run("const {low, high} = ldbench.charts[0].scale; return [low, high]")
+    assert low <= np.nanmin(ratio) and high >= np.nanmax(ratio) and browser.log() == []
+
+
 def test_columns_are_searched(browser: Browser, one: Path):
     browser.open(one)
     browser.run("""ldbench.charts[0].card.querySelector('[title="choose columns"]').click();

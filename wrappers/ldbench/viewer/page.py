@@ -114,7 +114,8 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         notes.append("profiles are reconstructions, not the organisers' files")
     units = run.data.attrs.get("units", {})
     peaks = [peak[1] for peak in map(run.peak, CONTACT_NAMES) if peak]
-    packed = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells)
+    packed = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells,
+                  lambda: wheel_columns(columns))
     known = {name: quantity(name, units.get(name, "")) for name in columns}
     entry = {
         "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
@@ -138,6 +139,20 @@ def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     if len(time) < 2:
         raise Error(f"{run.file}: expected two or more rows, found one")
     return time, {str(name): run.values(name) for name in run.data if name != "time"}
+
+
+def wheel_columns(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Vertical and lateral force of the rail on each wheel and L/V, positive where the wheel presses its rail outwards; NaN where
+    a wheel carries nothing. The page makes them of the columns where it has rows, see derived.js."""
+    found = {}
+    for side, outwards in ("L", -1), ("R", 1):
+        parts = [f"{kind}_{side}{part}" for kind in ("Fy", "Fz") for part in "TF"]
+        if all(name in columns for name in parts):
+            y, z = (columns[parts[k]] + columns[parts[k + 1]] for k in (0, 2))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = np.where(z > 0, outwards*y/z, np.nan)
+            found |= {f"LV_{side}": ratio, f"Fz_{side}": z, f"Fy_{side}": y}
+    return found
 
 
 def event_entries(run: RunData) -> list[dict[str, Any]]:
