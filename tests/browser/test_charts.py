@@ -323,7 +323,8 @@ def test_a_link_holds_the_whole_state(browser: Browser, two: Path):
     browser.open(two)
     browser.press("a")
     browser.run("""ldbench.charts[0].zoomValues(0.5); ldbench.charts[2].setLog(true); ldbench.removeChart(ldbench.charts[1]);
-      ldbench.addChart({names: ['N_LF-N_RF', 'N_LT'], over: 'Y', acrossLimits: [2, 8]}).changed(); ldbench.setWindow(0.01, 0.02); ldbench.setMark(0.015);
+      ldbench.addChart({names: ['N_LF-N_RF', 'N_LT'], over: 'Y', acrossLimits: [2, 8]}).changed();
+      ldbench.setWindow(0.01, 0.02); ldbench.setMark(0.015);
       for (const [id, value] of [['gap', 20], ['roll', 5]]) {
         const select = document.querySelector('#exaggerate-' + id); select.value = value; select.onchange(); }
       ldbench.look('left'); ldbench.zoomScene(3); ldbench.panScene(30, 10); ldbench.player.choose(0.001);

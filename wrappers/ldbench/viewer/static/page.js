@@ -43,24 +43,28 @@ class Page {
 
   // Runs ------------------------------------------------------------------------------------
 
-  async load(k) {
-    if (!this.loaded.has(k)) {
-      const facts = this.facts.runs[k], holder = get("run" + k);
-      const run = new Run(facts, k, await readRun(facts.index, holder.textContent));
-      holder.remove();
-      const rest = run.shape === null ? {axle: 0, roll: 0} : this.shapes[run.shape];
-      Object.assign(run, {axle: rest.axle, axleRoll: rest.roll});
-      run.largest = Math.max(...run.events.map(event => event.peak ?? 0), 0);
-      this.loaded.set(k, run);
-    }
+  // A run is read when it is first shown, once.
+  load(k) {
+    if (!this.loaded.has(k)) this.loaded.set(k, this.read(k));
     return this.loaded.get(k);
+  }
+
+  async read(k) {
+    const facts = this.facts.runs[k], holder = get("run" + k);
+    const run = new Run(facts, k, await readRun(facts.index, holder.textContent));
+    holder.remove();
+    const rest = run.shape === null ? {axle: 0, roll: 0} : this.shapes[run.shape];
+    Object.assign(run, {axle: rest.axle, axleRoll: rest.roll});
+    run.largest = Math.max(...run.events.map(event => event.peak ?? 0), 0);
+    return run;
   }
 
   // Load and show the runs that are chosen, over the whole time or over the window of before.
   async showRuns(sameWindow = false) {
     const wanted = this.shown.map((shown, k) => shown ? k : -1).filter(k => k >= 0);
-    for (const k of wanted) await this.load(k);
-    this.runs = wanted.map(k => this.loaded.get(k));
+    const turn = this.turn = (this.turn ?? 0) + 1, runs = await Promise.all(wanted.map(k => this.load(k)));
+    if (turn !== this.turn) return;             // other runs have been chosen meanwhile
+    this.runs = runs;
     this.placeRuns();
     const {start, end, window: [from, to]} = this;
     this.window = sameWindow && from < end && to > start ? [Math.max(from, start), Math.min(to, end)] : [start, end];
