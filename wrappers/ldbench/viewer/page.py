@@ -144,7 +144,7 @@ def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
 def wheel_columns(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Vertical and lateral force of the rail on each wheel and L/V, positive where the wheel presses its rail outwards; NaN where
     a wheel carries nothing. The page makes them of the columns where it has rows, see derived.js."""
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for side, outwards in ("L", -1), ("R", 1):
         parts = [f"{kind}_{side}{part}" for kind in ("Fy", "Fz") for part in "TF"]
         if all(name in columns for name in parts):
