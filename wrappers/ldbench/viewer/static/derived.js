@@ -1,5 +1,5 @@
 // Columns that are made of other columns: forces of a wheel, L/V, and sums, differences, products and ratios of any two.
-// Of a long run, page.py adds the bands of forces of a wheel and of L/V over all rows.
+// For a long run, page.py adds the bands of forces of a wheel and of L/V over all rows.
 
 const DERIVED_GROUP = "derived";
 const OPERATIONS = {
