@@ -36,15 +36,14 @@ async function decode(context, {index, body}) {
 
 // What a page with these runs, at time t, does when its address has the fragment.
 async function follow(context, {runs, t, fragments}) {
-  const Page = vm.runInContext("Page", context), answers = [];
+  const Address = vm.runInContext("Address", context), answers = [];
   for (const fragment of fragments) {
     context.location.hash = fragment;
-    const said = {};
-    const page = Object.assign(Object.create(Page.prototype), {
+    const said = {}, page = {
       facts: {runs}, t, shown: runs.map(run => run.shown), pause() {}, showRuns() {},
-      go(time) { said.time = time; }, look(view) { said.view = view; },
-    });
-    await page.followAddress();
+      go(time) { said.time = time; }, look(view) { said.view = view; }, take(state) { said.state = state; },
+    };
+    await new Address(page).follow();
     answers.push({...said, shown: page.facts.runs.filter((_, k) => page.shown[k]).map(run => run.name)});
   }
   return answers;
@@ -52,14 +51,20 @@ async function follow(context, {runs, t, fragments}) {
 
 // The fragments by which a page links to moments.
 function link(context, {moments}) {
-  const page = Object.create(vm.runInContext("Page", context).prototype);
-  return moments.map(({t, names, view}) => page.link(t, names, view));
+  const address = new (vm.runInContext("Address", context))({});
+  return moments.map(({t, names, view}) => address.link(t, names, view));
+}
+
+// Charts in the words of an address, and read again.
+function charts(context, {states}) {
+  const words = vm.runInContext("wordsOfChart", context), read = vm.runInContext("chartOf", context);
+  return states.map(state => read(words(state)));
 }
 
 async function main() {
   const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
   load(context, question.scripts);
-  process.stdout.write(JSON.stringify(await {decode, follow, link}[question.task](context, question)));
+  process.stdout.write(JSON.stringify(await {decode, follow, link, charts}[question.task](context, question)));
 }
 
 main();

@@ -1,11 +1,9 @@
 """Pages of runs, in a real browser, and films."""
 from __future__ import annotations
 
-import json
 import re
 import sys
 import zlib
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,7 +11,7 @@ import numpy as np
 import pytest
 
 import ldbench
-from browser import Browser, started
+from browser import Browser, facts, go
 from invented import altered
 from ldbench.__main__ import main
 from ldbench.plots.style import ldbench_style
@@ -125,54 +123,10 @@ def test_outlines_lie_where_the_contacts_are(shipped: dict[str, Run]):
 
 # Pages in the browser ---------------------------------------------------------------------------
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with started(tmp_path_factory.mktemp("chromium")) as browser:
-        browser.size(1366, 860)
-        yield browser
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("pages")
-
-
-@pytest.fixture(scope="module")
-def one(shipped: dict[str, Run], folder: Path) -> Path:
-    """The page of exercise 1."""
-    assert main(["view", str(shipped["ex1_aw"].file), "-o", str(folder/"one.html")]) == 0
-    return folder/"one.html"
-
-
-@pytest.fixture(scope="module")
-def two(shipped: dict[str, Run], folder: Path) -> Path:
-    """Two runs in one page."""
-    files = [str(shipped[case].file) for case in ("ex2_aw", "ex2_sw")]
-    assert main(["view", *files, "-o", str(folder/"two.html")]) == 0
-    return folder/"two.html"
-
-
-@pytest.fixture(scope="module")
-def all_runs(shipped: dict[str, Run], folder: Path) -> Path:
-    """The page of the report."""
-    runs = [read_data(shipped[case].file) for case in CASES]
-    return results.results_page(runs).write(folder/"all.html")
-
-
 def printed_rows(file: Path) -> tuple[list[str], list[list[str]]]:
     """Names and numbers as they stand in a file."""
     names, *rest = file.read_text().splitlines()
     return names.split(), [line.split() for line in rest if not line.startswith("#")]
-
-
-def facts(page: Path) -> dict:
-    return json.loads(re.search(r'id="facts">(.*?)</script>', page.read_text(encoding="utf-8"))[1])
-
-
-def go(browser: Browser, t: float) -> None:
-    """To a time, by the address."""
-    browser.run("location.hash = arguments[0]", f"t={float(t)!r}")
-    browser.wait(lambda: abs(browser.run("return ldbench.t") - t) < 1e-8)
 
 
 def shown_time(browser: Browser) -> float:

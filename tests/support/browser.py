@@ -1,8 +1,11 @@
 """A headless Chromium for the tests of pages: what it was asked for, what it said, what it shows."""
 from __future__ import annotations
 
+import base64
 import json
+import re
 import shutil
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -74,6 +77,18 @@ class Browser:
         messages = (json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance"))
         return [message["params"]["request"]["url"] for message in messages
                 if message["method"] == "Network.requestWillBeSent"]
+
+
+def facts(page: Path) -> dict:
+    """The facts that a page holds beside the rows of its runs."""
+    packed = re.search(r'id="facts">(.*?)</script>', page.read_text(encoding="utf-8"))[1]
+    return json.loads(zlib.decompress(base64.b64decode(packed)))
+
+
+def go(browser: Browser, t: float) -> None:
+    """Go to a time, by the address."""
+    browser.run("location.hash = arguments[0]", f"t={float(t)!r}")
+    browser.wait(lambda: abs(browser.run("return ldbench.t") - t) < 1e-8)
 
 
 @contextmanager

@@ -91,7 +91,7 @@ class Patch:
         """Area under pressure [m²]. The square of the pressure falls linearly to the edge of the patch."""
         half = self.p[len(self.x)//2:]
         dx, ds = self.x[1] - self.x[0], self.s[1] - self.s[0]
-        return float(2*dx*ds*sum(_reach(column) for column in half.T))
+        return float(2*dx*ds*sum(reach(column) for column in half.T))
 
     @property
     def mean(self) -> float:
@@ -117,7 +117,7 @@ def _top(squares: np.ndarray, k: int) -> float:
     return float(here - (after - before)**2/(8*bend)) if bend < 0 else float(here)
 
 
-def _reach(column: np.ndarray) -> float:
+def reach(column: np.ndarray) -> float:
     """How many elements from x = 0 on are pressed, and a part of the next one."""
     pressed = np.flatnonzero(column > 0)
     if not pressed.size:

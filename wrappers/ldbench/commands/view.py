@@ -1,9 +1,12 @@
 """Show runs as a page in the browser, as a film or as a picture: the ending of -o says which.
 
-The page is one HTML file with everything in it: wheels on rails with contact points and forces, charts of any
-columns, the values at the cursor. Files beside the first one are drawn over it; of another code's, --map says
-how it names our columns, as for `compare`. Films and pictures show the whole wheelset and a close-up of each
-contact, of at most eight runs, with scales of force and length.
+The page is one HTML file with everything in it: wheels on rails with contact points and forces, contact patches at
+the peaks, charts of any columns over time or over each other, the values at the cursor, and the namelist of each
+run. Its button `keys` lists what keyboard and mouse do; its address holds what one sees. Charts are saved as SVG,
+PNG or CSV. Files beside the first one are drawn over it; --map says how another code's file names our columns, as
+for `compare`.
+Films and pictures show the whole wheelset and a close-up of each contact, of at most eight runs, with scales of force
+and length.
 
 examples:
   python -m ldbench view outputs/ex2_aw.txt

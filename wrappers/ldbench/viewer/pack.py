@@ -11,7 +11,7 @@ to the last bit. Bytes of equal weight lie together, and deflate does the rest.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -36,11 +36,13 @@ class Packed:
 
 
 def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[str] = (),
-         moments: Sequence[float] = (), peaks: Sequence[str] = (), cells: int = CELLS) -> Packed:
+         moments: Sequence[float] = (), peaks: Sequence[str] = (), cells: int = CELLS,
+         derived: Callable[[], dict[str, np.ndarray]] = dict) -> Packed:
     """Columns, each of shape (rows,), over `time`.
 
     every_row: columns of which a long run keeps all rows; moments: times [s] round which it keeps rows exactly;
-    peaks: columns whose largest values' rows are kept.
+    peaks: columns whose largest values' rows are kept. derived: makes columns that the page computes of others at the rows that
+    it has; a long run gets bands of them.
     """
     n = len(time)
     room = max(cells//max(len(columns), 1), 200)
@@ -72,6 +74,10 @@ def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[s
         for name, x in columns.items():
             track = name in every_row
             band, data = pack_track(x) if track else pack_band(x, edges)
+            index["bands"].append({"name": name, **band})
+            parts.append(data)
+        for name, x in derived().items():
+            band, data = pack_band(x, edges)
             index["bands"].append({"name": name, **band})
             parts.append(data)
     return Packed(index, zlib.compress(b"".join(parts), 6))

@@ -1,6 +1,6 @@
 """Runs as one HTML file that holds everything: data, style and script; it asks the network for nothing.
 
-Text of files goes into the page as JSON and is put on the screen as text. The page's policy lets run only the script
+Text of files goes into the page as deflated JSON and is put on the screen as text. The page's policy lets run only the script
 whose hash it carries, so nothing from a file is ever run.
 """
 from __future__ import annotations
@@ -10,6 +10,8 @@ import hashlib
 import html
 import json
 import re
+import zlib
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,16 +23,18 @@ from .._core.calls import version
 from .._core.errors import Error
 from .._core.files import complete
 from ..case import Case
-from ..plots import style
 from ..profiles.outlines import Outlines, Side, run_outlines
-from ..results.quantities import CONTACT_NAMES, GROUPS, quantity
+from ..results.events import event_kinds
+from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, quantity
 from ..results.run_data import RunData
 from .pack import CELLS, pack
+from .pressed import pressure_entries
 from .shapes import facing
 
 FOLDER = Path(__file__).resolve().parent/"static"
-SCRIPTS = ("decode.js", "series.js", "scene.js", "chart.js", "parts.js", "keys.js", "panel.js", "values.js",
-           "page.js")
+SCRIPTS = ("decode.js", "series.js", "derived.js", "parts.js", "labels.js", "views.js", "scene.js", "pressure.js", "axes.js",
+           "chart.js", "curve.js", "export.js", "hover.js", "picker.js", "panel.js", "values.js", "events.js", "runs.js",
+           "overview.js", "player.js", "address.js", "keys.js", "page.js")
 EVERY_ROW = "Y", "Z", "roll", "N_LT", "N_LF", "N_RT", "N_RF"
 PEAKS = "N_LT", "N_LF", "N_RT", "N_RF"
 
@@ -49,7 +53,7 @@ class Page:
         return path
 
     def _repr_html_(self) -> str:
-        return (f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts" title="ldbench" '
+        return (f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-downloads" title="ldbench" '
                 f'style="width: 100%; height: {self.height}px; border: 0"></iframe>')
 
 
@@ -63,12 +67,14 @@ class Cell:
 
 
 def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None, shown: int | None = None,
-              summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: Mapping[str, int] | None = None) -> Page:
+              summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: Mapping[str, int] | None = None,
+              patches: Sequence[str] = CONTACTS) -> Page:
     """The page of some runs.
 
     case: whose profiles stand for those of runs without our header; by default the case of the first run with one, else
     the benchmark's with actual profiles. shown: how many runs are shown at first; the others are one click away.
     summary: lines of a table, each with its name and cells. cells: of some runs, how many numbers are kept whole.
+    patches: contacts at whose largest forces pressed patches are shown, of runs that are not in `cells`.
     """
     assumed = assumed_profiles(runs, case)
     shapes: list[dict[str, Any]] = []
@@ -76,6 +82,7 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
     bodies: list[str] = []
     for run in runs:
         entry, body = run_entry(run, assumed, shapes, (cells or {}).get(run.name, CELLS))
+        entry["pressure"] = [] if run.name in (cells or {}) else pressure_entries(run, patches)
         entry["shown"] = shown is None or len(entries) < shown
         entries.append(entry)
         bodies.append(base64.b64encode(body).decode())
@@ -106,7 +113,9 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
     if run.header.reconstruction:
         notes.append("profiles are reconstructions, not the organisers' files")
     units = run.data.attrs.get("units", {})
-    packed = pack(time, columns, EVERY_ROW, [event.t for event in run.events], PEAKS, cells)
+    peaks = [peak[1] for peak in map(run.peak, CONTACT_NAMES) if peak]
+    packed = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells,
+                  lambda: wheel_columns(columns))
     known = {name: quantity(name, units.get(name, "")) for name in columns}
     entry = {
         "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
@@ -114,8 +123,9 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         "model": str(run.setting("contact", "model") or ""), "ending": run.ending, "notes": notes,
         "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
-        "events": event_entries(run), "index": packed.index,
+        "events": event_entries(run), "unlisted": unlisted(run), "firstFlange": first_flange(run), "index": packed.index,
         "shape": place(outlines, shapes), "clearance": number(run.result("clearance_left")),
+        "namelist": namelist_text(run),
     }
     return entry, packed.body
 
@@ -131,6 +141,20 @@ def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     return time, {str(name): run.values(name) for name in run.data if name != "time"}
 
 
+def wheel_columns(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Vertical and lateral force of the rail on each wheel and L/V, positive where the wheel presses its rail outwards; NaN where
+    a wheel carries nothing. The page makes them of the columns where it has rows, see derived.js."""
+    found: dict[str, np.ndarray] = {}
+    for side, outwards in ("L", -1), ("R", 1):
+        parts = [f"{kind}_{side}{part}" for kind in ("Fy", "Fz") for part in "TF"]
+        if all(name in columns for name in parts):
+            y, z = (columns[parts[k]] + columns[parts[k + 1]] for k in (0, 2))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = np.where(z > 0, outwards*y/z, np.nan)
+            found |= {f"LV_{side}": ratio, f"Fz_{side}": z, f"Fy_{side}": y}
+    return found
+
+
 def event_entries(run: RunData) -> list[dict[str, Any]]:
     """What happened, in order; where the file does not say, first contacts by its forces. Largest forces too."""
     found = [{"t": event.t, "what": event.kind, "force": number(event.force)} for event in run.events]
@@ -143,6 +167,29 @@ def event_entries(run: RunData) -> list[dict[str, Any]]:
         if peak := run.peak(contact):
             found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": peak[0]})
     return sorted(found, key=lambda event: event["t"])
+
+
+def unlisted(run: RunData) -> dict[str, int]:
+    """How many events of each kind happened that the file does not list."""
+    listed = Counter(event.kind for event in run.events)
+    counts = {kind: (run.count(kind) or 0) - listed[kind] for kind in event_kinds()}
+    return {kind: count for kind, count in counts.items() if count > 0}
+
+
+def first_flange(run: RunData) -> float | None:
+    """Time [s] of the first contact of a flange; None where there is none."""
+    times = (run.first_contact(contact) for contact in ("LF", "RF"))
+    return min((t for t in times if t is not None and np.isfinite(t)), default=None)
+
+
+def namelist_text(run: RunData) -> str:
+    """The namelist of a run, for reading; '' in another code's file."""
+    if not run.header.settings:
+        return ""
+    try:
+        return run.case.to_namelist()
+    except Error:               # a header that was changed
+        return ""
 
 
 def place(outlines: Outlines | None, shapes: list[dict[str, Any]]) -> int | None:
@@ -180,12 +227,12 @@ def number(x: float) -> float | None:
 
 def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str]) -> str:
     """Fill the template of the page."""
-    looks = colours() + (FOLDER/"page.css").read_text(encoding="utf-8")
-    script = "(() => {\n\"use strict\";\n" + "\n".join(
-        (FOLDER/name).read_text(encoding="utf-8") for name in SCRIPTS) + "})();\n"
+    looks = shortened((FOLDER/"page.css").read_text(encoding="utf-8"))
+    script = "(() => {\n\"use strict\";\n" + "".join(
+        shortened((FOLDER/name).read_text(encoding="utf-8")) for name in SCRIPTS) + "})();\n"
     policy = (f"default-src 'none'; script-src '{content_hash(script)}'; style-src '{content_hash(looks)}'; "
               "img-src data:; base-uri 'none'; form-action 'none'")
-    data = [f'<script type="application/json" id="facts">{as_json(facts)}</script>']
+    data = [f'<script type="text/plain" id="facts">{packed_json(facts)}</script>']
     data += [f'<script type="text/plain" id="run{k}">{body}</script>' for k, body in enumerate(bodies)]
     pieces = {"policy": html.escape(policy, quote=False), "title": html.escape(title), "style": looks,
               "data": "\n".join(data), "script": script}
@@ -193,11 +240,10 @@ def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str]) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], template)
 
 
-def colours() -> str:
-    """The colours of the plots, as variables of the style sheet."""
-    named = {contact: line.color for contact, line in style.CONTACT_LINES.items()}
-    named |= {f"series{k}": line.color for k, line in enumerate(style.SERIES)}
-    return ":root {" + "".join(f" --{name}: {color};" for name, color in named.items()) + " }\n"
+def shortened(text: str) -> str:
+    """A script or a style sheet without indentation and without lines that are comments alone."""
+    lines = (line.strip() for line in text.splitlines())
+    return "".join(f"{line}\n" for line in lines if line and not line.startswith(("//", "/*")))
 
 
 def content_hash(text: str) -> str:
@@ -205,9 +251,8 @@ def content_hash(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
-def as_json(facts: Mapping[str, object]) -> str:
-    """JSON that holds no tag, whatever its texts say."""
+def packed_json(facts: Mapping[str, object]) -> str:
+    """JSON as deflated bytes in base64, which hold no tag, whatever the texts say."""
     text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    for mark in "<>&\u2028\u2029":
-        text = text.replace(mark, f"\\u{ord(mark):04x}")
-    return re.sub("[\ud800-\udfff\x00]", "\ufffd", text)
+    text = re.sub("[\ud800-\udfff\x00]", "\ufffd", text)
+    return base64.b64encode(zlib.compress(text.encode(), 9)).decode()

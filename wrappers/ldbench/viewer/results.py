@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..profiles.pressures import full_row
+from ..profiles.pressures import FLANGES, full_row
 from ..results.header import read_header
 from ..results.quantities import OUTCOME
 from ..results.run_data import RunData, read_data
@@ -44,7 +44,7 @@ def results_page(runs: Sequence[RunData], variants: Sequence[Path] = ()) -> Page
     if others:
         summary.append(("side by side with", [beside(run, others) for run in runs]))
     return make_page([*runs, *others], TITLE, shown=1, summary=summary,
-                     cells={other.name: VARIANT_CELLS for other in others})
+                     cells={other.name: VARIANT_CELLS for other in others}, patches=FLANGES)
 
 
 def beside(run: RunData, others: Sequence[RunData]) -> Cell:

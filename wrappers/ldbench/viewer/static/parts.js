@@ -13,11 +13,23 @@ function make(tag, attributes = {}, ...inside) {
   return element;
 }
 
-// Read the colours that the style sheet has now.
+// Draw the inside of an element anew; what had the focus keeps it, and what was scrolled stays there.
+function drawAgain(holder, draw) {
+  const key = element => element.dataset.key ?? element.getAttribute("aria-label"), {scrollTop} = holder;
+  const had = holder.contains(document.activeElement) ? key(document.activeElement) : null;
+  draw();
+  holder.scrollTop = scrollTop;
+  if (had) [...holder.querySelectorAll("button, select, input")].find(one => key(one) === had)?.focus({preventScroll: true});
+}
+
+const DASHES = [[], [7, 3], [8, 3, 2, 3], [2, 2]];
+const FLANGE_DASH = [6, 2];
+const NEUTRAL = [0, 2, 3, 4, 7];        // series for columns that belong to no side
+
+// Read the colours that the style sheet has now. Left is blue and right is orange.
 class Colours {
   constructor() {
-    this.contacts = new Set(["LT", "LF", "RT", "RF"]);
-    this.dashes = [[], [7, 3], [8, 3, 2, 3], [2, 2], [], [7, 3], [8, 3, 2, 3], [2, 2]];
+    this.dashes = DASHES;
     this.known = new Map();
   }
 
@@ -27,11 +39,29 @@ class Colours {
     return this.known.get(name);
   }
 
-  series(k) { return this.of("series" + k % 8); }
+  // The look of a column that belongs to a side, by the end of its name: N_LF, PE_elastic_L; null for others.
+  ofColumn(name) {
+    const [, side, part] = /_([LR])([TF]?)$/.exec(name) ?? [];
+    return side ? {colour: this.of(side + (part || "T")), dash: part === "F" ? FLANGE_DASH : []} : null;
+  }
 
-  run(run) { return this.series(run.number); }
+  neutral(k) { return {colour: this.of("series" + NEUTRAL[k % 5]), dash: DASHES[k % 4]}; }
 
-  dash(run) { return this.dashes[run.number % 8]; }
+  run(run) { return this.of("series" + run.number % 8); }
+
+  // The colours come again after eight runs, with other dashes.
+  dash({number: k}) { return DASHES[(k + [0, 2, 1, 3][(k >> 3) % 4]) % 4]; }
+}
+
+// A stretch of a line as charts draw it.
+function swatch(colour, dash, width = 1.6) {
+  const ns = "http://www.w3.org/2000/svg", picture = document.createElementNS(ns, "svg");
+  const stroke = document.createElementNS(ns, "path");
+  const put = (element, facts) => Object.entries(facts).forEach(([name, value]) => element.setAttribute(name, value));
+  put(picture, {class: "swatch", viewBox: "0 0 26 8", "aria-hidden": "true"});
+  put(stroke, {d: "M0 4h26", stroke: colour, "stroke-width": width + 0.6, "stroke-dasharray": dash.join(" ")});
+  picture.append(stroke);
+  return picture;
 }
 
 function timeWords(t) { return t.toFixed(6); }
@@ -39,18 +69,33 @@ function timeWords(t) { return t.toFixed(6); }
 function shortWords(x, digits = 7) {
   if (Number.isNaN(x)) return "–";
   const far = x !== 0 && (Math.abs(x) < 1e-4 || Math.abs(x) >= 1e7);
-  const text = far ? x.toExponential(4) : String(+x.toPrecision(digits));
+  const text = far ? x.toExponential(Math.min(digits - 1, 4)) : String(+x.toPrecision(digits));
   return text.replaceAll("-", "−");
 }
 
 // Write a number as a column file does: 1.23456789E-03.
-function asInFile(x) {
+function asInFile(x, digits = 8) {
   if (Number.isNaN(x)) return "NaN";
-  const [digits, exponent] = x.toExponential(8).split("e");
-  return `${digits}E${exponent[0]}${exponent.slice(1).padStart(2, "0")}`;
+  const [figures, exponent] = x.toExponential(digits).split("e");
+  return `${figures}E${exponent[0]}${exponent.slice(1).padStart(2, "0")}`;
 }
 
-function eventWords({what, force, peak}) {
-  if (peak) return `${what}, ${kilonewtons(peak)}`;
-  return force ? `${what}, lateral force ${kilonewtons(force)}` : what;
+// What is known of a column at a time, see Run.reading: to all digits, about, or from the least to the largest value.
+function readingWords({x, about, low, high}, column, si = false, digits = 7) {
+  const words = (v, n) => si ? asInFile(v, n < 5 ? 3 : n < 7 ? 4 : 8) : shortWords(column.scale * v, n);
+  if (low === undefined || Number.isNaN(low)) return about ? `≈ ${words(x, 5)}` : words(x ?? NaN, digits);
+  const ends = [words(low, 4), words(high, 4)];
+  return ends[0] === ends[1] ? `≈ ${ends[0]}` : `${ends[0]} … ${ends[1]}`;
+}
+
+function kilonewtons(N) {
+  const x = N / 1e3;
+  return x >= 1000 ? `${(x / 1e3).toFixed(2)} MN` : x >= 100 ? `${x.toFixed(0)} kN` : `${x.toFixed(1)} kN`;
+}
+
+// Give a file to the reader.
+function save(name, blob) {
+  const address = URL.createObjectURL(blob);
+  make("a", {href: address, download: name.replace(/[^\w.+-]+/g, "_")}).click();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }

@@ -1,11 +1,7 @@
 // Wheels on rails in cross-section, seen in the direction of travel: left is left, so y grows to the left.
 // Lengths in m; the first run is filled, further ones are outlines in their own colours.
 
-const VIEWS = {
-  whole: {words: "wheelset", y: 0, z: 0.42, width: 1.85, height: 1.4},
-  left: {words: "left contact", y: 0.752, z: 0.006, width: 0.19, height: 0.115},
-  right: {words: "right contact", y: -0.752, z: 0.006, width: 0.19, height: 0.115},
-};
+const FOOT = 0.09;              // height of the rail that is drawn below its profile
 const ARROW = 105;              // length of the largest force [px]
 const LOG_FROM = 1e3;           // smaller forces are drawn as points on the logarithmic scale [N]
 
@@ -14,14 +10,22 @@ class Scene {
     this.canvas = canvas;
     this.colour = colour;
     this.context = canvas.getContext("2d");
-    this.settings = {displacement: 1, roll: 1, logarithmic: false, normals: true};
-    this.choose("whole");
+    this.settings = {displacement: 1, roll: 1, gap: 1, logarithmic: false, normals: true, follow: false};
+    this.show("whole", viewOf("whole", null));
   }
 
-  choose(view) {
-    const {y, z, width, height} = VIEWS[view];
+  // Show a part of the track in a view of this name.
+  show(view, part) {
     this.view = view;
+    this.camera = {...part, zoom: 1};
+    this.aside = [0, 0];        // of the camera from the contact that it follows
+    this.moved = false;         // whether it is no longer the view of this name
+  }
+
+  // Show a part of the track: its centre, width and height [m].
+  set([y, z, width, height]) {
     this.camera = {y, z, width, height, zoom: 1};
+    this.moved = true;
   }
 
   resize() {
@@ -43,25 +47,55 @@ class Scene {
 
   zoom(factor, x = this.w / 2, y = this.h / 2) {
     const {camera} = this, before = this.scale;
+    this.moved = true;
     camera.zoom = Math.min(Math.max(camera.zoom * factor, 0.3), 5000);
     const change = 1 / before - 1 / this.scale;
-    camera.y += (this.w / 2 - x) * change;
-    camera.z += (this.h / 2 - y) * change;
+    if (this.settings.follow) this.aside = this.aside.map(d => d * before / this.scale);
+    else this.move((this.w / 2 - x) * change, (this.h / 2 - y) * change);
   }
 
-  pan(dx, dy) {
-    this.camera.y += dx / this.scale;
-    this.camera.z += dy / this.scale;
+  pan(dx, dy) { this.move(dx / this.scale, dy / this.scale); }
+
+  move(dy, dz) {
+    this.moved = true;
+    this.camera.y += dy;
+    this.camera.z += dz;
+    if (this.settings.follow) this.aside = [this.aside[0] + dy, this.aside[1] + dz];
+  }
+
+  // The pose in which a run is drawn: the side that is nearer to its rail is moved away by what the gap is exaggerated.
+  poseOf(run, shape, at) {
+    const pose = run.pose(at), factor = this.settings.gap;
+    if (factor === 1 || !shape) return {...pose, aside: 0};
+    const known = sidesOf(shape).map(([outline, side]) => ({side, found: this.gap(outline, run, pose, side),
+      whole: run.clearance ?? this.gap(outline, run, {y: 0, z: 0, roll: 0}, side)?.gap ?? 0.01}));
+    const near = known.filter(({found}) => found).sort((a, b) => a.found.gap - b.found.gap)[0];
+    return {...pose, aside: near ? near.side * (near.found.gap - exaggerated(near.found.gap, near.whole, factor)) : 0};
+  }
+
+  // Where a side's contact is drawn: that of the largest force, or of the last or next row with one; null if it has none.
+  anchor(run, shape, at, side = null) {
+    const found = run.contactNear(side, at);
+    return found && this.placed(run, this.poseOf(run, shape, at), [found.u, found.v]);
+  }
+
+  // Move the camera to the contact; while the page plays it goes there smoothly.
+  followContact(run, shape, at, smoothly) {
+    const side = {left: "L", right: "R"}[this.view] ?? null, point = this.anchor(run, shape, at, side);
+    if (!point) return;
+    const share = smoothly ? 0.25 : 1, [dy, dz] = this.aside;
+    this.camera.y += share * (point[0] + dy - this.camera.y);
+    this.camera.z += share * (point[1] + dz - this.camera.z);
   }
 
   // A point of the wheelset, from its centre, in the track frame, as it is drawn.
   placed(run, pose, [u, v]) {
     const {displacement, roll} = this.settings;
     const angle = run.axleRoll + roll * pose.roll, c = Math.cos(angle), s = Math.sin(angle);
-    return [displacement * pose.y + c * u - s * v, run.axle + displacement * pose.z + s * u + c * v];
+    return [displacement * pose.y + (pose.aside ?? 0) + c * u - s * v, run.axle + displacement * pose.z + s * u + c * v];
   }
 
-  draw(runs, shapes, at) {
+  draw(runs, shapes, at, smoothly = false) {
     const {context: g, ratio} = this;
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     g.clearRect(0, 0, this.w, this.h);
@@ -69,7 +103,9 @@ class Scene {
     g.font = "12px system-ui, sans-serif";
     const first = runs[0];
     if (!first) return;
-    this.drawnLabels = [];
+    this.labels = new Labels(g, this.colour, this.w, this.h);
+    const poses = new Map(runs.map(run => [run, this.poseOf(run, shapes[run.shape], at)]));
+    if (this.settings.follow) this.followContact(first, shapes[first.shape], at, smoothly);
     this.drawGrid();
     if (first.shape === null) this.words("no outlines of wheel and rail: " + first.notes.join("; "), 12, 24);
     else this.drawRails(shapes[first.shape]);
@@ -77,12 +113,15 @@ class Scene {
       if (run.shape !== null && run.shape !== first.shape) this.drawRails(shapes[run.shape], this.colour.run(run));
     });
     runs.forEach(run => {
-      if (run.shape !== null) this.drawWheelset(shapes[run.shape], run, run.pose(at), run === first);
+      if (run.shape !== null) this.drawWheelset(shapes[run.shape], run, poses.get(run), run === first);
     });
     const largest = Math.max(...runs.map(run => run.largest), 1);
-    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, first.pose(at));
-    [...runs].reverse().forEach(run => this.drawContacts(run, at, largest, run === first, runs.length > 1));
+    const words = [...runs].reverse().flatMap(run =>
+      this.drawContacts(run, poses.get(run), at, largest, run === first, runs.length > 1));
     this.drawScales(largest);
+    this.drawBadge();
+    for (const [text, x, y, up] of words) this.labels.write(text, x, y, this.colour.of("ink"), up);
+    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, poses.get(first));
   }
 
   path(points, close) {
@@ -111,7 +150,7 @@ class Scene {
     const {context: g} = this;
     for (const [{rail}, side] of sidesOf(shape)) {
       const head = rail.map(([y, z]) => [side * y, z]);
-      const a = head[0], b = head.at(-1), low = Math.min(a[1], b[1]) - 0.09;
+      const a = head[0], b = head.at(-1), low = Math.min(a[1], b[1]) - FOOT;
       this.path([...head, [b[0], low], [a[0], low]], true);
       g.strokeStyle = outline || this.colour.of("ink");
       g.lineWidth = 1.2;
@@ -178,8 +217,7 @@ class Scene {
       }
       g.stroke();
       const text = `${found.gap < 0 ? "overlap" : "gap"} ${Math.abs(1e3 * found.gap).toFixed(2)} mm`;
-      const half = g.measureText(text).width / 2 + 4;
-      this.words(text, Math.min(Math.max((x1 + x2) / 2, half), this.w - half), y + 18, "center");
+      this.labels.write(text, (x1 + x2) / 2, y + 18, this.colour.of("muted"));
     }
   }
 
@@ -188,9 +226,10 @@ class Scene {
     return ARROW * Math.max(Math.log10(N / LOG_FROM), 0) / Math.log10(Math.max(largest / LOG_FROM, 10));
   }
 
-  drawContacts(run, at, largest, first, several) {
-    const {context: g} = this, pose = run.pose(at);
-    for (const c of ["LT", "LF", "RT", "RF"]) {
+  // Draw the closed contacts of a run; returns what is to be written beside them.
+  drawContacts(run, pose, at, largest, first, several) {
+    const {context: g} = this, found = [];
+    for (const c of CONTACTS) {
       const contact = run.contact(c, at);
       if (!contact || !Number.isFinite(contact.u + contact.v + contact.angle)) continue;
       const [x, y] = this.px(...this.placed(run, pose, [contact.u, contact.v]));
@@ -216,10 +255,13 @@ class Scene {
       g.strokeStyle = this.colour.of("paper");
       g.lineWidth = 1;
       g.stroke();
-      const inside = x > 0 && x < this.w && y > 0 && y < this.h;
-      const beyond = length + 12;
-      if (inside && (first || !several)) this.forceWords(c, contact.N, x + beyond * nx, y + beyond * ny, nx);
+      this.labels.keepPoint(x, y, 8);
+      this.labels.keepArrow(x, y, nx, ny, length);
+      const inside = x > 0 && x < this.w && y > 0 && y < this.h, beyond = length + 14;
+      if (inside && (first || !several))
+        found.push([`${c} ${kilonewtons(contact.N)}`, x + beyond * nx, y + beyond * ny, ny < 0 ? -1 : 1]);
     }
+    return found;
   }
 
   arrow(x, y, nx, ny, length, width) {
@@ -238,26 +280,22 @@ class Scene {
     g.fill();
   }
 
-  // Write beside the tip of an arrow, moved up while another text is there.
-  forceWords(contact, N, x, y, nx) {
-    const text = `${contact} ${kilonewtons(N)}`, width = this.context.measureText(text).width;
-    let left = nx > 0.3 ? x : nx < -0.3 ? x - width : x - width / 2;
-    left = Math.min(Math.max(left, 8), this.w - width - 8);
-    y = Math.min(Math.max(y, 64), this.h - 40);
-    const meets = other => Math.abs(other.y - y) < 15 && left < other.right && left + width > other.left;
-    for (let k = 0; k < 6 && this.drawnLabels.some(meets); k++) y -= 15;
-    this.drawnLabels.push({y, left: left - 6, right: left + width + 6});
-    this.words(text, left, y, "left", this.colour.of("ink"));
-  }
+  words(...all) { this.labels.words(...all); }
 
-  words(text, x, y, align = "left", colour = this.colour.of("muted")) {
-    const {context: g} = this;
-    g.textAlign = align;
-    g.lineWidth = 4;
-    g.strokeStyle = this.colour.of("paper");
-    g.strokeText(text, x, y);
-    g.fillStyle = colour;
-    g.fillText(text, x, y);
+  // Say in the picture what is drawn larger than it is.
+  drawBadge() {
+    const {displacement, roll, gap} = this.settings, {context: g} = this;
+    const found = [displacement !== 1 && `displacement × ${displacement}`, roll !== 1 && `roll × ${roll}`,
+                   gap !== 1 && `small gaps × ${gap}`].filter(Boolean);
+    this.badge = found.length ? `not to scale: ${found.join(", ")}` : "";
+    if (!this.badge) return;
+    const half = g.measureText(this.badge).width / 2 + 8, x = this.w / 2;
+    g.fillStyle = this.colour.of("accent");
+    g.fillRect(x - half, 26, 2 * half, 20);
+    g.fillStyle = this.colour.of("accent-ink");
+    g.textAlign = "center";
+    g.fillText(this.badge, x, 40);
+    this.labels.keep(x - half, 26, x + half, 46);
   }
 
   // Draw the names of the sides and the scales of length and force.
@@ -289,9 +327,10 @@ class Scene {
   }
 }
 
-// Both sides with the sign of y: the right side is stored as its mirror image.
-function sidesOf(shape) {
-  return [[shape.left, 1], [shape.right, -1]];
+// A gap as it is drawn: `factor` times as large if it is small, as it is if it is whole, and in between without a step.
+function exaggerated(gap, whole, factor) {
+  if (gap <= 0 || !(whole > 0)) return factor * gap;
+  return gap < whole ? whole * (1 - (1 - gap / whole) ** factor) : gap;
 }
 
 function decades(largest) {
@@ -300,26 +339,8 @@ function decades(largest) {
   return found;
 }
 
-// The least y of a curve at a height; null beyond the ends of the curve.
-function atHeight(curve, z) {
-  if (z < curve[0][1] || z > curve.at(-1)[1]) return null;
-  let low = 0, high = curve.length - 1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (curve[middle][1] <= z) low = middle;
-    else high = middle;
-  }
-  const [[y1, z1], [y2, z2]] = [curve[low], curve[high]];
-  return z2 > z1 ? y1 + (y2 - y1) * (z - z1) / (z2 - z1) : y1;
-}
-
 // The largest of 1, 2 and 5 times powers of ten that is at most x.
 function roundBelow(x) {
   const power = 10 ** Math.floor(Math.log10(x));
   return [5, 2, 1].find(k => k * power <= x * (1 + 1e-9)) * power;
-}
-
-function kilonewtons(N) {
-  const x = N / 1e3;
-  return x >= 1000 ? `${(x / 1e3).toFixed(2)} MN` : x >= 100 ? `${x.toFixed(0)} kN` : `${x.toFixed(1)} kN`;
 }

@@ -1,4 +1,4 @@
-// A run for the other parts: exact values at rows, values between them, and what a chart draws of a column.
+// A run for the other parts: exact values at rows, values between them, and what is known where no row is kept.
 
 // The last index with t[i] <= x, at least 0.
 function indexBefore(t, x) {
@@ -24,23 +24,51 @@ function interpolate(t, x, at) {
   return x[i] + (x[i + 1] - x[i]) * (at - t[i]) / (t[i + 1] - t[i]);
 }
 
+const CONTACTS = ["LT", "LF", "RT", "RF"];
+const OF_OPEN = /^(?:angle|y|z|radius)_([LR][TF])$/;      // columns without a value where a contact is open
+
 class Run {
   constructor(facts, number, data) {
     Object.assign(this, facts, data);
     this.number = number;
     this.names = new Set(facts.columns.map(column => column.name));
+    this.known = new Map(facts.columns.map(column => [column.name, column]));
     this.cached = new Map();
+    this.inFile = {t: this.t, rowTimes: this.rowTimes};
+    this.shift = 0;
+    if (this.t.length < this.rows) this.rowNumbers = numbersOf(this.t, this.rowTimes);
+    addDerived(this);
   }
 
   get start() { return this.t[0]; }
   get end() { return this.t[this.t.length - 1]; }
 
-  // The mean time between all rows of the file, kept or not [s].
-  get spacing() { return (this.end - this.start) / (this.rows - 1); }
-
   has(name) { return this.names.has(name); }
 
+  // The facts of a column: of the file, derived, or an expression of two columns; undefined if the run has none.
+  column(name) { return this.known.get(name) ?? addExpression(this, name); }
+
+  // Show the run later by `shift` seconds.
+  place(shift) {
+    if (shift === this.shift) return;
+    this.shift = shift;
+    for (const [name, times] of Object.entries(this.inFile))
+      if (times) this[name] = shift ? times.map(t => t + shift) : times;
+    this.cached.clear();
+  }
+
+  // The kept row that is nearest to a time.
   row(at) { return nearestIndex(this.t, at); }
+
+  // The kept row at a time; null if the row of the file that is nearest to this time is not kept.
+  keptRow(at) {
+    const i = this.row(at);
+    return !this.rowNumbers || this.rowNumbers[i] === nearestIndex(this.rowTimes, at) || Math.abs(this.t[i] - at) < 1e-9
+      ? i : null;
+  }
+
+  // Whether the kept row i follows the one before it in the file too.
+  joined(i) { return !this.rowNumbers || this.rowNumbers[i] === this.rowNumbers[i - 1] + 1; }
 
   value(name, row) { return this.has(name) ? this.exact[name][row] : NaN; }
 
@@ -54,9 +82,18 @@ class Run {
     return this.has(name) ? interpolate(...this.series(name), at) : NaN;
   }
 
-  // The value that a chart shows: between the rows or, where many rows are left out, the nearest one.
-  shownAt(name, at) {
-    return this.rows > this.t.length && !this.tracks[name] ? this.value(name, this.row(at)) : this.at(name, at);
+  // What is known of a column at a time: {x}, of the kept row or between the rows; {x, about} of the levels that a long
+  // run keeps for every row; {low, high} of the rows nearby if that is all.
+  reading(name, at) {
+    if (!this.has(name)) return {x: NaN};
+    if (!this.rowNumbers) return {x: this.at(name, at)};
+    const i = this.keptRow(at), band = this.bands[name];
+    if (i !== null) return {x: this.exact[name][i]};
+    if (this.tracks[name]) return {x: this.at(name, at), about: true};
+    const row = nearestIndex(this.rowTimes, at), [, c] = OF_OPEN.exec(name) ?? [];
+    if (!band || at < this.start || at > this.end || this.tracks["N_" + c]?.[row] === 0) return {x: NaN};
+    const k = Math.floor(row / this.bin);
+    return {low: band.low[k], high: band.high[k]};
   }
 
   // The displacements of the axle centre; a column that the file lacks is zero.
@@ -101,6 +138,24 @@ class Run {
     return {angle, u: cos * dy + sin * dz, v: cos * dz - sin * dy};
   }
 
+  // The closed contact with the largest force, of one side or of both; else that of the nearest earlier or later row that
+  // has one; null if there is none nearby.
+  contactNear(side, at) {
+    const names = CONTACTS.filter(c => (!side || c[0] === side) && this.has("N_" + c));
+    const hardest = find => names.map(find).filter(found => found && Number.isFinite(found.u + found.v))
+      .sort((a, b) => b.N - a.N)[0];
+    const now = hardest(c => this.contact(c, at));
+    if (now) return now;
+    const i = indexBefore(this.t, at);
+    for (const step of [-1, 1])
+      for (let k = i; k >= 0 && k < this.t.length && Math.abs(k - i) < 5000; k += step) {
+        const found = names.some(c => this.exact["N_" + c][k] > 0)
+          && hardest(c => ({...this.contactAtRow(c, k), N: this.exact["N_" + c][k]}));
+        if (found) return found;
+      }
+    return null;
+  }
+
   // The least and largest value in bins of 1, 4, 16 ... rows of the finest series: [{from, to, low, high}], with the rows'
   // first and last times. Of a long run without all rows of this column, the finest are the bins of the file.
   levels(name) {
@@ -124,6 +179,16 @@ class Run {
   }
 }
 
+// The numbers of the kept rows among all rows.
+function numbersOf(t, rowTimes) {
+  const found = new Int32Array(t.length);
+  for (let i = 0, k = 0; i < t.length; i++, k++) {
+    while (k + 1 < rowTimes.length && Math.abs(rowTimes[k + 1] - t[i]) < Math.abs(rowTimes[k] - t[i])) k++;
+    found[i] = k;
+  }
+  return found;
+}
+
 function coarser(fine, factor) {
   const n = Math.ceil(fine.low.length / factor);
   const next = {low: new Float64Array(n), high: new Float64Array(n), from: new Float64Array(n),
@@ -144,7 +209,8 @@ function coarser(fine, factor) {
 }
 
 // What to draw between two times in so many pixels: a line through points, or the band of the coarsest bins that are
-// no wider than a pixel; with the band, points of the exact rows where they are dense enough to help.
+// no wider than a pixel; with the band, points of the exact rows where they are dense enough to help. Points are joined
+// if `joined` says so, or all of them.
 function drawing(run, name, start, end, pixels) {
   const levels = run.levels(name);
   const span = level => {
@@ -158,9 +224,10 @@ function drawing(run, name, start, end, pixels) {
     chosen = level;
   }
   const [a, b] = span(chosen);
-  const points = chosen.low === chosen.high ? lineThrough(chosen.from, chosen.low, a, b) : null;
-  const exact = !points && b - a < pixels / 2 ? exactPoints(run, name, start, end) : null;
-  return {points, exact, band: points ? null : cut(chosen, a, b)};
+  if (chosen.low === chosen.high)
+    return {points: chosen.from === run.t ? exactPoints(run, name, start, end) : lineThrough(chosen.from, chosen.low, a, b),
+            exact: null, band: null};
+  return {points: null, exact: b - a < pixels / 2 ? exactPoints(run, name, start, end) : null, band: cut(chosen, a, b)};
 }
 
 function lineThrough(t, x, a, b) {
@@ -169,7 +236,7 @@ function lineThrough(t, x, a, b) {
 
 function exactPoints(run, name, start, end) {
   const a = indexBefore(run.t, start), b = Math.min(indexBefore(run.t, end) + 1, run.t.length - 1);
-  return lineThrough(run.t, run.exact[name], a, b);
+  return {...lineThrough(run.t, run.exact[name], a, b), joined: run.rowNumbers ? i => run.joined(a + i) : undefined};
 }
 
 function cut(level, a, b) {

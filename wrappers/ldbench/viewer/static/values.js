@@ -1,23 +1,25 @@
-// The table of all values at the cursor: the nearest row of every run, and the difference of two runs.
+// The table of all values at the cursor: the row of every run there, and the difference of two runs or of two moments.
 
 class Values {
   draw(runs, columns, groups) {
     this.runs = runs;
-    const several = runs.length > 1, two = runs.length === 2;
+    const several = runs.length > 1;
+    this.apart = runs.length <= 2;
     const head = make("tr", {}, make("th", {}, "quantity"),
       ...runs.map(run => make("th", {}, several ? run.name : "value")),
-      ...(two ? [make("th", {}, "difference")] : []), make("th", {}, ""));
+      ...(this.apart ? [make("th", {class: "apart"}, several ? "difference" : "since mark")] : []), make("th", {}, ""));
     this.rowTimes = runs.map(() => make("td"));
+    this.rowApart = make("td", {class: "apart"});
     const body = [make("tr", {}, make("th", {scope: "row"}, "time of the row"), ...this.rowTimes,
-                       ...(two ? [make("td")] : []), make("td", {class: "unit"}, "s"))];
+                       ...(this.apart ? [this.rowApart] : []), make("td", {class: "unit"}, "s"))];
     this.cells = [];
     for (const group of groups) {
       const some = columns.filter(column => column.group === group);
       if (!some.length) continue;
-      body.push(make("tr", {class: "group"}, make("th", {colspan: 9}, group)));
+      body.push(make("tr", {class: "group"}, make("th", {colspan: runs.length + 3}, group)));
       for (const column of some) {
         const values = runs.map(run => make("td", {"data-run": run.name, "data-column": column.name}));
-        const apart = two ? make("td") : null, unit = make("td", {class: "unit"});
+        const apart = this.apart ? make("td", {class: "apart"}) : null, unit = make("td", {class: "unit"});
         this.cells.push({column, values, apart, unit});
         body.push(make("tr", {}, make("th", {scope: "row", title: column.name}, column.words), ...values,
                        ...(apart ? [apart] : []), unit));
@@ -26,21 +28,33 @@ class Values {
     get("values").replaceChildren(make("thead", {}, head), make("tbody", {}, ...body));
   }
 
-  fill(t) {
-    const si = get("digits").checked, rows = this.runs.map(run => run.row(t));
-    this.runs.forEach((run, k) => { this.rowTimes[k].textContent = timeWords(run.t[rows[k]]); });
+  // The row of a run at a time; where that row is not kept, its values are known about, or between two limits.
+  fill(t, mark) {
+    const si = get("digits").checked, kept = this.runs.map(run => run.keptRow(t));
+    this.runs.forEach((run, k) => {
+      this.rowTimes[k].textContent = kept[k] !== null ? timeWords(run.inFile.t[kept[k]]) : `≈ ${timeWords(t - run.shift)}`;
+    });
+    get("values").classList.toggle("alone", this.runs.length === 1 && mark === null);
+    get("between").hidden = !kept.includes(null);
+    const before = this.runs.length === 1 && mark !== null ? this.runs[0].keptRow(mark) : null;
+    this.rowApart.textContent = before !== null && kept[0] !== null
+      ? shortWords(this.runs[0].t[kept[0]] - this.runs[0].t[before]) : "";
     for (const {column, values, apart, unit} of this.cells) {
       this.runs.forEach((run, k) => {
-        const x = run.value(column.name, rows[k]);
-        values[k].textContent = si ? asInFile(x) : shortWords(column.scale * x);
+        const reading = kept[k] !== null ? {x: run.value(column.name, kept[k])} : run.reading(column.name, t);
+        values[k].textContent = readingWords(reading, column, si);
       });
       unit.textContent = si ? column.si : column.unit;
-      if (apart) {
-        const [a, b] = this.runs;
-        const d = a.has(column.name) && b.has(column.name)
-          ? interpolate(b.t, b.exact[column.name], a.t[rows[0]]) - a.value(column.name, rows[0]) : NaN;
-        apart.textContent = si ? asInFile(d) : shortWords(column.scale * d);
-      }
+      if (!apart) continue;
+      const d = this.difference(column.name, kept, before);
+      apart.textContent = si ? asInFile(d) : shortWords(column.scale * d);
     }
+  }
+
+  difference(name, kept, before) {
+    const [a, b] = this.runs;
+    if (kept[0] === null || !a.has(name)) return NaN;
+    if (!b) return before === null ? NaN : a.value(name, kept[0]) - a.value(name, before);
+    return b.has(name) ? interpolate(b.t, b.exact[name], a.t[kept[0]]) - a.value(name, kept[0]) : NaN;
   }
 }

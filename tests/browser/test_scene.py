@@ -1,0 +1,192 @@
+"""The scene of the page: close-ups, fit, following a contact, exaggerated gaps, labels and pressed patches; in a real browser."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ldbench
+from browser import Browser, facts, go
+from ldbench.profiles.pressures import full_row
+from ldbench.results.run_data import read_data
+from running import Run
+
+# Where the points of what is drawn lie [px]: contact points, and all corners of wheels and rails.
+CONTACT = """const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape], [c] = arguments;
+  const contact = run.contact(c, ldbench.t);
+  return contact && scene.px(...scene.placed(run, scene.poseOf(run, shape, ldbench.t), [contact.u, contact.v]))"""
+
+
+def size(browser: Browser) -> tuple[float, float]:
+    return tuple(browser.run("return [ldbench.scene.w, ldbench.scene.h]"))
+
+
+def metre_gauge() -> ldbench.Case:
+    """Exercise 2 on metre gauge, wheels as far from their rails as on standard gauge."""
+    case = ldbench.Case.exercise(2, "aw")
+    less = case.gauge - 1.0
+    return case.replace(gauge=1.0, back_to_back=case.back_to_back - less, model="hertz", table_file="", t_end=0.03, stop_at="t_end",
+                        n_lateral=60, n_roll=9, n_depth=9)
+
+
+def test_close_ups_of_a_gauge_of_one_metre(browser: Browser, tmp_path: Path):
+    """The centres come from the run: both contacts lie in the middle of the picture."""
+    page = ldbench.run(metre_gauge()).view().write(tmp_path/"metre.html")
+    browser.open(page)
+    w, h = size(browser)
+    for key, contact in (("2", "LT"), ("3", "RT")):
+        browser.press(key)
+        x, y = browser.run(CONTACT, contact)
+        assert 0.2*w < x < 0.8*w and 0.3*h < y < 0.7*h
+    browser.press("1")
+    spread = [browser.run(CONTACT, contact)[0] for contact in ("LT", "RT")]
+    assert 0.05*w < spread[0] < 0.3*w and 0.7*w < spread[1] < 0.95*w        # and the wheelset fills the picture
+
+
+def test_fit_holds_an_overturned_wheelset(browser: Browser, shipped: dict[str, Run], folder: Path):
+    run = shipped["ex5_aw"]
+    page = ldbench.view(run.file).write(folder/"fit.html")
+    browser.open(page)
+    w, h = size(browser)
+    corners = """const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape];
+      const pose = scene.poseOf(run, shape, ldbench.t), found = [];
+      for (const [outline, side] of [[shape.left, 1], [shape.right, -1]]) {
+        for (const [u, v] of outline.wheel) for (const z of [v, -v]) found.push(scene.px(...scene.placed(run, pose, [side*u, z])));
+        for (const [y, z] of outline.rail) found.push(scene.px(side*y, z));
+      }
+      return found"""
+
+    def inside() -> bool:
+        points = np.array(browser.run(corners))
+        return bool(np.all((points >= 0) & (points <= [w, h])))
+
+    go(browser, float(run.columns["time"][-1]))
+    assert not inside()
+    browser.press("4")
+    assert inside()
+    points = np.array(browser.run(corners))
+    assert np.ptp(points[:, 0]) > 0.6*w or np.ptp(points[:, 1]) > 0.6*h
+    browser.press("1")
+    go(browser, 0.0)
+    browser.press("4")
+    assert inside()
+
+
+def test_the_picture_follows_the_contact_and_zooms_about_it(browser: Browser, shipped: dict[str, Run], folder: Path):
+    run = shipped["ex3_aw"]
+    page = ldbench.view(run.file).write(folder/"follow.html")
+    t = float(run.columns["time"][np.argmax(run.columns["N_LF"])])
+    browser.open(page, f"#t={t}&view=left&follow=1")
+    w, h = size(browser)
+
+    def apart() -> float:
+        x, y = browser.run(CONTACT, "LF")
+        return max(abs(x - w/2), abs(y - h/2))
+
+    browser.wait(lambda: apart() < 1)
+    before = browser.run("return ldbench.scene.scale")
+    for _ in range(8):
+        browser.run("ldbench.zoomScene(1.4, 30, 40)")
+    assert apart() < 1 and browser.run("return ldbench.scene.scale") == pytest.approx(before*1.4**8)
+    for later in (2e-4, 4e-4):
+        go(browser, t + later)
+        assert apart() < 1
+    browser.press("f")
+    go(browser, t)
+    assert apart() > 5              # at this scale, another moment is elsewhere
+    assert browser.run("return document.querySelector('#follow').checked") is False
+
+
+def test_small_gaps_are_exaggerated_with_a_badge(browser: Browser, shipped: dict[str, Run], folder: Path):
+    """A gap of some hundredths of a millimetre is drawn so many times as large, a closed one stays closed, and words say so."""
+    run = shipped["ex2_aw"]
+    page = ldbench.view(run.file).write(folder/"gap.html")
+    gap = """const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape], pose = run.pose(ldbench.t);
+      const found = scene.gap(shape.left, run, pose, 1), drawn = scene.poseOf(run, shape, ldbench.t);
+      return [found.gap, found.rail - scene.placed(run, drawn, found.point)[0]]"""
+    t = read_data(run.file).first_contact("LF")
+    browser.open(page, f"#t={t - 1e-4}&view=left")
+    true, drawn = browser.run(gap)
+    assert 0 < true < 1e-4 and drawn == pytest.approx(true)
+    assert browser.run("return ldbench.scene.badge") == ""
+    browser.run("const select = document.querySelector('#exaggerate-gap'); select.value = '20'; select.onchange()")
+    true, drawn = browser.run(gap)
+    assert drawn == pytest.approx(20*true, rel=0.2)
+    assert browser.run("return ldbench.scene.badge") == "not to scale: small gaps × 20"
+    gaps = browser.run("""const times = Array.from({length: 200}, (_, k) => arguments[0]*k/199);
+      return times.map(t => { const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape];
+      const found = scene.gap(shape.left, run, run.pose(t), 1);
+      return found.rail - scene.placed(run, scene.poseOf(run, shape, t), found.point)[0]; })""", t)
+    assert np.all(np.diff(gaps) < 1e-6) and gaps[-1] < 1e-4        # the wheel never goes back while it comes near
+    browser.run("const select = document.querySelector('#exaggerate-displacement'); select.value = '5'; select.onchange()")
+    assert browser.run("return ldbench.scene.badge") == "not to scale: displacement × 5, small gaps × 20"
+
+
+@pytest.mark.parametrize("width", [1366, 390])
+def test_words_keep_clear_of_contacts(browser: Browser, shipped: dict[str, Run], folder: Path, width: int):
+    page = ldbench.view(shipped["ex1_aw"].file).write(folder/"clear.html")
+    times = shipped["ex1_aw"].columns["time"]
+    try:
+        browser.size(width, 860, mobile=width < 500)
+        browser.open(page)
+        for view in ("1", "2"):
+            browser.press(view)
+            for t in times[np.linspace(0, len(times) - 1, 12).astype(int)]:
+                go(browser, t)
+                points, labels = browser.run("""const points = ['LT', 'LF', 'RT', 'RF'].map(c => (c => {""" + CONTACT.replace(
+                    "[c] = arguments;", "_ = 0;") + """})(c)).filter(Boolean); return [points, ldbench.scene.labels.written]""")
+                assert labels
+                for x, y in points:
+                    for left, top, right, bottom in labels:
+                        assert not (left < x + 4 and right > x - 4 and top < y + 4 and bottom > y - 4)
+                boxes = np.array(labels)
+                assert np.all(boxes[:, 2] > boxes[:, 0])
+    finally:
+        browser.size(1366, 860)
+
+
+def test_pressed_patches_at_the_peaks(browser: Browser, shipped: dict[str, Run], folder: Path):
+    """Outline, largest pressure and area; the numbers are those of the table of all runs."""
+    run = read_data(shipped["ex3_aw"].file)
+    page = ldbench.view(run.file).write(folder/"pressed.html")
+    row, (entry,) = full_row(run), facts(page)["runs"]
+    browser.open(page)
+    assert browser.run("return document.querySelector('#patches').hidden")
+    go(browser, row["t_pmax_LF"])
+    assert not browser.run("return document.querySelector('#patches').hidden")
+    words = browser.run("return document.querySelector('#pressure').getAttribute('aria-label')")
+    pmax, area = (float(word) for word in words.replace("contact patches: LF ", "").replace("mm²", "").split(" MPa, "))
+    assert pmax == pytest.approx(1e-6*row["pmax_LF"], rel=0.01) and area == pytest.approx(1e6*row["patch_LF"], rel=0.06)
+    for moment in entry["pressure"]:
+        for patch in moment["patches"]:
+            assert max(patch["p"]) in (98, 99) and min(patch["p"]) >= 0 and max(patch["w"]) <= 99
+            # The outline that is drawn has the area that is told.
+            drawn = 2*patch["x"]*np.sum(patch["w"])/99*patch["s"]/len(patch["w"])
+            assert drawn == pytest.approx(patch["area"], rel=0.03)
+    painted = browser.run("""const c = document.querySelector('#pressure'), g = c.getContext('2d');
+      return g.getImageData(0, 0, c.width, c.height).data.filter((v, k) => k % 4 === 3 && v > 50).length""")
+    assert painted > 300
+    go(browser, row["t_pmax_LF"] + 1e-4)
+    assert browser.run("return document.querySelector('#patches').hidden") and browser.log() == []
+
+
+def test_no_patches_without_pressures(shipped: dict[str, Run], tmp_path: Path):
+    """A run with another contact law has none, nor has another code's file."""
+    file = tmp_path/"hertz.txt"
+    file.write_text(shipped["ex2_aw"].file.read_text().replace("model = 'halfspace'", "model = 'hertz'"))
+    other = tmp_path/"other.csv"
+    other.write_text("time,Y\n0,0\n1,1\n")
+    page = ldbench.view([file, other]).write(tmp_path/"page.html")
+    assert [run["pressure"] for run in facts(page)["runs"]] == [[], []]
+
+
+def test_a_run_without_outlines(browser: Browser, shipped: dict[str, Run], tmp_path: Path):
+    """Profiles that are no longer there: views, fit and following do no harm, and a note says what is missing."""
+    file = tmp_path/"moved.txt"
+    file.write_text(shipped["ex2_aw"].file.read_text().replace("awprof.yz", "gone.yz"))
+    page = ldbench.view(file).write(tmp_path/"page.html")
+    assert facts(page)["runs"][0]["shape"] is None and facts(page)["runs"][0]["pressure"] == []
+    browser.open(page, "#t=0.0215&follow=1&gap=20&view=left")
+    browser.press("1", "4", "2", "4", "f", "+", "e")
+    assert browser.log() == []

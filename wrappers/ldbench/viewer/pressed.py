@@ -1,0 +1,51 @@
+"""Pressed patches for the page: outline, pressure along the profile, largest pressure and area at some moments of a run."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._core.errors import Error
+from ..pressure import CONTACTS, Patch, reach
+from ..profiles.pressures import first_peak, run_patches
+from ..results.run_data import RunData
+
+LEVELS = 99         # of a pressure and of half a width, from 0 to the largest
+ELEMENTS = 36       # over the length of a patch: areas within 1 % of those of 48, in a quarter of the time
+
+
+def pressure_entries(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[dict[str, Any]]:
+    """The patches at the largest normal force of each of some contacts and at the peak of the first contact of each flange.
+
+    There are none for a run of another contact law, of another code, or whose profiles are not there or have changed.
+    """
+    if run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+        return []
+    found = []
+    try:
+        for k in moments(run, contacts):
+            patches = [patch_entry(patch) for patch in run_patches(run, k, elements=ELEMENTS)]
+            if patches:
+                found.append({"t": float(run.time[k]), "patches": patches})
+    except Error:
+        return []
+    return found
+
+
+def moments(run: RunData, contacts: Sequence[str]) -> list[int]:
+    """Rows at which patches are shown, in order of time."""
+    rows = {first_peak(run, contact) for contact in ("LF", "RF")}
+    rows |= {int(np.abs(run.time - peak[1]).argmin()) for contact in contacts if (peak := run.peak(contact))}
+    return sorted(row for row in rows if row is not None)
+
+
+def patch_entry(patch: Patch) -> dict[str, Any]:
+    """A patch for the page; lengths x in rolling direction (half) and s along the profile [m]."""
+    half = patch.p[len(patch.x)//2:]                        # from the middle of the patch in rolling direction
+    widths = np.minimum([reach(column)/len(half) for column in half.T], 1)
+    dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
+    middle = half[0]/max(patch.largest, half.max())
+    return {"c": patch.contact, "pmax": float(f"{patch.largest:.5g}"), "area": float(f"{patch.area:.5g}"),
+            "x": float(f"{len(half)*dx:.4g}"), "s": float(f"{len(patch.s)*ds:.4g}"),
+            "p": np.rint(LEVELS*middle).astype(int).tolist(), "w": np.rint(LEVELS*widths).astype(int).tolist()}

@@ -1,0 +1,112 @@
+// Vertical scales, round numbers and the axes of a chart.
+
+const MARGIN = {left: 62, right: 12, top: 8, bottom: 22};
+
+// A vertical scale: value to pixel and back. A logarithmic one shows magnitudes.
+function linearScale(low, high, top, bottom) {
+  const px = (bottom - top) / (high - low);
+  return {low, high, log: false, y: v => bottom - px * (v - low), value: y => low + (bottom - y) / px, floor: -Infinity};
+}
+
+function logScale(low, high, top, bottom) {
+  const a = Math.log10(low), px = (bottom - top) / (Math.log10(high) - a);
+  return {low, high, log: true, y: v => bottom - px * (Math.log10(Math.abs(v)) - a),
+          value: y => 10 ** (a + (bottom - y) / px), floor: low};
+}
+
+// The limits of a linear axis; a constant gets room, so that rounding is not magnified.
+function extent(low, high) {
+  if (!(high >= low) || !Number.isFinite(high - low)) return [0, 1];
+  const middle = (low + high) / 2;
+  if (high - low < 1e-9 * Math.abs(middle) || high === low) {
+    const half = Math.max(0.05 * Math.abs(middle), Math.abs(middle) > 0 ? 0 : 1);
+    return [middle - half, middle + half];
+  }
+  return [low - 0.05 * (high - low), high + 0.05 * (high - low)];
+}
+
+// The limits of a logarithmic axis: at most ten decades below the largest magnitude.
+function logExtent(least, most) {
+  if (!(most > 0) || !Number.isFinite(most)) return [0.1, 1];
+  const low = Math.max(least > 0 ? least : 0, most * 1e-10);
+  return low > 0.5 * most ? [0.5 * low, 2 * most] : [low / 1.3, most * 1.3];
+}
+
+// Round numbers between two limits, about `count` of them and at least two, and the decimals that they need.
+function ticks(low, high, count) {
+  const raw = (high - low) / count;
+  let power = 10 ** Math.floor(Math.log10(raw)), k = [1, 2, 5, 10].findIndex(one => one * power >= raw * (1 - 1e-9));
+  for (let tries = 0; ; tries++) {
+    const step = [1, 2, 5, 10][k] * power, found = [];
+    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && found.length < 1000; i++)
+      found.push(i * step);
+    if (found.length >= 2 || tries > 3) return [found, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), step];
+    if (--k < 0) [k, power] = [2, power / 10];
+  }
+}
+
+// Decades, with steps between them if there are fewer than two decades.
+function logTicks(low, high) {
+  const found = [], first = Math.floor(Math.log10(low)), last = Math.ceil(Math.log10(high));
+  const every = Math.ceil((last - first) / 6), factors = last - first < 3 ? [1, 2, 5] : [1];
+  for (let e = first; e <= last; e += every) for (const k of factors) found.push(k * 10 ** e);
+  return found.filter(v => v >= low * (1 - 1e-9) && v <= high * (1 + 1e-9));
+}
+
+// A number at a tick, with the digits that its neighbours differ by.
+function tickWords(v, digits, step = 10 ** -digits) {
+  const most = Math.abs(v), figures = Math.min(Math.max(Math.ceil(Math.log10(most / step) - 1e-9) + 1, 1), 12);
+  if (most < 0.01 * step) return "0";
+  const plain = digits <= 5 && most < 1e6, text = plain ? v.toFixed(digits) : `${+v.toPrecision(figures)}`;
+  return text.replace("e+", "e").replaceAll("-", "−");
+}
+
+function line(g, x1, y1, x2, y2) {
+  g.beginPath();
+  g.moveTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
+  g.lineTo(Math.round(x2) + 0.5, Math.round(y2) + 0.5);
+  g.stroke();
+}
+
+// Draw both axes of a chart. `box` is where it draws; the last number of the horizontal axis carries the unit.
+function drawAxes(g, colour, box, scale, unit, low, high, x, horizontalUnit) {
+  const {left, right, top, bottom} = box;
+  g.lineWidth = 1;
+  g.textBaseline = "middle";
+  g.textAlign = "right";
+  const [values, digits, step] = scale.log ? [logTicks(scale.low, scale.high), 9, 0]
+    : ticks(scale.low, scale.high, Math.max((bottom - top) / 34, 3));
+  for (const v of values) {
+    g.strokeStyle = colour.of("faint");
+    line(g, left, scale.y(v), right, scale.y(v));
+    g.fillStyle = colour.of("muted");
+    const text = scale.log ? `${+v.toPrecision(2)}`.replace("e+", "e").replace("-", "−") : tickWords(v, digits, step);
+    g.fillText(text, left - 6, Math.min(Math.max(scale.y(v), top + 2), bottom - 2));
+  }
+  const [times, timeDigits, timeStep] = ticks(low, high, Math.max((right - left) / 95, 3));
+  g.textAlign = "center";
+  let taken = right + box.spare;
+  for (const t of [...times].reverse()) {
+    g.strokeStyle = colour.of("faint");
+    line(g, x(t), top, x(t), bottom);
+    const last = taken === right + box.spare, number = timeWordsAt(t, timeDigits, timeStep);
+    const text = last && horizontalUnit ? `${number} ${horizontalUnit}` : number;
+    const half = g.measureText(text).width / 2, centre = Math.min(x(t), right + box.spare - half);
+    if (centre + half > taken) continue;
+    g.fillStyle = colour.of("muted");
+    g.fillText(text, centre, bottom + 11);
+    taken = centre - half - 8;
+  }
+  g.save();
+  g.translate(8, (top + bottom) / 2);
+  g.rotate(-Math.PI / 2);
+  g.fillText(scale.log ? `|${unit || "1"}|, logarithmic` : unit, 0, 0);
+  g.restore();
+  g.strokeStyle = colour.of("muted");
+  line(g, left, bottom, right, bottom);
+}
+
+// Times keep their decimals down to nanoseconds.
+function timeWordsAt(t, digits, step) {
+  return digits > 5 && digits <= 10 ? t.toFixed(digits).replace("-", "−") : tickWords(t, digits, step);
+}

@@ -1,0 +1,80 @@
+// What the scene shows: the wheelset, close-ups of both contacts, and boxes round what is drawn. Lengths in m.
+
+const VIEWS = {whole: "wheelset", left: "left contact", right: "right contact"};
+const CLOSE = {width: 0.19, height: 0.115};
+const GAUGE_DEPTH = 0.014;      // of the gauge point below the top of rail
+const STANDARD = 0.71755;       // half of the gauge where no rail is drawn
+
+// The part of the track that a view shows: centre, width and height.
+function viewOf(view, shape) {
+  if (view !== "whole") {
+    const side = view === "left" ? 1 : -1, outline = shape?.[view];
+    const top = outline ? Math.max(...outline.rail.map(([, z]) => z)) : 0;
+    const gauge = (outline && (atHeight(outline.gauge, top - GAUGE_DEPTH) ?? outline.gauge.at(-1)?.[0])) ?? STANDARD;
+    return {y: side * (gauge + 0.0345), z: top + 0.006, ...CLOSE};
+  }
+  if (!shape) return {y: 0, z: 0.42, width: 1.85, height: 1.4};
+  const wheels = [...shape.left.wheel, ...shape.right.wheel], rails = [...shape.left.rail, ...shape.right.rail];
+  const half = Math.max(...wheels.map(([u]) => Math.abs(u)), ...rails.map(([y]) => Math.abs(y)));
+  const radius = Math.max(...wheels.map(([, v]) => Math.abs(v)));
+  return boxView(-half, half, Math.min(...rails.map(([, z]) => z)) - FOOT, shape.axle + radius);
+}
+
+// A view of a box, with room for words and scales.
+function boxView(y1, y2, z1, z2) {
+  return {y: (y1 + y2) / 2, z: (z1 + z2) / 2, width: 1.13 * (y2 - y1), height: 1.27 * (z2 - z1)};
+}
+
+// A view of everything that is drawn: rails and wheelsets where they are now, on their sides too.
+function fitAll(scene, runs, shapes, at) {
+  let [y1, y2, z1, z2] = [Infinity, -Infinity, Infinity, -Infinity];
+  const see = (y, z) => {
+    y1 = Math.min(y1, y);
+    y2 = Math.max(y2, y);
+    z1 = Math.min(z1, z);
+    z2 = Math.max(z2, z);
+  };
+  for (const run of runs) {
+    const shape = shapes[run.shape], pose = scene.poseOf(run, shape, at);
+    if (!shape) continue;
+    for (const [{rail, wheel}, side] of sidesOf(shape)) {
+      for (const [y, z] of rail) see(side * y, z - (z > -0.02 ? 0 : FOOT));
+      for (const [u, v] of wheel) for (const turned of [v, -v]) see(...scene.placed(run, pose, [side * u, turned]));
+    }
+  }
+  return y2 > y1 ? boxView(y1, y2, z1, z2) : viewOf("whole", null);
+}
+
+// A close-up of a side that holds the contact, and the flange beside the rail if the wheel is near it.
+function fitContact(scene, run, shape, at, view) {
+  const point = scene.anchor(run, shape, at, view === "left" ? "L" : "R"), usual = viewOf(view, shape);
+  if (!point) return usual;
+  const apart = Math.hypot(point[0] - usual.y, point[1] - usual.z);
+  return apart < 0.05 ? usual : {...CLOSE, y: point[0], z: point[1] + 0.006};
+}
+
+// Both sides with the sign of y: the right side is stored as its mirror image.
+function sidesOf(shape) {
+  return [[shape.left, 1], [shape.right, -1]];
+}
+
+// The least y of a curve at a height; null beyond the ends of the curve.
+function atHeight(curve, z) {
+  if (!curve.length || z < curve[0][1] || z > curve.at(-1)[1]) return null;
+  let low = 0, high = curve.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (curve[middle][1] <= z) low = middle;
+    else high = middle;
+  }
+  const [[y1, z1], [y2, z2]] = [curve[low], curve[high]];
+  return z2 > z1 ? y1 + (y2 - y1) * (z - z1) / (z2 - z1) : y1;
+}
+
+// The outlines of the facts: pairs of numbers, both sides.
+function unflattened(shape) {
+  const pairs = a => Array.from({length: a.length / 2}, (_, k) => [a[2 * k], a[2 * k + 1]]);
+  const sides = shape.sides.map(side => Object.fromEntries(Object.entries(side).map(([name, a]) => [name, pairs(a)])));
+  sides.forEach(side => side.half = Math.min(...side.wheel.map(([u]) => u)));
+  return {left: sides[0], right: sides.at(-1), axle: shape.axle, roll: shape.roll};
+}
