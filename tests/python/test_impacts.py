@@ -1,0 +1,110 @@
+"""Impacts: closed intervals of a contact, their duration, peak and impulse, from any file with time and a normal force."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import ldbench
+from invented import invented_run
+from ldbench import Event
+from ldbench.results.header import Header
+from ldbench.results.impacts import impacts
+from ldbench.results.run_data import RunData
+
+PULSE, TOP = 0.004, 8e5         # length [s] and peak [N] of a half-sine
+
+
+def pulses(starts: tuple[float, ...], dt: float = 1e-5, end: float = 0.05, contact: str = "LF",
+           lag: float = 0.0) -> pd.DataFrame:
+    """Rows every dt with half-sines of force that begin at `starts`; the rows stand `lag` after whole multiples of dt."""
+    t = dt*np.arange(round(end/dt) + 1) + lag
+    force = sum(np.where((t > s) & (t < s + PULSE), TOP*np.sin(np.pi*(t - s)/PULSE), 0.0) for s in starts)
+    return pd.DataFrame({"time": t, f"N_{contact}": np.where(force > 1e-3, force, 0.0)})
+
+
+def test_a_half_sine_is_measured():
+    """Time, length, peak, and the impulse 2/pi of peak times length."""
+    [one] = impacts(invented_run(pulses((0.02,))))
+    assert one.contact == "LF" and np.isnan(one.angle)
+    assert (one.start, one.end) == pytest.approx((0.02, 0.024), abs=1e-10)
+    assert one.duration == pytest.approx(PULSE, rel=1e-9)
+    assert (one.peak, one.t_peak) == pytest.approx((TOP, 0.022), rel=1e-9)
+    assert one.impulse == pytest.approx(2/np.pi*TOP*PULSE, rel=1e-5)
+
+
+@pytest.mark.parametrize("lag", [0.0, 1e-4, 2.5e-4, 3.9e-4])
+def test_rows_beside_the_ends_do_not_matter(lag: float):
+    """Another code writes rows at equal intervals, ten to a pulse: ends come out to a tenth of the interval."""
+    interval = PULSE/10
+    frame = pulses((0.02,), dt=interval, lag=lag)
+    frame["N_LF"] = TOP*(frame["N_LF"]/TOP)**1.5            # by Hertz from an approach that is a half-sine
+    [one] = impacts(invented_run(frame))
+    assert (one.start, one.end) == pytest.approx((0.02, 0.02 + PULSE), abs=interval/10)
+    assert one.impulse == pytest.approx(0.5564*TOP*PULSE, rel=0.005)       # mean of sin**1.5 over half a turn
+
+
+def test_impacts_of_all_contacts_are_in_order():
+    frame = pulses((0.03, 0.01)).merge(pulses((0.02,), contact="RT"), on="time")
+    frame["angle_LF"] = np.where(frame["N_LF"] > 0, 40*frame["time"], np.nan)
+    found = impacts(invented_run(frame))
+    assert [one.contact for one in found] == ["LF", "RT", "LF"]
+    assert [one.start for one in found] == pytest.approx([0.01, 0.02, 0.03], abs=1e-9)
+    assert [one.angle for one in found] == pytest.approx([0.48, np.nan, 1.28], nan_ok=True)
+    assert [one.start for one in impacts(invented_run(frame), ["RT"])] == pytest.approx([0.02], abs=1e-9)
+
+
+def test_contact_that_is_closed_at_an_end_of_the_file_is_no_impact():
+    """Nobody knows how long such a contact lasts."""
+    rolling = pulses((0.02,))
+    rolling["N_LT"] = 1.0
+    rolling["N_RT"] = np.where(rolling["time"] < 0.01, 1.0, 0.0)
+    rolling["N_RF"] = np.where(rolling["time"] < 0.045, np.nan, 1.0)
+    assert [one.contact for one in impacts(invented_run(rolling))] == ["LF"]
+    assert impacts(invented_run(rolling[["time"]])) == []
+
+
+def test_one_row_is_a_triangle_between_its_neighbours():
+    frame = pd.DataFrame({"time": [0.0, 1.0, 3.0, 4.0], "N_LF": [0.0, 6.0, 0.0, 0.0]})
+    [one] = impacts(invented_run(frame))
+    assert (one.start, one.end, one.t_peak, one.impulse) == (0.0, 3.0, 1.0, 9.0)
+
+
+def test_two_rows_of_one_time():
+    """A jump: a file may have the row before and the row after an event at the same time."""
+    frame = pd.DataFrame({"time": [0.0, 1.0, 1.0, 2.0, 2.0, 3.0], "N_LF": [0.0, 0.0, 5.0, 5.0, 0.0, 0.0]})
+    [one] = impacts(invented_run(frame))
+    assert (one.start, one.end, one.impulse) == (1.0, 2.0, 5.0)
+
+
+def test_impulses_of_rigid_contacts():
+    """An impact of rigid contacts takes no time and has no force."""
+    frame = pulses(())
+    events = Event(0.02, "impact", impulses={"LF": 2000.0, "RT": 30.0}), Event(0.03, "centre passage")
+    found = impacts(invented_run(frame, header=Header(events=events)))
+    assert [(one.contact, one.start, one.duration, one.impulse) for one in found] == [
+        ("LF", 0.02, 0.0, 2000.0), ("RT", 0.02, 0.0, 30.0)]
+    assert all(np.isnan(one.peak) and one.t_peak == 0.02 for one in found)
+
+
+@pytest.fixture(scope="module")
+def elastic() -> RunData:
+    """A wheelset that goes to the left flange and off it."""
+    case = ldbench.Case.exercise(3).replace(model="hertz", n_lateral=40, n_roll=9, n_depth=9, table_file="", dt=2e-5,
+                                            t_end=0.03, energy_tolerance=0.0)
+    return ldbench.run(case)
+
+
+def test_a_run_of_ours_and_its_file(elastic: RunData, tmp_path: Path):
+    """Starts are the times of the events, peaks the largest forces; the file gives the same."""
+    found = impacts(elastic)
+    flange = [one for one in found if one.contact == "LF"]
+    assert flange[0].start == pytest.approx(elastic.first_contact("LF"), abs=1e-6)
+    largest = max(flange, key=lambda one: one.peak)
+    assert (largest.peak, largest.t_peak) == pytest.approx(elastic.peak("LF"), rel=0.01)
+    assert largest.angle == elastic.values("angle_LF")[elastic.values("N_LF").argmax()]
+    again = impacts(ldbench.read_run(elastic.write(tmp_path/"columns.txt")))
+    assert [one.contact for one in again] == [one.contact for one in found]
+    np.testing.assert_allclose([one[1:6] for one in again], [one[1:6] for one in found], rtol=1e-6)
