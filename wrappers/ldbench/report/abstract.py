@@ -4,7 +4,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from .._core.optional import needed
 from ..plots.figures import by_pair, derailment_figure, impact_figure, motion_figure
 from ..plots.stretches import first_episode
 from ..plots.style import ldbench_style
+from ..plots.summary import marked
 from ..profiles.pressures import full_row
 from ..results.columns import time_mean
 from ..results.quantities import OUTCOME, PAIRS
@@ -44,13 +45,15 @@ TABLE = {
 PLACES = {"tread": "tread alone", "flange": "flange alone", "both": "tread and flange", "going over": "rolling over the rail"}
 
 
-def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = ()) -> None:
-    """Typeset the abstract of the ten runs, with a comparison of formulations if `outcomes` are given."""
+def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = (),
+                  chaotic: Mapping[str, Sequence[str]] | None = None) -> None:
+    """Typeset the abstract of the ten runs, with a comparison of formulations if `outcomes` are given.
+    `chaotic`: the results of each run that get a mark."""
     typst = needed("typst", "report")
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         shutil.copytree(TEMPLATE.parent, folder, dirs_exist_ok=True)
-        data = facts(runs)
+        data = facts(runs, chaotic or {})
         data["formulations"] = formulations.words(outcomes) if outcomes else None
         with ldbench_style():
             for name, draw in FIGURES.items():
@@ -64,8 +67,8 @@ def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[form
             shutil.copy(folder/"abstract.pdf", scratch)
 
 
-def facts(runs: Sequence[RunData]) -> dict[str, Any]:
-    """Collect the numbers of the text, ready to print."""
+def facts(runs: Sequence[RunData], chaotic: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """Collect the numbers of the text, ready to print; `chaotic` ones of the table have a mark."""
     rows = [full_row(run) for run in runs]
     first = runs[0]
     ramps = [run for run in runs if run.exercise == 5 and run.first("derailment") and run.time[-1] > 2]
@@ -73,7 +76,9 @@ def facts(runs: Sequence[RunData]) -> dict[str, Any]:
         "version": first.header.version,
         "figures": {},
         "names": [run.name for run in runs],
-        "table": [[in_short(key), *(cell(key, row[key]) for row in rows)] for key in TABLE],
+        "table": [[in_short(key), *(marked(cell(key, row[key]), key in chaotic.get(row["case"], ())) for row in rows)]
+                  for key in TABLE],
+        "marked": any(key in TABLE for found in chaotic.values() for key in found),
         "pairs": [pair_facts(pair, runs) for pair, runs in by_pair(runs).items() if runs],
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({str(run.setting("contact", "model")) for run in runs}),
