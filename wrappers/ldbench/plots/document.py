@@ -41,6 +41,8 @@ class Part:
     pages: tuple[str, ...]        # their titles
 
 
+LISTED = 6      # pages from which on a document has a contents page
+
 # Around the first and the hardest contact of the left flange, computed again.
 Stretches = tuple[Stretch, Stretch]
 
@@ -170,11 +172,13 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:
-    """Put parts together with bookmarks and page numbers; returns the number of pages. Several parts get a contents page."""
+    """Put parts together with bookmarks and page numbers; returns the number of pages. Several parts get a contents page if there are
+    many pages."""
     writer = PdfWriter()
+    listed = len(parts) > 1 and sum(len(part.pages) for part in parts) >= LISTED
     lines = entries([(part.title, part.pages) for part in parts], 2)
     with tempfile.TemporaryDirectory() as scratch, ldbench_style():
-        if len(parts) > 1:
+        if listed:
             page, links = contents_page(title.removeprefix("ldbench: ").capitalize(), lines)
             save_pages(Path(scratch)/"contents.pdf", [("contents", page)])
             writer.append(PdfReader(Path(scratch)/"contents.pdf"), import_outline=False)
@@ -186,7 +190,7 @@ def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of al
             if len(part.pages) > 1:
                 for k, name in enumerate(part.pages):
                     writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
-        if len(parts) > 1:
+        if listed:
             link(writer, 0, links)
     number(writer)
     writer.add_metadata({"/Title": title})

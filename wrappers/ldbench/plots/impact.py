@@ -90,7 +90,7 @@ def draw_close(figure: Figure, run: RunData, shown: Window | Stretch, top: float
         return
     pressed = patch_history(fine, "LF", number, ELEMENTS)
     axes = figure.subplots(max(map(len, page.columns)), len(page.columns) + bool(pressed.size), sharex=True, squeeze=False,
-                           gridspec_kw={"left": LEFT, "right": RIGHT, "top": top, "bottom": bottom, "hspace": 0.3, "wspace": 0.25})
+                           gridspec_kw={"left": LEFT, "right": RIGHT, "top": top, "bottom": bottom, "hspace": 0.3, "wspace": 0.28})
     draw_columns(axes[:, :len(page.columns)], fine, page.columns, window, alone=False)
     if pressed.size:
         draw_patch(axes[:, -1], pressed, window)

@@ -45,7 +45,7 @@ def draw_columns(axes: np.ndarray, run: RunData, columns: Sequence[Sequence[Pane
                 ax.set_visible(False)
                 continue
             draw_panel(ax, run, shown[k], window)
-            label_y(ax, shown[k].words, left=38 if alone else 29)
+            label_y(ax, shown[k].words, left=38 if alone else 31)
             if not together and len(shown[k].curves) > 1:
                 ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.1 + (k == 0)*room*LINE/7,
                           columnspacing=0.7, handlelength=1.4, handletextpad=0.3, fontsize=6.3)
