@@ -23,7 +23,7 @@ from ldbench._core.pools import in_threads, processes
 from ldbench.case import data_folder
 from ldbench.commands import report
 from ldbench.plots.series import PAGES
-from ldbench.report import abstract, formulations, jobs, stretches, submission, twins
+from ldbench.report import abstract, authors, formulations, jobs, stretches, submission, twins
 from ldbench.report.jobs import Job, case_job, is_up_to_date, run_jobs, run_stale, stamp_of, write_stamp
 from ldbench.report.submission import geometry_jobs, make_report
 from ldbench.results.run_data import read_data
@@ -169,13 +169,46 @@ def test_abstract_of_ten_runs_has_four_pages(project: Path, tmp_path: Path):
                          data=ten[k].data.assign(time=100*ten[k].time))
     kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
     outcomes = [replace(found, case=name) for name in CASES for found in kept if found.pair == name[-2:]]
-    abstract.make_abstract(ten, tmp_path/"abstract.pdf", outcomes)
+    written = [{"name": "A. Author", "affiliation": "First Institute"}, {"name": "B. Author", "affiliation": "Second Institute"}]
+    abstract.make_abstract(ten, tmp_path/"abstract.pdf", outcomes, {"ex5_sw": ["t_derailment"]}, written)
     document = PdfReader(tmp_path/"abstract.pdf")
     assert len(document.pages) == 4
     words = " ".join(" ".join(page.extract_text() for page in document.pages).split())
-    assert all(name in words for name in CASES) and "2.9877" in words
+    assert all(name in words for name in CASES) and "~2.9877" in words
+    assert "A. Author" in words and "Second Institute" in words
+    assert all(f"Figure {k}" in words and f"Table {k}" in words for k in (1, 2, 3, 4))
     assert words.count("271.2 kN") == 2 and words.count("271.2") == 4        # in the text and in the table
     assert list(tmp_path.iterdir()) == [tmp_path/"abstract.pdf"]
+
+
+def test_numbers_of_tables_are_on_one_line(project: Path, tmp_path: Path):
+    """However narrow the columns of ten runs are, each cell is one line."""
+    runs = [altered(read_data(project/"outputs/ex3_aw.txt"), name=name) for name in CASES]
+    abstract.make_abstract(runs, tmp_path/"abstract.pdf")
+    lines = "\n".join(page.extract_text() for page in PdfReader(tmp_path/"abstract.pdf").pages).splitlines()
+    drift = abstract.scientific(summary_row(runs[0])["drift_relative"])
+    row = next(line for line in lines if line.startswith("energy drift, relative"))
+    assert row.count(drift) == 10
+
+
+def test_authors_come_from_a_file(tmp_path: Path):
+    file = tmp_path/"authors.toml"
+    assert authors.read_authors(file) == []
+    file.write_text('[[author]]\nname = "A. Author"\naffiliation = "Institute, Town"\n[[author]]\nname = "B"\n')
+    assert authors.read_authors(file) == [{"name": "A. Author", "affiliation": "Institute, Town"}, {"name": "B", "affiliation": ""}]
+
+
+@pytest.mark.parametrize(("text", "expected", "found"), [
+    ('[[author]]\naffiliation = "Institute"\n', "a name", "none"),
+    ('[[author]]\nname = 3\n', "a text for name or affiliation", "3"),
+    ('author = "A"\n', "tables [[author]]", "str"), ('[[writer]]\nname = "A"\n', "tables [[author]] alone", "another name")])
+def test_wrong_authors_are_told(text: str, expected: str, found: str, tmp_path: Path):
+    file = tmp_path/"authors.toml"
+    file.write_text(text)
+    with pytest.raises(Error) as error:
+        authors.read_authors(file)
+    assert str(error.value).startswith(f"{file}, ")
+    assert error.value.expected == expected and error.value.found.startswith(found)
 
 
 # What counts as up to date -----------------------------------------------------------------

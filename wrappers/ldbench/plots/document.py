@@ -172,8 +172,8 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:
-    """Put parts together with bookmarks and page numbers; returns the number of pages. Several parts get a contents page if there are
-    many pages."""
+    """Put parts together with bookmarks and page numbers; returns the number of pages. Several parts of many pages get a
+    contents page."""
     writer = PdfWriter()
     listed = len(parts) > 1 and sum(len(part.pages) for part in parts) >= LISTED
     lines = entries([(part.title, part.pages) for part in parts], 2)

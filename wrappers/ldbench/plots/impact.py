@@ -144,8 +144,8 @@ def draw_table(figure: Figure, run: RunData, top: float) -> None:
     which = f"the first {MOST} of {count}" if count > MOST else "all"
     words = f"Impacts of flanges, {which}" if count else "No impact of a flange that begins and ends in the run"
     figure.text(LEFT - 0.02, top, words, fontsize=8, color="#404040", va="bottom")
-    for k, words in enumerate([HEADS, *table_rows(run, found)] if count else []):
-        for x, word in zip(ENDS, words, strict=True):
+    for k, cells in enumerate([list(HEADS), *table_rows(run, found)] if count else []):
+        for x, word in zip(ENDS, cells, strict=True):
             figure.text(x, top - 0.012 - 0.0205*k, word, fontsize=6.8, va="top", ha="left" if x == ENDS[0] else "right",
                         weight="bold" if k == 0 else "normal")
 

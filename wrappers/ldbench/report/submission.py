@@ -17,7 +17,7 @@ from ..profiles.pressures import full_row
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
 from ..viewer import page, results
-from . import abstract, formulations, stretches, twins
+from . import abstract, authors, formulations, stretches, twins
 from .jobs import (
     Job,
     case_job,
@@ -40,6 +40,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
     """Make what is not up to date; the files of the submission."""
     needed("typst", "report")        # before the work, not after it
     namelists = find_namelists(inputs)
+    signed = authors.read_authors(root/authors.FILE)
     outputs.mkdir(parents=True, exist_ok=True)
     cases = [case_job(file, outputs, root) for file in namelists]
     with tqdm(desc="report", disable=None) as bar:
@@ -71,7 +72,8 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         sources = {
             plotted: [*files, *geometry, *kept, *code],
             summary: [*files, kept[1], *code, Path(__file__)],
-            written: [*files, *kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))],
+            written: [*files, *kept, root/authors.FILE, *code, Path(authors.__file__), Path(abstract.__file__),
+                      *sorted(abstract.TEMPLATE.parent.glob("*"))],
             shown: [*files, *variants, *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
         known = {file: stamped(file, root) if file in files else hashes([file], root)
                  for file in {file for some in sources.values() for file in some}}
@@ -99,7 +101,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
             )) if plotted in due else None
             make(summary, 0, lambda: write_summary(runs, summary, chaotic))
             make(shown, 1, lambda: results.results_page(runs, variants).write(shown))
-            make(written, 1, lambda: abstract.make_abstract(runs, written, found, chaotic))
+            make(written, 1, lambda: abstract.make_abstract(runs, written, found, chaotic, signed))
             make(plotted, len(files) + len(geometry), finish)
     return files + products
 
