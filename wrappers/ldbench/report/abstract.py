@@ -12,6 +12,7 @@ import numpy as np
 
 from .._core.files import complete
 from .._core.optional import needed
+from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, impact_figure, motion_figure
 from ..plots.stretches import first_episode
 from ..plots.style import ldbench_style
@@ -58,11 +59,9 @@ def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[form
         data["authors"] = list(authors)
         data["formulations"] = formulations.words(outcomes) if outcomes else None
         with ldbench_style():
-            for name, draw in FIGURES.items():
-                figure = draw(runs)
-                data["figures"][name] = figure is not None
-                if figure is not None:
-                    figure.savefig(folder/f"{name}.pdf", metadata={"CreationDate": None})
+            drawn = [(name, figure) for name, draw in FIGURES.items() if (figure := draw(runs)) is not None]
+            titles = save_pages(folder/"figures.pdf", drawn)
+            data["figures"] = {name: titles.index(name) + 1 if name in titles else 0 for name in FIGURES}
         (folder/"data.json").write_text(json.dumps(data))
         typst.compile(folder/TEMPLATE.name, output=folder/"abstract.pdf", root=folder)
         with complete(target) as scratch:
