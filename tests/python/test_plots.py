@@ -19,7 +19,7 @@ from invented import altered, invented_run
 from ldbench import Error, Event, read_columns
 from ldbench.__main__ import main
 from ldbench.commands import plot
-from ldbench.plots.contents import contents_page, entries
+from ldbench.plots.contents import arranged, contents_page, entries
 from ldbench.plots.document import Part, bind, case_figures, make_plots, save_pages
 from ldbench.plots.geometry import geometry_page
 from ldbench.plots.impact import HEADS, Stretch, hardest_page, impact_page, table_rows
@@ -283,7 +283,7 @@ def test_growing_force_is_the_axis_of_its_own_page():
     run = long_run()
     assert is_ramp(run) and not is_ramp(invented())
     assert [title for title, _ in case_figures(run)] == [
-        *(page.title for page in PAGES), "energy, and quantities over the lateral force", LAST.title, "impacts of flanges"]
+        *(page.title for page in PAGES), "energy and lateral force", LAST.title, "impacts of flanges"]
     figure = ramp_page(run)
     axes = {ax.get_ylabel(): ax for ax in figure.axes}
     line = axes["lateral Y [mm]"].get_lines()[0]
@@ -605,6 +605,9 @@ def test_contents_page_leads_to_every_page(tmp_path: Path):
     numbers = {page.indirect_reference.idnum: k for k, page in enumerate(document.pages)}
     links = [link.get_object() for link in document.pages[0]["/Annots"]]
     assert [numbers[link["/Dest"][0].idnum] + 1 for link in links] == [line.page for line in lines]
+    columns = arranged(lines)
+    assert [line for column in columns for line in column] == lines
+    assert [column[0].chapter for column in columns] == [True]*len(columns)
     figure, targets = contents_page("contents", lines)
     renderer = FigureCanvasAgg(figure).get_renderer()
     for line, target, link in zip(lines, targets, links, strict=True):

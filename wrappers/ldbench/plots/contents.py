@@ -47,13 +47,13 @@ def entries(parts: Sequence[tuple[str, Sequence[str]]], first: int) -> list[Entr
 def contents_page(title: str, lines: Sequence[Entry]) -> tuple[Figure, list[Target]]:
     """The contents page with the places of its links."""
     figure = new_page(title, "contents", "each line leads to its page; the bookmarks of the document are the same")
-    room = int((TOP - BOTTOM)/LINE)
-    rows = max(-(-len(lines)//COLUMNS), min(len(lines), room), 1) if len(lines) <= COLUMNS*room else -(-len(lines)//COLUMNS)
-    height = LINE if rows <= room else (TOP - BOTTOM)/rows
+    columns = arranged(lines)
+    rows = max(map(len, columns), default=1)
+    height = min(LINE, (TOP - BOTTOM)/rows)
     width = 0.93/COLUMNS
     targets = []
-    for k, entry in enumerate(lines):
-        left, top = 0.055 + width*(k//rows), TOP - height*(k % rows)
+    for column, row, entry in ((j, k, entry) for j, found in enumerate(columns) for k, entry in enumerate(found)):
+        left, top = 0.055 + width*column, TOP - height*row
         indent = 0.0 if entry.chapter else 0.012
         weight = "bold" if entry.chapter else "normal"
         size = 8*min(1.0, height/LINE)
@@ -62,6 +62,24 @@ def contents_page(title: str, lines: Sequence[Entry]) -> tuple[Figure, list[Targ
         x, y = 72*PAGE[0], 72*PAGE[1]
         targets.append(Target((left*x, (top - 0.85*height)*y, (left + width - 0.03)*x, (top + 0.15*height)*y), entry.page))
     return figure, targets
+
+
+def arranged(lines: Sequence[Entry]) -> list[list[Entry]]:
+    """The lines in columns as short as possible; a chapter is not broken."""
+    chapters: list[list[Entry]] = []
+    for line in lines:
+        if line.chapter or not chapters:
+            chapters.append([])
+        chapters[-1].append(line)
+    for rows in range(max(map(len, chapters), default=1), len(lines) + 1):
+        columns: list[list[Entry]] = [[]]
+        for chapter in chapters:
+            if len(columns[-1]) + len(chapter) > rows:
+                columns.append([])
+            columns[-1] += chapter
+        if len(columns) <= COLUMNS:
+            return columns
+    return [list(lines)]
 
 
 def link(writer: PdfWriter, page: int, targets: Sequence[Target]) -> None:

@@ -57,7 +57,7 @@ def case_figures(run: RunData, fine: Stretches | None = None) -> Iterator[tuple[
         if found := page.of(run):
             yield page.title, time_page(run, found)
     if is_ramp(run):
-        yield "energy, and quantities over the lateral force", ramp_page(run)
+        yield "energy and lateral force", ramp_page(run)
     elif picture := energy_page(run):
         yield "energy, phase portrait, spectrum", picture
     if is_long(run) and (found := LAST.of(run)):

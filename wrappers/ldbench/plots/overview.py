@@ -109,7 +109,7 @@ def first_contacts(runs: Sequence[RunData]) -> Figure | None:
             ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             ax.yaxis.set_minor_formatter(NullFormatter())
         else:
-            ax.set_ylim(0, 1)
+            ax.set_ylim(-0.1, 1)
         ax.margins(x=0.1)
         ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
         ax.xaxis.set_minor_formatter(NullFormatter())
@@ -133,7 +133,8 @@ def draw_shares(ax: Axes, names: Sequence[str], before: Sequence[dict[str, float
         ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words)
         for k, (x, width) in enumerate(zip(left, share, strict=True)):
             if width > 6:
-                ax.text(x + width/2, k, f"{width:.0f} %", ha="center", va="center", fontsize=6.5, color="white")
+                ax.text(x + width/2, k, f"{width:.0f} %", ha="center", va="center", fontsize=6.5,
+                        color="white" if color == BLUE else BLACK)
         left += share
     ax.barh(range(len(names)), 100 - left, left=left, color=SKY, height=0.65, alpha=0.4, label="elastic and potential")
     ax.set(xlim=(0, 100), yticks=range(len(names)), yticklabels=names)
