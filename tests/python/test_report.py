@@ -450,6 +450,16 @@ def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
         assert set(found["curves"]["t"]) <= set(submitted.time)
 
 
+def test_pages_of_formulations_name_the_profiles_of_the_files(project: Path):
+    """Not those that the names of the cases tell."""
+    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
+    assert {(o.pair, o.profiles) for o in kept} == {("aw", "actual profiles"), ("sw", "simplified profiles")}
+    other = [replace(o, profiles="s1002.yz on 60e1.yz") if o.pair == "aw" else o for o in kept]
+    titles = [ax.get_title(loc="left") for ax in formulations.exercise_page(other, 3).axes if ax.get_title(loc="left")]
+    assert titles == ["s1002.yz on 60e1.yz", "simplified profiles"]
+    assert formulations.values_page(other, "aw").texts[0].get_text() == "Results by formulation, s1002.yz on 60e1.yz"
+
+
 def test_results_that_a_twin_does_not_share_are_chaotic():
     """Numbers, counts, and what happens to one of two; exactness and the start itself do not count."""
     row = {"case": "ex1_aw", "t_return": 0.1, "peak_N_LF": 100e3, "t_first_LF": 0.02, "Y_min": 0.0, "t_derailment": None,
