@@ -42,7 +42,7 @@ class Part:
     first: int = 0                # their place in the file
 
 
-LISTED = 6      # pages from which on a document has a contents page
+LISTED = 8      # pages from which on a document has a contents page
 TOGETHER = 2    # runs that one process draws into one file
 
 # Around the first and the hardest contact of the left flange, computed again.
