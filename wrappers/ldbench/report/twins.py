@@ -77,5 +77,5 @@ def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = F
 
 
 def chaotic_results(runs: Sequence[RunData], twins: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str]]:
-    """Of each run the results that are chaotic."""
+    """The chaotic results of each run, by its name."""
     return {one.name: chaotic(summary_row(one), twins[one.name]) for one in runs if one.name in twins}
