@@ -65,7 +65,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 lint compiled fuzz report validate bench docs wheel reference clean help
+.PHONY: all wrapper test test-arm64 lint compiled fuzz report validate bench docs wheel reference pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -275,6 +275,12 @@ reference:
 	$(call built,$(EXE) $(WRAPPER))
 	$(if $(SUFFIX),$(error references are those of the release build))$(STUDY) tests/support/reference.py --store
 	$(STUDY) tests/support/rigid_reference.py --store
+	$(STUDY) docs/pictures.py
+
+# The pictures of README and of the documentation, made from runs; those of pages need Chromium.
+pictures:
+	$(call built,$(EXE) $(WRAPPER))
+	$(STUDY) docs/pictures.py
 
 clean:
 	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang wrappers/ldbench/_core/_flat*.so
@@ -292,7 +298,8 @@ help:
 	@echo 'make docs       the site of the documentation, with the Python and Fortran references: build/docs/index.html'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make test-arm64 the runs of exercises 1 to 4 on arm64, emulated: points of tables, first contacts, ends'
-	@echo 'make reference  run the ten cases and store compact references in outputs/reference'
+	@echo 'make reference  run the ten cases and store compact references and all pictures in outputs/reference'
+	@echo 'make pictures   the pictures of README and docs alone'
 	@echo 'make clean      remove everything that make made'
 	@echo 'LDBENCH_SLOW=1  with make test: what takes minutes too: stores and reports killed 50 times, 1,000 tables freed, pip from nothing'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'

@@ -10,24 +10,31 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.quiver import Quiver
 from matplotlib.text import Text
+from pypdf import PdfReader
 
 from invented import altered, invented_run
 from ldbench import Error, Event, read_columns
 from ldbench.__main__ import main
 from ldbench.commands import plot
-from ldbench.plots.document import case_figures, make_plots
+from ldbench.plots.contents import arranged, contents_page, entries
+from ldbench.plots.document import Part, bind, case_figures, make_plots, save_pages
 from ldbench.plots.geometry import geometry_page
-from ldbench.plots.phase import phase_page
-from ldbench.plots.sections import instants, section_page
-from ldbench.plots.series import PAGES, Page
-from ldbench.plots.stretches import band, first_episode, thin
+from ldbench.plots.impact import HEADS, Stretch, hardest_page, impact_page, table_rows
+from ldbench.plots.overview import first_contacts, overview_figures, side_by_side
+from ldbench.plots.phase import energy_page
+from ldbench.plots.ramp import is_ramp, ramp_page
+from ldbench.plots.sections import close_up, instants, placed_outlines
+from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
+from ldbench.plots.stretches import band, first_episode, first_impact, last_second, thin
 from ldbench.plots.style import ldbench_style
 from ldbench.plots.summary import summary_page
-from ldbench.plots.times import time_page
-from ldbench.profiles.outlines import Outlines, run_outlines, turned
+from ldbench.plots.times import key_events, time_page
+from ldbench.profiles.outlines import Outlines, case_outlines, flange_angle, run_outlines, turned
 from ldbench.results.header import Header
+from ldbench.results.impacts import impacts
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
@@ -37,7 +44,7 @@ from running import REPO, namelist, run_case
 KINEMATICS = ["Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc"]
 PER_CONTACT = ["angle", "N", "Fz", "Fy", "y", "z", "radius"]
 ENERGIES = ["KE_lat", "KE_vert", "KE_roll", "PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R", "W_ext", "E_drift"]
-FACTORS = {"mm": 1e3, "mrad": 1e3, "mrad/s": 1e3, "kN": 1e-3, "°": 180/np.pi,
+FACTORS = {"": 1, "mm": 1e3, "mrad": 1e3, "mrad/s": 1e3, "kN": 1e-3, "°": 180/np.pi,
            "m/s": 1, "m/s²": 1, "rad/s²": 1, "J": 1}
 
 
@@ -68,50 +75,80 @@ def unit(ax: Axes) -> str:
     return ax.get_ylabel().rpartition("[")[2].rstrip("]")
 
 
+def curves_of(ax: Axes) -> dict[str, Line2D]:
+    """The curves of axes by their labels; marks of events are none."""
+    return {line.get_label(): line for line in ax.get_lines() if not line.get_label().startswith("_")}
+
+
 def texts(figure: Figure) -> list[str]:
     cells = [cell for ax in figure.axes for table in ax.tables for cell in table.get_celld().values()]
     return [t.get_text() for t in figure.findobj(Text)] + [cell.get_text().get_text() for cell in cells]
 
 
-def grid(figure: Figure, rows: int) -> list[list[Axes]]:
-    n = len(figure.axes)//rows
-    return [figure.axes[i*n:(i + 1)*n] for i in range(rows)]
+def columns_of(figure: Figure, page: Page) -> list[list[Axes]]:
+    """The axes of a page, column by column, those without a panel left out."""
+    width = len(page.columns)
+    return [[figure.axes[i*width + j] for i in range(len(column))] for j, column in enumerate(page.columns)]
+
+
+def panels_of(figure: Figure, page: Page) -> list[tuple[Axes, object]]:
+    return [(ax, panel) for axes, column in zip(columns_of(figure, page), page.columns, strict=True)
+            for ax, panel in zip(axes, column, strict=True)]
 
 
 def test_everything_the_call_lists_has_a_panel():
-    curves = [curve for page in PAGES for panel in page.panels for curve in panel.curves]
+    curves = [curve for page in (*PAGES, ENERGY) for panel in page.panels for curve in panel.curves]
     drawn = [column for curve in curves for column in curve.columns]
     wanted = KINEMATICS + [f"{q}_{c}" for q in PER_CONTACT for c in CONTACTS] + ENERGIES
     assert not set(wanted) - set(drawn)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.title)
+@pytest.mark.parametrize("page", [*PAGES, ENERGY], ids=lambda page: page.title)
 def test_page_draws_the_columns(page: Page):
     run = invented()
     figure = time_page(run, page)
     assert f"Exercise 2, actual profiles: {page.title}" in texts(figure)
-    for panel, (overview, zoom) in zip(page.panels, grid(figure, len(page.panels)), strict=True):
-        factor = FACTORS[unit(overview)]
-        lines = {line.get_label(): line for line in overview.get_lines()}
+    for ax, panel in panels_of(figure, page):
+        factor, lines = FACTORS[unit(ax)], curves_of(ax)
         for curve in panel.curves:
             expected = factor*sum(run.values(column) for column in curve.columns)
-            np.testing.assert_allclose(lines[curve.label].get_ydata(), expected, rtol=1e-12)
+            # On the right, outwards is to the right.
+            sign = -1 if "outward" in panel.label and curve.columns[0].endswith(("RT", "RF")) else 1
+            np.testing.assert_allclose(lines[curve.label].get_ydata(), sign*expected, rtol=1e-12)
             np.testing.assert_array_equal(lines[curve.label].get_xdata(), run.time)
-        # The zoom shows the same numbers around 10 to 12 ms, in milliseconds.
-        for curve, line in zip(panel.curves, zoom.get_lines(), strict=True):
-            t = line.get_xdata()
-            rows = np.searchsorted(run.time, t/1e3 - 1e-9)
-            expected = factor*sum(run.values(column) for column in curve.columns)[rows]
-            np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-12)
-            assert t[0] < 10 and t[-1] > 12 and t[-1] - t[0] < 8
-    assert overview.get_xlabel() == "time [s]" and zoom.get_xlabel() == "time [ms]"
+    assert {axes[-1].get_xlabel() for axes in columns_of(figure, page)} == {"time [s]"}
+
+
+def test_impact_page_enlarges_the_first_contact():
+    """The left flange touches from 10 to 12 ms: what is shown of that, in milliseconds, is the columns."""
+    run = invented()
+    figure = impact_page(run)
+    force = next(ax for ax in figure.axes if ax.get_ylabel() == "N [kN]")
+    for c in CONTACTS:
+        line = curves_of(force)[CONTACT_NAMES[c]]
+        t = line.get_xdata()
+        rows = np.searchsorted(run.time, t/1e3 - 1e-9)
+        np.testing.assert_allclose(line.get_ydata(), 1e-3*run.values(f"N_{c}")[rows], rtol=1e-12)
+        assert t[0] < 10 and t[-1] > 12 and t[-1] - t[0] < 8
+    assert [ax for ax in figure.axes if ax.get_xlabel() == "time [ms]"]
+
+
+def test_ratio_is_the_outward_force_over_the_load():
+    run = invented()
+    left = -(run.values("Fy_LT") + run.values("Fy_LF"))/(run.values("Fz_LT") + run.values("Fz_LF"))
+    right = (run.values("Fy_RT") + run.values("Fy_RF"))/(run.values("Fz_RT") + run.values("Fz_RF"))
+    for curve, expected in zip(RATIO.curves, (left, right), strict=True):
+        np.testing.assert_allclose(curve.values(run), expected, rtol=1e-12)
+    # A wheel that is all but off its rail has none.
+    run.data.loc[100:110, ["Fz_LT", "Fz_LF"]] = 0.0
+    assert np.isnan(RATIO.curves[0].values(run)[100:111]).all() and np.isfinite(RATIO.curves[0].values(run)[:100]).all()
 
 
 def test_contacts_keep_their_colours():
     run = invented()
     seen = {}
-    for page in PAGES:
-        for ax in time_page(run, page).axes:
+    for figure in (*(time_page(run, page) for page in PAGES), impact_page(run)):
+        for ax in figure.axes:
             for line in ax.get_lines():
                 for c in CONTACTS:
                     if line.get_label() == CONTACT_NAMES[c]:
@@ -122,17 +159,44 @@ def test_contacts_keep_their_colours():
 
 
 def test_open_contact_is_named_not_left_empty():
-    page = next(page for page in PAGES if page.title == "contact positions, lateral")
-    overview, zoom = grid(time_page(invented(), page), 4)[3]
-    assert [t.get_text() for t in overview.texts if t.get_text() == "no contact"]
-    assert [t.get_text() for t in zoom.texts if t.get_text() == "no contact"]
+    run = invented()
+    for quantity in PER_CONTACT[3:]:
+        run.data[f"{quantity}_LF"] = np.nan
+    page = next(page for page in PAGES if page.title == "contact points")
+    for ax in columns_of(time_page(run, page), page)[1][1:]:
+        assert [t.get_text() for t in ax.texts if t.get_text() == "no contact"]
 
 
 def test_events_are_marked_where_they_happen():
     figure = time_page(invented(), PAGES[0])
-    marks = [line.get_xdata()[0] for line in figure.axes[0].get_lines() if line.get_linestyle() == ":"]
-    assert marks == [0.00999, 0.02]
+    for ax in figure.axes:
+        assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == ":"] == [0.00999, 0.02]
     assert {"left flange", "centre"} <= {t.get_text() for t in figure.axes[0].texts}
+
+
+def test_words_of_events_lie_above_the_axes_and_clear_of_all_other_words():
+    """On no curve, no tick label, no title, no legend and not on each other, however close the events are."""
+    run = invented()
+    times = {"left flange contact": 0.0100, "right flange contact": 0.0104, "centre passage": 0.0108, "derailment": 0.0392}
+    crowded = altered(run, {"events": tuple(Event(t, kind) for kind, t in times.items())})
+    assert len(key_events(crowded)) == 4
+    for page in (*PAGES, ENERGY):
+        figure = time_page(crowded, page)
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        figure.draw(renderer)
+        words = [text for ax in figure.axes for text in ax.texts if text.get_text() in {label for _, label in key_events(crowded)}]
+        assert len(words) == 4*len(page.columns)
+        boxes = [text.get_window_extent(renderer) for text in words]
+        others = [t.get_window_extent(renderer) for t in figure.findobj(Text)
+                  if t.get_text() and t not in words and t.get_visible()]
+        for k, box in enumerate(boxes):
+            assert text_box(words[k]) is None
+            assert not any(box.overlaps(ax.get_window_extent(renderer)) for ax in figure.axes if ax.get_visible())
+            assert not any(box.overlaps(other) for other in (*others, *boxes[:k])), (page.title, words[k].get_text())
+
+
+def text_box(text: Text) -> object:
+    return text.get_bbox_patch()
 
 
 def test_band_holds_every_extreme():
@@ -194,30 +258,74 @@ def pixels(figure: Figure) -> np.ndarray:
     return np.asarray(canvas.buffer_rgba())[:, :, :3].astype(int).mean(2)
 
 
-def test_long_run_is_a_band_and_its_last_second():
+def long_run() -> RunData:
     run = invented(rows=30_000, dt=1e-3, name="ex5_aw")
+    run.data["F_ext"] = 5e3*run.time
     run.data.loc[12_345, "Y"] = 0.5           # one impact, in mm below
-    overview, zoom, last = grid(time_page(run, PAGES[0]), 3)[0]
+    return run
+
+
+def test_long_run_is_a_band_and_its_last_second():
+    run = long_run()
+    overview = time_page(run, PAGES[0]).axes[0]
     bands = [c for c in overview.collections if isinstance(c, PolyCollection)]
     heights = np.concatenate([path.vertices[:, 1] for path in bands[0].get_paths()])
     before = run.time <= run.time[-1] - 1
     assert heights.max() == pytest.approx(500) and heights.min() == pytest.approx(1e3*run.values("Y")[before].min())
+    last = time_page(run, LAST, last_second(run)).axes[0]
     t = last.get_lines()[0].get_xdata()
     assert t[-1] == run.time[-1] and t[-1] - t[0] == pytest.approx(1.0, abs=2e-3)
     np.testing.assert_allclose(last.get_lines()[0].get_ydata(), 1e3*run.values("Y")[-len(t):])
-    assert zoom.get_xlim()[0] < 10 < zoom.get_xlim()[1]
+    assert first_impact(run).start < 0.01 < first_impact(run).end
+
+
+def test_growing_force_is_the_axis_of_its_own_page():
+    run = long_run()
+    assert is_ramp(run) and not is_ramp(invented())
+    assert [title for title, _ in case_figures(run)] == [
+        *(page.title for page in PAGES), "energy and lateral force", LAST.title, "impacts of flanges"]
+    figure = ramp_page(run)
+    axes = {ax.get_ylabel(): ax for ax in figure.axes}
+    line = axes["lateral Y [mm]"].get_lines()[0]
+    before = run.time <= run.time[-1] - 1
+    force = 5.0*run.time[before]
+    assert force[0] <= line.get_xdata()[0] < line.get_xdata()[-1] <= force[-1] + 0.01
+    np.testing.assert_allclose(line.get_ydata()[100], 1e3*run.values("Y")[before][np.searchsorted(force, line.get_xdata()[100])],
+                               rtol=0.05)
+    assert axes["L/V, left wheel"].get_xlim() == axes["L/V, right wheel"].get_xlim()
 
 
 def test_phase_portrait_is_velocity_over_displacement():
     run = invented()
-    axes = phase_page(run).axes
-    for ax, (q, v, x_scale, v_scale) in zip(axes, (("Y", "vY", 1e3, 1), ("Z", "vZ", 1e3, 1),
-                                                   ("roll", "roll_rate", 1e3, 1e3)), strict=True):
-        curve = ax.get_lines()[0]
+    axes = {ax.get_xlabel(): ax for ax in energy_page(run).axes}
+    for label, q, v, x_scale, v_scale in (("Y [mm]", "Y", "vY", 1e3, 1), ("Z [mm]", "Z", "vZ", 1e3, 1),
+                                          ("Φ [mrad]", "roll", "roll_rate", 1e3, 1e3)):
+        curve = axes[label].get_lines()[0]
         np.testing.assert_allclose(curve.get_xdata(), x_scale*run.values(q))
         np.testing.assert_allclose(curve.get_ydata(), v_scale*run.values(v))
-        start = next(line for line in ax.get_lines() if line.get_label() == "start")
-        assert start.get_xdata()[0] == x_scale*run.values(q)[0]
+        start, end = (curves_of(axes[label])[name] for name in ("start", "end of the run"))
+        assert start.get_xdata()[0] == x_scale*run.values(q)[0] and end.get_xdata()[0] == x_scale*run.values(q)[-1]
+
+
+def test_window_that_ends_before_the_run_names_no_end_of_its_own():
+    """The portrait of a long run shows its last second: it has no start, and its end is that of the run."""
+    run = long_run()
+    run.data["F_ext"] = 0.0
+    axes = {ax.get_xlabel(): ax for ax in energy_page(run).axes}
+    labels = curves_of(axes["Y [mm]"])
+    assert "start" not in labels and labels["end of the run"].get_xdata()[0] == 1e3*run.values("Y")[-1]
+
+
+def test_spectrum_shows_the_sines_with_their_amplitudes_and_the_eigenfrequencies():
+    run = invented(rows=20_000, dt=1e-4)
+    run.data["Z"] = 2e-3*np.sin(2*np.pi*200*run.time) + 5e-5*np.sin(2*np.pi*80*run.time)
+    run = altered(run, results={"frequency_1": 0.4, "frequency_2": 210.0, "frequency_3": 240.0})
+    ax = next(ax for ax in energy_page(run).axes if "amplitude of Z" in ax.get_ylabel())
+    f, amplitude = ax.get_lines()[0].get_data()
+    for frequency, height in ((200, 2.0), (80, 0.05)):
+        near = np.abs(f - frequency) < 2
+        assert amplitude[near].max() == pytest.approx(height, rel=0.02)
+    assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == ":"] == [0.4, 210.0, 240.0]
 
 
 def test_first_episode_is_the_first_only():
@@ -274,7 +382,7 @@ def test_a_number_that_the_header_lacks_is_told(thrown: tuple[RunData, Path], tm
     lines = thrown[0].file.read_text().splitlines(keepends=True)
     (tmp_path/"columns.txt").write_text("".join(line for line in lines if "  order = " not in line))
     with pytest.raises(Error) as error:
-        phase_page(read_data(tmp_path/"columns.txt"))
+        energy_page(read_data(tmp_path/"columns.txt"))
     assert (error.value.file, error.value.found) == (str(tmp_path/"columns.txt"), "none")
     assert error.value.expected == "a number for &integrator order in the header"
 
@@ -321,11 +429,22 @@ def test_roll_lifts_the_left_wheel(thrown: tuple[RunData, Path]):
     assert np.all(turned(right, 0, 0.457, 0.01)[:, 1] < turned(right, 0, 0.457, 0)[:, 1])
 
 
+def test_close_ups_follow_the_gauge(thrown: tuple[RunData, Path], tmp_path: Path):
+    """The rail's head is in the middle for a gauge of 1 m, too, on both sides."""
+    narrow = 1.0 - 1.4351
+    case = thrown[0].case.replace(gauge=1.0, back_to_back=thrown[0].number("wheelset", "back_to_back") + narrow)
+    for right, (side, sign) in enumerate(case_outlines(case).sides):
+        (left, other), _ = close_up(side, sign)
+        gauge_corner = 1e3*sign*side.rail[:, 0].min()
+        assert left > other and other + 40 < gauge_corner < left - 40, right
+        assert abs((left + other)/2) == pytest.approx(537, abs=3)
+
+
 def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path]):
     run, _ = thrown
     (label, k), *_ = instants(run)
     assert "left flange" in label and run.values("N_LF")[k] == run.values("N_LF").max()
-    figure = section_page(run)
+    figure = impact_page(run)
     arrows = {(c.get_offsets()[0][0], c.get_offsets()[0][1]): (c.U[0], c.V[0])
               for c in figure.axes[0].collections if isinstance(c, Quiver)}
     closed = [c for c in ("LT", "LF") if run.values(f"N_{c}")[k] > 0]
@@ -347,11 +466,55 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path]):
         assert np.hypot(*(wheel - point).T).min() < 0.2          # [mm], points every 0.25 mm
 
 
+def test_pictures_have_no_words_on_them(thrown: tuple[RunData, Path]):
+    """Forces and angles stand in the title, clear of the wheel."""
+    run, _ = thrown
+    figure = impact_page(run)
+    left = figure.axes[0]
+    assert not list(left.texts) and f"{1e-3*run.values('N_LF').max():.1f} kN" in left.get_title(loc="left")
+
+
 def test_missing_profile_leaves_the_picture_out(thrown: tuple[RunData, Path]):
     run, _ = thrown
     settings = run.header.settings
     profiles = {**settings["profiles"], "wheel_profile": "nowhere.yz", "rail_profile": "nowhere.yz"}
-    assert section_page(altered(run, {"settings": {**settings, "profiles": profiles}})) is None
+    lost = altered(run, {"settings": {**settings, "profiles": profiles}})
+    assert placed_outlines(lost) is None
+    assert not [c for ax in impact_page(lost).axes for c in ax.collections if isinstance(c, Quiver)]
+
+
+def test_steepest_angle_of_the_flange(thrown: tuple[RunData, Path]):
+    """The reconstruction of the actual wheel has a face of 75 degrees."""
+    assert np.degrees(flange_angle(outlines(thrown[0]).left)) == pytest.approx(75, abs=0.2)
+
+
+def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path]):
+    run, _ = thrown
+    first, = impacts(run, ("LF",))
+    row, = table_rows(run, [first])
+    assert len(row) == len(HEADS) and row[0] == "left flange"
+    assert row[3] == f"{1e-3*run.values('N_LF').max():.1f} kN"
+    t, N = run.time, run.values("N_LF")
+    impulse = float(np.sum(np.diff(t)*(N[1:] + N[:-1])/2))
+    assert float(row[5].split()[0]) == pytest.approx(1e-3*impulse, rel=2e-3)
+    before = run.values("KE_lat")[np.flatnonzero(N > 0)[0] - 1]
+    assert float(row[7].split()[0]) == pytest.approx(before, abs=0.06)
+    assert set(row) <= set(texts(impact_page(run)))
+
+
+def test_stretch_of_full_resolution_lies_on_the_rows_of_the_run(thrown: tuple[RunData, Path]):
+    """A stretch has the time of the run, and dots where the run has rows."""
+    run, _ = thrown
+    k = len(run.time)//3
+    later = altered(run, data=run.data.iloc[k:].reset_index(drop=True))
+    later.data["time"] -= run.time[k]
+    coarse = altered(run, data=run.data.iloc[::7].reset_index(drop=True))
+    ax = hardest_page(coarse, Stretch(later, float(run.time[k]))).axes[0]
+    curve, dots = curves_of(ax)["left flange"], ax.get_lines()[-1]
+    assert ax.get_xlim()[0] == pytest.approx(1e3*run.time[k]) and dots.get_linestyle() == "None"
+    known = np.interp(dots.get_xdata(), curve.get_xdata(), curve.get_ydata())
+    np.testing.assert_allclose(dots.get_ydata(), known, atol=1e-9)
+    assert len(dots.get_xdata()) > 10
 
 
 def test_geometry_page_draws_the_file(thrown: tuple[RunData, Path]):
@@ -371,7 +534,7 @@ def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path])
     """On every kind of page, as it is drawn, no label of an axis lies on a tick label or on a title."""
     run, geometry = thrown
     figures = [*(figure for _, figure in case_figures(run)), geometry_page(geometry),
-               time_page(invented(rows=30_000, dt=1e-3, name="ex5_aw"), PAGES[0])]
+               *(figure for _, figure in case_figures(long_run())), *(figure for _, figure in overview_figures([run]))]
     for figure in figures:
         renderer = FigureCanvasAgg(figure).get_renderer()
         figure.draw(renderer)
@@ -389,7 +552,79 @@ def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path])
                     assert not label.overlaps(other), (figure.texts[0].get_text(), axis.label.get_text())
 
 
+# Titles and runs side by side ---------------------------------------------------------------
+
+@pytest.mark.parametrize(("wheel", "rail", "words"), [
+    ("profiles/awprof.yz", "profiles/arprof.yz", "actual profiles"), ("a/swprof.yz", "b/srprof.yz", "simplified profiles"),
+    ("profiles/s1002.yz", "profiles/60e1.yz", "s1002.yz on 60e1.yz"), ("awprof.yz", "srprof.yz", "awprof.yz on srprof.yz")])
+def test_titles_name_the_profiles_of_the_run(wheel: str, rail: str, words: str):
+    """Whatever the name and the title of the case say."""
+    run = altered(invented(), {"settings": {"profiles": {"wheel_profile": wheel, "rail_profile": rail}},
+                               "title": "initial lateral velocity 0.5 m/s, actual profiles"})
+    assert run.heading == f"Exercise 2, {words}" and run.pair == words
+    assert run.subtitle == "initial lateral velocity 0.5 m/s" + (", actual profiles" if words == "actual profiles" else "")
+    assert summary_row(run)["profiles"] == words
+
+
+def test_sides_with_other_profiles_are_named_both():
+    profiles = {"wheel_profile": "awprof.yz", "rail_profile": "arprof.yz", "wheel_profile_right": "worn.yz"}
+    assert altered(invented(), {"settings": {"profiles": profiles}}).pair == "actual profiles (left), worn.yz on arprof.yz (right)"
+
+
+def test_runs_side_by_side_are_the_runs(thrown: tuple[RunData, Path]):
+    run, _ = thrown
+    other = altered(run, name="ex3_sw", data=run.data.assign(Y=0.5*run.values("Y")))
+    axes = side_by_side([run, other]).axes
+    for line, one in zip(axes[0].get_lines(), (run, other), strict=True):
+        np.testing.assert_allclose(line.get_ydata(), 1e3*one.values("Y"))
+    assert axes[2].get_lines()[0].get_ydata().max() == pytest.approx(1e-3*run.values("N_LF").max())
+    bars = [patch.get_width() for patch in first_contacts([run, other]).axes[0].patches]
+    assert sum(bars) == pytest.approx(2*100)
+    assert overview_figures([long_run()]) == []
+
+
 # Summary and document ----------------------------------------------------------------------
+
+def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The number at each line, its link and the bookmark lead to the page with that title, which has the number at its foot."""
+    monkeypatch.setattr("ldbench.plots.document.LISTED", 6)
+    parts = []
+    for k, count in enumerate((1, 3, 2)):
+        figures = []
+        for i in range(count):
+            figure = Figure(figsize=(11.69, 8.27))
+            figure.text(0.1, 0.5, f"part {k} sheet {i}")
+            figures.append((f"sheet {i}", figure))
+        parts.append(Part(f"part {k}", tmp_path/f"{k}.pdf", save_pages(tmp_path/f"{k}.pdf", figures)))
+    assert bind(parts, tmp_path/"all.pdf") == 7
+    document = PdfReader(tmp_path/"all.pdf")
+    words = [page.extract_text() for page in document.pages]
+    assert all(f"{k + 1} / 7" in text for k, text in enumerate(words))
+    lines = entries([(part.title, part.pages) for part in parts], 2)
+    assert [(line.words, line.page) for line in lines] == [
+        ("part 0", 2), ("part 1", 3), ("sheet 0", 3), ("sheet 1", 4), ("sheet 2", 5), ("part 2", 6), ("sheet 0", 6), ("sheet 1", 7)]
+    numbers = {page.indirect_reference.idnum: k for k, page in enumerate(document.pages)}
+    links = [link.get_object() for link in document.pages[0]["/Annots"]]
+    assert [numbers[link["/Dest"][0].idnum] + 1 for link in links] == [line.page for line in lines]
+    columns = arranged(lines)
+    assert [line for column in columns for line in column] == lines
+    assert [column[0].chapter for column in columns] == [True]*len(columns)
+    figure, targets = contents_page("contents", lines)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    for line, target, link in zip(lines, targets, links, strict=True):
+        assert [float(x) for x in link["/Rect"]] == pytest.approx(target.rectangle, abs=0.01)
+        left, low, right, high = target.rectangle
+        boxes = [t.get_window_extent(renderer) for t in figure.texts if t.get_text() == line.words]
+        assert [box for box in boxes if left - 1 <= box.x0 <= box.x1 <= right + 1 and low - 1 <= box.y0 <= box.y1 <= high + 1]
+    assert [part.title for part in document.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]
+
+
+def test_chaotic_results_have_a_mark():
+    row = summary_row(invented())
+    found = texts(summary_page([row], "", {"ex2_aw": ["peak_N_LF"]}))
+    assert "~123.46" in found and "0.009990" in found
+
+
 
 def test_summary_page_prints_what_it_is_given():
     row = summary_row(invented())
@@ -418,7 +653,7 @@ def test_document_is_the_same_for_any_number_of_processes(thrown: tuple[RunData,
     documents = [tmp_path/f"{jobs}.pdf" for jobs in (1, 3)]
     pages = [make_plots([run.file], document, [geometry], jobs)
              for document, jobs in zip(documents, (1, 3), strict=True)]
-    assert pages == [2 + 4]*2
+    assert pages == [2 + 4]*2          # summary, geometry, the pages of the run
     assert documents[0].read_bytes() == documents[1].read_bytes()
 
 

@@ -23,7 +23,7 @@ from ldbench._core.pools import in_threads, processes
 from ldbench.case import data_folder
 from ldbench.commands import report
 from ldbench.plots.series import PAGES
-from ldbench.report import abstract, formulations, jobs, submission
+from ldbench.report import abstract, authors, formulations, jobs, stretches, submission, twins
 from ldbench.report.jobs import Job, case_job, is_up_to_date, run_jobs, run_stale, stamp_of, write_stamp
 from ldbench.report.submission import geometry_jobs, make_report
 from ldbench.results.run_data import read_data
@@ -64,32 +64,36 @@ def test_products_are_there_and_nothing_else(project: Path):
     names = {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp"}
     assert names == {"ex3_aw.txt", "ex3_sw.txt", "geometry_aw.txt", "geometry_sw.txt", "aw_strip.table",
                      "sw_strip.table", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "formulations.json",
-                     "ldbench_results.html"}
+                     "twins.json", "ldbench_results.html"}
 
 
 def test_plots_have_pages_and_bookmarks(project: Path):
     document = PdfReader(project/"outputs/ldbench_plots.pdf")
     per_run = len(PAGES) + 2
     formulations = 5         # the table, exercise 3, over the flange, values of two pairs
-    assert len(document.pages) == 1 + 2 + 2*per_run + formulations
+    first = 1 + 1 + 2 + 2    # contents, summary, geometry, side by side
+    assert len(document.pages) == first + 2*per_run + formulations
     chapters = [part for part in document.outline if not isinstance(part, list)]
     assert [part.title for part in chapters] == [
-        "Summary", "Contact geometry, actual profiles", "Contact geometry, simplified profiles",
+        "Contents", "Summary", "Contact geometry, actual profiles", "Contact geometry, simplified profiles", "Side by side",
         "Exercise 3, actual profiles", "Exercise 3, simplified profiles", "Elastic contact or constraint equations"]
-    assert [document.get_destination_page_number(part) for part in chapters] == [0, 1, 2, 3, 3 + per_run, 3 + 2*per_run]
+    assert [document.get_destination_page_number(part) for part in chapters] == [
+        0, 1, 2, 3, 4, first, first + per_run, first + 2*per_run]
     run = read_data(project/"outputs/ex3_aw.txt")
-    assert f"{run.first_contact('LF'):.6f}" in document.pages[0].extract_text()
-    for chapter, pair in zip((4, 6), ("actual", "simplified"), strict=True):
-        parts = document.outline[chapter]
+    assert f"{run.first_contact('LF'):.6f}" in document.pages[1].extract_text()
+    inner = [part for part in document.outline if isinstance(part, list)]
+    for parts, pair in zip(inner[1:3], ("actual", "simplified"), strict=True):
         assert [part.title for part in parts] == [
-            *(page.title for page in PAGES), "phase portrait", "cross-sections"]
+            *(page.title for page in PAGES), "energy, phase portrait, spectrum", "impacts of flanges"]
         for part in parts:
             page = document.pages[document.get_destination_page_number(part)]
             assert f"Exercise 3, {pair} profiles: {part.title}" in page.extract_text()
-    words = document.pages[3].extract_text()
-    for word in ("lateral Y [mm]", "vertical Z [mm]", "roll Φ [mrad]", "time [s]", "time [ms]", "reconstructions",
-                 "'strip'"):
+    words = document.pages[first].extract_text()
+    for word in ("lateral Y [mm]", "vertical Z [mm]", "roll Φ [mrad]", "time [s]", "reconstructions", "'strip'"):
         assert word in words
+    assert "time [ms]" in document.pages[first + per_run - 1].extract_text()
+    for k, page in enumerate(document.pages):
+        assert f"{k + 1} / {len(document.pages)}" in page.extract_text()
 
 
 def test_abstract_says_what_the_runs_say(project: Path):
@@ -142,13 +146,13 @@ def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, 
     project = Path(shutil.copytree(project, tmp_path/"project"))       # the other tests' stays as it is
     # Pages and typesetting are not the point here.
     monkeypatch.setattr(submission, "drawing", lambda runs, target, *rest: nullcontext(lambda: target.write_text("plots")))
-    monkeypatch.setattr(abstract, "make_abstract", lambda runs, target, outcomes: target.write_text("abstract"))
+    monkeypatch.setattr(abstract, "make_abstract", lambda runs, target, *rest: target.write_text("abstract"))
     assert remake(project) == set()
     inputs = project/"inputs/ex3_sw.nml"
     inputs.write_text(inputs.read_text().replace("vY = 1.0", "vY = 0.9"))
     assert remake(project) == {
-        "ex3_sw.txt", "geometry_sw.txt", "formulations.json", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv",
-        "ldbench_results.html"}
+        "ex3_sw.txt", "geometry_sw.txt", "formulations.json", "twins.json", "ldbench_plots.pdf", "ldbench_abstract.pdf",
+        "summary.csv", "ldbench_results.html"}
     assert remake(project) == set()
     columns = project/"outputs/ex3_aw.txt"
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))
@@ -165,13 +169,46 @@ def test_abstract_of_ten_runs_has_four_pages(project: Path, tmp_path: Path):
                          data=ten[k].data.assign(time=100*ten[k].time))
     kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
     outcomes = [replace(found, case=name) for name in CASES for found in kept if found.pair == name[-2:]]
-    abstract.make_abstract(ten, tmp_path/"abstract.pdf", outcomes)
+    written = [{"name": "A. Author", "affiliation": "First Institute"}, {"name": "B. Author", "affiliation": "Second Institute"}]
+    abstract.make_abstract(ten, tmp_path/"abstract.pdf", outcomes, {"ex5_sw": ["t_derailment"]}, written)
     document = PdfReader(tmp_path/"abstract.pdf")
     assert len(document.pages) == 4
     words = " ".join(" ".join(page.extract_text() for page in document.pages).split())
-    assert all(name in words for name in CASES) and "2.9877" in words
+    assert all(name in words for name in CASES) and "~2.9877" in words
+    assert "A. Author" in words and "Second Institute" in words
+    assert all(f"Figure {k}" in words and f"Table {k}" in words for k in (1, 2, 3, 4))
     assert words.count("271.2 kN") == 2 and words.count("271.2") == 4        # in the text and in the table
     assert list(tmp_path.iterdir()) == [tmp_path/"abstract.pdf"]
+
+
+def test_numbers_of_tables_are_on_one_line(project: Path, tmp_path: Path):
+    """However narrow the columns of ten runs are, each cell is one line."""
+    runs = [altered(read_data(project/"outputs/ex3_aw.txt"), name=name) for name in CASES]
+    abstract.make_abstract(runs, tmp_path/"abstract.pdf")
+    lines = "\n".join(page.extract_text() for page in PdfReader(tmp_path/"abstract.pdf").pages).splitlines()
+    drift = abstract.scientific(summary_row(runs[0])["drift_relative"])
+    row = next(line for line in lines if line.startswith("energy drift, relative"))
+    assert row.count(drift) == 10
+
+
+def test_authors_come_from_a_file(tmp_path: Path):
+    file = tmp_path/"authors.toml"
+    assert authors.read_authors(file) == []
+    file.write_text('[[author]]\nname = "A. Author"\naffiliation = "Institute, Town"\n[[author]]\nname = "B"\n')
+    assert authors.read_authors(file) == [{"name": "A. Author", "affiliation": "Institute, Town"}, {"name": "B", "affiliation": ""}]
+
+
+@pytest.mark.parametrize(("text", "expected", "found"), [
+    ('[[author]]\naffiliation = "Institute"\n', "a name", "none"),
+    ('[[author]]\nname = 3\n', "a text for name or affiliation", "3"),
+    ('author = "A"\n', "tables [[author]]", "str"), ('[[writer]]\nname = "A"\n', "tables [[author]] alone", "another name")])
+def test_wrong_authors_are_told(text: str, expected: str, found: str, tmp_path: Path):
+    file = tmp_path/"authors.toml"
+    file.write_text(text)
+    with pytest.raises(Error) as error:
+        authors.read_authors(file)
+    assert str(error.value).startswith(f"{file}, ")
+    assert error.value.expected == expected and error.value.found.startswith(found)
 
 
 # What counts as up to date -----------------------------------------------------------------
@@ -411,6 +448,52 @@ def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
         assert found["results"]["peak_N"] == submitted.peak("LF")[0]
         assert found["drift"] == summary_row(submitted)["drift_relative"]
         assert set(found["curves"]["t"]) <= set(submitted.time)
+
+
+def test_pages_of_formulations_name_the_profiles_of_the_files(project: Path):
+    """Not those that the names of the cases tell."""
+    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
+    assert {(o.pair, o.profiles) for o in kept} == {("aw", "actual profiles"), ("sw", "simplified profiles")}
+    other = [replace(o, profiles="s1002.yz on 60e1.yz") if o.pair == "aw" else o for o in kept]
+    titles = [ax.get_title(loc="left") for ax in formulations.exercise_page(other, 3).axes if ax.get_title(loc="left")]
+    assert titles == ["s1002.yz on 60e1.yz", "simplified profiles"]
+    assert formulations.values_page(other, "aw").texts[0].get_text() == "Results by formulation, s1002.yz on 60e1.yz"
+
+
+def test_results_that_a_twin_does_not_share_are_chaotic():
+    """Numbers, counts, and what happens to one of two; exactness and the start itself do not count."""
+    row = {"case": "ex1_aw", "t_return": 0.1, "peak_N_LF": 100e3, "t_first_LF": 0.02, "Y_min": 0.0, "t_derailment": None,
+           "n_left_flange_contact": 1, "drift": 1e-9, "F_derailment": np.nan}
+    twin = row | {"t_return": 0.1002, "peak_N_LF": 100.05e3, "Y_min": 1e-6, "t_derailment": 3.0, "n_left_flange_contact": 2,
+                  "drift": 5e-9}
+    assert twins.chaotic(row, twin) == ["t_return", "t_derailment", "n_left_flange_contact"]
+    assert twins.chaotic(row, dict(row)) == []
+
+
+def test_summary_names_chaotic_results(tmp_path: Path, project: Path):
+    runs = [read_data(project/f"outputs/ex3_{pair}.txt") for pair in ("aw", "sw")]
+    submission.write_summary(runs, tmp_path/"summary.csv", {"ex3_sw": ["Z_max", "t"]})
+    assert list(pd.read_csv(tmp_path/"summary.csv").chaotic.fillna("")) == ["", "Z_max t"]
+
+
+def test_stretches_of_a_run_follow_its_rows(tmp_path: Path):
+    """Computed again from a row on, the motion is that of the run for some hundredths of a second."""
+    case = Case.exercise(5, "aw").replace(model="strip", accuracy=0.1, table_file="", lateral_ramp=4e5, t_end=0.15,
+                                          interval=1e-3, stop_at="t_end")
+    case.to_namelist(tmp_path/"ex5_aw.nml")
+    job = case_job(tmp_path/"ex5_aw.nml", tmp_path, tmp_path)
+    run_jobs([job], 1)
+    whole = read_data(job.product)
+    first, hardest = stretches.first_and_hardest(job, whole)
+    assert hardest.start < whole.peak("LF")[1] < hardest.start + hardest.run.time[-1]
+    assert first.start < whole.first_contact("LF") < first.start + first.run.time[-1]
+    for stretch in (first, hardest):
+        assert np.diff(stretch.run.time).max() < 2.1e-5 and stretch.start in whole.time
+        rows = (whole.time >= stretch.start) & (whole.time <= stretch.start + stretch.run.time[-1])
+        t = whole.time[rows] - stretch.start
+        for column, apart in ("Y", 1e-7), ("Z", 1e-7), ("roll", 1e-7), ("F_ext", 1.0):
+            again = np.interp(t, stretch.run.time, stretch.run.values(column))
+            np.testing.assert_allclose(again, whole.values(column)[rows], atol=apart)
 
 
 def test_exercise_5_derails_at_one_load(tmp_path: Path):

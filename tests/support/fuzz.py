@@ -220,7 +220,7 @@ class Child:
 
     def our_file(self, rng: random.Random) -> None:
         """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""
-        from ldbench.plots.sections import section_page
+        from ldbench.plots.impact import impact_page
         from ldbench.plots.series import PAGES
         from ldbench.plots.style import ldbench_style
         from ldbench.plots.times import time_page
@@ -241,7 +241,7 @@ class Child:
         make_page([reference, run])
         draw = rng.choice([None]*40 + [
             lambda: compare_pages.table_page(run.name, run.header.title, [run.name], [[run.ending]], [1], run.heading),
-            lambda: time_page(run, PAGES[0]), lambda: section_page(run),
+            lambda: time_page(run, PAGES[0]), lambda: impact_page(run),
             lambda: Picture([reference, run], 0.0, 1e-3, 1e-3, None).figure])
         if draw:
             with ldbench_style():

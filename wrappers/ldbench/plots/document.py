@@ -4,7 +4,7 @@ from __future__ import annotations
 import gc
 import pickle
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -20,13 +20,16 @@ from .._core.files import check_ending, check_written, complete, failing_as
 from .._core.pools import processes
 from ..profiles.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
+from .contents import contents_page, entries, link, number
 from .geometry import geometry_page
-from .phase import phase_page
-from .sections import section_page
-from .series import IMPULSES, PAGES
-from .stretches import ENVELOPE_ROWS
+from .impact import HARDEST, Stretch, hardest_page, impact_page
+from .overview import overview_figures
+from .phase import energy_page
+from .ramp import is_ramp, ramp_page
+from .series import IMPULSES, LAST, PAGES
+from .stretches import ENVELOPE_ROWS, is_long, last_second
 from .style import ldbench_style
-from .summary import SUMMARY_NOTE, summary_page
+from .summary import CHAOTIC_NOTE, SUMMARY_NOTE, summary_page
 from .times import time_page
 
 
@@ -36,18 +39,33 @@ class Part:
     title: str
     file: Path
     pages: tuple[str, ...]        # their titles
+    first: int = 0                # their place in the file
 
 
-def case_figures(run: RunData) -> Iterable[tuple[str, Figure]]:
+LISTED = 8      # pages from which on a document has a contents page
+TOGETHER = 2    # runs that one process draws into one file
+
+# Around the first and the hardest contact of the left flange, computed again.
+Stretches = tuple[Stretch, Stretch]
+
+
+def case_figures(run: RunData, fine: Stretches | None = None) -> Iterator[tuple[str, Figure]]:
     """The pages of a run: of what it has columns for."""
+    if "time" not in run.data:
+        return
     for page in (*PAGES, IMPULSES) if "E_lost" in run.data else PAGES:
         if found := page.of(run):
             yield page.title, time_page(run, found)
-    if {"Y", "vY", "Z", "vZ", "roll", "roll_rate"}.issubset(run.data):
-        yield "phase portrait", phase_page(run)
-    picture = section_page(run)
-    if picture is not None:
-        yield "cross-sections", picture
+    if is_ramp(run):
+        yield "energy and lateral force", ramp_page(run)
+    elif picture := energy_page(run):
+        yield "energy, phase portrait, spectrum", picture
+    if is_long(run) and (found := LAST.of(run)):
+        yield LAST.title, time_page(run, found, last_second(run))
+    if picture := impact_page(run, fine[0] if fine else None):
+        yield "impacts of flanges", picture
+    if fine:
+        yield HARDEST, hardest_page(run, fine[1])
 
 
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
@@ -73,33 +91,56 @@ def no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def case_part(pickled: bytes, target: Path) -> Part:
-    """All pages of one run."""
-    run: RunData = pickle.loads(pickled)
+Chapter = tuple[str, Iterable[tuple[str, Figure]]]        # title, and pages with their titles
+
+
+def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
+    """Write chapters into one file, in which they share the fonts: to cut a font takes as long as a page."""
+    counts: list[tuple[str, int]] = []
+
+    def figures() -> Iterator[tuple[str, Figure]]:
+        for title, pages in chapters:
+            count = 0
+            for page in pages:
+                count += 1
+                yield page
+            counts.append((title, count))
+
+    titles = save_pages(target, figures())
+    parts, first = [], 0
+    for title, count in counts:
+        parts.append(Part(title, target, titles[first:first + count], first))
+        first += count
+    return parts
+
+
+def case_parts(pickled: bytes, target: Path) -> list[Part]:
+    """All pages of some runs."""
     with ldbench_style():
-        return run_part(run, target)
+        return run_parts(pickle.loads(pickled), target)
 
 
-def run_part(run: RunData, target: Path) -> Part:
-    """All pages of one run, in the style that is set; Error where it has no columns to draw."""
-    if not (titles := save_pages(target, case_figures(run))):
-        raise Error(f"{run.file}: expected time and other columns of ours to draw (a map of names, --map, may tell which), "
-                    f"found {', '.join(map(str, run.data))}")
-    return Part(run.heading, target, titles)
+def run_parts(runs: Sequence[tuple[RunData, Stretches | None]], target: Path) -> list[Part]:
+    """All pages of some runs, in the style that is set; Error where one has no columns to draw."""
+    parts = save_parts(target, ((run.heading, case_figures(run, fine)) for run, fine in runs))
+    for part, (run, _) in zip(parts, runs, strict=True):
+        if not part.pages:
+            raise Error(f"{run.file}: expected time and other columns of ours to draw (a map of names, --map, may tell which), "
+                        f"found {', '.join(map(str, run.data))}")
+    return parts
 
 
-def geometry_part(source: Path, target: Path) -> Part:
-    """Draw the page of a geometry file."""
+def front_parts(rows: Sequence[dict[str, Any]], geometry: Sequence[Path], runs: Sequence[RunData],
+                chaotic: Mapping[str, Sequence[str]] | None, target: Path) -> list[Part]:
+    """The table of all runs, the pages of geometry files, and the pages that compare runs."""
+    note = SUMMARY_NOTE if chaotic is None else CHAOTIC_NOTE + SUMMARY_NOTE
     with ldbench_style():
-        figure = geometry_page(source)
-        title = figure.texts[0].get_text()
-        return Part(title, target, save_pages(target, [("geometry", figure)]))
-
-
-def summary_part(rows: Sequence[dict[str, Any]], target: Path) -> Part:
-    """Draw the page with the table of all runs."""
-    with ldbench_style():
-        return Part("Summary", target, save_pages(target, [("summary", summary_page(rows, SUMMARY_NOTE))]))
+        shapes = [geometry_page(source) for source in geometry]
+        chapters: list[Chapter] = [("Summary", [("summary", summary_page(rows, note, chaotic))])]
+        chapters += [(figure.texts[0].get_text(), [("geometry", figure)]) for figure in shapes]
+        if beside := overview_figures(runs):
+            chapters.append(("Side by side", beside))
+        return save_parts(target, chapters)
 
 
 def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
@@ -118,44 +159,73 @@ def plot_runs(runs: Sequence[RunData], target: Path) -> int:
     check_written([target], [])
     check_ending(target, "a document .pdf", ".pdf")
     with tempfile.TemporaryDirectory() as scratch, ldbench_style():
-        parts = [run_part(run, Path(scratch)/f"{k}.pdf") for k, run in enumerate(runs)]
+        parts = run_parts([(run, None) for run in runs], Path(scratch)/"runs.pdf")
         return bind(parts, target, f"ldbench: {', '.join(run.name for run in runs)}")
 
 
 @contextmanager
 def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
-            done: Callable[[], None] = lambda: None,
-            further: Sequence[Callable[[Path], Part]] = ()) -> Iterator[Callable[[], int]]:
+            done: Callable[[], None] = lambda: None, further: Sequence[Callable[[Path], Part]] = (),
+            fine: Mapping[str, Stretches] | None = None,
+            chaotic: Mapping[str, Sequence[str]] | None = None) -> Iterator[Callable[[], int]]:
     """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
     for them and writes the document.  `further` make last parts in a file, there too; they build no contact tables:
-    OpenMP's threads do not outlive a fork."""
-    tasks_in_all = len(runs) + len(geometry) + len(further)
-    with tempfile.TemporaryDirectory() as scratch, processes(jobs, tasks_in_all) as pool:
+    OpenMP's threads do not outlive a fork.  `fine`: stretches of runs with more rows, by the names of the runs; `chaotic`:
+    their results that the summary marks."""
+    groups = [runs[k:k + TOGETHER] for k in range(0, len(runs), TOGETHER)]
+    with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(groups) + len(further)) as pool:
         # Pickled here: the pool would do it in a thread, while the caller goes on with the runs.
-        drawn = [partial(case_part, pickle.dumps(run, pickle.HIGHEST_PROTOCOL)) for run in runs]
-        work = [partial(geometry_part, file) for file in geometry] + drawn + list(further)
+        work: list[Callable[[Path], list[Part] | Part]] = [partial(case_parts, pickle.dumps(
+            [(run, (fine or {}).get(run.name)) for run in group], pickle.HIGHEST_PROTOCOL)) for group in groups]
         # The longest first; the order of the document is another.
-        sizes = [0]*len(geometry) + [len(run.time) for run in runs] + [ENVELOPE_ROWS]*len(further)
-        order = sorted(range(len(work)), key=lambda k: -sizes[k])
+        sizes = [sum(len(run.time) for run in group) for group in groups] + [ENVELOPE_ROWS]*len(further)
+        order = sorted(range(len(sizes)), key=lambda k: -sizes[k])
+        work += further
         tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in order}
-        for k in range(len(geometry) + len(runs)):
-            tasks[k].add_done_callback(lambda _: done())
-        summary = summary_part([full_row(run) for run in runs], Path(scratch)/"summary.pdf")
-        yield lambda: bind([summary, *(tasks[k].result() for k in range(len(work)))], target)
+        for k, group in enumerate(groups):
+            for _ in group:
+                tasks[k].add_done_callback(lambda _: done())
+        compared = [run for run in runs if run.exercise in range(1, 5)]
+        front = front_parts([full_row(run) for run in runs], geometry, compared if len(compared) > 1 else [], chaotic,
+                            Path(scratch)/"front.pdf")
+        for _ in geometry:
+            done()
+
+        def finish() -> int:
+            parts = list(front)
+            for k in range(len(sizes)):
+                found = tasks[k].result()
+                parts += found if isinstance(found, list) else [found]
+            return bind(parts, target)
+
+        yield finish
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:
-    """Put parts together with bookmarks; returns the number of pages."""
+    """Put parts together with bookmarks and page numbers; returns the number of pages. Several parts of many pages get a
+    contents page."""
     writer = PdfWriter()
-    for part in parts:
-        start = len(writer.pages)
-        writer.append(PdfReader(part.file), import_outline=False)
-        chapter = writer.add_outline_item(title=part.title, page_number=start)
-        if len(part.pages) > 1:
-            for k, name in enumerate(part.pages):
-                writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
+    listed = len(parts) > 1 and sum(len(part.pages) for part in parts) >= LISTED
+    lines = entries([(part.title, part.pages) for part in parts], 2)
+    with tempfile.TemporaryDirectory() as scratch, ldbench_style():
+        if listed:
+            page, links = contents_page(title.removeprefix("ldbench: ").capitalize(), lines)
+            save_pages(Path(scratch)/"contents.pdf", [("contents", page)])
+            writer.append(PdfReader(Path(scratch)/"contents.pdf"), import_outline=False)
+            writer.add_outline_item(title="Contents", page_number=0)
+        files = {part.file: PdfReader(part.file) for part in parts}
+        for part in parts:
+            start = len(writer.pages)
+            writer.append(files[part.file], pages=(part.first, part.first + len(part.pages)), import_outline=False)
+            chapter = writer.add_outline_item(title=part.title, page_number=start)
+            if len(part.pages) > 1:
+                for k, name in enumerate(part.pages):
+                    writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
+        if listed:
+            link(writer, 0, links)
+    number(writer)
     writer.add_metadata({"/Title": title})
     writer.compress_identical_objects()
-    with complete(target) as scratch:
-        writer.write(scratch)
+    with complete(target) as file:
+        writer.write(file)
     return len(writer.pages)

@@ -1,6 +1,7 @@
 """An empty page with its title and the settings of a run, and labels of axes."""
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -11,13 +12,16 @@ from ..results.quantities import MM
 from ..results.run_data import RunData
 from .style import PAGE, plain
 
+LINE_LENGTH = 236       # characters of a caption that fit between the edges of a page
+
 
 def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
     """Make an empty page with title, subtitle and caption."""
     figure = Figure(figsize=PAGE)
     figure.text(0.055, 0.962, plain(title), fontsize=12, weight="bold", va="top")
     figure.text(0.985, 0.959, plain(subtitle), fontsize=8, va="top", ha="right", color="#404040")
-    figure.text(0.055, 0.014, plain(caption), fontsize=6.5, va="bottom", color="#404040", linespacing=1.4)
+    lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, LINE_LENGTH)]
+    figure.text(0.055, 0.014, plain("\n".join(lines)), fontsize=6.5, va="bottom", color="#404040", linespacing=1.4)
     return figure
 
 

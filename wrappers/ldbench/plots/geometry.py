@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
-from ..results.quantities import DEG, MM, PAIRS
+from ..results.quantities import DEG, MM
 from ..results.run_data import RunData, read_data
 from .frame import caption, label_x, label_y, new_page
 from .style import BLACK, CONTACT_LINES, GREY
@@ -17,8 +17,7 @@ def geometry_page(path: Path) -> Figure:
     """The geometry functions of a pair, from the file that `&output geometry_file` asks for."""
     run = read_data(path)
     y = MM*run.values("Y")
-    pair = PAIRS.get(run.name.partition("_")[2], run.name)
-    figure = new_page(f"Contact geometry, {pair}", "rigid wheelset standing on both rails",
+    figure = new_page(f"Contact geometry, {run.pair or run.name}", "rigid wheelset standing on both rails",
                       f"dotted: rigid-axle clearance, {clearance_words(run)} mm; conicity: equivalent, by "
                       f"harmonic linearisation, for the amplitude |Y|\n{caption(run).splitlines()[-1]}")
     axes = figure.subplots(2, 4, gridspec_kw={

@@ -1,12 +1,12 @@
 """What is drawn against time: pages of panels of curves, and the columns that they show."""
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..results.derived import lateral_over_vertical
 from ..results.quantities import CONTACT_NAMES, CONTACTS, PER_CONTACT, quantity
 from ..results.run_data import RunData
 from .style import BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, GREEN, ORANGE, PURPLE, RED, Line
@@ -19,10 +19,14 @@ class Curve:
     columns: tuple[str, ...]      # added up
     label: str
     line: Line
+    sign: float = 1.0
+    derive: Callable[[RunData], np.ndarray] | None = None     # what the columns give where they are not added up
 
     def values(self, run: RunData) -> np.ndarray:
         """The values of the curve, SI."""
-        return functools.reduce(np.add, map(run.values, self.columns))
+        if self.derive is not None:
+            return self.derive(run)
+        return self.sign*np.sum([run.values(column) for column in self.columns], axis=0)
 
 
 @dataclass(frozen=True)
@@ -34,25 +38,39 @@ class Panel:
     scale: float                  # from SI to the unit
     curves: tuple[Curve, ...]
 
+    @property
+    def words(self) -> str:
+        """The label of the vertical axis."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
 
 @dataclass(frozen=True)
 class Page:
-    """A page of panels against time."""
+    """A page of panels against time, in columns beside each other."""
 
     title: str
-    panels: tuple[Panel, ...]
+    columns: tuple[tuple[Panel, ...], ...]
     note: str | Callable[[RunData], str] = ""
+
+    @property
+    def panels(self) -> tuple[Panel, ...]:
+        """All panels of the page, column by column."""
+        return tuple(panel for column in self.columns for panel in column)
 
     def of(self, run: RunData) -> Page | None:
         """The page with what the run has columns for; None without any."""
-        panels = [replace(panel, curves=curves) for panel in self.panels
-                  if (curves := tuple(curve for curve in panel.curves if all(name in run.data for name in curve.columns)))]
-        return replace(self, panels=tuple(panels)) if panels else None
+        found = []
+        for column in self.columns:
+            panels = tuple(replace(panel, curves=curves) for panel in column if (curves := tuple(
+                curve for curve in panel.curves if all(name in run.data for name in curve.columns))))
+            found += [panels] if panels else []
+        return replace(self, columns=tuple(found)) if found else None
 
 
-def contact_curves(what: str, *contacts: str) -> tuple[Curve, ...]:
-    """One quantity of some contacts, each in the colour of the contact."""
-    return tuple(Curve((f"{what}_{c}",), CONTACT_NAMES[c], CONTACT_LINES[c]) for c in contacts)
+def contact_curves(what: str, *contacts: str, outwards: bool = False) -> tuple[Curve, ...]:
+    """One quantity of some contacts, each in the colour of the contact; `outwards` turns the sign on the right."""
+    return tuple(Curve((f"{what}_{c}",), CONTACT_NAMES[c], CONTACT_LINES[c], -1.0 if outwards and c[0] == "R" else 1.0)
+                 for c in contacts)
 
 
 def single(column: str, label: str) -> Panel:
@@ -61,24 +79,29 @@ def single(column: str, label: str) -> Panel:
     return Panel(label, shown.unit, shown.scale, (Curve((column,), label, Line(BLACK)),))
 
 
-def of_contacts(what: str, label: str, *contacts: str) -> Panel:
+def of_contacts(what: str, label: str, *contacts: str, outwards: bool = False) -> Panel:
     """A panel of one quantity of some contacts."""
-    return Panel(label, PER_CONTACT[what].unit, PER_CONTACT[what].scale, contact_curves(what, *contacts))
+    return Panel(label, PER_CONTACT[what].unit, PER_CONTACT[what].scale, contact_curves(what, *contacts, outwards=outwards))
 
 
-def by_side(what: str, label: str) -> tuple[Panel, ...]:
-    """Left and right wheel, each with tread and flange."""
-    return of_contacts(what, f"{label}, left wheel", "LT", "LF"), of_contacts(what, f"{label}, right wheel", "RT", "RF")
+def side_panels(*quantities: tuple[str, str]) -> tuple[tuple[Panel, ...], ...]:
+    """A column of panels per wheel, left and right, each with tread and flange."""
+    return tuple(tuple(of_contacts(what, f"{label}, {side} wheel", *contacts) for what, label in quantities)
+                 for side, contacts in (("left", ("LT", "LF")), ("right", ("RT", "RF"))))
 
 
-def by_part(what: str, label: str) -> tuple[Panel, ...]:
-    """Treads and flanges, each left and right."""
-    return of_contacts(what, f"{label}, treads", "LT", "RT"), of_contacts(what, f"{label}, flanges", "LF", "RF")
+def part_panels(*quantities: tuple[str, str]) -> tuple[tuple[Panel, ...], ...]:
+    """A column of panels for the treads and one for the flanges, each with left and right; y points outwards."""
+    return tuple(tuple(of_contacts(what, f"{label}, {part}", *contacts, outwards=what == "y") for what, label in quantities)
+                 for part, contacts in (("treads", ("LT", "RT")), ("flanges", ("LF", "RF"))))
 
 
-IMPULSES = Page("impulses of impacts, and energy lost", (
-    *by_side("P", "impulses so far"), single("E_lost", "energy lost so far")),
-    "rigid contacts: forces that last are on the pages of forces, impacts on this one")
+def ratio_curve(side: str) -> Curve:
+    """L/V of a wheel, 'L' or 'R'."""
+    needed = tuple(f"{force}_{side}{part}" for force in ("Fy", "Fz") for part in "TF")
+    line = CONTACT_LINES[f"{side}T"]
+    return Curve(needed, {"L": "left wheel", "R": "right wheel"}[side], line,
+                 derive=lambda run: lateral_over_vertical(run, side))
 
 
 def constant_energies(run: RunData) -> str:
@@ -90,38 +113,47 @@ def constant_energies(run: RunData) -> str:
             "drift: total energy − work of the lateral force − total energy at the start")
 
 
-PAGES = (
-    Page("displacements", (
-        single("Y", "lateral Y"), single("Z", "vertical Z"),
-        single("roll", "roll Φ"))),
-    Page("velocities", (
-        single("vY", "lateral dY/dt"), single("vZ", "vertical dZ/dt"),
-        single("roll_rate", "roll dΦ/dt"))),
-    Page("accelerations", (
-        single("aY", "lateral"), single("aZ", "vertical"), single("roll_acc", "roll"))),
-    Page("contact angles and rolling radii",
-         by_part("angle", "angle") + by_part("radius", "radius"),
-         "angle of the contact normal to the vertical, positive towards the flange"),
-    Page("normal forces", by_side("N", "normal force")),
-    Page("vertical forces", by_side("Fz", "vertical force"), "of the rail on the wheel, up positive"),
-    Page("lateral forces", by_side("Fy", "lateral force"), "of the rail on the wheel, left positive"),
-    Page("contact positions, lateral",
-         tuple(of_contacts("y", f"y, {CONTACT_NAMES[c]}", c) for c in CONTACTS),
-         "from the track centreline, left positive"),
-    Page("contact positions, vertical", by_part("z", "z"), "from the top of the rails, up positive"),
-    Page("energy balance", (
-        Panel("kinetic", "J", 1.0, (
-            Curve(("KE_lat",), "lateral", Line(BLACK)), Curve(("KE_vert",), "vertical", Line(GREEN, DASHED)),
-            Curve(("KE_roll",), "roll", Line(PURPLE, DASH_DOT)))),
-        Panel("potential", "J", 1.0, (
-            Curve(("PE_grav",), "gravity", Line(BLACK)), Curve(("PE_load",), "vertical load", Line(GREEN, DASHED)),
-            Curve(("PE_elastic_L",), "elastic left", Line(BLUE)),
-            Curve(("PE_elastic_R",), "elastic right", Line(RED)))),
-        Panel("sums", "J", 1.0, (
-            Curve(("KE_lat", "KE_vert", "KE_roll"), "kinetic", Line(BLACK)),
-            Curve(("PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R"), "potential", Line(GREEN, DASHED)),
-            Curve(("W_ext",), "work of the lateral force", Line(ORANGE)))),
-        Panel("drift", "J", 1.0, (
-            Curve(("E_drift",), "total − work of the lateral force − total at the start", Line(BLACK)),))),
-        constant_energies),
+RATIO = Panel("L/V", "", 1.0, (ratio_curve("L"), ratio_curve("R")))
+KINETIC = Panel("kinetic energy", "J", 1.0, (
+    Curve(("KE_lat",), "lateral", Line(BLACK)), Curve(("KE_vert",), "vertical", Line(GREEN, DASHED)),
+    Curve(("KE_roll",), "roll", Line(PURPLE, DASH_DOT))))
+ELASTIC = Curve(("PE_elastic_L",), "elastic left", Line(BLUE)), Curve(("PE_elastic_R",), "elastic right", Line(RED))
+ENERGIES = (
+    KINETIC,
+    Panel("potential energy", "J", 1.0, (
+        Curve(("PE_grav",), "gravity", Line(BLACK)), Curve(("PE_load",), "vertical load", Line(GREEN, DASHED)), *ELASTIC)),
+    Panel("sums", "J", 1.0, (
+        Curve(("KE_lat", "KE_vert", "KE_roll"), "kinetic", Line(BLACK)),
+        Curve(("PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R"), "potential", Line(GREEN, DASHED)),
+        Curve(("W_ext",), "work of lateral force", Line(ORANGE)))),
+    Panel("drift", "J", 1.0, (Curve(("E_drift",), "drift", Line(BLACK)),)),
 )
+
+PAGES = (
+    Page("motion", (
+        (single("Y", "lateral Y"), single("Z", "vertical Z"), single("roll", "roll Φ")),
+        (single("vY", "dY/dt"), single("vZ", "dZ/dt"), single("roll_rate", "dΦ/dt")),
+        (single("aY", "d²Y/dt²"), single("aZ", "d²Z/dt²"), single("roll_acc", "d²Φ/dt²")))),
+    Page("contact forces", side_panels(("N", "normal N"), ("Fz", "vertical"), ("Fy", "lateral")),
+         "of the rail on the wheel, in the directions up and left"),
+    Page("contact points", part_panels(("angle", "angle"), ("radius", "rolling radius"), ("y", "outward y"), ("z", "z")),
+         "angle of the contact normal to the vertical, positive towards the flange; outward y: from the track centreline, "
+         "positive to the left on the left side and to the right on the right side; z: from the top of the rails, up positive"),
+)
+IMPULSES = Page("impulses of impacts, and energy lost", (
+    tuple(of_contacts("P", f"impulses so far, {side} wheel", *contacts) for side, contacts in (
+        ("left", ("LT", "LF")), ("right", ("RT", "RF")))) + (single("E_lost", "energy lost so far"),),),
+    "rigid contacts: forces that last are on the page of forces, impacts on this one")
+ENERGY = Page("energy", (ENERGIES,), constant_energies)
+# Around an impact, and before the end of a long run.
+CLOSE = (
+    (Panel("N", "kN", 1e-3, contact_curves("N", *CONTACTS)), Panel("contact angle", "°", PER_CONTACT["angle"].scale,
+                                                                  contact_curves("angle", "LF", "RF"))),
+    (Panel("velocity", "m/s", 1.0, (Curve(("vY",), "lateral", Line(BLACK)), Curve(("vZ",), "vertical", Line(GREEN, DASHED)))),
+     Panel("acceleration", "m/s²", 1.0, (
+         Curve(("aY",), "lateral", Line(BLACK)), Curve(("aZ",), "vertical", Line(GREEN, DASHED))))),
+    (Panel("energy", "J", 1.0, (*KINETIC.curves, Curve(("PE_elastic_L", "PE_elastic_R"), "elastic", Line(BLUE)))), RATIO),
+)
+LAST = Page("motion and forces, last second", (
+    (single("Y", "lateral Y"), single("Z", "vertical Z"), single("roll", "roll Φ")),
+    (of_contacts("N", "normal N, left wheel", "LT", "LF"), of_contacts("N", "normal N, right wheel", "RT", "RF"), RATIO)))

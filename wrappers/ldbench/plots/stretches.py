@@ -8,18 +8,21 @@ import numpy as np
 from ..results.run_data import RunData
 
 ENVELOPE_ROWS = 20_000     # longer runs are drawn as bands
-BINS = 700                 # of a band
+BINS = 400                 # of a band
 COLUMNS = 2000             # of a curve: 250 to the inch where it goes from edge to edge
+PANEL = 800                # columns of a curve in a panel: 160 to the inch on the widest, 250 on most
+LAST = 1.0                 # of a long run, shown by itself at the end [s]
 
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of time that a column of panels shows."""
+    """A stretch of time that a page shows."""
     title: str
     start: float                  # [s]
     end: float                    # [s]
     milliseconds: bool = False
     band: bool = False            # smallest and largest value, not the curve
+    zero: float = 0.0             # the time from which the axis counts [s]
 
     @property
     def scale(self) -> float:
@@ -45,24 +48,37 @@ def first_episode(run: RunData, contact: str) -> tuple[float, float] | None:
     return float(run.time[first]), float(run.time[last])
 
 
-def windows(run: RunData) -> list[Window]:
-    """The stretches of time to show of a run."""
+def is_long(run: RunData) -> bool:
+    """Whether a run is drawn as bands."""
+    return len(run.time) > ENVELOPE_ROWS
+
+
+def overall(run: RunData) -> Window:
+    """The whole run, or all but the last second of a long one."""
     t = run.time
-    long = len(t) > ENVELOPE_ROWS
-    found = [Window("until the last second: smallest to largest value, and mean", t[0], t[-1] - 1, band=True) if long
-             else Window("whole run", t[0], t[-1])]
-    episode = first_episode(run, "LF")
-    impact = run.first_contact("LF")
-    if impact is not None and run.formulation == "unilateral":
-        episode = impact, impact + 0.01
-    if episode:
-        start, end = episode
-        length = max(end - start, 4*(t[1] - t[0]))
-        zoom = max(t[0], start - 0.6*length), min(t[-1], end + 1.2*length)
-        found.append(Window("first contact of the left flange", *zoom, milliseconds=True))
-    if long:
-        found.append(Window("last second", t[-1] - 1, t[-1]))
-    return found
+    if is_long(run):
+        return Window("up to the last second: bands from the smallest to the largest value, and the mean", t[0],
+                      max(t[-1] - LAST, t[0]), band=True)
+    return Window("", t[0], t[-1])
+
+
+def last_second(run: RunData) -> Window:
+    """The end of a long run."""
+    return Window("", max(run.time[-1] - LAST, run.time[0]), run.time[-1])
+
+
+def first_impact(run: RunData, contact: str = "LF") -> Window | None:
+    """The first contact of a flange and some time before and after it; None where it stays open."""
+    t = run.time
+    episode = first_episode(run, contact)
+    touched = run.first_contact(contact)
+    if touched is not None and run.formulation == "unilateral":
+        episode = touched, touched + 0.01
+    if not episode:
+        return None
+    start, end = episode
+    length = max(end - start, 4*(t[1] - t[0]))
+    return Window("", max(t[0], start - 0.6*length), min(t[-1], end + 1.2*length), milliseconds=True)
 
 
 def band(t: np.ndarray, x: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, ...]:

@@ -53,7 +53,7 @@ RC = {
     "axes.linewidth": 0.6,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "axes.formatter.limits": (-4, 5),
+    "axes.formatter.limits": (-3, 5),
     "axes.formatter.useoffset": False,
     "axes.titley": 1.0,         # given, it need not be searched for at every drawing
     "axes.unicode_minus": True,

@@ -89,6 +89,17 @@ def pose(run: RunData, k: int) -> tuple[float, float, float]:
     return (run.values("Y")[k], run.result("axle_height") + run.values("Z")[k], run.result("axle_roll") + run.values("roll")[k])
 
 
+def flange_angle(side: Side) -> float:
+    """The steepest angle of the flange's face towards the rail [rad]: between the tip and the height of the top of rail, in
+    the pose in which the tread stands on the rail, the outline rises outwards."""
+    y, z = side.wheel.T
+    tip = int(z.argmin())
+    outer = np.argsort(y[y >= y[tip]], kind="stable")
+    y, z = y[y >= y[tip]][outer], z[y >= y[tip]][outer]
+    rise, run = np.diff(z), np.diff(y)
+    return float(np.arctan2(rise, run)[(rise > 0) & (run >= 0)].max())
+
+
 def stated_profile(run: RunData, variable: str) -> str:
     """What the header says of the profile of a variable: 'awprof.yz, CRC-32 9FA7E873'."""
     what = variable.partition("_")[0]

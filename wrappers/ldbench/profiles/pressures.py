@@ -55,9 +55,9 @@ def full_row(run: RunData) -> dict[str, Any]:
 
 
 def first_pressures(run: RunData) -> dict[str, Any]:
-    """Largest pressure [Pa], area of all patches [m²] and time [s] at the peak of the first contact of each flange, for the
-    table of all runs; None where there is no contact, or no pressure is known, or the tread's patch only reaches over to the
-    flange. A run is solved once."""
+    """Largest pressure [Pa], area of all patches [m²], largest approach [m] and time [s] at the peak of the first contact of
+    each flange, for the table of all runs; None where there is no contact, or no pressure is known, or the tread's patch only
+    reaches over to the flange. A run is solved once."""
     if run not in _known:
         _known[run] = _solve_first(run)
     return _known[run]
@@ -66,7 +66,7 @@ def first_pressures(run: RunData) -> dict[str, Any]:
 def _solve_first(run: RunData) -> dict[str, Any]:
     row: dict[str, Any] = {}
     for contact in FLANGES:
-        row |= {f"pmax_{contact}": None, f"patch_{contact}": None, f"t_pmax_{contact}": None}
+        row |= {f"pmax_{contact}": None, f"patch_{contact}": None, f"approach_{contact}": None, f"t_pmax_{contact}": None}
         k = first_peak(run, contact)
         if k is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
             continue
@@ -76,5 +76,28 @@ def _solve_first(run: RunData) -> dict[str, Any]:
             continue
         if patches:
             row |= {f"pmax_{contact}": hardest(patches).largest, f"patch_{contact}": sum(patch.area for patch in patches),
-                    f"t_pmax_{contact}": float(run.time[k])}
+                    f"approach_{contact}": max(patch.approach for patch in patches), f"t_pmax_{contact}": float(run.time[k])}
     return row
+
+
+def patch_history(run: RunData, contact: str, number: int, elements: int) -> np.ndarray:
+    """Time [s], largest pressure [Pa], area of all patches [m²] and largest approach [m], (4, n), at rows of the first
+    contact of a flange at about equal intervals; empty where no pressure is known. `elements` over the length of a patch
+    give the areas to some per cent."""
+    peak = first_peak(run, contact)
+    if peak is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+        return np.empty((4, 0))
+    closed = run.values(f"N_{contact}") > 0
+    before, after = np.flatnonzero(~closed[:peak]), np.flatnonzero(~closed[peak:])
+    ends = run.time[before[-1] if before.size else 0], run.time[peak + after[0] if after.size else -1]
+    wanted = np.linspace(*ends, number + 2)[1:-1]
+    found = []
+    for k in np.unique([*np.searchsorted(run.time, wanted), peak]):
+        try:
+            patches = [patch for patch in run_patches(run, int(k), [contact], elements) if patch.contact == contact]
+        except Error:           # the profiles are not those of the run, or not there
+            return np.empty((4, 0))
+        if patches:
+            found.append((run.time[k], hardest(patches).largest, sum(patch.area for patch in patches),
+                          max(patch.approach for patch in patches)))
+    return np.array(found).reshape(-1, 4).T

@@ -4,7 +4,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,11 @@ import numpy as np
 
 from .._core.files import complete
 from .._core.optional import needed
-from ..plots.figures import by_pair, derailment_figure, impact_figure, motion_figure
+from ..plots.document import save_pages
+from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, impact_figure, motion_figure
 from ..plots.stretches import first_episode
 from ..plots.style import ldbench_style
+from ..plots.summary import marked
 from ..profiles.pressures import full_row
 from ..results.columns import time_mean
 from ..results.quantities import OUTCOME, PAIRS
@@ -30,6 +32,7 @@ FIGURES = {
     "motion": motion_figure,
     "impact": impact_figure,
     "derailment": derailment_figure,
+    "contact": contact_figure,
 }
 
 # Rows of the table of results, by their names in `quantities.OUTCOME`, and decimals where they are other ones.
@@ -44,28 +47,29 @@ TABLE = {
 PLACES = {"tread": "tread alone", "flange": "flange alone", "both": "tread and flange", "going over": "rolling over the rail"}
 
 
-def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = ()) -> None:
-    """Typeset the abstract of the ten runs, with a comparison of formulations if `outcomes` are given."""
+def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = (),
+                  chaotic: Mapping[str, Sequence[str]] | None = None, authors: Sequence[Mapping[str, str]] = ()) -> None:
+    """Typeset the abstract of the ten runs, with a comparison of formulations if `outcomes` are given.
+    `chaotic`: the results of each run that get a mark; `authors`: name and affiliation of each."""
     typst = needed("typst", "report")
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         shutil.copytree(TEMPLATE.parent, folder, dirs_exist_ok=True)
-        data = facts(runs)
+        data = facts(runs, chaotic or {})
+        data["authors"] = list(authors)
         data["formulations"] = formulations.words(outcomes) if outcomes else None
         with ldbench_style():
-            for name, draw in FIGURES.items():
-                figure = draw(runs)
-                data["figures"][name] = figure is not None
-                if figure is not None:
-                    figure.savefig(folder/f"{name}.pdf", metadata={"CreationDate": None})
+            drawn = [(name, figure) for name, draw in FIGURES.items() if (figure := draw(runs)) is not None]
+            titles = save_pages(folder/"figures.pdf", drawn)
+            data["figures"] = {name: titles.index(name) + 1 if name in titles else 0 for name in FIGURES}
         (folder/"data.json").write_text(json.dumps(data))
         typst.compile(folder/TEMPLATE.name, output=folder/"abstract.pdf", root=folder)
         with complete(target) as scratch:
             shutil.copy(folder/"abstract.pdf", scratch)
 
 
-def facts(runs: Sequence[RunData]) -> dict[str, Any]:
-    """Collect the numbers of the text, ready to print."""
+def facts(runs: Sequence[RunData], chaotic: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """Collect the numbers of the text, ready to print; `chaotic` ones of the table have a mark."""
     rows = [full_row(run) for run in runs]
     first = runs[0]
     ramps = [run for run in runs if run.exercise == 5 and run.first("derailment") and run.time[-1] > 2]
@@ -73,12 +77,16 @@ def facts(runs: Sequence[RunData]) -> dict[str, Any]:
         "version": first.header.version,
         "figures": {},
         "names": [run.name for run in runs],
-        "table": [[in_short(key), *(cell(key, row[key]) for row in rows)] for key in TABLE],
+        "table": [[in_short(key), *(marked(cell(key, row[key]), key in chaotic.get(row["case"], ())) for row in rows)]
+                  for key in TABLE],
+        "marked": any(key in TABLE for found in chaotic.values() for key in found),
+        "costs": costs(runs),
+        "first": {"name": shown.name} if (shown := first_shown(runs)) else None,
         "pairs": [pair_facts(pair, runs) for pair, runs in by_pair(runs).items() if runs],
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({str(run.setting("contact", "model")) for run in runs}),
         "places": [PLACES.get(place, place) for place in first.header.table_errors],
-        "errors": [[PAIRS[pair], *(f"{percent(rms)} ({percent(largest)})" for rms, largest in
+        "errors": [[own[0].pair or PAIRS[pair], *(f"{percent(rms)} ({percent(largest)})" for rms, largest in
                                    own[0].header.table_errors.values())]
                    for pair, own in by_pair(runs).items() if own and own[0].header.table_errors],
         "others": [{"name": run.name, "ending": run.ending} for run in free(runs) if run.ending != RETURNED],
@@ -105,6 +113,21 @@ def facts(runs: Sequence[RunData]) -> dict[str, Any]:
         "ramp_spread": f"{max((abs(float(r['force']) - float(r['statics'])) for r in told), default=0.0):.1f}",
         "pressure": pressure_facts(rows),
     }
+
+
+def costs(runs: Sequence[RunData]) -> list[list[str]]:
+    """Steps, their mean length and evaluations of the force, a row each, as the table prints them."""
+    steps, evaluations = ([run.result(name) for run in runs] for name in ("steps", "evaluations"))
+    if not np.isfinite([*steps, *evaluations]).all():
+        return []
+    return [["steps", *(grouped(n) for n in steps)],
+            ["mean step [µs]", *(f"{1e6*run.time[-1]/n:.1f}" for run, n in zip(runs, steps, strict=True))],
+            ["evaluations of the force", *(grouped(n) for n in evaluations)]]
+
+
+def grouped(n: float) -> str:
+    """A number with thin spaces between thousands."""
+    return f"{n:,.0f}".replace(",", "\u2009")
 
 
 def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, str] | None:
@@ -145,7 +168,7 @@ def scientific(x: float) -> str:
 def pair_facts(pair: str, runs: Sequence[RunData]) -> dict[str, str]:
     """Collect the facts about a pair of profiles."""
     return {
-        "name": PAIRS[pair],
+        "name": runs[0].pair or PAIRS[pair],
         "clearance": f"{1e3*runs[0].result('clearance_left'):.2f}",
         "points": runs[0].header.table_points.replace(" x ", " × "),
     }
@@ -196,7 +219,7 @@ def exponents(runs: Sequence[RunData]) -> list[dict[str, str]]:
         if len(peaks) > 1:
             slow, fast = min(peaks), max(peaks)
             power = np.log(peaks[fast]/peaks[slow])/np.log(fast/slow)
-            found.append({"name": PAIRS[pair], "value": f"{power:.2f}"})
+            found.append({"name": own[0].pair or PAIRS[pair], "value": f"{power:.2f}"})
     return found
 
 
@@ -220,7 +243,7 @@ def ramp_facts(run: RunData) -> dict[str, str]:
     height = time_mean(run.time[rows], (run.result("axle_height") + run.values("Z") - run.values("z_LF"))[rows])
     row = summary_row(run)
     return {
-        "name": PAIRS[run.name[-2:]],
+        "name": run.pair or PAIRS[run.name[-2:]],
         "time": cell("t_derailment", row["t_derailment"]),
         "force": cell("F_derailment", row["F_derailment"]),
         "statics": f"{1e-3*weight*lever/height:.1f}",

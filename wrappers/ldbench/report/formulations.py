@@ -64,6 +64,7 @@ class Outcome:
     ending: str
     drift: float                          # relative to the kinetic energy at the start or the work of the force
     curves: Mapping[str, list[float]] = field(default_factory=dict)
+    profiles: str = ""                    # in words, by the names of their files
 
     @property
     def exercise(self) -> int:
@@ -148,7 +149,8 @@ def outcome(done: RunData, name: str) -> Outcome:
     curves = {"t": t, "Y": c.Y.to_numpy(), "Z": c.Z.to_numpy(), "pushed": pushed + blows, "kinetic": kinetic,
               "roll": c.roll.to_numpy(), "F": c.F_ext.to_numpy()}
     return Outcome(done.name, name, {key: float(x) for key, x in results.items()}, why(done),
-                   done.result("drift")/(drift_reference(done) or np.nan), {key: x[keep].tolist() for key, x in curves.items()})
+                   done.result("drift")/(drift_reference(done) or np.nan), {key: x[keep].tolist() for key, x in curves.items()},
+                   done.pair)
 
 
 def first_impulse(done: RunData, total: np.ndarray) -> float:
@@ -278,9 +280,15 @@ def colour(word: str) -> str:
     return "#BFE5D6" if share < 3 else "#FCE3B4" if share < 30 else "#F6C9B0"
 
 
+def pair_words(found: Sequence[Outcome], pair: str) -> str:
+    """The profiles of a pair, 'aw' or 'sw', in words."""
+    return next((o.profiles for o in found if o.pair == pair and o.profiles), PAIRS[pair])
+
+
 def values_page(found: Sequence[Outcome], pair: str) -> Figure:
     """All values of a pair of profiles."""
-    figure = new_page(f"Results by formulation, {PAIRS[pair]}", "", "e: restitution; –: did not happen or does not exist")
+    figure = new_page(f"Results by formulation, {pair_words(found, pair)}", "",
+                      "e: restitution; –: did not happen or does not exist")
     ax = figure.add_axes((0.055, 0.05, 0.93, 0.87))
     ax.set_axis_off()
     lines: list[tuple[list[str], bool]] = []
@@ -336,7 +344,7 @@ def exercise_page(found: Sequence[Outcome], exercise: int) -> Figure:
                 ax.set_ylim(*RAMP_LIMITS[key])
             if ax in axes[:, 0]:
                 label_y(ax, label)
-        column[0].set_title(PAIRS[pair], loc="left", fontsize=8)
+        column[0].set_title(pair_words(own, pair), loc="left", fontsize=8)
         label_x(column[-1], "time [s]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(0.985, 0.945), ncols=5)
     return figure
@@ -352,22 +360,28 @@ def climb_page(inputs: Path) -> Figure:
         "left": 0.07, "right": 0.985, "top": 0.87, "bottom": 0.1, "wspace": 0.06})[0]
     for ax, (pair, file) in zip(axes, files.items(), strict=True):
         case = Case.from_namelist(file)
-        c = climb(case)
+        made = climbing_run(case)
+        c = made.data
         ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
         for exercise, v in enumerate((0.1, 0.5, 1.0, 2.0), 1):
             energy = 0.5*case.mass*v**2
             ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
             ax.text(0.01, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), va="bottom", fontsize=7)
-        ax.set_title(PAIRS[pair], loc="left")
+        ax.set_title(made.pair or PAIRS[pair], loc="left")
         label_x(ax, "lateral Y [mm]")
     label_y(axes[0], "energy [J]")
     return figure
 
 
 def climb(case: Case) -> pd.DataFrame:
-    """Columns of a wheelset that is fast enough to go over the left flange with both wheels on the rails."""
+    """The columns of `climbing_run`."""
+    return climbing_run(case).data
+
+
+def climbing_run(case: Case) -> RunData:
+    """The run of a wheelset that is fast enough to go over the left flange with both wheels on the rails."""
     return run(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5,
-                            dt=2e-5, t_end=0.1, stop_at="derailment")).data
+                            dt=2e-5, t_end=0.1, stop_at="derailment"))
 
 
 def words(found: Sequence[Outcome]) -> dict[str, Any]:
@@ -396,7 +410,7 @@ def figures(found: Sequence[Outcome], inputs: Path) -> list[tuple[str, Figure]]:
     return [("which results depend on the formulation", verdict_page(found)),
             *((f"exercise {k}", exercise_page(found, k)) for k in sorted({o.exercise for o in found})),
             ("over the flange", climb_page(inputs)),
-            *((f"values, {PAIRS[pair]}", values_page(found, pair)) for pair in dict.fromkeys(o.pair for o in found))]
+            *((f"values, {pair_words(found, pair)}", values_page(found, pair)) for pair in dict.fromkeys(o.pair for o in found))]
 
 
 # Files ------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """The submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
@@ -12,11 +12,12 @@ from tqdm import tqdm
 from .._core.files import write_frame
 from .._core.optional import needed
 from ..plots.document import drawing
+from ..plots.ramp import is_ramp
 from ..profiles.pressures import full_row
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
 from ..viewer import page, results
-from . import abstract, formulations
+from . import abstract, authors, formulations, stretches, twins
 from .jobs import (
     Job,
     case_job,
@@ -39,6 +40,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
     """Make what is not up to date; the files of the submission."""
     needed("typst", "report")        # before the work, not after it
     namelists = find_namelists(inputs)
+    signed = authors.read_authors(root/authors.FILE)
     outputs.mkdir(parents=True, exist_ok=True)
     cases = [case_job(file, outputs, root) for file in namelists]
     with tqdm(desc="report", disable=None) as bar:
@@ -59,16 +61,19 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         files = [job.product for job in cases]
         submitted = cache(partial(read_all, files, jobs))
         found = formulations.kept_outcomes(root, inputs, outputs, jobs, force, submitted)
+        other = twins.kept_twins(cases, outputs, jobs, force)
         geometry = [job.product for job in shapes]
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
-        kept = outputs/"formulations.json"
-        code = [Path(formulations.__file__), *(file for room in READERS for file in sorted((PACKAGE/room).glob("*.py")))]
+        kept = [outputs/"formulations.json", outputs/"twins.json"]
+        code = [*(Path(str(module.__file__)) for module in (formulations, stretches, twins)),
+                *(file for room in READERS for file in sorted((PACKAGE/room).glob("*.py")))]
         variants = results.find_variants(files)
         sources = {
-            plotted: [*files, *geometry, kept, *code],
-            summary: [*files, *code, Path(__file__)],
-            written: [*files, kept, *code, Path(abstract.__file__), *sorted(abstract.TEMPLATE.parent.glob("*"))],
+            plotted: [*files, *geometry, *kept, *code],
+            summary: [*files, kept[1], *code, Path(__file__)],
+            written: [*files, *kept, root/authors.FILE, *code, Path(authors.__file__), Path(abstract.__file__),
+                      *sorted(abstract.TEMPLATE.parent.glob("*"))],
             shown: [*files, *variants, *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
         known = {file: stamped(file, root) if file in files else hashes([file], root)
                  for file in {file for some in sources.values() for file in some}}
@@ -76,6 +81,10 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
                    for product, some in sources.items()}
         due = [product for product in products if force or not is_up_to_date(product, depends[product])]
         runs = submitted() if due else []
+        chaotic = twins.chaotic_results(runs, other)
+        # Before other processes are forked: a run starts threads of OpenMP.
+        fine = {run.name: around for run, job in zip(runs, cases, strict=False) if plotted in due and is_ramp(run)
+                and (around := stretches.first_and_hardest(job, run))}
 
         def make(product: Path, parts: int, work: Callable[[], object] | None) -> None:
             if work and product in due:
@@ -88,11 +97,11 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         with ExitStack() as stack:
             # Pages are drawn in other processes while the rest is made here.
             finish = stack.enter_context(drawing(
-                runs, plotted, geometry, jobs, bar.update, [partial(formulations.make_part, found, inputs)]
+                runs, plotted, geometry, jobs, bar.update, [partial(formulations.make_part, found, inputs)], fine, chaotic
             )) if plotted in due else None
-            make(summary, 0, lambda: write_summary(runs, summary))
+            make(summary, 0, lambda: write_summary(runs, summary, chaotic))
             make(shown, 1, lambda: results.results_page(runs, variants).write(shown))
-            make(written, 1, lambda: abstract.make_abstract(runs, written, found))
+            make(written, 1, lambda: abstract.make_abstract(runs, written, found, chaotic, signed))
             make(plotted, len(files) + len(geometry), finish)
     return files + products
 
@@ -113,9 +122,9 @@ def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
     return list(found.values())
 
 
-def write_summary(runs: Sequence[RunData], target: Path) -> None:
-    """One row per run; units in brackets behind the names."""
-    table = pd.DataFrame([full_row(run) for run in runs])
+def write_summary(runs: Sequence[RunData], target: Path, chaotic: Mapping[str, Sequence[str]]) -> None:
+    """One row per run; units in brackets behind the names, and the names of results that are chaotic at the end."""
+    table = pd.DataFrame([full_row(run) | {"chaotic": " ".join(chaotic.get(run.name, ()))} for run in runs])
     table.columns = [with_unit(name) for name in table.columns]
     write_frame(table, target)
 

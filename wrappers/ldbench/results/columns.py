@@ -269,7 +269,7 @@ def _sources(columns: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, S
     """The column map: a mapping, or the path of a TOML file."""
     where = "column map"
     if not isinstance(columns, Mapping):
-        where, columns = os.fspath(columns), _read_toml(Path(columns))
+        where, columns = os.fspath(columns), read_toml(Path(columns))
     sources = {}
     for name, value in columns.items():
         try:
@@ -288,7 +288,8 @@ def _checked(source: Source) -> Source:
     return source
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file; Error where there is none or it cannot be understood."""
     if sys.version_info >= (3, 11):
         import tomllib
     else:

@@ -13,6 +13,8 @@ MM, KN, DEG = 1e3, 1e-3, 180/np.pi      # from SI
 CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
 CONTACTS = tuple(CONTACT_NAMES)
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
+# The files of wheel and rail that make a pair of the benchmark.
+PAIR_FILES = {(f"{pair[0]}wprof.yz", f"{pair[0]}rprof.yz"): words for pair, words in PAIRS.items()}
 
 
 class Quantity(NamedTuple):
@@ -111,7 +113,9 @@ OUTCOME = {
         f"pmax_{c}": Quantity(f"peak pressure, first contact, {CONTACT_NAMES[c]}", "MPa", 1e-6, digits=0,
                               short=f"peak pressure, {CONTACT_NAMES[c]}"),
         f"patch_{c}": Quantity(f"patch area, first contact, {CONTACT_NAMES[c]}", "mm²", 1e6, digits=0,
-                               short=f"patch area, {CONTACT_NAMES[c]}")}.items()},
+                               short=f"patch area, {CONTACT_NAMES[c]}"),
+        f"approach_{c}": Quantity(f"approach, first contact, {CONTACT_NAMES[c]}", "mm", MM, digits=3,
+                                  short=f"approach, {CONTACT_NAMES[c]}")}.items()},
     "n_left_flange_contact": Quantity("contacts of the left flange", "", 1, digits=0),
     "n_right_flange_contact": Quantity("contacts of the right flange", "", 1, digits=0),
     "n_left_wheel_lift_off": Quantity("lift-offs of the left wheel", "", 1, digits=0, short="lift-offs, left wheel"),

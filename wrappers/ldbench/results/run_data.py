@@ -19,7 +19,7 @@ from ..case import Case, Value
 from .columns import read_columns, read_own_columns
 from .events import FLANGE_ANGLE, Event, count_name
 from .header import Header, read_header
-from .quantities import CONTACT_NAMES, PAIRS
+from .quantities import CONTACT_NAMES, PAIR_FILES, PAIRS
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -171,10 +171,28 @@ class RunData:
         return str(self.setting("contact", "formulation") or ("elastic" if self.header.settings else ""))
 
     @property
+    def pair(self) -> str:
+        """The profiles in words, by the names of their files: 'actual profiles', or 's1002.yz on 60e1.yz'. A file without
+        ldbench's header has the pair that its name tells; '' where nothing does."""
+        wheel, rail, right_wheel, right_rail = (
+            Path(str(self.setting("profiles", which) or "")).name for which in (
+                "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"))
+        if not (wheel and rail):
+            return PAIRS.get(self.name.partition("_")[2], "")
+        left = PAIR_FILES.get((wheel, rail), f"{wheel} on {rail}")
+        right = PAIR_FILES.get(files := (right_wheel or wheel, right_rail or rail), " on ".join(files))
+        return left if left == right else f"{left} (left), {right} (right)"
+
+    @property
     def heading(self) -> str:
         """'Exercise 1, actual profiles', or the name of the case."""
-        pair = PAIRS.get(self.name.partition("_")[2])
-        return f"Exercise {self.exercise}, {pair}" if self.exercise and pair else self.name
+        return f"Exercise {self.exercise}, {self.pair}" if self.exercise and self.pair else self.name
+
+    @property
+    def subtitle(self) -> str:
+        """The title of the case without the words of another pair of profiles than that of the run."""
+        told, _, words = self.header.title.rpartition(", ")
+        return told if words in PAIRS.values() and words != self.pair else self.header.title
 
     def setting(self, group: str, name: str) -> Value | None:
         """A number or a word of the namelist; None where the file does not say."""

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from .quantities import CONTACTS, PAIRS
+from .quantities import CONTACTS
 from .run_data import RunData
 
 # The rows of the table of all runs, by their names in `quantities.OUTCOME`. Pressures come from `profiles.pressures`.
 SUMMARY = (
     "t_first_LF", "t_first_RF", "t_first_centre", "t_return", "t_derailment", "F_derailment", "Y_max", "Y_min", "Z_max", "Z_min",
-    "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "pmax_LF", "patch_LF", "pmax_RF",
-    "patch_RF", "n_left_flange_contact", "n_right_flange_contact",
+    "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "pmax_LF", "patch_LF", "approach_LF",
+    "pmax_RF", "patch_RF", "approach_RF", "n_left_flange_contact", "n_right_flange_contact",
     "n_left_wheel_lift_off", "n_right_wheel_lift_off", "drift", "drift_relative", "step", "t")
 
 
@@ -33,7 +33,7 @@ def summary_row(run: RunData) -> dict[str, Any]:
     row: dict[str, Any] = {
         "case": run.name,
         "exercise": run.exercise,
-        "profiles": PAIRS.get(run.name.partition("_")[2], ""),
+        "profiles": run.pair,
         "model": run.setting("contact", "model") if run.formulation == "elastic" else run.formulation,
         "step": run.result("step"),
         "steps": run.header.results.get("steps"),

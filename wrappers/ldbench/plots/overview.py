@@ -1,0 +1,150 @@
+"""Runs side by side: the free exercises with both pairs of profiles, and the first contact of the left flange of each."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+
+from ..results.derived import PARTS, exchange
+from ..results.impacts import Impact, impacts
+from ..results.quantities import KN, MM
+from ..results.run_data import RunData
+from .frame import label_x, label_y, new_page
+from .series import Curve
+from .stretches import PANEL, thin
+from .style import BLACK, BLUE, DASHED, GREEN, GREY, PURPLE, RED, SKY, Line
+from .times import LEFT, RIGHT
+
+PAIR_LINES = Line(BLACK), Line(RED, DASHED, 1.1)
+KINETIC = Curve(tuple(PARTS), "kinetic", Line(BLACK))
+NEEDED = {"Y", "vY", "N_LF", "N_RF", *PARTS}
+
+
+def free_runs(runs: Sequence[RunData]) -> dict[int, list[RunData]]:
+    """Runs of exercises 1 to 4 by exercise."""
+    found: dict[int, list[RunData]] = {}
+    for run in runs:
+        if (exercise := run.exercise) is not None and exercise < 5 and NEEDED.issubset(run.data):
+            found.setdefault(exercise, []).append(run)
+    return found
+
+
+def side_by_side(runs: Sequence[RunData]) -> Figure | None:
+    """Lateral motion, flange forces, the first contact and the kinetic energy of exercises 1 to 4, an exercise to a row;
+    None without these exercises."""
+    free = free_runs(runs)
+    if not free:
+        return None
+    figure = new_page("Exercises 1 to 4 side by side", "", "first contact: the time counts from the first touch of the left "
+                      "flange; force of flanges: the left one upwards, the right one downwards")
+    axes = figure.subplots(len(free), 4, squeeze=False, gridspec_kw={
+        "left": LEFT, "right": RIGHT, "top": 0.885, "bottom": 0.09, "hspace": 0.25, "wspace": 0.3})
+    for row, (exercise, own) in zip(axes, free.items(), strict=True):
+        for run, line in zip(own, PAIR_LINES, strict=False):
+            t = run.time
+            look = line.kwargs() | {"label": run.pair or run.name}
+            row[0].plot(*thin(t, MM*run.values("Y"), PANEL), **look)
+            row[1].plot(*thin(t, KN*run.values("N_LF"), PANEL), **look)
+            row[1].plot(*thin(t, -KN*run.values("N_RF"), PANEL), **line.kwargs())
+            if first := first_left(run):
+                rows = slice(*np.searchsorted(t, [first.start, first.end]) + [-1, 2])
+                row[2].plot(1e3*(t[rows] - first.start), KN*run.values("N_LF")[rows], **look)
+            row[3].plot(*thin(t, KINETIC.values(run), PANEL), **look)
+        label_y(row[0], f"Exercise {exercise}: Y [mm]", left=28)
+        label_y(row[1], "N of flanges [kN]", left=32)
+        label_y(row[2], "N, first contact [kN]", left=32)
+        label_y(row[3], "kinetic energy [J]", left=30)
+        for ax in row:
+            ax.xaxis.get_major_locator().set_params(nbins=6)
+            ax.yaxis.get_major_locator().set_params(nbins=5)
+    for ax, words in zip(axes[-1], ("time [s]", "time [s]", "time since the touch [ms]", "time [s]"), strict=True):
+        label_x(ax, words)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="upper right", bbox_to_anchor=(RIGHT, 0.955), ncols=2, borderaxespad=0)
+    return figure
+
+
+def first_left(run: RunData) -> Impact | None:
+    """The first contact of the left flange."""
+    return next(iter(impacts(run, ("LF",))), None)
+
+
+def first_contacts(runs: Sequence[RunData]) -> Figure | None:
+    """Where the energy goes in the first contact of the left flange, and its peak, duration, impulse and rebound over the
+    initial velocity; None without exercises 1 to 4."""
+    told = [(run, first, energies) for own in free_runs(runs).values() for run in own
+            if (first := first_left(run)) and (energies := exchange(run, first.start, first.end))]
+    if not told:
+        return None
+    figure = new_page("First contact of the left flange in exercises 1 to 4", "", (
+        "bars: kinetic energy at the end of the contact over that at its beginning; what is missing is elastic and potential "
+        "energy. Dotted: powers 6/5, -1/5 and 1 of Hertz's impact of two bodies, through the slowest run with the first pair"))
+    bars = figure.add_axes((LEFT + 0.03, 0.115, 0.40, 0.77))
+    draw_shares(bars, [run.name for run, *_ in told], [energies.before for *_, energies in told],
+                [energies.after for *_, energies in told])
+    axes = figure.subplots(2, 2, gridspec_kw={"left": 0.57, "right": RIGHT, "top": 0.885, "bottom": 0.115, "hspace": 0.25,
+                                              "wspace": 0.3})
+    pairs = list(dict.fromkeys(run.pair for run, *_ in told))
+    for pair, marker in zip(pairs, "os", strict=False):
+        own = [(run, first) for run, first, _ in told if run.pair == pair]
+        speed = np.array([run.values("vY")[0] for run, _ in own])
+        rebound = [-value_at(run, "vY", first.end)/run.values("vY")[0] for run, first in own]
+        for ax, x, power in zip(axes.ravel(), (
+                [KN*first.peak for _, first in own], [1e3*first.duration for _, first in own],
+                [KN*first.impulse for _, first in own], rebound), (6/5, -1/5, 1, None), strict=True):
+            ax.plot(speed, x, marker, color=BLACK, markersize=4.5, markerfacecolor=BLACK if marker == "o" else "white", label=pair)
+            if power is not None and pair == pairs[0]:
+                ax.plot(speed, x[0]*(speed/speed[0])**power, color=GREY, linewidth=0.8, linestyle=":",
+                        label="Hertz" if ax is axes[0, 0] else None)
+    for ax, words in zip(axes.ravel(), ("peak N [kN]", "duration [ms]", "impulse ∫N dt [kN·s]",
+                                        "lateral velocity after / before, reversed"), strict=True):
+        ax.set(xscale="log")
+        if ax is not axes[1, 1]:
+            ax.set(yscale="log")
+            ax.margins(y=0.15)
+            ax.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+            ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            ax.yaxis.set_minor_formatter(NullFormatter())
+        else:
+            ax.set_ylim(-0.1, 1)
+        ax.margins(x=0.1)
+        ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        label_y(ax, words, left=30)
+        label_x(ax, "initial lateral velocity [m/s]")
+    axes[0, 0].legend(loc="lower right", fontsize=6.5)
+    return figure
+
+
+def value_at(run: RunData, column: str, t: float) -> float:
+    """A column at a time between rows [s]."""
+    return float(np.interp(t, run.time, run.values(column)))
+
+
+def draw_shares(ax: Axes, names: Sequence[str], before: Sequence[dict[str, float]], after: Sequence[dict[str, float]]) -> None:
+    """Stacked bars of kinetic energies after an impact, in per cent of their sum before it."""
+    left = np.zeros(len(names))
+    total = np.array([sum(energies.values()) for energies in before])
+    for (part, words), color in zip(PARTS.items(), (BLUE, GREEN, PURPLE), strict=True):
+        share = 100*np.array([energies[part] for energies in after])/total
+        ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words)
+        for k, (x, width) in enumerate(zip(left, share, strict=True)):
+            if width > 6:
+                ax.text(x + width/2, k, f"{width:.0f} %", ha="center", va="center", fontsize=6.5,
+                        color="white" if color == BLUE else BLACK)
+        left += share
+    ax.barh(range(len(names)), 100 - left, left=left, color=SKY, height=0.65, alpha=0.4, label="elastic and potential")
+    ax.set(xlim=(0, 100), yticks=range(len(names)), yticklabels=names)
+    ax.invert_yaxis()
+    ax.grid(visible=False, axis="y")
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
+    label_x(ax, "share of the kinetic energy before the contact [%]")
+
+
+def overview_figures(runs: Sequence[RunData]) -> list[tuple[str, Figure]]:
+    """The pages that compare runs."""
+    pages = (("exercises 1 to 4 side by side", side_by_side), ("first contact of the left flange", first_contacts))
+    return [(title, figure) for title, draw in pages if (figure := draw(runs)) is not None]

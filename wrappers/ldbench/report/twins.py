@@ -1,0 +1,81 @@
+"""Which results are sensitive: each case runs once more from a start one micrometre aside.
+
+A result that such a twin changes by more than a thousandth depends on more than any measurement tells; many impacts in a
+row have multiplied the difference, and the result is one sample of a chaotic motion. Tables mark it.
+"""
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core import _flat
+from .._core.calls import Progress
+from .._core.files import complete
+from .._core.pools import in_threads
+from ..case import Case
+from ..results import run_data, summary
+from ..results.run_data import RunData
+from ..results.summary import summary_row
+from ..runs import run
+from .jobs import Job, RootedCase, hashes, is_up_to_date, stamped, write_stamp
+
+ASIDE = 1e-6            # of the start of a twin [m]
+SAME = 1e-3             # share of a result by which a twin may move it
+# Results that say how exact a run is, not what happens in it.
+EXACTNESS = "drift", "drift_relative", "drift_reference", "step", "steps"
+
+
+def chaotic(row: Mapping[str, Any], twin: Mapping[str, Any]) -> list[str]:
+    """The results of a run that its twin does not share."""
+    def differs(key: str) -> bool:
+        one, other = row.get(key), twin.get(key)
+        if isinstance(one, str) or isinstance(other, str) or one == other:
+            return False
+        if one is None or other is None:
+            return True
+        apart = 2*ASIDE if key.startswith("Y_") else 0.0        # by the start itself
+        return not (np.isnan(one) or abs(one - other) <= SAME*abs(one) + apart)
+
+    return [key for key in twin if key not in EXACTNESS and differs(key)]
+
+
+def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
+    """The results of the twins, by the names of the cases."""
+    found: dict[str, dict[str, Any]] = {}
+
+    def work(job: Job, tell: Progress) -> dict[str, Any]:
+        read = Case.from_namelist(job.text + "\n")
+        case = RootedCase.of_values(read.values, "namelist", job.root)
+        return summary_row(run(case.replace(initial_Y=case.initial_Y + ASIDE), tell))
+
+    def keep(job: Job, row: dict[str, Any]) -> None:
+        found[job.name] = row
+
+    in_threads(work, sorted(jobs, key=lambda job: -job.cost), workers, keep)
+    return {job.name: found[job.name] for job in jobs}
+
+
+def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
+    """The results of the twins, run anew where something they depend on has changed since they were kept in `outputs`."""
+    kept = outputs/"twins.json"
+    root = jobs[0].root
+    depends = hashes([Path(__file__), Path(run_data.__file__), Path(summary.__file__), Path(_flat.__file__)], root)
+    for job in jobs:
+        depends |= stamped(job.product, root)
+    if not force and is_up_to_date(kept, depends):
+        rows: dict[str, dict[str, Any]] = json.loads(kept.read_text())
+        return rows
+    rows = twin_rows(jobs, workers)
+    with complete(kept) as scratch:
+        scratch.write_text(json.dumps(rows))
+    write_stamp(kept, depends)
+    return rows
+
+
+def chaotic_results(runs: Sequence[RunData], twins: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str]]:
+    """The chaotic results of each run, by its name."""
+    return {one.name: chaotic(summary_row(one), twins[one.name]) for one in runs if one.name in twins}

@@ -1,0 +1,70 @@
+"""Quantities that follow from the columns: L/V of each wheel, spectra, and the energies before and after an impact."""
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .run_data import RunData
+
+SIDES = {"L": ("LT", "LF"), "R": ("RT", "RF")}
+LEAST_LOAD = 0.02       # share of the static load of a wheel below which L/V means nothing
+PARTS = {"KE_lat": "lateral", "KE_vert": "vertical", "KE_roll": "roll"}
+
+
+class Exchange(NamedTuple):
+    """Kinetic energies [J] when an impact begins and when it ends, and the largest elastic energy of both wheels between."""
+
+    before: dict[str, float]        # by the columns KE_lat, KE_vert, KE_roll
+    after: dict[str, float]
+    elastic: float
+
+
+def wheel_loads(run: RunData, side: str) -> tuple[np.ndarray, np.ndarray]:
+    """Lateral force outwards and vertical force downwards of a wheel, 'L' or 'R', on its rail, (rows,) each [N]."""
+    sign = -1.0 if side == "L" else 1.0
+    lateral = sign*sum(run.values(f"Fy_{contact}") for contact in SIDES[side])
+    vertical = sum(run.values(f"Fz_{contact}") for contact in SIDES[side])
+    return np.asarray(lateral), np.asarray(vertical)
+
+
+def lateral_over_vertical(run: RunData, side: str) -> np.ndarray:
+    """L/V of a wheel, 'L' or 'R', (rows,): lateral force outwards over vertical force. NaN where the wheel carries less than
+    a fiftieth of what it carries in the first row."""
+    lateral, vertical = wheel_loads(run, side)
+    least = LEAST_LOAD*max(float(vertical[0]), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(vertical > least, lateral/vertical, np.nan)
+
+
+def nadal_limit(flange_angle: float, friction: float) -> float:
+    """Nadal's limit of L/V for a flange angle [rad] and a coefficient of friction (M. J. Nadal, 1896)."""
+    slope = np.tan(flange_angle)
+    return float((slope - friction)/(1 + friction*slope))
+
+
+def spectrum(run: RunData, column: str) -> tuple[np.ndarray, np.ndarray]:
+    """Amplitude spectrum of a column over the whole run: frequencies [Hz] and amplitudes, SI.
+
+    The rows are interpolated to equal intervals, the mean is removed, and a Hann window is applied, scaled so that a sine
+    that fits the run keeps its amplitude. Empty for fewer than 16 rows.
+    """
+    t = run.time
+    if len(t) < 16 or t[-1] <= t[0]:
+        return np.empty(0), np.empty(0)
+    even = np.linspace(t[0], t[-1], len(t))
+    x = np.interp(even, t, run.values(column))
+    window = np.hanning(len(t))
+    amplitude = 2*np.abs(np.fft.rfft((x - x.mean())*window))/window.sum()
+    return np.fft.rfftfreq(len(t), even[1] - even[0]), amplitude
+
+
+def exchange(run: RunData, start: float, end: float) -> Exchange | None:
+    """Kinetic energies before and after an impact from `start` to `end` [s]; None without the columns of energies."""
+    if not {*PARTS, "PE_elastic_L", "PE_elastic_R"}.issubset(run.data):
+        return None
+    first = max(int(np.searchsorted(run.time, start, "right")) - 1, 0)
+    last = min(int(np.searchsorted(run.time, end)), len(run.time) - 1)
+    elastic = (run.values("PE_elastic_L") + run.values("PE_elastic_R"))[first:last + 1]
+    before, after = ({name: float(run.values(name)[k]) for name in PARTS} for k in (first, last))
+    return Exchange(before, after, float(elastic.max()))
