@@ -136,7 +136,7 @@ contains
     type(line_type), intent(in) :: lines(:)
     type(raw_type), intent(inout) :: raw
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: row, key, value, section
+    character(:), allocatable :: row, key, value, as_written, section
     real(dp) :: x(2), weight(1), shift(2), low(2), high(2), mirror(2), number
     integer :: i
     logical :: ok
@@ -179,6 +179,7 @@ contains
         call add_point(file, raw, merge(-x, x, mirror > 0), i, lines(i)%text, error)
         if (allocated(error)) return
       else
+        call split_key(lines(i)%text(:len(row)), key, as_written)
         call split_key(row, key, value)
         call take_key()
         if (allocated(error)) return
@@ -199,7 +200,7 @@ contains
       call to_real(value, number, ok)
       if (ok) ok = abs(number) < 1e9_dp
       if (.not. ok) then
-        call refuse(file, i, 'a number for '//key, value, error)
+        call refuse(file, i, 'a number for '//key, as_written, error)
         return
       end if
       k = merge(1, 2, index(key, '.y') > 0)
@@ -213,16 +214,16 @@ contains
       case ('bound.y.max', 'bound.z.max')
         high(k) = number
       case ('rotate')
-        if (abs(number) > 0) call refuse(file, i, 'rotate = 0', value, error)
+        if (abs(number) > 0) call refuse(file, i, 'rotate = 0', as_written, error)
       case ('units.len.f')
         if (number <= 0) then
-          call refuse(file, i, 'units.len.f above 0', value, error)
+          call refuse(file, i, 'units.len.f above 0', as_written, error)
         else
           raw%unit = 1e3_dp/number
         end if
       case ('type')
         if (nint(number) /= 0 .and. nint(number) /= 1) then
-          call refuse(file, i, 'type 0, a rail, or 1, a wheel', value, error)
+          call refuse(file, i, 'type 0, a rail, or 1, a wheel', as_written, error)
         else
           raw%kind = merge('wheel', 'rail ', nint(number) == 1)
         end if
