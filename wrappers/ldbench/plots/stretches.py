@@ -36,10 +36,11 @@ class Window:
 
 
 def first_episode(run: RunData, contact: str) -> tuple[float, float] | None:
-    """Times [s] at which a contact first closes and opens again, to the spacing of the rows."""
-    if f"N_{contact}" not in run.data:
+    """Times [s] at which a contact first closes and opens again, to the spacing of the rows; of a flange, not of its root."""
+    begin = run.first_contact(contact)
+    if begin is None or f"N_{contact}" not in run.data:
         return None
-    closed = run.values(f"N_{contact}") != 0
+    closed = (run.values(f"N_{contact}") != 0) & (run.time >= begin - 1e-9)
     if not closed.any():
         return None
     first = int(np.argmax(closed))

@@ -32,11 +32,12 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
 
 
 def first_peak(run: RunData, contact: str) -> int | None:
-    """The row of the largest normal force while a contact is closed for the first time; None where it stays open."""
-    if f"N_{contact}" not in run.data:
+    """The row of the largest normal force in the first contact, of a flange not of its root; None where there is none."""
+    begin = run.first_contact(contact)
+    if begin is None or f"N_{contact}" not in run.data:
         return None
     force = run.values(f"N_{contact}")
-    closed = force > 0
+    closed = (force > 0) & (run.time >= begin - 1e-9)
     if not closed.any():
         return None
     first = int(np.argmax(closed))
