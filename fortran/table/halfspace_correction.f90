@@ -74,7 +74,7 @@ contains
       associate (t => table%zones(z))
         c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%flange, n(1)), first_roll(request%extent, n(2)), &
           new_axis(first_depths(n(3), t%q%high)), &
-          [merge(least_u, least_tread, t%flange), least_roll, least_q], 1.0_dp)
+          [merge(least_u, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
         call start_solved(c%grid(z), c%solved(z))
       end associate
     end do
