@@ -42,7 +42,8 @@ def motion_figure(runs: Sequence[RunData]) -> Figure:
         ax.set_title(pair_words(pair, own), loc="left", fontsize=8)
         label_x(ax, "initial velocity × time [mm]")
     label_y(axes[0], "Y [mm]", left=30)
-    axes[1].legend(loc="upper right", fontsize=6.5)
+    if drawn := [ax for ax in axes if ax.lines]:        # a report of one pair has one panel of runs
+        drawn[-1].legend(loc="upper right", fontsize=6.5)
     return figure
 
 
