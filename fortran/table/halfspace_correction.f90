@@ -41,7 +41,7 @@ module halfspace_correction
   ! Grids over half a patch on tread and flange, as exact as their energies have to be: worn treads want more than the
   ! 4 x 16 elements that do for new ones.
   integer, parameter :: elements_x(2) = [5, 6], elements_s = 20
-  real(dp), parameter :: tolerance(2) = [5e-4_dp, 1e-2_dp]      ! of tread and flange
+  real(dp), parameter :: tolerance(2) = 1e-3_dp*[0.5_dp, 1.0_dp]      ! of tread and flange
   ! A point is interpolated, not solved, if the spline's error there is below this fraction of the one allowed.
   real(dp), parameter :: interpolated = 0.25_dp
   ! On the tread the lateral stiffness is only gravitational, so noise from smaller cells would be visible [m].

@@ -269,7 +269,7 @@ def test_events_and_rows_by_key(browser: Browser, one: Path, shipped: dict[str, 
     times = run.time
     browser.press("\ue014")                             # arrow to the right
     k = np.searchsorted(times, events[6], "right")
-    assert shown_time(browser) == pytest.approx(times[k], abs=1e-9)
+    assert shown_time(browser) == pytest.approx(times[k], abs=1e-6)
     browser.press("\ue012", "\ue012")
     assert shown_time(browser) == pytest.approx(times[k - 2], abs=1e-6)
     browser.press("\ue010")                             # end

@@ -14,11 +14,11 @@ from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench._core.optional import needed
 from ldbench.report import abstract
-from ldbench.results.columns import _read_toml
+from ldbench.results.columns import read_toml
 from ldbench.viewer import page
 from running import HANG, LDBENCH, REPO, environment
 
-PROJECT = _read_toml(REPO/"pyproject.toml")["project"]
+PROJECT = read_toml(REPO/"pyproject.toml")["project"]
 
 
 # ---- optional packages ---------------------------------------------------------------
