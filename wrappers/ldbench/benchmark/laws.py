@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..case import Case
+from ..results.derived import cumulative
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from .call import Task
@@ -113,9 +114,9 @@ def contact_findings(run: RunData) -> Iterator[Finding]:
                      "without friction the force is normal to the profiles; [rad]")
 
 
-def cumulative(t: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """The integral of x over t from the first row, by the trapezoidal rule."""
-    return np.concatenate([[0.0], np.cumsum(np.diff(t)*(x[1:] + x[:-1])/2)])
+def weight_of(case: Case) -> float:
+    """Weight of the wheelset and vertical load [N]."""
+    return float(case.mass*GRAVITY + case.vertical_load)
 
 
 def integral_finding(run: RunData, what: str, x: str, v: str) -> Finding:
@@ -153,7 +154,7 @@ def balance(what: str, t: np.ndarray, x: np.ndarray, rate: np.ndarray, hint: str
 def momentum_findings(run: RunData, case: Case) -> Iterator[Finding]:
     """Whether the forces of the contacts explain the velocities."""
     t = run.time
-    weight = case.mass*GRAVITY + case.vertical_load
+    weight = weight_of(case)
     external = case.lateral_force + case.lateral_ramp*t
     for v, name, words, load in (("vY", "Fy", "lateral", external), ("vZ", "Fz", "vertical", -weight)):
         what = f"{words} momentum closes"
@@ -175,7 +176,7 @@ def energy_finding(run: RunData, case: Case) -> Finding:
     if not has(run, *columns):
         return Finding(what, UNKNOWN, hint="needs velocities, Z and N of all contacts")
     t = run.time
-    weight = case.mass*GRAVITY + case.vertical_load
+    weight = weight_of(case)
     energy = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2 \
         + weight*run.values("Z")
     energy += sum(0.4*APPROACH*(weight/2)*(np.clip(np.nan_to_num(run.values(f"N_{contact}")), 0, None)/(weight/2))**(5/3)

@@ -29,6 +29,7 @@ from ..plots.document import Part, bind, save_pages
 from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
 from ..results import run_data
+from ..results.derived import cumulative
 from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
 from ..results.run_data import RunData
 from ..results.summary import drift_reference
@@ -125,7 +126,7 @@ def outcome(done: RunData, name: str) -> Outcome:
     returned, derailed = "return" in done.ending, "derailment" in first
     rigid = "P_LF" in c
     t = c.time.to_numpy()
-    pushed = np.concatenate([[0.0], np.cumsum(np.diff(t)*(c.N_LF.to_numpy()[1:] + c.N_LF.to_numpy()[:-1])/2)])
+    pushed = cumulative(np.asarray(t), c.N_LF.to_numpy())
     blows = c.P_LF.to_numpy() if rigid else np.zeros(len(t))
     ramp = done.number("loading", "lateral_ramp") != 0
     left = t <= first.get("right flange contact", np.inf)

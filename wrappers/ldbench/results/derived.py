@@ -68,3 +68,8 @@ def exchange(run: RunData, start: float, end: float) -> Exchange | None:
     elastic = (run.values("PE_elastic_L") + run.values("PE_elastic_R"))[first:last + 1]
     before, after = ({name: float(run.values(name)[k]) for name in PARTS} for k in (first, last))
     return Exchange(before, after, float(elastic.max()))
+
+
+def cumulative(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The integral of x over t from the first row, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(np.diff(t)*(x[1:] + x[:-1])/2)])
