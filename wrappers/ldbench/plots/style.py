@@ -43,7 +43,7 @@ CONTACT_LINES = {
     "RF": Line(ORANGE, DASHED, 1.3),
 }
 SERIES = (Line(BLACK), Line(RED, DASHED), Line(BLUE, DASH_DOT), Line(GREEN, DOTTED, 1.2),
-          Line(PURPLE), Line(ORANGE, DASHED), Line(SKY, DASH_DOT), Line(GREY, DOTTED, 1.2))
+          Line(PURPLE), Line(ORANGE, DASHED), Line(SKY, DASH_DOT), Line(GREY, DASHED, 1.2))
 
 RC = {
     "font.family": "DejaVu Sans",
