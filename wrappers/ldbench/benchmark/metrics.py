@@ -1,0 +1,194 @@
+"""Scores that survive impacts: docs/benchmark.md, Score, defines every number.
+
+Two codes put an impact at slightly different times, and there a pointwise difference is as large as the force itself. So
+motion is compared pointwise only while the same contacts are closed, events are matched by contact, kind and order, forces
+are compared by the impulse of each impact, and nothing counts beyond the horizon.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core.errors import Error
+from ..results.quantities import CONTACTS
+from ..results.run_data import RunData, read_data
+from .call import MOTION, Task
+from .check import own_run
+from .episodes import Interval, closed_at, intervals, pairs, passages
+from .guess import guess_map
+from .scores import Score, Scores, Unmatched
+from .horizon import horizon, spreads
+
+MATCHED_BEYOND = 1.1    # times the horizon, up to which partners are looked for
+MOST = 1000             # intervals of a contact that are matched, at most
+LEAST = 1e-3            # share of the largest impulse of a contact's impacts below which an impact is not scored by itself
+PASSAGE = "centre passage"
+
+
+def score(run: RunData, reference: RunData, task: Task) -> Scores:
+    """Score a run against a reference.
+
+    Parameters
+    ----------
+    run, reference : RunData
+        Column files of one simulation by our names, in SI units. Any column but the time may be missing.
+    task : Task
+        The simulation, which has a horizon and spreads.
+
+    Raises
+    ------
+    Error
+        If a file has no times, or if the files do not overlap in time.
+    """
+    limit = horizon(task)
+    return with_spreads(scored(run, reference, task, limit), spreads(task))
+
+
+def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores:
+    """Score a run against a reference up to a horizon [s], without spreads."""
+    for one in run, reference:
+        if len(one.time) < 2:
+            raise Error(f"{one.file}: expected rows at two times at least, found {len(one.time)}")
+    end = min(limit, float(run.time[-1]), float(reference.time[-1]))
+    begin = max(float(run.time[0]), float(reference.time[0]))
+    if end <= begin:
+        raise Error(f"{run.file}: expected times in common with {reference.file} before the horizon {limit:.4g} s, found none")
+    left_out: dict[str, str] = {}
+    known: dict[str, tuple[list[Interval], list[Interval]]] = {}
+    for contact in CONTACTS:
+        mine, theirs = (intervals(one, contact, MATCHED_BEYOND*limit) for one in (run, reference))
+        if mine is None or theirs is None:
+            left_out[contact] = f"no force of this contact in the {'run' if mine is None else 'reference'}"
+        else:
+            known[contact] = mine[:MOST], theirs[:MOST]
+    t = instants(run, reference, begin, end)
+    same = np.ones(len(t), bool)
+    for mine, theirs in known.values():
+        same &= closed_at(mine, t) == closed_at(theirs, t)
+    weights = time_weights(t)
+    share = float(np.sum(weights[same])/np.sum(weights)) if known else np.nan
+    found: list[Score] = []
+    for column in MOTION:
+        missing = [where for where, one in (("run", run), ("reference", reference)) if column not in one.data]
+        if missing:
+            left_out[column] = f"no such column in the {' and the '.join(missing)}"
+        else:
+            found.append(motion_score(column, run, reference, t, weights*same))
+    alone: list[Unmatched] = []
+    for contact, (mine, theirs) in known.items():
+        matched = pairs([one.start for one in theirs], [one.start for one in mine])
+        found += contact_scores(contact, mine, theirs, matched, limit)
+        alone += without_partner(contact, mine, theirs, matched, end)
+    found += passage_scores(passages(run, MATCHED_BEYOND*limit), passages(reference, MATCHED_BEYOND*limit), limit, end, alone)
+    if known:
+        found.append(unmatched_score(alone, [one for _, theirs in known.values() for one in theirs], end))
+    return Scores(task, limit, end, share, tuple(found), tuple(sorted(alone, key=lambda one: one.time)), left_out)
+
+
+def with_spreads(scores: Scores, known: dict[str, float]) -> Scores:
+    """The scores with the spread of formulations beside each."""
+    return replace(scores, scores=tuple(replace(one, spread=known.get(one.name, np.nan)) for one in scores.scores))
+
+
+# Motion -----------------------------------------------------------------------------------
+
+def instants(run: RunData, reference: RunData, begin: float, end: float) -> np.ndarray:
+    """The times of the rows of both files, in order, from `begin` to `end` [s]."""
+    t = np.unique(np.concatenate([run.time, reference.time, [begin, end]]))
+    return t[(t >= begin) & (t <= end)]
+
+
+def time_weights(t: np.ndarray) -> np.ndarray:
+    """What each time contributes to an integral by the trapezoidal rule [s]."""
+    steps = np.diff(t)
+    return np.concatenate([[0.0], steps/2]) + np.concatenate([steps/2, [0.0]])
+
+
+def motion_score(column: str, run: RunData, reference: RunData, t: np.ndarray, weights: np.ndarray) -> Score:
+    """The root mean square of the difference over that of the reference, at times with a weight."""
+    mine, theirs = (np.interp(t, one.time, one.values(column)) for one in (run, reference))
+    with np.errstate(over="ignore", invalid="ignore"):
+        good = np.isfinite(mine) & np.isfinite(theirs) & (weights > 0)
+        whole = float(np.sum(weights[good]))
+        if not whole:
+            return Score("motion", column, np.nan)
+        error, size = (float(np.sqrt(np.sum(weights[good]*x[good]**2)/whole)) for x in (mine - theirs, theirs))
+    return Score("motion", column, relative(error, 0.0, size), size, error)
+
+
+def relative(value: float, expected: float, size: float | None = None) -> float:
+    """|value - expected| over |expected|, or over a size; NaN where that is zero or unknown."""
+    size = abs(expected) if size is None else size
+    difference = abs(value - expected)
+    return difference/size if np.isfinite(difference) and 0 < size < np.inf else np.nan
+
+
+# Contacts ---------------------------------------------------------------------------------
+
+def contact_scores(contact: str, mine: Sequence[Interval], theirs: Sequence[Interval], matched: Sequence[tuple[int, int]],
+                   limit: float) -> Iterator[Score]:
+    """Times at which a contact closes and opens, and the impacts: those that both files have, before the horizon."""
+    largest = max((one.impulse for one in theirs if one.whole and one.end <= limit), default=0.0)
+    partner = dict(matched)
+    closed = opened = struck = 0
+    for k, one in enumerate(theirs):
+        other = mine[partner[k]] if k in partner else None
+        closed, opened, struck = closed + one.begins, opened + one.ends, struck + one.whole
+        if other is None or (one.whole and one.impulse < LEAST*largest):
+            continue
+        if one.begins and other.begins and one.start <= limit:
+            yield event_score(f"{contact} closes {closed}", other.start, one.start)
+        if one.ends and other.ends and one.end <= limit and one.end > one.start:
+            yield event_score(f"{contact} opens {opened}", other.end, one.end)
+        if one.whole and other.whole and one.end <= limit:
+            for kind, value, expected in (("impulse", other.impulse, one.impulse), ("peak", other.peak, one.peak),
+                                          ("duration", other.end - other.start, one.end - one.start)):
+                if np.isfinite(value) and np.isfinite(expected) and expected > 0 and (kind != "duration" or value > 0):
+                    yield Score(kind, f"{contact} {struck} {kind}", relative(value, expected), expected, value)
+
+
+def event_score(name: str, value: float, expected: float) -> Score:
+    """The difference of two times of an event over the time of the reference."""
+    return Score("event", name, relative(value, expected), expected, value)
+
+
+def without_partner(contact: str, mine: Sequence[Interval], theirs: Sequence[Interval], matched: Sequence[tuple[int, int]],
+                    end: float) -> Iterator[Unmatched]:
+    """The intervals that only one file has, before the end of both and the horizon."""
+    for where, own, taken in (("reference", theirs, {k for k, _ in matched}), ("run", mine, {i for _, i in matched})):
+        for k, one in enumerate(own):
+            if k not in taken and one.end <= end:
+                yield Unmatched(where, contact, one.start, one.impulse if one.whole else 0.0)
+
+
+def passage_scores(mine: Sequence[float], theirs: Sequence[float], limit: float, end: float,
+                   alone: list[Unmatched]) -> Iterator[Score]:
+    """Passages of the centre; those without a partner are added to `alone`."""
+    matched = pairs(theirs, mine)
+    for k, i in matched:
+        if theirs[k] <= limit:
+            yield event_score(f"{PASSAGE} {k + 1}", mine[i], theirs[k])
+    for where, own, taken in (("reference", theirs, {k for k, _ in matched}), ("run", mine, {i for _, i in matched})):
+        alone += [Unmatched(where, PASSAGE, time, 0.0) for k, time in enumerate(own) if k not in taken and time <= end]
+
+
+def unmatched_score(alone: Sequence[Unmatched], theirs: Sequence[Interval], end: float) -> Score:
+    """The impulse of impacts that only one file has, over the impulse of all impacts of the reference."""
+    whole = sum(one.impulse for one in theirs if one.whole and one.end <= end)
+    lost = sum(one.impulse for one in alone)
+    difference = lost/whole if whole > 0 else 0.0 if not lost else np.inf
+    return Score("unmatched", "unmatched", float(difference), float(whole), float(lost))
+
+
+# Files ------------------------------------------------------------------------------------
+
+def read_submitted(file: Path, task: Task, map: Any = None) -> RunData:
+    """Read a file of any code; the map of another code's columns is guessed where none is given."""
+    run = read_data(file, map)
+    if run.header.settings or map is not None:
+        return run
+    return read_data(file, guess_map(file, own_run(task)).map)
