@@ -1,6 +1,6 @@
 """Measure the horizons and spreads of the ten simulations, by which scores are judged: wrappers/ldbench/benchmark/yardsticks.json.
 
-    python docs/yardsticks.py [SIMULATION ...]      as ex2_aw; all ten without a name, in about three minutes
+    python docs/yardsticks.py [SIMULATION ...]      as ex2_aw; all ten without a name, in about a minute
 """
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def main(names: list[str]) -> int:
     for task in [task_named(name) for name in names] or TASKS:
         facts = rounded(measured_yardstick(task, tables[task.profiles]))
         known[task.name] = facts
-        print(f"{task.name}: horizon {facts['horizon']:g} s{'' if facts['reached'] else ' at least'}, run ends at {facts['end']:g} s, "
-              f"growth until then {facts['growth']:g}, {len(facts['spread'])} spreads", flush=True)
+        print(f"{task.name}: horizon {facts['horizon']:g} s{'' if facts['reached'] else ' at least'}, run ends {'later' if facts['end'] is None else 'at %g s' % facts['end']}, "
+              f"growth until then {facts['growth']:g}, spreads of {len(facts['hertz'])} and {len(facts['rigid'])} numbers", flush=True)
     with complete(Path(FILE)) as scratch:
         scratch.write_text(json.dumps({task.name: known[task.name] for task in TASKS if task.name in known}, indent=1) + "\n")
     return 0

@@ -37,9 +37,10 @@ class Yardstick:
 
     horizon: float              # [s]; where a difference has not grown so far, the longest time that was tried
     reached: bool               # whether the difference grew to the limit in that time
-    end: float                  # of our own run [s]
+    end: float | None           # of our own run [s]; None where it is behind the horizon
     growth: float               # how many times a difference of the start has grown at most until then and the horizon
-    spread: Mapping[str, float]     # relative difference between formulations of our own, by the name of the score
+    hertz: Mapping[str, float]      # relative difference of Hertz's law from half-spaces, by the name of the score
+    rigid: Mapping[str, float]      # relative difference of rigid contacts from half-spaces
 
 
 @functools.cache
@@ -53,10 +54,11 @@ def horizon(task: Task) -> float:
     return yardsticks()[task.name].horizon
 
 
-def spreads(task: Task) -> dict[str, float]:
-    """Relative differences of our own runs with Hertz's law and with rigid contacts from that with half-spaces, the larger of
-    both, by the name of the score."""
-    return dict(yardsticks()[task.name].spread)
+def spreads(task: Task) -> dict[str, dict[str, float]]:
+    """Relative differences of our own runs with Hertz's law ('hertz') and with rigid contacts ('rigid') from that with
+    half-spaces, by the name of the score."""
+    known = yardsticks()[task.name]
+    return {"hertz": dict(known.hertz), "rigid": dict(known.rigid)}
 
 
 # Measurement ------------------------------------------------------------------------------

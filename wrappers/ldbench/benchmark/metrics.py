@@ -6,20 +6,16 @@ are compared by the impulse of each impact, and nothing counts beyond the horizo
 """
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from .._core.errors import Error
 from ..results.quantities import CONTACTS
-from ..results.run_data import RunData, read_data
+from ..results.run_data import RunData
 from .call import MOTION, Task
-from .check import own_run
 from .episodes import Interval, closed_at, intervals, pairs, passages
-from .guess import guess_map
 from .scores import Score, Scores, Unmatched
 from .horizon import horizon, spreads
 
@@ -65,19 +61,19 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
             left_out[contact] = f"no force of this contact in the {'run' if mine is None else 'reference'}"
         else:
             known[contact] = mine[:MOST], theirs[:MOST]
-    t = instants(run, reference, begin, end)
-    same = np.ones(len(t), bool)
+    t = instants(run, reference, known.values(), begin, end)
+    middle, steps = (t[1:] + t[:-1])/2, np.diff(t)
+    same = np.ones(len(steps), bool)
     for mine, theirs in known.values():
-        same &= closed_at(mine, t) == closed_at(theirs, t)
-    weights = time_weights(t)
-    share = float(np.sum(weights[same])/np.sum(weights)) if known else np.nan
+        same &= closed_at(mine, middle) == closed_at(theirs, middle)
+    share = float(np.sum(steps[same])/np.sum(steps)) if known else np.nan
     found: list[Score] = []
     for column in MOTION:
         missing = [where for where, one in (("run", run), ("reference", reference)) if column not in one.data]
         if missing:
             left_out[column] = f"no such column in the {' and the '.join(missing)}"
         else:
-            found.append(motion_score(column, run, reference, t, weights*same))
+            found.append(motion_score(column, run, reference, t, steps*same))
     alone: list[Unmatched] = []
     for contact, (mine, theirs) in known.items():
         matched = pairs([one.start for one in theirs], [one.start for one in mine])
@@ -89,34 +85,40 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
     return Scores(task, limit, end, share, tuple(found), tuple(sorted(alone, key=lambda one: one.time)), left_out)
 
 
-def with_spreads(scores: Scores, known: dict[str, float]) -> Scores:
-    """The scores with the spread of formulations beside each."""
-    return replace(scores, scores=tuple(replace(one, spread=known.get(one.name, np.nan)) for one in scores.scores))
+def with_spreads(scores: Scores, known: Mapping[str, Mapping[str, float]]) -> Scores:
+    """The scores with the spreads of formulations beside each."""
+    return replace(scores, scores=tuple(replace(one, **{name: own.get(one.name, np.nan) for name, own in known.items()})
+                                        for one in scores.scores))
 
 
 # Motion -----------------------------------------------------------------------------------
 
-def instants(run: RunData, reference: RunData, begin: float, end: float) -> np.ndarray:
-    """The times of the rows of both files, in order, from `begin` to `end` [s]."""
-    t = np.unique(np.concatenate([run.time, reference.time, [begin, end]]))
+def instants(run: RunData, reference: RunData, known: Iterable[tuple[Sequence[Interval], Sequence[Interval]]], begin: float,
+             end: float) -> np.ndarray:
+    """The times of the rows of both files and those at which contacts close and open, in order, from `begin` to `end` [s]."""
+    changes = [time for both in known for found in both for one in found for time in (one.start, one.end)]
+    t = np.unique(np.concatenate([run.time, reference.time, changes, [begin, end]]))
     return t[(t >= begin) & (t <= end)]
 
 
-def time_weights(t: np.ndarray) -> np.ndarray:
-    """What each time contributes to an integral by the trapezoidal rule [s]."""
-    steps = np.diff(t)
-    return np.concatenate([[0.0], steps/2]) + np.concatenate([steps/2, [0.0]])
+def motion_score(column: str, run: RunData, reference: RunData, t: np.ndarray, steps: np.ndarray) -> Score:
+    """The root mean square of the difference over that of the reference.
 
-
-def motion_score(column: str, run: RunData, reference: RunData, t: np.ndarray, weights: np.ndarray) -> Score:
-    """The root mean square of the difference over that of the reference, at times with a weight."""
+    steps: what counts of the time between two of the times `t`, (times - 1,) [s].
+    """
     mine, theirs = (np.interp(t, one.time, one.values(column)) for one in (run, reference))
+    good = np.isfinite(mine) & np.isfinite(theirs)
+    steps = np.where(good[1:] & good[:-1], steps, 0.0)
+    whole = float(np.sum(steps))
+    if not whole:
+        return Score("motion", column, np.nan)
+
+    def rms(x: np.ndarray) -> float:
+        squares = np.where(good, x, 0.0)**2
+        return float(np.sqrt(np.sum(steps*(squares[1:] + squares[:-1]))/(2*whole)))
+
     with np.errstate(over="ignore", invalid="ignore"):
-        good = np.isfinite(mine) & np.isfinite(theirs) & (weights > 0)
-        whole = float(np.sum(weights[good]))
-        if not whole:
-            return Score("motion", column, np.nan)
-        error, size = (float(np.sqrt(np.sum(weights[good]*x[good]**2)/whole)) for x in (mine - theirs, theirs))
+        error, size = rms(mine - theirs), rms(theirs)
     return Score("motion", column, relative(error, 0.0, size), size, error)
 
 
@@ -182,13 +184,3 @@ def unmatched_score(alone: Sequence[Unmatched], theirs: Sequence[Interval], end:
     lost = sum(one.impulse for one in alone)
     difference = lost/whole if whole > 0 else 0.0 if not lost else np.inf
     return Score("unmatched", "unmatched", float(difference), float(whole), float(lost))
-
-
-# Files ------------------------------------------------------------------------------------
-
-def read_submitted(file: Path, task: Task, map: Any = None) -> RunData:
-    """Read a file of any code; the map of another code's columns is guessed where none is given."""
-    run = read_data(file, map)
-    if run.header.settings or map is not None:
-        return run
-    return read_data(file, guess_map(file, own_run(task)).map)

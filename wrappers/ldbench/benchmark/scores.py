@@ -28,12 +28,19 @@ class Score:
     difference: float           # relative, at least 0; NaN where it cannot be had
     reference: float = np.nan   # [SI]; of motion, the root mean square
     value: float = np.nan       # [SI]; of motion, the root mean square of the difference
-    spread: float = np.nan      # relative difference between formulations of our own, the largest; NaN where it is not known
+    # Relative differences of our own runs from that with half-spaces; NaN where they are not known.
+    hertz: float = np.nan       # Hertz's law
+    rigid: float = np.nan       # rigid contacts with restitution 1
 
     @property
     def grade(self) -> float | None:
         """The smallest limit that the difference is inside: 1e-3, 1e-2 or 0.1; None beyond."""
         return grade(self.difference)
+
+    @property
+    def spread(self) -> float:
+        """The spread of formulations: the larger of `hertz` and `rigid`; NaN where neither is known."""
+        return float(np.fmax(self.hertz, self.rigid))
 
     @property
     def of_spread(self) -> float:
@@ -43,7 +50,7 @@ class Score:
     def facts(self) -> dict[str, Any]:
         """The score for other programs."""
         return {"kind": self.kind, "name": self.name, "difference": self.difference, "grade": self.grade,
-                "reference": self.reference, "value": self.value, "spread": self.spread, "of_spread": self.of_spread}
+                "reference": self.reference, "value": self.value, "hertz": self.hertz, "rigid": self.rigid, "of_spread": self.of_spread}
 
 
 @dataclass(frozen=True)

@@ -20,21 +20,20 @@ OTHERS: dict[str, dict[str, Any]] = {
 BEYOND = 1.2            # times the horizon, up to which runs of exercise 5 go
 
 
-def until(case: Case, horizon: float) -> Case:
+def ending(case: Case, horizon: float) -> Case:
     """The case, which ends not far behind the horizon where it would go on for long."""
     return case.replace(t_end=BEYOND*horizon) if case.t_end > BEYOND*horizon else case
 
 
-def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTable]) -> dict[str, float]:
-    """The largest relative difference of the other formulations from `first` by the name of the score."""
-    found: dict[str, float] = {}
+def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTable]) -> dict[str, dict[str, float]]:
+    """The relative differences of the other formulations from `first`, by formulation and by the name of the score."""
+    found: dict[str, dict[str, float]] = {}
     for name, changes in OTHERS.items():
         case = first.case.replace(**changes)
         other = run(case, table=tables[name].for_case(case) if name in tables else None)
         tables[name] = other.table
-        for one in scored(other, first, task, horizon).scores:
-            if np.isfinite(one.difference):
-                found[one.name] = max(found.get(one.name, 0.0), one.difference)
+        found[name] = {one.name: one.difference for one in scored(other, first, task, horizon).scores
+                       if np.isfinite(one.difference)}
     return found
 
 
@@ -44,17 +43,19 @@ def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None
     case = Case.exercise(task.exercise, task.profiles)
     grew = growth(case, tables.get("elastic"), longest)
     limit = grew.horizon or float(grew.time[-1])
-    case = until(exact(case), limit)
+    case = ending(exact(case), limit)
     first = run(case, table=tables["elastic"].for_case(case) if "elastic" in tables else None)
     tables["elastic"] = first.table
     end = float(first.time[-1])
-    return Yardstick(limit, grew.horizon is not None, end, grew.until(end), spread(task, limit, first, tables))
+    whole = end < case.t_end - case.interval
+    return Yardstick(limit, grew.horizon is not None, end if whole else None, grew.until(end),
+                     **spread(task, limit, first, tables))
 
 
 def rounded(yardstick: Yardstick) -> Mapping[str, Any]:
     """The yardstick as yardsticks.json keeps it: three digits."""
-    def three(x: float) -> float:
-        return float(f"{x:.3g}")
+    def three(x: Any) -> Any:
+        return {name: three(value) for name, value in x.items()} if isinstance(x, Mapping) else \
+            float(f"{x:.3g}") if isinstance(x, float) else x
 
-    return {"horizon": three(yardstick.horizon), "reached": yardstick.reached, "end": three(yardstick.end),
-            "growth": three(yardstick.growth), "spread": {name: three(x) for name, x in sorted(yardstick.spread.items())}}
+    return {name: three(x) for name, x in vars(yardstick).items()}
