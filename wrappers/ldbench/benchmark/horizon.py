@@ -22,7 +22,7 @@ from .call import Task
 from .exact import exact
 
 FILE = Path(__file__).with_name("yardsticks.json")
-ASIDE = 1e-9            # of a start, as a share of the largest value of the coordinate in the run
+ASIDE = 1e-9            # of a start, as a share of the largest value of the coordinate in the case
 GROWN = 1e-3            # largest difference of a displacement, as a share of its largest value, at the horizon
 LONGEST = 4.0           # that twins run [s]
 ROWS = 1e-4             # between rows of twins [s]
@@ -82,27 +82,32 @@ class Growth:
 
 
 def growth(case: Case, table: ContactTable | None = None, t_end: float = LONGEST) -> Growth:
-    """Run a case and its six twins up to a time [s], whatever ends the case else."""
-    case = exact(case).replace(stop_at="t_end", t_end=t_end, interval=ROWS, rows="interval")
-    first = run(case, table=table)
-    twins = (run(twin, table=first.table) for twin in beside(case, first))
-    return grown(first, twins)
+    """Run a case and its six twins up to a time [s], whatever ends the case else.
+
+    Coordinates are measured by their largest values in the case as it stands, up to that time.
+    """
+    case = exact(case).replace(interval=ROWS, rows="interval", t_end=t_end)
+    own = run(case, table=table)
+    sizes = {column: float(np.abs(own.values(column)).max()) for column in STARTS}
+    case = case.replace(stop_at="t_end")
+    first = run(case, table=own.table.for_case(case))
+    twins = (run(twin, table=first.table) for twin in beside(case, sizes))
+    return grown(first, twins, sizes)
 
 
-def beside(case: Case, first: RunData) -> Iterator[Case]:
+def beside(case: Case, sizes: Mapping[str, float]) -> Iterator[Case]:
     """The case with each coordinate of the start aside."""
     for column, variable in STARTS.items():
-        size = float(np.abs(first.values(column)).max())
-        yield case.replace(**{variable: getattr(case, variable) + ASIDE*size})
+        yield case.replace(**{variable: getattr(case, variable) + ASIDE*sizes[column]})
 
 
-def grown(first: RunData, twins: Iterator[RunData]) -> Growth:
+def grown(first: RunData, twins: Iterator[RunData], sizes: Mapping[str, float]) -> Growth:
     """The growth of the difference between a run and its twins, whose rows are at the same times."""
     t = first.time
     found = np.zeros(len(t))
     for twin in twins:
         rows = min(len(t), len(twin.time))
         for column in DISPLACEMENTS:
-            x, y = first.values(column), twin.values(column)
-            found[:rows] = np.maximum(found[:rows], np.abs(x[:rows] - y[:rows])/np.abs(x).max())
+            apart = np.abs(first.values(column)[:rows] - twin.values(column)[:rows])/sizes[column]
+            found[:rows] = np.maximum(found[:rows], apart)
     return Growth(t, np.maximum.accumulate(found)/ASIDE)

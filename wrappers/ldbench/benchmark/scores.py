@@ -79,15 +79,19 @@ class Scores:
         """The scores of a kind."""
         return [score for score in self.scores if score.kind == kind]
 
+    def ranked(self, kind: str) -> list[Score]:
+        """The scores of a kind whose difference is known, the best first."""
+        return sorted((score for score in self.of_kind(kind) if not np.isnan(score.difference)), key=lambda score: score.difference)
+
     def worst(self, kind: str) -> Score | None:
         """The score of a kind with the largest difference; None without one."""
-        known = [score for score in self.of_kind(kind) if np.isfinite(score.difference)]
-        return max(known, key=lambda score: score.difference, default=None)
+        own = self.ranked(kind)
+        return own[-1] if own else None
 
-    def median(self, kind: str) -> float:
-        """The median of the differences of a kind; NaN without one."""
-        known = [score.difference for score in self.of_kind(kind) if np.isfinite(score.difference)]
-        return float(np.median(known)) if known else np.nan
+    def middle(self, kind: str) -> Score | None:
+        """The score of a kind that as many are better as worse than, of an even number the worse one; None without one."""
+        own = self.ranked(kind)
+        return own[len(own)//2] if own else None
 
     def get(self, name: str) -> Score | None:
         """The score of a name; None without one."""

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--reference", type=Path, metavar="FILE|FOLDER", required=True,
                         help="what is right: a column file of the same simulation, or a folder of them")
     parser.add_argument("--simulation", metavar="NAME", help="which simulation a file is, as ex2_aw (the name of the file says it)")
-    parser.add_argument("--all", action="store_true", help="print what passed, too")
+    parser.add_argument("--all", action="store_true", help="print every score and every impact without a partner")
     add_map(parser)
     add_json(parser)
 
@@ -95,8 +95,7 @@ def lines(scores: Scores, everything: bool) -> Iterator[str]:
         if kind in ("motion", "unmatched") or everything:
             yield from (row(quantity(one.name).words if kind == "motion" else words if kind == "unmatched" else one.name, one)
                         for one in own)
-        elif worst := scores.worst(kind):
-            middle = sorted(own, key=lambda one: one.difference)[len(own)//2]
+        elif (worst := scores.worst(kind)) and (middle := scores.middle(kind)):
             yield row(f"{words}, median of {len(own)}", middle)
             yield row(f"  worst: {worst.name}", worst)
     listed = scores.unmatched if everything else sorted(scores.unmatched, key=lambda one: -one.impulse)[:SHOWN]
