@@ -127,7 +127,7 @@ def test_motion_is_compared_while_the_same_contacts_are_closed(hertz: dict[str, 
     # Rows between whose neighbours the sets differ all the time: a row also tells what is half-way to the next.
     inside = np.zeros(len(frame), bool)
     for k in range(1, len(frame) - 1):
-        around = slice(*np.searchsorted(dense, late.time[[k - 1, k + 1]]))
+        around = slice(*np.searchsorted(dense, late.time[[k - 1, k + 1]] + [-3e-6, 3e-6]))
         inside[k] = apart[around].all() and around.stop > around.start
     assert inside.sum() > 20
     spoilt = changed(frame, time=frame.time + 1e-3, aY=np.where(inside, 1e6, frame.aY))
@@ -389,11 +389,11 @@ def test_another_integrator_has_this_horizon(tables: dict[str, ContactTable]):
 
 
 def test_growth_of_a_free_flight_is_that_of_its_start(hertz: dict[str, ldbench.Run]):
-    """Until the flange touches, differences hardly grow; after it they have grown more."""
+    """Until the flange touches, differences do not grow; impacts multiply them."""
     case = Case.exercise(2, "aw").replace(**HERTZ)
-    found = growth(case, hertz["ex2_aw"].table, t_end=0.03)
+    found = growth(case, hertz["ex2_aw"].table, t_end=0.12)
     touch = hertz["ex2_aw"].first_contact("LF")
-    assert found.until(0.9*touch) < 20 < found.until(0.03)
+    assert found.until(0.9*touch) < 1.1 and 5 < found.until(0.03) < found.until(0.12)/100
     assert found.horizon is None and (np.diff(found.factor) >= 0).all()
 
 

@@ -13,6 +13,7 @@ from ..results.impacts import zero
 from ..results.run_data import RunData
 
 CLOSED = 1.0            # a contact with a larger force is closed [N]; the smallest weight on a wheel is near 1e5 N
+LARGEST = 1e30          # force of a file that is taken as it stands; integrals of larger ones overflow [N]
 CROSSED = 1e-4          # share of the largest |Y| beyond which the wheelset is on one side
 
 
@@ -43,8 +44,9 @@ def normal_force(run: RunData, contact: str) -> np.ndarray | None:
         parts = [run.values(f"{name}_{contact}") for name in ("Fy", "Fz") if f"{name}_{contact}" in run.data]
         if not parts:
             return None
-        force = np.hypot(parts[0], parts[-1]) if len(parts) == 2 else np.abs(parts[0])
-    return np.nan_to_num(np.asarray(force, float), nan=0.0, posinf=0.0, neginf=0.0)
+        with np.errstate(over="ignore"):
+            force = np.hypot(parts[0], parts[-1]) if len(parts) == 2 else np.abs(parts[0])
+    return np.clip(np.nan_to_num(np.asarray(force, float), nan=0.0, posinf=0.0, neginf=0.0), -LARGEST, LARGEST)
 
 
 def intervals(run: RunData, contact: str, until: float = np.inf) -> list[Interval] | None:
@@ -63,7 +65,8 @@ def intervals(run: RunData, contact: str, until: float = np.inf) -> list[Interva
     t, force = run.time[:rows], force[:rows]
     blows = np.zeros(rows)
     if jumps is not None and rows:
-        blows[1:] = np.diff(np.nan_to_num(jumps[:rows]))
+        blows[1:] = np.diff(np.clip(np.nan_to_num(jumps[:rows]), -LARGEST, LARGEST))
+    # A jump downwards, which no impact makes, is one of rounding.
     closed = np.concatenate([[False], (np.abs(force) > CLOSED) | (blows > 0), [False]])
     edges = np.flatnonzero(closed[1:] != closed[:-1])
     return [interval(contact, t, force, blows, int(first), int(after) - 1)

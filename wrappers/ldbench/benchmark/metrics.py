@@ -61,19 +61,19 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
             left_out[contact] = f"no force of this contact in the {'run' if mine is None else 'reference'}"
         else:
             known[contact] = mine[:MOST], theirs[:MOST]
-    t = instants(run, reference, known.values(), begin, end)
-    middle, steps = (t[1:] + t[:-1])/2, np.diff(t)
-    same = np.ones(len(steps), bool)
+    share = share_of_time(known.values(), begin, end) if known else np.nan
+    t = np.unique(run.time)
+    t = t[(t >= begin) & (t <= end)]
+    same = np.ones(len(t), bool)
     for mine, theirs in known.values():
-        same &= closed_at(mine, middle) == closed_at(theirs, middle)
-    share = float(np.sum(steps[same])/np.sum(steps)) if known else np.nan
+        same &= closed_at(mine, t) == closed_at(theirs, t)
     found: list[Score] = []
     for column in MOTION:
         missing = [where for where, one in (("run", run), ("reference", reference)) if column not in one.data]
         if missing:
             left_out[column] = f"no such column in the {' and the '.join(missing)}"
         else:
-            found.append(motion_score(column, run, reference, t, steps*same))
+            found.append(motion_score(column, run, reference, t, same))
     alone: list[Unmatched] = []
     for contact, (mine, theirs) in known.items():
         matched = pairs([one.start for one in theirs], [one.start for one in mine])
@@ -93,22 +93,24 @@ def with_spreads(scores: Scores, known: Mapping[str, Mapping[str, float]]) -> Sc
 
 # Motion -----------------------------------------------------------------------------------
 
-def instants(run: RunData, reference: RunData, known: Iterable[tuple[Sequence[Interval], Sequence[Interval]]], begin: float,
-             end: float) -> np.ndarray:
-    """The times of the rows of both files and those at which contacts close and open, in order, from `begin` to `end` [s]."""
-    changes = [time for both in known for found in both for one in found for time in (one.start, one.end)]
-    t = np.unique(np.concatenate([run.time, reference.time, changes, [begin, end]]))
-    return t[(t >= begin) & (t <= end)]
+def share_of_time(known: Iterable[tuple[Sequence[Interval], Sequence[Interval]]], begin: float, end: float) -> float:
+    """The share of the time from `begin` to `end` [s] in which both files have the same contacts closed."""
+    both = list(known)
+    changes = [time for pair in both for found in pair for one in found for time in (one.start, one.end)]
+    t = np.clip(np.unique([*changes, begin, end]), begin, end)
+    middle, steps = (t[1:] + t[:-1])/2, np.diff(t)
+    same = np.ones(len(steps), bool)
+    for mine, theirs in both:
+        same &= closed_at(mine, middle) == closed_at(theirs, middle)
+    return float(np.sum(steps[same])/np.sum(steps))
 
 
-def motion_score(column: str, run: RunData, reference: RunData, t: np.ndarray, steps: np.ndarray) -> Score:
-    """The root mean square of the difference over that of the reference.
-
-    steps: what counts of the time between two of the times `t`, (times - 1,) [s].
-    """
+def motion_score(column: str, run: RunData, reference: RunData, t: np.ndarray, same: np.ndarray) -> Score:
+    """The root mean square of the difference over that of the reference, at those times `t` of rows of the run at which the
+    same contacts are closed; a time counts by how far its neighbours are."""
     mine, theirs = (np.interp(t, one.time, one.values(column)) for one in (run, reference))
-    good = np.isfinite(mine) & np.isfinite(theirs)
-    steps = np.where(good[1:] & good[:-1], steps, 0.0)
+    good = same & np.isfinite(mine) & np.isfinite(theirs)
+    steps = np.where(good[1:] & good[:-1], np.diff(t), 0.0)
     whole = float(np.sum(steps))
     if not whole:
         return Score("motion", column, np.nan)
