@@ -1,4 +1,7 @@
-"""Write the reference package: python docs/reference_package.py [ZIP]; outputs/ldbench_reference.zip by default, in about a minute."""
+"""Write the reference package.
+
+    python docs/reference_package.py [ZIP]      outputs/ldbench_reference.zip without a name, in about two minutes
+"""
 from __future__ import annotations
 
 import sys

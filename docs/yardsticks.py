@@ -22,8 +22,10 @@ def main(names: list[str]) -> int:
     for task in [task_named(name) for name in names] or TASKS:
         facts = rounded(measured_yardstick(task, tables[task.profiles]))
         known[task.name] = facts
-        print(f"{task.name}: horizon {facts['horizon']:g} s{'' if facts['reached'] else ' at least'}, run ends {'later' if facts['end'] is None else 'at %g s' % facts['end']}, "
-              f"growth until then {facts['growth']:g}, spreads of {len(facts['hertz'])} and {len(facts['rigid'])} numbers", flush=True)
+        least = "" if facts["reached"] else " at least"
+        end = "later" if facts["end"] is None else f"at {facts['end']:g} s"
+        print(f"{task.name}: horizon {facts['horizon']:g} s{least}, run ends {end}, growth until then {facts['growth']:g}, "
+              f"spreads of {len(facts['hertz'])} and {len(facts['rigid'])} numbers", flush=True)
     with complete(Path(FILE)) as scratch:
         scratch.write_text(json.dumps({task.name: known[task.name] for task in TASKS if task.name in known}, indent=1) + "\n")
     return 0

@@ -108,10 +108,10 @@ def passages(run: RunData, until: float = np.inf) -> list[float]:
     if not sided.size:
         return []
     found = []
-    for before, after in zip(sided[:-1], sided[1:], strict=True):
-        if (y[before] > 0) != (y[after] > 0):
-            k = before + int(np.argmax(y[before + 1:after + 1]*np.sign(y[after]) >= 0))
-            found.append(float(t[k] + (t[k + 1] - t[k])*y[k]/(y[k] - y[k + 1])))
+    for change in np.flatnonzero(np.diff(np.sign(y[sided]))):
+        before, after = sided[change], sided[change + 1]
+        k = before + int(np.argmax(y[before + 1:after + 1]*np.sign(y[after]) >= 0))
+        found.append(float(t[k] + (t[k + 1] - t[k])*y[k]/(y[k] - y[k + 1])))
     if sided[-1] < len(y) - 1:
         found.append(float(t[sided[-1] + 1 + int(np.abs(y[sided[-1] + 1:]).argmin())]))
     return found

@@ -16,8 +16,8 @@ from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from .call import MOTION, Task
 from .episodes import Interval, closed_at, intervals, pairs, passages
-from .scores import Score, Scores, Unmatched
 from .horizon import horizon, spreads
+from .scores import Score, Scores, Unmatched
 
 MATCHED_BEYOND = 1.1    # times the horizon, up to which partners are looked for
 MOST = 1000             # intervals of a contact that are matched, at most
@@ -87,8 +87,8 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
 
 def with_spreads(scores: Scores, known: Mapping[str, Mapping[str, float]]) -> Scores:
     """The scores with the spreads of formulations beside each."""
-    return replace(scores, scores=tuple(replace(one, **{name: own.get(one.name, np.nan) for name, own in known.items()})
-                                        for one in scores.scores))
+    return replace(scores, scores=tuple(replace(one, hertz=known["hertz"].get(one.name, np.nan),
+                                                rigid=known["rigid"].get(one.name, np.nan)) for one in scores.scores))
 
 
 # Motion -----------------------------------------------------------------------------------

@@ -31,10 +31,10 @@ from .horizon import DISPLACEMENTS, FILE, Yardstick, yardsticks
 from .metrics import scored
 from .scores import GRADES
 
-INTERVAL = 5e-5             # between rows [s]
-RAMP_INTERVAL = 2.5e-4      # in exercise 5 [s]
+INTERVAL = 2.5e-5           # between rows [s]
+RAMP_INTERVAL = 1e-4        # in exercise 5 [s]
 RAMP_DENSE = 1.5            # times the horizon, up to which exercise 5 has all these rows
-RAMP_SPARSE = 2e-3          # between rows after that [s]
+RAMP_SPARSE = 1e-3          # between rows after that [s]
 DATE = 1980, 1, 1, 0, 0, 0
 AGREED = 1e-9               # of displacements, as a share of their largest values
 LICENCES = "LICENSE", "CITATION.cff"
@@ -43,7 +43,7 @@ SUMS = "SHA256SUMS"
 
 @dataclass(frozen=True)
 class Solution:
-    """A simulation, solved, and with half the step for its error."""
+    """A simulation, solved, and with half the step and half the interval between rows for its error."""
 
     task: Task
     run: Run
@@ -82,7 +82,9 @@ def write_package(target: Path, root: Path, cases: Iterable[tuple[Task, Case]] |
         raise Error(f"{missing[0]}: expected a file for the reference package, found none")
     cases = [(task, Case.exercise(task.exercise, task.profiles)) for task in TASKS] if cases is None else list(cases)
     tables: dict[str, ContactTable] = {}
-    exactness, events, impulses = [], [], []
+    exactness: list[dict[str, Any]] = []
+    events: list[dict[str, Any]] = []
+    impulses: list[dict[str, Any]] = []
     with complete(target) as scratch, tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(scratch, "w") as archive:
         put = Archive(archive)
         for task, case in cases:
@@ -139,8 +141,8 @@ def solve(task: Task, case: Case, tables: dict[str, ContactTable]) -> Solution:
         tables[task.profiles] = found.table
         return found
 
-    # Behind the horizon, half the step tells nothing.
-    half = exact(case, 0.5).replace(interval=interval, rows="interval_and_events")
+    # Behind the horizon, half the step tells nothing. Half the interval tells what sums over rows miss of impulses.
+    half = exact(case, 0.5).replace(interval=interval/2, rows="interval_and_events")
     return Solution(task, done(own), done(half.replace(t_end=min(case.t_end, 1.2*yardstick.horizon))), yardstick)
 
 
@@ -180,7 +182,7 @@ def common(found: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def error_row(found: Solution) -> dict[str, Any]:
-    """How exact a solution is: its drift of energy, and what half the step changes up to the horizon."""
+    """How exact a solution is: its drift of energy, and what half the step and twice the rows change up to the horizon."""
     t, mine, finer = common(found)
     apart = np.zeros(len(t))
     for column in DISPLACEMENTS:
@@ -251,16 +253,16 @@ def readme(exactness: Sequence[dict[str, Any]]) -> str:
 
     said = []
     if free:
-        said.append(f"In exercises 1 to 4, half the step changes no displacement by more than {largest(free, 'displacements')} of its "
-                    f"largest value, no time of an event by more than {largest(free, 'times of events')} of it, no impulse by more "
-                    f"than {largest(free, 'impulses')}, and no largest force by more than {largest(free, 'peaks')}.")
+        said.append(f"In exercises 1 to 4, half the step and twice the rows change no displacement by more than\n"
+                    f"{largest(free, 'displacements')} of its largest value, no time of an event by more than "
+                    f"{largest(free, 'times of events')} of it, no impulse by\nmore than {largest(free, 'impulses')}, and "
+                    f"no largest force by more than {largest(free, 'peaks')}.")
     if ramp:
         until = ", ".join(f"{row['simulation']} up to {row['displacements within 1e-9 until [s]']:.3f} s" for row in ramp)
-        said.append(f"In exercise 5, displacements are known to 1e-9 for a while ({until}); at the horizon, half the step has "
-                    f"changed them by {largest(ramp, 'displacements')}. What comes after the horizon is one sample of a chaotic motion.")
-    drift = largest(exactness, "drift, relative")
-    return README.format(exactness="\n".join(said), drift=drift, interval=INTERVAL, ramp=RAMP_INTERVAL, dense=RAMP_DENSE,
-                         sparse=RAMP_SPARSE, count=len(exactness))
+        said.append(f"In exercise 5, displacements are known to 1e-9 for a while ({until}). Up to the horizon,\nthey have changed "
+                    f"by {largest(ramp, 'displacements')}. What comes after the horizon is one sample of a chaotic motion.")
+    return README.format(exactness="\n".join(said), drift=largest(exactness, "drift, relative"), interval=INTERVAL,
+                         ramp=RAMP_INTERVAL, dense=RAMP_DENSE, sparse=RAMP_SPARSE, count=len(exactness))
 
 
 README = """# Reference solutions of the LD benchmark
@@ -275,7 +277,7 @@ package holds {count} of them, solved by ldbench with elastic half-spaces (`&con
 | `impulses.csv` | every impact up to the horizon: when the contact closes and opens, impulse, largest force |
 | `horizons.csv` | the horizon of each simulation, how much a difference has grown by then, and the grades |
 | `yardsticks.json` | the same, and what Hertz's law and rigid contacts change in each score |
-| `exactness.csv` | what half the step changes, and the drift of energy |
+| `exactness.csv` | what half the step and twice the rows change, and the drift of energy |
 | `namelists/` | the inputs: `ldbench namelists/ex1_aw.nml`, started in the folder of this file, computes a solution again |
 | `profiles/` | the profiles; `profiles/README.md` says that they are reconstructions |
 | `LICENSE`, `CITATION.cff` | licence and citation |
@@ -285,19 +287,22 @@ package holds {count} of them, solved by ldbench with elastic half-spaces (`&con
 
 Steps are explicit and of sixth order. The energy drifts by {drift} of the initial kinetic energy, or of the work of the lateral
 force, at most.
+
 {exactness}
-Shorter steps do not bring these numbers down: they are rounding errors, which impacts multiply. `exactness.csv` has them for every
-simulation. They leave out impacts whose impulse is below a thousandth of the largest one of their contact.
+
+Shorter steps do not bring the numbers of displacements and events down: they are rounding errors, which impacts multiply. Those
+of impulses are mostly errors of the trapezoidal rule over the rows. `exactness.csv` has all of them for every simulation; those of
+impacts leave out the ones whose impulse is below a thousandth of the largest one of their contact.
 
 The numbers say how well the equations of ldbench are solved. They do not say how well these describe a wheelset: the law of
-contact is interpolated in a table, of which the comments of every column file tell the error, near 1e-3 of a force, and other
+contact is interpolated in a table, whose error the comments of every column file tell, near 1e-3 of a force, and other
 laws give other solutions (`yardsticks.json`).
 
 ## Rows
 
-Rows stand {interval:g} s apart, and at every event, change of a contact and peak of a force. In exercise 5 they stand {ramp:g} s
-apart up to {dense:g} times the horizon. After that, of these only the rows {sparse:g} s apart and the last one are kept, so that the package
-stays small; `rows` in the comments counts all of them.
+Rows stand {interval:g} s apart, and at every event, change of a contact and peak of a force. In exercise 5 they stand
+{ramp:g} s apart up to {dense:g} times the horizon. After that, only the rows {sparse:g} s apart and the last one are kept, so that
+the package stays small; `rows` in the comments counts all of them.
 
 ## Horizon
 

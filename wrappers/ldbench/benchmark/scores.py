@@ -49,8 +49,8 @@ class Score:
 
     def facts(self) -> dict[str, Any]:
         """The score for other programs."""
-        return {"kind": self.kind, "name": self.name, "difference": self.difference, "grade": self.grade,
-                "reference": self.reference, "value": self.value, "hertz": self.hertz, "rigid": self.rigid, "of_spread": self.of_spread}
+        return {"kind": self.kind, "name": self.name, "difference": self.difference, "grade": self.grade, "value": self.value,
+                "reference": self.reference, "hertz": self.hertz, "rigid": self.rigid, "of_spread": self.of_spread}
 
 
 @dataclass(frozen=True)
