@@ -74,6 +74,8 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
             left_out[column] = f"no such column in the {' and the '.join(missing)}"
         else:
             found.append(motion_score(column, run, reference, t, same))
+    if known:
+        found.append(Score("contacts", "other contacts closed", 1 - share, end - begin, (1 - share)*(end - begin)))
     alone: list[Unmatched] = []
     for contact, (mine, theirs) in known.items():
         matched = pairs([one.start for one in theirs], [one.start for one in mine])

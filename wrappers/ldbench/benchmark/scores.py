@@ -10,8 +10,9 @@ import numpy as np
 from .call import Task
 
 GRADES = 1e-3, 1e-2, 0.1                        # limits of a relative difference
-KINDS = {"motion": "motion, rms while the same contacts are closed", "event": "times of events", "impulse": "impulse of an impact",
-         "peak": "largest force of an impact", "duration": "duration of an impact", "unmatched": "impulse without a partner"}
+KINDS = {"motion": "motion, rms while the same contacts are closed", "contacts": "share of time with other contacts closed",
+         "event": "times of events", "impulse": "impulse of an impact", "peak": "largest force of an impact",
+         "duration": "duration of an impact", "unmatched": "impulse without a partner"}
 
 
 def grade(difference: float) -> float | None:
@@ -26,8 +27,10 @@ class Score:
     kind: str                   # of KINDS
     name: str                   # 'Y', 'LF closes 1', 'centre passage 2', 'LF 1 impulse'; the same in every run
     difference: float           # relative, at least 0; NaN where it cannot be had
-    reference: float = np.nan   # [SI]; of motion, the root mean square
-    value: float = np.nan       # [SI]; of motion, the root mean square of the difference
+    # SI units. Of motion, root mean squares of the reference and of the difference; of contacts, the whole time and that in which
+    # they differ; of impulses without a partner, those of all impacts of the reference and those without one.
+    reference: float = np.nan
+    value: float = np.nan
     # Relative differences of our own runs from that with half-spaces; NaN where they are not known.
     hertz: float = np.nan       # Hertz's law
     rigid: float = np.nan       # rigid contacts with restitution 1

@@ -17,6 +17,7 @@ from .metrics import scored
 OTHERS: dict[str, dict[str, Any]] = {
     "hertz": {"model": "hertz", "table_file": ""},
     "rigid": {"formulation": "unilateral", "restitution": 1.0}}
+LEAST_SHARE = 0.5       # of the time with the same contacts closed, below which the motion tells no spread
 BEYOND = 1.2            # times the horizon, up to which runs of exercise 5 go
 
 
@@ -32,8 +33,9 @@ def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTabl
         case = first.case.replace(**changes)
         other = run(case, table=tables[name].for_case(case) if name in tables else None)
         tables[name] = other.table
-        found[name] = {one.name: one.difference for one in scored(other, first, task, horizon).scores
-                       if np.isfinite(one.difference)}
+        scores = scored(other, first, task, horizon)
+        found[name] = {one.name: one.difference for one in scores.scores if np.isfinite(one.difference)
+                       and (one.kind != "motion" or scores.share >= LEAST_SHARE)}
     return found
 
 

@@ -92,8 +92,8 @@ def lines(scores: Scores, everything: bool) -> Iterator[str]:
     yield f"  {'quantity':44} {'difference':>10} {'grade':>6} {'of Hertz':>9} {'of spread':>9}"
     for kind, words in KINDS.items():
         own = scores.of_kind(kind)
-        if kind in ("motion", "unmatched") or everything:
-            yield from (row(quantity(one.name).words if kind == "motion" else words if kind == "unmatched" else one.name, one)
+        if kind in ("motion", "contacts", "unmatched") or everything:
+            yield from (row(quantity(one.name).words if kind == "motion" else words if len(own) == 1 else one.name, one)
                         for one in own)
         elif (worst := scores.worst(kind)) and (middle := scores.middle(kind)):
             yield row(f"{words}, median of {len(own)}", middle)
