@@ -13,7 +13,7 @@ from ..results.impacts import zero
 from ..results.run_data import RunData
 
 CLOSED = 1.0            # a contact with a larger force is closed [N]; the smallest weight on a wheel is near 1e5 N
-TOUCH = 1e-3            # largest force in the row at which a contact of ours closes or opens, which is there by rounding [N]
+TOUCH = 0.1             # largest force in the row of ours at which a contact closes or opens: rounding leaves some [N]
 LARGEST = 1e30          # force of a file that is taken as it stands; integrals of larger ones overflow [N]
 CROSSED = 1e-4          # share of the largest |Y| beyond which the wheelset is on one side
 
@@ -54,8 +54,8 @@ def intervals(run: RunData, contact: str, until: float = np.inf) -> list[Interva
     """The intervals in which a contact is closed, in the rows up to a time [s]; None where the file has no force of it.
 
     A contact is closed in rows with a force above CLOSED, or with a jump of the column P of rigid impacts. A file of ours that
-    has rows at events has them where contacts close and open. In other files these times are found as those of impacts: the
-    force to the power 2/3 is continued linearly, at most to the open row.
+    has rows at events has them where contacts close and open, with a force below TOUCH. In other files these times are found as
+    those of impacts: the force to the power 2/3 is continued linearly, at most to the open row.
     """
     force = normal_force(run, contact)
     jumps = run.values(f"P_{contact}") if f"P_{contact}" in run.data else None
@@ -68,10 +68,10 @@ def intervals(run: RunData, contact: str, until: float = np.inf) -> list[Interva
     blows = np.zeros(rows)
     if jumps is not None and rows:
         blows[1:] = np.diff(np.clip(np.nan_to_num(jumps[:rows]), -LARGEST, LARGEST))
-    # A jump downwards, which no impact makes, is one of rounding.
-    closed = np.concatenate([[False], (np.abs(force) > CLOSED) | (blows > 0), [False]])
-    edges = np.flatnonzero(closed[1:] != closed[:-1])
     at_rows = run.setting("output", "rows") == "interval_and_events"
+    # A jump downwards, which no impact makes, is one of rounding.
+    closed = np.concatenate([[False], (np.abs(force) > (TOUCH if at_rows else CLOSED)) | (blows > 0), [False]])
+    edges = np.flatnonzero(closed[1:] != closed[:-1])
     return [interval(contact, t, force, blows, int(first), int(after) - 1, at_rows)
             for first, after in zip(edges[::2], edges[1::2], strict=True)]
 
@@ -83,22 +83,14 @@ def interval(contact: str, t: np.ndarray, force: np.ndarray, blows: np.ndarray, 
     begins, ends = first > 0, last < len(t) - 1
     start, end = float(t[first]), float(t[last])
     if begins and not struck:
-        start = float(t[touching(force, first, -1)]) if at_rows else zero(t, force, first, -1)
+        start = float(t[first - 1]) if at_rows else zero(t, force, first, -1)
     if ends and force[last]:
-        end = float(t[touching(force, last, 1)]) if at_rows else zero(t, force, last, 1)
+        end = float(t[last + 1]) if at_rows else zero(t, force, last, 1)
     x = np.concatenate([[start], t[own], [end]])
     # The force does not vanish at an end that the file cuts off, nor beside a blow.
     y = np.concatenate([[force[first] if x[0] == x[1] else 0.0], force[own], [force[last] if x[-1] == x[-2] else 0.0]])
     impulse = float(np.sum(np.diff(x)*(y[1:] + y[:-1])/2) + blows[own].sum())
     return Interval(contact, start, end, begins, ends, impulse, np.nan if struck else float(force[own].max()))
-
-
-def touching(force: np.ndarray, k: int, way: int) -> int:
-    """The row at which a contact only just touches, from the closed row k on, before it (way -1) or after it (way 1)."""
-    k += way
-    while 0 < k < len(force) - 1 and abs(force[k]) > TOUCH:
-        k += way
-    return k
 
 
 def closed_at(found: Sequence[Interval], t: np.ndarray) -> np.ndarray:
