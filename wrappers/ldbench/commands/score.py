@@ -84,7 +84,7 @@ def heading(scores: Scores) -> str:
     yardstick = yardsticks()[scores.task.name]
     share = "" if scores.share != scores.share else f"; the same contacts are closed for {100*scores.share:.4g} % of it"
     return (f"{scores.task.words}; scored up to {scores.end:.4g} s (horizon {'' if yardstick.reached else 'beyond '}"
-            f"{scores.horizon:.4g} s), where a difference of the start has grown {yardstick.growth:.3g} times{share}")
+            f"{scores.horizon:.4g} s), where a difference of the start has grown {yardstick.growth:,.0f} times{share}")
 
 
 def lines(scores: Scores, everything: bool) -> Iterator[str]:
