@@ -65,7 +65,8 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 lint compiled fuzz report validate bench docs wheel reference pictures clean help
+.PHONY: all wrapper test test-arm64 lint compiled fuzz report validate bench docs wheel reference reference-package yardsticks \
+        pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -277,6 +278,16 @@ reference:
 	$(STUDY) tests/support/rigid_reference.py --store
 	$(STUDY) docs/pictures.py
 
+# The zip of our solutions for others to score by; the same bytes each time.
+reference-package:
+	$(call built,$(EXE) $(WRAPPER))
+	$(PYTHON) docs/reference_package.py
+
+# Horizons and spreads of formulations, by which the command score judges.
+yardsticks:
+	$(call built,$(EXE) $(WRAPPER))
+	$(PYTHON) docs/yardsticks.py
+
 # The pictures of README and of the documentation, made from runs; those of pages need Chromium.
 pictures:
 	$(call built,$(EXE) $(WRAPPER))
@@ -299,6 +310,8 @@ help:
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make test-arm64 the runs of exercises 1 to 4 on arm64, emulated: points of tables, first contacts, ends'
 	@echo 'make reference  run the ten cases and store compact references and all pictures in outputs/reference'
+	@echo 'make reference-package  outputs/ldbench_reference.zip: the ten solutions as exact as they can be, impulses, horizons'
+	@echo 'make yardsticks measure the horizons and spreads that scores are judged by: wrappers/ldbench/benchmark/yardsticks.json'
 	@echo 'make pictures   the pictures of README and docs alone'
 	@echo 'make clean      remove everything that make made'
 	@echo 'LDBENCH_SLOW=1  with make test: what takes minutes too: stores and reports killed 50 times, 1,000 tables freed, pip from nothing'

@@ -18,6 +18,7 @@ from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
 
 from ldbench import Case, run
 from ldbench._core.calls import descriptions
+from ldbench.benchmark.horizon import yardsticks
 from ldbench.case import shortest_name, variables
 from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
@@ -219,11 +220,27 @@ def unit_list() -> str:
     return table(("SI unit", "units that are read"), ((unit(si) or "none", ", ".join(names)) for si, names in by_unit.items()))
 
 
+def horizon_table() -> str:
+    """The horizon of every simulation, the growth of a difference, and two of the spreads."""
+    def number(x: float | None) -> str:
+        return "not told" if x is None else f"{x:.2g}"
+
+    rows = []
+    for name, own in yardsticks().items():
+        end = "behind the horizon" if own.end is None else f"{own.end:.3g}"
+        spreads = [number(spread.get(score)) for score in ("Y", "LF 1 impulse") for spread in (own.hertz, own.rigid)]
+        horizon = f"{own.horizon:.3g}" if own.reached else f"above {own.horizon:.3g}"
+        rows.append([f"`{name}`", horizon, end, f"{own.growth:,.0f}", *spreads])
+    return table(("simulation", "horizon [s]", "end [s]", "growth", "Y, Hertz", "Y, rigid", "first flange impulse, Hertz",
+                  "first flange impulse, rigid"), rows)
+
+
 PAGES: dict[str, dict[str, Callable[[], str]]] = {
     "input.md": {"variables": variable_tables},
     "output.md": {"columns": column_table, "results": result_table, "events": event_list},
     "compare.md": {"units": unit_list},
     "accuracy.md": MEASURED_TABLES,
+    "benchmark.md": {"horizons": horizon_table},
 }
 
 if __name__ == "__main__":

@@ -1,0 +1,130 @@
+"""The reference package, made of short cases with Hertz's law."""
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ldbench
+from ldbench import Case, Error
+from ldbench.benchmark.call import Task
+from ldbench.benchmark.horizon import horizon
+from ldbench.benchmark.metrics import score
+from ldbench.benchmark.package import (
+    INTERVAL,
+    RAMP_DENSE,
+    RAMP_INTERVAL,
+    RAMP_SPARSE,
+    error_row,
+    is_multiple,
+    solve,
+    write_package,
+)
+from running import REPO
+
+FREE, RAMP = Task(2, "aw"), Task(5, "aw")
+HERTZ = {"model": "hertz", "table_file": ""}
+CASES = [(FREE, Case.exercise(2, "aw").replace(**HERTZ, t_end=0.06)), (RAMP, Case.exercise(5, "aw").replace(**HERTZ, t_end=1.32))]
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("package")
+    write_package(folder/"reference.zip", REPO, CASES)
+    with zipfile.ZipFile(folder/"reference.zip") as archive:
+        assert archive.testzip() is None
+        archive.extractall(folder)
+    return folder
+
+
+def rows(file: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(file.read_text())))
+
+
+def test_the_package_has_the_same_bytes_each_time(package: Path):
+    again = package/"again.zip"
+    write_package(again, REPO, CASES)
+    assert again.read_bytes() == (package/"reference.zip").read_bytes()
+
+
+def test_all_files_are_there_and_have_their_sums(package: Path):
+    with zipfile.ZipFile(package/"reference.zip") as archive:
+        names = archive.namelist()
+    sums = dict(reversed(line.split("  ")) for line in (package/"SHA256SUMS").read_text().splitlines())
+    assert sorted(sums) == sorted(set(names) - {"SHA256SUMS"}) and len(names) == len(set(names))
+    for name, known in sums.items():
+        assert hashlib.sha256((package/name).read_bytes()).hexdigest() == known
+    assert {"README.md", "LICENSE", "CITATION.cff", "profiles/awprof.yz", "profiles/arprof.yz", "columns/ex5_aw.txt",
+            "namelists/ex2_aw.nml", "events.csv", "impulses.csv", "horizons.csv", "yardsticks.json", "exactness.csv"} <= set(names)
+    assert (package/"LICENSE").read_bytes() == (REPO/"LICENSE").read_bytes()
+    text = (package/"README.md").read_text()
+    assert "{" not in text and max(map(len, text.splitlines())) <= 132
+    for name in ("columns/", "events.csv", "impulses.csv", "exactness.csv", "namelists/", "SHA256SUMS"):
+        assert f"`{name}" in text
+
+
+def test_the_namelist_of_the_package_gives_its_columns(package: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(package)
+    again = ldbench.run("namelists/ex2_aw.nml")
+    again.write("again.txt")
+    assert Path("again.txt").read_bytes() == Path("columns/ex2_aw.txt").read_bytes()
+
+
+@pytest.mark.parametrize("task", [FREE, RAMP], ids=lambda task: task.name)
+def test_columns_events_and_impulses_belong_together(task: Task, package: Path):
+    """The file is a whole run of ours; tables hold its events and all of its impulse up to the horizon."""
+    run = ldbench.read_run(package/f"columns/{task.name}.txt")
+    own = score(run, run, task)
+    assert {one.grade for one in own.scores} == {1e-3} and own.share == 1
+    events = [row for row in rows(package/"events.csv") if row["simulation"] == task.name]
+    assert [(float(row["time [s]"]), row["event"]) for row in events] == [(event.t, event.kind) for event in run.events]
+    impulses = [row for row in rows(package/"impulses.csv") if row["simulation"] == task.name]
+    kept = run.time <= horizon(task)
+    for contact in ("LF", "RF"):
+        mine = [row for row in impulses if row["contact"] == contact]
+        assert [int(row["number"]) for row in mine] == list(range(1, len(mine) + 1))
+        # A flange that is open at both ends has all of its impulse in whole impacts.
+        force = run.values(f"N_{contact}")[kept]
+        if force[-1] == 0:
+            whole = np.trapezoid(force, run.time[kept])
+            assert sum(float(row["impulse [N s]"]) for row in mine) == pytest.approx(whole, rel=1e-4)
+    assert all(float(row["opens [s]"]) <= horizon(task) for row in impulses)
+
+
+def test_rows_of_exercise_5_become_rare_behind_the_horizon(package: Path):
+    run = ldbench.read_run(package/"columns/ex5_aw.txt")
+    t, dense = run.time, RAMP_DENSE*horizon(RAMP)
+    assert np.diff(t[t <= dense]).max() < 1.01*RAMP_INTERVAL and np.diff(t[t > dense]).min() > 0.99*RAMP_SPARSE
+    assert t[-1] == pytest.approx(1.32) and run.ending
+    assert all(is_multiple(x, RAMP_SPARSE) for x in t[t > dense][:-1])
+    free = ldbench.read_run(package/"columns/ex2_aw.txt")
+    assert np.diff(free.time).max() < 1.01*INTERVAL
+
+
+def test_the_error_that_is_told_is_that_of_another_solution(package: Path):
+    """A run with a quarter of the step is as near as the package says of half the step, within ten times of rounding."""
+    told = {row["simulation"]: row for row in rows(package/"exactness.csv")}
+    found = solve(*CASES[0], {})
+    assert {name: str(x) for name, x in error_row(found).items()} == told["ex2_aw"]
+    assert float(told["ex2_aw"]["drift, relative"]) < 1e-9 and float(told["ex5_aw"]["drift, relative"]) < 1e-9
+    case = found.run.case.replace(dt=found.run.case.dt/4, rows="interval")
+    quarter = ldbench.run(case, table=found.run.table.for_case(case))
+    t = found.run.time
+    same = np.isin(np.round(t/INTERVAL, 6), np.round(quarter.time/INTERVAL, 6))
+    for column in ("Y", "Z", "roll"):
+        apart = np.abs(np.interp(t[same], quarter.time, quarter.values(column)) - found.run.values(column)[same])
+        size = np.abs(found.run.values(column)).max()
+        assert apart.max()/size < 1e-8 and float(told["ex2_aw"]["displacements"]) < 1e-8
+
+
+def test_nothing_is_written_where_something_is_missing(tmp_path: Path):
+    with pytest.raises(Error, match="LICENSE: expected a file for the reference package"):
+        write_package(tmp_path/"reference.zip", tmp_path, CASES)
+    with pytest.raises(Error, match="an archive"):
+        write_package(tmp_path/"reference.tar", REPO, CASES)
+    assert not list(tmp_path.iterdir())

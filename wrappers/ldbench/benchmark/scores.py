@@ -1,0 +1,107 @@
+"""Scores of a run against a reference: what differs, by how much, in which grade, beside the spread of formulations."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .call import Task
+
+GRADES = 1e-3, 1e-2, 0.1                        # limits of a relative difference
+KINDS = {"motion": "motion, rms while the same contacts are closed", "contacts": "share of time with other contacts closed",
+         "event": "times of events", "impulse": "impulse of an impact", "peak": "largest force of an impact",
+         "duration": "duration of an impact", "unmatched": "impulse without a partner"}
+
+
+def grade(difference: float) -> float | None:
+    """The smallest of GRADES that a relative difference is inside; None beyond all of them, and for NaN."""
+    return next((limit for limit in GRADES if abs(difference) <= limit), None)
+
+
+@dataclass(frozen=True)
+class Score:
+    """One quantity of a run against that of the reference."""
+
+    kind: str                   # of KINDS
+    name: str                   # 'Y', 'LF closes 1', 'centre passage 2', 'LF 1 impulse'; the same in every run
+    difference: float           # relative, at least 0; NaN where it cannot be had
+    # SI units. Of motion, root mean squares of the reference and of the difference; of contacts, the whole time and that in which
+    # they differ; of impulses without a partner, those of all impacts of the reference and those without one.
+    reference: float = np.nan
+    value: float = np.nan
+    # Relative differences of our own runs from that with half-spaces; NaN where they are not known.
+    hertz: float = np.nan       # Hertz's law
+    rigid: float = np.nan       # rigid contacts with restitution 1
+
+    @property
+    def grade(self) -> float | None:
+        """The smallest limit that the difference is inside: 1e-3, 1e-2 or 0.1; None beyond."""
+        return grade(self.difference)
+
+    @property
+    def spread(self) -> float:
+        """The spread of formulations: the larger of `hertz` and `rigid`; NaN where neither is known."""
+        return float(np.fmax(self.hertz, self.rigid))
+
+    @property
+    def of_spread(self) -> float:
+        """The difference in units of the spread of formulations; NaN where the spread is not known."""
+        return self.difference/self.spread if self.spread > 0 else np.nan
+
+    def facts(self) -> dict[str, Any]:
+        """The score for other programs."""
+        return {"kind": self.kind, "name": self.name, "difference": self.difference, "grade": self.grade, "value": self.value,
+                "reference": self.reference, "hertz": self.hertz, "rigid": self.rigid, "of_spread": self.of_spread}
+
+
+@dataclass(frozen=True)
+class Unmatched:
+    """An interval of contact, or a passage of the centre, that only one of both files has."""
+
+    where: str          # 'run' or 'reference'
+    name: str           # 'LF', 'centre passage'
+    time: float         # [s]
+    impulse: float      # [N s]; 0 of a passage
+
+
+@dataclass(frozen=True)
+class Scores:
+    """All scores of a run of one simulation."""
+
+    task: Task
+    horizon: float                      # time beyond which nothing is scored [s]
+    end: float                          # pointwise norms end here: horizon, or the end of the shorter file [s]
+    share: float                        # of the time up to `end`: the same contacts are closed; NaN without forces
+    scores: tuple[Score, ...]
+    unmatched: tuple[Unmatched, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)   # quantities that could not be scored, and why
+
+    def of_kind(self, kind: str) -> list[Score]:
+        """The scores of a kind."""
+        return [score for score in self.scores if score.kind == kind]
+
+    def ranked(self, kind: str) -> list[Score]:
+        """The scores of a kind whose difference is known, the best first."""
+        return sorted((score for score in self.of_kind(kind) if not np.isnan(score.difference)), key=lambda score: score.difference)
+
+    def worst(self, kind: str) -> Score | None:
+        """The score of a kind with the largest difference; None without one."""
+        own = self.ranked(kind)
+        return own[-1] if own else None
+
+    def middle(self, kind: str) -> Score | None:
+        """The score of a kind that as many are better as worse than, of an even number the worse one; None without one."""
+        own = self.ranked(kind)
+        return own[len(own)//2] if own else None
+
+    def get(self, name: str) -> Score | None:
+        """The score of a name; None without one."""
+        return next((score for score in self.scores if score.name == name), None)
+
+    def facts(self) -> dict[str, Any]:
+        """All scores for other programs."""
+        return {"simulation": self.task.name, "horizon": self.horizon, "end": self.end, "share": self.share,
+                "scores": [score.facts() for score in self.scores],
+                "unmatched": [vars(one) for one in self.unmatched], "left_out": dict(self.left_out)}

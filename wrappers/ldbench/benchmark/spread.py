@@ -1,0 +1,63 @@
+"""The spread of formulations, by which scores are judged: half-spaces, Hertz's law and rigid contacts in runs of our own."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..case import Case
+from ..runs import Run, run
+from ..table import ContactTable
+from .call import Task
+from .exact import exact
+from .horizon import LONGEST, Yardstick, growth
+from .metrics import scored
+
+OTHERS: dict[str, dict[str, Any]] = {
+    "hertz": {"model": "hertz", "table_file": ""},
+    "rigid": {"formulation": "unilateral", "restitution": 1.0}}
+LEAST_SHARE = 0.5       # of the time with the same contacts closed, below which the motion tells no spread
+BEYOND = 1.2            # times the horizon, up to which runs of exercise 5 go
+
+
+def ending(case: Case, horizon: float) -> Case:
+    """The case, which ends not far behind the horizon where it would go on for long."""
+    return case.replace(t_end=BEYOND*horizon) if case.t_end > BEYOND*horizon else case
+
+
+def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTable]) -> dict[str, dict[str, float]]:
+    """The relative differences of the other formulations from `first`, by formulation and by the name of the score."""
+    found: dict[str, dict[str, float]] = {}
+    for name, changes in OTHERS.items():
+        case = first.case.replace(**changes)
+        other = run(case, table=tables[name].for_case(case) if name in tables else None)
+        tables[name] = other.table
+        scores = scored(other, first, task, horizon)
+        found[name] = {one.name: one.difference for one in scores.scores if np.isfinite(one.difference)
+                       and (one.kind != "motion" or scores.share >= LEAST_SHARE)}
+    return found
+
+
+def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None, longest: float = LONGEST) -> Yardstick:
+    """Measure the yardstick of a simulation; tables, by formulation, serve the simulations with these profiles."""
+    tables = {} if tables is None else tables
+    case = Case.exercise(task.exercise, task.profiles)
+    grew = growth(case, tables.get("elastic"), longest)
+    limit = grew.horizon or float(grew.time[-1])
+    case = ending(exact(case), limit)
+    first = run(case, table=tables["elastic"].for_case(case) if "elastic" in tables else None)
+    tables["elastic"] = first.table
+    end = float(first.time[-1])
+    whole = end < case.t_end - case.interval
+    return Yardstick(limit, grew.horizon is not None, end if whole else None, grew.until(end),
+                     **spread(task, limit, first, tables))
+
+
+def rounded(yardstick: Yardstick) -> Mapping[str, Any]:
+    """The yardstick as yardsticks.json keeps it: three digits."""
+    def three(x: Any) -> Any:
+        return {name: three(value) for name, value in x.items()} if isinstance(x, Mapping) else \
+            float(f"{x:.3g}") if isinstance(x, float) else x
+
+    return {name: three(x) for name, x in vars(yardstick).items()}
