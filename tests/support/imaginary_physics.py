@@ -69,6 +69,7 @@ class Exact:
         flange = crown & (angle >= SPLIT)
         arcs = [np.arange(s[part].min(), s[part].max(), spacing) for part, spacing in zip((tread, flange), SPACING, strict=True)]
         size = max(map(len, arcs))
+        self.last = np.array([len(arc) - 1 for arc in arcs]*2)
         shape = CubicSpline(s, w)
         # The shorter of both is repeated at its end.
         r = [shape(np.concatenate([arc, np.full(size - len(arc), arc[-1])])) for arc in arcs]
@@ -84,6 +85,7 @@ class Exact:
         i = np.arange(4)
         around = np.clip(COARSE*depth.argmax(axis=1), COARSE, arm.shape[1] - COARSE - 1)[:, None] + np.arange(-COARSE, COARSE + 1)
         depth = -self.outside.ev(arm[i[:, None], around, 0] + y[:, None], arm[i[:, None], around, 1] + z)
+        top = around[i, depth.argmax(axis=1)]
         m = np.clip(depth.argmax(axis=1), 1, 2*COARSE - 1)
         k = around[i, m]
         below, here, above = depth[i, m - 1], depth[i, m], depth[i, m + 1]
@@ -95,7 +97,9 @@ class Exact:
         at = deepest + np.column_stack([y, np.full(4, z)])
         normal = np.column_stack([self.outside.ev(*at.T, dx=1), self.outside.ev(*at.T, dy=1)])
         normal /= np.hypot(*normal.T)[:, None]
-        return -self.outside.ev(*at.T), normal, deepest, -own[:, 1]
+        # A zone that is deepest at its border is touched beyond it.
+        inside = (top > 0) & (top < self.last)
+        return np.where(inside, -self.outside.ev(*at.T), -1.0), normal, deepest, -own[:, 1]
 
 
 class Tabulated:
@@ -106,12 +110,15 @@ class Tabulated:
         self.y = pitch*np.arange(-np.ceil(0.022/pitch), np.ceil(0.022/pitch) + 1)
         rows = np.empty((len(self.y), 4, 5))
         for j, y in enumerate(self.y):
-            z = np.full(4, exact.height)
-            for _ in range(30):
+            z = np.full(4, exact.height + max(0.0, abs(y) - 0.009))
+            for _ in range(40):
                 found = [exact.contacts(np.array([y, z[i], 0.0])) for i in range(4)]
-                z = np.maximum(z + [found[i][0][i]/max(found[i][1][i, 1], 0.1) for i in range(4)], exact.height - 0.02)
-            for i, (_, normal, arm, radius) in enumerate(found):
-                rows[j, i] = z[i], np.arctan2(-normal[i, 0], normal[i, 1]), *arm[i], radius[i]
+                z += np.clip([found[i][0][i]/max(found[i][1][i, 1], 0.2) for i in range(4)], -1e-3, 1e-3)
+            for i, (depth, normal, arm, radius) in enumerate(found):
+                # A contact that cannot be closed at this Y never is.
+                apart = abs(depth[i]) > 1e-7 or (i in (0, 2) and normal[i, 1] < 0.9)
+                z[i] = exact.height - 0.02 if apart else z[i]
+                rows[j, i] = z[i], np.arctan2(-normal[i, 0], max(normal[i, 1], 0.2)), *arm[i], radius[i]
         self.rows = rows
 
     def contacts(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
