@@ -178,11 +178,11 @@ def simulate(task: Task, physics: Physics, t_end: float = np.inf) -> pd.DataFram
     t_end = min(t_end, case.t_end)
     a, contact = forces(t, q, v)
     while t <= t_end + h/2:
+        hit |= contact[0][3] > 0
         if step % physics.every == 0:
             rows.append(row_of(t, q - [0, z, 0], v, a, q, contact))
-        hit |= contact[0][3] > 0
-        if hit and q[0] > 0 and v[0] > 0:
-            break
+            if hit and q[0] > 0 and v[0] > 0:
+                break
         if physics.scheme == "symplectic Euler":
             v = v + h*a
             q = q + h*v
@@ -199,7 +199,8 @@ def simulate(task: Task, physics: Physics, t_end: float = np.inf) -> pd.DataFram
     return frame
 
 
-def row_of(t: float, moved: np.ndarray, v: np.ndarray, a: np.ndarray, q: np.ndarray, contact: tuple[np.ndarray, ...]) -> list[float]:
+def row_of(t: float, moved: np.ndarray, v: np.ndarray, a: np.ndarray, q: np.ndarray,
+           contact: tuple[np.ndarray, ...]) -> list[float]:
     """A row of the file: motion, then angle, N, Fz, Fy, y, z, radius of the contacts; open contacts have no place."""
     n, normal, arm, radius = contact
     open_ = np.where(n > 0, 1.0, np.nan)

@@ -33,7 +33,8 @@ def untold(why: str, unit: str = "") -> Estimate:
     return Estimate(unit=unit, why=why)
 
 
-def combined(values: Sequence[float], uncertainties: Sequence[float], unit: str = "", why: str = "", floor: float = 0.0) -> Estimate:
+def combined(values: Sequence[float], uncertainties: Sequence[float], unit: str = "", why: str = "",
+             floor: float = 0.0) -> Estimate:
     """One number from several of equal meaning.
 
     Values count by their own uncertainties, but none for more than `floor` allows. If they differ by more than these
@@ -44,7 +45,7 @@ def combined(values: Sequence[float], uncertainties: Sequence[float], unit: str 
     usable = np.isfinite(x) & np.isfinite(u)
     if not usable.any():
         return untold(why or "no value", unit)
-    x, u = x[usable], np.maximum(u[usable], 1e-300)
+    x, u = x[usable], np.maximum(u[usable], 1e-12*max(float(np.abs(x[usable]).max()), 1e-3))
     weight = u**-2/np.sum(u**-2)
     mean = float(weight @ x)
     spread = float(np.sqrt(weight @ (x - mean)**2))*np.sqrt(x.size/max(x.size - 1, 1))

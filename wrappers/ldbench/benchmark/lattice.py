@@ -1,4 +1,4 @@
-"""Marks that a code leaves at equal distances: kinks at the points of a contact table, or at the steps between interpolated rows."""
+"""Marks that a code leaves at equal distances: kinks at the points of a contact table, or at steps between interpolated rows."""
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -46,7 +46,8 @@ def fit_law(blow: Blow, kind: str, branch: int = 0) -> Law | None:
     """
     top = int(blow.force.argmax())
     used = blow.force > LEAST_SHARE*blow.peak
-    used &= np.arange(used.size) <= top if branch > 0 else np.arange(used.size) >= top if branch < 0 else True
+    if branch:
+        used &= on_branch(blow.closing, top, branch)
     d, v, force = blow.approach[used], blow.closing[used], blow.force[used]
     if d.size < LEAST_ROWS or np.ptp(d) <= 0:
         return None
@@ -64,6 +65,15 @@ def fit_law(blow: Blow, kind: str, branch: int = 0) -> Law | None:
     if k <= 0:
         return None
     return with_uncertainty(kind, k, float(best[0]), float(best[1]), damping, d, v, force, square)
+
+
+def on_branch(closing: np.ndarray, top: int, branch: int) -> np.ndarray:
+    """The rows from the largest force back (1) or on (-1) as long as the contact closes, or opens; (rows,)."""
+    wrong = np.flatnonzero(branch*closing < 0)
+    rows = np.arange(closing.size)
+    if branch > 0:
+        return (rows <= top) & (rows > wrong[wrong < top].max(initial=-1))
+    return (rows >= top) & (rows < wrong[wrong > top].min(initial=closing.size))
 
 
 def shapes(n: np.ndarray, zero: np.ndarray, d: np.ndarray, v: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
