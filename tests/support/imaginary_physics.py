@@ -107,19 +107,23 @@ class Tabulated:
 
     def __init__(self, exact: Exact, pitch: float, stepwise: bool) -> None:
         self.height, self.stepwise = exact.height, stepwise
-        self.y = pitch*np.arange(-np.ceil(0.022/pitch), np.ceil(0.022/pitch) + 1)
-        rows = np.empty((len(self.y), 4, 5))
-        for j, y in enumerate(self.y):
-            z = np.full(4, exact.height + max(0.0, abs(y) - 0.009))
-            for _ in range(40):
-                found = [exact.contacts(np.array([y, z[i], 0.0])) for i in range(4)]
-                z += np.clip([found[i][0][i]/max(found[i][1][i, 1], 0.2) for i in range(4)], -1e-3, 1e-3)
-            for i, (depth, normal, arm, radius) in enumerate(found):
-                # A contact that cannot be closed at this Y never is.
-                apart = abs(depth[i]) > 1e-7 or (i in (0, 2) and normal[i, 1] < 0.9)
-                z[i] = exact.height - 0.02 if apart else z[i]
-                rows[j, i] = z[i], np.arctan2(-normal[i, 0], max(normal[i, 1], 0.2)), *arm[i], radius[i]
-        self.rows = rows
+        reach = int(np.ceil(0.014/pitch))
+        self.y = pitch*np.arange(-reach, reach + 1)
+        left = np.array([[self.touching(exact, y, contact) for contact in (0, 1)] for y in self.y])
+        self.rows = np.concatenate([left, left[::-1]], axis=1)
+
+    @staticmethod
+    def touching(exact: Exact, y: float, contact: int) -> list[float]:
+        """Height of the axle at which a contact of the level wheelset touches, angle, arm and radius."""
+        z = exact.height + max(0.0, abs(y) - 0.009)
+        for _ in range(25):
+            depth, normal, arm, radius = (x[contact] for x in exact.contacts(np.array([y, z, 0.0])))
+            if abs(depth) < 1e-9:
+                break
+            z += np.clip(depth/max(normal[1], 0.2), -1e-3, 1e-3)
+        # A contact that cannot be closed at this Y never is; that of a tread on the gauge face is the flange's.
+        apart = abs(depth) > 1e-7 or (contact == 0 and normal[1] < 0.9)
+        return [exact.height - 0.02 if apart else z, np.arctan2(-normal[0], max(normal[1], 0.2)), *arm, radius]
 
     def contacts(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
         """As those of `Exact`."""

@@ -32,6 +32,7 @@ MODULUS = 9e10          # force over approach to the power 3/2 that steel wheels
 GIVES, GIVES_NOT = 0.1, 0.01    # approach over that of steel, above which a contact is elastic, and below which it is rigid
 HALVED = 0.5            # by this much damping has to reduce the misfit
 POOR = 0.03             # misfit of a law that is none, over the largest force
+ROWS = 0.01             # relative uncertainty of a damping by the integrals over rows, twice that of exponent and force
 LOOP = 2e-3             # uncertainty of a loss by the ends of a blow, which lie between rows
 ROUGH = 0.25            # uncertainty of a loss that tells nothing
 SEEN = 0.01             # least share of the energy that a blow loses if there is damping
@@ -169,14 +170,14 @@ def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
         forces = [law.force(middle) for _, law in pairs]
         what = counted(len(pairs), "blow") + " of flanges"
         damping = combined([law.damping for _, law in pairs], [law.u_damping for _, law in pairs],
-                           "N s/m" if kind == BY_RATE else "s/m", what)
+                           "N s/m" if kind == BY_RATE else "s/m", what, floor=ROWS*abs(pairs[0][1].damping))
         if kind == NONE:
             unseen = [law for blow in used if (law := fit_law(blow, BY_DEPTH))]
             damping = combined([law.damping for law in unseen], [law.u_damping for law in unseen], "s/m", "none seen")
         numbers = {
-            "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=3e-3),
+            "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
             "force": combined(forces, [f*np.hypot(a, b) for f, a, b in zip(forces, u, away, strict=True)], "N", what,
-                              floor=3e-3*forces[0]),
+                              floor=0.5*ROWS*forces[0]),
             "hertz": combined(ratios, [r*x for r, x in zip(ratios, u, strict=True)], why=what, floor=POSE),
             "approach": middle, "damping": damping, "damping_kind": kind}
     restitution = untold(first.why)
@@ -185,7 +186,7 @@ def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
         restitution = Estimate(e, first.uncertainty/(2*max(e, 0.1)), why="energy that comes back from the first blow")
     return {**numbers, "loss": first, "restitution": restitution,
             **{name: combined([law.n for law in branch[way]], [law.u_n for law in branch[way]], why="the branch alone, no damping",
-                              floor=3e-3) if branch[way] else untold(f"fewer than {LEAST_ROWS} rows on the branch")
+                              floor=0.5*ROWS) if branch[way] else untold(f"fewer than {LEAST_ROWS} rows on the branch")
                for name, way in (("closing", 1), ("opening", -1))}}
 
 

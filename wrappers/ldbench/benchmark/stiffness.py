@@ -12,7 +12,7 @@ NONE, BY_DEPTH, BY_RATE = "no damping", "damping that grows with the approach", 
 LEAST_ROWS = 8              # of a blow, and of a branch
 LEAST_SHARE = 0.02          # of the peak, below which rows are not fitted: there the zero of the approach decides
 EXPONENTS = 0.6, 3.5        # that are tried
-ROUNDS, POINTS = 9, 17      # of the search
+ROUNDS, POINTS = 24, 17     # of the search
 
 
 @dataclass(frozen=True)
