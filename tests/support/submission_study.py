@@ -29,7 +29,8 @@ from ldbench.benchmark.verdict import DOUBTFUL, FAILED
 EXERCISES = tuple(Task(exercise, pair) for exercise in (2, 3) for pair in ("aw", "sw"))
 LAWS = (Physics(), Physics(k=6e10), Physics(k=1.4e11), Physics(k=1e9, n=1.0), Physics(hunt_crossley=0.1), Physics(kelvin_voigt=2e4))
 RESTITUTIONS = 1.0, 0.7, 0.5, 0.0
-KINDS = "softer steel", "own law", "rigid"
+VARIANTS = {"softer steel": 1, "own law": len(LAWS), "rigid": len(RESTITUTIONS)}
+KINDS = tuple(VARIANTS)
 
 
 @cache
@@ -51,10 +52,9 @@ def study(number: int, folder: Path) -> Counter[str]:
     for seed in range(number):
         chance = random.Random(1000 + seed)
         kind, task = KINDS[seed % 3], chance.choice(EXERCISES)
-        number_of_kind = chance.randrange(12) % len({"own law": LAWS, "rigid": RESTITUTIONS}.get(kind, "1"))
         if kind == "own law":
             task = Task(2, task.profiles)           # a simulation of these takes seconds
-        run, frame, loses = of_kind(kind, task, number_of_kind)
+        run, frame, loses = of_kind(kind, task, chance.randrange(VARIANTS[kind]))
         dialect = imaginary.invent(seed)
         if run is not None:
             frame = imaginary.table_of(run, dialect.interval)
