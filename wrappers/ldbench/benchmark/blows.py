@@ -72,7 +72,8 @@ def blows(run: RunData, contact: str, height: float, least: float) -> list[Blow]
     time, force, angle = run.time, np.nan_to_num(run.values(f"N_{contact}")), np.abs(run.values(f"angle_{contact}"))
     for one in closed_intervals(run, contact):
         # Rows at equal times, as at an event, count once.
-        rows = np.flatnonzero((time >= one.start) & (time <= one.end) & (force > 0) & np.isfinite(closing))
+        rows = np.arange(np.searchsorted(time, one.start), np.searchsorted(time, one.end, "right"))
+        rows = rows[(force[rows] > 0) & np.isfinite(closing[rows])]
         rows = rows[np.append(np.diff(time[rows]) > 0, True)] if rows.size else rows
         if not rows.size or force[rows].max() < least:
             continue

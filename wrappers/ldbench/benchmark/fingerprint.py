@@ -173,7 +173,9 @@ def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
                            "N s/m" if kind == BY_RATE else "s/m", what, floor=ROWS*abs(pairs[0][1].damping))
         if kind == NONE:
             unseen = [law for blow in used if (law := fit_law(blow, BY_DEPTH))]
-            damping = combined([law.damping for law in unseen], [law.u_damping for law in unseen], "s/m", "none seen")
+            # A weak χ loses 4/3 χ v of the energy: what the loop does not see, the fit does not exclude.
+            hidden = 0.75*(first.uncertainty if first.known else LOOP)/max(float(used[0].closing.max()), 1e-3)
+            damping = combined([law.damping for law in unseen], [law.u_damping for law in unseen], "s/m", "none seen", hidden)
         numbers = {
             "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
             "force": combined(forces, [f*np.hypot(a, b) for f, a, b in zip(forces, u, away, strict=True)], "N", what,
