@@ -167,8 +167,8 @@ def test_text_above_the_numbers_changes_nothing(preamble: str, own: None, anothe
 
 def test_another_law_of_contact_is_no_mistake(own: None, tmp_path: Path):
     """A damped contact loses energy, and this alone is found."""
-    file = tmp_path/"ex2_sw.csv"
-    imaginary.write(physics.simulate(Task(2, "sw"), physics.Physics(hunt_crossley=0.1)), file, PLAIN)
+    file = tmp_path/"ex2_aw.csv"
+    imaginary.write(physics.simulate(TASK, physics.Physics(hunt_crossley=0.2)), file, PLAIN)
     found = {finding.what: finding.verdict for finding in check.check_file(file).findings}
     assert {what for what, verdict in found.items() if verdict == FAILED} <= {"energy closes"}
     assert found["energy closes"] in (DOUBTFUL, FAILED)

@@ -11,6 +11,7 @@ import random
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -46,10 +47,10 @@ def of_kind(kind: str, task: Task, number: int) -> tuple[ldbench.Run | None, pd.
     return ldbench.run(case), None, False
 
 
-def study(number: int, folder: Path) -> Counter[str]:
+def study(seeds: Iterable[int], folder: Path) -> Counter[str]:
     """Counts of what was found."""
     found: Counter[str] = Counter()
-    for seed in range(number):
+    for seed in seeds:
         chance = random.Random(1000 + seed)
         kind, task = KINDS[seed % 3], chance.choice(EXERCISES)
         if kind == "own law":
@@ -100,7 +101,7 @@ def count(found: Counter[str], kind: str, checked: check.Checked, dialect: imagi
 
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
-        for what, number in sorted(study(int(sys.argv[1]) if len(sys.argv) > 1 else 200, Path(folder)).items()):
+        for what, number in sorted(study(range(int(sys.argv[1]) if len(sys.argv) > 1 else 200), Path(folder)).items()):
             print(f"{number:5d}  {what}")
 
 

@@ -268,7 +268,9 @@ def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
             continue
         unit = max(votes, key=lambda unit: (votes[unit], unit))
         for m in there:
-            if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < CLEAR/2:
+            # Impacts on the right are as large as they like: their sizes say little of the unit.
+            clear = CLEAR if m.column.endswith("_RF") else CLEAR/2
+            if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < clear:
                 choose(taken, m, m.sign, unit)
 
 
