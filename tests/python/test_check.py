@@ -145,7 +145,7 @@ def test_a_rigid_code_is_not_wrong_for_being_rigid(task: Task, restitution: floa
 
 
 def test_a_rigid_code_is_wrong_where_it_is(own: None, tmp_path: Path):
-    """Its forces and accelerations have to agree between impacts, and it may gain no energy."""
+    """Between impacts, forces have to agree with velocities."""
     file = tmp_path/f"{TASK.name}.csv"
     frame = imaginary.table_of(physics.rigid(TASK, 0.0), 1e-4)
     wrong = next(mistake for mistake in imaginary.MISTAKES if mistake.what == "the vertical forces lack a fifth")
