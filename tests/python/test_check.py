@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import imaginary_codes as imaginary
+import imaginary_physics as physics
 import ldbench
 from ldbench import Case, Error
 from ldbench.__main__ import main
@@ -130,6 +131,47 @@ def test_a_mistake_is_found(mistake: imaginary.Mistake, own: None, another: dict
             and finding.verdict in (FAILED, DOUBTFUL)]
     assert hits, [(finding.what, finding.verdict, finding.number) for finding in found.findings]
     assert all(finding.hint for finding in hits)
+
+
+@pytest.mark.parametrize(("task", "restitution"), [(TASK, 0.5), (Task(3, "sw"), 0.0), (Task(2, "sw"), 1.0)], ids=str)
+def test_a_rigid_code_is_not_wrong_for_being_rigid(task: Task, restitution: float, own: None, tmp_path: Path):
+    """It has no column of impulses: momentum jumps, closes between, and is doubtful with a hint; so is a restitution below 1."""
+    file = tmp_path/f"{task.name}.csv"
+    imaginary.write(imaginary.table_of(physics.rigid(task, restitution), 1e-4), file, PLAIN)
+    found = {finding.what: finding for finding in check.check_file(file).findings}
+    assert [finding.what for finding in found.values() if finding.verdict == FAILED] == []
+    assert found["vertical momentum closes"].verdict == DOUBTFUL and found["vertical momentum closes"].hint
+    assert (found["energy closes"].verdict == DOUBTFUL) == (restitution < 1)
+
+
+def test_a_rigid_code_is_wrong_where_it_is(own: None, tmp_path: Path):
+    """Between impacts, forces have to agree with velocities."""
+    file = tmp_path/f"{TASK.name}.csv"
+    frame = imaginary.table_of(physics.rigid(TASK, 0.0), 1e-4)
+    wrong = next(mistake for mistake in imaginary.MISTAKES if mistake.what == "the vertical forces lack a fifth")
+    imaginary.write(wrong.spoil(frame), file, PLAIN)
+    found = {finding.what: finding for finding in check.check_file(file).findings}
+    assert found["vertical momentum closes"].verdict == FAILED
+
+
+@pytest.mark.parametrize("preamble", imaginary.PREAMBLES)
+def test_text_above_the_numbers_changes_nothing(preamble: str, own: None, another: dict[Task, ldbench.Run], tmp_path: Path):
+    """Comments, lines of text with numbers, and units in a row of their own."""
+    for separator in ",;\t ":
+        file, truth = submitted(another[TASK], TASK, tmp_path, replace(PLAIN, preamble=preamble, separator=separator))
+        found = check.check_file(file)
+        assert {c: m.number for c, m in found.guess.matches.items()} == truth
+        assert {m.said for c, m in found.guess.matches.items() if c in ("Y", "N_LF")} == {"mm", "kN"}
+        assert [finding for finding in found.findings if finding.verdict == FAILED] == []
+
+
+def test_another_law_of_contact_is_no_mistake(own: None, tmp_path: Path):
+    """A damped contact loses energy, and this alone is found."""
+    file = tmp_path/"ex2_aw.csv"
+    imaginary.write(physics.simulate(TASK, physics.Physics(hunt_crossley=0.2)), file, PLAIN)
+    found = {finding.what: finding.verdict for finding in check.check_file(file).findings}
+    assert {what for what, verdict in found.items() if verdict == FAILED} <= {"energy closes"}
+    assert found["energy closes"] in (DOUBTFUL, FAILED)
 
 
 def test_a_folder_says_what_is_missing_and_goes_on(own: None, another: dict[Task, ldbench.Run], tmp_path: Path,

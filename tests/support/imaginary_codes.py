@@ -45,6 +45,10 @@ def long(column: str) -> str:
             "aZ": "Vertical acceleration", "roll_acc": "Roll acceleration"}[column].replace(" ", "_")
 
 
+TEXT = ["Results of the code EXAMPLE 3.1", "date: 31 May 2006, 10:22:05", "mass 1568 kg", ""]
+PREAMBLES = "", "comments", "text", "units below"       # units below: in a row of their own under the names
+
+
 SCHEMES: tuple[Callable[[str], str], ...] = ours, short, long
 
 
@@ -66,6 +70,7 @@ class Dialect:
     separator: str = ","
     interval: float = 1e-4      # of the rows [s]
     shuffled: int | None = None     # seed of the order of the columns
+    preamble: str = ""          # of PREAMBLES: what stands above the numbers beside the names
 
     def sign(self, column: str) -> int:
         """The sign of a column, seen from ours."""
@@ -91,7 +96,8 @@ def invent(seed: int) -> Dialect:
     return Dialect(*(chance.choice((1, 1, -1)) for _ in range(3)), chance.choice(LENGTHS), chance.choice(ANGLES),
                    chance.choice(FORCES), chance.choice(("s", "s", "ms")), chance.choice((0.0, 0.0, 0.5, -1.0)),
                    chance.choice((0.0, 0.0, 0.457)), chance.choice((0, 1, 2, 1, 2, None)), chance.choice((True, True, False)),
-                   chance.choice(",;\t "), chance.choice((1e-4, 1e-4, 5e-5)), chance.choice((None, seed)))
+                   chance.choice(",;\t "), chance.choice((1e-4, 1e-4, 5e-5)), chance.choice((None, seed)),
+                   chance.choice(PREAMBLES))
 
 
 def table_of(run: RunData, interval: float) -> pd.DataFrame:
@@ -118,7 +124,7 @@ def write(frame: pd.DataFrame, path: Path, dialect: Dialect, lies: dict[str, str
         random.Random(dialect.shuffled).shuffle(rest)
         names = [names[0], *rest]
     si = frame.attrs["units"]
-    heading, columns = [], []
+    heading, below, columns = [], [], []
     for k, name in enumerate(names, 1):
         unit = dialect.unit(name, si[name])
         x = frame[name].to_numpy().copy()
@@ -129,11 +135,14 @@ def write(frame: pd.DataFrame, path: Path, dialect: Dialect, lies: dict[str, str
         columns.append(dialect.sign(name)*x/UNITS[unit][1])
         said = (lies or {}).get(name, unit)
         called = f"c{k}" if dialect.scheme is None else SCHEMES[dialect.scheme](name)
-        heading.append(f"{called}[{said}]" if dialect.says_units else called)
+        below.append(f"[{said}]")
+        heading.append(f"{called}[{said}]" if dialect.says_units and dialect.preamble != "units below" else called)
     mark = dialect.separator
     empty = "nan" if mark == " " else ""
     rows = (mark.join(empty if np.isnan(x) else f"{x:.8g}" for x in row) for row in np.column_stack(columns))
-    path.write_text("\n".join([mark.join(heading), *rows]) + "\n")
+    above = {"comments": [f"# {line}" for line in TEXT], "text": TEXT}.get(dialect.preamble, [])
+    under = [mark.join(below)] if dialect.says_units and dialect.preamble == "units below" else []
+    path.write_text("\n".join([*above, mark.join(heading), *under, *rows]) + "\n")
     return {name: k for k, name in enumerate(names, 1)}
 
 
@@ -200,6 +209,18 @@ def turned(frame: pd.DataFrame) -> pd.DataFrame:
     return _with(frame, {"Fy_LF": frame["Fz_LF"], "Fz_LF": -frame["Fy_LF"]})
 
 
+def moved(frame: pd.DataFrame) -> pd.DataFrame:
+    """The contact points of the left flange lie 4 mm above those at which the forces act."""
+    return _with(frame, {"z_LF": frame["z_LF"] + 4e-3})
+
+
+def tilted(frame: pd.DataFrame) -> pd.DataFrame:
+    """Forces and angle of the left flange are turned by a third of a radian, as by another profile."""
+    angle = frame["angle_LF"] - 0.33
+    n = frame["N_LF"]
+    return _with(frame, {"angle_LF": angle, "Fy_LF": -n*np.sin(angle.fillna(0)), "Fz_LF": n*np.cos(angle.fillna(0))})
+
+
 MISTAKES = (
     Mistake("the file says mm where it has m", lambda frame: frame, "units", "units"),
     Mistake("the velocity is twice what it is", scaled("vY", 2.0), "lateral velocity is the rate"),
@@ -213,5 +234,8 @@ MISTAKES = (
     Mistake("rows every 2 ms", thinned, "rows in an impact"),
     Mistake("the motion is damped", damped, "energy closes"),
     Mistake("a flange pulls", lambda f: _with(f, {"N_LF": f["N_LF"] - 2e3}), "N_LF is not negative"),
+    Mistake("positions of the left flange are wrong", moved, "contact point of LF"),
+    Mistake("the left flange is touched elsewhere", lambda f: _with(f, {"y_LF": f["y_LF"] + 0.03}), "roll momentum"),
+    Mistake("the normal of the left flange is wrong", tilted, "angle_LF is that of the rail"),
     Mistake("the initial velocity is a half", scaled("vY", 0.5), "initial vY"),
 )

@@ -62,17 +62,32 @@ def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked
     Error
         If the file cannot be read, or if its name does not say which simulation it is.
     """
+    submitted = read_submission(file, task, map)
+    run, guess, task = submitted.run, submitted.guess, submitted.task
+    case = Case.exercise(task.exercise, task.profiles)
+    findings = [*(map_findings(guess) if guess else ()), *column_findings(run), *law_findings(run, case, task)]
+    return Checked(file, task, guess, tuple(findings))
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A file of any code with columns of ours."""
+
+    run: RunData
+    task: Task
+    guess: Guess | None             # of the map; None where a map was given or the file has ldbench's header
+
+
+def read_submission(file: Path, task: Task | None = None, map: Any = None) -> Submission:
+    """Read a column file of any code, with a map, or with one that is guessed; arguments and errors as in `check_file`."""
     task = task or task_of(file)
     if task is None:
         raise Error(f"{file}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
-    case = Case.exercise(task.exercise, task.profiles)
     run = read_data(file, map)
-    guess = None
-    if not run.header.settings and map is None:
-        guess = guess_map(file, own_run(task))
-        run = read_data(file, guess.map)
-    findings = [*(map_findings(guess) if guess else ()), *column_findings(run), *law_findings(run, case, task)]
-    return Checked(file, task, guess, tuple(findings))
+    if run.header.settings or map is not None:
+        return Submission(run, task, None)
+    guess = guess_map(file, own_run(task))
+    return Submission(read_data(file, guess.map), task, guess)
 
 
 _OWN: dict[Task, RunData] = {}

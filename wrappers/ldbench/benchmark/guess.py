@@ -102,6 +102,7 @@ def guess_map(file: Path, ours: RunData) -> Guess:
     tell_normal_from_vertical(raw, taken)
     agree_on_signs(taken)
     agree_on_units(taken, ours)
+    agree_on_zeros(taken)
     order = ["time", *QUANTITIES]
     rest = [name for k, name in enumerate(raw.names, 1) if k not in used]
     return Guess(file, {column: taken[column] for column in order if column in taken}, rest)
@@ -255,14 +256,31 @@ def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
     """Give columns whose unit the file does not say the unit of the others, if that is nearly as likely."""
     units = ours.data.attrs["units"]
     for si in dict.fromkeys(units[column] for column in taken):
+        for m in [m for m in taken.values() if units[m.column] == si and m.said and m.unit != m.said and m.options]:
+            # What the file says of several columns is hardly wrong for one of them, unless its numbers are clear.
+            alike = [other for other in taken.values() if other.said == m.said]
+            right = sum(other.unit == other.said for other in alike)
+            if 2*right > len(alike) and m.likeness - best_of(m, m.sign, m.said) < CLEAR/2:
+                choose(taken, m, m.sign, m.said)
         there = [m for m in taken.values() if units[m.column] == si and not m.said and m.options]
         votes = {unit: sum(m.likeness for m in there if m.unit == unit) for unit in {m.unit for m in there}}
         if not votes:
             continue
         unit = max(votes, key=lambda unit: (votes[unit], unit))
         for m in there:
-            if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < CLEAR/2:
+            # Impacts on the right are as large as they like: their sizes say little of the unit.
+            clear = CLEAR if m.column.endswith("_RF") else CLEAR/2
+            if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < clear:
                 choose(taken, m, m.sign, unit)
+
+
+def agree_on_zeros(taken: dict[str, Match]) -> None:
+    """Give contact positions of an axis the zero that those of the treads have: a flange may be touched elsewhere than ours."""
+    for name in ("y", "z"):
+        treads = [taken[column].offset for column in (f"{name}_LT", f"{name}_RT") if column in taken]
+        for column in (f"{name}_LF", f"{name}_RF"):
+            if treads and column in taken:
+                taken[column] = replace(taken[column], offset=sum(treads)/len(treads))
 
 
 def best_of(match: Match, sign: int, unit: str = "") -> float:

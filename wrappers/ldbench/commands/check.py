@@ -21,13 +21,13 @@ from .._core.files import complete
 from ..benchmark.call import task_named
 from ..benchmark.check import Checked, check_file, check_folder
 from ..benchmark.verdict import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
-from .options import add_json, add_map, print_json
+from .options import add_json, add_map, add_simulation, print_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.add_argument("path", type=Path, metavar="FILE|FOLDER", help="a column file, or a folder of them")
-    parser.add_argument("--simulation", metavar="NAME", help="which simulation a file is, as ex2_aw (the name of the file says it)")
+    add_simulation(parser)
     parser.add_argument("--save-map", type=Path, metavar="TOML", help="write the map that was guessed for a file")
     parser.add_argument("--all", action="store_true", help="print what passed, too")
     add_map(parser)

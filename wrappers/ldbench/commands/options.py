@@ -44,6 +44,11 @@ def add_map(parser: argparse.ArgumentParser) -> None:
                         help="how files without ldbench's header name our columns; files with it need no map")
 
 
+def add_simulation(parser: argparse.ArgumentParser) -> None:
+    """Declare --simulation: which of the ten simulations a file is."""
+    parser.add_argument("--simulation", metavar="NAME", help="which simulation a file is, as ex2_aw (the name of the file says it)")
+
+
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add --json, which prints the numbers for other programs."""
     parser.add_argument("--json", action="store_true", help="print the numbers as JSON, SI units, instead of text")

@@ -23,7 +23,7 @@ from ..benchmark.metrics import score
 from ..benchmark.scores import KINDS, Score, Scores
 from ..benchmark.submitted import files_of, read_submitted
 from ..results.quantities import quantity
-from .options import add_json, add_map, print_json
+from .options import add_json, add_map, add_simulation, print_json
 
 SHOWN = 5       # impacts without a partner
 
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("path", type=Path, metavar="FILE|FOLDER", help="a column file, or a folder of them")
     parser.add_argument("--reference", type=Path, metavar="FILE|FOLDER", required=True,
                         help="what is right: a column file of the same simulation, or a folder of them")
-    parser.add_argument("--simulation", metavar="NAME", help="which simulation a file is, as ex2_aw (the name of the file says it)")
+    add_simulation(parser)
     parser.add_argument("--all", action="store_true", help="print every score and every impact without a partner")
     add_map(parser)
     add_json(parser)

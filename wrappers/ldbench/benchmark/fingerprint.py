@@ -1,0 +1,264 @@
+"""What a file tells of the code that wrote it: rigid or elastic, the law of contact, damping, step and contact table.
+
+Everything is fitted to columns of the call. A number has an uncertainty, or the reason why the file does not tell it.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from .._core.wording import counted
+from ..case import Case
+from ..results.quantities import CONTACTS
+from ..results.run_data import RunData
+from ..table import ContactTable
+from .blows import Blow, blows, lacking
+from .call import Task
+from .estimate import Estimate, combined, untold
+from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, restitution_of, step_of, typical_interval
+from .lattice import bends, digit_noise, find_lattice
+from .laws import LEAST_FORCE
+from .places import axle_height
+from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, Law, fit_law
+
+ELASTIC, RIGID, UNKNOWN = "elastic", "rigid", "rigid or elastic, which the file does not tell"
+TELLING_ROWS = 4        # of a blow that shows whether bodies give
+USED = 4                # blows that are fitted
+MODULUS = 9e10          # force over approach to the power 3/2 that steel wheels on rails have, roughly [N/m^1.5]
+GIVES, GIVES_NOT = 0.1, 0.01    # approach over that of steel, above which a contact is elastic, and below which it is rigid
+HALVED = 0.5            # by this much damping has to reduce the misfit
+POOR = 0.03             # misfit of a law that is none, over the largest force
+ROWS = 0.01             # relative uncertainty of a damping by the integrals over rows, twice that of exponent and force
+LOOP = 2e-3             # uncertainty of a loss by the ends of a blow, which lie between rows
+ROUGH = 0.25            # uncertainty of a loss that tells nothing
+SEEN = 0.01             # least share of the energy that a blow loses if there is damping
+POSE = 0.05             # relative uncertainty of our own force at another code's pose
+REACH = 2.5e-3, 1e-3    # over which our wheelset is moved from open to closed, out and in [m]
+
+
+@dataclass(frozen=True)
+class Fingerprint:
+    """What a file tells of its code."""
+
+    run: str                    # name of the file
+    kind: str                   # 'elastic', 'rigid', or neither
+    because: str                # what that rests upon
+    exponent: Estimate          # n of N = k δⁿ
+    closing: Estimate           # n while the contact closes
+    opening: Estimate           # n while the contact opens
+    force: Estimate             # elastic force at the approach [N]
+    approach: float             # that the blows reach on the average [m]
+    hertz: Estimate             # that force over our Hertzian one
+    restitution: Estimate       # of flange impacts
+    loss: Estimate              # share of the energy of an impact that it takes
+    damping: Estimate           # [s/m] or [N s/m]
+    damping_kind: str
+    step: Estimate              # [s]
+    pitch: Estimate             # of a contact table over Y [m]
+
+    def facts(self) -> dict[str, Any]:
+        """The numbers for other programs, SI units."""
+        return asdict(self)
+
+    @property
+    def sentence(self) -> str:
+        """The fingerprint in one sentence."""
+        parts = [f"Looks {self.kind}" if self.kind != UNKNOWN else f"May be {self.kind}"]
+        if self.hertz.known:
+            parts.append(f"{plus_minus(self.hertz)} times Hertz with the radii of the shipped profiles")
+        if self.exponent.known:
+            parts.append(f"exponent {plus_minus(self.exponent)}")
+        if self.restitution.known and self.kind == RIGID:
+            parts.append(f"restitution {plus_minus(self.restitution)}")
+        elif self.loss.known:
+            parts.append(f"loses {plus_minus(self.loss, 100)} % per impact")
+        parts.append(f"step {plus_minus(self.step, 1e3)} ms" if self.step.known else "step not visible")
+        parts.append(f"contact table with a pitch of {plus_minus(self.pitch, 1e3)} mm" if self.pitch.known else
+                     "no contact table over Y visible")
+        return ", ".join(parts) + "."
+
+
+def plus_minus(x: Estimate, factor: float = 1.0) -> str:
+    """A number and its uncertainty of one digit: '1.07 ± 0.04'."""
+    value, u = factor*x.value, factor*x.uncertainty
+    digits = int(np.clip(-np.floor(np.log10(u)), 0, 7)) if u > 0 else 3
+    value = 0.0 if round(value, digits) == 0 else value
+    return f"{value:.{digits}f} ± {u:.{digits}f}"
+
+
+@cache
+def hertz_table(profiles: str) -> ContactTable:
+    """Our contact by Hertz's law for a pair of profiles."""
+    return ContactTable(Case.exercise(2, profiles).replace(model="hertz", table_file=""))
+
+
+def fingerprint(run: RunData, task: Task) -> Fingerprint:
+    """Fit a fingerprint to a run whose columns are ours, in SI units."""
+    case = Case.exercise(task.exercise, task.profiles)
+    height = axle_height(case)
+    contacts = [c for c in ("LF", "RF") if not lacking(run, [c])]
+    missing = f"needs {', '.join(lacking(run, ['LF']))}" if not contacts else ""
+    step = step_of(run)
+    timed = centred(run, step)
+    all_blows = sorted((blow for c in contacts for blow in blows(timed, c, height, LEAST_FORCE)), key=lambda blow: blow.start)
+    found = jumps(run, case)
+    kind, because = kind_of(run, [blow for blow in all_blows if blow.time.size >= TELLING_ROWS], found, missing)
+    pitch = pitch_of(run, step)
+    law = partial(Fingerprint, run.name, kind, because, step=step, pitch=pitch)
+    if kind == RIGID:
+        restitution = restitution_of(found)
+        loss = Estimate(1 - restitution.value**2, 2*max(abs(restitution.value), restitution.uncertainty)*restitution.uncertainty,
+                        why=restitution.why) if restitution.known else untold(restitution.why)
+        no = untold("rigid contacts have no stiffness")
+        return law(no, no, no, no, np.nan, no, restitution, loss, untold("rigid contacts lose energy by restitution"), "")
+    if kind != ELASTIC:
+        no = untold(because)
+        return law(no, no, no, no, np.nan, no, no, no, no, "")
+    # Rows between steps tell nothing that the steps do not.
+    interval = np.nanmax([typical_interval(run), step.value])
+    used = [blow for blow in all_blows if blow.time.size >= LEAST_ROWS and (blow.end - blow.start)/interval >= LEAST_ROWS
+            and approach_share(blow) > GIVES][:USED]
+    if not used:
+        no = untold(f"no blow of a flange has {LEAST_ROWS} rows or steps")
+        return law(no, no, no, no, np.nan, no, no, no, no, "")
+    return law(**of_blows(timed, task, used))
+
+
+def approach_share(blow: Blow) -> float:
+    """Range of the approach over that of steel for the same force."""
+    return float(np.ptp(blow.approach))/(blow.peak/MODULUS)**(2/3)
+
+
+def kind_of(run: RunData, resolved: Sequence[Blow], found: Sequence[Jump], missing: str) -> tuple[str, str]:
+    """Whether a code is rigid or elastic, and what says so."""
+    interval = typical_interval(run)
+    shares = [approach_share(blow) for blow in resolved]
+    stiff, soft = sum(share < GIVES_NOT for share in shares), sum(share > GIVES for share in shares)
+    if found and interval <= SHORT and not any(share > GIVES for share in shares[:1]):
+        return RIGID, f"velocities jump {counted(len(found), 'time')} from one row to the next, {1e3*interval:.3g} ms apart"
+    if soft and soft >= stiff:
+        return ELASTIC, f"wheel and rail approach each other in {counted(soft, 'blow')} of a flange"
+    if stiff:
+        return RIGID, f"forces change in {counted(stiff, 'contact')} of a flange without an approach"
+    if missing:
+        return UNKNOWN, missing
+    if found:
+        return UNKNOWN, f"velocities jump from row to row, but rows are {1e3*interval:.3g} ms apart"
+    return UNKNOWN, f"no blow of a flange has {TELLING_ROWS} rows"
+
+
+def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
+    """The law of contact from blows of the flanges."""
+    losses = [loss_of(blow) for blow in used]
+    first = losses[0]
+    kind, laws = chosen_laws(used, any(loss.value - loss.uncertainty > SEEN for loss in losses))
+    pairs = [(blow, law) for blow, law in zip(used, laws, strict=True) if law and law.misfit < POOR]
+    branch = {way: [law for blow in used if (law := fit_law(blow, NONE, way))] for way in (1, -1)}
+    if not pairs:
+        no = untold(f"no law N = k δⁿ fits a blow within {100*POOR:g} % of its peak")
+        numbers: dict[str, Any] = {"exponent": no, "force": no, "hertz": no, "damping": no, "approach": np.nan, "damping_kind": ""}
+    else:
+        middle = float(np.median([mean_approach(blow, law) for blow, law in pairs]))
+        ratios = [law.force(d)/hertz_force(run, blow, task, d) for blow, law in pairs for d in [mean_approach(blow, law)]]
+        u = [law.u_log_k for _, law in pairs]
+        # The force at the common approach is farther from the data than that at the approach of each blow.
+        away = [abs(np.log(middle/mean_approach(blow, law)))*law.u_n for blow, law in pairs]
+        forces = [law.force(middle) for _, law in pairs]
+        what = counted(len(pairs), "blow") + " of flanges"
+        damping = combined([law.damping for _, law in pairs], [law.u_damping for _, law in pairs],
+                           "N s/m" if kind == BY_RATE else "s/m", what, floor=ROWS*abs(pairs[0][1].damping))
+        if kind == NONE:
+            unseen = [law for blow in used if (law := fit_law(blow, BY_DEPTH))]
+            # A weak χ loses 4/3 χ v of the energy: what the loop does not see, the fit does not exclude.
+            hidden = 0.75*(first.uncertainty if first.known else LOOP)/max(float(used[0].closing.max()), 1e-3)
+            damping = combined([law.damping for law in unseen], [law.u_damping for law in unseen], "s/m", "none seen", hidden)
+        numbers = {
+            "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
+            "force": combined(forces, [f*np.hypot(a, b) for f, a, b in zip(forces, u, away, strict=True)], "N", what,
+                              floor=0.5*ROWS*forces[0]),
+            "hertz": combined(ratios, [r*x for r, x in zip(ratios, u, strict=True)], why=what, floor=POSE),
+            "approach": middle, "damping": damping, "damping_kind": kind}
+    restitution = untold(first.why)
+    if first.known:
+        e = float(np.sqrt(max(1 - first.value, 0.0)))
+        restitution = Estimate(e, first.uncertainty/(2*max(e, 0.1)), why="energy that comes back from the first blow")
+    return {**numbers, "loss": first, "restitution": restitution,
+            **{name: combined([law.n for law in branch[way]], [law.u_n for law in branch[way]], why="the branch alone, no damping",
+                              floor=0.5*ROWS) if branch[way] else untold(f"fewer than {LEAST_ROWS} rows on the branch")
+               for name, way in (("closing", 1), ("opening", -1))}}
+
+
+def chosen_laws(used: Sequence[Blow], lossy: bool) -> tuple[str, list[Law | None]]:
+    """The kind of damping that fits, and the laws of the blows with it."""
+    fits = {kind: [fit_law(blow, kind) for blow in used] for kind in (NONE, BY_DEPTH, BY_RATE)}
+    misfit = {kind: float(np.mean([law.misfit for law in laws if law] or [np.inf])) for kind, laws in fits.items()}
+    best = min((BY_DEPTH, BY_RATE), key=lambda kind: misfit[kind])
+    kind = best if lossy and misfit[best] < HALVED*misfit[NONE] else NONE
+    return kind, fits[kind]
+
+
+def mean_approach(blow: Blow, law: Law) -> float:
+    """Mean approach of a blow [m], geometric and weighted by the force: where stiffness is known best."""
+    used = blow.force > 0.1*blow.peak
+    return float(np.exp(np.average(np.log(np.maximum(blow.approach[used] - law.zero, 1e-9)), weights=blow.force[used])))
+
+
+def loss_of(blow: Blow) -> Estimate:
+    """Share of the energy that a blow takes; what half the rows would give tells the uncertainty."""
+    put_in, back = blow.energy
+    thin = slice(blow.time.size % 2, None, 2)
+    fewer = Blow(blow.contact, blow.start, blow.end, blow.time[thin], blow.force[thin], blow.closing[thin], blow.approach[thin],
+                 blow.angle[thin], blow.first)
+    if put_in <= 0 or fewer.energy[0] <= 0:
+        return untold("no energy in the blow")
+    loss, rough = 1 - back/put_in, 1 - fewer.energy[1]/fewer.energy[0]
+    u = float(np.hypot(abs(loss - rough), LOOP))
+    if u > ROUGH:
+        return untold(f"{blow.time.size} rows are too few for the loop of the force over the approach")
+    return Estimate(loss, u, why="loop of the normal force over the approach, first blow")
+
+
+def hertz_force(run: RunData, blow: Blow, task: Task, approach: float) -> float:
+    """Our Hertzian force [N] of the contact at an approach [m], in the file's pose at the peak, moved along the normal.
+
+    So our force does not depend on where the file has the zeros of Y, Z and roll to micrometres.
+    """
+    k = blow.first + int(blow.force.argmax())
+    table = hertz_table(task.profiles)
+    angle, out = float(blow.angle[blow.force.argmax()]), 1.0 if blow.contact[0] == "L" else -1.0
+    moved = np.arange(-REACH[0], REACH[1], 5e-6)
+    y, roll = (float(run.values(name)[k]) for name in ("Y", "roll"))
+    z = float(run.values("Z")[k]) + table.equilibrium
+    forces = table.forces_by_contact(y + out*np.sin(angle)*moved, z - np.cos(angle)*moved, np.full(moved.size, roll), outside="nan")
+    n = np.hypot(*forces[:, CONTACTS.index(blow.contact), :2].T)
+    closed = np.flatnonzero(np.nan_to_num(n) > 0)
+    if not closed.size:
+        return np.nan
+    open_rows = np.flatnonzero(n[:closed[-1]] == 0)
+    zero = moved[open_rows[-1]] if open_rows.size else np.nan
+    return float(np.interp(zero + approach, moved, n, right=np.nan))
+
+
+def pitch_of(run: RunData, step: Estimate) -> Estimate:
+    """The pitch of a contact table over Y, from steps and kinks of the contact angles."""
+    if "Y" not in run.data:
+        return untold("no Y", "m")
+    if step.why == INTERPOLATED:
+        return untold("rows are interpolated between steps, whose kinks hide those of a table", "m")
+    y, groups = run.values("Y"), []
+    for contact in CONTACTS:
+        if f"angle_{contact}" not in run.data or f"N_{contact}" not in run.data:
+            continue
+        angle, n = run.values(f"angle_{contact}"), np.nan_to_num(run.values(f"N_{contact}"))
+        closed = np.flatnonzero((n > 0) & np.isfinite(angle))
+        noise = digit_noise(angle)
+        stretches = np.split(closed, np.flatnonzero(np.diff(closed) > 1) + 1)
+        groups += [bends(y[rows], angle[rows], noise) for rows in stretches if rows.size >= LEAST_ROWS]
+    return find_lattice(groups, "m", "no steps or kinks of the contact angles at equal distances of Y" if groups else
+                        "no contact angles")
+
+
