@@ -61,8 +61,8 @@ def main() -> None:
         print(f"{'wheel':28}{'rail':22}{'time':>6}" + "".join(f"{place:>12}" for place in PLACES))
         for wheel, rail in pairs():
             errors, seconds = built(Path(scratch), profiles/wheel, profiles/rail)
-            print(f"{wheel:28}{rail:22}{seconds/shipped:6.1f}" + "".join(f"{errors.get(place, float('nan')):12.1e}" for place in PLACES),
-                  flush=True)
+            numbers = "".join(f"{errors.get(place, float('nan')):12.1e}" for place in PLACES)
+            print(f"{wheel:28}{rail:22}{seconds/shipped:6.1f}{numbers}", flush=True)
             if errors:
                 ratios.append(seconds/shipped)
                 for place, aim in PLACES.items():
