@@ -15,6 +15,8 @@ import numpy as np
 from .. import runs
 from .._core.errors import Error
 from ..case import Case
+from ..results.columns import converted, read_raw
+from ..results.header import Header, read_header
 from ..results.quantities import quantity
 from ..results.run_data import RunData, read_data
 from .call import QUANTITIES, TASKS, Task, task_of
@@ -65,14 +67,41 @@ def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked
     task = task or task_of(file)
     if task is None:
         raise Error(f"{file}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
+    run, guess = read_submitted(file, task, map)
+    return Checked(file, task, guess, findings_of(run, guess, task))
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """Source of a run: another code's file that was read once, with the map that was guessed for it."""
+
+    file: Path
+    header: Header
+    frame: Any                      # a pandas DataFrame
+
+    def columns(self) -> Any:
+        """The columns in SI units."""
+        return self.frame
+
+    def case(self) -> Case:
+        """No file of another code tells its case."""
+        raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
+
+
+def read_submitted(file: Path, task: Task, map: Any = None) -> tuple[RunData, Guess | None]:
+    """Read a file of any code, once, and guess its map where it needs one and none is given."""
+    header = read_header(file)
+    if header.settings or map is not None:
+        return read_data(file, map), None
+    raw = read_raw(file)
+    guess = guess_map(file, own_run(task), raw)
+    return RunData(Mapped(file, header, converted(file, raw, guess.map))), guess
+
+
+def findings_of(run: RunData, guess: Guess | None, task: Task) -> tuple[Finding, ...]:
+    """All findings about a file that was read."""
     case = Case.exercise(task.exercise, task.profiles)
-    run = read_data(file, map)
-    guess = None
-    if not run.header.settings and map is None:
-        guess = guess_map(file, own_run(task))
-        run = read_data(file, guess.map)
-    findings = [*(map_findings(guess) if guess else ()), *column_findings(run), *law_findings(run, case, task)]
-    return Checked(file, task, guess, tuple(findings))
+    return (*(map_findings(guess) if guess else ()), *column_findings(run), *law_findings(run, case, task))
 
 
 _OWN: dict[Task, RunData] = {}

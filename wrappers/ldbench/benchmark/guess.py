@@ -87,9 +87,12 @@ class Guess:
         return "\n".join(lines) + "\n"
 
 
-def guess_map(file: Path, ours: RunData) -> Guess:
-    """Find the map of a file by our own run of the same simulation. Error where no column can be the time."""
-    raw = read_raw(file)
+def guess_map(file: Path, ours: RunData, raw: RawTable | None = None) -> Guess:
+    """Find the map of a file by our own run of the same simulation. Error where no column can be the time.
+
+    raw: what the file holds, where it was read before.
+    """
+    raw = raw or read_raw(file)
     time = find_time(file, raw, ours)
     t = time.offset + UNITS[time.unit][1]*raw.numbers[:, time.number - 1]
     candidates = sorted(likely_matches(raw, t, ours, time.number), key=lambda found: -found[0])

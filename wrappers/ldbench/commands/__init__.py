@@ -12,6 +12,7 @@ COMMANDS = {
     "plot": "plot column files",
     "compare": "overlay column files, differences as PDF and CSV",
     "check": "check submissions to the benchmark: complete, and as physics has it",
+    "collate": "collate the submissions of a round: table, document and page of all codes",
     "study": "contact law against time step, or derailment over flange angle",
     "formulations": "elastic contact against constraint equations, all exercises",
     "report": "run the ten cases, write columns, plots, abstract and summary",
