@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,6 +35,8 @@ MATRIX_NOTE = (
     "without this number")
 TABLE_NOTE = "below each number: how far it is from the median of all codes that have it; –: the file does not give it, see collation.csv for why"
 CODES_ON_PAGE = 16
+FAR = 5.0           # ranges of the median code, beyond which a curve leaves its panel
+BEGUN = 5e-4        # within which an impact begins whose contact is told to close at 0 [s]
 
 
 def line_of(k: int) -> Line:
@@ -160,6 +163,10 @@ def curves_page(found: Collation, task: Task) -> Figure:
         ax = figure.add_subplot(grid[k, 0], sharex=shared)
         shared = shared or ax
         draw(ax, found, task, name, 1.0, scale)
+        if limits := common_limits(found, task, name):
+            ax.set_xlim(0 if limits.start >= 0 else limits.start, limits.end)
+            spare = 0.04*(limits.high - limits.low) or 1e-3/scale
+            ax.set_ylim(scale*(limits.low - spare), scale*(limits.high + spare))
         label_y(ax, f"{words} [{unit}]", left=36)
         if k < 2:
             ax.tick_params(labelbottom=False)
@@ -184,20 +191,49 @@ def curves_page(found: Collation, task: Task) -> Figure:
 
 def end_of(found: Collation, task: Task, name: str) -> float:
     """Where a panel of an impact ends [s]: after the longest of the first impacts."""
-    lengths = []
-    for code in found.codes:
-        entry = found.entry(code, task)
-        if entry and name in entry.curves:
-            t, x = entry.curves[name]
-            after = np.flatnonzero((t > 0) & ~(x > 0.001*np.nanmax(x, initial=0.0)))
-            lengths += [float(t[after[0]])] if after.size else []
+    lengths = [opening for code in found.codes if (entry := found.entry(code, task)) and name in entry.curves
+               and np.isfinite(opening := opening_of(*entry.curves[name]))]
     return min(1.25*max(lengths), CLOSE[1]) if lengths else CLOSE[1]
 
 
+def opening_of(t: np.ndarray, x: np.ndarray) -> float:
+    """When the force of an impact is gone that begins at 0 [s]; NaN where none begins there."""
+    closed = (t > 0) & (x > 0.001*np.nanmax(x, initial=0.0))
+    begun = int(closed.argmax())
+    if not closed.any() or t[begun] > BEGUN or closed[begun:].all():
+        return np.nan
+    return float(t[begun + int(closed[begun:].argmin())])
+
+
+class Limits(NamedTuple):
+    """What a panel shows, SI."""
+
+    start: float
+    end: float
+    low: float
+    high: float
+
+
+def common_limits(found: Collation, task: Task, name: str) -> Limits | None:
+    """Limits that hold the curves of all codes, but for those that go beyond FAR times the range of the median code: nonsense of
+    one code shall not hide the others. None where no code has the curve."""
+    curves = [entry.curves[name] for code in found.codes if (entry := found.entry(code, task)) and name in entry.curves]
+    known = [(t[0], t[-1], np.nanmin(x), np.nanmax(x)) for t, x in curves if np.isfinite(x).any()]
+    if not known:
+        return None
+    start, end, low, high = np.array(known, float).T
+    middle = np.median(high - low)
+    far = FAR*middle if middle > 0 else np.inf
+    return Limits(float(max(start.min(), np.median(start) - FAR*np.median(end - start))),
+                  float(min(end.max(), np.median(start) + FAR*np.median(end - start))),
+                  float(max(low.min(), np.median(low) - far)), float(min(high.max(), np.median(high) + far)))
+
+
 def largest_until(found: Collation, task: Task, name: str, end: float) -> float:
-    """The largest force of all codes in a panel of an impact [N]."""
-    return max((float(np.nanmax(x[t <= end], initial=0.0)) for code in found.codes if (entry := found.entry(code, task))
-                and name in entry.curves for t, x in [entry.curves[name]]), default=0.0)
+    """The largest force of the codes in a panel of an impact [N], but for those FAR beyond the median."""
+    known = [float(np.nanmax(x[t <= end], initial=0.0)) for code in found.codes if (entry := found.entry(code, task))
+             and name in entry.curves for t, x in [entry.curves[name]]]
+    return min(max(known), FAR*float(np.median([x for x in known if x > 0] or [0.0]))) if known else 0.0
 
 
 def draw(ax: Axes, found: Collation, task: Task, name: str, time_scale: float, scale: float) -> int:

@@ -24,7 +24,7 @@ NUMBERS = {
     "duration": Quantity("duration of the first left flange impact", "ms", 1e3, digits=3, short="duration"),
     "rebound": Quantity("lateral velocity after over before that impact, reversed", "", 1, digits=4, short="rebound"),
     "t_return": Quantity("return to the centre after both flanges", "ms", 1e3, digits=3, short="return"),
-    "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=2, short="force at derailment"),
+    "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=2, short="derailment"),
     "energy_error": Quantity("error of the energy balance, at rest on the treads", "%", 100, digits=-1, short="energy error"),
     "processor_time": Quantity("processor time", "s", 1, digits=2, short="processor time"),
 }
@@ -35,6 +35,7 @@ VERDICTS = {PASSED: "passed", DOUBTFUL: "doubtful", FAILED: "failed", UNKNOWN: "
 
 LEAST_SHARE = 1e-5      # of the largest force of a flange, which counts as no contact: residues of iterations
 SUDDEN = 0.2            # least relative change of the lateral velocity from row to row that is an impact without duration
+BEYOND = 1e15           # what no number of a wheelset reaches, in any of the units
 CLOSE_ROWS = 0.5e-3     # rows that are farther apart do not tell such an impact from one with a duration [s]
 
 
@@ -83,10 +84,10 @@ def numbers_of(run: RunData, task: Task, findings: Iterable[Finding], seconds: f
 
 
 def finite(number: Number) -> Number:
-    """A number that is finite, or the reason why it is none."""
-    if np.isfinite(number.value):
+    """A number that can be, or the reason why it is none."""
+    if np.isfinite(number.value) and abs(number.value) <= BEYOND:
         return Number(float(number.value))
-    return Number(np.nan, number.reason or "the rows give no finite number")
+    return Number(np.nan, number.reason or "the rows give no number that can be")
 
 
 def impact_numbers(run: RunData, left: Contact | str) -> dict[str, Number]:

@@ -2,6 +2,8 @@
 
 const DASHES = [[], [6, 3], [2, 2]], WIDTHS = [1.6, 1.9, 2.1];
 const COLOURS = 6;
+const FAR = 5;              // ranges of the median code, beyond which a curve leaves its chart
+const BEGUN = 5e-4;         // within which an impact begins whose contact is told to close at 0 [s]
 const LEFT = 58, RIGHT = 8, TOP = 8, BOTTOM = 24;
 const state = {task: 0, front: -1, shown: [], number: "main", as: "value"};
 let facts, medians;
@@ -196,28 +198,17 @@ class Chart {
     }
   }
 
-  // The limits of time and values of what is shown.
+  // The limits of time and values of what is shown; curves far beyond the median code hide no others.
   fit() {
-    let start = Infinity, end = -Infinity, low = Infinity, high = -Infinity, last = -Infinity;
     this.drawn = facts.codes.map((_, k) => state.shown[k] ? curveOf(k, this.known.name) : null);
-    for (const curve of this.drawn) {
-      if (!curve) continue;
-      start = Math.min(start, curve.t[0]);
-      end = Math.max(end, curve.t[curve.t.length - 1]);
-      if (this.known.impact) last = Math.max(last, openingOf(curve));
+    const curves = this.drawn.filter(curve => curve && curve.t.length > 1);
+    let [start, end] = within(curves.map(({t}) => [t[0], t[t.length - 1]]));
+    if (this.known.impact) {
+      const last = Math.max(...curves.map(openingOf));
+      if (last > 0) end = Math.min(end, 1.25 * last);
     }
-    if (this.known.impact && last > 0) end = Math.min(end, 1.25 * last);
     if (this.window) [start, end] = this.window;
-    for (const curve of this.drawn) {
-      if (!curve) continue;
-      for (let i = 0; i < curve.t.length; i++) {
-        const near = (i + 1 < curve.t.length ? curve.t[i + 1] : curve.t[i]) >= start && (i ? curve.t[i - 1] : curve.t[i]) <= end;
-        if (near && !Number.isNaN(curve.x[i])) {
-          low = Math.min(low, curve.x[i]);
-          high = Math.max(high, curve.x[i]);
-        }
-      }
-    }
+    let [low, high] = within(curves.map(curve => rangeOf(curve, start, end)).filter(range => range[1] >= range[0]));
     if (this.known.impact) low = Math.min(0, low);
     const spare = 0.04 * (high - low) || 1e-9;
     this.limits = [start, end];
@@ -326,13 +317,32 @@ function stroke(pen, ...points) {
   pen.stroke();
 }
 
-// When the force of an impact is gone.
+// The smallest and the largest value of a curve in a window of time.
+function rangeOf({t, x}, start, end) {
+  let low = Infinity, high = -Infinity;
+  for (let i = 0; i < t.length; i++) {
+    const near = t[Math.min(i + 1, t.length - 1)] >= start && t[Math.max(i - 1, 0)] <= end;
+    if (near && x[i] < low) low = x[i];
+    if (near && x[i] > high) high = x[i];
+  }
+  return [low, high];
+}
+
+// One range that holds all, but for what goes beyond FAR times the range of the median.
+function within(ranges) {
+  if (!ranges.length) return [0, -1];
+  const lows = ranges.map(range => range[0]), highs = ranges.map(range => range[1]);
+  const middle = median(ranges.map(([low, high]) => high - low)), far = middle > 0 ? FAR * middle : Infinity;
+  return [Math.max(Math.min(...lows), median(lows) - far), Math.min(Math.max(...highs), median(highs) + far)];
+}
+
+// When the force of an impact is gone that begins at 0; minus infinity where none begins there.
 function openingOf({t, x}) {
   let most = 0;
   for (const v of x) if (v > most) most = v;
   for (let i = 0, closed = false; i < t.length; i++) {
     if (t[i] > 0 && x[i] > 0.001 * most) closed = true;
-    else if (t[i] > 0 && closed) return t[i];
+    else if (t[i] > BEGUN || closed) return closed ? t[i] : -Infinity;
   }
   return -Infinity;
 }

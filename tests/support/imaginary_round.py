@@ -1,6 +1,6 @@
 """A round of the benchmark with twelve codes that do not exist: contact laws, steels, constraints and damping of their own.
 
-usage: PYTHONPATH=tests/support:profiles python tests/support/round.py FOLDER [INTERVAL]       (make collation)
+usage: PYTHONPATH=tests/support:profiles python tests/support/imaginary_round.py FOLDER [INTERVAL]       (make collation)
 It writes twelve codes by ten simulations, collates them, and prints times and the largest memory. INTERVAL: of the rows of
 exercise 5 [s]; the other exercises have rows every 0.1 ms.
 """
@@ -153,7 +153,7 @@ def measured(words: list[str]) -> tuple[float, int]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("folder", type=Path)
-    parser.add_argument("interval", type=float, nargs="?", default=2.5e-4)
+    parser.add_argument("interval", type=float, nargs="?", default=1.6e-4)
     args = parser.parse_args()
     codes, results = args.folder/"codes", args.folder/"results"
     if not codes.exists():
