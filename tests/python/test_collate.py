@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -33,15 +33,19 @@ FAST, SLOW = Task(4, "aw"), Task(2, "aw")
 
 
 @pytest.fixture(scope="module")
-def own(shipped: dict[str, Run]) -> None:
-    """Our own runs, by which maps are guessed: the shipped ones."""
-    for task in TASKS[:8]:
-        check._OWN[task] = ldbench.read_run(shipped[task.name].file)
+def own(runs: Runs) -> Iterator[None]:
+    """Our own runs, by which maps are guessed."""
+    before = dict(check._OWN)
+    check._OWN.update({task: runs.of(CODES[0], task) for task in (FAST, SLOW)})
+    yield
+    check._OWN.clear()
+    check._OWN.update(before)
 
 
 @pytest.fixture(scope="module")
 def runs() -> Runs:
-    return Runs()
+    """Of coarse tables, which take a tenth of the time."""
+    return Runs(n_lateral=60, n_roll=13, n_depth=11)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +96,7 @@ def test_planted_numbers_come_back(code: imaginary_round.Code, collated: tuple[C
     assert value["t_right_flange"] == pytest.approx(right.start, abs=5e-5)
     assert value["duration"] == pytest.approx(first.duration, abs=5e-5)
     assert value["peak"] == pytest.approx(imaginary.table_of(run, 1e-4)["N_LF"].max(), rel=1e-6)
-    assert value["impulse"] == pytest.approx(first.impulse, rel=1e-3)
+    assert value["impulse"] == pytest.approx(first.impulse, rel=1e-2)
     if code.change is imaginary_round.same:
         before, after = np.interp([first.start, first.end], run.time, run.values("vY"))
         assert value["rebound"] == pytest.approx(-after/before, abs=2e-3)
@@ -461,11 +465,11 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
                                                                     capsys: pytest.CaptureFixture[str]):
     for code in CODES[4:]:
         shutil.rmtree(codes/code.name)
-    (codes/"Adams/ex1_aw.csv").write_text("nothing\n")
+    (codes/"Dynarail/ex2_aw.csv").write_text("nothing\n")
     out = tmp_path/"out"
     assert main(["collate", str(codes), "-o", str(out)]) == 0
     said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith("Adams: ex1_aw.csv: expected rows of numbers") and "4 codes, 7 of 8 files used, 8 read" in said
+    assert said[0].startswith("Dynarail: ex2_aw.csv: expected rows of numbers") and "4 codes, 7 of 8 files used, 8 read" in said
     assert said[-3:] == [str(out/f"collation.{ending}") for ending in ("csv", "pdf", "html")]
     before = {file.name: file.read_bytes() for file in out.iterdir() if file.is_file()}
     assert main(["collate", str(codes), "-o", str(out)]) == 0
@@ -480,7 +484,7 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
     assert all(code.name in matrix for code in CODES[:4]) and "cannot" in matrix
     told = facts(out/"collation.html")
     assert [code["name"] for code in told["codes"]] == ["Adams", "Bora", "Contura", "Dynarail"]
-    assert told["codes"][0]["entries"][0]["shade"] == "unusable" and told["lines"] == [said[0]]
+    assert told["codes"][3]["entries"][2]["shade"] == "unusable" and told["lines"] == [said[0]]
 
 
 def test_the_page_holds_the_curves(collated: tuple[Collation, Path]):

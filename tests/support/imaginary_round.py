@@ -51,14 +51,16 @@ RIGID = {"formulation": "unilateral", "table_file": ""}
 CODES = (
     Code("Adams", "strips", STRIP, D(length="mm", force="kN", scheme=2)),
     Code("Bora", "Hertz", HERTZ, D(scheme=1)),
-    Code("Contura", "Hertz, steel softer by a fifth", HERTZ | {"stiffness_scale": 0.8}, D(lateral=-1, length="mm", force="kN", scheme=1)),
+    Code("Contura", "Hertz, steel softer by a fifth", HERTZ | {"stiffness_scale": 0.8},
+         D(lateral=-1, length="mm", force="kN", scheme=1)),
     Code("Dynarail", "Hertz, steel stiffer by a fifth", HERTZ | {"stiffness_scale": 1.2}, D(angle="mrad", scheme=2, separator=";")),
     Code("Elastra", "strips, softer steel", STRIP | {"stiffness_scale": 0.7}, D(vertical=-1, scheme=2, separator="\t")),
     Code("Flange8", "Hertz, damped", HERTZ, D(length="mm", angle="deg", scheme=1, separator=" "), imaginary.damped),
     Code("Gensim", "strips, damped", STRIP, D(force="kN", roll=-1, scheme=2), imaginary.damped),
     Code("Hunt", "rigid, restitution 1", RIGID | {"restitution": 1.0}, D(scheme=2), formulation="unilateral constraints"),
     Code("Impakt", "rigid, restitution 0.5", RIGID | {"restitution": 0.5}, D(scheme=1), formulation="unilateral constraints"),
-    Code("Jolt", "rigid, restitution 0", RIGID | {"restitution": 0.0}, D(length="mm", scheme=2), formulation="unilateral constraints"),
+    Code("Jolt", "rigid, restitution 0", RIGID | {"restitution": 0.0}, D(length="mm", scheme=2),
+         formulation="unilateral constraints"),
     Code("Kinema", "strips, rows every 2 ms", STRIP, D(scheme=0), imaginary.thinned),
     Code("Lumen", "Hertz, half the stiffness", HERTZ | {"stiffness_scale": 0.5}, D(start=0.5, height=0.457, scheme=2)),
 )
@@ -67,7 +69,9 @@ CODES = (
 class Runs:
     """Runs of ours that codes share, each computed once; contact tables too."""
 
-    def __init__(self) -> None:
+    def __init__(self, **changes: Any) -> None:
+        """changes: of all cases, as a coarser table."""
+        self.changes = changes
         self.runs: dict[str, RunData] = {}
         self.tables: dict[str, Any] = {}
 
@@ -75,7 +79,7 @@ class Runs:
         law = repr(sorted(code.case.items()))
         key = f"{law} {task.name}"
         if key not in self.runs:
-            case = Case.exercise(task.exercise, task.profiles).replace(**code.case)
+            case = Case.exercise(task.exercise, task.profiles).replace(**code.case | self.changes)
             # Rigid contacts rattle without end on a rail under a force, so a shorter exercise 5 does.
             if task.exercise == 5 and code.formulation != "elastic":
                 case = case.replace(t_end=20.0)
@@ -165,7 +169,7 @@ def main() -> None:
                 print(f"{file} {file.stat().st_size/1e6:.0f} MB", flush=True)
             runs.runs.clear()
     results.mkdir(exist_ok=True)
-    files = [path for path in codes.rglob("*.csv")]
+    files = list(codes.rglob("*.csv"))
     print(f"{len(files)} files, {sum(path.stat().st_size for path in files)/1e9:.2f} GB, the largest "
           f"{max(path.stat().st_size for path in files)/1e6:.0f} MB; {os.cpu_count()} cores")
     words = ["collate", str(codes), "-o", str(results)]

@@ -181,7 +181,7 @@ def write_csv(found: Collation, target: Path) -> None:
     """Write a row for each code, simulation and number, SI units; the rows of a code depend on no other code."""
     import pandas as pd
 
-    rows = []
+    rows: list[tuple[str, str, str, float | None, str, str]] = []
     for code in found.codes:
         for task in found.tasks:
             entry = found.entry(code, task)

@@ -12,7 +12,7 @@ from ..results.quantities import CONTACT_NAMES, KN
 from ..viewer.page import FOLDER as VIEWER, Page, fill
 from .call import Task
 from .collation import Collation
-from .collation_pages import SHADES, main_number, shade
+from .collation_pages import main_number, shade
 from .entries import IMPACTS, Entry
 from .numbers import NUMBERS, names_of
 from .submissions import FACTS
@@ -28,13 +28,13 @@ CHARTS = {"Y": ("lateral displacement Y", "mm", 1e3), "roll": ("roll Φ", "mrad"
 def make_page(found: Collation, title: str = "Collation of codes") -> Page:
     """The page of a collation."""
     facts: dict[str, Any] = {
-        "title": title, "version": version(), "lines": found.lines(), "shades": list(SHADES),
-        "tasks": [{"name": task.name, "words": task.words, "main": main_number(task), "numbers": names_of(task)} for task in found.tasks],
+        "title": title, "version": version(), "lines": found.lines(), "keys": FACTS,
+        "tasks": [{"name": task.name, "words": task.words, "main": main_number(task), "numbers": names_of(task)}
+                  for task in found.tasks],
         "numbers": {name: {"words": one.words, "short": one.short, "unit": one.unit, "scale": one.scale, "digits": one.digits}
                     for name, one in NUMBERS.items()},
         "charts": [{"name": name, "words": words, "unit": unit, "scale": scale, "impact": name in IMPACTS}
                    for name, (words, unit, scale) in CHARTS.items()],
-        "keys": FACTS,
         "codes": [{"name": code.name, "facts": dict(code.facts), "entries": [entry_facts(found.entry(code, task), task)
                                                                             for task in found.tasks]} for code in found.codes]}
     return Page(fill(title, facts, [], STATIC/"collation.html", SCRIPTS))
@@ -45,8 +45,9 @@ def entry_facts(entry: Entry | None, task: Task) -> dict[str, Any] | None:
     if entry is None:
         return None
     known = {name: entry.numbers[name] for name in names_of(task) if name in entry.numbers}
-    return {"shade": shade(entry), "error": entry.error, "rows": entry.rows, "findings": list(entry.findings), "verdict": dict(entry.verdict),
-            "numbers": {name: rounded(x.value) for name, x in known.items()}, "reasons": {name: x.reason for name, x in known.items() if x.reason},
+    return {"shade": shade(entry), "error": entry.error, "findings": list(entry.findings), "verdict": dict(entry.verdict),
+            "numbers": {name: rounded(x.value) for name, x in known.items()},
+            "reasons": {name: x.reason for name, x in known.items() if x.reason},
             "curves": {name: packed_curve(*curve) for name, curve in entry.curves.items() if len(curve[0]) > 1}}
 
 

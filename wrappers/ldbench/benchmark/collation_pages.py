@@ -19,7 +19,7 @@ from ..plots.document import Part, bind, save_parts
 from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import CODE_LINES, Line, ldbench_style, plain
 from ..report.compare_pages import paged, short
-from ..results.quantities import CONTACT_NAMES, KN, quantity
+from ..results.quantities import CONTACT_NAMES, KN, PAIRS, quantity
 from .call import Task
 from .collation import Collation
 from .entries import CLOSE, IMPACTS, Entry
@@ -29,11 +29,18 @@ from .submissions import FACTS, Submission
 # Shades of a cell by its verdict, light enough for black words; the words say the same.
 SHADES = {"passed": "#D9F0DF", "doubtful": "#FDF0C4", "failed": "#F9D6CF", "unusable": "#C9C9C9", "none": "#F4F4F4"}
 MATRIX_NOTE = (
-    "each cell: checks that passed / are doubtful / failed, and below the largest force of the first left flange impact (exercise 5: the "
-    "lateral force at derailment) [kN] with its distance from the median of all codes\n"
-    "shade: green, every check passed; yellow, some are doubtful; red, some failed; grey, the file could not be used; –, not submitted or "
-    "without this number")
-TABLE_NOTE = "below each number: how far it is from the median of all codes that have it; –: the file does not give it, see collation.csv for why"
+    "each cell: checks that passed / are doubtful / failed, and below the largest force of the first left flange impact (exercise "
+    "5: the lateral force at derailment) [kN] with its distance from the median of all codes\n"
+    "shade: green, every check passed; yellow, some are doubtful; red, some failed; grey, the file could not be used; –, not "
+    "submitted or without this number")
+TABLE_NOTE = ("below each number: how far it is from the median of all codes that have it; –: the file does not give it, and "
+              "collation.csv tells why\nrebound: lateral velocity after over before the first left flange impact, reversed; below "
+              "0 the wheelset still moves towards the flange")
+CURVES_NOTE = (
+    "energy: kinetic, of weight and load, and elastic of the treads by Hertz's law, without the work of the lateral force, less "
+    "that of the first row; it dips while a flange stores energy\n"
+    "forces of the flanges: each code from the moment at which its contact closes; an impact of rigid contacts takes no time and "
+    "has no force to show")
 CODES_ON_PAGE = 16
 FAR = 5.0           # ranges of the median code, beyond which a curve leaves its panel
 BEGUN = 5e-4        # within which an impact begins whose contact is told to close at 0 [s]
@@ -93,7 +100,7 @@ def matrix_page(found: Collation, start: int) -> Figure:
     first, rows = 0.15, max(len(codes), 8) + 1
     width, height = (1 - first)/len(found.tasks), 1/rows
     for j, task in enumerate(found.tasks):
-        ax.text(first + (j + 0.5)*width, 1 - 0.5*height, f"exercise {task.exercise}\n{'actual' if task.profiles == 'aw' else 'simplified'}",
+        ax.text(first + (j + 0.5)*width, 1 - 0.5*height, f"exercise {task.exercise}\n{PAIRS[task.profiles].split()[0]}",
                 ha="center", va="center", fontsize=7, weight="bold")
     for i, code in enumerate(codes):
         y = 1 - (i + 1.5)*height
@@ -104,9 +111,15 @@ def matrix_page(found: Collation, start: int) -> Figure:
             left = first + j*width
             ax.add_patch(Rectangle((left + 0.0015, y - 0.46*height), width - 0.003, 0.92*height, facecolor=SHADES[shade(entry)],
                                    linewidth=0, zorder=0))
-            ax.text(left + width/2, y, cell_words(found, code, task, entry), ha="center", va="center", fontsize=6.6, linespacing=1.35)
+            ax.text(left + width/2, y, cell_words(found, code, task, entry), ha="center", va="center", fontsize=6.6,
+                    linespacing=1.35)
     ax.set(xlim=(0, 1), ylim=(0, 1))
     return figure
+
+
+def capital(words: str) -> str:
+    """Words that begin with a capital letter."""
+    return words[0].upper() + words[1:]
 
 
 def cut(words: str, longest: int) -> str:
@@ -131,8 +144,10 @@ def cell_words(found: Collation, code: Submission, task: Task, entry: Entry | No
 def code_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
     """What the submissions tell of the codes, and what could not be used."""
     header = ["folder", *(words for words in FACTS.values()), "files"]
-    rows = [[code.name, *(code.facts.get(key, "–") for key in FACTS), f"{sum(not e.error for t in found.tasks if (e := found.entry(code, t)))}"]
-            for code in found.codes]
+    rows = []
+    for code in found.codes:
+        entries = [found.entry(code, task) for task in found.tasks]
+        rows.append([code.name, *(code.facts.get(key, "–") for key in FACTS), f"{sum(not one.error for one in entries if one)}"])
     yield from paged("the codes", "as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.7, 1.5, 1.8, 1.0, 1.2, 1.2, 0.4],
                      tuple(range(len(header) - 1)))
     lines = [[number, line] for k, line in enumerate(found.lines(), 1) for number in (str(k),)]
@@ -151,12 +166,9 @@ def chapter(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
 
 def curves_page(found: Collation, task: Task) -> Figure:
     """Motion and energy over the whole run, and the forces of the flanges from their first contacts on."""
-    figure = new_page(f"Exercise {task.exercise}, {task.words.partition(', ')[2]}", f"all codes, {task.name}",
-                      "energy: kinetic, of weight and load, and elastic of the treads by Hertz's law, without the work of the lateral force, "
-                      "less that of the first row; it dips while a flange stores energy\n"
-                      "forces of the flanges: each code from the moment at which its contact closes; an impact of rigid contacts takes no "
-                      "time and has no force to show")
-    grid = figure.add_gridspec(3, 2, left=0.055, right=0.985, top=0.86, bottom=0.1, hspace=0.24, wspace=0.13, width_ratios=(1.35, 1))
+    figure = new_page(capital(task.words), f"all codes, {task.name}", CURVES_NOTE)
+    grid = figure.add_gridspec(3, 2, left=0.055, right=0.985, top=0.86, bottom=0.1, hspace=0.24, wspace=0.13,
+                               width_ratios=(1.35, 1))
     shared: Axes | None = None
     for k, (name, words, unit, scale) in enumerate((
             ("Y", "lateral Y", "mm", 1e3), ("roll", quantity("roll").words, "mrad", 1e3), ("energy", "energy − start", "J", 1.0))):
@@ -184,8 +196,8 @@ def curves_page(found: Collation, task: Task) -> Figure:
             label_x(ax, "time since the contact closed [ms]")
     handles = [figure.axes[0].plot([], [], label=plain(cut(code.name, 22)), **line_of(i).kwargs())[0]
                for i, code in enumerate(found.codes)]
-    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.05, 0.868), ncols=max(6, -(-len(handles)//2)), columnspacing=1.2,
-                  fontsize=6.5, handlelength=2.8)
+    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.05, 0.868), ncols=max(6, -(-len(handles)//2)),
+                  columnspacing=1.2, fontsize=6.5, handlelength=2.8)
     return figure
 
 
@@ -265,7 +277,7 @@ def number_pages(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
         counts = "cannot be used" if entry.error else " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
         rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
         rows.append(["    from the median", *(distance(found, code, task, name) for name in names), ""])
-    yield from paged(f"numbers, exercise {task.exercise}, {task.words.partition(', ')[2]}", f"all codes, {task.name}", header, rows,
+    yield from paged(f"numbers, {task.words}", f"all codes, {task.name}", header, rows,
                      [1.6, *[1.0]*len(names), 1.7], (0,), TABLE_NOTE, units)
 
 
@@ -286,7 +298,8 @@ def spread_row(found: Collation, task: Task, names: Sequence[str]) -> list[str]:
     cells = ["smallest to largest"]
     for name in names:
         known = [x for code in found.codes if np.isfinite(x := found.value(code, task, name))]
-        cells.append(" … ".join(text(name, x, min(NUMBERS[name].digits, 2) if NUMBERS[name].digits > 0 else None) for x in (min(known), max(known))))
+        digits = min(NUMBERS[name].digits, 2) if NUMBERS[name].digits > 0 else None
+        cells.append(" … ".join(text(name, x, digits) for x in (min(known), max(known))))
     return cells
 
 
@@ -294,7 +307,7 @@ def finding_pages(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
     """What the checks found, a line each."""
     rows = [[code.name, line] for code in found.codes if (entry := found.entry(code, task))
             for line in ([entry.error] if entry.error else entry.findings)]
-    yield from paged(f"findings, exercise {task.exercise}, {task.words.partition(', ')[2]}", f"all codes, {task.name}",
+    yield from paged(f"findings, {task.words}", f"all codes, {task.name}",
                      ["code", "what failed or is doubtful"], rows, [0.15, 1], (0, 1))
 
 
@@ -303,8 +316,7 @@ def chapters_of(pickled: bytes, tasks: Sequence[Task], target: Path) -> list[Par
     """The chapters of some simulations, in one file."""
     found: Collation = pickle.loads(pickled)
     with ldbench_style():
-        return [part for part in save_parts(target, [(f"Exercise {task.exercise}, {task.words.partition(', ')[2]}", chapter(found, task))
-                                                     for task in tasks]) if part.pages]
+        return [part for part in save_parts(target, [(capital(task.words), chapter(found, task)) for task in tasks]) if part.pages]
 
 
 def front_of(pickled: bytes, target: Path) -> list[Part]:

@@ -1,4 +1,4 @@
-"""What a collation keeps of one file: numbers, verdict, and curves as they are drawn. It is computed once and kept beside the results.
+"""What a collation keeps of one file: numbers, verdict, and curves as they are drawn, computed once.
 
 The file of a code holds the entries of its simulations under a key that changes with the bytes of the file, the map, the
 processor time that the submission tells, and the program. So a late submission costs its own column alone.
@@ -120,10 +120,11 @@ def curves_of(run: RunData, task: Task) -> dict[str, Curve]:
     t = run.time
     found: dict[str, Curve] = {}
     energy = energy_balance(run, Case.exercise(task.exercise, task.profiles))
-    for name in OVERALL:
-        x = (energy - energy[0] if energy is not None else None) if name == "energy" else run.values(name) if has(run, name) else None
-        if x is not None:
-            found[name] = single(*thin(t, x, COLUMNS))
+    known = {name: run.values(name) for name in OVERALL if has(run, name)}
+    if energy is not None:
+        known["energy"] = energy - energy[0]
+    for name, x in known.items():
+        found[name] = single(*thin(t, x, COLUMNS))
     for name in IMPACTS:
         impact = first_impact(run, name[2])
         if isinstance(impact, Contact) and has(run, name):
@@ -153,7 +154,8 @@ def keep(store: Path, name: str, entries: Mapping[Task, Entry]) -> None:
     arrays: dict[str, np.ndarray] = {}
     for task, entry in entries.items():
         facts[task.name] = {
-            "key": entry.key, "numbers": {word: [x.value if np.isfinite(x.value) else None, x.reason] for word, x in entry.numbers.items()},
+            "key": entry.key,
+            "numbers": {word: [x.value if np.isfinite(x.value) else None, x.reason] for word, x in entry.numbers.items()},
             "verdict": dict(entry.verdict), "findings": entry.findings, "rows": entry.rows, "error": entry.error,
             "curves": list(entry.curves)}
         for word, curve in entry.curves.items():
@@ -174,7 +176,8 @@ def kept(store: Path, name: str, tasks: Mapping[Task, Path]) -> dict[Task, Entry
                     numbers = {word: Number(np.nan if value is None else float(value), str(why))
                                for word, (value, why) in one["numbers"].items() if word in NUMBERS}
                     curves = {word: tuple(read[f"{task.name}.{word}"]) for word in one["curves"]}
-                    found[task] = Entry(one["key"], numbers, one["verdict"], tuple(one["findings"]), curves, one["rows"], one["error"])
+                    found[task] = Entry(one["key"], numbers, one["verdict"], tuple(one["findings"]), curves, one["rows"],
+                                        one["error"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile):
         return {}
     return found

@@ -62,7 +62,8 @@ def find_submissions(folder: Path, leave_out: Path | None = None) -> tuple[list[
             if path.is_dir():
                 codes.append(read_submission(path, unused_name(path, codes)))
             elif not path.is_file():
-                remarks.append(f"{printable(path.name)}: expected the folder of a code, found a link that leads nowhere, or a device")
+                remarks.append(f"{printable(path.name)}: expected the folder of a code, found a link that leads nowhere, or a "
+                               "device")
         except (OSError, RuntimeError) as error:        # a link to itself is a RuntimeError before Python 3.13
             remarks.append(f"{printable(path.name)}: expected the folder of a code, found {reason(error)}")
     return codes, remarks
@@ -173,7 +174,8 @@ def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mappi
     if given is None or isinstance(given, Mapping):
         return given
     if not isinstance(given, str):
-        remarks.append(f"{DESCRIPTION}: map: expected a table or the name of a file, found {printable(given, 40)}; the map is guessed")
+        remarks.append(f"{DESCRIPTION}: map: expected a table or the name of a file, found {printable(given, 40)}; the map is "
+                       "guessed")
         return None
     try:
         path = folder/given
@@ -198,7 +200,8 @@ def find_files(folder: Path, remarks: list[str]) -> dict[Task, Path]:
             remarks.append(f"{shown}: expected a file, found "
                            + ("a folder" if path.is_dir() else "a link that leads nowhere, or a device"))
         elif task in files:
-            remarks.append(f"{shown}: expected one file for {task.words}, found {printable(files[task].name, 80)}, too, which is taken")
+            remarks.append(f"{shown}: expected one file for {task.words}, found {printable(files[task].name, 80)}, too, which is "
+                           "taken")
         else:
             files[task] = path
     return {task: files[task] for task in TASKS if task in files}

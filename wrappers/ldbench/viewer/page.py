@@ -91,7 +91,7 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
         "title": title, "version": version(), "groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries,
         "summary": [{"words": words, "cells": [cell_entry(cell) for cell in row]} for words, row in summary],
     }
-    return Page(fill(title, facts, bodies))
+    return Page(fill(title, facts, bodies, FOLDER/"page.html", [FOLDER/name for name in SCRIPTS]))
 
 
 def assumed_profiles(runs: Sequence[RunData], case: Case | None) -> RunData | Case:
@@ -225,8 +225,8 @@ def number(x: float) -> float | None:
 
 # The file ---------------------------------------------------------------------------------
 
-def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str], template: Path = FOLDER/"page.html",
-         scripts: Sequence[Path] = tuple(FOLDER/name for name in SCRIPTS)) -> str:
+def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str], template: Path,
+         scripts: Sequence[Path]) -> str:
     """Fill the template of a page, beside which its style lies, with scripts and data."""
     looks = shortened(template.with_suffix(".css").read_text(encoding="utf-8"))
     script = "(() => {\n\"use strict\";\n" + "".join(shortened(path.read_text(encoding="utf-8")) for path in scripts) + "})();\n"
