@@ -15,7 +15,7 @@ from .._core.pools import processes
 from ..results.header import read_header
 from .call import TASKS, Task
 from .check import own_run
-from .entries import Entry, failed_entry, keep, kept, key_of, make_entry
+from .entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
 from .numbers import NUMBERS, SI, VERDICTS, names_of
 from .submissions import Submission, find_submissions, printable
 
@@ -96,6 +96,7 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
     work = [Work(code.name, task, file, code.map, code.seconds.get(task.name, np.nan)) for code in codes for task, file in
             code.files.items()]
     entries = {(code.name, task): entry for code in codes for task, entry in kept(store, code.name, code.files).items()}
+    program()       # once, before processes begin
     told = [("", str(key)) if isinstance(key, Error) else key for key in side_by_side(key_or_words, work, jobs)]
     keys = {(one.code, one.task): key for one, key in zip(work, told, strict=True)}
     new = [one for one in work if (entry := entries.get((one.code, one.task))) is None or not entry.key

@@ -105,6 +105,7 @@ def guess_map(file: Path, ours: RunData, raw: RawTable | None = None) -> Guess:
     tell_normal_from_vertical(raw, taken)
     agree_on_signs(taken)
     agree_on_units(taken, ours)
+    agree_with_the_file(taken)
     order = ["time", *QUANTITIES]
     rest = [name for k, name in enumerate(raw.names, 1) if k not in used]
     return Guess(file, {column: taken[column] for column in order if column in taken}, rest)
@@ -266,6 +267,19 @@ def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
         for m in there:
             if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < CLEAR/2:
                 choose(taken, m, m.sign, unit)
+
+
+def agree_with_the_file(taken: dict[str, Match]) -> None:
+    """Believe the unit that the file says of a column, where the numbers of as many others confirm it and those of this one do not
+    clearly contradict it. Forces of codes with constraint equations are of another size than ours, by as much as a pound."""
+    for said in dict.fromkeys(m.said for m in taken.values() if m.said):
+        there = [m for m in taken.values() if m.said == said and m.column != "time"]
+        other = [m for m in there if m.unit != said]
+        if 2*len(other) > len(there):
+            continue
+        for m in other:
+            if m.likeness - best_of(m, m.sign, said) < SURE:
+                choose(taken, m, m.sign, said)
 
 
 def best_of(match: Match, sign: int, unit: str = "") -> float:
