@@ -20,7 +20,7 @@ from .numbers import NUMBERS, SI, VERDICTS, names_of
 from .submissions import Submission, find_submissions, printable
 
 LARGE = 30_000_000          # from which the files that are read at the same time are limited by memory [bytes]
-PER_BYTE = 9                # of memory, while a file is read
+PER_BYTE = 6                # of memory, while a file is read
 MEMORY = 1_300_000_000      # for files that are read at the same time [bytes]
 
 

@@ -12,7 +12,7 @@ from ..results.quantities import CONTACT_NAMES, KN
 from ..viewer.page import FOLDER as VIEWER, Page, fill
 from .call import Task
 from .collation import Collation
-from .collation_pages import main_number, shade
+from .collation_pages import derailed_at, main_number, shade
 from .entries import IMPACTS, Entry
 from .numbers import NUMBERS, names_of
 from .submissions import FACTS
@@ -46,6 +46,7 @@ def entry_facts(entry: Entry | None, task: Task) -> dict[str, Any] | None:
         return None
     known = {name: entry.numbers[name] for name in names_of(task) if name in entry.numbers}
     return {"shade": shade(entry), "error": entry.error, "findings": list(entry.findings), "verdict": dict(entry.verdict),
+            "until": rounded(derailed_at(entry)),
             "numbers": {name: rounded(x.value) for name, x in known.items()},
             "reasons": {name: x.reason for name, x in known.items() if x.reason},
             "curves": {name: packed_curve(*curve) for name, curve in entry.curves.items() if len(curve[0]) > 1}}

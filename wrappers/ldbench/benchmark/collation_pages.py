@@ -23,6 +23,7 @@ from ..results.quantities import CONTACT_NAMES, KN, PAIRS, quantity
 from .call import Task
 from .collation import Collation
 from .entries import CLOSE, IMPACTS, Entry
+from .laws import DERAILED
 from .numbers import NUMBERS, names_of
 from .submissions import FACTS, Submission
 
@@ -40,7 +41,7 @@ CURVES_NOTE = (
     "energy: kinetic, of weight and load, and elastic of the treads by Hertz's law, without the work of the lateral force, less "
     "that of the first row; it dips while a flange stores energy\n"
     "forces of the flanges: each code from the moment at which its contact closes; an impact of rigid contacts takes no time and "
-    "has no force to show")
+    "has no force to show; exercise 5: the panels over time are fitted to what comes before the derailment")
 CODES_ON_PAGE = 16
 FAR = 5.0           # ranges of the median code, beyond which a curve leaves its panel
 BEGUN = 5e-4        # within which an impact begins whose contact is told to close at 0 [s]
@@ -228,9 +229,11 @@ class Limits(NamedTuple):
 
 def common_limits(found: Collation, task: Task, name: str) -> Limits | None:
     """Limits that hold the curves of all codes, but for those that go beyond FAR times the range of the median code: nonsense of
-    one code shall not hide the others. None where no code has the curve."""
-    curves = [entry.curves[name] for code in found.codes if (entry := found.entry(code, task)) and name in entry.curves]
-    known = [(t[0], t[-1], np.nanmin(x), np.nanmax(x)) for t, x in curves if np.isfinite(x).any()]
+    one code shall not hide the others. What follows a derailment is not counted. None where no code has the curve."""
+    curves = [(*entry.curves[name], derailed_at(entry)) for code in found.codes
+              if (entry := found.entry(code, task)) and name in entry.curves]
+    known = [(t[0], t[-1], np.nanmin(x[t <= until]), np.nanmax(x[t <= until])) for t, x, until in curves
+             if np.isfinite(x[t <= until]).any()]
     if not known:
         return None
     start, end, low, high = np.array(known, float).T
@@ -239,6 +242,15 @@ def common_limits(found: Collation, task: Task, name: str) -> Limits | None:
     return Limits(float(max(start.min(), np.median(start) - FAR*np.median(end - start))),
                   float(min(end.max(), np.median(start) + FAR*np.median(end - start))),
                   float(max(low.min(), np.median(low) - far)), float(min(high.max(), np.median(high) + far)))
+
+
+def derailed_at(entry: Entry) -> float:
+    """When the wheelset goes farther than any flange allows and does not come back [s]; infinity where it stays on the rails."""
+    if "Y" not in entry.curves:
+        return np.inf
+    t, y = entry.curves["Y"]
+    inside = np.flatnonzero(np.abs(y) <= DERAILED)
+    return float(t[inside[-1]]) if inside.size and inside[-1] < len(t) - 1 and abs(y[-1]) > DERAILED else np.inf
 
 
 def largest_until(found: Collation, task: Task, name: str, end: float) -> float:
@@ -299,7 +311,7 @@ def spread_row(found: Collation, task: Task, names: Sequence[str]) -> list[str]:
     for name in names:
         known = [x for code in found.codes if np.isfinite(x := found.value(code, task, name))]
         digits = min(NUMBERS[name].digits, 2) if NUMBERS[name].digits > 0 else None
-        cells.append(" … ".join(text(name, x, digits) for x in (min(known), max(known))))
+        cells.append("…".join(text(name, x, digits) for x in (min(known), max(known))))
     return cells
 
 

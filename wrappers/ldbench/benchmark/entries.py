@@ -32,7 +32,7 @@ from .submissions import printable, reason
 from .verdict import DOUBTFUL, FAILED
 
 STORE = ".collated"             # the folder of what is kept, beside the results
-LARGEST = 400_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
+LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
 COLUMNS = 300                   # of a curve over the whole run: of each the smallest and the largest value are kept
 CLOSE = -1e-3, 14e-3            # around the first contact of a flange, in which every row is kept [s]
 CLOSE_COLUMNS = 600
@@ -65,7 +65,8 @@ def failed_entry(task: Task, key: str, error: str) -> Entry:
 def program() -> str:
     """What stands for this program: its version, and the sources that the entries depend on."""
     package = Path(__file__).resolve().parents[1]
-    sources = sorted(path for room in ("benchmark", "results") for path in (package/room).glob("*.py"))
+    sources = sorted(path for room in ("benchmark", "results") for path in (package/room).glob("*.py")
+                     if not path.stem.startswith("collation"))
     return digest("".join([version(), *(digest(path.read_bytes()) for path in sources)]).encode())
 
 

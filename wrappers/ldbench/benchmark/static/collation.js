@@ -64,7 +64,7 @@ function curveOf(k, name) {
   const entry = facts.codes[k].entries[state.task];
   if (!entry || !entry.curves[name]) return null;
   entry.open ??= {};
-  return entry.open[name] ??= unpack(entry.curves[name]);
+  return entry.open[name] ??= {...unpack(entry.curves[name]), until: entry.until ?? Infinity};
 }
 
 function swatch(k) {
@@ -208,7 +208,7 @@ class Chart {
       if (last > 0) end = Math.min(end, 1.25 * last);
     }
     if (this.window) [start, end] = this.window;
-    let [low, high] = within(curves.map(curve => rangeOf(curve, start, end)).filter(range => range[1] >= range[0]));
+    let [low, high] = within(curves.map(curve => rangeOf(curve, start, this.window ? end : Math.min(end, curve.until))).filter(range => range[1] >= range[0]));
     if (this.known.impact) low = Math.min(0, low);
     const spare = 0.04 * (high - low) || 1e-9;
     this.limits = [start, end];
@@ -321,7 +321,7 @@ function stroke(pen, ...points) {
 function rangeOf({t, x}, start, end) {
   let low = Infinity, high = -Infinity;
   for (let i = 0; i < t.length; i++) {
-    const near = t[Math.min(i + 1, t.length - 1)] >= start && t[Math.max(i - 1, 0)] <= end;
+    const near = t[Math.min(i + 1, t.length - 1)] >= start && t[i] <= end;
     if (near && x[i] < low) low = x[i];
     if (near && x[i] > high) high = x[i];
   }
