@@ -178,6 +178,7 @@ class Chart {
   }
 
   rest() {
+    if (matchMedia("(pointer: coarse)").matches) return this.known.impact ? "time since the contact closed in each code" : "";
     return this.known.impact ? "time since the contact closed in each code; drag to zoom, double click for all" : "drag to zoom, double click for all";
   }
 
