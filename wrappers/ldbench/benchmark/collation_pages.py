@@ -42,8 +42,11 @@ CURVES_NOTE = (
     "that of the first row; it dips while a flange stores energy\n"
     "forces of the flanges: each code from the moment at which its contact closes; an impact of rigid contacts takes no time and "
     "has no force to show; exercise 5: the panels over time are fitted to what comes before the derailment")
-CODES_ON_PAGE = 16
-FAR = 5.0           # ranges of the median code, beyond which a curve leaves its panel
+CODES_ON_PAGE = 14
+CODES_IN_TABLE = 20
+FAR = 3.0           # ranges of the median code, beyond which a curve leaves its panel
+MANY = 10.0         # a relative difference that is told as a factor
+LONGEST_NUMBER = 10     # characters of a number, beyond which three digits are shown
 BEGUN = 5e-4        # within which an impact begins whose contact is told to close at 0 [s]
 
 
@@ -68,16 +71,19 @@ def deviation(found: Collation, code: Submission, task: Task, name: str) -> floa
 
 
 def signed_percent(x: float) -> str:
-    """A relative difference in percent with its sign; a dash for none."""
+    """A relative difference in percent with its sign, or as a factor where it is large; a dash for none."""
     if not np.isfinite(x):
         return "–"
+    if abs(x) >= MANY:
+        return f"× {1 + x:.3g}".replace("-", "−")
     words = f"{100*x:+.0f}" if abs(x) >= 0.0995 else f"{100*x:+.1f}" if abs(x) >= 0.00995 else f"{100*x:+.2f}"
     return f"{'0' if float(words) == 0 else words} %".replace("-", "−")
 
 
 def text(name: str, x: float, digits: int | None = None) -> str:
     """A number as it is shown, without its unit."""
-    return NUMBERS[name].text(x, digits).replace("-", "−")
+    words = NUMBERS[name].text(x, digits)
+    return (words if len(words) <= LONGEST_NUMBER else f"{NUMBERS[name].scale*x:.3g}").replace("-", "−")
 
 
 def main_number(task: Task) -> str:
@@ -195,8 +201,9 @@ def curves_page(found: Collation, task: Task) -> Figure:
         ax.set_ylim(0, KN*1.06*(largest_until(found, task, name, end) or 1.0))
         if k:
             label_x(ax, "time since the contact closed [ms]")
-    handles = [figure.axes[0].plot([], [], label=plain(cut(code.name, 22)), **line_of(i).kwargs())[0]
-               for i, code in enumerate(found.codes)]
+    drawn = [(i, code) for i, code in enumerate(found.codes) if (entry := found.entry(code, task)) and entry.curves]
+    handles = [figure.axes[0].plot([], [], label=plain(cut(code.name, 22 if len(drawn) <= 12 else 11)), **line_of(i).kwargs())[0]
+               for i, code in drawn]
     figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.05, 0.868), ncols=max(6, -(-len(handles)//2)),
                   columnspacing=1.2, fontsize=6.5, handlelength=2.8)
     return figure
@@ -281,16 +288,18 @@ def number_pages(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
     header = ["", *(NUMBERS[name].short for name in names), "checks"]
     units = ["", *(f"[{NUMBERS[name].unit}]" if NUMBERS[name].unit else "" for name in names), "passed / doubtful / failed"]
     medians = ["median", *(text(name, found.median(task, name)) for name in names), ""]
-    rows: list[list[str]] = [medians, spread_row(found, task, names)]
-    for code in found.codes:
-        entry = found.entry(code, task)
-        if entry is None:
-            continue
-        counts = "cannot be used" if entry.error else " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
-        rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
-        rows.append(["    from the median", *(distance(found, code, task, name) for name in names), ""])
-    yield from paged(f"numbers, {task.words}", f"all codes, {task.name}", header, rows,
-                     [1.6, *[1.0]*len(names), 1.7], (0,), TABLE_NOTE, units)
+    submitted = [(code, entry) for code in found.codes if (entry := found.entry(code, task))]
+    for start in range(0, len(submitted), CODES_IN_TABLE):
+        rows: list[list[str]] = [] if start else [medians, spread_row(found, task, names)]
+        for code, entry in submitted[start:start + CODES_IN_TABLE]:
+            if entry.error:
+                rows.append([code.name, *["–"]*len(names), "cannot be used"])
+                continue
+            counts = " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
+            rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
+            rows.append(["    from the median", *(distance(found, code, task, name) for name in names), ""])
+        yield from paged(f"numbers, {task.words}", f"all codes, {task.name}", header, rows,
+                         [1.6, *[1.0]*len(names), 1.7], (0,), TABLE_NOTE, units)
 
 
 def distance(found: Collation, code: Submission, task: Task, name: str) -> str:

@@ -64,8 +64,10 @@ def find_submissions(folder: Path, leave_out: Path | None = None) -> tuple[list[
             elif not path.is_file():
                 remarks.append(f"{printable(path.name)}: expected the folder of a code, found a link that leads nowhere, or a "
                                "device")
-        except (OSError, RuntimeError) as error:        # a link to itself is a RuntimeError before Python 3.13
-            remarks.append(f"{printable(path.name)}: expected the folder of a code, found {reason(error)}")
+        except RuntimeError:            # before Python 3.13
+            remarks.append(f"{printable(path.name)}: expected the folder of a code, found a link to itself")
+        except OSError as error:
+            remarks.append(f"{printable(path.name)}: expected the folder of a code, found one that cannot be read: {reason(error)}")
     return codes, remarks
 
 
@@ -94,12 +96,13 @@ def read_submission(folder: Path, name: str) -> Submission:
         map = told_map(told, folder, remarks)
     except Error as error:
         remarks.append(without(str(error), folder))
+    told_before = len(remarks)
     try:
         files = find_files(folder, remarks)
     except OSError as error:
         remarks.append(f"expected a folder that can be read, found {reason(error)}")
         files = {}
-    if not files:
+    if not files and len(remarks) == told_before:
         remarks.append("expected files such as ex1_aw.csv, found none")
     return Submission(name, folder, facts, seconds, map, files, tuple(remarks))
 

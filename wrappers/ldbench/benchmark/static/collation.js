@@ -2,7 +2,7 @@
 
 const DASHES = [[], [6, 3], [2, 2]], WIDTHS = [1.6, 1.9, 2.1];
 const COLOURS = 6;
-const FAR = 5;              // ranges of the median code, beyond which a curve leaves its chart
+const FAR = 3;              // ranges of the median code, beyond which a curve leaves its chart
 const BEGUN = 5e-4;         // within which an impact begins whose contact is told to close at 0 [s]
 const LEFT = 58, RIGHT = 8, TOP = 8, BOTTOM = 24;
 const state = {task: 0, front: -1, shown: [], number: "main", as: "value"};
@@ -24,7 +24,8 @@ const dashed = words => words.replace("-", "−");
 function text(name, x) {
   const known = facts.numbers[name];
   if (x === null || x === undefined) return "–";
-  return dashed(known.digits < 0 ? (known.scale * x).toExponential(1) : (known.scale * x).toFixed(known.digits));
+  const words = known.digits < 0 ? (known.scale * x).toExponential(1) : (known.scale * x).toFixed(known.digits);
+  return dashed(words.length > 10 ? (known.scale * x).toExponential(2) : words);
 }
 
 function unit(name) {
@@ -32,6 +33,7 @@ function unit(name) {
 }
 
 function percent(x) {
+  if (Math.abs(x) >= 10) return `× ${dashed((1 + x).toPrecision(3))}`;
   const words = (100 * x).toFixed(Math.abs(x) >= 0.0995 ? 0 : Math.abs(x) >= 0.00995 ? 1 : 2);
   return Number(words) === 0 ? "0 %" : dashed(`${x > 0 ? "+" : ""}${words} %`);
 }
