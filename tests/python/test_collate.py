@@ -45,7 +45,7 @@ def own(runs: Runs) -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def runs() -> Runs:
-    """Of coarse tables, which take a tenth of the time."""
+    """Runs with coarse tables, which take a tenth of the time."""
     return Runs(n_lateral=60, n_roll=13, n_depth=11)
 
 
