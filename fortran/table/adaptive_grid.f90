@@ -11,7 +11,8 @@ module adaptive_grid
   use kinds, only: dp
   use contact_table, only: table_type, zone_pose
   use progress, only: goes_on, monitor_type, share_of_round
-  use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, request_type, roll_lever
+  use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, margin_roll, &
+    request_type, roll_lever, service_roll
   implicit none
   private
   public :: grid_type, gridded_function, rules_type, axis_errors
@@ -21,6 +22,9 @@ module adaptive_grid
   real(dp), parameter :: grading = 1.25_dp   ! of the first points of q towards 0
   ! Shorter cells are not halved: patches are larger [m, rad, sqrt(m)].
   real(dp), parameter :: least_u = 0.02e-3_dp, least_roll = 0.5e-3_dp, least_q = 0.5e-3_dp
+  ! Where a wheelset rolls over, contact jumps from the crown of a rail to its corner within some 0.1 mrad. Cells of the roll
+  ! angle may be so much smaller there.
+  real(dp), parameter :: finer_rollover = 4
 
   !> Values of a function of (q, u, roll) at the points of its axes.
   type :: grid_type
@@ -187,12 +191,23 @@ contains
         u(z) = g%u
         roll(z) = g%roll
         q(z) = g%q
-        call halve_cells(u(z), error(z)%u/scale, g%least(1), rules%most(1), changed(1, z))
-        call halve_cells(roll(z), error(z)%roll/scale, g%least(2), rules%most(2), changed(2, z))
-        if (values%halve_q) call halve_cells(q(z), error(z)%q/scale, g%least(3), rules%most(3), changed(3, z))
+        call halve_cells(u(z), error(z)%u/scale, spread(g%least(1), 1, g%u%n - 1), rules%most(1), changed(1, z))
+        call halve_cells(roll(z), error(z)%roll/scale, least_cells(g%roll, g%least(2)), rules%most(2), changed(2, z))
+        if (values%halve_q) call halve_cells(q(z), error(z)%q/scale, spread(g%least(3), 1, g%q%n - 1), rules%most(3), &
+          changed(3, z))
       end associate
     end do
   end subroutine halve_axes
+
+  !> Return the least lengths of the cells of the roll angle, of which `least` is that in service.
+  pure function least_cells(roll, least)
+    type(axis_type), intent(in) :: roll
+    real(dp), intent(in) :: least
+    real(dp) :: least_cells(roll%n - 1)
+
+    least_cells = merge(least/finer_rollover, least, &
+      min(abs(roll%x(2:)), abs(roll%x(:roll%n - 1))) > service_roll + margin_roll)
+  end function least_cells
 
   !> Return a grid on axes, with one value at all points, none of which is known.
   pure function new_grid(u, roll, q, least, value) result(grid)
@@ -323,8 +338,7 @@ contains
   !> points. If only a handful of cells errs, and none grossly, the axis stays as it is: kinks of the profiles have no end.
   subroutine halve_cells(axis, error, least, most, finer)
     type(axis_type), intent(inout) :: axis
-    real(dp), intent(in) :: error(:)
-    real(dp), intent(in) :: least
+    real(dp), intent(in) :: error(:), least(:)   !! of the cells
     integer, intent(in) :: most
     logical, intent(out) :: finer
     real(dp), parameter :: handful = 0.03_dp, gross = 10

@@ -10,7 +10,7 @@ module service_poses
   use contact_table, only: table_type, find_roll, inside, roll_type, zone_penetration
   implicit none
   private
-  public :: extent_type, request_type, service_roll, small_roll, largest_roll, tread_share, force_floor, &
+  public :: extent_type, request_type, service_roll, margin_roll, small_roll, largest_roll, tread_share, force_floor, &
     roll_lever, rollover_allowance
   public :: error_allowance, find_reach, estimated_force
 

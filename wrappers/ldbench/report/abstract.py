@@ -19,7 +19,7 @@ from ..plots.style import ldbench_style
 from ..plots.summary import marked
 from ..profiles.pressures import full_row
 from ..results.columns import time_mean
-from ..results.quantities import OUTCOME, PAIRS
+from ..results.quantities import GRAVITY, OUTCOME, PAIRS
 from ..results.run_data import RunData
 from ..results.summary import summary_row
 from . import formulations
@@ -238,7 +238,7 @@ def ramp_facts(run: RunData) -> dict[str, str]:
     pose of the second before the last.
     """
     rows = (run.time > run.time[-1] - 2) & (run.time < run.time[-1] - 1)
-    weight = run.number("wheelset", "mass")*9.81 + run.number("wheelset", "vertical_load")
+    weight = run.number("wheelset", "mass")*GRAVITY + run.number("wheelset", "vertical_load")
     lever = time_mean(run.time[rows], (run.values("y_LF") - run.values("Y"))[rows])
     height = time_mean(run.time[rows], (run.result("axle_height") + run.values("Z") - run.values("z_LF"))[rows])
     row = summary_row(run)

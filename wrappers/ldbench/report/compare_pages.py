@@ -15,7 +15,8 @@ from ..results.quantities import DEG, GROUPS, KN
 from .differences import Comparison, Pairing, difference_table, event_table, paired_impacts
 
 TABLE_CHARACTERS = 210  # of a line of a table
-ROWS = 45               # of a table on a page
+ROWS = 45               # of a table on a page, at most
+LINES = 34              # of a page of tables with room between them
 PANELS = 4              # quantities on a page
 OVERLAYS = 12           # impacts on a page
 OVERLAY_PAGES = 2
@@ -90,12 +91,19 @@ def table_page(title: str, subtitle: str, header: Sequence[str], rows: Sequence[
     is a heading, too.
     """
     figure = new_page(title, subtitle, note)
+    draw_table(figure, header, rows, widths, text, heads)
+    return figure
+
+
+def draw_table(figure: Figure, header: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[float],
+               text: Sequence[int], heads: int = 1, above: int = 0) -> None:
+    """A table in a figure, as in `table_page`, with room for so many lines above it."""
     ax = figure.add_axes((0.055, 0.08, 0.93, 0.83))
     ax.set_axis_off()
-    height = 1/max(len(rows) + 1, 34)
+    height = 1/max(above + len(rows) + 1, LINES)
     edges = np.concatenate([[0.0], np.cumsum(widths)/np.sum(widths)])
     for i, row in enumerate([header, *rows]):
-        y = 1 - (i + 0.5)*height
+        y = 1 - (above + i + 0.5)*height
         bold = i < heads or not any(row[1:])
         if i >= heads and i % 2 == 0:
             ax.axhspan(y - height/2, y + height/2, color="#F0F0F0", linewidth=0)
@@ -105,7 +113,6 @@ def table_page(title: str, subtitle: str, header: Sequence[str], rows: Sequence[
             ax.text(edges[j] + 0.005 if j in text else edges[j + 1] - 0.005, y, plain(word), ha="left" if j in text else "right",
                     va="center", fontsize=7, weight="bold" if bold else "normal")
     ax.set(xlim=(0, 1), ylim=(0, 1))
-    return figure
 
 
 def short(x: float | None) -> str:
@@ -120,8 +127,7 @@ def number(x: float | None, digits: int) -> str:
 
 def comparison_figures(found: Comparison) -> Iterator[tuple[str, Figure]]:
     """Files, events and peaks, impacts, differences in numbers, then overlays by theme."""
-    yield "files", files_page(found)
-    yield from event_pages(found)
+    yield from first_pages(found)
     yield from impact_pages(found)
     yield from difference_pages(found)
     for group, columns in themes(found).items():
@@ -129,27 +135,30 @@ def comparison_figures(found: Comparison) -> Iterator[tuple[str, Figure]]:
             yield group, quantity_page(found, columns[start:start + PANELS], group)
 
 
-def files_page(found: Comparison) -> Figure:
-    """What is compared: a row for each file."""
-    rows = []
+def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
+    """What is compared, a row for each file; events and peaks stand below, on pages of their own where they are many."""
+    files = []
     for k, run in enumerate(found.runs):
         program = f"ldbench {run.header.version}" if run.header.settings else "–"
         law = str(run.setting("contact", "model") or "") if run.formulation == "elastic" else run.formulation
-        rows.append([run.name + (" (reference)" if k == 0 else ""), run.file.name, run.header.title or "–", program, law or "–",
-                     f"{len(run.time)}", f"{run.time[0]:g} to {run.time[-1]:g}", run.ending or "–"])
-    return table_page("Comparison", "the files", ["name", "file", "title", "program", "contact", "rows", "time [s]", "end"], rows,
+        files.append([run.name + (" (reference)" if k == 0 else ""), run.file.name, run.header.title or "–", program, law or "–",
+                      f"{len(run.time)}", f"{run.time[0]:g} to {run.time[-1]:g}", run.ending or "–"])
+    reference = f"reference: {found.runs[0].name}"
+    page = table_page("Comparison", reference, ["name", "file", "title", "program", "contact", "rows", "time [s]", "end"], files,
                       [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], text=(0, 1, 2))
-
-
-def event_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
-    """Tables of events and peaks."""
-    rows = []
+    events = []
     for _, row in event_table(found.runs).iterrows():
         scale, digits, unit = (1e3, 3, "ms") if row["unit"] == "s" else (KN, 2, "kN")
-        rows.append([row["file"], f"{row['words']} [{unit}]",
-                     *(number(x if x is None else scale*x, digits) for x in (row["reference"], row["value"], row["difference"]))])
-    yield from paged("events and peaks", f"reference: {found.runs[0].name}",
-                     ["file", "", "reference", "file", "difference"], rows, [1.5, 3, 1, 1, 1], (0, 1))
+        events.append([row["file"], f"{row['words']} [{unit}]",
+                       *(number(x if x is None else scale*x, digits) for x in (row["reference"], row["value"], row["difference"]))])
+    header, widths = ["events and peaks", "", "reference", "file", "difference"], [1.5, 3, 1, 1, 1]
+    above = len(files) + 3
+    together = above + len(events) < LINES
+    if together and events:
+        draw_table(page, header, events, widths, (0, 1), above=above)
+    yield "files, events and peaks" if together else "files", page
+    if not together:
+        yield from paged("events and peaks", reference, header, events, widths, (0, 1))
 
 
 def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:

@@ -20,7 +20,7 @@ from ..case import Case, data_folder
 from ..ensembles.sweep import ensemble
 from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import BLACK, BLUE, DASHED, GREEN, GREY, ORANGE, PURPLE, RED, SKY, Line, ldbench_style
-from ..results.quantities import KN, MM
+from ..results.quantities import GRAVITY, KN, MM
 from ..table import ContactTable
 
 if TYPE_CHECKING:
@@ -193,7 +193,7 @@ def draw_flange_forces(ax: Axes, impact: xr.Dataset) -> None:
 
 def draw_derailment(ax: Axes, ramp: xr.Dataset) -> PathCollection:
     """Exercise 5: lateral force over weight at derailment over the flange angle; returns the dots, coloured by mass."""
-    weight = ramp.mass*9.81 + Case.exercise(5).vertical_load
+    weight = ramp.mass*GRAVITY + Case.exercise(5).vertical_load
     derailed = ramp.event_force.sel(kind="derailment", occurrence=1).values
     dots = ax.scatter(ramp.flange_angle, derailed/weight, s=14, c=ramp.mass, cmap="viridis", zorder=3,
                       label="derailment in the run")

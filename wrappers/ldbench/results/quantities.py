@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 MM, KN, DEG = 1e3, 1e-3, 180/np.pi      # from SI
+GRAVITY = 9.81                          # as the call has it [m/s2]
 
 CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
 CONTACTS = tuple(CONTACT_NAMES)

@@ -1,0 +1,77 @@
+"""Lines are told apart by readers with any of the three kinds of colour blindness, on paper and on light and dark pages.
+
+Colours are simulated by the matrices of Machado, Oliveira and Fernandes (IEEE Trans. Vis. Comput. Graph. 15(6), 2009) for a
+reader who lacks one kind of cone, and compared by their distance in CIELAB (CIE 1976).
+"""
+from __future__ import annotations
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+
+from ldbench.plots import style
+from running import REPO
+
+SEEN_BY = {
+    "all cones": np.eye(3),
+    "no L cones": np.array([[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]),
+    "no M cones": np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]),
+    "no S cones": np.array([[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]])}
+XYZ = np.array([[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]])
+WHITE = np.array([0.95047, 1.0, 1.08883])
+APART, FAR_APART = 15, 60       # distances in CIELAB; 2 is just noticed side by side
+
+
+def lab(colour: str, seen: np.ndarray) -> np.ndarray:
+    """CIELAB of a colour #rrggbb as a reader sees it."""
+    s = np.array([int(colour[i:i + 2], 16) for i in (1, 3, 5)])/255
+    light = np.clip(seen @ np.where(s <= 0.04045, s/12.92, ((s + 0.055)/1.055)**2.4), 0, 1)
+    x = XYZ @ light/WHITE
+    f = np.where(x > 216/24389, np.cbrt(x), (24389/27*x + 16)/116)
+    return np.array([116*f[1] - 16, 500*(f[0] - f[1]), 200*(f[1] - f[2])])
+
+
+def distance(one: str, other: str, seen: np.ndarray) -> float:
+    return float(np.linalg.norm(lab(one, seen) - lab(other, seen)))
+
+
+def page_colours() -> dict[str, dict[str, str]]:
+    """The colours of the page by their names, light and dark."""
+    named = re.findall(r"--(\w+): (#[0-9a-f]{6})", (REPO/"wrappers/ldbench/viewer/static/page.css").read_text())
+    second = [k for k, (name, _) in enumerate(named) if name == "paper"][1]
+    return {"light": dict(named[:second]), "dark": dict(named[second:])}
+
+
+PALETTES = {"print": {name: line.color for name, line in style.CONTACT_LINES.items()}} | page_colours()
+
+
+def test_distances_of_known_colours():
+    assert distance("#ffffff", "#000000", np.eye(3)) == pytest.approx(100, abs=1e-3)
+    assert lab("#ff0000", np.eye(3)) == pytest.approx([53.24, 80.09, 67.20], abs=0.02)
+    for seen in SEEN_BY.values():       # greys look the same to everybody
+        assert lab("#808080", seen) == pytest.approx(lab("#808080", np.eye(3)), abs=0.1)
+
+
+@pytest.mark.parametrize("seen", SEEN_BY)
+@pytest.mark.parametrize("where", PALETTES)
+def test_left_and_right_are_told_apart(where: str, seen: str):
+    for left, right in itertools.product(("LT", "LF"), ("RT", "RF")):
+        assert distance(PALETTES[where][left], PALETTES[where][right], SEEN_BY[seen]) > FAR_APART
+
+
+@pytest.mark.parametrize("seen", SEEN_BY)
+def test_runs_are_told_apart_by_colour_or_dashes(seen: str):
+    """On paper, and on the page, where run k has dashes k mod 4 and width k mod 3."""
+    for one, other in itertools.combinations(style.SERIES, 2):
+        assert one.dashes != other.dashes or distance(one.color, other.color, SEEN_BY[seen]) > APART
+    for where in ("light", "dark"):
+        for i, k in itertools.combinations(range(8), 2):
+            colours = (PALETTES[where][f"series{j}"] for j in (i, k))
+            assert i % 4 != k % 4 or i % 3 != k % 3 or distance(*colours, SEEN_BY[seen]) > APART
+
+
+def test_contacts_of_a_wheel_differ_by_dashes():
+    for wheel in "LR":
+        assert style.CONTACT_LINES[f"{wheel}T"].dashes != style.CONTACT_LINES[f"{wheel}F"].dashes
