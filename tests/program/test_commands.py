@@ -44,8 +44,8 @@ OPTIONS = {command: {string: action for action in parser._actions for string in 
 # The options that several commands have, and which ones.
 SHARED = {
     ("-o", "--output"): {"run", "table", "profile", "pressure", "plot", "compare", "study", "formulations", "report", "view",
-                         "ensemble"},
-    ("-j", "--jobs"): {"plot", "study", "formulations", "report", "ensemble"},
+                         "ensemble", "collate"},
+    ("-j", "--jobs"): {"plot", "study", "formulations", "report", "ensemble", "collate"},
     ("--map",): {"plot", "compare", "check", "score", "fingerprint", "view"},
     ("--json",): {"run", "table", "profile", "pressure", "check", "score", "fingerprint"},
     ("--simulation",): {"check", "score", "fingerprint"},
@@ -55,7 +55,7 @@ SHARED = {
 OWN = {
     "run": set(), "table": set(), "profile": {"--radii", "--en15302"}, "pressure": {"--at", "--contact"}, "plot": {"--geometry"},
     "compare": {"--align"}, "check": {"--save-map", "--all"}, "score": {"--reference", "--all"}, "fingerprint": set(),
-    "study": set(),
+    "collate": set(), "study": set(),
     "formulations": set(), "report": {"--inputs", "--force"}, "view": {"--case", "--title", "--from", "--to", "--speed"},
     "ensemble": {"--over", "-n", "--draw", "--seed", "--columns", "--rows"}, "variables": set(),
 }
@@ -172,6 +172,10 @@ def make_place(place: Path) -> None:
         data = ldbench.read_run("outputs/ex2_aw.txt").data
         Path("other_code.csv").write_text("t [s],ylat [mm],NLF [kN]\n" + "".join(
             f"{t:.9g},{-1e3*y:.9g},{1e-3*n:.9g}\n" for t, y, n in zip(data.time, data.Y, data.N_LF, strict=True)))
+        for code in "one", "two":
+            (Path("codes")/code).mkdir(parents=True)
+            shutil.copy("other_code.csv", f"codes/{code}/ex2_aw.csv")
+        shutil.copy("a.txt", "codes/two/ex2_aw.txt")
         Path("other_code.toml").write_text('time = "t"\nY = { column = "ylat", factor = -1 }\nN_LF = "NLF"\n')
     finally:
         os.chdir(before)
@@ -409,7 +413,7 @@ def test_wrong_usage_has_status_2(words: list[str], told: str, capsys: pytest.Ca
     ["check", "none.txt"], ["check", "ex1_aw.txt"], ["score", "ex1_aw.txt", "--reference", "none.txt"],
     ["fingerprint", "none.txt"], ["fingerprint", "ex1_aw.txt"],
     ["compare", "none.txt", "none.txt"], ["compare", "none.txt"],
-    ["report", "--inputs", "none"],
+    ["report", "--inputs", "none"], ["collate", "none"], ["collate", "."],
     ["view", "none.txt"], ["view", "none.txt", "-o", "film.avi"], ["ensemble", "none.nml", "--over", "mass=1,2"],
     ["ensemble", "inputs/ex1_aw.nml", "--over", "masss=1,2"], ["variables", "masss"],
 ], ids=" ".join)

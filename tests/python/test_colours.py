@@ -75,3 +75,15 @@ def test_runs_are_told_apart_by_colour_or_dashes(seen: str):
 def test_contacts_of_a_wheel_differ_by_dashes():
     for wheel in "LR":
         assert style.CONTACT_LINES[f"{wheel}T"].dashes != style.CONTACT_LINES[f"{wheel}F"].dashes
+
+
+def test_codes_of_a_round_are_told_apart():
+    """Those with the same dashes by their colours, on paper and on the light and the dark page."""
+    looks = (REPO/"wrappers/ldbench/benchmark/static/collation.css").read_text()
+    named = re.findall(r"--code\d: (#[0-9a-f]{6})", looks)
+    papers = re.findall(r"--paper: (#[0-9a-f]{6})", looks)
+    assert len(named) == 12 and len(papers) == 2
+    for colours in ([line.color for line in style.CODE_LINES[:6]], named[:6], named[6:]):
+        for seen in SEEN_BY.values():
+            assert min(distance(*pair, seen) for pair in itertools.combinations(colours, 2)) > APART
+    assert len({(line.color, line.dashes) for line in style.CODE_LINES}) == len(style.CODE_LINES) == 18

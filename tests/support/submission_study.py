@@ -68,7 +68,7 @@ def study(seeds: Iterable[int], folder: Path) -> Counter[str]:
         truth = imaginary.write(spoilt, file, dialect, lies)
         count(found, kind, check.check_file(file), dialect, truth, frame.attrs["units"], mistake, loses)
         if not mistake and dialect.scheme is not None:
-            told = fingerprint(check.read_submission(file).run, task).kind
+            told = fingerprint(check.read_submitted(file).run, task).kind
             found[f"{kind}: {'right' if told == (RIGID if kind == 'rigid' else ELASTIC) else 'wrong: ' + told}"] += 1
         if seed % 20 == 19:
             print(seed + 1, dict(found), file=sys.stderr, flush=True)

@@ -14,6 +14,7 @@ PER_CONTACT = "angle", "N", "Fz", "Fy", "y", "z", "radius"
 #: Columns of a submission: motion in the track frame, then the quantities of every contact.
 QUANTITIES = (*MOTION, *(f"{name}_{contact}" for name in PER_CONTACT for contact in CONTACTS))
 
+ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn"}      # of column files
 EXERCISE = re.compile(r"(?:ex(?:ercise)?|case|run|e)[ _.-]*([1-5])(?!\d)", re.IGNORECASE)
 PROFILES = {"aw": r"(?<![a-z])(?:aw|act(?:ual)?|a)(?![a-z])", "sw": r"(?<![a-z])(?:sw|simp(?:lified)?|s)(?![a-z])"}
 
@@ -55,4 +56,16 @@ def task_named(word: str) -> Task:
     found = next((task for task in TASKS if task.name == word), None)
     if found is None:
         raise Error(f"expected a simulation among {', '.join(task.name for task in TASKS)}, found {word}")
+    return found
+
+
+def files_of(folder: Path) -> dict[Task, Path]:
+    """The files of a folder by the simulation that their names speak of; Error where two speak of the same one."""
+    found: dict[Task, Path] = {}
+    for file in sorted(folder.iterdir()):
+        task = task_of(file) if file.suffix.lower() in ENDINGS else None
+        if task in found:
+            raise Error(f"{file}: expected one file for {task.words}, found {found[task].name}, too")
+        if task is not None:
+            found[task] = file
     return found

@@ -15,14 +15,14 @@ import numpy as np
 from .. import runs
 from .._core.errors import Error
 from ..case import Case
+from ..results.columns import converted, read_raw
+from ..results.header import Header, read_header
 from ..results.quantities import quantity
 from ..results.run_data import RunData, read_data
-from .call import QUANTITIES, TASKS, Task, task_of
+from .call import ENDINGS, QUANTITIES, TASKS, Task, task_of
 from .guess import AXES, SURE, Guess, guess_map
 from .laws import law_findings
 from .verdict import DOUBTFUL, FAILED, PASSED, Finding, listed
-
-ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn"}
 
 
 @dataclass(frozen=True)
@@ -62,32 +62,56 @@ def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked
     Error
         If the file cannot be read, or if its name does not say which simulation it is.
     """
-    submitted = read_submission(file, task, map)
-    run, guess, task = submitted.run, submitted.guess, submitted.task
-    case = Case.exercise(task.exercise, task.profiles)
-    findings = [*(map_findings(guess) if guess else ()), *column_findings(run), *law_findings(run, case, task)]
-    return Checked(file, task, guess, tuple(findings))
+    one = read_submitted(file, task, map)
+    return Checked(file, one.task, one.guess, findings_of(one))
 
 
 @dataclass(frozen=True)
-class Submission:
+class SubmittedFile:
     """A file of any code with columns of ours."""
 
-    run: RunData
     task: Task
+    run: RunData
     guess: Guess | None             # of the map; None where a map was given or the file has ldbench's header
 
 
-def read_submission(file: Path, task: Task | None = None, map: Any = None) -> Submission:
-    """Read a column file of any code, with a map, or with one that is guessed; arguments and errors as in `check_file`."""
+@dataclass(frozen=True)
+class Mapped:
+    """Source of a run: another code's file that was read once, with the map that was guessed for it."""
+
+    file: Path
+    header: Header
+    frame: Any                      # a pandas DataFrame
+
+    def columns(self) -> Any:
+        """The columns in SI units."""
+        return self.frame
+
+    def case(self) -> Case:
+        """No file of another code tells its case."""
+        raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
+
+
+def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> SubmittedFile:
+    """Read a file of any code, once, and guess its map where it needs one and none is given.
+
+    Arguments and errors are those of `check_file`.
+    """
     task = task or task_of(file)
     if task is None:
         raise Error(f"{file}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
-    run = read_data(file, map)
-    if run.header.settings or map is not None:
-        return Submission(run, task, None)
-    guess = guess_map(file, own_run(task))
-    return Submission(read_data(file, guess.map), task, guess)
+    header = read_header(file)
+    if header.settings or map is not None:
+        return SubmittedFile(task, read_data(file, map), None)
+    raw = read_raw(file)
+    guess = guess_map(file, own_run(task), raw)
+    return SubmittedFile(task, RunData(Mapped(file, header, converted(file, raw, guess.map))), guess)
+
+
+def findings_of(one: SubmittedFile) -> tuple[Finding, ...]:
+    """All findings about a file that was read."""
+    case = Case.exercise(one.task.exercise, one.task.profiles)
+    return (*(map_findings(one.guess) if one.guess else ()), *column_findings(one.run), *law_findings(one.run, case, one.task))
 
 
 _OWN: dict[Task, RunData] = {}

@@ -87,9 +87,12 @@ class Guess:
         return "\n".join(lines) + "\n"
 
 
-def guess_map(file: Path, ours: RunData) -> Guess:
-    """Find the map of a file by our own run of the same simulation. Error where no column can be the time."""
-    raw = read_raw(file)
+def guess_map(file: Path, ours: RunData, raw: RawTable | None = None) -> Guess:
+    """Find the map of a file by our own run of the same simulation. Error where no column can be the time.
+
+    raw: what the file holds, where it was read before.
+    """
+    raw = raw or read_raw(file)
     time = find_time(file, raw, ours)
     t = time.offset + UNITS[time.unit][1]*raw.numbers[:, time.number - 1]
     candidates = sorted(likely_matches(raw, t, ours, time.number), key=lambda found: -found[0])
@@ -102,6 +105,7 @@ def guess_map(file: Path, ours: RunData) -> Guess:
     tell_normal_from_vertical(raw, taken)
     agree_on_signs(taken)
     agree_on_units(taken, ours)
+    agree_with_the_file(taken)
     agree_on_zeros(taken)
     order = ["time", *QUANTITIES]
     rest = [name for k, name in enumerate(raw.names, 1) if k not in used]
@@ -281,6 +285,19 @@ def agree_on_zeros(taken: dict[str, Match]) -> None:
         for column in (f"{name}_LF", f"{name}_RF"):
             if treads and column in taken:
                 taken[column] = replace(taken[column], offset=sum(treads)/len(treads))
+
+
+def agree_with_the_file(taken: dict[str, Match]) -> None:
+    """Believe the unit that the file says of a column, where the numbers of as many others confirm it and those of this one do not
+    clearly contradict it. Forces of codes with constraint equations are of another size than ours, by as much as a pound."""
+    for said in dict.fromkeys(m.said for m in taken.values() if m.said):
+        there = [m for m in taken.values() if m.said == said and m.column != "time"]
+        other = [m for m in there if m.unit != said]
+        if 2*len(other) > len(there):
+            continue
+        for m in other:
+            if m.likeness - best_of(m, m.sign, said) < SURE:
+                choose(taken, m, m.sign, said)
 
 
 def best_of(match: Match, sign: int, unit: str = "") -> float:

@@ -206,31 +206,40 @@ def roll_finding(run: RunData, case: Case, jumping: np.ndarray | None = None) ->
                    "forces act elsewhere than it is said, or in another frame", jumping)
 
 
+def energy_balance(run: RunData, case: Case) -> np.ndarray | None:
+    """Energy without the work of the lateral force, (rows,) [J]: kinetic, of weight and load, and elastic of the treads by
+    Hertz's law. It dips while a flange stores energy. None without the columns that it needs."""
+    if not has(run, "vY", "vZ", "roll_rate", "Z", *(f"N_{contact}" for contact in CONTACTS)):
+        return None
+    weight = weight_of(case)
+    energy = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2 \
+        + weight*run.values("Z")
+    energy += sum(0.4*APPROACH*(weight/2)*(np.clip(np.nan_to_num(run.values(f"N_{contact}")), 0, None)/(weight/2))**(5/3)
+                  for contact in ("LT", "RT"))
+    return np.asarray(energy - cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY")))
+
+
 def energy_finding(run: RunData, case: Case, rigid: bool = False) -> Finding:
     """Whether energy is conserved between moments at which the treads carry the weight and no flange touches.
 
     The elastic energy is then near that of rest; Hertz's law tells the difference. The work of the lateral force is counted.
     """
     what = "energy closes"
-    columns = ["vY", "vZ", "roll_rate", "Z", *(f"N_{contact}" for contact in CONTACTS)]
-    if not has(run, *columns):
+    without_work = energy_balance(run, case)
+    if without_work is None:
         return Finding(what, UNKNOWN, hint="needs velocities, Z and N of all contacts")
-    t = run.time
     weight = weight_of(case)
-    energy = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2 \
-        + weight*run.values("Z")
-    energy += sum(0.4*APPROACH*(weight/2)*(np.clip(np.nan_to_num(run.values(f"N_{contact}")), 0, None)/(weight/2))**(5/3)
-                  for contact in ("LT", "RT"))
-    work = cumulative(t, (case.lateral_force + case.lateral_ramp*t)*run.values("vY"))
+    work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
+    energy = without_work + work
     n = {contact: np.nan_to_num(run.values(f"N_{contact}")) for contact in CONTACTS}
     calm = (n["LF"] <= 0) & (n["RF"] <= 0) & (np.abs(n["LT"] - weight/2) < 0.02*weight) & (np.abs(n["RT"] - weight/2) < 0.02*weight)
     calm &= np.isfinite(energy)
     if calm.sum() < 2:
         return Finding(what, UNKNOWN, hint="no two moments at which the wheelset rests on its treads")
     size = max(float(energy[0]) - float(np.nanmin(energy)), float(energy[0]), float(np.nanmax(work)))
-    error = np.where(calm, np.abs(energy - work - energy[0]), 0.0)/size
+    error = np.where(calm, np.abs(without_work - energy[0]), 0.0)/size
     row = int(error.argmax())
-    gains = (energy - work)[row] > energy[0]
+    gains = without_work[row] > energy[0]
     if rigid and not gains and error.max() > DOUBT:
         return Finding(what, DOUBTFUL, float(error.max()), DOUBT, row + 1,
                        "the wheelset loses energy in impacts: restitution below 1")

@@ -14,6 +14,7 @@ COMMANDS = {
     "check": "check submissions to the benchmark: complete, and as physics has it",
     "score": "score column files against a reference, in numbers that survive impacts",
     "fingerprint": "tell from column files how their codes treat contact and time",
+    "collate": "collate the submissions of a round: table, document and page of all codes",
     "study": "contact law against time step, or derailment over flange angle",
     "formulations": "elastic contact against constraint equations, all exercises",
     "report": "run the ten cases, write columns, plots, abstract and summary",

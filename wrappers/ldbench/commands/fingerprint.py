@@ -15,7 +15,7 @@ import argparse
 from pathlib import Path
 
 from ..benchmark.call import task_named
-from ..benchmark.check import read_submission
+from ..benchmark.check import read_submitted
 from ..benchmark.estimate import Estimate
 from ..benchmark.fingerprint import Fingerprint, fingerprint, plus_minus
 from .options import add_json, add_map, add_simulation, print_json
@@ -34,7 +34,7 @@ def main(args: argparse.Namespace) -> int:
     task = task_named(args.simulation) if args.simulation else None
     found = []
     for file in args.files:
-        submitted = read_submission(file, task, args.map)
+        submitted = read_submitted(file, task, args.map)
         found.append((file, fingerprint(submitted.run, submitted.task)))
     if args.json:
         print_json({"files": [{"file": str(file), "sentence": one.sentence, **one.facts()} for file, one in found]})

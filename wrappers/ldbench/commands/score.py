@@ -17,11 +17,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .._core.errors import Error
-from ..benchmark.call import Task, task_named, task_of
+from ..benchmark.call import Task, files_of, task_named, task_of
+from ..benchmark.check import read_submitted
 from ..benchmark.horizon import yardsticks
 from ..benchmark.metrics import score
 from ..benchmark.scores import KINDS, Score, Scores
-from ..benchmark.submitted import files_of, read_submitted
 from ..results.quantities import quantity
 from .options import add_json, add_map, add_simulation, print_json
 
@@ -45,7 +45,7 @@ def main(args: argparse.Namespace) -> int:
     failures: list[str] = []
     for task, file, reference in files(args.path, args.reference, args.simulation):
         try:
-            found.append((file, score(read_submitted(file, task, args.map), read_submitted(reference, task), task)))
+            found.append((file, score(read_submitted(file, task, args.map).run, read_submitted(reference, task).run, task)))
         except Error as error:
             if not args.path.is_dir():
                 raise

@@ -44,6 +44,9 @@ CONTACT_LINES = {
 }
 SERIES = (Line(BLACK), Line(RED, DASHED), Line(BLUE, DASH_DOT), Line(GREEN, DOTTED, 1.2),
           Line(PURPLE), Line(ORANGE, DASHED), Line(SKY, DASH_DOT), Line(GREY, DASHED, 1.2))
+# Codes of a round: a colour and dashes each, so that twelve are told apart, the first six by their colours alone.
+CODE_LINES = tuple(Line(color, dashes, width) for dashes, width in (("-", 0.9), (DASHED, 1.1), (DOTTED, 1.2))
+                   for color in (BLACK, RED, BLUE, GREEN, PURPLE, ORANGE))
 
 RC = {
     "font.family": "DejaVu Sans",

@@ -89,21 +89,8 @@ def read_columns(path: str | os.PathLike[str],
 
     Then only these columns are returned, in this order; otherwise all, under their own names.
     """
-    import pandas as pd
-
     path = Path(path)
-    lines = read_text(path).split("\n")
-    layout = _find_layout(path, lines)
-    table = _read_numbers(path, lines, layout)
-    sources = _sources(columns) if columns is not None else {name: Source(name) for name in layout.names}
-    data, units = {}, {}
-    for name, source in sources.items():
-        k = _find_column(path, layout, source.column)
-        units[name], factor = _si(path, source.unit if source.unit is not None else layout.units[k])
-        data[name] = factor * source.factor * table[:, k] + source.offset
-    frame = pd.DataFrame(data)
-    frame.attrs["units"] = units
-    return frame
+    return converted(path, read_raw(path), columns)
 
 
 @dataclass(frozen=True)
@@ -120,6 +107,22 @@ def read_raw(path: Path) -> RawTable:
     lines = read_text(path).split("\n")
     layout = _find_layout(path, lines)
     return RawTable(layout.names, layout.units, _read_numbers(path, lines, layout))
+
+
+def converted(path: Path, raw: RawTable,
+              columns: str | os.PathLike[str] | Mapping[str, Any] | None = None) -> pd.DataFrame:
+    """A table that was read as it stands, in SI units and by a map, as `read_columns` gives it; `path` is for messages."""
+    import pandas as pd
+
+    sources = _sources(columns) if columns is not None else {name: Source(name) for name in raw.names}
+    data, units = {}, {}
+    for name, source in sources.items():
+        k = _find_column(path, raw.names, source.column)
+        units[name], factor = _si(path, source.unit if source.unit is not None else raw.units[k])
+        data[name] = factor * source.factor * raw.numbers[:, k] + source.offset
+    frame = pd.DataFrame(data)
+    frame.attrs["units"] = units
+    return frame
 
 
 def read_own_columns(path: Path) -> pd.DataFrame:
@@ -305,15 +308,15 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise Error(f"{path}: {error}") from None
 
 
-def _find_column(path: Path, layout: Layout, column: str | int) -> int:
-    if isinstance(column, int) and 1 <= column <= len(layout.names):
+def _find_column(path: Path, names: Sequence[str], column: str | int) -> int:
+    if isinstance(column, int) and 1 <= column <= len(names):
         return column - 1
-    if layout.names.count(str(column)) > 1:
-        raise Error(f"{path}: expected one column {column}, found {layout.names.count(str(column))}; a map may tell them apart "
+    if names.count(str(column)) > 1:
+        raise Error(f"{path}: expected one column {column}, found {names.count(str(column))}; a map may tell them apart "
                     "by their numbers")
-    if column in layout.names:
-        return layout.names.index(str(column))
-    raise Error(f"{path}: expected a column {column}, found {', '.join(layout.names)}")
+    if column in names:
+        return names.index(str(column))
+    raise Error(f"{path}: expected a column {column}, found {', '.join(names)}")
 
 
 def _si(path: Path, unit: str) -> tuple[str, float]:

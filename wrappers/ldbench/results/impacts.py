@@ -43,13 +43,13 @@ def impacts(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[Impact]:
     return sorted(found, key=lambda one: (one.start, CONTACTS.index(one.contact)))
 
 
-def closed_intervals(run: RunData, contact: str) -> Iterator[Impact]:
-    """Find the intervals in which a contact is closed, between two open rows."""
+def closed_intervals(run: RunData, contact: str, least: float = 0.0) -> Iterator[Impact]:
+    """Find the intervals in which a contact is closed, between two open rows; a force up to `least` [N] counts as none."""
     if f"N_{contact}" not in run.data:
         return
     t, force = run.time, np.nan_to_num(run.values(f"N_{contact}"))
     angle = run.values(f"angle_{contact}") if f"angle_{contact}" in run.data else None
-    closed = np.append(force != 0, False)
+    closed = np.append(np.abs(force) > least, False)
     firsts = np.flatnonzero(closed[1:] & ~closed[:-1]) + 1
     for first in map(int, firsts):
         last = first + int(closed[first:].argmin()) - 1

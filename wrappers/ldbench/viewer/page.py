@@ -91,7 +91,7 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
         "title": title, "version": version(), "groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries,
         "summary": [{"words": words, "cells": [cell_entry(cell) for cell in row]} for words, row in summary],
     }
-    return Page(fill(title, facts, bodies))
+    return Page(fill(title, facts, bodies, FOLDER/"page.html", [FOLDER/name for name in SCRIPTS]))
 
 
 def assumed_profiles(runs: Sequence[RunData], case: Case | None) -> RunData | Case:
@@ -225,19 +225,18 @@ def number(x: float) -> float | None:
 
 # The file ---------------------------------------------------------------------------------
 
-def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str]) -> str:
-    """Fill the template of the page."""
-    looks = shortened((FOLDER/"page.css").read_text(encoding="utf-8"))
-    script = "(() => {\n\"use strict\";\n" + "".join(
-        shortened((FOLDER/name).read_text(encoding="utf-8")) for name in SCRIPTS) + "})();\n"
+def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str], template: Path,
+         scripts: Sequence[Path]) -> str:
+    """Fill the template of a page, beside which its style lies, with scripts and data."""
+    looks = shortened(template.with_suffix(".css").read_text(encoding="utf-8"))
+    script = "(() => {\n\"use strict\";\n" + "".join(shortened(path.read_text(encoding="utf-8")) for path in scripts) + "})();\n"
     policy = (f"default-src 'none'; script-src '{content_hash(script)}'; style-src '{content_hash(looks)}'; "
               "img-src data:; base-uri 'none'; form-action 'none'")
     data = [f'<script type="text/plain" id="facts">{packed_json(facts)}</script>']
     data += [f'<script type="text/plain" id="run{k}">{body}</script>' for k, body in enumerate(bodies)]
     pieces = {"policy": html.escape(policy, quote=False), "title": html.escape(title), "style": looks,
               "data": "\n".join(data), "script": script}
-    template = (FOLDER/"page.html").read_text(encoding="utf-8")
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], template)
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], template.read_text(encoding="utf-8"))
 
 
 def shortened(text: str) -> str:

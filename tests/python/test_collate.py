@@ -1,0 +1,528 @@
+"""Collation of codes that do not exist: planted numbers, late submissions, files of every kind that stop nobody."""
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from pypdf import PdfReader
+
+import imaginary_codes as imaginary
+import imaginary_round
+import ldbench
+from browser import facts
+from imaginary_round import CODES, Runs
+from ldbench import Error
+from ldbench.__main__ import main
+from ldbench.benchmark import check, collation, entries, numbers
+from ldbench.benchmark.call import TASKS, Task
+from ldbench.benchmark.collation import Collation, collate, write_csv
+from ldbench.benchmark.numbers import NUMBERS, SI, names_of, numbers_of
+from ldbench.benchmark.submissions import find_submissions, printable
+from ldbench.plots.style import CODE_LINES
+from ldbench.results.events import FLANGE_ANGLE
+from ldbench.results.impacts import impacts
+from ldbench.results.run_data import RunData
+from running import Run, once
+
+FAST, SLOW = Task(4, "aw"), Task(2, "aw")
+
+
+@pytest.fixture(scope="module")
+def own(runs: Runs) -> Iterator[None]:
+    """Our own runs, by which maps are guessed."""
+    before = dict(check._OWN)
+    check._OWN.update({task: runs.of(CODES[0], task) for task in (FAST, SLOW)})
+    yield
+    check._OWN.clear()
+    check._OWN.update(before)
+
+
+@pytest.fixture(scope="module")
+def runs() -> Runs:
+    """Runs with coarse tables, which take a tenth of the time."""
+    return Runs(n_lateral=60, n_roll=13, n_depth=11)
+
+
+@pytest.fixture(scope="module")
+def written(common: Path, runs: Runs) -> Path:
+    """Twelve codes with one simulation each, three of them with another one."""
+    folder = common/"round"
+    with once(folder) as first:
+        if first:
+            imaginary_round.write_round(folder, [FAST], runs=runs)
+            for code in CODES[:3]:
+                imaginary_round.submit(code, SLOW, folder, runs)
+    return folder
+
+
+@pytest.fixture
+def codes(written: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return Path(shutil.copytree(written, tmp_path/"codes"))
+
+
+@pytest.fixture(scope="module")
+def collated(written: Path, own: None, tmp_path_factory: pytest.TempPathFactory) -> tuple[Collation, Path]:
+    """The collation of the twelve, and the folder of what is kept."""
+    store = tmp_path_factory.mktemp("kept")
+    return collate(written, store, 2), store
+
+
+def table(found: Collation, file: Path) -> list[str]:
+    """The lines of the CSV."""
+    write_csv(found, file)
+    return file.read_text().splitlines()
+
+
+# ---- numbers -------------------------------------------------------------------------
+@pytest.mark.parametrize("code", [code for code in CODES if code.formulation == "elastic" and code.name != "Kinema"],
+                         ids=lambda code: code.name)
+def test_planted_numbers_come_back(code: imaginary_round.Code, collated: tuple[Collation, Path], runs: Runs):
+    """Times, forces and impulses of the run that a file was written from, through units, signs, zeros and names of the code."""
+    found, _ = collated
+    submission = next(one for one in found.codes if one.name == code.name)
+    run = runs.of(code, FAST)
+    first = next(one for one in impacts(run, ["LF"]) if one.angle > FLANGE_ANGLE)
+    right = next(one for one in impacts(run, ["RF"]) if one.angle > FLANGE_ANGLE)
+    value = {name: found.value(submission, FAST, name) for name in NUMBERS}
+    assert found.lines() == []
+    # The file has a row every 0.1 ms, where the run has events, too.
+    assert value["t_left_flange"] == pytest.approx(first.start, abs=2e-5)
+    assert value["t_right_flange"] == pytest.approx(right.start, abs=5e-5)
+    assert value["duration"] == pytest.approx(first.duration, abs=5e-5)
+    assert value["peak"] == pytest.approx(imaginary.table_of(run, 1e-4)["N_LF"].max(), rel=1e-6)
+    assert value["impulse"] == pytest.approx(first.impulse, rel=1e-2)
+    if code.change is imaginary_round.same:
+        before, after = np.interp([first.start, first.end], run.time, run.values("vY"))
+        assert value["rebound"] == pytest.approx(-after/before, abs=2e-3)
+        assert value["t_return"] == pytest.approx(run.passages()[-1], abs=1e-6)
+        assert value["energy_error"] < 1e-3
+    else:
+        assert value["energy_error"] > 0.01
+
+
+@pytest.mark.parametrize("name", ["Hunt", "Impakt"])
+def test_an_impact_of_rigid_contacts_takes_no_time(name: str, collated: tuple[Collation, Path], runs: Runs):
+    """The file has no force of the impact. The velocities tell when it was; there is no force, and the CSV says why."""
+    found, _ = collated
+    code = next(one for one in CODES if one.name == name)
+    run = runs.of(code, FAST)
+    event = next(one for one in run.events if one.impulses.get("LF", 0.0) > 0)
+    entry = found.entries[name, FAST]
+    assert entry.numbers["t_left_flange"].value == pytest.approx(event.t, abs=1.01e-4)
+    assert entry.numbers["duration"].value == 0
+    assert np.isnan(entry.numbers["peak"].value) and "no time" in entry.numbers["peak"].reason
+    near = run.time[np.abs(run.time - event.t) < 1e-9]
+    assert near.size >= 2
+    k = np.flatnonzero(np.abs(run.time - event.t) < 1e-9)
+    assert entry.numbers["rebound"].value == pytest.approx(-run.values("vY")[k[-1]]/run.values("vY")[k[0]], abs=2e-3)
+
+
+@pytest.mark.parametrize("code", [code for code in CODES if code.formulation != "elastic"], ids=lambda code: code.name)
+def test_forces_of_rigid_contacts_keep_the_unit_that_the_file_says(code: imaginary_round.Code, written: Path, own: None):
+    """They are of another size than ours, by as much as a pound is larger than a newton, but the other columns say newton."""
+    guess = check.check_file(written/code.name/f"{FAST.name}.csv").guess
+    assert {m.column: m.unit for m in guess.matches.values()} == {m.column: m.said for m in guess.matches.values()}
+
+
+def test_our_own_file_tells_the_impulse_of_a_rigid_impact(runs: Runs):
+    code = next(one for one in CODES if one.name == "Impakt")
+    run = runs.of(code, FAST)
+    event = next(one for one in run.events if one.impulses.get("LF", 0.0) > 0)
+    found = numbers_of(run, FAST, check.findings_of(check.SubmittedFile(FAST, run, None)))
+    assert found["impulse"].value == event.impulses["LF"]
+    assert found["t_left_flange"].value == pytest.approx(event.t, abs=1e-9)
+
+
+class Invented(RunData):
+    """Rows that a formula gives."""
+
+    def __init__(self, **columns: np.ndarray) -> None:
+        frame = pd.DataFrame(columns)
+        frame.attrs["units"] = {}
+        super().__init__(check.Mapped(Path("invented.csv"), ldbench.results.header.Header(), frame))
+
+
+def half_sine(peak: float = 2e5, start: float = 0.02, duration: float = 0.005, interval: float = 1e-5) -> Invented:
+    """An impact of a half sine that turns 0.5 m/s into -0.3 m/s; the way back to -10 mm, and the centre."""
+    t = np.arange(0, 0.2, interval)
+    phase = np.clip((t - start)/duration, 0, 1)
+    force = np.where((phase > 0) & (phase < 1), peak*np.sin(np.pi*phase), 0.0)
+    v = 0.5 - 0.8*(1 - np.cos(np.pi*phase))/2
+    v = np.where(t > 0.1, 0.4, v)
+    y = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1])/2*interval)])
+    return Invented(time=t, Y=y, vY=v, N_LF=force, angle_LF=np.full(t.size, 1.0), N_RF=np.where((t > 0.098) & (t < 0.1), 3e4, 0.0))
+
+
+def test_numbers_of_a_half_sine_are_exact():
+    run = half_sine()
+    found = numbers_of(run, FAST, [], seconds=3.0)
+    assert found["t_left_flange"].value == pytest.approx(0.02, abs=1e-6)
+    assert found["duration"].value == pytest.approx(0.005, abs=2e-6)
+    assert found["peak"].value == pytest.approx(2e5, rel=1e-5)
+    assert found["impulse"].value == pytest.approx(2e5*0.005*2/np.pi, rel=1e-5)
+    assert found["rebound"].value == pytest.approx(0.6, abs=1e-6)
+    assert found["t_right_flange"].value == pytest.approx(0.098, abs=1.1e-5)
+    y, t = run.values("Y"), run.time
+    assert found["t_return"].value == pytest.approx(0.1 - y[np.searchsorted(t, 0.1)]/0.4, abs=2e-5)
+    assert found["processor_time"].value == 3.0
+    assert "not checked" in found["energy_error"].reason
+
+
+def test_a_residue_of_an_iteration_is_no_contact():
+    """A force that never vanishes hides no impact."""
+    run = half_sine()
+    run.data["N_LF"] += 1e-1
+    assert numbers_of(run, FAST, [])["t_left_flange"].value == pytest.approx(0.02, abs=2e-5)
+
+
+@pytest.mark.parametrize(("missing", "number", "reason"), [
+    (["N_LF"], "peak", "no normal force of the left flange"), (["vY"], "rebound", "no lateral velocity"),
+    (["Y"], "t_return", "no lateral displacement"), (["N_RF"], "t_right_flange", "no normal force of the right flange")])
+def test_a_number_that_cannot_be_had_has_its_reason(missing: list[str], number: str, reason: str):
+    run = half_sine()
+    for name in missing:
+        del run.data[name]
+    found = numbers_of(run, FAST, [])
+    assert np.isnan(found[number].value) and reason in found[number].reason
+    assert all(np.isfinite(one.value) != bool(one.reason) for one in found.values())
+
+
+def test_the_force_at_derailment_is_that_of_the_last_way_out():
+    """The wheelset goes beyond 20 mm at 3 s, comes back, and goes for good at 5.5 s: 5 kN/s times 5.5 s."""
+    t = np.linspace(0, 6, 6001)
+    y = np.interp(t, [0, 3, 3.5, 4, 5, 6], [0, 20e-3, 22e-3, 10e-3, 10e-3, 30e-3])
+    found = numbers_of(Invented(time=t, Y=y), Task(5, "aw"), [])
+    assert found["F_derailment"].value == pytest.approx(27.5e3, rel=1e-6)
+    assert "t_return" not in found
+    before = numbers_of(Invented(time=t[:5000], Y=y[:5000]), Task(5, "aw"), [])["F_derailment"]
+    assert np.isnan(before.value) and "before the derailment" in before.reason
+
+
+def test_the_force_at_derailment_is_near_that_of_the_event(shipped: dict[str, Run]):
+    """The flange is on the rail's head for a while before there is no way back."""
+    run = ldbench.read_run(shipped["ex5_aw"].file)
+    event = run.first("derailment").force
+    assert 0.99*event < numbers_of(run, Task(5, "aw"), [])["F_derailment"].value < event
+
+
+# ---- the table -----------------------------------------------------------------------
+def test_the_table_has_every_code_simulation_and_number(collated: tuple[Collation, Path], tmp_path: Path):
+    found, _ = collated
+    table(found, tmp_path/"table.csv")
+    frame = pd.read_csv(tmp_path/"table.csv", keep_default_na=False, na_values=[""])
+    assert list(frame) == ["code", "simulation", "number", "value", "unit", "remark"]
+    for code in CODES:
+        for task in TASKS:
+            rows = frame[(frame.code == code.name) & (frame.simulation == task.name)].set_index("number")
+            assert list(rows.index) == [*names_of(task), *(f"checks_{name}" for name in numbers.VERDICTS.values())]
+            assert (rows.value.isna() == rows.remark.notna()).all()
+            if task not in (FAST, SLOW):
+                assert (rows.remark == "not submitted").all()
+    peak = frame[(frame.code == "Bora") & (frame.simulation == FAST.name) & (frame.number == "peak")].iloc[0]
+    assert peak.value == found.value(found.codes[1], FAST, "peak") and peak.unit == SI["peak"] == "N"
+    checks = frame[(frame.code == "Adams") & (frame.simulation == FAST.name) & frame.number.str.startswith("checks_")]
+    assert checks.value.sum() == sum(found.entries["Adams", FAST].verdict.values()) > 30
+
+
+def test_a_late_submission_costs_its_own_files_alone(codes: Path, own: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    late = tmp_path/"late"
+    shutil.move(codes/"Elastra", late)
+    store = tmp_path/"store"
+    store.mkdir()
+    for name in ("Hunt", "Impakt", "Jolt", "Kinema", "Lumen"):      # what is tried here needs no twelve codes
+        shutil.rmtree(codes/name)
+    first = collate(codes, store)
+    before = table(first, tmp_path/"before.csv")
+    kept = {file.name: (file.read_bytes(), file.stat().st_mtime_ns) for file in store.iterdir()}
+    assert len(first.computed) == 6 + 3 and len(kept) == 6
+    shutil.move(late, codes/"Elastra")
+
+    make = entries.make_entry
+    def make_late(file: Path, *rest: Any) -> entries.Entry:
+        assert file.parent.name == "Elastra"
+        return make(file, *rest)
+
+    monkeypatch.setattr(collation, "make_entry", make_late)
+    second = collate(codes, store)
+    assert second.computed == (("Elastra", FAST),)
+    after = table(second, tmp_path/"after.csv")
+    assert [line for line in after if not line.startswith("Elastra,")] == before
+    assert sum(line.startswith("Elastra,") for line in after) > 10
+    assert all((store/name).read_bytes() == data and (store/name).stat().st_mtime_ns == when for name, (data, when) in kept.items())
+    # A file that has changed is read again; its bytes as before give the bytes as before.
+    file = codes/"Elastra"/f"{FAST.name}.csv"
+    text = file.read_text()
+    file.write_text(text.rsplit("\n", 3)[0] + "\n")
+    changed = collate(codes, store)
+    assert changed.computed == (("Elastra", FAST),)
+    file.write_text(text)
+    assert collate(codes, store).computed == (("Elastra", FAST),)
+    assert table(collate(codes, store), tmp_path/"again.csv") == after
+
+
+def test_what_is_kept_comes_back_and_a_damaged_file_of_it_is_computed_again(collated: tuple[Collation, Path], written: Path,
+                                                                          own: None, tmp_path: Path):
+    found, store = collated
+    mine = tmp_path/"store"
+    shutil.copytree(store, mine)
+    for file in mine.iterdir():
+        if file.name.startswith("Adams"):
+            file.write_bytes(file.read_bytes()[:200])
+        if file.name.startswith("Bora"):
+            file.write_bytes(b"")
+    again = collate(written, mine)
+    assert {code for code, _ in again.computed} == {"Adams", "Bora"}
+    assert {file.name: file.read_bytes() for file in mine.iterdir()} == {file.name: file.read_bytes() for file in store.iterdir()}
+    for key, entry in found.entries.items():
+        other = again.entries[key]
+        assert repr(other.numbers) == repr(entry.numbers) and other.verdict == entry.verdict and other.findings == entry.findings
+        assert other.curves.keys() == entry.curves.keys()
+        assert all(np.array_equal(a, b, equal_nan=True) for name in entry.curves
+                   for a, b in zip(entry.curves[name], other.curves[name], strict=True))
+
+
+def test_curves_that_are_kept_hold_the_largest_and_the_smallest(shipped: dict[str, Run]):
+    """A long run is thinned; no peak is lost."""
+    run = ldbench.read_run(shipped["ex5_aw"].file)
+    curves = entries.curves_of(run, Task(5, "aw"))
+    t, y = curves["Y"]
+    assert len(t) < 0.05*len(run.time)
+    assert (y.min(), y.max()) == pytest.approx((run.values("Y").min(), run.values("Y").max()), rel=1e-6)
+    assert (np.diff(t) >= 0).all()
+
+
+# ---- descriptions --------------------------------------------------------------------
+def described(folder: Path, text: str) -> Path:
+    """A folder with one code of that description."""
+    (folder/"one").mkdir(parents=True, exist_ok=True)
+    (folder/"one/submission.toml").write_text(text)
+    return folder
+
+
+def test_a_description_is_read(tmp_path: Path):
+    text = ('code = "One"\nversion = 2\nauthors = ["A", "B"]\nstep = 1e-5\nprocessor_time = { ex1_aw = 1.5, ex2_sw = 2 }\n'
+            '[map]\ntime = 1\nY = { column = "ylat", unit = "mm" }\n')
+    (code,), remarks = find_submissions(described(tmp_path, text))
+    assert remarks == [] and code.name == "one"
+    assert code.facts == {"code": "One", "version": "2", "authors": "A, B", "step": "1e-05", "processor_time": "3.5"}
+    assert code.seconds == {"ex1_aw": 1.5, "ex2_sw": 2.0}
+    assert code.map == {"time": 1, "Y": {"column": "ylat", "unit": "mm"}}
+    assert code.remarks == ("expected files such as ex1_aw.csv, found none",)
+
+
+@pytest.mark.parametrize(("text", "told"), [
+    ('machin = "x"', "found machin; machine is the nearest"), ('maps = "x"', "map is the nearest"),
+    ("entirely = 1", "found entirely"), ("code = [[1]]", "code: expected words"), ("map = 3", "map: expected a table"),
+    ('map = "../../etc/passwd"', "expected a file of the code's folder"), ('map = "none.toml"', "none.toml"),
+    ("processor_time = { ex9_aw = 1 }", "found ex9_aw = 1"), ("code = ", "submission.toml: "), ("[" * 5000, "submission.toml: "),
+    ("x = " + "["*100000, "submission.toml: "), ('"\\u0007\\n" = 1', "found ?"), ("step = nan\nstep = 1", "submission.toml: "),
+], ids=range(13))
+def test_a_description_that_is_wrong_is_a_line(text: str, told: str, tmp_path: Path):
+    (code,), _ = find_submissions(described(tmp_path, text))
+    lines = [line for line in code.remarks if "found none" not in line or told in line]
+    assert len(lines) == 1 and told in lines[0] and lines[0].isprintable() and len(lines[0]) < 500
+    assert str(tmp_path) not in lines[0]
+
+
+def test_the_map_of_a_description_is_used(codes: Path, own: None, tmp_path: Path):
+    """A map by which Y has the other sign and the unit of another one: nothing is guessed."""
+    folder = tmp_path/"mapped"
+    (folder/"Bora").mkdir(parents=True)
+    shutil.copy(codes/"Bora"/f"{FAST.name}.csv", folder/"Bora")
+    guess = check.check_file(folder/"Bora"/f"{FAST.name}.csv").guess
+    assert guess is not None
+    (folder/"Bora/columns.toml").write_text(guess.toml())
+    (folder/"Bora/submission.toml").write_text('map = "columns.toml"\n')
+    store = tmp_path/"store"
+    store.mkdir()
+    found = collate(folder, store)
+    guessed = numbers_of(check.read_submitted(folder/"Bora"/f"{FAST.name}.csv", FAST).run, FAST, [])
+    assert found.lines() == []
+    assert found.entries["Bora", FAST].numbers["peak"].value == guessed["peak"].value
+    (folder/"Bora/columns.toml").write_text('time = "t"\nY = "no such column"\n')
+    again = collate(folder, store)
+    assert again.computed == (("Bora", FAST),)
+    assert len(again.lines()) == 1 and "no such column" in again.lines()[0]
+
+
+# ---- hostile files -------------------------------------------------------------------
+def with_rows(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Path, Path], None]:
+    """A file whose numbers are changed."""
+    def spoil(file: Path, good: Path) -> None:
+        names, *rows = good.read_text().splitlines()
+        numbers = change(np.array([[float(x or "nan") for x in row.split(",")] for row in rows]))
+        file.write_text("\n".join([names, *(",".join(f"{x:.8g}" for x in row) for row in numbers)]) + "\n")
+    return spoil
+
+
+def constant(value: float) -> Callable[[Path, Path], None]:
+    return with_rows(lambda x: np.column_stack([x[:, 0], np.full((len(x), x.shape[1] - 1), value)]))
+
+
+def bytes_of(change: Callable[[bytes], bytes]) -> Callable[[Path, Path], None]:
+    return lambda file, good: file.write_bytes(change(good.read_bytes())) and None
+
+
+def loop(file: Path, good: Path) -> None:
+    file.symlink_to(file.name)
+
+
+def unreadable(file: Path, good: Path) -> None:
+    file.write_text("")
+    file.chmod(0)
+    if os.access(file, os.R_OK):        # root reads everything
+        file.unlink()
+        file.mkdir()
+
+
+HOSTILE: dict[str, Callable[[Path, Path], None]] = {
+    "empty": bytes_of(lambda x: b""), "binary": bytes_of(lambda x: bytes(range(256))*400), "zeros": bytes_of(lambda x: b"\0"*10000),
+    "cut in a row": bytes_of(lambda x: x[:len(x)//2]), "names alone": bytes_of(lambda x: x.split(b"\n")[0]),
+    "NaN everywhere": constant(np.nan), "1e308 everywhere": constant(1e308), "one row": with_rows(lambda x: x[:1]),
+    "two rows": with_rows(lambda x: x[:2]),
+    "names twice": bytes_of(lambda x: b",".join([b"t"]*x.split(b"\n")[0].count(b",") + [b"t"]) + x[x.index(b"\n"):]),
+    "descending": with_rows(lambda x: x[::-1]), "one time": with_rows(lambda x: np.column_stack([0*x[:, 0], x[:, 1:]])),
+    "no permission": unreadable, "a folder": lambda file, good: file.mkdir(), "a loop": loop,
+    "a link to nothing": lambda file, good: file.symlink_to("nothing"), "a device": lambda file, good: file.symlink_to("/dev/zero"),
+    "a pipe": lambda file, good: os.mkfifo(file), "huge names": bytes_of(lambda x: b"x"*3_000_000 + b"\n" + x),
+    "huge row": bytes_of(lambda x: x + b"1,"*1_000_000), "UTF-16": bytes_of(lambda x: x.decode().encode("utf-16")),
+    "a page": bytes_of(lambda x: b"<html><script>alert(1)</script></html>\n"*50),
+    "half a header": bytes_of(lambda x: b"# ldbench 1.0.0\n# case ex4_aw: x\n# &results\n" + x[:2000]),
+    "words as numbers": bytes_of(lambda x: x.replace(b"0.0", b"zero")),
+}
+
+
+HARMLESS = {"huge names"}       # a line above the names is a remark, however long
+
+
+@pytest.fixture(scope="module")
+def hostile(written: Path, own: None, tmp_path_factory: pytest.TempPathFactory) -> tuple[Collation, Path]:
+    """A code for each kind of file, beside two that are as they should be."""
+    folder = tmp_path_factory.mktemp("hostile")
+    for name in "Adams", "Bora":
+        shutil.copytree(written/name, folder/name)
+    good = written/"Bora"/f"{FAST.name}.csv"
+    for kind, spoil in HOSTILE.items():
+        (folder/kind).mkdir()
+        spoil(folder/kind/f"{FAST.name}.csv", good)
+    (folder/"no files").mkdir()
+    (folder/"TOML that does not parse").mkdir()
+    shutil.copy(good, folder/"TOML that does not parse")
+    (folder/"TOML that does not parse/submission.toml").write_bytes(b"\xff\xfe code = = \n")
+    (folder/"zz loop").symlink_to("zz loop")
+    store = tmp_path_factory.mktemp("kept")
+    return collate(folder, store, 2), folder
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_a_hostile_file_is_one_line(kind: str, hostile: tuple[Collation, Path]):
+    """It names the code and the file, or what is missing; a file that can be read but is nonsense fails in its checks."""
+    found, folder = hostile
+    lines = [line for line in found.lines() if line.startswith(f"{kind}: ")]
+    entry = found.entries.get((kind, FAST))
+    if kind in HARMLESS:
+        assert lines == [] and repr(entry.numbers) == repr(found.entries["Bora", FAST].numbers)
+        return
+    if not lines:
+        assert entry is not None and entry.verdict["failed"] > 0, kind
+        return
+    assert len(lines) == 1 and FAST.name in lines[0], lines
+    assert lines[0].isprintable() and len(lines[0]) < 500 and str(folder) not in lines[0]
+    assert "Traceback" not in lines[0] and "cannot be used: " not in lines[0], "an error that nobody foresaw"
+
+
+def test_hostile_files_harm_no_others(hostile: tuple[Collation, Path], collated: tuple[Collation, Path]):
+    found, _ = hostile
+    for name in "Adams", "Bora":
+        assert repr(found.entries[name, FAST].numbers) == repr(collated[0].entries[name, FAST].numbers)
+    # The description alone is lost.
+    spoilt = "TOML that does not parse"
+    assert found.entries[spoilt, FAST].numbers["peak"] == collated[0].entries["Bora", FAST].numbers["peak"]
+    for start in spoilt, "no files", "zz loop":
+        assert sum(line.startswith(f"{start}: ") for line in found.lines()) == 1
+
+
+def test_hostile_names_of_folders(written: Path, own: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Names that no terminal and no page can show, and long ones, give a document and a page all the same."""
+    folder = tmp_path/"codes"
+    names = ["a\nb", "-rf", "<script>", "$x^2$", "n"*250, "n"*251, os.fsdecode(b"\xff\xfe"), "é"]
+    for name in names:
+        (folder/name).mkdir(parents=True)
+    shutil.copy(written/"Bora"/f"{FAST.name}.csv", folder/"<script>")
+    monkeypatch.chdir(tmp_path)
+    assert main(["collate", "codes", "-o", "out", "-j", "2"]) == 0
+    page = (tmp_path/"out/collation.html").read_text()
+    assert page.count("<script>") == 1
+    told = facts(tmp_path/"out/collation.html")
+    assert len({code["name"] for code in told["codes"]}) == len(names)
+    assert all(code["name"].isprintable() and len(code["name"]) <= 44 for code in told["codes"])
+    assert (tmp_path/"out/collation.csv").read_bytes().decode()
+
+
+def test_words_become_one_line():
+    assert printable("a\n\tb\x07") == "a b?" and len(printable("x"*1000)) == 200
+
+
+# ---- document, page, command ---------------------------------------------------------
+def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path, own: None, tmp_path: Path,
+                                                                    capsys: pytest.CaptureFixture[str]):
+    for code in CODES[4:]:
+        shutil.rmtree(codes/code.name)
+    (codes/"Dynarail/ex2_aw.csv").write_text("nothing\n")
+    out = tmp_path/"out"
+    assert main(["collate", str(codes), "-o", str(out)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("Dynarail: ex2_aw.csv: expected rows of numbers") and "4 codes, 7 of 8 files used, 8 read" in said
+    assert said[-3:] == [str(out/f"collation.{ending}") for ending in ("csv", "pdf", "html")]
+    before = {file.name: file.read_bytes() for file in out.iterdir() if file.is_file()}
+    assert main(["collate", str(codes), "-o", str(out)]) == 0
+    assert "4 codes, 7 of 8 files used, 0 read" in " ".join(capsys.readouterr().out.split())
+    after = {file.name: file.read_bytes() for file in out.iterdir() if file.is_file()}
+    assert set(before) == {"collation.csv", "collation.pdf", "collation.html"}
+    assert before == after, [name for name in before if before[name] != after[name]]
+    reader = PdfReader(out/"collation.pdf")
+    titles = [item.title for item in reader.outline if not isinstance(item, list)]
+    assert titles == ["Contents", "Matrix", "Codes", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
+    matrix = reader.pages[1].extract_text()
+    assert all(code.name in matrix for code in CODES[:4]) and "cannot" in matrix
+    told = facts(out/"collation.html")
+    assert [code["name"] for code in told["codes"]] == ["Adams", "Bora", "Contura", "Dynarail"]
+    assert told["codes"][3]["entries"][2]["shade"] == "unusable" and told["lines"] == [said[0]]
+
+
+def test_the_page_holds_the_curves(collated: tuple[Collation, Path]):
+    """Whole numbers bring back the curve within a ten-thousandth of its range."""
+    from ldbench.benchmark.collation_page import packed_curve
+
+    t, x = collated[0].entries["Bora", FAST].curves["N_LF"]
+    packed = packed_curve(t, x)
+    there = packed["x"][0] + packed["x"][1]*np.cumsum(packed["dx"])
+    at = packed["t"][0] + packed["t"][1]*np.cumsum(packed["dt"])
+    assert np.interp(t, at, there) == pytest.approx(x, abs=2e-2*float(x.max()))
+    assert there.max() == pytest.approx(float(x.max()), rel=1e-4)
+
+
+def test_a_folder_without_anything_useful_fails(tmp_path: Path, own: None):
+    (tmp_path/"codes/one").mkdir(parents=True)
+    with pytest.raises(Error, match="expected a folder"):
+        find_submissions(tmp_path/"none")
+    assert main(["collate", str(tmp_path/"codes"), "-o", str(tmp_path/"out")]) == 1
+    assert not (tmp_path/"out/collation.csv").exists()
+
+
+def test_twelve_codes_have_twelve_looks():
+    assert len({(line.color, line.dashes) for line in CODE_LINES[:12]}) == 12
+
+
+def test_the_median_is_that_of_the_codes_that_have_the_number(collated: tuple[Collation, Path]):
+    found, _ = collated
+    known = [found.value(code, FAST, "peak") for code in found.codes if np.isfinite(found.value(code, FAST, "peak"))]
+    assert 9 <= len(known) < 12 and found.median(FAST, "peak") == np.median(known)
+    assert np.isnan(found.median(Task(1, "sw"), "peak"))

@@ -1,0 +1,185 @@
+"""What a collation keeps of one file: numbers, verdict, and curves as they are drawn, computed once.
+
+The file of a code holds the entries of its simulations under a key that changes with the bytes of the file, the map, the
+processor time that the submission tells, and the program. So a late submission costs its own column alone.
+"""
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import warnings
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core.calls import version
+from .._core.errors import Error
+from .._core.files import complete, digest
+from ..case import Case
+from ..plots.stretches import thin
+from ..results.run_data import RunData
+from .call import Task
+from .check import findings_of, read_submitted
+from .laws import energy_balance, has
+from .numbers import NUMBERS, Contact, Number, first_impact, names_of, numbers_of, verdict_counts
+from .submissions import printable, reason
+from .verdict import DOUBTFUL, FAILED
+
+STORE = ".collated"             # the folder of what is kept, beside the results
+LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
+COLUMNS = 300                   # of a curve over the whole run: of each the smallest and the largest value are kept
+CLOSE = -1e-3, 14e-3            # around the first contact of a flange, in which every row is kept [s]
+CLOSE_COLUMNS = 600
+OVERALL = "Y", "roll", "energy"
+IMPACTS = "N_LF", "N_RF"
+SHOWN_FINDINGS = 12             # of a file
+
+Curve = tuple[np.ndarray, np.ndarray]       # time and values, SI, in single precision
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is known of one simulation of one code."""
+
+    key: str
+    numbers: Mapping[str, Number] = field(default_factory=dict)
+    verdict: Mapping[str, int] = field(default_factory=dict)        # how many checks passed, ...
+    findings: tuple[str, ...] = ()                                  # what failed or is doubtful, a line each
+    curves: Mapping[str, Curve] = field(default_factory=dict)       # of OVERALL over time, of IMPACTS from the first contact on
+    rows: int = 0
+    error: str = ""                                                 # why there is none of this
+
+
+def failed_entry(task: Task, key: str, error: str) -> Entry:
+    """The entry of a file that cannot be used."""
+    return Entry(key, {name: Number(np.nan, error) for name in names_of(task)}, error=error)
+
+
+@lru_cache
+def program() -> str:
+    """What stands for this program: its version, and the sources that the entries depend on."""
+    package = Path(__file__).resolve().parents[1]
+    sources = sorted(path for room in ("benchmark", "results") for path in (package/room).glob("*.py")
+                     if not path.stem.startswith("collation"))
+    return digest("".join([version(), *(digest(path.read_bytes()) for path in sources)]).encode())
+
+
+def key_of(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float) -> str:
+    """The key of a file's entry. Error where the file cannot be read."""
+    try:
+        size = file.stat().st_size
+        if size > LARGEST:
+            raise Error(f"{file.name}: expected at most {LARGEST/1e6:.0f} MB, found {size/1e6:.0f} MB")
+        whole = hashlib.sha256()
+        with open(file, "rb") as opened:
+            while block := opened.read(2**20):
+                whole.update(block)
+    except (OSError, ValueError) as error:
+        raise Error(f"{printable(file.name)}: cannot be opened for reading: {reason(error)}") from None
+    return digest(repr((whole.hexdigest(), task.name, map, seconds, program())).encode())
+
+
+def make_entry(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float, key: str) -> Entry:
+    """Read a file and compute what is kept of it; whatever is wrong with it becomes one line."""
+    try:
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            read = read_submitted(file, task, map)
+            run = read.run
+            check_rows(run)
+            findings = findings_of(read)
+            numbers = numbers_of(run, task, findings, seconds)
+            lines = [printable(f"{one.verdict}: {one.what}" + (f": {one.hint}" if one.hint else ""))
+                     for verdict in (FAILED, DOUBTFUL) for one in findings if one.verdict == verdict]
+            return Entry(key, numbers, verdict_counts(findings), tuple(lines[:SHOWN_FINDINGS]), curves_of(run, task), len(run.time))
+    except Error as error:
+        return failed_entry(task, key, printable(str(error).replace(f"{file}", file.name), 400))
+    except MemoryError:
+        return failed_entry(task, key, f"{printable(file.name)}: expected a file that fits into memory, found a larger one")
+    except Exception as error:      # a stranger's file stops nobody, whatever it holds
+        return failed_entry(task, key, printable(f"{file.name}: cannot be used: {type(error).__name__}: {error}", 400))
+
+
+def check_rows(run: RunData) -> None:
+    """Refuse a file whose rows say nothing."""
+    if "time" not in run.data:
+        raise Error(f"{run.file}: expected a column that is the time, found none")
+    if len(run.time) < 3:
+        raise Error(f"{run.file}: expected three or more rows, found {len(run.time)}")
+    motion = [name for name in ("Y", "vY", "roll") if name in run.data]
+    if not motion or not any(np.isfinite(run.values(name)).any() for name in motion):
+        raise Error(f"{run.file}: expected numbers of the lateral or roll motion, found none")
+
+
+def curves_of(run: RunData, task: Task) -> dict[str, Curve]:
+    """The curves of a run as they are drawn: over the whole run, and the forces of the flanges from their first contacts on."""
+    t = run.time
+    found: dict[str, Curve] = {}
+    energy = energy_balance(run, Case.exercise(task.exercise, task.profiles))
+    known = {name: run.values(name) for name in OVERALL if has(run, name)}
+    if energy is not None:
+        known["energy"] = energy - energy[0]
+    for name, x in known.items():
+        found[name] = single(*thin(t, x, COLUMNS))
+    for name in IMPACTS:
+        impact = first_impact(run, name[2])
+        if isinstance(impact, Contact) and has(run, name):
+            rows = slice(max(int(np.searchsorted(t, impact.start + CLOSE[0])) - 1, 0),
+                         int(np.searchsorted(t, impact.start + CLOSE[1], "right")) + 1)
+            if rows.stop - rows.start > 1:
+                found[name] = single(*thin(t[rows] - impact.start, run.values(name)[rows], CLOSE_COLUMNS))
+    return found
+
+
+def single(t: np.ndarray, x: np.ndarray) -> Curve:
+    """A curve in single precision; what it cannot hold is a gap."""
+    narrow = x.astype(np.float32)
+    narrow[~np.isfinite(narrow)] = np.nan
+    return t.astype(np.float32), narrow
+
+
+# ---- what is kept --------------------------------------------------------------------
+def kept_file(store: Path, name: str) -> Path:
+    """The file that keeps the entries of a code; any name of a folder gives one."""
+    return store/f"{re.sub('[^A-Za-z0-9]+', '_', name)[:40]}-{digest(name.encode(errors='replace'))[:12]}.npz"
+
+
+def keep(store: Path, name: str, entries: Mapping[Task, Entry]) -> None:
+    """Write the entries of a code; equal entries give equal bytes."""
+    facts: dict[str, Any] = {}
+    arrays: dict[str, np.ndarray] = {}
+    for task, entry in entries.items():
+        facts[task.name] = {
+            "key": entry.key,
+            "numbers": {word: [x.value if np.isfinite(x.value) else None, x.reason] for word, x in entry.numbers.items()},
+            "verdict": dict(entry.verdict), "findings": entry.findings, "rows": entry.rows, "error": entry.error,
+            "curves": list(entry.curves)}
+        for word, curve in entry.curves.items():
+            arrays[f"{task.name}.{word}"] = np.stack(curve)
+    text = json.dumps(facts, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    with complete(kept_file(store, name)) as scratch, open(scratch, "wb") as opened:
+        np.savez_compressed(opened, facts=np.frombuffer(text.encode(), np.uint8), **arrays)     # type: ignore[arg-type]
+
+
+def kept(store: Path, name: str, tasks: Mapping[Task, Path]) -> dict[Task, Entry]:
+    """The entries that are kept of a code; none where the file is missing or damaged."""
+    found: dict[Task, Entry] = {}
+    try:
+        with np.load(kept_file(store, name), allow_pickle=False) as read:
+            facts = json.loads(read["facts"].tobytes())
+            for task in tasks:
+                if one := facts.get(task.name):
+                    numbers = {word: Number(np.nan if value is None else float(value), str(why))
+                               for word, (value, why) in one["numbers"].items() if word in NUMBERS}
+                    curves = {word: tuple(read[f"{task.name}.{word}"]) for word in one["curves"]}
+                    found[task] = Entry(one["key"], numbers, one["verdict"], tuple(one["findings"]), curves, one["rows"],
+                                        one["error"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile):
+        return {}
+    return found
