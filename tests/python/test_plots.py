@@ -185,7 +185,7 @@ def test_words_of_events_lie_above_the_axes_and_clear_of_all_other_words():
     for page in (*PAGES, ENERGY):
         figure = time_page(crowded, page)
         renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw(renderer)
+        figure.draw_without_rendering()         # all is put in its place, no pixel is painted
         words = [text for ax in figure.axes for text in ax.texts if text.get_text() in {label for _, label in key_events(crowded)}]
         assert len(words) == 4*len(page.columns)
         boxes = [text.get_window_extent(renderer) for text in words]
@@ -603,7 +603,7 @@ def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path])
                *(figure for _, figure in case_figures(long_run())), *(figure for _, figure in overview_figures([run]))]
     for figure in figures:
         renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw(renderer)
+        figure.draw_without_rendering()         # all is put in its place, no pixel is painted
         shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
         titles = [title.get_window_extent(renderer) for ax in shown for title in (ax.title, ax._left_title)
                   if title.get_text()]
