@@ -21,8 +21,9 @@ from ldbench.__main__ import main
 from ldbench.commands import plot
 from ldbench.plots.contents import arranged, contents_page, entries
 from ldbench.plots.document import Part, bind, case_figures, make_plots, save_pages
+from ldbench.plots.frame import label_x, label_y
 from ldbench.plots.geometry import geometry_page
-from ldbench.plots.impact import HEADS, Stretch, hardest_page, impact_page, table_rows
+from ldbench.plots.impact import HEADS, Stretch, draw_table, hardest_page, impact_page, table_rows
 from ldbench.plots.overview import first_contacts, overview_figures, side_by_side
 from ldbench.plots.phase import energy_page
 from ldbench.plots.ramp import is_ramp, ramp_page
@@ -31,6 +32,7 @@ from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
 from ldbench.plots.stretches import band, first_episode, first_impact, last_second, thin
 from ldbench.plots.style import ldbench_style
 from ldbench.plots.summary import summary_page
+from ldbench.plots.ticks import settle
 from ldbench.plots.times import key_events, time_page
 from ldbench.profiles.outlines import Outlines, case_outlines, flange_angle, run_outlines, turned
 from ldbench.results.header import Header
@@ -183,7 +185,7 @@ def test_words_of_events_lie_above_the_axes_and_clear_of_all_other_words():
     for page in (*PAGES, ENERGY):
         figure = time_page(crowded, page)
         renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw(renderer)
+        figure.draw_without_rendering()         # all is put in its place, no pixel is painted
         words = [text for ax in figure.axes for text in ax.texts if text.get_text() in {label for _, label in key_events(crowded)}]
         assert len(words) == 4*len(page.columns)
         boxes = [text.get_window_extent(renderer) for text in words]
@@ -502,6 +504,70 @@ def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path]):
     assert set(row) <= set(texts(impact_page(run)))
 
 
+def test_impacts_of_the_root_of_a_flange_are_told(thrown: tuple[RunData, Path]):
+    """By a contact angle below 25 degrees; an unknown angle tells nothing."""
+    run, _ = thrown
+    first, = impacts(run, ("LF",))
+    angles = {24.9: "left flange, root", -24.9: "left flange, root", 25.1: "left flange", np.nan: "left flange"}
+    rows = table_rows(run, [first._replace(angle=np.radians(angle)) for angle in angles])
+    assert [row[0] for row in rows] == list(angles.values())
+    rooted = altered(run, data=run.data.assign(angle_LF=np.radians(10.0)))
+    for one, expected in (run, False), (rooted, True):
+        figure = figure_of(one)
+        assert any("root: contact angle below 25°" in words for words in texts(figure)) == expected
+        assert ("left flange, root" in texts(figure)) == expected
+
+
+def figure_of(run: RunData) -> Figure:
+    """A page with the table of impacts alone."""
+    figure = Figure()
+    draw_table(figure, run, 0.9)
+    return figure
+
+
+# Axes that are drawn with one tick -----------------------------------------------------------
+
+def drawn(figure: Figure, settled: bool) -> np.ndarray:
+    """The picture of a figure."""
+    if settled:
+        settle(figure)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba()).astype(int)
+
+
+@pytest.mark.parametrize("kind", ["linear", "log", "power", "inner"])
+def test_settled_axes_look_as_matplotlib_draws_them(kind: str):
+    """Marks, grid, numbers, labels, and the power of ten of an axis."""
+    def make() -> Figure:
+        figure = Figure(figsize=(6, 4))
+        axes = figure.subplots(2, 1, sharex=True)
+        for ax in axes:
+            ax.plot(np.linspace(0.013, 97.7, 50), np.geomspace(0.02, 370, 50)*(1e-8 if kind == "power" else 1))
+            label_y(ax, "force [kN]")
+        if kind == "log":
+            axes[0].set(yscale="log", xscale="log")
+        if kind == "inner":
+            axes[0].set_xlim(100, 0)
+            axes[0].tick_params(labelsize=5)
+            axes[1].set_axis_off()
+        label_x(axes[-1], "time [s]")
+        return figure
+
+    with ldbench_style():
+        plain, settled = drawn(make(), False), drawn(make(), True)
+    assert (plain < 128).any()
+    assert np.abs(plain - settled).max() <= 1
+
+
+def test_axes_with_labels_that_are_not_placed_stay_matplotlibs():
+    figure = Figure()
+    ax = figure.subplots()
+    ax.set_xlabel("anywhere")
+    settle(figure)
+    assert ax.xaxis.get_visible() and not ax.yaxis.get_visible()
+
+
 def test_stretch_of_full_resolution_lies_on_the_rows_of_the_run(thrown: tuple[RunData, Path]):
     """A stretch has the time of the run, and dots where the run has rows."""
     run, _ = thrown
@@ -537,7 +603,7 @@ def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path])
                *(figure for _, figure in case_figures(long_run())), *(figure for _, figure in overview_figures([run]))]
     for figure in figures:
         renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw(renderer)
+        figure.draw_without_rendering()         # all is put in its place, no pixel is painted
         shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
         titles = [title.get_window_extent(renderer) for ax in shown for title in (ax.title, ax._left_title)
                   if title.get_text()]

@@ -70,7 +70,7 @@ def test_products_are_there_and_nothing_else(project: Path):
 def test_plots_have_pages_and_bookmarks(project: Path):
     document = PdfReader(project/"outputs/ldbench_plots.pdf")
     per_run = len(PAGES) + 2
-    formulations = 5         # the table, exercise 3, over the flange, values of two pairs
+    formulations = 3         # the table with what it takes to go over the flange, exercise 3, values of both pairs
     first = 1 + 1 + 2 + 2    # contents, summary, geometry, side by side
     assert len(document.pages) == first + 2*per_run + formulations
     chapters = [part for part in document.outline if not isinstance(part, list)]
@@ -455,9 +455,27 @@ def test_pages_of_formulations_name_the_profiles_of_the_files(project: Path):
     kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
     assert {(o.pair, o.profiles) for o in kept} == {("aw", "actual profiles"), ("sw", "simplified profiles")}
     other = [replace(o, profiles="s1002.yz on 60e1.yz") if o.pair == "aw" else o for o in kept]
-    titles = [ax.get_title(loc="left") for ax in formulations.exercise_page(other, 3).axes if ax.get_title(loc="left")]
+    titles = [ax.get_title(loc="left") for ax in formulations.exercises_page(other, [3]).axes if ax.get_title(loc="left")]
     assert titles == ["s1002.yz on 60e1.yz", "simplified profiles"]
-    assert formulations.values_page(other, "aw").texts[0].get_text() == "Results by formulation, s1002.yz on 60e1.yz"
+    both = [replace(o, case=o.case.replace("ex3", "ex4")) for o in other]
+    titles = [ax.get_title(loc="left") for ax in formulations.exercises_page(other + both, [3, 4]).axes]
+    assert [title for title in titles if title] == [
+        f"Exercise {k}, {pair}" for k in (3, 4) for pair in ("s1002.yz on 60e1.yz", "simplified profiles")]
+    words = [text.get_text() for text in formulations.values_page(other).axes[0].texts]
+    assert words[:2] == ["s1002.yz on 60e1.yz", "simplified profiles"]
+
+
+def test_values_of_formulations_stand_under_their_pair(project: Path):
+    """Each value in the row of its result and in the column of its pair and formulation."""
+    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
+    found = [replace(o, results={**o.results, "Y_max": 1e-3*(k + 1)}) for k, o in enumerate(kept)]
+    texts = formulations.values_page(found).axes[0].texts
+    row = next(text.get_position()[1] for text in texts if text.get_text() == "largest Y [mm]")
+    cells = sorted((text.get_position()[0], text.get_text()) for text in texts if text.get_position()[1] == row)
+    assert [words for _, words in cells] == ["largest Y [mm]", *(f"{k + 1:g}" for k in range(len(kept)))]
+    heads = [text for text in texts if text.get_text() in ("elastic", "bilateral", "e = 1", "e = 0.5", "e = 0")]
+    assert [text.get_text() for text in heads] == 2*["elastic", "bilateral", "e = 1", "e = 0.5", "e = 0"]
+    assert [text.get_position()[0] for text in heads] == [x for x, _ in cells[1:]]
 
 
 def test_results_that_a_twin_does_not_share_are_chaotic():

@@ -12,7 +12,9 @@ from pypdf import PdfReader, PdfWriter
 import ldbench
 from checks import Check, Section, number
 from ldbench._core.files import complete
+from ldbench.plots.document import no_collection
 from ldbench.plots.style import GREY, ldbench_style
+from ldbench.plots.ticks import settle
 from sheets import HEIGHT, RIGHT, WIDTH, Sheets, Table, text_pages
 
 OVERVIEW = "section", "quantity", "value", "reference", "source of the reference", "deviation", "bar", "verdict"
@@ -21,7 +23,7 @@ OVERVIEW = "section", "quantity", "value", "reference", "source of the reference
 def write_pdf(path: Path, sections: dict[str, Section]) -> None:
     """Write the document; same sections, same bytes. It appears under its name when it is complete."""
     writer, pages = PdfWriter(), io.BytesIO()
-    with ldbench_style(), PdfPages(pages, metadata={"CreationDate": None, "ModDate": None}) as pdf:
+    with ldbench_style(), PdfPages(pages, metadata={"CreationDate": None, "ModDate": None}) as pdf, no_collection():
         chapters = [("Overview", "overview", overview(sections)),
                     *((s.title, name, (*text_pages(s), *s.figures)) for name, s in sections.items())]
         for _, name, figures in chapters:
@@ -43,6 +45,7 @@ def save(pdf: PdfPages, figure: Figure, name: str) -> None:
     """Write a page with a footer."""
     footer = figure.text(RIGHT/WIDTH, 7/HEIGHT, f"ldbench {ldbench.__version__}, validation: {name}, "
                          f"page {pdf.get_pagecount() + 1}", fontsize=6.5, ha="right", va="bottom", color=GREY)
+    settle(figure)
     pdf.savefig(figure)
     footer.remove()
 

@@ -30,6 +30,7 @@ from .series import IMPULSES, LAST, PAGES
 from .stretches import ENVELOPE_ROWS, is_long, last_second
 from .style import ldbench_style
 from .summary import CHAOTIC_NOTE, SUMMARY_NOTE, summary_page
+from .ticks import settle
 from .times import time_page
 
 
@@ -43,7 +44,8 @@ class Part:
 
 
 LISTED = 8      # pages from which on a document has a contents page
-TOGETHER = 2    # runs that one process draws into one file
+TOGETHER = 4    # runs that one process draws into one file, in which they share the fonts
+SPARED = 1_000_000      # objects that a process that only draws may leave to the system at its end: about 50 pages, 200 MB
 
 # Around the first and the hardest contact of the left flange, computed again.
 Stretches = tuple[Stretch, Stretch]
@@ -73,6 +75,7 @@ def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, 
     titles = []
     with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
         for title, figure in figures:
+            settle(figure)
             pdf.savefig(figure)
             titles.append(title)
     return tuple(titles)
@@ -80,7 +83,7 @@ def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, 
 
 @contextmanager
 def no_collection() -> Iterator[None]:
-    """Without looking for garbage: a figure is a million objects that all live until it is saved, and a search through
+    """Without looking for garbage: the many objects of a figure all live until it is saved, and a search through
     them takes a quarter of the time of drawing."""
     enabled = gc.isenabled()
     gc.disable()
@@ -115,9 +118,13 @@ def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
 
 
 def case_parts(pickled: bytes, target: Path) -> list[Part]:
-    """All pages of some runs."""
+    """All pages of some runs, in a process that only draws: it looks for garbage where there is much, and seldom."""
+    gc.disable()
     with ldbench_style():
-        return run_parts(pickle.loads(pickled), target)
+        parts = run_parts(pickle.loads(pickled), target)
+    if gc.get_count()[0] > SPARED:
+        gc.collect()
+    return parts
 
 
 def run_parts(runs: Sequence[tuple[RunData, Stretches | None]], target: Path) -> list[Part]:

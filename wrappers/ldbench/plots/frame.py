@@ -11,6 +11,7 @@ from matplotlib.transforms import ScaledTranslation
 from ..results.quantities import MM
 from ..results.run_data import RunData
 from .style import PAGE, plain
+from .ticks import placed
 
 LINE_LENGTH = 236       # characters of a caption that fit between the edges of a page
 
@@ -60,9 +61,11 @@ def label_x(ax: Axes, text: str, below: float = 19) -> None:
     ax.set_xlabel(plain(text))
     ax.xaxis.set_label_coords(0.5, 0.0, ax.transAxes + ScaledTranslation(0, -below/72, ax.figure.dpi_scale_trans))
     ax.xaxis.label.set_verticalalignment("center")
+    placed.add(ax.xaxis.label)
 
 
 def label_y(ax: Axes, text: str, left: float = 40) -> None:
     """Write the label of the vertical axis at a fixed distance [pt]."""
     ax.set_ylabel(plain(text))
     ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-left/72, 0, ax.figure.dpi_scale_trans))
+    placed.add(ax.yaxis.label)

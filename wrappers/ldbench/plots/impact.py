@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from ..profiles.pressures import patch_history
 from ..results.derived import PARTS, exchange
+from ..results.events import FLANGE_ANGLE
 from ..results.impacts import Impact, impacts
 from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
 from ..results.run_data import RunData
@@ -121,13 +122,19 @@ def chosen_impacts(run: RunData) -> tuple[list[Impact], int]:
     return found[:MOST], len(found)
 
 
+def at_root(one: Impact) -> bool:
+    """Whether an impact of a flange is one of its root: by the contact angle, where that is known."""
+    return bool(abs(one.angle) < FLANGE_ANGLE)
+
+
 def table_rows(run: RunData, found: Sequence[Impact]) -> list[list[str]]:
     """Numbers of impacts as the page shows them."""
     rows = []
     for one in found:
         rigid = one.duration == 0
         energies = exchange(run, one.start, one.end)
-        row = [CONTACT_NAMES[one.contact], f"{one.start:.6f} s", "–" if rigid else f"{1e3*one.duration:.3f} ms",
+        row = [CONTACT_NAMES[one.contact] + ", root"*at_root(one), f"{one.start:.6f} s",
+               "–" if rigid else f"{1e3*one.duration:.3f} ms",
                "–" if np.isnan(one.peak) else f"{KN*one.peak:.1f} kN", "–" if np.isnan(one.angle) else f"{DEG*one.angle:.1f}°",
                f"{KN*one.impulse:.4f} kN·s"]
         if energies is None:
@@ -143,6 +150,8 @@ def draw_table(figure: Figure, run: RunData, top: float) -> None:
     found, count = chosen_impacts(run)
     which = f"the first {MOST} of {count}" if count > MOST else "all"
     words = f"Impacts of flanges, {which}" if count else "No impact of a flange that begins and ends in the run"
+    if any(map(at_root, found)):
+        words += f"; root: contact angle below {DEG*FLANGE_ANGLE:.0f}°"
     figure.text(LEFT - 0.02, top, words, fontsize=8, color="#404040", va="bottom")
     for k, cells in enumerate([list(HEADS), *table_rows(run, found)] if count else []):
         for x, word in zip(ENDS, cells, strict=True):

@@ -8,6 +8,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from .._core.calls import Handle
 from .._core.errors import Error
 from ..pressure import CONTACTS, ELEMENTS, Patch, press
 from ..results.run_data import RunData
@@ -18,6 +19,7 @@ from .outlines import fits, pose, stated_profile
 FLANGES = "LF", "RF"
 
 _known: WeakKeyDictionary[RunData, dict[str, Any]] = WeakKeyDictionary()
+_placed: WeakKeyDictionary[RunData, Handle] = WeakKeyDictionary()      # profiles are placed once for all poses of a run
 
 
 def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elements: int = ELEMENTS) -> list[Patch]:
@@ -28,7 +30,9 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
                and not fits(Path(file), stated_profile(run, name))]
     if changed:
         raise Error(f"{changed[0]}: expected the profile of the run {run.file}, found one that has changed since")
-    return press(rigid_geometry(case), case, pose(run, k), contacts, elements)
+    if run not in _placed:
+        _placed[run] = rigid_geometry(case)
+    return press(_placed[run], case, pose(run, k), contacts, elements)
 
 
 def first_peak(run: RunData, contact: str) -> int | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -217,8 +217,9 @@ def spread(values: Mapping[str, float]) -> float:
 JUDGED = ("t_first_LF", "Y_max", "climb", "first_impulse", "t_first_RF", "t_return", "lift_offs", "t_derailment", "F_derailment")
 
 
-def verdict_page(found: Sequence[Outcome]) -> Figure:
-    """Draw the table of results: how much each of them depends on the formulation."""
+def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
+    """Draw the table of results: how much each of them depends on the formulation; how runs end, and what it takes to go over
+    the flange."""
     cases = list(dict.fromkeys(o.case for o in found))
     figure = new_page(
         "Which results depend on the formulation?",
@@ -226,7 +227,7 @@ def verdict_page(found: Sequence[Outcome]) -> Figure:
         "constraint formulations: bilateral, both wheels held on the rails; unilateral, rigid contacts with restitution 1, "
         "0.5 and 0. *: of the formulations that have the result.\ngreen: below 3 %, any code may be compared; orange: up to "
         "30 %; red: the formulation decides. impulse: of forces and impacts, until the wheelset moves back. lift-offs: "
-        "fewest to most.")
+        "fewest to most. Over the flange: dashed, the kinetic energy at the start of exercises 1 to 4.")
     ax = figure.add_axes((0.055, 0.1, 0.93, 0.81))
     ax.set_axis_off()
     rows = [[in_short(key), *(cell(found, case, key) for case in cases)] for key in JUDGED]
@@ -254,6 +255,7 @@ def verdict_page(found: Sequence[Outcome]) -> Figure:
         ax.text(0.075, y, words, fontsize=7.5, va="center")
         y -= 0.95*height
     ax.set(xlim=(0, 1), ylim=(0, 1))
+    draw_climb(figure, inputs)
     return figure
 
 
@@ -286,30 +288,36 @@ def pair_words(found: Sequence[Outcome], pair: str) -> str:
     return next((o.profiles for o in found if o.pair == pair and o.profiles), PAIRS[pair])
 
 
-def values_page(found: Sequence[Outcome], pair: str) -> Figure:
-    """All values of a pair of profiles."""
-    figure = new_page(f"Results by formulation, {pair_words(found, pair)}", "",
-                      "e: restitution; –: did not happen or does not exist")
+def values_page(found: Sequence[Outcome]) -> Figure:
+    """All values, the pairs of profiles beside each other."""
+    pairs = list(dict.fromkeys(o.pair for o in found))
+    figure = new_page("Results by formulation", "", "e: unilateral, with this restitution; –: did not happen or does not exist")
     ax = figure.add_axes((0.055, 0.05, 0.93, 0.87))
     ax.set_axis_off()
     lines: list[tuple[list[str], bool]] = []
-    for case in dict.fromkeys(o.case for o in found if o.pair == pair):
-        own = [o for o in found if o.case == case]
-        lines.append(([f"Exercise {own[0].exercise}", *(o.formulation for o in own)], True))
+    for exercise in sorted({o.exercise for o in found}):
+        own = [next((o for o in found if (o.exercise, o.pair, o.formulation) == (exercise, pair, name)), None)
+               for pair in pairs for name in FORMULATIONS]
+        lines.append(([f"Exercise {exercise}", *(name.removeprefix("unilateral, ") for _ in pairs for name in FORMULATIONS)], True))
         for key in RESULTS:
             unit = OUTCOME[key].unit
-            values = [OUTCOME[key].scale*o.results[key] for o in own]
-            if np.isfinite(values).any() and any(x for x in values if np.isfinite(x)):
+            values = [OUTCOME[key].scale*o.results[key] if o else np.nan for o in own]
+            if any(x for x in values if np.isfinite(x)):
                 lines.append(([f"{in_short(key)} [{unit}]" if unit else in_short(key), *(short(x) for x in values)], False))
-        endings = (o.ending.replace(" rail: ", " rail:\n").replace("derails over", "over") for o in own)
+        endings = (o.ending.replace(" rail: ", " rail:\n").replace("derails over", "over") if o else "–" for o in own)
         lines.append((["ending", *endings], False))
-    height = 1/(len(lines) + 1)
-    for i, (row, bold) in enumerate(lines):
+    height, width = 1/(len(lines) + 2), 0.74/len(pairs)
+    for k, pair in enumerate(pairs):
+        ax.text(0.26 + width*(k + 1) - 0.01, 1 - height/2, pair_words(found, pair), ha="right", va="center", fontsize=7,
+                weight="bold")
+        if k:
+            ax.axvline(0.26 + width*k, color=GREY, linewidth=0.4)
+    for i, (row, bold) in enumerate(lines, 1):
         y = 1 - (i + 0.5)*height
         if bold:
             ax.axhspan(y - height/2, y + height/2, color="#E6E6E6", linewidth=0)
         for j, word in enumerate(row):
-            ax.text(0.005 if j == 0 else 0.28 + 0.144*j - 0.01, y, word, ha="left" if j == 0 else "right", va="center",
+            ax.text(0.26 + width/len(FORMULATIONS)*j - 0.01 if j else 0.005, y, word, ha="right" if j else "left", va="center",
                     fontsize=4.6 if "\n" in word else 6.2, weight="bold" if bold else "normal", linespacing=0.9)
     ax.set(xlim=(0, 1), ylim=(0, 1))
     return figure
@@ -327,38 +335,45 @@ ROWS = (("Y", "lateral Y [mm]", MM), ("Z", "vertical Z [mm]", MM), ("pushed", "l
 RAMP_LIMITS = {"Y": (-1, 25), "Z": (-2, 25), "kinetic": (-5, 300)}      # what follows is the fall
 
 
-def exercise_page(found: Sequence[Outcome], exercise: int) -> Figure:
-    """One exercise in all formulations, both pairs of profiles."""
-    own = [o for o in found if o.exercise == exercise]
-    pairs = list(dict.fromkeys(o.pair for o in own))
-    figure = new_page(f"Exercise {exercise}: elastic contact or constraint equations", "", (
+TOGETHER = (1, 2), (3, 4), (5,)                                         # exercises on a page
+
+
+def exercises_page(found: Sequence[Outcome], exercises: Sequence[int]) -> Figure:
+    """Some exercises in all formulations, a column for each pair of profiles."""
+    shown = list(dict.fromkeys((o.exercise, o.pair) for k in exercises for o in found if o.exercise == k))
+    figure = new_page(f"{together(exercises)}: elastic contact or constraint equations", "", (
         "impulse: of forces and, with rigid contacts, of impacts, in the direction of the contact normal; "
         "bilateral: both wheels held on the rails; unilateral: rigid contacts that only push, e: restitution"))
-    axes = figure.subplots(len(ROWS), len(pairs), sharex="col", squeeze=False, gridspec_kw={
-        "left": 0.075, "right": 0.985, "top": 0.885, "bottom": 0.09, "hspace": 0.14, "wspace": 0.14})
-    for column, pair in zip(axes.T, pairs, strict=True):
+    axes = figure.subplots(len(ROWS), len(shown), sharex="col", squeeze=False, gridspec_kw={
+        "left": 0.065, "right": 0.985, "top": 0.885, "bottom": 0.09, "hspace": 0.14, "wspace": 0.2})
+    for column, (exercise, pair) in zip(axes.T, shown, strict=True):
+        own = [o for o in found if (o.exercise, o.pair) == (exercise, pair)]
         for ax, (key, label, scale) in zip(column, ROWS, strict=True):
-            for o in (o for o in own if o.pair == pair):
+            for o in own:
                 ax.plot(o.curves["t"], scale*np.array(o.curves[key]), label=o.formulation,
                         **LINES[o.formulation].kwargs())
             if exercise == 5 and key in RAMP_LIMITS:
                 ax.set_ylim(*RAMP_LIMITS[key])
             if ax in axes[:, 0]:
-                label_y(ax, label)
-        column[0].set_title(pair_words(own, pair), loc="left", fontsize=8)
+                label_y(ax, label, left=35)
+        words = pair_words(own, pair)
+        column[0].set_title(f"Exercise {exercise}, {words}" if len(exercises) > 1 else words, loc="left", fontsize=8)
         label_x(column[-1], "time [s]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(0.985, 0.945), ncols=5)
     return figure
 
 
-def climb_page(inputs: Path) -> Figure:
-    """Draw the work that lifts the wheelset over the flange with both wheels on the rails."""
+def together(exercises: Sequence[int]) -> str:
+    """'Exercise 5', 'Exercises 1 and 2'."""
+    return f"Exercise{'s' if len(exercises) > 1 else ''} {' and '.join(map(str, exercises))}"
+
+
+def draw_climb(figure: Figure, inputs: Path) -> None:
+    """Draw the work that lifts the wheelset over the flange with both wheels on the rails, beside the endings."""
     files = {file.stem[-2:]: file for file in find_namelists(inputs)}
-    figure = new_page("Over the flange with both wheels on the rails", "", (
-        "work of weight and load along the path of the rigid wheelset; dashed: kinetic energy at the start of exercises "
-        "1 to 4"))
+    figure.text(0.64, 0.475, "Over the flange with both wheels on the rails", fontsize=7.5, weight="bold", va="top")
     axes = figure.subplots(1, len(files), sharey=True, squeeze=False, gridspec_kw={
-        "left": 0.07, "right": 0.985, "top": 0.87, "bottom": 0.1, "wspace": 0.06})[0]
+        "left": 0.64, "right": 0.985, "top": 0.425, "bottom": 0.125, "wspace": 0.08})[0]
     for ax, (pair, file) in zip(axes, files.items(), strict=True):
         case = Case.from_namelist(file)
         made = climbing_run(case)
@@ -367,11 +382,10 @@ def climb_page(inputs: Path) -> Figure:
         for exercise, v in enumerate((0.1, 0.5, 1.0, 2.0), 1):
             energy = 0.5*case.mass*v**2
             ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
-            ax.text(0.01, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), va="bottom", fontsize=7)
-        ax.set_title(made.pair or PAIRS[pair], loc="left")
+            ax.text(0.01, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), va="bottom", fontsize=6)
+        ax.set_title(made.pair or PAIRS[pair], loc="left", fontsize=7, pad=3)
         label_x(ax, "lateral Y [mm]")
-    label_y(axes[0], "energy [J]")
-    return figure
+    label_y(axes[0], "work of weight and load [J]", left=30)
 
 
 def climb(case: Case) -> pd.DataFrame:
@@ -406,12 +420,13 @@ def ending_in_short(o: Outcome) -> str:
     return f"{how}, {KN*F:.1f} kN" if np.isfinite(F) else how
 
 
-def figures(found: Sequence[Outcome], inputs: Path) -> list[tuple[str, Figure]]:
-    """The table, an exercise to a page, the values."""
-    return [("which results depend on the formulation", verdict_page(found)),
-            *((f"exercise {k}", exercise_page(found, k)) for k in sorted({o.exercise for o in found})),
-            ("over the flange", climb_page(inputs)),
-            *((f"values, {pair_words(found, pair)}", values_page(found, pair)) for pair in dict.fromkeys(o.pair for o in found))]
+def figures(found: Sequence[Outcome], inputs: Path) -> Iterator[tuple[str, Figure]]:
+    """The table, two exercises to a page, the values."""
+    yield "which results depend on the formulation", verdict_page(found, inputs)
+    there = {o.exercise for o in found}
+    for exercises in (shown for some in TOGETHER if (shown := [k for k in some if k in there])):
+        yield together(exercises).lower(), exercises_page(found, exercises)
+    yield "values", values_page(found)
 
 
 # Files ------------------------------------------------------------------------------------
