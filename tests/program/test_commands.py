@@ -49,18 +49,20 @@ SHARED = {
     ("--map",): {"plot", "compare", "check", "score", "fingerprint", "view"},
     ("--json",): {"run", "table", "profile", "pressure", "check", "score", "fingerprint"},
     ("--simulation",): {"check", "score", "fingerprint"},
+    ("--reference",): {"score", "collate"},
     ("--set",): {"run", "table", "profile", "ensemble"},
     ("--scheduler",): {"study", "ensemble"},
 }
 OWN = {
     "run": set(), "table": set(), "profile": {"--radii", "--en15302"}, "pressure": {"--at", "--contact"}, "plot": {"--geometry"},
-    "compare": {"--align"}, "check": {"--save-map", "--all"}, "score": {"--reference", "--all"}, "fingerprint": set(),
+    "compare": {"--align"}, "check": {"--save-map", "--all"}, "score": {"--all"}, "fingerprint": set(),
     "collate": set(), "study": set(),
     "formulations": set(), "report": {"--inputs", "--force"}, "view": {"--case", "--title", "--from", "--to", "--speed"},
     "ensemble": {"--over", "-n", "--draw", "--seed", "--columns", "--rows"}, "variables": set(),
 }
 REPEATED = {"--set", "--over", "--geometry"}        # as often as given, one value each
-TOLD_BY_COMMAND = {"--output": {"help", "metavar", "default"}, "--jobs": {"help"}, "--scheduler": {"help"}}
+TOLD_BY_COMMAND = {"--output": {"help", "metavar", "default"}, "--jobs": {"help"}, "--scheduler": {"help"},
+                   "--reference": {"required"}}
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -413,7 +415,7 @@ def test_wrong_usage_has_status_2(words: list[str], told: str, capsys: pytest.Ca
     ["check", "none.txt"], ["check", "ex1_aw.txt"], ["score", "ex1_aw.txt", "--reference", "none.txt"],
     ["fingerprint", "none.txt"], ["fingerprint", "ex1_aw.txt"],
     ["compare", "none.txt", "none.txt"], ["compare", "none.txt"],
-    ["report", "--inputs", "none"], ["collate", "none"], ["collate", "."],
+    ["report", "--inputs", "none"], ["collate", "none"], ["collate", "."], ["collate", ".", "--reference", "none"],
     ["view", "none.txt"], ["view", "none.txt", "-o", "film.avi"], ["ensemble", "none.nml", "--over", "mass=1,2"],
     ["ensemble", "inputs/ex1_aw.nml", "--over", "masss=1,2"], ["variables", "masss"],
 ], ids=" ".join)

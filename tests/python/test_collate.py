@@ -5,7 +5,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -22,6 +22,8 @@ from ldbench.__main__ import main
 from ldbench.benchmark import check, collation, entries, numbers
 from ldbench.benchmark.call import TASKS, Task
 from ldbench.benchmark.collation import Collation, collate, write_csv
+from ldbench.benchmark.grades import GRADED, KINDS, Graded, find_references, read_reference
+from ldbench.benchmark.metrics import score
 from ldbench.benchmark.numbers import NUMBERS, SI, names_of, numbers_of
 from ldbench.benchmark.submissions import find_submissions, printable
 from ldbench.plots.style import CODE_LINES
@@ -526,3 +528,173 @@ def test_the_median_is_that_of_the_codes_that_have_the_number(collated: tuple[Co
     known = [found.value(code, FAST, "peak") for code in found.codes if np.isfinite(found.value(code, FAST, "peak"))]
     assert 9 <= len(known) < 12 and found.median(FAST, "peak") == np.median(known)
     assert np.isnan(found.median(Task(1, "sw"), "peak"))
+
+
+# ---- grades --------------------------------------------------------------------------
+SCALED = {"Near": 1.005, "Aside": 1.05, "Double": 2.0}
+
+
+class GradedRound(NamedTuple):
+    """A collation with a reference, and where its things are."""
+
+    found: Collation
+    codes: Path
+    reference: Path
+    store: Path
+
+    def grade(self, code: str, name: str) -> Graded:
+        return self.found.grade(next(one for one in self.found.codes if one.name == code), FAST, name)
+
+
+@pytest.fixture(scope="module")
+def graded(written: Path, own: None, tmp_path_factory: pytest.TempPathFactory) -> GradedRound:
+    """Bora is the reference. Beside it are Bora with larger forces, a code with softer steel, one whose file cannot be read, and
+    one whose times are ten seconds later, by its own map."""
+    codes, reference, store = (tmp_path_factory.mktemp(name) for name in ("codes", "reference", "kept"))
+    good = written/"Bora"/f"{FAST.name}.csv"
+    shutil.copy(good, reference)
+    frame = pd.read_csv(good)
+    forces = [name for name in frame if name.startswith(("Fn", "Fz", "Fy"))]
+    assert len(forces) == 12
+    shutil.copytree(written/"Bora", codes/"Itself")
+    shutil.copytree(written/"Contura", codes/"Softer")
+    for name in (*SCALED, "Late", "Spoilt"):
+        (codes/name).mkdir()
+    for name, factor in SCALED.items():
+        frame.assign(**{one: factor*frame[one] for one in forces}).to_csv(codes/name/good.name, index=False)
+    guess = check.check_file(good).guess
+    assert guess is not None
+    (codes/"Late/columns.toml").write_text(guess.toml())
+    (codes/"Late/submission.toml").write_text('map = "columns.toml"\n')
+    frame.assign(**{"t[s]": frame["t[s]"] + 10}).to_csv(codes/"Late"/good.name, index=False)
+    (codes/"Spoilt"/good.name).write_text("nothing\n")
+    return GradedRound(collate(codes, store, 2, references=find_references(reference)), codes, reference, store)
+
+
+def test_the_reference_itself_has_the_best_grade_everywhere(graded: GradedRound):
+    for name in GRADED:
+        one = graded.grade("Itself", name)
+        assert (one.difference, one.grade) == (0.0, 1e-3) and one.name, name
+
+
+@pytest.mark.parametrize(("code", "limit"), [("Near", 1e-2), ("Aside", 0.1), ("Double", None)])
+def test_scaled_forces_have_the_grade_of_the_scale(code: str, limit: float | None, graded: GradedRound):
+    """The motion is the same, and an impulse is larger by the factor, the median one and the worst one."""
+    for name in "score_impulses", "score_impulses_worst":
+        one = graded.grade(code, name)
+        assert one.difference == pytest.approx(SCALED[code] - 1, rel=2e-3) and one.grade == limit
+    assert graded.grade(code, "score_motion_worst").grade == 1e-3
+    assert graded.grade(code, "score_events_worst").difference < 1e-3
+
+
+def test_softer_steel_is_worse_than_itself_and_the_worst_is_not_better_than_the_median(graded: GradedRound):
+    for kind in KINDS:
+        middle, worst = graded.grade("Softer", f"score_{kind}"), graded.grade("Softer", f"score_{kind}_worst")
+        assert 0 < middle.difference < worst.difference
+    read = [check.read_submitted(folder/f"{FAST.name}.csv", FAST).run for folder in (graded.codes/"Softer", graded.reference)]
+    scores = score(*read, FAST)
+    worst, middle = scores.worst("impulse"), scores.middle("motion")
+    assert worst and graded.grade("Softer", "score_impulses_worst")[:3] == (worst.difference, worst.of_spread, worst.name)
+    assert middle and graded.grade("Softer", "score_motion")[:3] == (middle.difference, middle.of_spread, middle.name)
+    assert graded.grade("Softer", "score_contacts").difference == pytest.approx(1 - scores.share, abs=1e-12)
+
+
+def test_what_cannot_be_scored_is_a_remark(graded: GradedRound):
+    """Of the late code everything else is known."""
+    lines = graded.found.lines()
+    assert len(lines) == 2 and lines[0].startswith(f"Late: {FAST.name}.csv: not scored: ") and "times in common" in lines[0]
+    assert lines[1].startswith("Spoilt: ")
+    entry = graded.found.entries["Late", FAST]
+    assert not entry.error and not entry.grades and np.isfinite(entry.numbers["peak"].value)
+
+
+def test_grades_are_rows_of_the_table(graded: GradedRound, collated: tuple[Collation, Path], tmp_path: Path):
+    table(graded.found, tmp_path/"table.csv")
+    frame = pd.read_csv(tmp_path/"table.csv", keep_default_na=False, na_values=[""])
+    assert (frame.value.isna() == frame.remark.notna()).all()
+
+    def row(code: str, number: str, task: Task = FAST) -> tuple[float, str]:
+        one = frame[(frame.code == code) & (frame.simulation == task.name) & (frame.number == number)]
+        return one.value.item(), one.remark.item()
+
+    assert row("Itself", "score_motion_grade")[0] == 1e-3 and row("Itself", "score_impulses_of_spread")[0] == 0
+    assert row("Near", "score_impulses")[0] == pytest.approx(0.005, rel=2e-3)
+    assert row("Near", "score_impulses_worst_grade")[0] == 1e-2
+    assert row("Double", "score_impulses_grade")[1] == "beyond 0.1"
+    one = graded.grade("Softer", "score_motion")
+    assert row("Softer", "score_motion_of_spread")[0] == one.of_spread > 0
+    assert "times in common" in row("Late", "score_events")[1] and "expected rows" in row("Spoilt", "score_events")[1]
+    assert row("Itself", "score_events", Task(1, "sw"))[1] == "not submitted"
+    assert row("Itself", "score_events", SLOW)[1] == "the reference has no file of this simulation"
+    assert not any("score_" in line for line in table(collated[0], tmp_path/"without.csv"))
+
+
+def test_a_new_reference_computes_the_scores_again(graded: GradedRound, tmp_path: Path):
+    """With the one of before nothing is read; with other bytes all files of that simulation are, and no other ones."""
+    store, reference = tmp_path/"store", tmp_path/"reference"
+    shutil.copytree(graded.store, store)
+    shutil.copytree(graded.reference, reference)
+    again = collate(graded.codes, store, 2, references=find_references(reference))
+    assert again.computed == () and again.lines() == graded.found.lines()
+    for key, entry in graded.found.entries.items():
+        assert repr(again.entries[key].grades) == repr(entry.grades)
+    shutil.copy(graded.codes/"Near"/f"{FAST.name}.csv", reference)
+    new = collate(graded.codes, store, 2, references=find_references(reference))
+    assert {task for _, task in new.computed} == {FAST} and len(new.computed) == len(graded.found.codes)
+    itself, near = (next(code for code in new.codes if code.name == name) for name in ("Itself", "Near"))
+    assert new.grade(near, FAST, "score_impulses").difference == 0
+    assert new.grade(itself, FAST, "score_impulses").difference == pytest.approx(1 - 1/1.005, rel=2e-3)
+
+
+def test_a_code_with_a_map_is_a_reference(graded: GradedRound):
+    """By its map: a guess would have shifted the times, which begin ten seconds late."""
+    late = find_references(graded.codes/"Late")[FAST]
+    assert late.map is not None
+    assert read_reference(late).time[0] == pytest.approx(10)
+
+
+def test_rows_behind_the_horizon_are_not_needed(graded: GradedRound, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A reference is cut behind the horizon, and every score stays as it is."""
+    for module in "grades", "metrics":
+        monkeypatch.setattr(f"ldbench.benchmark.{module}.horizon", lambda task: 0.03)
+    shutil.copy(graded.codes/"Near"/f"{FAST.name}.csv", tmp_path)
+    with (tmp_path/f"{FAST.name}.csv").open("a") as opened:
+        opened.write("\n")           # other bytes, which have not been read before
+    reference = find_references(tmp_path)[FAST]
+    whole = check.read_submitted(reference.file, FAST).run
+    run = check.read_submitted(graded.codes/"Softer"/f"{FAST.name}.csv", FAST).run
+    few = read_reference(reference)
+    assert len(few.time) < 0.5*len(whole.time) and few.time[-1] > 0.033
+    assert score(run, few, FAST) == score(run, whole, FAST)
+
+
+@pytest.mark.parametrize(("make", "told"), [
+    (lambda folder: (folder/"ex4_aw.csv").write_text("nothing\n"), "ex4_aw.csv: expected"),
+    (lambda folder: (folder/"ex4_aw.csv").write_text("t,y\n" + "".join(f"{k},nan\n" for k in range(9))), "ex4_aw.csv: expected"),
+    (lambda folder: (folder/"ex4_aw.csv").mkdir(), "ex4_aw.csv: cannot be opened"),
+    (lambda folder: None, "expected names of files that say the simulation"),
+    (lambda folder: folder.rmdir(), "found none"),
+    (lambda folder: [(folder/name).write_text("") for name in ("ex4_aw.csv", "ex4_aw.txt")], "expected one file"),
+    (lambda folder: [(folder/name).write_text("map = 'none.toml'") for name in ("ex4_aw.csv", "submission.toml")], "none.toml"),
+], ids=["no rows", "no numbers", "a folder", "empty", "none", "two", "no map"])
+def test_a_reference_that_cannot_be_read_is_one_error(make: Callable[[Path], object], told: str, graded: GradedRound,
+                                                      tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    folder = tmp_path/"reference"
+    folder.mkdir()
+    make(folder)
+    assert main(["collate", str(graded.codes), "-o", str(tmp_path/"out"), "--reference", str(folder), "-j", "2"]) == 1
+    said = capsys.readouterr()
+    assert said.out == "" and said.err.count("\n") == 1 and told in said.err and str(folder) in said.err
+    assert not (tmp_path/"out/collation.csv").exists()
+
+
+def test_the_document_has_the_grades(graded: GradedRound, tmp_path: Path):
+    assert main(["collate", str(graded.codes), "-o", str(tmp_path), "--reference", str(graded.reference/f"{FAST.name}.csv")]) == 0
+    reader = PdfReader(tmp_path/"collation.pdf")
+    titles = [item.title for item in reader.outline if not isinstance(item, list)]
+    assert titles[:4] == ["Contents", "Matrix", "Grades", "Codes"]
+    pages = [page.extract_text() for page in reader.pages]
+    matrix = next(page for page in pages if "Grades against the reference" in page and "grade 0.001" in page)
+    assert all(code in matrix for code in SCALED) and "0.005" in matrix and "0.05" in matrix
+    assert sum("Scores, exercise 4, actual profiles" in page for page in pages) == 1
+    assert not any("Scores, exercise 2" in page for page in pages)      # which has no reference

@@ -16,6 +16,7 @@ from ..results.header import read_header
 from .call import TASKS, Task
 from .check import own_run
 from .entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
+from .grades import ROWS, Graded, Reference, read_reference, split_row
 from .numbers import NUMBERS, SI, VERDICTS, names_of
 from .submissions import Submission, find_submissions, printable
 
@@ -33,6 +34,8 @@ class Collation:
     remarks: tuple[str, ...] = ()                       # about what is no code
     computed: tuple[tuple[str, Task], ...] = ()         # that were not kept
     tasks: tuple[Task, ...] = field(default=TASKS)
+    referred: tuple[Task, ...] = ()                     # that have a reference
+    reference: str = ""                                 # the name of its folder
 
     def entry(self, code: Submission, task: Task) -> Entry | None:
         """What is known of a simulation of a code; None where the code has not submitted it."""
@@ -42,6 +45,13 @@ class Collation:
         """A number, SI; NaN where there is none."""
         entry = self.entry(code, task)
         return entry.numbers[number].value if entry and number in entry.numbers else np.nan
+
+    def grade(self, code: Submission, task: Task, name: str) -> Graded:
+        """A difference from the reference by its name of GRADED, or why there is none."""
+        entry = self.entry(code, task)
+        why = "not submitted" if entry is None else entry.error or \
+            ("" if task in self.referred else "the reference has no file of this simulation") or entry.unscored
+        return Graded(np.nan, reason=why) if entry is None or name not in entry.grades else entry.grades[name]
 
     def median(self, task: Task, number: str) -> float:
         """The median of a number over the codes that have it; NaN where none has."""
@@ -53,7 +63,8 @@ class Collation:
         found = list(self.remarks)
         for code in self.codes:
             found += [f"{code.name}: {remark}" for remark in code.remarks]
-            found += [f"{code.name}: {entry.error}" for task in self.tasks if (entry := self.entry(code, task)) and entry.error]
+            found += [f"{code.name}: {line}" for task in self.tasks if (entry := self.entry(code, task))
+                      for line in (entry.error, entry.unscored) if line]
         return found
 
     @property
@@ -71,6 +82,7 @@ class Work:
     file: Path
     map: Mapping[str, Any] | None
     seconds: float
+    reference: Reference | None = None
 
     @property
     def size(self) -> int:
@@ -82,19 +94,21 @@ class Work:
 
 
 def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path | None = None,
-            done: Callable[[], object] = lambda: None) -> Collation:
+            done: Callable[[], object] = lambda: None, references: Mapping[Task, Reference] | None = None) -> Collation:
     """Read a folder of codes, but for what `store`, a folder that is there, keeps of an earlier time.
 
     jobs: files that are read at the same time. leave_out: a folder that is no code. done: called after each file.
+    references: what the files of a simulation are scored against.
 
     Raises
     ------
     Error
-        If the folder cannot be read.
+        If the folder cannot be read, or a reference that is needed.
     """
     codes, remarks = find_submissions(folder, leave_out)
-    work = [Work(code.name, task, file, code.map, code.seconds.get(task.name, np.nan)) for code in codes for task, file in
-            code.files.items()]
+    references = references or {}
+    work = [Work(code.name, task, file, code.map, code.seconds.get(task.name, np.nan), references.get(task))
+            for code in codes for task, file in code.files.items()]
     entries = {(code.name, task): entry for code in codes for task, entry in kept(store, code.name, code.files).items()}
     program()       # once, before processes begin
     told = [("", str(key)) if isinstance(key, Error) else key for key in side_by_side(key_or_words, work, jobs)]
@@ -104,6 +118,8 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
     # Threads of OpenMP do not outlive a fork, so our own runs are computed before.
     for task in sorted({one.task for one in new if one.map is None and needs_map(one.file)}, key=TASKS.index):
         own_run(task)
+    for reference in {one.task: one.reference for one in new if one.reference}.values():
+        read_reference(reference)       # once for all processes, and an Error here is that of no code
     found: dict[tuple[str, Task], Entry] = {}
     for group, at_once in by_memory(new, jobs):
         for one, entry in zip(group, side_by_side(partial(read_one, keys), group, at_once), strict=True):
@@ -115,7 +131,9 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
         mine = {task: ordered[code.name, task] for task in code.files}
         if any((code.name, task) in found for task in mine):
             keep(store, code.name, mine)
-    return Collation(tuple(codes), ordered, tuple(remarks), tuple((one.code, one.task) for one in new))
+    return Collation(tuple(codes), ordered, tuple(remarks), tuple((one.code, one.task) for one in new),
+                     referred=tuple(task for task in TASKS if task in references),
+                     reference=next((printable(one.file.resolve().parent.name, 40) for one in references.values()), ""))
 
 
 def side_by_side(work: Callable[[Work], Any], tasks: Sequence[Work], jobs: int | None) -> list[Any]:
@@ -148,7 +166,7 @@ def result_or_error(result: Callable[[], Any]) -> Any:
 def key_or_words(one: Work) -> tuple[str, str]:
     """The key of a file, or '' and why it cannot be read."""
     try:
-        return key_of(one.file, one.task, one.map, one.seconds), ""
+        return key_of(one.file, one.task, one.map, one.seconds, one.reference), ""
     except Error as error:
         return "", printable(str(error), 400)
 
@@ -156,7 +174,7 @@ def key_or_words(one: Work) -> tuple[str, str]:
 def read_one(keys: Mapping[tuple[str, Task], tuple[str, str]], one: Work) -> Entry:
     """The entry of a file."""
     key, why = keys[one.code, one.task]
-    return failed_entry(one.task, "", why) if why else make_entry(one.file, one.task, one.map, one.seconds, key)
+    return failed_entry(one.task, "", why) if why else make_entry(one.file, one.task, one.map, one.seconds, key, one.reference)
 
 
 def needs_map(file: Path) -> bool:
@@ -192,8 +210,12 @@ def write_csv(found: Collation, target: Path) -> None:
                 value = number.value if number else np.nan
                 rows.append((code.name, task.name, name, value, SI[name], (number.reason if number else "") or
                              ("" if np.isfinite(value) else missing or "not computed")))
+            for name in ROWS if found.referred else ():
+                word, ending = split_row(name)
+                value, why = found.grade(code, task, word).row(ending)
+                rows.append((code.name, task.name, name, value, "1", why))
             for name in VERDICTS.values():
                 count = entry.verdict.get(name) if entry else None
                 rows.append((code.name, task.name, f"checks_{name}", count, "1", "" if count is not None else missing))
-    assert all(name in NUMBERS or name.startswith("checks_") for _, _, name, *_ in rows)
+    assert all(name in NUMBERS or name in ROWS or name.startswith("checks_") for _, _, name, *_ in rows)
     write_frame(pd.DataFrame(rows, columns=["code", "simulation", "number", "value", "unit", "remark"]), target)

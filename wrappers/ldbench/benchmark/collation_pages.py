@@ -17,11 +17,13 @@ from .._core.files import check_ending, check_written
 from .._core.pools import processes
 from ..plots.document import Part, bind, save_parts
 from ..plots.frame import label_x, label_y, new_page
-from ..plots.style import CODE_LINES, Line, ldbench_style, plain
+from ..plots.style import ldbench_style, plain
 from ..report.compare_pages import paged, short
 from ..results.quantities import CONTACT_NAMES, KN, PAIRS, quantity
 from .call import Task
 from .collation import Collation
+from .collation_grades import grade_pages, score_pages
+from .collation_looks import CODES_ON_PAGE, capital, cut, line_of
 from .entries import CLOSE, IMPACTS, Entry
 from .laws import DERAILED
 from .numbers import NUMBERS, names_of
@@ -42,17 +44,11 @@ CURVES_NOTE = (
     "that of the first row; it dips while a flange stores energy\n"
     "forces of the flanges: each code from the moment at which its contact closes; an impact of rigid contacts takes no time and "
     "has no force to show; exercise 5: the panels over time are fitted to what comes before the derailment")
-CODES_ON_PAGE = 14
 CODES_IN_TABLE = 20
 FAR = 3.0           # ranges of the median code, beyond which a curve leaves its panel
 MANY = 10.0         # a relative difference that is told as a factor
 LONGEST_NUMBER = 10     # characters of a number, beyond which three digits are shown
 BEGUN = 5e-4        # within which an impact begins whose contact is told to close at 0 [s]
-
-
-def line_of(k: int) -> Line:
-    """The look of a code's lines."""
-    return CODE_LINES[k % len(CODE_LINES)]
 
 
 def shade(entry: Entry | None) -> str:
@@ -124,16 +120,6 @@ def matrix_page(found: Collation, start: int) -> Figure:
     return figure
 
 
-def capital(words: str) -> str:
-    """Words that begin with a capital letter."""
-    return words[0].upper() + words[1:]
-
-
-def cut(words: str, longest: int) -> str:
-    """Words that fit a place."""
-    return words if len(words) <= longest else f"{words[:longest - 1]}…"
-
-
 def cell_words(found: Collation, code: Submission, task: Task, entry: Entry | None) -> str:
     """The words of a cell of the matrix."""
     if entry is None:
@@ -168,6 +154,7 @@ def chapter(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
         return
     yield "curves", curves_page(found, task)
     yield from number_pages(found, task)
+    yield from score_pages(found, task)
     yield from finding_pages(found, task)
 
 
@@ -341,10 +328,11 @@ def chapters_of(pickled: bytes, tasks: Sequence[Task], target: Path) -> list[Par
 
 
 def front_of(pickled: bytes, target: Path) -> list[Part]:
-    """The matrix and the codes."""
+    """The matrix, the grades and the codes."""
     found: Collation = pickle.loads(pickled)
     with ldbench_style():
-        return [part for part in save_parts(target, [("Matrix", matrix_pages(found)), ("Codes", code_pages(found))]) if part.pages]
+        chapters = ("Matrix", matrix_pages(found)), ("Grades", grade_pages(found)), ("Codes", code_pages(found))
+        return [part for part in save_parts(target, chapters) if part.pages]
 
 
 def make_document(found: Collation, target: Path, jobs: int | None = None) -> int:

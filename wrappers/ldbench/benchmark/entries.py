@@ -1,11 +1,11 @@
 """What a collation keeps of one file: numbers, verdict, and curves as they are drawn, computed once.
 
 The file of a code holds the entries of its simulations under a key that changes with the bytes of the file, the map, the
-processor time that the submission tells, and the program. So a late submission costs its own column alone.
+processor time that the submission tells, the reference that the file is scored against, and the program. So a late submission
+costs its own column alone.
 """
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import warnings
@@ -26,13 +26,14 @@ from ..plots.stretches import thin
 from ..results.run_data import RunData
 from .call import Task
 from .check import findings_of, read_submitted
+from .grades import GRADED, Graded, Reference, digest_of, graded, read_reference
+from .horizon import FILE as YARDSTICKS
 from .laws import energy_balance, has
 from .numbers import NUMBERS, Contact, Number, first_impact, names_of, numbers_of, verdict_counts
-from .submissions import printable, reason
+from .submissions import printable
 from .verdict import DOUBTFUL, FAILED
 
 STORE = ".collated"             # the folder of what is kept, beside the results
-LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
 COLUMNS = 300                   # of a curve over the whole run: of each the smallest and the largest value are kept
 CLOSE = -1e-3, 14e-3            # around the first contact of a flange, in which every row is kept [s]
 CLOSE_COLUMNS = 600
@@ -54,6 +55,8 @@ class Entry:
     curves: Mapping[str, Curve] = field(default_factory=dict)       # of OVERALL over time, of IMPACTS from the first contact on
     rows: int = 0
     error: str = ""                                                 # why there is none of this
+    grades: Mapping[str, Graded] = field(default_factory=dict)      # differences from the reference, by the names of GRADED
+    unscored: str = ""                                              # why there is a reference, but no grades
 
 
 def failed_entry(task: Task, key: str, error: str) -> Entry:
@@ -67,26 +70,20 @@ def program() -> str:
     package = Path(__file__).resolve().parents[1]
     sources = sorted(path for room in ("benchmark", "results") for path in (package/room).glob("*.py")
                      if not path.stem.startswith("collation"))
+    sources.append(YARDSTICKS)
     return digest("".join([version(), *(digest(path.read_bytes()) for path in sources)]).encode())
 
 
-def key_of(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float) -> str:
+def key_of(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float, reference: Reference | None = None) -> str:
     """The key of a file's entry. Error where the file cannot be read."""
-    try:
-        size = file.stat().st_size
-        if size > LARGEST:
-            raise Error(f"{file.name}: expected at most {LARGEST/1e6:.0f} MB, found {size/1e6:.0f} MB")
-        whole = hashlib.sha256()
-        with open(file, "rb") as opened:
-            while block := opened.read(2**20):
-                whole.update(block)
-    except (OSError, ValueError) as error:
-        raise Error(f"{printable(file.name)}: cannot be opened for reading: {reason(error)}") from None
-    return digest(repr((whole.hexdigest(), task.name, map, seconds, program())).encode())
+    known = digest_of(file), task.name, map, seconds, reference and reference.key, program()
+    return digest(repr(known).encode())
 
 
-def make_entry(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float, key: str) -> Entry:
-    """Read a file and compute what is kept of it; whatever is wrong with it becomes one line."""
+def make_entry(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float, key: str,
+               reference: Reference | None = None) -> Entry:
+    """Read a file and compute what is kept of it, scores against a reference included; whatever is wrong with it becomes one
+    line."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -97,7 +94,9 @@ def make_entry(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: f
             numbers = numbers_of(run, task, findings, seconds)
             lines = [printable(f"{one.verdict}: {one.what}" + (f": {one.hint}" if one.hint else ""))
                      for verdict in (FAILED, DOUBTFUL) for one in findings if one.verdict == verdict]
-            return Entry(key, numbers, verdict_counts(findings), tuple(lines[:SHOWN_FINDINGS]), curves_of(run, task), len(run.time))
+            grades, unscored = graded(run, task, read_reference(reference)) if reference else ({}, "")
+            return Entry(key, numbers, verdict_counts(findings), tuple(lines[:SHOWN_FINDINGS]), curves_of(run, task), len(run.time),
+                         grades=grades, unscored=unscored and f"{printable(file.name, 80)}: {unscored}")
     except Error as error:
         return failed_entry(task, key, printable(str(error).replace(f"{file}", file.name), 400))
     except MemoryError:
@@ -159,7 +158,8 @@ def keep(store: Path, name: str, entries: Mapping[Task, Entry]) -> None:
             "key": entry.key,
             "numbers": {word: [x.value if np.isfinite(x.value) else None, x.reason] for word, x in entry.numbers.items()},
             "verdict": dict(entry.verdict), "findings": entry.findings, "rows": entry.rows, "error": entry.error,
-            "curves": list(entry.curves)}
+            "curves": list(entry.curves), "unscored": entry.unscored,
+            "grades": {word: [*(x if np.isfinite(x) else None for x in one[:2]), *one[2:]] for word, one in entry.grades.items()}}
         for word, curve in entry.curves.items():
             arrays[f"{task.name}.{word}"] = np.stack(curve)
     text = json.dumps(facts, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
@@ -178,8 +178,14 @@ def kept(store: Path, name: str, tasks: Mapping[Task, Path]) -> dict[Task, Entry
                     numbers = {word: Number(np.nan if value is None else float(value), str(why))
                                for word, (value, why) in one["numbers"].items() if word in NUMBERS}
                     curves = {word: tuple(read[f"{task.name}.{word}"]) for word in one["curves"]}
+                    grades = {word: kept_grade(*values) for word, values in one["grades"].items() if word in GRADED}
                     found[task] = Entry(one["key"], numbers, one["verdict"], tuple(one["findings"]), curves, one["rows"],
-                                        one["error"])
+                                        one["error"], grades, one["unscored"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile):
         return {}
     return found
+
+
+def kept_grade(difference: float | None, of_spread: float | None, name: str, why: str) -> Graded:
+    """A difference from the reference as it is kept, where NaN is None."""
+    return Graded(np.nan if difference is None else float(difference), np.nan if of_spread is None else float(of_spread), name, why)

@@ -3,6 +3,7 @@
 The folder has a folder for each code, with its files, whose names say the simulation, as ex2_aw.csv, and a description
 submission.toml: code, version, authors, formulation, law, step, machine, processor_time, map (all optional). Files of other
 codes are read by the map, a table [map] or the name of a file, or by a map that is guessed as `check` does.
+With --reference every file is scored as `score` does, and graded.
 Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. What was read and computed of a
 code is kept in DIR/.collated, so that a late submission costs its own files alone. Whatever a code sends, the others are
 collated; what could not be used is printed, a line each.
@@ -10,6 +11,7 @@ collated; what could not be used is printed, a line each.
 examples:
   python -m ldbench collate codes
   python -m ldbench collate codes -o round_2
+  python -m ldbench collate codes -o graded --reference outputs
 """
 from __future__ import annotations
 
@@ -21,13 +23,15 @@ from ..benchmark.collation import collate, write_csv
 from ..benchmark.collation_page import make_page
 from ..benchmark.collation_pages import make_document
 from ..benchmark.entries import STORE
-from .options import add_folder, add_jobs
+from ..benchmark.grades import find_references
+from .options import add_folder, add_jobs, add_reference
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="a folder that holds a folder for each code")
     add_folder(parser, "where the results go")
+    add_reference(parser)
     add_jobs(parser, "files read, or chapters drawn, side by side")
 
 
@@ -39,8 +43,9 @@ def main(args: argparse.Namespace) -> int:
         raise Error(f"{args.output}: expected a folder for the results, found a file")
     if not any(path.is_dir() and not path.name.startswith(".") for path in args.folder.iterdir()):
         raise Error(f"{args.folder}: expected a folder for each code, found none")
+    references = find_references(args.reference) if args.reference else None
     (args.output/STORE).mkdir(parents=True, exist_ok=True)
-    found = collate(args.folder, args.output/STORE, args.jobs, args.output)
+    found = collate(args.folder, args.output/STORE, args.jobs, args.output, references=references)
     for line in found.lines():
         print(line)
     if not found.used:

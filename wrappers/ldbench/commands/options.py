@@ -49,6 +49,12 @@ def add_simulation(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--simulation", metavar="NAME", help="which simulation a file is, as ex2_aw (the name of the file says it)")
 
 
+def add_reference(parser: argparse.ArgumentParser, required: bool = False) -> None:
+    """Declare --reference: the files that others are scored against."""
+    parser.add_argument("--reference", type=Path, metavar="FILE|FOLDER", required=required,
+                        help="what is right: a column file of the same simulation, or a folder of them")
+
+
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add --json, which prints the numbers for other programs."""
     parser.add_argument("--json", action="store_true", help="print the numbers as JSON, SI units, instead of text")

@@ -23,7 +23,7 @@ from ..benchmark.horizon import yardsticks
 from ..benchmark.metrics import score
 from ..benchmark.scores import KINDS, Score, Scores
 from ..results.quantities import quantity
-from .options import add_json, add_map, add_simulation, print_json
+from .options import add_json, add_map, add_reference, add_simulation, print_json
 
 SHOWN = 5       # impacts without a partner
 
@@ -31,8 +31,7 @@ SHOWN = 5       # impacts without a partner
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.add_argument("path", type=Path, metavar="FILE|FOLDER", help="a column file, or a folder of them")
-    parser.add_argument("--reference", type=Path, metavar="FILE|FOLDER", required=True,
-                        help="what is right: a column file of the same simulation, or a folder of them")
+    add_reference(parser, required=True)
     add_simulation(parser)
     parser.add_argument("--all", action="store_true", help="print every score and every impact without a partner")
     add_map(parser)
