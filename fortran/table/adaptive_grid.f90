@@ -22,9 +22,6 @@ module adaptive_grid
   real(dp), parameter :: grading = 1.25_dp   ! of the first points of q towards 0
   ! Shorter cells are not halved: patches are larger [m, rad, sqrt(m)].
   real(dp), parameter :: least_u = 0.02e-3_dp, least_roll = 0.5e-3_dp, least_q = 0.5e-3_dp
-  ! Where a wheelset rolls over, contact jumps from the crown of a rail to its corner within some 0.1 mrad. Cells of the roll
-  ! angle may be so much smaller there.
-  real(dp), parameter :: finer_rollover = 4
 
   !> Values of a function of (q, u, roll) at the points of its axes.
   type :: grid_type
@@ -40,6 +37,7 @@ module adaptive_grid
     integer :: most_values = 0               !! points of all zones, at most
     integer :: rounds = 0, rounds_q = 0      !! of sampling, at most; after the later ones q is not halved
     logical :: common_roll = .false.         !! whether all zones have the same roll axis
+    real(dp) :: finer_rollover = 1           !! so much smaller may cells of roll be where a wheelset rolls over
   end type rules_type
 
   !> Largest errors in the cells of every axis, relative to those allowed.
@@ -192,7 +190,8 @@ contains
         roll(z) = g%roll
         q(z) = g%q
         call halve_cells(u(z), error(z)%u/scale, spread(g%least(1), 1, g%u%n - 1), rules%most(1), changed(1, z))
-        call halve_cells(roll(z), error(z)%roll/scale, least_cells(g%roll, g%least(2)), rules%most(2), changed(2, z))
+        call halve_cells(roll(z), error(z)%roll/scale, least_cells(g%roll, g%least(2), rules%finer_rollover), &
+          rules%most(2), changed(2, z))
         if (values%halve_q) call halve_cells(q(z), error(z)%q/scale, spread(g%least(3), 1, g%q%n - 1), rules%most(3), &
           changed(3, z))
       end associate
@@ -200,12 +199,12 @@ contains
   end subroutine halve_axes
 
   !> Return the least lengths of the cells of the roll angle, of which `least` is that in service.
-  pure function least_cells(roll, least)
+  pure function least_cells(roll, least, finer)
     type(axis_type), intent(in) :: roll
-    real(dp), intent(in) :: least
+    real(dp), intent(in) :: least, finer   !! [rad]; `least` over that in rolling over
     real(dp) :: least_cells(roll%n - 1)
 
-    least_cells = merge(least/finer_rollover, least, &
+    least_cells = merge(least/finer, least, &
       min(abs(roll%x(2:)), abs(roll%x(:roll%n - 1))) > service_roll + margin_roll)
   end function least_cells
 

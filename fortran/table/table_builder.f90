@@ -43,6 +43,9 @@ module table_builder
   real(dp), parameter :: kink_factor = 3
   ! Strips are allowed smaller errors in rolling over: the crown and the corner of a rail touch at once there.
   real(dp), parameter :: rollover_factor = 0.35_dp
+  ! Where a wheelset rolls over, contact jumps from the crown of a rail to its corner within some 0.1 mrad. Strips may have
+  ! cells of roll so much smaller there. Those of the ratio stay: in smaller ones the noise of its solutions would be stiffness.
+  real(dp), parameter :: finer_rollover = 4
   ! Shares of the accuracy that the splines of strips and of the ratio may use up in a cell. The other half is left to the
   ! kinks where a second patch begins, which no cell resolves.
   real(dp), parameter :: share_strip = 0.35_dp, share_ratio = 0.15_dp
@@ -74,7 +77,7 @@ contains
     ! With half-spaces the ratio needs the points more.
     energy%rollover_factor = merge(1.0_dp, rollover_factor, halfspace)
     rules = rules_type(request%most, most_values, merge(rounds_hertz, most_rounds, request%model == 'hertz'), rounds_q, &
-      common_roll=.true.)
+      common_roll=.true., finer_rollover=finer_rollover)
     do z = 1, n
       call start_zone(energy, z)
     end do
