@@ -600,7 +600,7 @@ def test_softer_steel_is_worse_than_itself_and_the_worst_is_not_better_than_the_
 
 
 def test_what_cannot_be_scored_is_a_remark(graded: GradedRound):
-    """Of the late code everything else is known."""
+    """Everything else is known of the late code."""
     lines = graded.found.lines()
     assert len(lines) == 2 and lines[0].startswith(f"Late: {FAST.name}.csv: not scored: ") and "times in common" in lines[0]
     assert lines[1].startswith("Spoilt: ")
