@@ -26,7 +26,8 @@ module halfspace
   type :: system_type
     integer :: nx = 0, ns = 0, n = 0       !! elements over x and s; number of grids
     real(dp), allocatable :: own(:, :, :)         !! influence in a grid, of unit_influence, (nx*(2*ns - 1), nx, grid)
-    real(dp), allocatable :: cross(:, :, :, :)    !! influence between grids, (nx*ns, nx*ns, grid, a later grid)
+    real(dp), allocatable :: inverse(:, :, :)     !! inverse among neighbours, of unit_influence, (0:1, 0:1, grid)
+    real(dp), allocatable :: cross(:, :, :, :)    !! influence on a grid of another, (nx*ns, nx*ns, grid, other grid)
     real(dp), allocatable :: weight(:)            !! sqrt(area/displacement under unit pressure) [sqrt(m Pa)]
     real(dp), allocatable :: compliance(:)        !! displacement of an element under its own unit pressure [m/Pa]
   end type system_type
@@ -40,16 +41,18 @@ contains
 
     system%nx = nx
     system%ns = ns
-    allocate (system%own(nx*(2*ns - 1), nx, most), system%weight(most), system%compliance(most))
+    allocate (system%own(nx*(2*ns - 1), nx, most), system%inverse(0:1, 0:1, most))
+    allocate (system%weight(most), system%compliance(most))
   end function new_system
 
   !> Displacement per pressure of elements with dx = 1, ds = `ratio` and E* = 1.  `self` is the displacement of an
   !> element under its own unit pressure.  v holds displacements relative to `self`: v(i, j - l, k) is the influence of
-  !> element (k, l), together with its mirror image at -x, on element (i, j).
-  pure subroutine unit_influence(nx, ns, ratio, v, self)
-    integer, intent(in) :: nx, ns
+  !> element (k, l), together with its mirror image at -x, on element (i, j).  `inverse` holds the pressures that displace
+  !> an element by `self` and none of its eight neighbours: of the element and of its neighbours along x, s and both.
+  pure subroutine unit_influence(nx, ns, ratio, v, self, inverse)
+    integer, intent(in) :: nx, ns          !! at least 2 and 3
     real(dp), intent(in) :: ratio
-    real(dp), intent(out) :: v(nx, -(ns - 1):ns - 1, nx), self
+    real(dp), intent(out) :: v(nx, -(ns - 1):ns - 1, nx), self, inverse(0:1, 0:1)
     real(dp) :: u(0:2*nx - 1, 0:ns - 1), corner(0:2*nx, 0:ns)
     integer :: i, j, k
 
@@ -73,7 +76,38 @@ contains
         end do
       end do
     end do
+    inverse = inverse_of_neighbours(u(:2, :2))
   end subroutine unit_influence
+
+  !> Pressures on three by three elements that displace the middle one by 1 and the others by 0.  They are symmetric.
+  pure function inverse_of_neighbours(u) result(inverse)
+    real(dp), intent(in) :: u(0:2, 0:2)    !! displacement of an element at a distance, (x, s)
+    real(dp) :: inverse(0:1, 0:1)
+    real(dp) :: a(4, 5)                    ! displacements by pressures (0, 0), (1, 0), (0, 1), (1, 1); those wanted
+    integer :: row, column, i, j, k, l
+
+    a = 0
+    a(1, 5) = 1
+    do l = -1, 1
+      do k = -1, 1
+        column = 1 + abs(k) + 2*abs(l)
+        do j = 0, 1
+          do i = 0, 1
+            row = 1 + i + 2*j
+            a(row, column) = a(row, column) + u(abs(i - k), abs(j - l))
+          end do
+        end do
+      end do
+    end do
+    ! Gauss-Jordan elimination; the diagonal is larger than the rest.
+    do k = 1, 4
+      a(k, :) = a(k, :)/a(k, k)
+      do i = 1, 4
+        if (i /= k) a(i, :) = a(i, :) - a(i, k)*a(k, :)
+      end do
+    end do
+    inverse = reshape(a(:, 5), [2, 2])
+  end function inverse_of_neighbours
 
   !> F(x, y) with d2F/dxdy = 1/sqrt(x^2 + y^2).
   elemental real(dp) function primitive(x, y) result(f)
@@ -113,6 +147,7 @@ contains
             end associate
           end do
         end do
+        system%cross(:, :, h, g) = transpose(system%cross(:, :, g, h))
       end do
     end do
   end subroutine set_influence
@@ -128,8 +163,8 @@ contains
     logical, intent(out) :: ok
     integer, intent(out) :: iterations
     integer, parameter :: most = 1000
-    real(dp), dimension(size(p, 1), size(p, 2)) :: d, t, q, correction
-    real(dp) :: limit(size(p, 2)), g, g_old, tau, next
+    real(dp), dimension(size(p, 1), size(p, 2)) :: d, t, q, z, correction
+    real(dp) :: limit(size(p, 2)), g, g_old, share, tau, next
     logical :: fresh, guessed
     integer :: i, k
 
@@ -159,11 +194,9 @@ contains
         fresh = .true.
       end if
       ok = .true.
-      g = 0
       do k = 1, system%n
         do i = 1, size(p, 1)
           if (p(i, k) > 0) then
-            g = g + r(i, k)**2
             ok = ok .and. abs(r(i, k)) <= limit(k)
           else
             ok = ok .and. r(i, k) <= limit(k)
@@ -171,16 +204,18 @@ contains
         end do
       end do
       if (ok) exit
+      call precondition(system, p, r, z)
+      g = sum(r*z)
       ! All pressures may have been clipped to zero.
       guessed = g <= 0
       if (guessed) then
         p = max(r, 0.0_dp)
         cycle
       end if
-      if (fresh) g_old = huge(g)
+      share = merge(0.0_dp, g/g_old, fresh)
       do k = 1, system%n
         do i = 1, size(p, 1)
-          t(i, k) = merge(r(i, k) + g/g_old*t(i, k), 0.0_dp, p(i, k) > 0)
+          t(i, k) = merge(z(i, k) + share*t(i, k), 0.0_dp, p(i, k) > 0)
         end do
       end do
       g_old = g
@@ -195,7 +230,7 @@ contains
             p(i, k) = max(next, 0.0_dp)
             correction(i, k) = p(i, k) - next
           else if (r(i, k) > 0) then
-            p(i, k) = tau*r(i, k)
+            p(i, k) = tau*system%inverse(0, 0, k)*r(i, k)
             correction(i, k) = p(i, k)
           end if
         end do
@@ -213,6 +248,31 @@ contains
       r(:, k) = r(:, k)/system%weight(k)
     end do
   end subroutine solve_pressure
+
+  !> z is about the inverse of A times r among the elements under pressure, and 0 elsewhere: every element and its eight
+  !> neighbours count alone.  With it the gradients need half the iterations.
+  pure subroutine precondition(system, p, r, z)
+    type(system_type), intent(in) :: system
+    real(dp), intent(in) :: p(system%nx, system%ns, system%n), r(system%nx, system%ns, system%n)
+    real(dp), intent(out) :: z(system%nx, system%ns, system%n)
+    real(dp) :: e(0:system%nx + 1, 0:system%ns + 1)
+    integer :: g, i, j
+
+    e = 0
+    do g = 1, system%n
+      associate (nx => system%nx, ns => system%ns, c => system%inverse(:, :, g))
+        e(1:nx, 1:ns) = merge(r(:, :, g), 0.0_dp, p(:, :, g) > 0)
+        e(0, :) = e(1, :)              ! the mirror image at -x
+        do j = 1, ns
+          do i = 1, nx
+            z(i, j, g) = c(1, 1)*e(i, j) + c(2, 1)*(e(i - 1, j) + e(i + 1, j)) + c(1, 2)*(e(i, j - 1) + e(i, j + 1)) &
+              + c(2, 2)*(e(i - 1, j - 1) + e(i + 1, j - 1) + e(i - 1, j + 1) + e(i + 1, j + 1))
+          end do
+        end do
+        where (p(:, :, g) <= 0) z(:, :, g) = 0
+      end associate
+    end do
+  end subroutine precondition
 
   !> q = A p, summed over the elements that are under pressure.
   pure subroutine displace(system, p, q)
@@ -239,10 +299,10 @@ contains
           end do
         end associate
       end do
-      do h = g + 1, system%n
+      do h = 1, system%n
+        if (h == g) cycle
         do l = 1, m
-          q(:, g) = q(:, g) + p(l, h)*system%cross(:, l, g, h)
-          q(l, h) = q(l, h) + dot_product(system%cross(:, l, g, h), p(:, g))
+          if (abs(p(l, h)) > 0) q(:, g) = q(:, g) + p(l, h)*system%cross(:, l, g, h)
         end do
       end do
     end do

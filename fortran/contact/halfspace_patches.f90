@@ -74,7 +74,8 @@ contains
     do round = 1, most_rounds
       do g = 1, n
         call fit_mesh(patches%box(:, g), overlaps%list(g)%ends, elements, mesh(g))
-        call interpolate_influence(elements, mesh(g), patches%system%own(:, :, g), self(g))
+        call interpolate_influence(elements, mesh(g), patches%system%own(:, :, g), self(g), &
+          patches%system%inverse(:, :, g))
         call set_depths(pair, first, last, centre, roll, scan, mesh(g), depth(:, :, g), normal(:, :, :, g), &
           point(:, :, :, g))
         if (warm .or. round > 1) then

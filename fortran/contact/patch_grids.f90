@@ -21,6 +21,7 @@ module patch_grids
     real(dp) :: e_star = 0             !! [Pa]
     real(dp), allocatable :: own(:, :, :)      !! influence from `unit_influence`, last index: ratio ds/dx
     real(dp), allocatable :: self(:)           !! displacement of an element alone from `unit_influence`, by ratio
+    real(dp), allocatable :: inverse(:, :, :)  !! inverse among neighbours from `unit_influence`, last index: ratio
   end type elements_type
 
 contains
@@ -37,8 +38,10 @@ contains
     elements%tolerance = tolerance
     elements%e_star = e_star
     allocate (elements%own(nx*(2*ns - 1), nx, flattest:steepest), elements%self(flattest:steepest))
+    allocate (elements%inverse(0:1, 0:1, flattest:steepest))
     do k = flattest, steepest
-      call unit_influence(nx, ns, 2.0_dp**(k/real(octave, dp)), elements%own(:, :, k), elements%self(k))
+      call unit_influence(nx, ns, 2.0_dp**(k/real(octave, dp)), elements%own(:, :, k), elements%self(k), &
+        elements%inverse(:, :, k))
     end do
   end function new_elements
 
@@ -57,10 +60,10 @@ contains
   end subroutine fit_mesh
 
   !> Influence of the elements of a grid on each other, as from `unit_influence`.
-  pure subroutine interpolate_influence(elements, mesh, own, self)
+  pure subroutine interpolate_influence(elements, mesh, own, self, inverse)
     type(elements_type), intent(in) :: elements
     type(mesh_type), intent(in) :: mesh
-    real(dp), intent(out) :: own(:, :), self
+    real(dp), intent(out) :: own(:, :), self, inverse(:, :)
     real(dp) :: t
     integer :: k
 
@@ -69,6 +72,7 @@ contains
     t = max(0.0_dp, min(t - k, 1.0_dp))
     own = (1 - t)*elements%own(:, :, k) + t*elements%own(:, :, k + 1)
     self = (1 - t)*elements%self(k) + t*elements%self(k + 1)
+    inverse = (1 - t)*elements%inverse(:, :, k) + t*elements%inverse(:, :, k + 1)
   end subroutine interpolate_influence
 
   !> Hertz's pressure, up to a factor, on an ellipse that fills the pressed area: proportional to sqrt(1 - x^2 - s^2),

@@ -21,7 +21,7 @@ program halfspace_pressure
     allocate (depth(nx*ns, 1), p(nx*ns, 1), r(nx*ns, 1))
     read (*, *) depth
     system = new_system(nx, ns, 1)
-    call unit_influence(nx, ns, ds/dx, system%own, self)
+    call unit_influence(nx, ns, ds/dx, system%own, self, system%inverse)
     call set_influence([mesh_type(dx, ds)], [self], e_star, system)
     p = 0
     call solve_pressure(system, depth, 1e-9_dp, p, r, ok, iterations)
