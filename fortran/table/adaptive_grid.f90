@@ -11,8 +11,8 @@ module adaptive_grid
   use kinds, only: dp
   use contact_table, only: table_type, zone_pose
   use progress, only: goes_on, monitor_type, share_of_round
-  use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, margin_roll, &
-    request_type, roll_lever, service_roll
+  use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, largest_roll, &
+    margin_roll, request_type, roll_lever, service_roll
   implicit none
   private
   public :: grid_type, gridded_function, rules_type, axis_errors
@@ -234,14 +234,23 @@ contains
     axis = new_axis(graded_points(low, high, 0.0_dp, merge(fine_flange, fine_tread, flange), n))
   end function first_u
 
-  !> Return the first axis of the roll angle with n points, fine about 0.
+  !> Return the first axis of the roll angle with n points, fine about 0. The largest roll angle of a wheelset that rolls over is
+  !> one of them, so that no cell lies half beyond it, where nothing is solved.
   pure function first_roll(extent, n) result(axis)
     type(extent_type), intent(in) :: extent
     integer, intent(in) :: n
     type(axis_type) :: axis
     real(dp), parameter :: fine = 0.02_dp  ! [rad]
+    real(dp) :: x(n)
+    integer :: i
 
-    axis = new_axis(graded_points(-extent%roll, extent%roll, 0.0_dp, fine, n))
+    x = graded_points(-extent%roll, extent%roll, 0.0_dp, fine, n)
+    i = minloc(abs(x + largest_roll), 1)
+    if (i > 1 .and. i <= n/2) then
+      x(i) = -largest_roll
+      x(n + 1 - i) = largest_roll
+    end if
+    axis = new_axis(x)
   end function first_roll
 
   !> Compute the weight of an error of the force at the known points of a zone [1/N]: the error is allowed if its product with

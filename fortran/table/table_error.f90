@@ -17,7 +17,8 @@ module table_error
   use progress, only: build_share, goes_on, monitor_type
   use halfspace_patches, only: patches_type, press_patches
   use patch_grids, only: elements_type, new_elements
-  use contact_table, only: accuracy_type, table_type, find_roll, inside, outside_law, roll_type, wheel_potential, zone_pose
+  use contact_table, only: accuracy_type, table_type, find_roll, inside, outside_lateral, outside_law, &
+    outside_roll, roll_type, wheel_potential, zone_pose
   use service_poses, only: error_allowance, find_reach, force_floor, largest_roll, request_type, service_roll, small_roll, &
     tread_share
   implicit none
@@ -199,9 +200,7 @@ contains
       if (.not. usable) return
       pose(:2) = point - rolled(pair%r(:, station), pose(3)) - depth*normal
       allowance = error_allowance(request, pose, .false.)
-      ! A run that leaves the extent of the table stops with an error.
-      usable = allowance >= 1 .and. (allowance > 1 .eqv. rolling_over) .and. &
-        abs(pose(1) + pair%axle_height*sin(pose(3))) <= extent%lateral
+      usable = allowance >= 1 .and. (allowance > 1 .eqv. rolling_over) .and. .not. leaves_table(table, pose)
       if (.not. usable) return
       depths = -1
       call direct_penetration(pair, zones(z), outline, pose, scan, depths(z, 1), known)
@@ -218,6 +217,19 @@ contains
       end do
     end associate
   end subroutine draw_pose
+
+  !> Whether a pose of the left wheel is beside the table, where a run stops with an error.
+  pure logical function leaves_table(table, pose)
+    type(table_type), intent(in) :: table
+    real(dp), intent(in) :: pose(3)        !! [m, rad]
+    type(roll_type) :: roll, opposite
+    real(dp) :: energy(2), gradient(3, 2), hessian(6)
+    integer :: status
+
+    call find_roll(table, pose(3), .false., roll, opposite, status)
+    if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
+    leaves_table = status == outside_lateral .or. status == outside_roll
+  end function leaves_table
 
   !> Compute how far a zone of the left wheel lies inside the rail along the zone's normal [m]; -1 if it does not. `known` is
   !> false if the search failed.

@@ -4,7 +4,7 @@ module table_sampling
   use contact_zones, only: zone_type
   use strip_law, only: set_moduli, stiffest, zone_energy
   use station_scan, only: keep_feet, new_scan, scan_depth, scan_type, touch
-  use wheel_rail_pair, only: pair_type, rolled
+  use wheel_rail_pair, only: pair_type, rail_point, rolled
   use kinds, only: dp
   use halfspace_patches, only: keep_patches, patches_type, press_patches, pressed_area
   use patch_grids, only: elements_type
@@ -26,27 +26,28 @@ contains
     real(dp), intent(in) :: q(:)           !! from 0 up [sqrt(m)]
     logical, intent(inout) :: known(:)     !! whether h and S at u were computed
     real(dp), intent(inout) :: h(:), s(:, :)   !! [m]; (q, u) [J/m^2.5]
+    real(dp), parameter :: above = 0.02_dp ! height over the touching one in the reference pose, where searches begin [m]
     type(scan_type) :: touching, pressed   ! in the touching pose; pressed in
     real(dp) :: k(size(request%side%pair%s)), across(2), centre(2), shift, station
-    integer :: i, middle, way, last
+    integer :: i, start, way, last
     logical :: ok
 
     touching = new_scan(request%side%pair)
     pressed = new_scan(request%side%pair)
     across = [-frame%along(2), frame%along(1)]
     call set_moduli(request%side%pair, request%side%zones(z), request%e_star, roll, k)
-    middle = minloc(abs(u), 1)
+    start = start_point()
     do way = 1, -1, -2
       ok = .true.
       last = 0
-      do i = merge(middle, middle - 1, way == 1), merge(size(u), 1, way == 1), way
+      do i = merge(start, start - 1, way == 1), merge(size(u), 1, way == 1), way
         if (ok .and. known(i)) cycle
         if (ok) then
           ! The search for feet starts from a neighbour's; those of a farther pose may lead it astray.
           touching%fresh = abs(i - last) /= 1
           last = i
-          shift = 0.02_dp
-          if (i == middle) then
+          shift = above
+          if (i == start) then
             if (i > 1) shift = merge(h(i - 1), shift, known(i - 1))
           else if (known(i - way)) then
             shift = h(i - way)
@@ -58,13 +59,13 @@ contains
         end if
         if (.not. ok) then
           known(i) = .false.
-          if (i == middle) then
+          if (i == start) then
             ! No pose was found in which the zone touches: it never does.
             h(i) = -1
             s(:, i) = 0
-          else if (abs(i - middle) == 1) then
-            h(i) = h(middle)
-            s(:, i) = s(:, middle)
+          else if (abs(i - start) == 1) then
+            h(i) = h(start)
+            s(:, i) = s(:, start)
           else
             h(i) = h(i - way) + (h(i - way) - h(i - 2*way))/(u(i - way) - u(i - 2*way))*(u(i) - u(i - way))
             s(:, i) = s(:, i - way)
@@ -74,6 +75,39 @@ contains
     end do
 
   contains
+
+    !> Return a point of u at which the zone touches: the middle, or where a station of the zone meets the rail's point of
+    !> the same normal. Where the wheelset rolls over, a stretch of the tread passes beside the rail in the middle.
+    integer function start_point() result(start)
+      integer, parameter :: tries = 9
+      real(dp) :: pose(2), point(2), normal(2)
+      integer :: try, i, middle
+      logical :: usable
+
+      middle = minloc(abs(u), 1)
+      start = middle
+      if (known(middle)) return
+      if (any(known)) then
+        start = minloc(abs(u), 1, known)
+        return
+      end if
+      associate (pair => request%side%pair, zone => request%side%zones(z))
+        do try = 0, tries
+          if (try > 0) then
+            i = zone%first + nint((try - 0.5_dp)/tries*(zone%last - zone%first))
+            call rail_point(pair, pair%angle(i) + roll, point, normal, usable)
+            if (.not. usable) cycle
+            pose = point + rolled(frame%pole - pair%r(:, i), roll)
+            start = minloc(abs(u - dot_product(pose, frame%along) + frame%origin(1)), 1)
+          end if
+          touching%fresh = .true.
+          shift = above
+          call touch_at(u(start))
+          if (ok) return
+        end do
+      end associate
+      start = middle
+    end function start_point
 
     !> Find the height `shift` along w at which the zone touches.
     subroutine touch_at(u)

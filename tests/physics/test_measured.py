@@ -298,6 +298,25 @@ def test_a_refused_value_is_told_as_the_file_has_it(tmp_path):
     assert 'found "0, 9"' in refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel"}), tmp_path)
 
 
+# A stretch of the hollow tread passes beside the rail where the table has its middle, and touches farther out; the half-spaces of
+# a wide tread are pressed to the largest roll angle of a wheelset that rolls over.
+ROLLING_OVER = {"hollow": ("strip", lambda wheel: shapes.hollow_beside_throat(shapes.wide(wheel), 3.0)),
+                "wide": ("halfspace", shapes.wide)}
+
+
+@pytest.mark.parametrize("worn", ROLLING_OVER)
+def test_table_holds_where_a_wide_wheel_rolls_over(worn, tmp_path):
+    """The rms error in rolling over is within half of what a run without a warning may have, 10 times `&table accuracy`."""
+    model, shape = ROLLING_OVER[worn]
+    (tmp_path / "wheel").write_text(shapes.rows(shape(np.loadtxt(REPO / "profiles/awprof.yz", comments=("#", "!")))))
+    text = short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel", "rail_profile": REPO / "profiles/arprof.yz"},
+                      contact={"model": model}, integrator={"dt": 1e-4, "t_end": 1e-3},
+                      table={"accuracy": 2e-3, "n_lateral": 360, "n_roll": 160, "n_depth": 40})
+    done = run_case(text, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert float(re.search(r"going over (\S+) ", done.stdout)[1]) < 1e-2
+
+
 @pytest.mark.parametrize("written", shapes.FORMATS)
 def test_mutated_files(written, tmp_path):
     """A run or one true line of error, for 300 files; `make fuzz` takes as many as wanted."""

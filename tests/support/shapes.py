@@ -56,6 +56,19 @@ def hollow(wheel: Points) -> Points:
     return bump(wheel, 80, 28, 1.5)
 
 
+def wide(wheel: Points, width: float = 30.0, step: float = 0.25) -> Points:
+    """A wheel whose tread goes on to the field side by a width."""
+    run = np.arange(step, width + step/2, step)[:, None]
+    way = wheel[-1] - wheel[-5]
+    return np.concatenate([wheel, wheel[-1] + run*way/way[0]])
+
+
+def hollow_beside_throat(wheel: Points, depth: float) -> Points:
+    """A tread worn hollow close to the throat of the flange."""
+    y, z = wheel.T
+    return np.column_stack([y, z + depth*np.exp(-((y - 75)/15)**2)*np.clip((y - 45)/15, 0, 1)])
+
+
 def thin_flange(wheel: Points) -> Points:
     """A flange face worn by 2 mm, as steep as it was."""
     return bump(wheel, 31, 11, 2.0)
