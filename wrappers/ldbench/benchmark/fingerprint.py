@@ -22,13 +22,13 @@ from .estimate import Estimate, combined, untold
 from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, restitution_of, step_of, typical_interval
 from .lattice import bends, digit_noise, find_lattice
 from .laws import LEAST_FORCE
-from .places import axle_height
+from .places import MODULUS, axle_height
 from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, POINTS, ROUNDS, Law, fit_law, uncertainties
+from .submissions import quiet
 
 ELASTIC, RIGID, UNKNOWN = "elastic", "rigid", "rigid or elastic, which the file does not tell"
 TELLING_ROWS = 4        # of a blow that shows whether bodies give
 USED = 4                # blows that are fitted
-MODULUS = 9e10          # force over approach to the power 3/2 that steel wheels on rails have, roughly [N/m^1.5]
 GIVES, GIVES_NOT = 0.1, 0.01    # approach over that of steel, above which a contact is elastic, and below which it is rigid
 HALVED = 0.5            # by this much damping has to reduce the misfit
 POOR = 0.03             # misfit of a law that is none, over the largest force
@@ -101,6 +101,7 @@ def hertz_table(profiles: str) -> ContactTable:
     return ContactTable(Case.exercise(2, profiles).replace(model="hertz", table_file=""))
 
 
+@quiet()
 def fingerprint(run: RunData, task: Task) -> Fingerprint:
     """Fit a fingerprint to a run whose columns are ours, in SI units."""
     case = Case.exercise(task.exercise, task.profiles)
@@ -182,8 +183,8 @@ def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
             damping = combined([law.damping for law in unseen], [law.u_damping for law in unseen], "s/m", "none seen", hidden)
         numbers = {
             "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
-            "force": combined(*zip(*forces, strict=True), "N", what, floor=0.5*ROWS*forces[0][0]),
-            "hertz": combined(*zip(*ratios, strict=True), why=what if np.isfinite(ratios).any() else UNLIKE),
+            "force": combined([f for f, _ in forces], [u for _, u in forces], "N", what, floor=0.5*ROWS*forces[0][0]),
+            "hertz": combined([x for x, _ in ratios], [u for _, u in ratios], why=what if np.isfinite(ratios).any() else UNLIKE),
             "approach": middle, "damping": damping, "damping_kind": kind}
     restitution = untold(first.why)
     if first.known:
