@@ -16,6 +16,7 @@ import imaginary_codes as imaginary
 import imaginary_round
 import ldbench
 from browser import facts
+from hostile_files import HARMLESS, HOSTILE
 from imaginary_round import CODES, Runs
 from ldbench import Error
 from ldbench.__main__ import main
@@ -355,55 +356,6 @@ def test_the_map_of_a_description_is_used(codes: Path, own: None, tmp_path: Path
 
 
 # ---- hostile files -------------------------------------------------------------------
-def with_rows(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Path, Path], None]:
-    """A file whose numbers are changed."""
-    def spoil(file: Path, good: Path) -> None:
-        names, *rows = good.read_text().splitlines()
-        numbers = change(np.array([[float(x or "nan") for x in row.split(",")] for row in rows]))
-        file.write_text("\n".join([names, *(",".join(f"{x:.8g}" for x in row) for row in numbers)]) + "\n")
-    return spoil
-
-
-def constant(value: float) -> Callable[[Path, Path], None]:
-    return with_rows(lambda x: np.column_stack([x[:, 0], np.full((len(x), x.shape[1] - 1), value)]))
-
-
-def bytes_of(change: Callable[[bytes], bytes]) -> Callable[[Path, Path], None]:
-    return lambda file, good: file.write_bytes(change(good.read_bytes())) and None
-
-
-def loop(file: Path, good: Path) -> None:
-    file.symlink_to(file.name)
-
-
-def unreadable(file: Path, good: Path) -> None:
-    file.write_text("")
-    file.chmod(0)
-    if os.access(file, os.R_OK):        # root reads everything
-        file.unlink()
-        file.mkdir()
-
-
-HOSTILE: dict[str, Callable[[Path, Path], None]] = {
-    "empty": bytes_of(lambda x: b""), "binary": bytes_of(lambda x: bytes(range(256))*400), "zeros": bytes_of(lambda x: b"\0"*10000),
-    "cut in a row": bytes_of(lambda x: x[:len(x)//2]), "names alone": bytes_of(lambda x: x.split(b"\n")[0]),
-    "NaN everywhere": constant(np.nan), "1e308 everywhere": constant(1e308), "one row": with_rows(lambda x: x[:1]),
-    "two rows": with_rows(lambda x: x[:2]),
-    "names twice": bytes_of(lambda x: b",".join([b"t"]*x.split(b"\n")[0].count(b",") + [b"t"]) + x[x.index(b"\n"):]),
-    "descending": with_rows(lambda x: x[::-1]), "one time": with_rows(lambda x: np.column_stack([0*x[:, 0], x[:, 1:]])),
-    "no permission": unreadable, "a folder": lambda file, good: file.mkdir(), "a loop": loop,
-    "a link to nothing": lambda file, good: file.symlink_to("nothing"), "a device": lambda file, good: file.symlink_to("/dev/zero"),
-    "a pipe": lambda file, good: os.mkfifo(file), "huge names": bytes_of(lambda x: b"x"*3_000_000 + b"\n" + x),
-    "huge row": bytes_of(lambda x: x + b"1,"*1_000_000), "UTF-16": bytes_of(lambda x: x.decode().encode("utf-16")),
-    "a page": bytes_of(lambda x: b"<html><script>alert(1)</script></html>\n"*50),
-    "half a header": bytes_of(lambda x: b"# ldbench 1.0.0\n# case ex4_aw: x\n# &results\n" + x[:2000]),
-    "words as numbers": bytes_of(lambda x: x.replace(b"0.0", b"zero")),
-}
-
-
-HARMLESS = {"huge names"}       # a line above the names is a remark, however long
-
-
 @pytest.fixture(scope="module")
 def hostile(written: Path, own: None, tmp_path_factory: pytest.TempPathFactory) -> tuple[Collation, Path]:
     """A code for each kind of file, beside two that are as they should be."""

@@ -1,8 +1,8 @@
 """Imaginary codes with laws of their own: a small simulator of the exercises whose stiffness, damping, step and table are planted.
 
-It shares the placed outlines of the profiles with ldbench and nothing else: contact is N = k δⁿ of the depth of the wheel in
-the rail, with damping if wanted, and time goes in equal steps of a simple scheme. Rigid codes are runs of ours without their
-columns of impulses.
+It shares the placed outlines of the profiles and the weight with ldbench and nothing else: contact is N = k δⁿ of the depth of
+the wheel in the rail, with damping if wanted, and time goes in equal steps of a simple scheme. Rigid codes are runs of ours
+without their columns of impulses.
 """
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from scipy.spatial import cKDTree
 import ldbench
 from ldbench import Case
 from ldbench.benchmark.call import QUANTITIES, Task
+from ldbench.benchmark.laws import weight_of
 from ldbench.profiles.outlines import case_outlines
 from ldbench.results.derived import cumulative
 
-CONTACTS = "LT", "LF", "RT", "RF"
 SIDE = np.array([1.0, 1.0, -1.0, -1.0])     # right wheels are left ones in a mirror
 SPLIT = np.radians(10)                      # tangent angle between tread and flange
 SPACING = 0.4e-3, 0.2e-3                    # of the points of tread and flange [m]
@@ -160,7 +160,7 @@ def geometry(profiles: str, pitch: float = 0.0, stepwise: bool = False) -> Exact
 def simulate(task: Task, physics: Physics, t_end: float = np.inf) -> pd.DataFrame:
     """The quantities of the call in SI units, as `imaginary_codes.table_of`, up to the return to the centre or to `t_end` [s]."""
     case, shape = Case.exercise(task.exercise, task.profiles), geometry(task.profiles, physics.pitch, physics.stepwise)
-    inertia, weight = np.array([case.mass, case.mass, case.roll_inertia]), case.mass*9.81 + case.vertical_load
+    inertia, weight = np.array([case.mass, case.mass, case.roll_inertia]), weight_of(case)
 
     def forces(t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         depth, normal, arm, radius = shape.contacts(q)

@@ -19,9 +19,10 @@ from ..results.columns import converted, read_raw
 from ..results.header import Header, read_header
 from ..results.quantities import quantity
 from ..results.run_data import RunData, read_data
-from .call import ENDINGS, QUANTITIES, TASKS, Task, task_of
+from .call import QUANTITIES, TASKS, Task, task_of
 from .guess import AXES, SURE, Guess, guess_map
 from .laws import law_findings
+from .submissions import complaint, find_files, is_device, quiet
 from .verdict import DOUBTFUL, FAILED, PASSED, Finding, listed
 
 
@@ -92,6 +93,7 @@ class Mapped:
         raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
 
 
+@quiet()
 def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> SubmittedFile:
     """Read a file of any code, once, and guess its map where it needs one and none is given.
 
@@ -100,6 +102,8 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
     task = task or task_of(file)
     if task is None:
         raise Error(f"{file}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
+    if is_device(file):
+        raise Error(f"{file}: expected a file, found a device or a pipe")
     header = read_header(file)
     if header.settings or map is not None:
         return SubmittedFile(task, read_data(file, map), None)
@@ -108,6 +112,7 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
     return SubmittedFile(task, RunData(Mapped(file, header, converted(file, raw, guess.map))), guess)
 
 
+@quiet()
 def findings_of(one: SubmittedFile) -> tuple[Finding, ...]:
     """All findings about a file that was read."""
     case = Case.exercise(one.task.exercise, one.task.profiles)
@@ -134,26 +139,18 @@ def check_folder(folder: Path, map: Any = None) -> tuple[list[Checked], list[Fin
 
     A file that cannot be read is a finding and does not stop the others.
     """
-    found: dict[Task, Path] = {}
-    strange = []
-    for file in sorted(folder.iterdir()):
-        if file.suffix.lower() not in ENDINGS:
-            continue
-        task = task_of(file)
-        if task is None or task in found:
-            strange.append(Finding("file", FAILED, hint=f"{file.name}: expected a name that says which of the ten simulations "
-                                   "it is" if task is None else f"{file.name}: expected one file for {task.words}, found two"))
-        else:
-            found[task] = file
+    strange: list[str] = []
+    found = find_files(folder, strange)
     missing = [task.words for task in TASKS if task not in found]
-    folder_findings = [Finding("ten files", FAILED if missing else PASSED, len(found), 10,
-                               hint=f"missing: {listed(missing)}" if missing else ""), *strange]
+    folder_findings = [Finding("ten files", FAILED if missing else PASSED, len(found), len(TASKS),
+                               hint=f"missing: {listed(missing)}" if missing else ""),
+                       *(Finding("file", FAILED, hint=line) for line in strange)]
     checked = []
     for task, file in found.items():
         try:
             checked.append(check_file(file, task, map))
-        except Error as error:
-            checked.append(Checked(file, task, None, (Finding("file", FAILED, hint=str(error)),)))
+        except Exception as error:
+            checked.append(Checked(file, task, None, (Finding("file", FAILED, hint=complaint(error, file)),)))
     return checked, folder_findings
 
 

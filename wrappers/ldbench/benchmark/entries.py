@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import re
-import warnings
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -30,7 +29,7 @@ from .grades import GRADED, Graded, Reference, digest_of, graded, read_reference
 from .horizon import FILE as YARDSTICKS
 from .laws import energy_balance, has
 from .numbers import NUMBERS, Contact, Number, first_impact, names_of, numbers_of, verdict_counts
-from .submissions import printable
+from .submissions import complaint, printable, quiet
 from .verdict import DOUBTFUL, FAILED
 
 STORE = ".collated"             # the folder of what is kept, beside the results
@@ -85,8 +84,7 @@ def make_entry(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: f
     """Read a file and compute what is kept of it, scores against a reference included; whatever is wrong with it becomes one
     line."""
     try:
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with quiet():
             read = read_submitted(file, task, map)
             run = read.run
             check_rows(run)
@@ -97,12 +95,8 @@ def make_entry(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: f
             grades, unscored = graded(run, task, read_reference(reference)) if reference else ({}, "")
             return Entry(key, numbers, verdict_counts(findings), tuple(lines[:SHOWN_FINDINGS]), curves_of(run, task), len(run.time),
                          grades=grades, unscored=unscored and f"{printable(file.name, 80)}: {unscored}")
-    except Error as error:
-        return failed_entry(task, key, printable(str(error).replace(f"{file}", file.name), 400))
-    except MemoryError:
-        return failed_entry(task, key, f"{printable(file.name)}: expected a file that fits into memory, found a larger one")
-    except Exception as error:      # a stranger's file stops nobody, whatever it holds
-        return failed_entry(task, key, printable(f"{file.name}: cannot be used: {type(error).__name__}: {error}", 400))
+    except Exception as error:
+        return failed_entry(task, key, complaint(error, file))
 
 
 def check_rows(run: RunData) -> None:

@@ -22,13 +22,13 @@ from .estimate import Estimate, combined, untold
 from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, restitution_of, step_of, typical_interval
 from .lattice import bends, digit_noise, find_lattice
 from .laws import LEAST_FORCE
-from .places import axle_height
-from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, Law, fit_law
+from .places import MODULUS, axle_height
+from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, POINTS, ROUNDS, Law, fit_law, uncertainties
+from .submissions import quiet
 
 ELASTIC, RIGID, UNKNOWN = "elastic", "rigid", "rigid or elastic, which the file does not tell"
 TELLING_ROWS = 4        # of a blow that shows whether bodies give
 USED = 4                # blows that are fitted
-MODULUS = 9e10          # force over approach to the power 3/2 that steel wheels on rails have, roughly [N/m^1.5]
 GIVES, GIVES_NOT = 0.1, 0.01    # approach over that of steel, above which a contact is elastic, and below which it is rigid
 HALVED = 0.5            # by this much damping has to reduce the misfit
 POOR = 0.03             # misfit of a law that is none, over the largest force
@@ -36,8 +36,13 @@ ROWS = 0.01             # relative uncertainty of a damping by the integrals ove
 LOOP = 2e-3             # uncertainty of a loss by the ends of a blow, which lie between rows
 ROUGH = 0.25            # uncertainty of a loss that tells nothing
 SEEN = 0.01             # least share of the energy that a blow loses if there is damping
-POSE = 0.05             # relative uncertainty of our own force at another code's pose
-REACH = 2.5e-3, 1e-3    # over which our wheelset is moved from open to closed, out and in [m]
+# Relative uncertainty of our force along the motion of a code as stiff as ours, and once more for each factor of 2 in stiffness:
+# such a code touches at other points. Our Hertzian contact with 0.5, 0.8 and 1.2 times the stiffness is missed by 4, 1 and 1 %.
+MOTION = 0.02
+UNLIKE = "the force is not proportional to our Hertzian one along this motion"
+REACH = 2e-3            # over which our wheelset is moved along the normal, to either side [m]
+SHIFTS = 161            # over that reach, from which ever finer grids begin
+NEARBY = 1e-7           # shift for the rate of our force [m]
 
 
 @dataclass(frozen=True)
@@ -96,6 +101,7 @@ def hertz_table(profiles: str) -> ContactTable:
     return ContactTable(Case.exercise(2, profiles).replace(model="hertz", table_file=""))
 
 
+@quiet()
 def fingerprint(run: RunData, task: Task) -> Fingerprint:
     """Fit a fingerprint to a run whose columns are ours, in SI units."""
     case = Case.exercise(task.exercise, task.profiles)
@@ -163,11 +169,10 @@ def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
         numbers: dict[str, Any] = {"exponent": no, "force": no, "hertz": no, "damping": no, "approach": np.nan, "damping_kind": ""}
     else:
         middle = float(np.median([mean_approach(blow, law) for blow, law in pairs]))
-        ratios = [law.force(d)/hertz_force(run, blow, task, d) for blow, law in pairs for d in [mean_approach(blow, law)]]
-        u = [law.u_log_k for _, law in pairs]
+        ratios = [hertz_ratio(run, blow, law, task) for blow, law in pairs]
         # The force at the common approach is farther from the data than that at the approach of each blow.
         away = [abs(np.log(middle/mean_approach(blow, law)))*law.u_n for blow, law in pairs]
-        forces = [law.force(middle) for _, law in pairs]
+        forces = [(f := law.force(middle), f*np.hypot(law.u_log_k, a)) for (_, law), a in zip(pairs, away, strict=True)]
         what = counted(len(pairs), "blow") + " of flanges"
         damping = combined([law.damping for _, law in pairs], [law.u_damping for _, law in pairs],
                            "N s/m" if kind == BY_RATE else "s/m", what, floor=ROWS*abs(pairs[0][1].damping))
@@ -178,9 +183,8 @@ def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
             damping = combined([law.damping for law in unseen], [law.u_damping for law in unseen], "s/m", "none seen", hidden)
         numbers = {
             "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
-            "force": combined(forces, [f*np.hypot(a, b) for f, a, b in zip(forces, u, away, strict=True)], "N", what,
-                              floor=0.5*ROWS*forces[0]),
-            "hertz": combined(ratios, [r*x for r, x in zip(ratios, u, strict=True)], why=what, floor=POSE),
+            "force": combined([f for f, _ in forces], [u for _, u in forces], "N", what, floor=0.5*ROWS*forces[0][0]),
+            "hertz": combined([x for x, _ in ratios], [u for _, u in ratios], why=what if np.isfinite(ratios).any() else UNLIKE),
             "approach": middle, "damping": damping, "damping_kind": kind}
     restitution = untold(first.why)
     if first.known:
@@ -222,25 +226,41 @@ def loss_of(blow: Blow) -> Estimate:
     return Estimate(loss, u, why="loop of the normal force over the approach, first blow")
 
 
-def hertz_force(run: RunData, blow: Blow, task: Task, approach: float) -> float:
-    """Our Hertzian force [N] of the contact at an approach [m], in the file's pose at the peak, moved along the normal.
+def hertz_ratio(run: RunData, blow: Blow, law: Law, task: Task) -> tuple[float, float]:
+    """Elastic force over our Hertzian one in a blow, and its uncertainty; NaN where they are not proportional.
 
-    So our force does not depend on where the file has the zeros of Y, Z and roll to micrometres.
+    Our force is that along the motion of the file, so that a contact which moves over the profiles has the same radii in both.
+    Codes sink in differently at rest, and zeros of displacements differ by micrometres. So least squares find two numbers: the
+    ratio, and by how much the motion is moved along the normal.
     """
-    k = blow.first + int(blow.force.argmax())
-    table = hertz_table(task.profiles)
-    angle, out = float(blow.angle[blow.force.argmax()]), 1.0 if blow.contact[0] == "L" else -1.0
-    moved = np.arange(-REACH[0], REACH[1], 5e-6)
-    y, roll = (float(run.values(name)[k]) for name in ("Y", "roll"))
-    z = float(run.values("Z")[k]) + table.equilibrium
-    forces = table.forces_by_contact(y + out*np.sin(angle)*moved, z - np.cos(angle)*moved, np.full(moved.size, roll), outside="nan")
-    n = np.hypot(*forces[:, CONTACTS.index(blow.contact), :2].T)
-    closed = np.flatnonzero(np.nan_to_num(n) > 0)
-    if not closed.size:
-        return np.nan
-    open_rows = np.flatnonzero(n[:closed[-1]] == 0)
-    zero = moved[open_rows[-1]] if open_rows.size else np.nan
-    return float(np.interp(zero + approach, moved, n, right=np.nan))
+    table, contact, out = hertz_table(task.profiles), CONTACTS.index(blow.contact), 1.0 if blow.contact[0] == "L" else -1.0
+    rows = np.searchsorted(run.time, blow.time)
+    y, z, roll = (run.values(name)[rows] for name in ("Y", "Z", "roll"))
+    elastic = law.without_damping(blow)
+
+    def ours(moved: np.ndarray) -> np.ndarray:
+        pose = y + out*np.sin(blow.angle)*moved, z + table.equilibrium - np.cos(blow.angle)*moved, roll
+        f = table.forces_by_contact(*pose, outside="nan")[..., contact, :2]
+        return np.nan_to_num(np.hypot(f[..., 0], f[..., 1]))
+
+    low, high, best = -REACH, REACH, np.nan
+    for shifts in (SHIFTS, *[POINTS]*ROUNDS):
+        tried = np.linspace(low, high, shifts)
+        force = ours(tried[:, None])
+        size = np.maximum(np.sum(force**2, axis=1), 1.0)
+        left = np.sum(elastic**2) - (force @ elastic)**2/size
+        best = float(tried[left.argmin()])
+        half = 2*(tried[1] - tried[0])
+        low, high = best - half, best + half
+    force, beside = ours(np.array([[best], [best + NEARBY]]))
+    if not force.any():
+        return np.nan, np.nan
+    ratio = float(force @ elastic/(force @ force))
+    residual = elastic - ratio*force
+    if ratio <= 0 or np.sqrt(np.mean(residual**2)) > POOR*elastic.max():
+        return np.nan, np.nan
+    fitted = float(uncertainties(np.column_stack([force, ratio*(beside - force)/NEARBY]), residual)[0])
+    return ratio, float(np.hypot(fitted, MOTION*ratio*(1 + abs(np.log2(ratio)))))
 
 
 def pitch_of(run: RunData, step: Estimate) -> Estimate:

@@ -18,7 +18,7 @@ from .check import Mapped, read_submitted
 from .horizon import horizon
 from .metrics import MATCHED_BEYOND, score
 from .scores import GRADES, Score, Scores, grade
-from .submissions import DESCRIPTION, present, printable, read_small_toml, reason, told_map
+from .submissions import DESCRIPTION, complaint, present, printable, read_small_toml, reason, told_map
 
 LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
 BLOCK = 2**20                   # of a file that is read for its digest [bytes]
@@ -143,11 +143,8 @@ def graded(run: RunData, task: Task, reference: RunData) -> tuple[dict[str, Grad
     """The differences of a run from the reference by the names of GRADED; or none, and why, whatever is wrong."""
     try:
         return grades_of(score(run, reference, task)), ""
-    except Error as error:
-        why = str(error)
-    except Exception as error:      # the score of a stranger's file stops nobody
-        why = f"{type(error).__name__}: {error}"
-    return {}, printable(f"not scored: {why.replace(str(run.file), run.file.name)}", 400)
+    except Exception as error:
+        return {}, f"not scored: {complaint(error, run.file)}"
 
 
 def grades_of(scores: Scores) -> dict[str, Graded]:

@@ -18,12 +18,14 @@ from ..results.columns import UNITS, RawTable, read_raw
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from .call import QUANTITIES
+from .jumps import ACCELERATIONS, VELOCITIES
 from .names import meanings
 
 SURE = 0.35         # likeness from which the numbers of a column confirm its name
 ALONE = 0.75        # least likeness of a column whose name says nothing
 BONUS = 0.5                         # of a name that fits
 NAMED_ALIKE = 0.7                   # likeness of a named column that has our size at other instants, as later impacts do
+NEAR = 1.3                          # ratio of a rate to a change over an interval, of which rows are not too far apart
 EARLY = 0.95                        # weight of the likeness before the flange touches
 SYNONYMS = {"sec", "Nm", "kNm", "-"}
 RARE = {"in", "lbf", "cm", "in/s", "MN"}     # less likely, unless the file says them
@@ -106,6 +108,7 @@ def guess_map(file: Path, ours: RunData, raw: RawTable | None = None) -> Guess:
     agree_on_signs(taken)
     agree_on_units(taken, ours)
     agree_with_the_file(taken)
+    agree_with_velocities(raw, t, taken)
     agree_on_zeros(taken)
     order = ["time", *QUANTITIES]
     rest = [name for k, name in enumerate(raw.names, 1) if k not in used]
@@ -148,16 +151,18 @@ def likely_matches(raw: RawTable, t: np.ndarray, ours: RunData, time: int) -> It
     """Every column of the file with every one of ours that it may stand for, with a weight."""
     windows = {side: contact_window(ours, side) for side in ("L", "R")}
     for k, (name, said) in enumerate(zip(raw.names, raw.units, strict=True)):
-        if k + 1 == time:
-            continue
         meant = meanings(name)
+        x = raw.numbers[:, k]
+        # A column without a name that never changes tells nothing by its numbers.
+        if k + 1 == time or not (meant or np.nanmax(x) > np.nanmin(x)):
+            continue
         for column in QUANTITIES:
             if column not in ours.data:
                 continue
             named = column in meant
             if meant and not named:
                 continue
-            found = units_that_fit(raw.numbers[:, k], t, said, ours, column, windows, named)
+            found = units_that_fit(x, t, said, ours, column, windows, named)
             if not found:
                 continue
             likeness, unit, sign, offset = found[0]
@@ -272,8 +277,9 @@ def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
             continue
         unit = max(votes, key=lambda unit: (votes[unit], unit))
         for m in there:
-            # Impacts on the right are as large as they like: their sizes say little of the unit.
-            clear = CLEAR if m.column.endswith("_RF") else CLEAR/2
+            # Impacts on the right are as large as they like: their sizes say little of the unit. No code writes forces in
+            # several units without saying so, while lengths may be millimetres of motion and metres of contact positions.
+            clear = np.inf if si == "N" else CLEAR if m.column.endswith("_RF") else CLEAR/2
             if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < clear:
                 choose(taken, m, m.sign, unit)
 
@@ -298,6 +304,28 @@ def agree_with_the_file(taken: dict[str, Match]) -> None:
         for m in other:
             if m.likeness - best_of(m, m.sign, said) < SURE:
                 choose(taken, m, m.sign, said)
+
+
+def agree_with_velocities(raw: RawTable, t: np.ndarray, taken: dict[str, Match]) -> None:
+    """Give an acceleration that does not follow ours the unit in which it is the rate of its velocity, in most intervals.
+
+    The accelerations of codes with constraint equations are of another size than ours, and impulses are in no column.
+    """
+    for v_name, a_name in zip(VELOCITIES, ACCELERATIONS, strict=True):
+        v, a = taken.get(v_name), taken.get(a_name)
+        if v is None or a is None or a.likeness >= SURE:
+            continue
+        change = UNITS[v.unit][1]*np.diff(raw.numbers[:, v.number - 1])
+        x = raw.numbers[:, a.number - 1]
+        expected = np.diff(t)*(x[1:] + x[:-1])/2
+        size = np.abs(expected)
+        told = np.isfinite(change) & (size > 0)
+        told &= size >= np.median(size[told]) if told.any() else told
+        factor = float(np.median(np.abs(change[told])/size[told])) if told.any() else 0.0
+        for option in a.options:
+            if factor > 0 and option.sign == a.sign and abs(np.log(factor/UNITS[option.unit][1])) < np.log(NEAR):
+                choose(taken, a, a.sign, option.unit)
+                break
 
 
 def best_of(match: Match, sign: int, unit: str = "") -> float:

@@ -37,6 +37,12 @@ class Law:
         """Approach [m] of an elastic force [N]."""
         return float((force/self.k)**(1/self.n))
 
+    def without_damping(self, blow: Blow) -> np.ndarray:
+        """The elastic part of the force of a blow, (rows,) [N]."""
+        if self.kind == BY_RATE:
+            return blow.force - self.damping*blow.closing
+        return blow.force/np.maximum(1 + self.damping*blow.closing, 0.1) if self.kind == BY_DEPTH else blow.force
+
 
 def fit_law(blow: Blow, kind: str, branch: int = 0) -> Law | None:
     """Fit a law to a blow, or to its closing (1) or opening (-1) branch; None for fewer than LEAST_ROWS rows.
@@ -102,7 +108,7 @@ def linear_fit(n: np.ndarray, zero: np.ndarray, d: np.ndarray, v: np.ndarray, fo
 
 def with_uncertainty(kind: str, k: float, n: float, zero: float, damping: float, d: np.ndarray, v: np.ndarray,
                      force: np.ndarray, square: float) -> Law:
-    """The law with the covariance of its numbers. Residuals of neighbouring rows are alike, so that rows count as fewer."""
+    """The law with the uncertainties of its numbers."""
     x = np.maximum(d - zero, 1e-9)
     middle = float(np.exp(np.average(np.log(x), weights=force)))
     elastic = k*x**n
@@ -111,12 +117,21 @@ def with_uncertainty(kind: str, k: float, n: float, zero: float, damping: float,
     columns = [elastic*growth, elastic*growth*np.log(x/middle), -n*elastic*growth/x, *([rate] if rate is not None else [])]
     jacobian = np.column_stack(columns)
     residual = force - elastic*growth - (damping*v if kind == BY_RATE else 0.0)
-    alike = float(np.clip(np.sum(residual[1:]*residual[:-1])/max(np.sum(residual**2), 1e-300), 0, 0.95))
-    freedom = max(force.size*(1 - alike)/(1 + alike) - jacobian.shape[1], 1.0)
+    u = uncertainties(jacobian, residual)
+    return Law(kind, k, n, zero, damping, float(np.sqrt(square)/force.max()), float(u[1]), float(u[0]),
+               float(u[3]) if rate is not None else 0.0)
+
+
+def uncertainties(jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Uncertainties of fitted numbers, (numbers,), by the rates of the force with each, (rows, numbers), and what the fit leaves.
+
+    What is left of neighbouring rows is alike, so that rows count as fewer.
+    """
+    square = float(np.sum(residual**2))
+    alike = float(np.clip(np.sum(residual[1:]*residual[:-1])/max(square, 1e-300), 0, 0.95))
+    freedom = max(residual.size*(1 - alike)/(1 + alike) - jacobian.shape[1], 1.0)
     size = np.sqrt(np.sum(jacobian**2, axis=0))
     size[size == 0] = 1.0
     scaled = jacobian/size
-    covariance = np.linalg.pinv(scaled.T @ scaled)*square*force.size/freedom/np.outer(size, size)
-    u = COVERAGE*np.sqrt(np.maximum(np.diag(covariance), 0))
-    return Law(kind, k, n, zero, damping, float(np.sqrt(square)/force.max()), float(u[1]), float(u[0]),
-               float(u[3]) if rate is not None else 0.0)
+    covariance = np.linalg.pinv(scaled.T @ scaled)*square/freedom/np.outer(size, size)
+    return COVERAGE*np.sqrt(np.maximum(np.diag(covariance), 0))

@@ -5,10 +5,14 @@ Nothing that a code sends stops the others: whatever cannot be used becomes one 
 from __future__ import annotations
 
 import difflib
+import warnings
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from .._core.errors import Error
 from ..results.columns import read_toml
@@ -68,6 +72,23 @@ def find_submissions(folder: Path, leave_out: Path | None = None) -> tuple[list[
         except OSError as error:
             remarks.append(f"{printable(path.name)}: expected the folder of a code, found one that cannot be read: {reason(error)}")
     return codes, remarks
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """No warnings of the arithmetic: a stranger's numbers overflow or are missing, and what comes of them is judged."""
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def complaint(error: Exception, file: Path) -> str:
+    """What is wrong with a stranger's file, in one line: whatever it holds, it stops no other file."""
+    if isinstance(error, Error):
+        return printable(str(error).replace(str(file), file.name), 400)
+    if isinstance(error, MemoryError):
+        return f"{printable(file.name)}: expected a file that fits into memory, found a larger one"
+    return printable(f"{file.name}: cannot be used: {type(error).__name__}: {error}", 400)
 
 
 def reason(error: BaseException) -> str:
@@ -213,5 +234,13 @@ def is_file(path: Path) -> bool:
     """Whether there is a file to read; a link to itself is none."""
     try:
         return path.is_file()
+    except (OSError, RuntimeError):
+        return False
+
+
+def is_device(path: Path) -> bool:
+    """Whether reading a path might never end: that of a device or a pipe, or of a link to one."""
+    try:
+        return path.exists() and not path.is_file() and not path.is_dir()
     except (OSError, RuntimeError):
         return False

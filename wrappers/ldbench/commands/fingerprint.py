@@ -18,6 +18,7 @@ from ..benchmark.call import task_named
 from ..benchmark.check import read_submitted
 from ..benchmark.estimate import Estimate
 from ..benchmark.fingerprint import Fingerprint, fingerprint, plus_minus
+from ..benchmark.submissions import complaint
 from .options import add_json, add_map, add_simulation, print_json
 
 
@@ -32,18 +33,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
     task = task_named(args.simulation) if args.simulation else None
-    found = []
+    found: list[tuple[Path, Fingerprint]] = []
+    failures: list[str] = []
     for file in args.files:
-        submitted = read_submitted(file, task, args.map)
-        found.append((file, fingerprint(submitted.run, submitted.task)))
+        try:
+            submitted = read_submitted(file, task, args.map)
+            found.append((file, fingerprint(submitted.run, submitted.task)))
+        except Exception as error:
+            if len(args.files) == 1:
+                raise
+            failures.append(complaint(error, file))
     if args.json:
-        print_json({"files": [{"file": str(file), "sentence": one.sentence, **one.facts()} for file, one in found]})
-        return 0
+        print_json({"files": [{"file": str(file), "sentence": one.sentence, **one.facts()} for file, one in found],
+                    "failures": failures})
+        return int(bool(failures))
     for file, one in found:
         print(f"{file}: {one.sentence}")
         for words, number in lines_of(one):
             print(f"  {words}: {number}")
-    return 0
+    for line in failures:
+        print(f"no fingerprint: {line}")
+    return int(bool(failures))
 
 
 def lines_of(one: Fingerprint) -> list[tuple[str, str]]:

@@ -22,6 +22,7 @@ from ..benchmark.check import read_submitted
 from ..benchmark.horizon import yardsticks
 from ..benchmark.metrics import score
 from ..benchmark.scores import KINDS, Score, Scores
+from ..benchmark.submissions import complaint, find_files
 from ..results.quantities import quantity
 from .options import add_json, add_map, add_reference, add_simulation, print_json
 
@@ -42,13 +43,13 @@ def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
     found: list[tuple[Path, Scores]] = []
     failures: list[str] = []
-    for task, file, reference in files(args.path, args.reference, args.simulation):
+    for task, file, reference in files(args.path, args.reference, args.simulation, failures):
         try:
             found.append((file, score(read_submitted(file, task, args.map).run, read_submitted(reference, task).run, task)))
-        except Error as error:
+        except Exception as error:
             if not args.path.is_dir():
                 raise
-            failures.append(str(error))
+            failures.append(complaint(error, file))
     if args.json:
         print_json({"files": [{"file": str(file), **scores.facts()} for file, scores in found], "failures": failures})
     else:
@@ -59,13 +60,14 @@ def main(args: argparse.Namespace) -> int:
     return int(bool(failures))
 
 
-def files(path: Path, reference: Path, name: str | None) -> Iterator[tuple[Task, Path, Path]]:
-    """Simulations, files and references that belong together; Error where there are none."""
+def files(path: Path, reference: Path, name: str | None, failures: list[str]) -> Iterator[tuple[Task, Path, Path]]:
+    """Simulations, files and references that belong together; Error where there are none. What cannot be used of a folder is
+    added to `failures`."""
     known = files_of(reference) if reference.is_dir() else None
     if path.is_dir():
         if known is None or name:
             raise Error(f"{path}: expected a file, for --reference FILE and for --simulation, found a folder")
-        own = files_of(path)
+        own = find_files(path, failures)
         if not own.keys() & known.keys():
             raise Error(f"{path}: expected files of the simulations in {reference}, found none")
         yield from ((task, file, known[task]) for task, file in own.items() if task in known)

@@ -1,0 +1,73 @@
+"""Files that nobody can use, or that hold nonsense, made of a good one: what an organiser may be sent."""
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+
+def with_rows(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Path, Path], None]:
+    """A file whose numbers are changed."""
+    def spoil(file: Path, good: Path) -> None:
+        names, *rows = good.read_text().splitlines()
+        numbers = change(np.array([[float(x or "nan") for x in row.split(",")] for row in rows]))
+        file.write_text("\n".join([names, *(",".join(f"{x:.8g}" for x in row) for row in numbers)]) + "\n")
+    return spoil
+
+
+def constant(value: float) -> Callable[[Path, Path], None]:
+    return with_rows(lambda x: np.column_stack([x[:, 0], np.full((len(x), x.shape[1] - 1), value)]))
+
+
+def bytes_of(change: Callable[[bytes], bytes]) -> Callable[[Path, Path], None]:
+    return lambda file, good: file.write_bytes(change(good.read_bytes())) and None
+
+
+def loop(file: Path, good: Path) -> None:
+    file.symlink_to(file.name)
+
+
+def unreadable(file: Path, good: Path) -> None:
+    file.write_text("")
+    file.chmod(0)
+    if os.access(file, os.R_OK):        # root reads everything
+        file.unlink()
+        file.mkdir()
+
+
+HOSTILE: dict[str, Callable[[Path, Path], None]] = {
+    "empty": bytes_of(lambda x: b""), "binary": bytes_of(lambda x: bytes(range(256))*400), "zeros": bytes_of(lambda x: b"\0"*10000),
+    "cut in a row": bytes_of(lambda x: x[:len(x)//2]), "names alone": bytes_of(lambda x: x.split(b"\n")[0]),
+    "NaN everywhere": constant(np.nan), "1e308 everywhere": constant(1e308), "one row": with_rows(lambda x: x[:1]),
+    "two rows": with_rows(lambda x: x[:2]),
+    "names twice": bytes_of(lambda x: b",".join([b"t"]*x.split(b"\n")[0].count(b",") + [b"t"]) + x[x.index(b"\n"):]),
+    "descending": with_rows(lambda x: x[::-1]), "one time": with_rows(lambda x: np.column_stack([0*x[:, 0], x[:, 1:]])),
+    "no permission": unreadable, "a folder": lambda file, good: file.mkdir(), "a loop": loop,
+    "a link to nothing": lambda file, good: file.symlink_to("nothing"), "a device": lambda file, good: file.symlink_to("/dev/zero"),
+    "a pipe": lambda file, good: os.mkfifo(file), "huge names": bytes_of(lambda x: b"x"*3_000_000 + b"\n" + x),
+    "huge row": bytes_of(lambda x: x + b"1,"*1_000_000), "UTF-16": bytes_of(lambda x: x.decode().encode("utf-16")),
+    "a page": bytes_of(lambda x: b"<html><script>alert(1)</script></html>\n"*50),
+    "half a header": bytes_of(lambda x: b"# ldbench 1.0.0\n# case ex4_aw: x\n# &results\n" + x[:2000]),
+    "words as numbers": bytes_of(lambda x: x.replace(b"0.0", b"zero")),
+    "infinite everywhere": constant(np.inf), "no rows": bytes_of(lambda x: x.split(b"\n")[0] + b"\n"),
+    "times out of order": with_rows(lambda x: x[np.random.default_rng(1).permutation(len(x))]),
+    "times empty": with_rows(lambda x: np.column_stack([np.full(len(x), np.nan), x[:, 1:]])),
+    "a time that jumps": with_rows(lambda x: np.column_stack([x[:, 0] + 1e6*(np.arange(len(x)) > len(x)/2), x[:, 1:]])),
+    "a time that stops": with_rows(lambda x: np.column_stack([np.minimum(x[:, 0], x[len(x)//3, 0]), x[:, 1:]])),
+    "one column": with_rows(lambda x: x[:, :1]), "a column is missing": with_rows(lambda x: x[:, :-1]),
+    "thousands of columns": bytes_of(lambda x: b"\n".join(row + b",0"*3000 for row in x.split(b"\n")[:400])),
+    "huge numbers here and there": with_rows(lambda x: np.where(np.random.default_rng(2).random(x.shape) < 0.01, 1e300, x)),
+    "empty cells here and there": with_rows(lambda x: np.where(np.random.default_rng(3).random(x.shape) < 0.1, np.nan, x)),
+    "infinite here and there": with_rows(
+        lambda x: np.column_stack([x[:, 0], np.where(np.random.default_rng(4).random(x[:, 1:].shape) < 0.01, np.inf, x[:, 1:])])),
+    "constant but for the time": constant(1.0), "zero but for the time": constant(0.0),
+    "letters that are not UTF-8": bytes_of(lambda x: b"d\xe9placement \xff\n" + x),
+    "a cell too many": bytes_of(lambda x: x.replace(b"\n", b"\n1,", 3)),
+    "commas for points": bytes_of(lambda x: x.replace(b".", b",")),
+    "cut in a letter": bytes_of(lambda x: x[:-3]),
+}
+
+# A line above the names is a remark, whatever its length and letters.
+HARMLESS = {"huge names", "letters that are not UTF-8"}
