@@ -4,7 +4,7 @@
 !> The ratio has axes of its own, coarser than those of S. When its cells are halved, only those new points are solved at
 !> which the spline errs; elsewhere the spline gives the value.
 module halfspace_correction
-  use adaptive_grid, only: adapt, axis_errors, brackets, find_cell_errors, first_roll, first_u, grading, gridded_function, &
+  use grid_refinement, only: adapt, axis_errors, brackets, find_cell_errors, first_roll, first_u, grading, gridded_function, &
     grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, united, weigh_errors
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis, spline_2d_at, spline_3d_at
   use kinds, only: dp

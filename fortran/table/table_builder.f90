@@ -6,7 +6,7 @@
 !> Rows of one roll angle are sampled in several threads; none depends on another, so that the table is the same for any
 !> number of threads.
 module table_builder
-  use adaptive_grid, only: adapt, axis_errors, brackets, cell_errors, find_cell_errors, first_roll, first_u, &
+  use grid_refinement, only: adapt, axis_errors, brackets, cell_errors, find_cell_errors, first_roll, first_u, &
     grading, gridded_function, grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, &
     scaled, united, weigh_errors
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis

@@ -6,7 +6,7 @@
 program shaken_ratios
   use case, only: case_type
   use kinds, only: dp
-  use adaptive_grid, only: grid_type
+  use grid_refinement, only: grid_type
   use halfspace_correction, only: solve_ratios
   use run_tables, only: table_request
   use shared, only: read_prepared

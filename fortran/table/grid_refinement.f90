@@ -6,7 +6,7 @@
 !> derivative at a point over the distance between the middles of the neighbouring cells.
 !>
 !> An extension of `gridded_function` says how values are computed and how an error of them changes the force.
-module adaptive_grid
+module grid_refinement
   use bspline, only: axis_type, graded_points, new_axis, third_jumps
   use kinds, only: dp
   use contact_table, only: table_type, zone_pose
@@ -463,4 +463,4 @@ contains
     lines = transpose(reshape(f, [size(f, 1)*size(f, 2), size(f, 3)]))
   end function along_roll
 
-end module adaptive_grid
+end module grid_refinement
