@@ -33,7 +33,7 @@ class PagesFile(PdfFile):       # type: ignore[misc]      # matplotlib has no ty
         else:
             super().write(data)
 
-    def endStream(self) -> None:            # noqa: N802      # matplotlib's name
+    def endStream(self) -> None:            # matplotlib's name
         """Write what was kept, and end the stream."""
         if self.pieces:
             self.currentstream.write(b"".join(self.pieces))
