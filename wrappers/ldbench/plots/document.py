@@ -16,7 +16,7 @@ from pypdf import PdfReader, PdfWriter
 
 from .._core.errors import Error
 from .._core.files import check_ending, check_written, complete, failing_as
-from .._core.pools import processes, usable_cores
+from .._core.pools import processes
 from ..profiles.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from .contents import contents_page, entries, link, number
@@ -44,7 +44,7 @@ class Part:
 
 
 LISTED = 8      # pages from which on a document has a contents page
-TOGETHER = 6    # chapters, about, that one process draws into one file, in which they share the fonts
+TOGETHER = 3    # chapters, about, that a process draws into one file, in which they share the fonts; for any number of processes
 LONG_COST = 1.5     # to draw a long run or the comparison of formulations, over that of a short run
 SPARED = 1_000_000      # objects that a process that only draws may leave to the system at its end: about 50 pages, 200 MB
 
@@ -186,7 +186,7 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
     `chaotic`: their results that the summary marks."""
     chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
     costs = [LONG_COST if is_long(run) else 1.0 for run in runs] + [LONG_COST]*len(further)
-    shares = even_shares(costs, max(jobs or usable_cores(), -(-len(chapters)//TOGETHER)))
+    shares = even_shares(costs, -(-len(chapters)//TOGETHER))
     # The processes have the runs as they are forked; nothing is sent to them.
     work = [partial(share_parts, [chapters[k] for k in share]) for share in shares]
     with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), work) as pool:

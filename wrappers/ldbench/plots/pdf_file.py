@@ -66,9 +66,10 @@ class TextRenderer(RendererPdf):      # type: ignore[misc]
             start = len(self.file.pieces)
             super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
             pieces = self.file.pieces[start:]
-            if [Op.concat_matrix.pdfRepr() in piece.split() for piece in pieces].count(True) == 1:
-                k = next(k for k, piece in enumerate(pieces) if Op.concat_matrix.pdfRepr() in piece.split())
-                self.words[s, prop.copy(), angle] = b"".join(pieces[:k]), b"".join(pieces[k + 1:])
+            matrices = [k for k, piece in enumerate(pieces) if piece.endswith(b" " + Op.concat_matrix.pdfRepr())]
+            if len(matrices) == 1:
+                # The end of the matrix's line is a piece too.
+                self.words[s, prop.copy(), angle] = b"".join(pieces[:matrices[0]]), b"".join(pieces[matrices[0] + 2:])
             return
         before, after = known
         cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
@@ -89,9 +90,11 @@ class Pages:
         size = tuple(figure.get_size_inches())
         if size not in self.renderers:
             self.renderers[size] = TextRenderer(self.file, *size)
+        renderer = self.renderers[size]
         self.file.newPage(*size)
-        self.renderers[size].begin()
-        figure.draw(self.renderers[size])
+        renderer.begin()
+        figure.draw(renderer)
+        renderer.finalize()
         self.file.endStream()
 
     def close(self) -> None:
