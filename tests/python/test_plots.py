@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -20,7 +21,7 @@ from ldbench import Error, Event, read_columns
 from ldbench.__main__ import main
 from ldbench.commands import plot
 from ldbench.plots.contents import arranged, contents_page, entries
-from ldbench.plots.document import Part, bind, case_figures, make_plots, save_pages
+from ldbench.plots.document import Part, bind, case_figures, even_shares, make_plots, save_pages
 from ldbench.plots.frame import label_x, label_y
 from ldbench.plots.geometry import geometry_page
 from ldbench.plots.impact import HEADS, Stretch, draw_table, hardest_page, impact_page, table_rows
@@ -683,6 +684,44 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
         boxes = [t.get_window_extent(renderer) for t in figure.texts if t.get_text() == line.words]
         assert [box for box in boxes if left - 1 <= box.x0 <= box.x1 <= right + 1 and low - 1 <= box.y0 <= box.y1 <= high + 1]
     assert [part.title for part in document.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]
+
+
+def test_pages_have_the_operators_that_matplotlib_writes(thrown: tuple[RunData, Path], tmp_path: Path):
+    """Texts that come again, turned texts, formulas and pages of another size are drawn as by matplotlib's own pages, which know
+    nothing of each other."""
+    run, _ = thrown
+    small = Figure(figsize=(3, 2))
+    for k, angle in enumerate((0, 0, 90, 30)):
+        small.text(0.2*k, 0.1*k, "the first flange −12.5", rotation=angle, fontsize=8 + k//2, weight="bold" if k == 1 else "normal")
+    small.text(0.5, 0.5, r"$\alpha^2$ of the same, twice")
+
+    def figures() -> list[Figure]:
+        return [time_page(run, PAGES[0]), small, time_page(run, PAGES[1]), small]
+
+    with PdfPages(tmp_path/"theirs.pdf", metadata={"CreationDate": None}) as theirs:
+        for figure in figures():
+            settle(figure)
+            theirs.savefig(figure)
+    save_pages(tmp_path/"ours.pdf", [("", figure) for figure in figures()])
+    found, wanted = (PdfReader(tmp_path/name) for name in ("ours.pdf", "theirs.pdf"))
+    assert len(found.pages) == len(wanted.pages) == 4
+    for page, other in zip(found.pages, wanted.pages, strict=True):
+        assert page.get_contents().get_data() == other.get_contents().get_data()
+        assert page.mediabox == other.mediabox
+        assert set(page["/Resources"]["/Font"]) == set(other["/Resources"]["/Font"])
+    assert found.pages[1].extract_text() == wanted.pages[1].extract_text()
+
+
+@pytest.mark.parametrize("number", [1, 2, 4, 12])
+@pytest.mark.parametrize("count", [0, 1, 5, 30])
+def test_shares_are_even(count: int, number: int):
+    """Each index is in one share, and no share costs more than the mean and the dearest one together."""
+    costs = np.random.default_rng(count).uniform(0.1, 10, count).tolist()
+    shares = even_shares(costs, number)
+    assert sorted(k for share in shares for k in share) == list(range(len(costs)))
+    assert len(shares) <= number and all(share == sorted(share) for share in shares)
+    for share in shares:
+        assert sum(costs[k] for k in share) <= sum(costs)/number + max(costs)*(1 + 1e-9)
 
 
 def test_chaotic_results_have_a_mark():

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from .calls import Progress
 from .errors import Error
@@ -60,7 +60,9 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
 class Processes:
     """Worker processes, each served by a separate thread of this process."""
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, known: Sequence[Callable[..., Any]] = ()) -> None:
+        """known: functions that the processes have from their start, with all data in them. `submit` takes such a function by
+        its place in `known`; any other function is sent through a pipe."""
         # Forked: the children have every module from the start. Before the threads: a fork takes only its own along.
         fork = multiprocessing.get_context("fork")
         self.idle: queue.SimpleQueue[Connection] = queue.SimpleQueue()
@@ -69,7 +71,7 @@ class Processes:
         try:
             for _ in range(number):
                 ours, theirs = fork.Pipe()
-                child = fork.Process(target=serve, args=(theirs, os.getpid()), daemon=True)
+                child = fork.Process(target=serve, args=(theirs, os.getpid(), known), daemon=True)
                 child.start()
                 self.children.append(child)
                 theirs.close()
@@ -78,13 +80,13 @@ class Processes:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         self.threads = ThreadPoolExecutor(number)
 
-    def submit(self, work: Callable[..., Result], *arguments: object) -> Future[Result]:
+    def submit(self, work: Callable[..., Result] | int, *arguments: object) -> Future[Result]:
         return self.threads.submit(self._ask, work, arguments)
 
     def map(self, work: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:
         return self.threads.map(lambda task: self._ask(work, (task,)), tasks)
 
-    def _ask(self, work: Callable[..., Result], arguments: tuple[object, ...]) -> Result:
+    def _ask(self, work: Callable[..., Result] | int, arguments: tuple[object, ...]) -> Result:
         worker = self.idle.get()
         try:
             worker.send((work, arguments))
@@ -106,7 +108,7 @@ class Processes:
             child.join()
 
 
-def serve(asked: Connection, parent: int) -> None:
+def serve(asked: Connection, parent: int, known: Sequence[Callable[..., Any]]) -> None:
     """Serve requests until the parent kills this process, or until the system does so because the parent has died."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)        # Ctrl-C goes to the parent as well, which says so in one line
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -116,16 +118,15 @@ def serve(asked: Connection, parent: int) -> None:
         while os.getppid() == parent:
             work, arguments = asked.recv()
             try:
-                asked.send((work(*arguments), None))
+                asked.send(((known[work] if isinstance(work, int) else work)(*arguments), None))
             except Exception as error:
                 asked.send((None, error))
 
 
 @contextmanager
-def processes(jobs: int | None, tasks: int) -> Iterator[Processes]:
-    """Start worker processes, one per core by default, but no more than there are tasks."""
-    number = max(1, min(jobs or usable_cores(), tasks))
-    pool = Processes(number)
+def processes(jobs: int | None, tasks: int, known: Sequence[Callable[..., Any]] = ()) -> Iterator[Processes]:
+    """Start worker processes, one per core by default, but no more than there are tasks. known: see `Processes`."""
+    pool = Processes(max(1, min(jobs or usable_cores(), tasks)), known)
     try:
         yield pool
     finally:

@@ -2,16 +2,15 @@
 from __future__ import annotations
 
 import gc
-import pickle
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from concurrent.futures import Future
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from pypdf import PdfReader, PdfWriter
 
@@ -24,10 +23,11 @@ from .contents import contents_page, entries, link, number
 from .geometry import geometry_page
 from .impact import HARDEST, Stretch, hardest_page, impact_page
 from .overview import overview_figures
+from .pdf_file import Pages
 from .phase import energy_page
 from .ramp import is_ramp, ramp_page
 from .series import IMPULSES, LAST, PAGES
-from .stretches import ENVELOPE_ROWS, is_long, last_second
+from .stretches import is_long, last_second
 from .style import ldbench_style
 from .summary import CHAOTIC_NOTE, SUMMARY_NOTE, summary_page
 from .ticks import settle
@@ -44,7 +44,8 @@ class Part:
 
 
 LISTED = 8      # pages from which on a document has a contents page
-TOGETHER = 4    # runs that one process draws into one file, in which they share the fonts
+TOGETHER = 3    # chapters, about, that a process draws into one file, in which they share the fonts; for any number of processes
+LONG_COST = 1.5     # to draw a long run or the comparison of formulations, over that of a short run
 SPARED = 1_000_000      # objects that a process that only draws may leave to the system at its end: about 50 pages, 200 MB
 
 # Around the first and the hardest contact of the left flange, computed again.
@@ -73,10 +74,10 @@ def case_figures(run: RunData, fine: Stretches | None = None) -> Iterator[tuple[
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
     """Write figures as the pages of a PDF; returns their titles."""
     titles = []
-    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
+    with failing_as(path, path), closing(Pages(path)) as pdf, no_collection():
         for title, figure in figures:
             settle(figure)
-            pdf.savefig(figure)
+            pdf.add(figure)
             titles.append(title)
     return tuple(titles)
 
@@ -117,24 +118,27 @@ def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
     return parts
 
 
-def case_parts(pickled: bytes, target: Path) -> list[Part]:
-    """All pages of some runs, in a process that only draws: it looks for garbage where there is much, and seldom."""
+def share_parts(chapters: Iterable[Chapter], target: Path) -> list[Part]:
+    """Some chapters in one file, in a process that only draws: it looks for garbage where there is much, and seldom."""
     gc.disable()
     with ldbench_style():
-        parts = run_parts(pickle.loads(pickled), target)
+        parts = save_parts(target, chapters)
     if gc.get_count()[0] > SPARED:
         gc.collect()
     return parts
 
 
-def run_parts(runs: Sequence[tuple[RunData, Stretches | None]], target: Path) -> list[Part]:
-    """All pages of some runs, in the style that is set; Error where one has no columns to draw."""
-    parts = save_parts(target, ((run.heading, case_figures(run, fine)) for run, fine in runs))
-    for part, (run, _) in zip(parts, runs, strict=True):
+def run_chapter(run: RunData, fine: Stretches | None = None) -> Chapter:
+    """The pages of a run, which are drawn when they are asked for."""
+    return run.heading, case_figures(run, fine)
+
+
+def check_drawn(parts: Sequence[Part], runs: Sequence[RunData]) -> None:
+    """Error where a run has no columns to draw."""
+    for part, run in zip(parts, runs, strict=True):
         if not part.pages:
             raise Error(f"{run.file}: expected time and other columns of ours to draw (a map of names, --map, may tell which), "
                         f"found {', '.join(map(str, run.data))}")
-    return parts
 
 
 def front_parts(rows: Sequence[dict[str, Any]], geometry: Sequence[Path], runs: Sequence[RunData],
@@ -166,32 +170,30 @@ def plot_runs(runs: Sequence[RunData], target: Path) -> int:
     check_written([target], [])
     check_ending(target, "a document .pdf", ".pdf")
     with tempfile.TemporaryDirectory() as scratch, ldbench_style():
-        parts = run_parts([(run, None) for run in runs], Path(scratch)/"runs.pdf")
+        parts = save_parts(Path(scratch)/"runs.pdf", map(run_chapter, runs))
+        check_drawn(parts, runs)
         return bind(parts, target, f"ldbench: {', '.join(run.name for run in runs)}")
 
 
 @contextmanager
 def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
-            done: Callable[[], None] = lambda: None, further: Sequence[Callable[[Path], Part]] = (),
+            done: Callable[[], None] = lambda: None, further: Sequence[Chapter] = (),
             fine: Mapping[str, Stretches] | None = None,
             chaotic: Mapping[str, Sequence[str]] | None = None) -> Iterator[Callable[[], int]]:
     """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
-    for them and writes the document.  `further` make last parts in a file, there too; they build no contact tables:
-    OpenMP's threads do not outlive a fork.  `fine`: stretches of runs with more rows, by the names of the runs; `chaotic`:
-    their results that the summary marks."""
-    groups = [runs[k:k + TOGETHER] for k in range(0, len(runs), TOGETHER)]
-    with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(groups) + len(further)) as pool:
-        # Pickled here: the pool would do it in a thread, while the caller goes on with the runs.
-        work: list[Callable[[Path], list[Part] | Part]] = [partial(case_parts, pickle.dumps(
-            [(run, (fine or {}).get(run.name)) for run in group], pickle.HIGHEST_PROTOCOL)) for group in groups]
-        # The longest first; the order of the document is another.
-        sizes = [sum(len(run.time) for run in group) for group in groups] + [ENVELOPE_ROWS]*len(further)
-        order = sorted(range(len(sizes)), key=lambda k: -sizes[k])
-        work += further
-        tasks = {k: pool.submit(work[k], Path(scratch)/f"{k}.pdf") for k in order}
-        for k, group in enumerate(groups):
-            for _ in group:
-                tasks[k].add_done_callback(lambda _: done())
+    for them and writes the document.  `further`: last chapters, which are drawn there too; to draw them builds no contact
+    tables: OpenMP's threads do not outlive a fork.  `fine`: stretches of runs with more rows, by the names of the runs;
+    `chaotic`: their results that the summary marks."""
+    chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
+    costs = [LONG_COST if is_long(run) else 1.0 for run in runs] + [LONG_COST]*len(further)
+    shares = even_shares(costs, -(-len(chapters)//TOGETHER))
+    # The processes have the runs as they are forked; nothing is sent to them.
+    work = [partial(share_parts, [chapters[k] for k in share]) for share in shares]
+    with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), work) as pool:
+        tasks: list[Future[list[Part]]] = [pool.submit(n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
+        for task, share in zip(tasks, shares, strict=True):
+            for _ in (k for k in share if k < len(runs)):
+                task.add_done_callback(lambda _: done())
         compared = [run for run in runs if run.exercise in range(1, 5)]
         front = front_parts([full_row(run) for run in runs], geometry, compared if len(compared) > 1 else [], chaotic,
                             Path(scratch)/"front.pdf")
@@ -199,13 +201,25 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
             done()
 
         def finish() -> int:
-            parts = list(front)
-            for k in range(len(sizes)):
-                found = tasks[k].result()
-                parts += found if isinstance(found, list) else [found]
-            return bind(parts, target)
+            drawn: dict[int, Part] = {}
+            for task, share in zip(tasks, shares, strict=True):
+                drawn.update(zip(share, task.result(), strict=True))
+            parts = [drawn[k] for k in range(len(chapters))]
+            check_drawn(parts[:len(runs)], runs)
+            return bind([*front, *parts], target)
 
         yield finish
+
+
+def even_shares(costs: Sequence[float], number: int) -> list[list[int]]:
+    """Indices in at most `number` shares of about equal costs, each in ascending order."""
+    shares: list[list[int]] = [[] for _ in range(number)]
+    sums = [0.0]*number
+    for k in sorted(range(len(costs)), key=lambda k: -costs[k]):
+        least = sums.index(min(sums))
+        shares[least].append(k)
+        sums[least] += costs[k]
+    return [sorted(share) for share in shares if share]
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:

@@ -25,7 +25,7 @@ from .._core.calls import Progress
 from .._core.files import complete, write_frame
 from .._core.pools import in_threads
 from ..case import Case
-from ..plots.document import Part, bind, save_pages
+from ..plots.document import Chapter, bind, save_parts
 from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
 from ..results import run_data
@@ -460,14 +460,13 @@ def make_comparison(root: Path, inputs: Path, outputs: Path, jobs: int) -> list[
     """Write the PDF and the CSV file of the comparison of formulations."""
     found = kept_outcomes(root, inputs, outputs, jobs)
     target = outputs/"ldbench_formulations.pdf"
-    with tempfile.TemporaryDirectory() as scratch:
-        part = make_part(found, inputs, Path(scratch)/"pages.pdf")
-        bind([part], target, "ldbench: elastic contact or constraint equations")
+    with tempfile.TemporaryDirectory() as scratch, ldbench_style():
+        parts = save_parts(Path(scratch)/"pages.pdf", [chapter(found, inputs)])
+        bind(parts, target, "ldbench: elastic contact or constraint equations")
     write_frame(table(found), target.with_suffix(".csv"))
     return [target, target.with_suffix(".csv")]
 
 
-def make_part(found: Sequence[Outcome], inputs: Path, target: Path) -> Part:
-    """The pages, bound into a document."""
-    with ldbench_style():
-        return Part("Elastic contact or constraint equations", target, save_pages(target, figures(found, inputs)))
+def chapter(found: Sequence[Outcome], inputs: Path) -> Chapter:
+    """The pages of a document, which are drawn when they are asked for."""
+    return "Elastic contact or constraint equations", figures(found, inputs)

@@ -97,7 +97,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         with ExitStack() as stack:
             # Pages are drawn in other processes while the rest is made here.
             finish = stack.enter_context(drawing(
-                runs, plotted, geometry, jobs, bar.update, [partial(formulations.make_part, found, inputs)], fine, chaotic
+                runs, plotted, geometry, jobs, bar.update, [formulations.chapter(found, inputs)], fine, chaotic
             )) if plotted in due else None
             make(summary, 0, lambda: write_summary(runs, summary, chaotic))
             make(shown, 1, lambda: results.results_page(runs, variants).write(shown))
