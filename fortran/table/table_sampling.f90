@@ -79,18 +79,12 @@ contains
     !> Return a point of u at which the zone touches: the middle, or where a station of the zone meets the rail's point of
     !> the same normal. Where the wheelset rolls over, a stretch of the tread passes beside the rail in the middle.
     integer function start_point() result(start)
-      integer, parameter :: tries = 9
       real(dp) :: pose(2), point(2), normal(2)
-      integer :: try, i, middle
+      integer, parameter :: tries = 9
+      integer :: try, i
       logical :: usable
-
-      middle = minloc(abs(u), 1)
-      start = middle
-      if (known(middle)) return
-      if (any(known)) then
-        start = minloc(abs(u), 1, known)
-        return
-      end if
+      start = minloc(abs(u), 1, known .or. .not. any(known))
+      if (any(known)) return
       associate (pair => request%side%pair, zone => request%side%zones(z))
         do try = 0, tries
           if (try > 0) then
@@ -106,7 +100,7 @@ contains
           if (ok) return
         end do
       end associate
-      start = middle
+      start = minloc(abs(u), 1)
     end function start_point
 
     !> Find the height `shift` along w at which the zone touches.
