@@ -39,7 +39,8 @@ CONTACTS = "LT", "LF", "RT", "RF"
 
 TEXT = """M q'' = f(t) - dU/dq, q = (y, z, roll), is integrated once more from the shipped initial conditions, by
 SciPy's DOP853 (Dormand and Prince, order 8 with step control) with relative tolerances 1e-12 and 3e-14 (SciPy's least
-is 2e-14) and steps of at most 50 and 25 µs. It has nothing in common with the core's integrator but the force, ldbench.ContactTable.force.
+is 2e-14) and steps of at most 50 and 25 µs. It has nothing in common with the core's integrator but the force,
+ldbench.ContactTable.force.
 
 The core's step is explicit, of fourth order, and cut into 2, 4, ... where it changes the total energy by more than a
 tolerance. That change goes with the fifth power of the step, so a setting with half the step has a 32nd of the
@@ -49,7 +50,8 @@ tolerance. A step that a contact touches in, where F begins as the 3/2 power of 
 - 1/5.7) and |c - s|/(5.7 - 1), so that it is not small by chance in one of them.
 
 Bar of the deviation: step error and what DOP853 changes between its settings, an upper bound of its error with the
-second: kinks of the force make errors of order 2.5 of the step, so the first misses 5.7 times as much. Event times: the motion's bar over the speed of what happens, and what the rule of the core that finds times
+second: kinks of the force make errors of order 2.5 of the step, so the first misses 5.7 times as much. Event
+times: the motion's bar over the speed of what happens, and what the rule of the core that finds times
 within a step misses on DOP853's motion: contacts touch where the penetration, from its size and rate at the end of the
 step, was zero; passages of the centre are interpolated linearly. Peaks: the motion's bar times the derivatives of the
 force, and what a parabola through three values of DOP853's force misses. In all of them with the longest step that the
