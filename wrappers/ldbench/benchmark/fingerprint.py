@@ -177,10 +177,10 @@ def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
         damping = combined([law.damping for _, law in pairs], [law.u_damping for _, law in pairs],
                            "N s/m" if kind == BY_RATE else "s/m", what, floor=ROWS*abs(pairs[0][1].damping))
         if kind == NONE:
-            unseen = [law for blow in used if (law := fit_law(blow, BY_DEPTH))]
-            # A weak χ loses 4/3 χ v of the energy: what the loop does not see, the fit does not exclude.
-            hidden = 0.75*(first.uncertainty if first.known else LOOP)/max(float(used[0].closing.max()), 1e-3)
-            damping = combined([law.damping for law in unseen], [law.u_damping for law in unseen], "s/m", "none seen", hidden)
+            unseen = [(law, hidden_damping(blow, loss)) for blow, loss in zip(used, losses, strict=True)
+                      if (law := fit_law(blow, BY_DEPTH))]
+            damping = combined([law.damping for law, _ in unseen], [max(law.u_damping, hidden) for law, hidden in unseen], "s/m",
+                               "none seen", hidden_damping(used[0], first))
         numbers = {
             "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
             "force": combined([f for f, _ in forces], [u for _, u in forces], "N", what, floor=0.5*ROWS*forces[0][0]),
@@ -194,6 +194,11 @@ def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
             **{name: combined([law.n for law in branch[way]], [law.u_n for law in branch[way]], why="the branch alone, no damping",
                               floor=0.5*ROWS) if branch[way] else untold(f"fewer than {LEAST_ROWS} rows on the branch")
                for name, way in (("closing", 1), ("opening", -1))}}
+
+
+def hidden_damping(blow: Blow, loss: Estimate) -> float:
+    """The damping χ [s/m] that the loop of a blow does not see: a weak χ loses 4/3 χ v of the energy, closing at v."""
+    return float(0.75*(loss.uncertainty if loss.known else LOOP)/max(float(blow.closing.max()), 1e-3))
 
 
 def chosen_laws(used: Sequence[Blow], lossy: bool) -> tuple[str, list[Law | None]]:
