@@ -143,12 +143,15 @@ def test_order_in_contact(scheme: str, order: int, shipped: dict[str, Run], tmp_
     if scheme == "energy":
         assert max(drift) < 1e-9      # of 7 J
     else:
+        # The third derivatives of the table's splines jump at its points, which scatters single motions: five are taken.
+        more = [motions(shipped, tmp_path, scheme, order, steps, 8e-3, initial | {"Z": Z})
+                for Z in (1.6e-5, 1.8e-5, 2.2e-5, 2.4e-5)]
         # At the instants that all have; the largest of each lies between steps.
-        common = [np.linalg.norm((m.energy - m.energy[0])[::round(steps[0]/dt)])
-                  for m, dt in zip(found, steps, strict=True)]
-        # The third derivatives of the table's splines jump at its points, which scatters single halvings.
-        assert np.mean(orders(common)) == pytest.approx(order, abs=0.1)
-        assert orders(common) == pytest.approx([order, order], abs=0.3)
+        common = [[np.linalg.norm((m.energy - m.energy[0])[::round(steps[0]/dt)]) for m, dt in zip(motion, steps, strict=True)]
+                  for motion in [found, *more]]
+        falls = np.mean([orders(drifts) for drifts in common], axis=0)
+        assert np.mean(falls) == pytest.approx(order, abs=0.1)
+        assert falls == pytest.approx([order, order], abs=0.3)
 
 
 def test_sixth_order_in_contact(shipped: dict[str, Run], tmp_path: Path):
@@ -283,11 +286,14 @@ def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
 
 def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):
     """The explicit step counts the work to its order: pushed and bouncing, a wheelset's drift falls with dt^4."""
-    pushed = ldbench.Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, Z=4e-5,
-                                                    lateral_ramp=2e6)
-    runs = [ldbench.run(pushed.replace(dt=dt), table=actual) for dt in (2e-4, 1e-4)]
-    assert runs[0].data.W_ext.iloc[-1] > 50
-    assert orders([run.results["drift"] for run in runs]) == pytest.approx([4], abs=0.2)
+    pushed = ldbench.Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, lateral_ramp=2e6)
+    falls = []
+    # The third derivatives of the table's splines jump at its points, which scatters single motions: six are taken.
+    for Z in 2.5e-5, 3e-5, 3.5e-5, 4e-5, 4.5e-5, 5e-5:
+        runs = [ldbench.run(pushed.replace(dt=dt, Z=Z), table=actual) for dt in (2e-4, 1e-4)]
+        assert runs[0].data.W_ext.iloc[-1] > 50
+        falls += list(orders([run.results["drift"] for run in runs]))
+    assert np.mean(falls) == pytest.approx(4, abs=0.2)
 
 
 # ---- events and peaks --------------------------------------------------------------------
