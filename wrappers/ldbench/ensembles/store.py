@@ -144,16 +144,19 @@ class Store:
 
     def finish(self) -> xr.Dataset:
         """The complete Dataset, under its name; and few parts in place of many."""
+        xarray = needed("xarray", "ensemble")
         try:
             whole = self._grow()
             whole.close()
+            # Another ensemble may replace the folder under its final name at any time: chunks that are gone would be read as NaN.
+            with xarray.open_zarr(whole.folder, chunks=None) as dataset:
+                small = dataset.load() if dataset.nbytes <= IN_MEMORY else None
             self._refuse_others()
             replace_folder(whole.folder, self.path)
         except OSError as error:
             raise Error(f"{self.path}: cannot be written completely: {error.strerror or error}") from None
         self._put_together(set(self.keys))
-        dataset = needed("xarray", "ensemble").open_zarr(self.path, chunks=None)
-        return dataset.load() if dataset.nbytes <= IN_MEMORY else dataset
+        return xarray.open_zarr(self.path, chunks=None) if small is None else small
 
     def abandon(self) -> None:
         """Remove the Dataset that is not complete."""
