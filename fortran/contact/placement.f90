@@ -6,7 +6,7 @@ module placement
   use kinds, only: degree, dp
   use station_scan, only: new_scan, scan_type, touch
   use text, only: str
-  use wheel_rail_pair, only: mean_curvature, pair_type
+  use wheel_rail_pair, only: angle_step, mean_curvature, pair_type, rail_station
   implicit none
   private
   public :: place_profiles
@@ -47,6 +47,7 @@ contains
     pair%crown = pair%rail%a(1, 1, maxloc(pair%rail%a(2, 1, :), 1) - 1 + lbound(pair%rail%a, 3))
     call set_stations(pair)
     call set_rail_angles(pair)
+    call set_rail_curvatures(pair)
 
     ! The centred wheel is lowered until it touches.  Its contact point is then at the rolling radius.
     scan = new_scan(pair)
@@ -162,5 +163,34 @@ contains
       if (i > 1) pair%rail_angle(i) = min(pair%rail_angle(i), pair%rail_angle(i - 1))
     end do
   end subroutine set_rail_angles
+
+  !> The rail's curvature as a continuous function of the tangent angle. The arc's curvature jumps where an angle belongs to a
+  !> whole stretch, as on a straight gauge face: the strip modulus of all wheel stations with that angle would jump at one roll
+  !> angle, and with it the force. So the curvature is averaged over angles too, with weights that fall linearly to 0 at
+  !> twice `half`.
+  pure subroutine set_rail_curvatures(pair)
+    type(pair_type), intent(inout) :: pair
+    real(dp), parameter :: half = 0.5_dp*degree
+    integer, parameter :: reach = nint(half/angle_step)
+    real(dp) :: low
+    real(dp), allocatable :: x(:), mean(:)
+    integer :: i, n, round
+
+    low = pair%rail_angle(size(pair%rail_angle))
+    n = max(2, ceiling((pair%rail_angle(1) - low)/angle_step) + 1)
+    allocate (x(n), mean(n))
+    do i = 1, n
+      x(i) = -mean_curvature(pair%rail, rail_station(pair, low + (i - 1)*angle_step))
+    end do
+    do round = 1, 2
+      do i = 1, n
+        associate (from => max(1, i - reach), to => min(n, i + reach))
+          mean(i) = sum(x(from:to))/(to - from + 1)
+        end associate
+      end do
+      x = mean
+    end do
+    pair%rail_curvature = x
+  end subroutine set_rail_curvatures
 
 end module placement

@@ -5,11 +5,11 @@
 !> whole contact geometry.
 module wheel_rail_pair
   use curve, only: curve_point, curve_type, near_interval
-  use kinds, only: dp
+  use kinds, only: degree, dp
   implicit none
   private
-  public :: pair_type, same_pair, rolled, wheel_station, rail_curvature, rail_point, mean_curvature
-  public :: mirror, least_cosine, window
+  public :: pair_type, same_pair, rolled, wheel_station, rail_station, rail_curvature, rail_point, mean_curvature
+  public :: mirror, least_cosine, window, angle_step
 
   !> A wheel and a rail, placed.
   type :: pair_type
@@ -29,11 +29,14 @@ module wheel_rail_pair
     integer :: steepest = 0                !! index of the flange face's steepest station
     integer :: tread_end = 0               !! index of the tread's last station before a chamfer
     real(dp), allocatable :: rail_angle(:) !! tangent angle at the rail's knots, made monotone [rad]
+    !> Curvature of the rail at the tangent angles from the last of `rail_angle` up, at equal steps, convex positive [1/m].
+    real(dp), allocatable :: rail_curvature(:)
   end type pair_type
 
   !> Factors that mirror a pose, a velocity or a force (y, z, roll) from left to right.
   real(dp), parameter :: mirror(3) = [-1, 1, -1]
   real(dp), parameter :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
+  real(dp), parameter :: angle_step = 0.05_dp*degree   !! between the values of `rail_curvature` [rad]
   !> Least cosine of a contact angle, that of 87 degrees, in the relative curvature in rolling direction.
   real(dp), parameter :: least_cosine = 0.05_dp
 
@@ -82,12 +85,20 @@ contains
     s = pair%s(high)
   end function wheel_station
 
-  !> Curvature [1/m] of the rail where its tangent angle is `angle` [rad], convex positive.
+  !> Curvature [1/m] of the rail where its tangent angle is `angle` [rad], convex positive; the first or last one where the
+  !> rail has no such angle.
   pure real(dp) function rail_curvature(pair, angle) result(curvature)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
 
-    curvature = -mean_curvature(pair%rail, rail_station(pair, angle))
+    real(dp) :: x
+    integer :: i, n
+
+    n = size(pair%rail_curvature)
+    x = (angle - pair%rail_angle(size(pair%rail_angle)))/angle_step
+    x = max(0.0_dp, min(x, n - 1.0_dp))
+    i = min(int(x), n - 2)
+    curvature = pair%rail_curvature(i + 1) + (x - i)*(pair%rail_curvature(i + 2) - pair%rail_curvature(i + 1))
   end function rail_curvature
 
   !> The rail's point [m] and outward normal where its tangent angle is `angle` [rad].  `ok` is false where the rail

@@ -48,6 +48,7 @@ module service_poses
   real(dp), parameter :: roll_lever = 0.75_dp   ! lever of a wheel's force about X [m]
   ! Splines need some points outside the poses that runs reach [rad, m, m].
   real(dp), parameter :: margin_roll = 0.01_dp, margin_shift = 2e-3_dp, margin_height = 6e-3_dp
+  real(dp), parameter :: margin_depth = 2       ! factor on the depths of zones that touch at once
 
 contains
 
@@ -104,13 +105,13 @@ contains
     real(dp) :: shallower, deeper, tread, found, second, deepest
     integer :: i, status
 
-    shallower = shallower_share*extent%depth*merge(1.5_dp, 1.0_dp, with_margin)
-    deeper = deeper_share*extent%depth*merge(1.5_dp, 1.0_dp, with_margin)
+    shallower = shallower_share*extent%depth*merge(margin_depth, 1.0_dp, with_margin)
+    deeper = deeper_share*extent%depth*merge(margin_depth, 1.0_dp, with_margin)
     tread = tread_share*extent%depth
     deepest_other = -1
     if (abs(pose(3)) > service_roll + margin_roll) then
       tread = rollover_share*extent%depth
-      deeper = min(deeper, 1.5_dp*tread)
+      deeper = min(deeper, margin_depth*tread)
       shallower = min(shallower, tread/2)
       reachable = depth <= tread*merge(1.5_dp, 1.0_dp, with_margin)
     else

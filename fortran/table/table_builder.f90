@@ -37,8 +37,10 @@ module table_builder
 
   integer, parameter :: first_points(3) = [31, 21, 15]          ! of u, roll, q
   ! Hertz's energy of one contact jumps with the station: no cell is small enough.
-  integer, parameter :: most_rounds = 9, rounds_hertz = 4, rounds_q = 4
-  integer, parameter :: most_values = 1200000   ! three times those of new profiles
+  integer, parameter :: most_rounds = 11, rounds_hertz = 4, rounds_q = 4
+  integer, parameter :: most_values = 2400000   ! six times those of new profiles
+  ! Where wheel and rail have nearly equal radii a contact runs along millimetres of the wheel within some 0.01 mm of u.
+  real(dp), parameter :: least_u_strip = least_u/4   ! [m]
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and errs more than is estimated.
   real(dp), parameter :: kink_factor = 3
   ! Strips are allowed smaller errors in rolling over: the crown and the corner of a rail touch at once there.
@@ -123,7 +125,7 @@ contains
       roll = first_roll(extent, n(2))
       q = new_axis([(((i - 1)/real(n(3) - 1, dp))**grading*sqrt(extent%depth), i=1, n(3))])
     end associate
-    energy%grid(z) = new_grid(u, roll, q, [least_u, least_roll, least_q], 0.0_dp)
+    energy%grid(z) = new_grid(u, roll, q, [least_u_strip, least_roll, least_q], 0.0_dp)
     allocate (energy%touching(z)%h(u%n, roll%n), source=-1.0_dp)
   end subroutine start_zone
 

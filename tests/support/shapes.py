@@ -99,6 +99,14 @@ def side_worn(rail: Points) -> Points:
     return bump(rail, 4, 14, -2.0)
 
 
+def straight_face(rail: Points, angle: float, step: float = 0.1) -> Points:
+    """A rail whose gauge face is straight for 20 mm, at an angle in degrees, below where the corner is as steep."""
+    way = np.diff(rail, axis=0)
+    first = np.argmax(np.arctan2(way[:, 1], way[:, 0]) < np.radians(angle))
+    run = np.arange(20, 0, -step)[:, None]
+    return np.concatenate([rail[first] - run*[np.cos(np.radians(angle)), np.sin(np.radians(angle))], rail[first:]])
+
+
 WORN_WHEELS: dict[str, Callable[[Points], Points]] = {
     "hollow tread": hollow, "thin flange": thin_flange, "flat spot": flat_spot,
     "hollow tread, thin flange": lambda wheel: hollow(thin_flange(wheel))}
