@@ -170,7 +170,7 @@ contains
   !> twice `half`.
   pure subroutine set_rail_curvatures(pair)
     type(pair_type), intent(inout) :: pair
-    real(dp), parameter :: half = 0.5_dp*degree
+    real(dp), parameter :: half = 0.1_dp*degree
     integer, parameter :: reach = nint(half/angle_step)
     real(dp) :: low
     real(dp), allocatable :: x(:), mean(:)

@@ -36,7 +36,7 @@ module wheel_rail_pair
   !> Factors that mirror a pose, a velocity or a force (y, z, roll) from left to right.
   real(dp), parameter :: mirror(3) = [-1, 1, -1]
   real(dp), parameter :: window = 2e-3_dp   !! arc over which curvature is a mean: below the size of a patch [m]
-  real(dp), parameter :: angle_step = 0.05_dp*degree   !! between the values of `rail_curvature` [rad]
+  real(dp), parameter :: angle_step = 0.02_dp*degree   !! between the values of `rail_curvature` [rad]
   !> Least cosine of a contact angle, that of 87 degrees, in the relative curvature in rolling direction.
   real(dp), parameter :: least_cosine = 0.05_dp
 

@@ -38,7 +38,7 @@ module table_builder
   integer, parameter :: first_points(3) = [31, 21, 15]          ! of u, roll, q
   ! Hertz's energy of one contact jumps with the station: no cell is small enough.
   integer, parameter :: most_rounds = 11, rounds_hertz = 4, rounds_q = 4
-  integer, parameter :: most_values = 2400000   ! six times those of new profiles
+  integer, parameter :: most_values = 1800000   ! four and a half times those of new profiles
   ! Where wheel and rail have nearly equal radii a contact runs along millimetres of the wheel within some 0.01 mm of u.
   real(dp), parameter :: least_u_strip = least_u/4   ! [m]
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and errs more than is estimated.
