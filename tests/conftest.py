@@ -1,4 +1,5 @@
 """Fixtures and hooks of all tests; what they import stands in tests/support."""
+import gc
 import hashlib
 import os
 import shutil
@@ -33,6 +34,12 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path.stem in LONG_PROGRAMS)
+
+
+def pytest_collection_finish() -> None:
+    """What was imported and collected lives to the end: the search for garbage, again and again, need not look at it."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

@@ -30,7 +30,8 @@ NEARBY = 1.0, 0.93, 0.86        # settings over the nominal one: a single one ma
 LONG = 1.0                      # a solution that takes longer is not repeated [s]
 ROUND = 0.05                    # a shorter one is repeated in every round until it takes so long [s]
 TOO_LONG = {Form.SHORT: np.inf, Form.USUAL: 0.2, Form.FULL: 2.0}     # a method that does is not refined any more [s]
-ROUNDS = {Form.SHORT: 3, Form.USUAL: 5, Form.FULL: 7}
+ROUNDS = {Form.SHORT: 1, Form.USUAL: 5, Form.FULL: 7}
+OWN_STRICT = {Form.SHORT: (1e-9, 1e-10), Form.USUAL: (1e-11, 1e-12), Form.FULL: (1e-11, 1e-12)}      # of Python alone
 CLOSE, CLOSER = 3.0, 1.4        # to its family's fastest a method has to be to be tried with other outputs, to be timed
 
 STEPS = 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6          # [s]
@@ -224,16 +225,17 @@ def posed(p: Problem, method: Method) -> Problem:
     return method.own(p) if method.own else p
 
 
-def own_reference(p: Problem) -> Reference:
+def own_reference(p: Problem, form: Form) -> Reference:
     """The reference of another force law: LSODA's solution."""
-    coarse, fine = (by_scipy(p, 0, "LSODA", tolerance).pose for tolerance in (1e-11, 1e-12))
-    return Reference(fine, float(abs(coarse[0] - fine[0])), "LSODA, 1e-12", np.nan)
+    strict = OWN_STRICT[form]
+    coarse, fine = (by_scipy(p, 0, "LSODA", tolerance).pose for tolerance in strict)
+    return Reference(fine, float(abs(coarse[0] - fine[0])), f"LSODA, {strict[1]:g}", np.nan)
 
 
 def refine(found: Comparison, method: Method, output: str, form: Form) -> list[Point]:
     """One setting after the other until the error is small enough or a solution takes too long."""
     p = posed(found.problem, method)
-    exact = own_reference(p) if method.own else found.reference
+    exact = own_reference(p, form) if method.own else found.reference
     enough = found.targets[-1 if method.compiled else 0]/ENOUGH
     points = []
     for setting in method.settings:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -89,6 +90,7 @@ def absolute(case: Case) -> Case:
                            for name in ("wheel_profile", "rail_profile", "table_file")})
 
 
+@cache
 def numpy_law(table: ContactTable) -> Callable[[float, float, float], np.ndarray]:
     """Force on the wheelset by one Hertz spring per wheel, from the geometry functions."""
     g = table.geometry().dropna()

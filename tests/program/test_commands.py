@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import importlib
 import itertools
 import json
@@ -23,6 +24,7 @@ import ldbench
 import shapes
 from ldbench import Case, ContactTable
 from ldbench.__main__ import EXAMPLES, PROGRAM, Parser, main
+from ldbench.benchmark.fingerprint import hertz_table
 from ldbench.commands import COMMANDS
 from ldbench.profiles.inspect import inspect, pair
 from ldbench.profiles.pressures import run_patches
@@ -196,6 +198,8 @@ def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copytree(made, folder, symlinks=True)
     monkeypatch.chdir(folder)
     monkeypatch.setattr("ldbench.case.data_folder", lambda: folder)
+    # Tables of these cases are not those of the shipped ones, which other tests ask for.
+    monkeypatch.setattr("ldbench.benchmark.fingerprint.hertz_table", functools.cache(hertz_table.__wrapped__))
     draw_few(monkeypatch, "ldbench.plots.document", "case_figures", 1)
     draw_few(monkeypatch, "ldbench.report.compare", "comparison_figures", 4)
     return folder

@@ -1,6 +1,7 @@
 """compare: known shifts, offsets and other codes' files come out as what they are."""
 from __future__ import annotations
 
+import io
 import os
 import re
 from pathlib import Path
@@ -423,9 +424,14 @@ def test_study_changes_what_it_says(tmp_path: Path):
             assert fine.get(group) == law.get(group) == step.get(group)
 
 
-def test_study_of_a_small_project(tmp_path: Path):
+def test_study_of_a_small_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     root = small_project(tmp_path)
+    said = io.StringIO()
+    said.isatty = lambda: True
+    monkeypatch.setattr("sys.stderr", said)
     document, table = make_study(root, root/"inputs", root/"outputs", workers=2, ramp_end=0.1)
+    assert re.search(r"\rstudy: .*\d+/\d+ \[", said.getvalue())      # a bar on a terminal
+    monkeypatch.undo()
     rows = pd.read_csv(table).set_index(["case", "variant"])
     assert set(rows.index) == {(c, v) for c in ("ex3_aw", "ex5_aw") for v in ("law", "step")}
     # On the way to the flange laws and steps agree; at the impact the law tells, not the step.

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import ast
+import io
+import itertools
 import os
 import re
 import shutil
@@ -184,6 +186,17 @@ def test_progress(table):
     told = []
     ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], progress=lambda *report: told.append(report))
     assert told == [("ensemble", 1/3), ("ensemble", 2/3), ("ensemble", 1.0)]
+
+
+@pytest.mark.parametrize("tty", [True, False], ids=["terminal", "file"])
+def test_a_bar_on_a_terminal_alone(table, monkeypatch: pytest.MonkeyPatch, tty: bool):
+    """A sweep that has taken more than a second has a bar; a clock that goes on by a second each time it is asked says so."""
+    said = io.StringIO()
+    said.isatty = lambda: tty
+    monkeypatch.setattr("sys.stderr", said)
+    monkeypatch.setattr("tqdm.std.time", map(float, itertools.count()).__next__)
+    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], progress=True)
+    assert ("ensemble: 100%" in said.getvalue() and "3/3" in said.getvalue()) if tty else not said.getvalue()
 
 
 INTERRUPTED = """

@@ -1,11 +1,13 @@
 """The plots: every artist shows the numbers it was given, in the unit that its axis names."""
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from fontTools.ttLib import TTFont
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import PdfPages
@@ -710,6 +712,24 @@ def test_pages_have_the_operators_that_matplotlib_writes(thrown: tuple[RunData, 
         assert page.mediabox == other.mediabox
         assert set(page["/Resources"]["/Font"]) == set(other["/Resources"]["/Font"])
     assert found.pages[1].extract_text() == wanted.pages[1].extract_text()
+    fonts, others = (embedded_fonts(pdf) for pdf in (found, wanted))
+    assert fonts.keys() == others.keys() and len(fonts) >= 2
+    for name, font in fonts.items():
+        # What sets text is left out; what draws glyphs is the same to the byte.
+        assert not {"GSUB", "GPOS", "GDEF", "kern"} & set(font.keys())
+        assert all(font.reader[table] == others[name].reader[table] for table in ("glyf", "loca", "hmtx"))
+
+
+def embedded_fonts(pdf: PdfReader) -> dict[str, TTFont]:
+    """The fonts of the first pages that are embedded as TrueType, by their names without the prefix of a subset."""
+    found = {}
+    for page in pdf.pages:
+        for font in page["/Resources"]["/Font"].values():
+            if "/DescendantFonts" in font.get_object():
+                descriptor = font.get_object()["/DescendantFonts"][0].get_object()["/FontDescriptor"]
+                name = str(descriptor["/FontName"]).rpartition("+")[2]
+                found[name] = TTFont(io.BytesIO(descriptor["/FontFile2"].get_data()))
+    return found
 
 
 @pytest.mark.parametrize("number", [1, 2, 4, 12])

@@ -9,6 +9,7 @@ The last zone of wheel C begins at 59 mm with the depth with which the zone befo
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +104,7 @@ def points(name: str) -> np.ndarray:
     return np.vstack(found) + [0.0 if name == "rail" else TAPE_CIRCLE, 0.0]
 
 
+@cache
 def gauge() -> float:
     """Distance between two rails, GAUGE_DEPTH below their top [m]."""
     y = np.linspace(-32.634, 39.2705, 2_000_001)

@@ -51,7 +51,7 @@ def measure(page: Path, view: str) -> str:
         gaps = np.diff(np.sort(drawn))/1e3
         rate = 1e6*len(spans)/(last["ts"] - first["ts"])
         callback = np.mean([e.get("tdur", e["dur"]) for e in spans])/1e3
-        tasks = [e for e in played if e["name"] == "RunTask" and e["tid"] == spans[0]["tid"]]
+        tasks = [e for e in played if e["name"] == "RunTask" and e.get("ph") == "X" and e["tid"] == spans[0]["tid"]]
         busy = sum(e.get("tdur", e["dur"]) for e in tasks)/1e3/len(spans)
         return (f"{page.stat().st_size/1e6:8.2f} {up/1e3:10.2f} {rate:12.1f} {1e3/np.mean(gaps):12.1f} "
                 f"{np.percentile(gaps, 99):14.1f} {callback:12.2f} {busy:12.2f}")

@@ -6,9 +6,13 @@ after page, and laying them out takes a third of the time of drawing.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
+from fontTools.subset import Options
 from matplotlib.backend_bases import GraphicsContextBase
 from matplotlib.backends.backend_pdf import Op, PdfFile, RendererPdf
 from matplotlib.figure import Figure
@@ -16,6 +20,10 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
 
 DOTS = 72           # to the inch: points, the unit of the format
+# Tables of a font by which a program that sets text chooses and places its glyphs. A page names and places each glyph itself.
+LAYOUT = ["GDEF", "GPOS", "GSUB", "kern"]
+DROPPED = "_drop_tables_default"        # of fontTools: what a cut font is without
+CUTTING = Lock()                        # the list is that of all threads
 
 
 class PagesFile(PdfFile):       # type: ignore[misc]      # matplotlib has no types
@@ -78,6 +86,18 @@ class TextRenderer(RendererPdf):      # type: ignore[misc]
         self.file.write(after)
 
 
+@contextmanager
+def without_layout() -> Iterator[None]:
+    """Fonts that are cut in this block have no tables of layout, whose cutting takes three quarters of the time."""
+    with CUTTING:
+        before = list(getattr(Options, DROPPED, ()))
+        setattr(Options, DROPPED, before + LAYOUT)
+        try:
+            yield
+        finally:
+            setattr(Options, DROPPED, before)
+
+
 class Pages:
     """A PDF that figures are added to; it is complete after `close`."""
 
@@ -99,5 +119,6 @@ class Pages:
 
     def close(self) -> None:
         """Write fonts and indices, and close the file."""
-        self.file.finalize()
+        with without_layout():
+            self.file.finalize()
         self.file.close()

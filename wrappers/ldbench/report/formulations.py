@@ -10,7 +10,7 @@ import json
 import re
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -451,7 +451,7 @@ def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: boo
     with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
         found = outcomes(inputs, jobs, bar.update, submitted())
     with complete(kept) as scratch:
-        scratch.write_text(json.dumps([asdict(o) for o in found]))
+        scratch.write_text(json.dumps([vars(o) for o in found]))
     write_stamp(kept, depends)
     return found
 
