@@ -11,7 +11,7 @@ from ..runs import Run, run
 from ..table import ContactTable
 from .call import Task
 from .exact import exact
-from .horizon import LONGEST, Yardstick, growth
+from .horizon import LONGEST, Motion, Yardstick, base, disagreement, growth
 from .metrics import scored
 
 OTHERS: dict[str, dict[str, Any]] = {
@@ -39,19 +39,36 @@ def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTabl
     return found
 
 
-def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None, longest: float = LONGEST) -> Yardstick:
-    """Measure the yardstick of a simulation; tables, by formulation, serve the simulations with these profiles."""
+def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None, longest: float = LONGEST,
+                       another: Motion | None = None) -> Yardstick:
+    """Measure the yardstick of a simulation.
+
+    Parameters
+    ----------
+    task : Task
+        The simulation.
+    tables : dict, optional
+        By formulation; they serve the simulations with these profiles.
+    longest : float
+        Time up to which differences may grow [s].
+    another : callable, optional
+        Another integrator; without it the yardstick does not tell what that one sees.
+    """
     tables = {} if tables is None else tables
     case = Case.exercise(task.exercise, task.profiles)
-    grew = growth(case, tables.get("elastic"), longest)
+    begun = base(case, tables.get("elastic"), longest)
+    grew = growth(begun)
     limit = grew.horizon or float(grew.time[-1])
+    seen, apart = None, np.nan
+    if another is not None:
+        seen, apart = growth(begun, another, BEYOND*limit).horizon, disagreement(begun, another, limit)
     case = ending(exact(case), limit)
-    first = run(case, table=tables["elastic"].for_case(case) if "elastic" in tables else None)
+    first = run(case, table=begun.run.table.for_case(case))
     tables["elastic"] = first.table
     end = float(first.time[-1])
     whole = end < case.t_end - case.interval
     return Yardstick(limit, grew.horizon is not None, end if whole else None, grew.until(end),
-                     **spread(task, limit, first, tables))
+                     **spread(task, limit, first, tables), independent=seen, integrators=apart)
 
 
 def rounded(yardstick: Yardstick) -> Mapping[str, Any]:
