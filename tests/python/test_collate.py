@@ -23,6 +23,7 @@ from ldbench.__main__ import main
 from ldbench.benchmark import check, collation, entries, numbers
 from ldbench.benchmark.call import TASKS, Task
 from ldbench.benchmark.collation import Collation, collate, write_csv
+from ldbench.benchmark.entries import SCORED_AS_ELASTIC
 from ldbench.benchmark.grades import GRADED, KINDS, Graded, find_references, read_reference
 from ldbench.benchmark.metrics import score
 from ldbench.benchmark.numbers import NUMBERS, SI, names_of, numbers_of
@@ -558,6 +559,38 @@ def test_what_cannot_be_scored_is_a_remark(graded: GradedRound):
     assert lines[1].startswith("Spoilt: ")
     entry = graded.found.entries["Late", FAST]
     assert not entry.error and not entry.grades and np.isfinite(entry.numbers["peak"].value)
+
+
+def test_a_rigid_code_is_scored_against_rigid_contacts(written: Path, graded: GradedRound, own: None, tmp_path: Path):
+    """Its motion is that of our run with the restitution that the description tells; without it, and against an elastic run, it
+    has no grade. A code that tells a wrong restitution is told by it. A reference that is rigid itself is taken as it stands."""
+    codes = tmp_path/"codes"
+    for name, told in (("Told", "restitution = 0.5\n"), ("Untold", 'formulation = "unilateral"\n'), ("Wrong", "restitution = 1\n"),
+                       ("Nonsense", "restitution = 1.5\n")):
+        (codes/name).mkdir(parents=True)
+        shutil.copy(written/"Impakt"/f"{FAST.name}.csv", codes/name)
+        (codes/name/"submission.toml").write_text(told)
+    (tmp_path/"kept").mkdir()
+    found = collate(codes, tmp_path/"kept", 2, references=find_references(graded.reference))
+    by_name = {code.name: code for code in found.codes}
+    assert [name for name, code in by_name.items() if found.against(code, FAST)] == ["Told", "Wrong"]
+    assert "restitution 0.5" in found.against(by_name["Told"], FAST)
+    worst = {name: found.grade(code, FAST, "score_motion_worst") for name, code in by_name.items()}
+    assert worst["Told"].grade == 1e-3
+    for name in ("Untold", "Wrong", "Nonsense"):
+        assert worst[name].grade is None and worst[name].difference > 0.1, name
+    assert found.grade(by_name["Told"], FAST, "score_events").grade is not None
+    for name, entry in ((name, found.entries[name, FAST]) for name in by_name):
+        assert (SCORED_AS_ELASTIC in entry.findings) == (name in ("Untold", "Nonsense"))
+    assert found.lines() == ["Nonsense: submission.toml: restitution: expected a number from 0 to 1, found 1.5"]
+    lines = table(found, tmp_path/"collation.csv")
+    assert [line.split(",")[0] for line in lines if ",score_motion," in line and "our own run with rigid" in line] == ["Told", "Wrong"]
+    again = collate(codes, tmp_path/"kept", 2, references=find_references(graded.reference))
+    assert again.computed == () and again.rigid == found.rigid
+    rigid = tmp_path/"rigid"
+    rigid.mkdir()
+    shutil.copy(written/"Jolt"/f"{FAST.name}.csv", rigid)
+    assert collate(codes, tmp_path/"kept", 2, references=find_references(rigid)).rigid == frozenset()
 
 
 def test_grades_are_rows_of_the_table(graded: GradedRound, collated: tuple[Collation, Path], tmp_path: Path):

@@ -104,9 +104,10 @@ def submit(code: Code, task: Task, folder: Path, runs: Runs, interval: float = 1
 def describe(code: Code, folder: Path, seconds: float = 1.5) -> None:
     """The description of a code in its folder."""
     (folder/code.name).mkdir(exist_ok=True)
+    restitution = f'restitution = {code.case["restitution"]}\n' if "restitution" in code.case else ""
     (folder/code.name/"submission.toml").write_text(
         f'code = "{code.name}"\nversion = "1.0"\nauthors = ["A. Author", "B. Author"]\nformulation = "{code.formulation}"\n'
-        f'law = "{code.law}"\nstep = 1e-5\nmachine = "a laptop"\nprocessor_time = {{ ex2_aw = {seconds} }}\n')
+        f'law = "{code.law}"\nstep = 1e-5\nmachine = "a laptop"\nprocessor_time = {{ ex2_aw = {seconds} }}\n{restitution}')
 
 
 def write_round(folder: Path, tasks: Iterable[Task], codes: Sequence[Code] = CODES, runs: Runs | None = None) -> Runs:

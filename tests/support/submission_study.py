@@ -1,6 +1,6 @@
 """Two hundred submissions of imaginary codes: how many maps are found, how many mistakes, and how many false alarms there are.
 
-    python tests/support/submission_study.py [NUMBER]
+    python tests/support/submission_study.py [NUMBER [FIRST]]          FIRST: seed of the first one
 
 A third of the codes has Hertz's law of ours with a softer steel, a third laws of its own (damped or not, stiffer or softer,
 linear), a third rigid contact with restitution. Dialects, headers and mistakes come by chance; half of the files has one mistake.
@@ -100,8 +100,9 @@ def count(found: Counter[str], kind: str, checked: check.Checked, dialect: imagi
 
 
 def main() -> None:
+    number, first = (*map(int, sys.argv[1:]), *(200, 0)[len(sys.argv) - 1:])
     with tempfile.TemporaryDirectory() as folder:
-        for what, number in sorted(study(range(int(sys.argv[1]) if len(sys.argv) > 1 else 200), Path(folder)).items()):
+        for what, number in sorted(study(range(first, first + number), Path(folder)).items()):
             print(f"{number:5d}  {what}")
 
 

@@ -141,7 +141,7 @@ def code_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
     for code in found.codes:
         entries = [found.entry(code, task) for task in found.tasks]
         rows.append([code.name, *(code.facts.get(key, "–") for key in FACTS), f"{sum(not one.error for one in entries if one)}"])
-    yield from paged("the codes", "as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.7, 1.5, 1.8, 1.0, 1.2, 1.2, 0.4],
+    yield from paged("the codes", "as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.7, 1.5, 1.2, 1.8, 1.0, 1.2, 1.2, 0.4],
                      tuple(range(len(header) - 1)))
     lines = [[number, line] for k, line in enumerate(found.lines(), 1) for number in (str(k),)]
     yield from paged("what could not be used", f"{len(lines)} remarks", ["", "code: what, and why"], lines, [0.04, 1], (1,))

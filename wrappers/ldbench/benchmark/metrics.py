@@ -6,6 +6,7 @@ are compared by the impulse of each impact, and nothing counts beyond the horizo
 """
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -17,6 +18,7 @@ from ..results.run_data import RunData
 from .call import MOTION, Task
 from .episodes import Interval, closed_at, intervals, pairs, passages
 from .horizon import horizon, spreads
+from .rigid_reference import IMPULSES, is_rigid, tells_impulses
 from .scores import Score, Scores, Unmatched
 
 MATCHED_BEYOND = 1.1    # times the horizon, up to which partners are looked for
@@ -41,7 +43,17 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
         If a file has no times, or if the files do not overlap in time.
     """
     limit = horizon(task)
-    return with_spreads(scored(run, reference, task, limit), spreads(task))
+    # Rigid impacts of a file without their impulses are not seen, and so they cannot be matched.
+    unseen = tells_impulses(reference) and not tells_impulses(run) and is_rigid(run, task)
+    found = scored(run, without_impulses(reference) if unseen else reference, task, limit)
+    return replace(with_spreads(found, spreads(task)), rigid=(is_rigid(run, task), is_rigid(reference, task)))
+
+
+def without_impulses(run: RunData) -> RunData:
+    """A run without the impulses of rigid impacts."""
+    other = copy.copy(run)
+    other.__dict__["data"] = run.data.drop(columns=list(IMPULSES), errors="ignore")
+    return other
 
 
 def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores:

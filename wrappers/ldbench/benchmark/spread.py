@@ -11,19 +11,13 @@ from ..runs import Run, run
 from ..table import ContactTable
 from .call import Task
 from .exact import exact
-from .horizon import LONGEST, Motion, Yardstick, base, disagreement, growth
+from .horizon import BEYOND, LONGEST, Motion, Yardstick, base, disagreement, ending, growth
 from .metrics import scored
 
 OTHERS: dict[str, dict[str, Any]] = {
     "hertz": {"model": "hertz", "table_file": ""},
     "rigid": {"formulation": "unilateral", "restitution": 1.0}}
 LEAST_SHARE = 0.5       # of the time with the same contacts closed, below which the motion tells no spread
-BEYOND = 1.2            # times the horizon, up to which runs of exercise 5 go
-
-
-def ending(case: Case, horizon: float) -> Case:
-    """The case, which ends not far behind the horizon where it would go on for long."""
-    return case.replace(t_end=BEYOND*horizon) if case.t_end > BEYOND*horizon else case
 
 
 def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTable]) -> dict[str, dict[str, float]]:

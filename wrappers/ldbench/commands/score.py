@@ -84,8 +84,10 @@ def heading(scores: Scores) -> str:
     """How far a file was scored."""
     yardstick = yardsticks()[scores.task.name]
     share = "" if scores.share != scores.share else f"; the same contacts are closed for {100*scores.share:.4g} % of it"
+    kinds = [f"the {where} has rigid contacts" for where, rigid in zip(("file", "reference"), scores.rigid, strict=True) if rigid]
+    unlike = f"; {kinds[0]} and the other elastic ones, which differ after the first impact" if len(kinds) == 1 else ""
     return (f"{scores.task.words}; scored up to {scores.end:.4g} s (horizon {'' if yardstick.reached else 'beyond '}"
-            f"{scores.horizon:.4g} s), where a difference of the start has grown {yardstick.growth:,.0f} times{share}")
+            f"{scores.horizon:.4g} s), where a difference of the start has grown {yardstick.growth:,.0f} times{share}{unlike}")
 
 
 def lines(scores: Scores, everything: bool) -> Iterator[str]:
