@@ -25,6 +25,7 @@ MATCHED_BEYOND = 1.1    # times the horizon, up to which partners are looked for
 MOST = 1000             # intervals of a contact that are matched, at most
 LEAST = 1e-3            # share of the largest impulse of a contact's impacts below which an impact is not scored by itself
 PASSAGE = "centre passage"
+OF_IMPACTS = "impulse", "peak", "duration", "unmatched"         # kinds of scores
 
 
 def score(run: RunData, reference: RunData, task: Task) -> Scores:
@@ -46,6 +47,10 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
     # Rigid impacts of a file without their impulses are not seen, and so they cannot be matched.
     unseen = tells_impulses(reference) and not tells_impulses(run) and is_rigid(run, task)
     found = scored(run, without_impulses(reference) if unseen else reference, task, limit)
+    if unseen:
+        kept = tuple(one for one in found.scores if one.kind not in OF_IMPACTS)
+        found = replace(found, scores=kept, unmatched=(),
+                        left_out={**found.left_out, "impacts": "the file does not tell the impulses of its rigid contacts"})
     return replace(with_spreads(found, spreads(task)), rigid=(is_rigid(run, task), is_rigid(reference, task)))
 
 

@@ -16,10 +16,12 @@ from .call import Task
 from .exact import exact
 from .horizon import ending, horizon
 from .jumps import SHORT, jumps, typical_interval
+from .submissions import quiet
 
 IMPULSES = tuple(f"P_{contact}" for contact in CONTACTS)
 
 
+@quiet()
 def is_rigid(found: RunData, task: Task) -> bool:
     """Whether a file has rigid contacts: columns of their impulses, or velocities that jump from one row to the next."""
     return tells_impulses(found) or (typical_interval(found) <= SHORT
