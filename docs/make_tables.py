@@ -232,8 +232,8 @@ def horizon_table() -> str:
         horizon = f"{own.horizon:.3g}" if own.reached else f"above {own.horizon:.3g}"
         seen = f"{own.independent:.3g}" if own.independent is not None else f"above {own.horizon:.3g}"
         rows.append([f"`{name}`", horizon, seen, f"{own.integrators:.0e}", end, f"{own.growth:,.0f}", *spreads])
-    return table(("simulation", "horizon [s]", "by DOP853 [s]", "both apart by", "end [s]", "growth", "Y, Hertz", "Y, rigid", "first flange impulse, Hertz",
-                  "first flange impulse, rigid"), rows)
+    return table(("simulation", "horizon [s]", "by DOP853 [s]", "both apart by", "end [s]", "growth", "Y, Hertz", "Y, rigid",
+                  "first flange impulse, Hertz", "first flange impulse, rigid"), rows)
 
 
 PAGES: dict[str, dict[str, Callable[[], str]]] = {

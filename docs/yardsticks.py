@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from independent import displacements
-
 from ldbench._core.files import complete
-from ldbench.benchmark.call import TASKS, task_named
 from ldbench.benchmark.horizon import FILE
 from ldbench.benchmark.spread import measured_yardstick, rounded
+from ldbench.benchmark.tasks import TASKS, task_named
 from ldbench.table import ContactTable
 
 

@@ -16,10 +16,10 @@ import ldbench
 from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench.benchmark import check
-from ldbench.benchmark.call import QUANTITIES, TASKS, Task, task_of
-from ldbench.benchmark.guess import find_time
-from ldbench.benchmark.names import meanings
-from ldbench.benchmark.verdict import DOUBTFUL, FAILED, PASSED, Finding
+from ldbench.benchmark.column_names import meanings
+from ldbench.benchmark.findings import DOUBTFUL, FAILED, PASSED, Finding
+from ldbench.benchmark.map_guess import find_time
+from ldbench.benchmark.tasks import QUANTITIES, TASKS, Task, task_of
 from ldbench.results.columns import RawTable
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData

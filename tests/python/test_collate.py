@@ -20,14 +20,14 @@ from hostile_files import HARMLESS, HOSTILE
 from imaginary_round import CODES, Runs
 from ldbench import Error
 from ldbench.__main__ import main
-from ldbench.benchmark import check, collation, entries, numbers
-from ldbench.benchmark.call import TASKS, Task
+from ldbench.benchmark import check, collation, kept_entries, round_numbers
 from ldbench.benchmark.collation import Collation, collate, write_csv
-from ldbench.benchmark.entries import SCORED_AS_ELASTIC
-from ldbench.benchmark.grades import GRADED, KINDS, Graded, find_references, read_reference
+from ldbench.benchmark.kept_entries import SCORED_AS_ELASTIC
 from ldbench.benchmark.metrics import score
-from ldbench.benchmark.numbers import NUMBERS, SI, names_of, numbers_of
+from ldbench.benchmark.round_grades import GRADED, KINDS, Graded, find_references, read_reference
+from ldbench.benchmark.round_numbers import NUMBERS, SI, names_of, numbers_of
 from ldbench.benchmark.submissions import find_submissions, printable
+from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.plots.style import CODE_LINES
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.impacts import impacts
@@ -225,7 +225,7 @@ def test_the_table_has_every_code_simulation_and_number(collated: tuple[Collatio
     for code in CODES:
         for task in TASKS:
             rows = frame[(frame.code == code.name) & (frame.simulation == task.name)].set_index("number")
-            assert list(rows.index) == [*names_of(task), *(f"checks_{name}" for name in numbers.VERDICTS.values())]
+            assert list(rows.index) == [*names_of(task), *(f"checks_{name}" for name in round_numbers.VERDICTS.values())]
             assert (rows.value.isna() == rows.remark.notna()).all()
             if task not in (FAST, SLOW):
                 assert (rows.remark == "not submitted").all()
@@ -248,8 +248,8 @@ def test_a_late_submission_costs_its_own_files_alone(codes: Path, own: None, tmp
     assert len(first.computed) == 6 + 3 and len(kept) == 6
     shutil.move(late, codes/"Elastra")
 
-    make = entries.make_entry
-    def make_late(file: Path, *rest: Any) -> entries.Entry:
+    make = kept_entries.make_entry
+    def make_late(file: Path, *rest: Any) -> kept_entries.Entry:
         assert file.parent.name == "Elastra"
         return make(file, *rest)
 
@@ -295,7 +295,7 @@ def test_what_is_kept_comes_back_and_a_damaged_file_of_it_is_computed_again(coll
 def test_curves_that_are_kept_hold_the_largest_and_the_smallest(shipped: dict[str, Run]):
     """A long run is thinned; no peak is lost."""
     run = ldbench.read_run(shipped["ex5_aw"].file)
-    curves = entries.curves_of(run, Task(5, "aw"))
+    curves = kept_entries.curves_of(run, Task(5, "aw"))
     t, y = curves["Y"]
     assert len(t) < 0.05*len(run.time)
     assert (y.min(), y.max()) == pytest.approx((run.values("Y").min(), run.values("Y").max()), rel=1e-6)
@@ -454,7 +454,7 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
 
 def test_the_page_holds_the_curves(collated: tuple[Collation, Path]):
     """Whole numbers bring back the curve within a ten-thousandth of its range."""
-    from ldbench.benchmark.collation_page import packed_curve
+    from ldbench.benchmark.collation_html import packed_curve
 
     t, x = collated[0].entries["Bora", FAST].curves["N_LF"]
     packed = packed_curve(t, x)
@@ -562,8 +562,8 @@ def test_what_cannot_be_scored_is_a_remark(graded: GradedRound):
 
 
 def test_a_rigid_code_is_scored_against_rigid_contacts(written: Path, graded: GradedRound, own: None, tmp_path: Path):
-    """Its motion is that of our run with the restitution that the description tells; without it, and against an elastic run, it
-    has no grade. A code that tells a wrong restitution is told by it. A reference that is rigid itself is taken as it stands."""
+    """Against our run with the restitution that the description tells, its motion has the best grade. Against an elastic run, and
+    against a run with another restitution, it has none. A reference that is rigid itself is taken as it stands."""
     codes = tmp_path/"codes"
     for name, told in (("Told", "restitution = 0.5\n"), ("Untold", 'formulation = "unilateral"\n'), ("Wrong", "restitution = 1\n"),
                        ("Nonsense", "restitution = 1.5\n")):
@@ -584,7 +584,8 @@ def test_a_rigid_code_is_scored_against_rigid_contacts(written: Path, graded: Gr
         assert (SCORED_AS_ELASTIC in entry.findings) == (name in ("Untold", "Nonsense"))
     assert found.lines() == ["Nonsense: submission.toml: restitution: expected a number from 0 to 1, found 1.5"]
     lines = table(found, tmp_path/"collation.csv")
-    assert [line.split(",")[0] for line in lines if ",score_motion," in line and "our own run with rigid" in line] == ["Told", "Wrong"]
+    scored = [line for line in lines if ",score_motion," in line and "our own run with rigid" in line]
+    assert [line.split(",")[0] for line in scored] == ["Told", "Wrong"]
     again = collate(codes, tmp_path/"kept", 2, references=find_references(graded.reference))
     assert again.computed == () and again.rigid == found.rigid
     rigid = tmp_path/"rigid"

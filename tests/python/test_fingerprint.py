@@ -16,12 +16,12 @@ from ldbench import Case
 from ldbench.__main__ import main
 from ldbench.benchmark import check
 from ldbench.benchmark.blows import Blow
-from ldbench.benchmark.call import TASKS, Task
 from ldbench.benchmark.estimate import Estimate, combined, untold
 from ldbench.benchmark.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, hertz_table, plus_minus
 from ldbench.benchmark.lattice import Bends, bends, digit_noise, find_lattice
-from ldbench.benchmark.laws import LEAST_FORCE
+from ldbench.benchmark.physics_checks import LEAST_FORCE
 from ldbench.benchmark.stiffness import BY_DEPTH, BY_RATE, NONE, fit_law
+from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.header import Header
 from ldbench.results.impacts import closed_intervals
@@ -137,26 +137,27 @@ def test_a_stiffer_contact_has_more_of_the_force_of_hertz():
 
 
 def ratios_to_hertz(run: RunData, task: Task) -> list[tuple[float, float, np.ndarray, np.ndarray]]:
-    """Of each blow the force over that of our table of Hertz's law in the same poses, what this leaves as a share of the peak,
-    and Hertz's force over its part of the peak and the rate of that with a shift along the normal [1/m]. No approach, shift or law
-    is fitted."""
+    """Four facts of each blow: the force over that of our table of Hertz's law in the same poses, what this leaves as a share of
+    the peak, and Hertz's force over its part of the peak with the rate of that with a shift along the normal [1/m]. No approach,
+    shift or law is fitted."""
     table, found = hertz_table(task.profiles), []
+
+    def hertz_force(rows: np.ndarray, contact: str, moved: float) -> np.ndarray:
+        """Hertz's force in the poses of some rows that are moved along the normal."""
+        angle, outward = run.values(f"angle_{contact}")[rows], 1 if contact[0] == "L" else -1
+        pose = (run.values("Y")[rows] + moved*outward*np.sin(angle),
+                run.values("Z")[rows] + table.equilibrium - moved*np.cos(angle), run.values("roll")[rows])
+        return np.hypot(*table.forces_by_contact(*pose)[:, CONTACTS.index(contact), :2].T)
+
     for one in sorted((one for contact in ("LF", "RF") for one in closed_intervals(run, contact)), key=lambda one: one.start):
         rows = (run.time > one.start) & (run.time < one.end)
-        force, angle = run.values(f"N_{one.contact}")[rows], run.values(f"angle_{one.contact}")[rows]
+        force = run.values(f"N_{one.contact}")[rows]
         if rows.sum() < 8 or force.max() < LEAST_FORCE or abs(one.angle) < FLANGE_ANGLE:
             continue
-        outward = 1 if one.contact[0] == "L" else -1
-
-        def of_pose(moved: float) -> np.ndarray:
-            pose = (run.values("Y")[rows] + moved*outward*np.sin(angle), run.values("Z")[rows] + table.equilibrium
-                    - moved*np.cos(angle), run.values("roll")[rows])
-            return np.hypot(*table.forces_by_contact(*pose)[:, CONTACTS.index(one.contact), :2].T)
-
-        hertz = of_pose(0.0)
+        hertz, more, less = (hertz_force(rows, one.contact, moved) for moved in (0.0, 1e-7, -1e-7))
         ratio = float((force @ hertz)/(hertz @ hertz))
         found.append((ratio, float(np.sqrt(np.mean((force - ratio*hertz)**2))/force.max()), ratio*hertz/force.max(),
-                      ratio*(of_pose(1e-7) - of_pose(-1e-7))/2e-7/force.max()))
+                      ratio*(more - less)/2e-7/force.max()))
     return found
 
 

@@ -13,10 +13,9 @@ import pytest
 
 import ldbench
 from ldbench import Case, Error
-from ldbench.benchmark.call import Task
 from ldbench.benchmark.horizon import horizon
 from ldbench.benchmark.metrics import score
-from ldbench.benchmark.package import (
+from ldbench.benchmark.reference_package import (
     INTERVAL,
     RAMP_DENSE,
     RAMP_INTERVAL,
@@ -27,6 +26,7 @@ from ldbench.benchmark.package import (
     solve,
     write_package,
 )
+from ldbench.benchmark.tasks import Task
 from running import HANG, LDBENCH, REPO, environment
 
 FREE, RAMP = Task(2, "aw"), Task(5, "aw")
@@ -78,7 +78,7 @@ def test_the_namelist_of_the_package_gives_its_columns(package: Path, monkeypatc
 
 
 def test_a_namelist_of_the_package_that_is_run_writes_over_nothing(package: Path, monkeypatch: pytest.MonkeyPatch):
-    """Who unpacks the package and runs a namelist gets a file beside the README, whose scores against the solution are the best."""
+    """A user who unpacks the package and runs a namelist gets a file beside the README. Its scores are the best."""
     monkeypatch.chdir(package)
     before = {file: file.read_bytes() for file in package.rglob("*") if file.is_file()}
     done = subprocess.run([LDBENCH, "namelists/ex2_aw.nml"], capture_output=True, text=True, env=environment(), timeout=HANG)

@@ -22,7 +22,7 @@ import pandas as pd
 import imaginary_codes as imaginary
 import ldbench
 from ldbench import Case
-from ldbench.benchmark.call import TASKS, Task
+from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.results.run_data import RunData
 from running import environment
 

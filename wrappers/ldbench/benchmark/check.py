@@ -19,11 +19,11 @@ from ..results.columns import converted, read_raw
 from ..results.header import Header, read_header
 from ..results.quantities import quantity
 from ..results.run_data import RunData, read_data
-from .call import QUANTITIES, TASKS, Task, task_of
-from .guess import AXES, SURE, Guess, guess_map
-from .laws import law_findings
+from .findings import DOUBTFUL, FAILED, PASSED, Finding, listed
+from .map_guess import AXES, SURE, Guess, guess_map
+from .physics_checks import law_findings
 from .submissions import complaint, find_files, is_device, quiet
-from .verdict import DOUBTFUL, FAILED, PASSED, Finding, listed
+from .tasks import QUANTITIES, TASKS, Task, task_of
 
 
 @dataclass(frozen=True)

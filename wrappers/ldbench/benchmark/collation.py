@@ -13,13 +13,13 @@ from .._core.errors import Error
 from .._core.files import write_frame
 from .._core.pools import processes
 from ..results.header import read_header
-from .call import TASKS, Task
 from .check import own_run
-from .entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
-from .grades import ROWS, Graded, Reference, read_reference, reference_of, split_row
-from .numbers import NUMBERS, SI, VERDICTS, names_of
+from .kept_entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
 from .rigid_reference import is_rigid, write_rigid_run
+from .round_grades import ROWS, Graded, Reference, read_reference, reference_of, split_row
+from .round_numbers import NUMBERS, SI, VERDICTS, names_of
 from .submissions import Submission, find_submissions, printable
+from .tasks import TASKS, Task
 
 LARGE = 30_000_000          # from which the files that are read at the same time are limited by memory [bytes]
 PER_BYTE = 6                # of memory, while a file is read

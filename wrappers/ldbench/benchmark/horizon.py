@@ -18,8 +18,8 @@ import numpy as np
 from ..case import Case
 from ..runs import Run, run
 from ..table import ContactTable
-from .call import Task
-from .exact import exact
+from .exact_runs import exact
+from .tasks import Task
 
 FILE = Path(__file__).with_name("yardsticks.json")
 ASIDE = 1e-9            # of a start, as a share of the largest value of the coordinate in the case

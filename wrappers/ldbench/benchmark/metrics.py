@@ -15,11 +15,11 @@ import numpy as np
 from .._core.errors import Error
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
-from .call import MOTION, Task
-from .episodes import Interval, closed_at, intervals, pairs, passages
+from .contact_intervals import Interval, closed_at, intervals, pairs, passages
 from .horizon import horizon, spreads
 from .rigid_reference import IMPULSES, is_rigid, tells_impulses
 from .scores import Score, Scores, Unmatched
+from .tasks import MOTION, Task
 
 MATCHED_BEYOND = 1.1    # times the horizon, up to which partners are looked for
 MOST = 1000             # intervals of a contact that are matched, at most

@@ -12,11 +12,11 @@ from ..case import Case
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from ..runs import run
-from .call import Task
-from .exact import exact
+from .exact_runs import exact
 from .horizon import ending, horizon
 from .jumps import SHORT, jumps, typical_interval
 from .submissions import quiet
+from .tasks import Task
 
 IMPULSES = tuple(f"P_{contact}" for contact in CONTACTS)
 

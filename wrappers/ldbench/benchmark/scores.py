@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .call import Task
+from .tasks import Task
 
 GRADES = 1e-3, 1e-2, 0.1                        # limits of a relative difference
 KINDS = {"motion": "motion, rms while the same contacts are closed", "contacts": "share of time with other contacts closed",

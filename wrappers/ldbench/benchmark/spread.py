@@ -9,10 +9,10 @@ import numpy as np
 from ..case import Case
 from ..runs import Run, run
 from ..table import ContactTable
-from .call import Task
-from .exact import exact
+from .exact_runs import exact
 from .horizon import BEYOND, LONGEST, Motion, Yardstick, base, disagreement, ending, growth
 from .metrics import scored
+from .tasks import Task
 
 OTHERS: dict[str, dict[str, Any]] = {
     "hertz": {"model": "hertz", "table_file": ""},

@@ -16,7 +16,7 @@ import numpy as np
 
 from .._core.errors import Error
 from ..results.columns import read_toml
-from .call import ENDINGS, TASKS, Task, task_of
+from .tasks import ENDINGS, TASKS, Task, task_of
 
 DESCRIPTION = "submission.toml"
 LONGEST_DESCRIPTION = 1_000_000     # of a description or a map [bytes]
@@ -25,8 +25,8 @@ LONGEST_FACT = 200                  # [characters]
 
 #: The keys of a description, all optional, and what they are in words.
 FACTS = {"code": "code", "version": "version", "authors": "authors", "formulation": "formulation of contact",
-         "restitution": "restitution of rigid contacts", "law": "law of the normal force", "step": "time step [s]", "machine": "machine",
-         "processor_time": "processor time [s]"}
+         "restitution": "restitution of rigid contacts", "law": "law of the normal force", "step": "time step [s]",
+         "machine": "machine", "processor_time": "processor time [s]"}
 MAP = "map"
 
 

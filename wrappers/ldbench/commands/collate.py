@@ -20,10 +20,10 @@ from pathlib import Path
 
 from .._core.errors import Error
 from ..benchmark.collation import collate, write_csv
-from ..benchmark.collation_page import make_page
-from ..benchmark.collation_pages import make_document
-from ..benchmark.entries import STORE
-from ..benchmark.grades import find_references
+from ..benchmark.collation_html import make_page
+from ..benchmark.collation_pdf import make_document
+from ..benchmark.kept_entries import STORE
+from ..benchmark.round_grades import find_references
 from .options import add_folder, add_jobs, add_reference
 
 

@@ -17,12 +17,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .._core.errors import Error
-from ..benchmark.call import Task, files_of, task_named, task_of
 from ..benchmark.check import read_submitted
 from ..benchmark.horizon import yardsticks
 from ..benchmark.metrics import score
 from ..benchmark.scores import KINDS, Score, Scores
 from ..benchmark.submissions import complaint, find_files
+from ..benchmark.tasks import Task, files_of, task_named, task_of
 from ..results.quantities import quantity
 from .options import add_json, add_map, add_reference, add_simulation, print_json
 

@@ -10,7 +10,7 @@ from ..case import Case
 from ..profiles.outlines import case_outlines
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
-from .verdict import Finding, judged, weighted_quantile
+from .findings import Finding, judged, weighted_quantile
 
 LIGHT = 3e5             # force with a patch short enough for one direction of the profile [N]; heavier ones span an arc
 LOADED = 0.02           # of the largest force of a contact, from which its rows count

@@ -12,8 +12,8 @@ import numpy as np
 from ..results.impacts import zero
 from ..results.run_data import RunData
 
-# A contact with a larger force is closed [N]. The smallest weight on a wheel is near 1e5 N. In a row of ours at which a contact closes
-# or opens, rounding of the time leaves up to some tenths of a newton. A contact of steel that opens has 1 N for 0.2 us at most.
+# A contact with a larger force is closed [N]. The smallest weight on a wheel is near 1e5 N. In a row of ours at which a contact
+# closes or opens, rounding of the time leaves some tenths of a newton. A contact of steel that opens has 1 N for 0.2 us at most.
 CLOSED = 1.0
 LARGEST = 1e30          # force of a file that is taken as it stands; integrals of larger ones overflow [N]
 CROSSED = 1e-4          # share of the largest |Y| beyond which the wheelset is on one side

@@ -11,12 +11,12 @@ from ..plots.frame import new_page
 from ..plots.style import plain
 from ..report.compare_pages import paged
 from ..results.quantities import PAIRS, quantity
-from .call import MOTION, Task
 from .collation import Collation
-from .collation_looks import CODES_ON_PAGE, cut, line_of
-from .grades import KINDS, Graded
+from .collation_style import CODES_ON_PAGE, cut, line_of
+from .round_grades import KINDS, Graded
 from .scores import GRADES
 from .submissions import Submission
+from .tasks import MOTION, Task
 
 # Shades of a difference by its grade, light enough for black words, which say the same.
 SHADES: dict[float | None, str] = {GRADES[0]: "#A9D8B8", GRADES[1]: "#D9F0DF", GRADES[2]: "#FDF0C4", None: "#F9D6CF"}

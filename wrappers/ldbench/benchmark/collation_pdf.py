@@ -20,14 +20,14 @@ from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import ldbench_style, plain
 from ..report.compare_pages import paged, short
 from ..results.quantities import CONTACT_NAMES, KN, PAIRS, quantity
-from .call import Task
 from .collation import Collation
-from .collation_grades import grade_pages, score_pages
-from .collation_looks import CODES_ON_PAGE, capital, cut, line_of
-from .entries import CLOSE, IMPACTS, Entry
-from .laws import DERAILED
-from .numbers import NUMBERS, names_of
+from .collation_pdf_grades import grade_pages, score_pages
+from .collation_style import CODES_ON_PAGE, capital, cut, line_of
+from .kept_entries import CLOSE, IMPACTS, Entry
+from .physics_checks import DERAILED
+from .round_numbers import NUMBERS, names_of
 from .submissions import FACTS, Submission
+from .tasks import Task
 
 # Shades of a cell by its verdict, light enough for black words; the words say the same.
 SHADES = {"passed": "#D9F0DF", "doubtful": "#FDF0C4", "failed": "#F9D6CF", "unusable": "#C9C9C9", "none": "#F4F4F4"}

@@ -25,12 +25,12 @@ from ..results.run_data import RunData
 from ..results.summary import drift_reference
 from ..runs import Run, run
 from ..table import ContactTable
-from .call import TASKS, Task
-from .episodes import intervals
-from .exact import exact
+from .contact_intervals import intervals
+from .exact_runs import exact
 from .horizon import DISPLACEMENTS, FILE, Yardstick, yardsticks
 from .metrics import scored
 from .scores import GRADES
+from .tasks import TASKS, Task
 
 INTERVAL = 2.5e-5           # between rows [s]
 RAMP_INTERVAL = 1e-4        # in exercise 5 [s]
@@ -271,14 +271,15 @@ def readme(exactness: Sequence[dict[str, Any]]) -> str:
         until = ", ".join(f"{row['simulation']} up to {row['displacements within 1e-9 until [s]']:.3f} s" for row in ramp)
         said.append(f"In exercise 5, displacements are known to 1e-9 for a while ({until}). Up to the horizon,\nthey have changed "
                     f"by {largest(ramp, 'displacements')}. What comes after the horizon is one sample of a chaotic motion.")
-    return README.format(exactness="\n".join(said), version=version(), drift=largest(exactness, "drift, relative"), interval=INTERVAL,
-                         ramp=RAMP_INTERVAL, dense=RAMP_DENSE, sparse=RAMP_SPARSE, count=len(exactness))
+    return README.format(exactness="\n".join(said), version=version(), drift=largest(exactness, "drift, relative"),
+                         interval=INTERVAL, ramp=RAMP_INTERVAL, dense=RAMP_DENSE, sparse=RAMP_SPARSE, count=len(exactness))
 
 
 README = """# Reference solutions of the LD benchmark
 
 The FRA/DTT "Call for Simulations: Dynamic Wheel/Rail Benchmark, Single Wheelset without Friction" asks for ten simulations. This
-package holds {count} of them, solved by ldbench {version} with elastic half-spaces (`&contact model = 'halfspace'`), and what scores need.
+package holds {count} of them, solved by ldbench {version} with elastic half-spaces (`&contact model = 'halfspace'`), and what
+scores need.
 
 | file | what it has |
 |---|---|

@@ -17,9 +17,9 @@ from .._core.errors import Error
 from ..results.columns import UNITS, RawTable, read_raw
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
-from .call import QUANTITIES
+from .column_names import meanings
 from .jumps import ACCELERATIONS, VELOCITIES
-from .names import meanings
+from .tasks import QUANTITIES
 
 SURE = 0.35         # likeness from which the numbers of a column confirm its name
 ALONE = 0.75        # least likeness of a column whose name says nothing

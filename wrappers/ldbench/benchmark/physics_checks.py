@@ -9,10 +9,10 @@ from ..case import Case
 from ..results.derived import cumulative
 from ..results.quantities import CONTACTS, GRAVITY
 from ..results.run_data import RunData
-from .call import Task
+from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
 from .jumps import SHORT, jump_intervals, jumps, typical_interval
-from .places import axle_height, place_findings
-from .verdict import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
+from .place_checks import axle_height, place_findings
+from .tasks import Task
 
 DOUBT, FAIL = 0.02, 0.1             # relative errors of a balance
 FEW_ROWS, TOO_FEW_ROWS = 10, 4      # in an impact
@@ -37,7 +37,7 @@ def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     jumping = jump_intervals(run, case) if rigid else None
     yield from start_findings(run, case)
     yield from order_findings(run, task, leaps)
-    yield from contact_findings(run)
+    yield from contact_findings(run, case)
     yield from place_findings(run, case)
     for x, v, words in RATES:
         yield integral_finding(run, f"{words} velocity is the rate of the displacement", x, v, jumping)
@@ -103,18 +103,21 @@ def order_findings(run: RunData, task: Task, leaps: bool = False) -> Iterator[Fi
                   hint="" if back else "the wheelset derails" if derailed else "the file ends before")
 
 
-def contact_findings(run: RunData) -> Iterator[Finding]:
+def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
     """Contacts push, along the normal."""
     for contact in CONTACTS:
         if not has(run, f"N_{contact}"):
             continue
         n = np.nan_to_num(run.values(f"N_{contact}"))
-        largest = float(n.max(initial=0.0))
+        largest, row = float(n.max(initial=0.0)), int(n.argmin())
+        if largest <= 0 <= n[row]:
+            continue
+        # A contact that only pulls is measured by the weight on a wheel.
+        size = largest if largest > 0 else weight_of(case)/2
+        yield judged(f"N_{contact} is not negative", max(0.0, -float(n[row]))/size, 1e-6, 1e-3, row + 1,
+                     "a contact without adhesion does not pull")
         if largest <= 0:
             continue
-        row = int(n.argmin())
-        yield judged(f"N_{contact} is not negative", max(0.0, -float(n[row]))/largest, 1e-6, 1e-3, row + 1,
-                     "a contact without adhesion does not pull")
         if not has(run, f"Fy_{contact}", f"Fz_{contact}"):
             continue
         fy, fz = (np.nan_to_num(run.values(f"{name}_{contact}")) for name in ("Fy", "Fz"))
