@@ -167,18 +167,19 @@ def balance(what: str, t: np.ndarray, x: np.ndarray, rate: np.ndarray, hint: str
     if whole.verdict == PASSED:
         return whole
     steps, means = np.diff(x), np.diff(t)*(rate[1:] + rate[:-1])/2
+    left = np.maximum(np.abs(steps - means) - np.diff(vague*np.ones(t.size)), 0.0)
     steady = np.abs(np.diff(rate)) <= STEADY*np.maximum(np.abs(rate[1:]), np.abs(rate[:-1]))
     amount = np.sum(np.abs(steps[steady]) + np.abs(means[steady]))/2
     if steady.sum() < TOO_FEW_ROWS or amount <= 0:
         return whole
     # Two columns that have nothing to do with each other give 1 to 2.
-    missed = float(np.sum(np.abs(steps - means)[steady])/amount)
+    missed = float(np.sum(left[steady])/amount)
     if missed <= COARSE:
         return Finding(what, DOUBTFUL, float(error.max()), DOUBT, whole.row, "rows too far apart for the impacts")
     kept = None if jumping is None else ~jumping
     if kept is not None and TOO_FEW_ROWS < kept.sum() < kept.size:
         amount = np.sum(np.abs(steps[kept]) + np.abs(means[kept]))/2
-        between = float(np.sum(np.abs(steps - means)[kept])/max(amount, 1e-300))
+        between = float(np.sum(left[kept])/max(amount, 1e-300))
         if between <= COARSE:
             return Finding(what, DOUBTFUL, float(error.max()), DOUBT, int(kept.argmin()) + 1, f"{IMPULSES}, which no column has; "
                            "between these it closes")
