@@ -285,6 +285,20 @@ def test_rigid_impacts_are_those_of_the_columns(hertz: dict[str, ldbench.Run]):
     assert told and told[0].t in [one.start for one in intervals(run, "LF")]
 
 
+def test_rigid_impacts_that_a_file_does_not_tell_are_not_missed(hertz: dict[str, ldbench.Run]):
+    """A rigid code whose file has no impulses is scored in motion and events. A file of elastic contacts keeps its impacts."""
+    told = hertz["rigid 0.5"]
+    untold = made(told.data.drop(columns=[f"P_{contact}" for contact in CONTACTS]))
+    found = score(untold, told, TASK)
+    assert found.rigid == (True, True)
+    assert {one.kind for one in found.scores} == {"motion", "contacts", "event"} and not found.unmatched
+    assert "impulses" in found.left_out["impacts"]
+    assert {one.difference for one in found.of_kind("motion")} == {0.0}
+    elastic = score(hertz["ex2_aw"], told, TASK)
+    assert elastic.rigid == (False, True) and {"impulse", "unmatched"} <= {one.kind for one in elastic.scores}
+    assert score(hertz["ex2_aw"], hertz["ex2_aw"], TASK).rigid == (False, False)
+
+
 # ---- matching ------------------------------------------------------------------------
 @pytest.mark.parametrize("seed", range(20))
 def test_pairs_leave_out_what_is_worth_least(seed: int):

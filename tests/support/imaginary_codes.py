@@ -234,6 +234,7 @@ MISTAKES = (
     Mistake("rows every 2 ms", thinned, "rows in an impact"),
     Mistake("the motion is damped", damped, "energy closes"),
     Mistake("a flange pulls", lambda f: _with(f, {"N_LF": f["N_LF"] - 2e3}), "N_LF is not negative"),
+    Mistake("a flange only pulls", lambda f: _with(f, {"N_LF": 0*f["N_LF"] - 2e3}), "N_LF is not negative"),
     Mistake("positions of the left flange are wrong", moved, "contact point of LF"),
     Mistake("the left flange is touched elsewhere", lambda f: _with(f, {"y_LF": f["y_LF"] + 0.03}),
             ("roll momentum", "contact point of LF")),
