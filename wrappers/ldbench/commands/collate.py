@@ -1,8 +1,8 @@
 """Collate the submissions of a round: one table, one document and one page of all codes.
 
 The folder has a folder for each code, with its files, whose names say the simulation, as ex2_aw.csv, and a description
-submission.toml: code, version, authors, formulation, restitution, law, step, machine, processor_time, map (all optional). Files of other
-codes are read by the map, a table [map] or the name of a file, or by a map that is guessed as `check` does.
+submission.toml: code, version, authors, formulation, restitution, law, step, machine, processor_time, map (all optional).
+Files of other codes are read by the map, a table [map] or the name of a file, or by a map that is guessed as `check` does.
 With --reference every file is scored as `score` does, and graded. A code that tells its restitution has rigid contacts: where
 the reference is elastic, it is scored against our own run with rigid contacts and this restitution.
 Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. What was read and computed of a
