@@ -292,7 +292,7 @@ reference-package:
 # Horizons and spreads of formulations, by which the command score judges.
 yardsticks:
 	$(call built,$(EXE) $(WRAPPER))
-	$(PYTHON) docs/yardsticks.py
+	$(STUDY) docs/yardsticks.py
 
 # The pictures of README and of the documentation, made from runs; those of pages need Chromium.
 pictures:

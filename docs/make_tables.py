@@ -230,9 +230,10 @@ def horizon_table() -> str:
         end = "behind the horizon" if own.end is None else f"{own.end:.3g}"
         spreads = [number(spread.get(score)) for score in ("Y", "LF 1 impulse") for spread in (own.hertz, own.rigid)]
         horizon = f"{own.horizon:.3g}" if own.reached else f"above {own.horizon:.3g}"
-        rows.append([f"`{name}`", horizon, end, f"{own.growth:,.0f}", *spreads])
-    return table(("simulation", "horizon [s]", "end [s]", "growth", "Y, Hertz", "Y, rigid", "first flange impulse, Hertz",
-                  "first flange impulse, rigid"), rows)
+        seen = f"{own.independent:.3g}" if own.independent is not None else f"above {own.horizon:.3g}"
+        rows.append([f"`{name}`", horizon, seen, f"{own.integrators:.0e}", end, f"{own.growth:,.0f}", *spreads])
+    return table(("simulation", "horizon [s]", "by DOP853 [s]", "both apart by", "end [s]", "growth", "Y, Hertz", "Y, rigid",
+                  "first flange impulse, Hertz", "first flange impulse, rigid"), rows)
 
 
 PAGES: dict[str, dict[str, Callable[[], str]]] = {

@@ -9,10 +9,10 @@ import imaginary_round
 from browser import Browser
 from imaginary_round import CODES, Runs
 from ldbench.benchmark import check
-from ldbench.benchmark.call import Task
 from ldbench.benchmark.collation import Collation, collate
-from ldbench.benchmark.collation_page import make_page
-from ldbench.benchmark.collation_pages import signed_percent, text
+from ldbench.benchmark.collation_html import make_page
+from ldbench.benchmark.collation_pdf import signed_percent, text
+from ldbench.benchmark.tasks import Task
 
 FAST, OTHER = Task(4, "aw"), Task(3, "aw")
 INK = """const c = document.querySelectorAll("canvas")[arguments[0]];

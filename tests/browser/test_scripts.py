@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import ldbench
-from ldbench.benchmark import collation_page
+from ldbench.benchmark import collation_html
 from ldbench.viewer.pack import FINE_LEVELS, LEVELS, Packed, pack
 from ldbench.viewer.page import SCRIPTS
 from running import HANG
@@ -34,7 +34,7 @@ def ask(task: str, scripts: tuple[str, ...], **question: object) -> Any:
 
 
 def test_every_script_of_the_pages_is_found():
-    assert {*SCRIPTS, *(path.name for path in collation_page.SCRIPTS)} == set(FILES)
+    assert {*SCRIPTS, *(path.name for path in collation_html.SCRIPTS)} == set(FILES)
 
 
 @pytest.mark.parametrize("name", FILES)

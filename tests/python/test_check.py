@@ -2,10 +2,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import imaginary_codes as imaginary
@@ -14,9 +16,13 @@ import ldbench
 from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench.benchmark import check
-from ldbench.benchmark.call import QUANTITIES, TASKS, Task, task_of
-from ldbench.benchmark.names import meanings
-from ldbench.benchmark.verdict import DOUBTFUL, FAILED, PASSED
+from ldbench.benchmark.column_names import meanings
+from ldbench.benchmark.findings import DOUBTFUL, FAILED, PASSED, Finding
+from ldbench.benchmark.map_guess import find_time
+from ldbench.benchmark.tasks import QUANTITIES, TASKS, Task, task_of
+from ldbench.results.columns import RawTable
+from ldbench.results.header import Header
+from ldbench.results.run_data import RunData
 from running import Run
 
 TASK = Task(2, "aw")
@@ -121,6 +127,80 @@ def test_our_runs_fail_in_nothing(task: Task, shipped: dict[str, Run]):
     assert found.guess is None and found.failed == 0
     doubtful = {finding.hint for finding in found.findings if finding.verdict == DOUBTFUL}
     assert doubtful <= ({"rows too far apart for the impacts"} if task.exercise == 5 else set()), doubtful
+
+
+@pytest.fixture(scope="module")
+def ramp() -> pd.DataFrame:
+    """Exercise 5 up to the derailment by a code with Hertz's law: thousands of impacts, with a row every 0.2 ms."""
+    case = Case.exercise(5, "aw").replace(model="hertz", table_file="", rows="interval", interval=2e-4, dt=2e-4)
+    return ldbench.run(case).data
+
+
+def findings_of(frame: pd.DataFrame, task: Task) -> dict[str, Finding]:
+    """The findings about columns of ours, by what they are about."""
+    run = RunData(check.Mapped(Path("other_code.csv"), Header(), frame))
+    return {finding.what: finding for finding in check.findings_of(check.SubmittedFile(task, run, None))}
+
+
+def test_nothing_is_wrong_in_thousands_of_impacts(ramp: pd.DataFrame):
+    """What rows and places of contacts leave of a balance grows with the time, and is nobody's mistake."""
+    assert ramp["time"].iloc[-1] > 50
+    assert {what: finding.verdict for what, finding in findings_of(ramp, Task(5, "aw")).items() if finding.verdict != PASSED} == {}
+
+
+@pytest.mark.parametrize(("column", "change", "what"), [
+    ("roll_acc", lambda x: 0.9*x, "roll acceleration is the rate of the velocity"),
+    ("vZ", lambda x: -x, "vertical velocity is the rate of the displacement"),
+    ("Fy_LF", lambda x: 0.9*x, "lateral momentum closes"),
+    ("y_LF", lambda y: y + 0.03, "roll momentum closes"),
+    ("z_LF", lambda z: z - 5e-3, "contact point of LF lies on the rail"),
+    ("angle_LF", lambda angle: angle - 0.3, "angle_LF is that of the force")])
+def test_mistakes_are_found_in_thousands_of_impacts(column: str, change: Callable[[pd.Series], pd.Series], what: str,
+                                                    ramp: pd.DataFrame):
+    assert findings_of(ramp.assign(**{column: change(ramp[column])}), Task(5, "aw"))[what].verdict in (FAILED, DOUBTFUL)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_rigid_contacts_that_rattle_under_a_force_are_not_wrong(restitution: float):
+    """They hop by less than a row shows. The file ends before the derailment."""
+    case = Case.exercise(5, "sw").replace(formulation="unilateral", restitution=restitution, table_file="", rows="interval",
+                                          interval=1.6e-4, dt=1.6e-4, t_end=3.0)
+    frame = ldbench.run(case).data
+    found = findings_of(frame.drop(columns=[name for name in frame if str(name).startswith("P_")]), Task(5, "sw"))
+    assert [what for what, finding in found.items() if finding.verdict == FAILED] == ["up to derailment"]
+
+
+def test_a_rigid_wheelset_that_goes_farther_to_the_right_went_left_first():
+    """In exercise 4 it climbs the right rail after the left flange; no row has a force of an impact."""
+    frame = imaginary.table_of(physics.rigid(Task(4, "sw"), 1.0), 1e-4)
+    assert -frame["Y"].min() > 1.3*frame["Y"].max()
+    found = findings_of(frame, Task(4, "sw"))
+    assert found["left flange first"].verdict == PASSED
+    assert [one.what for one in found.values() if one.verdict == FAILED] == []
+
+
+def test_a_wheelset_that_derails_with_another_steel_is_doubtful(own: None, tmp_path: Path):
+    """With softer steel, exercise 4 ends in a derailment, which the file shows."""
+    run = ldbench.run(Case.exercise(4, "sw").replace(model="strip", stiffness_scale=0.7, table_file=""))
+    assert run.ending.startswith("derailed")
+    file, _ = submitted(run, Task(4, "sw"), tmp_path, PLAIN)
+    found = {finding.what: finding for finding in check.check_file(file).findings}
+    assert found["return to the centre after both flanges"].verdict == DOUBTFUL
+    assert [what for what, finding in found.items() if finding.verdict == FAILED] == []
+    half = file.read_text().splitlines()
+    file.write_text("\n".join(half[:len(half)//3]) + "\n")
+    found = {finding.what: finding for finding in check.check_file(file).findings}
+    assert found["return to the centre after both flanges"].verdict == FAILED
+
+
+@pytest.mark.parametrize("said", ["[s]", ""])
+@pytest.mark.parametrize(("length", "factor", "unit"), [(54.0, 1.0, "s"), (54.0, 1e3, "ms"), (0.5, 1.0, "s"), (0.05, 1e3, "ms")])
+def test_the_unit_of_the_time_is_that_of_the_length(said: str, length: float, factor: float, unit: str):
+    """Also where the file states another one; the length is known within a factor of 5."""
+    t = factor*np.linspace(0, length, 100)
+    for expected in (length/5, length, 5*length):
+        found = find_time(Path("x.csv"), RawTable(["t", "y"], [said.strip("[]"), "m"], np.column_stack([t, t])), expected)
+        assert found.unit == unit and found.said == said.strip("[]")
 
 
 @pytest.mark.parametrize("mistake", imaginary.MISTAKES, ids=lambda mistake: mistake.what)

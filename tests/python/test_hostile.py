@@ -14,8 +14,8 @@ from hostile_files import HARMLESS, HOSTILE
 from ldbench import Case
 from ldbench.__main__ import main
 from ldbench.benchmark import check
-from ldbench.benchmark.call import TASKS, Task
-from ldbench.benchmark.verdict import FAILED
+from ldbench.benchmark.findings import FAILED
+from ldbench.benchmark.tasks import TASKS, Task
 
 TASK = Task(4, "aw")
 UNNAMED = ("Traceback", "cannot be used: ")     # an error that nobody foresaw

@@ -4,6 +4,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import subprocess
 import zipfile
 from pathlib import Path
 
@@ -12,20 +13,21 @@ import pytest
 
 import ldbench
 from ldbench import Case, Error
-from ldbench.benchmark.call import Task
 from ldbench.benchmark.horizon import horizon
 from ldbench.benchmark.metrics import score
-from ldbench.benchmark.package import (
+from ldbench.benchmark.reference_package import (
     INTERVAL,
     RAMP_DENSE,
     RAMP_INTERVAL,
     RAMP_SPARSE,
     error_row,
     is_multiple,
+    rounded_up,
     solve,
     write_package,
 )
-from running import REPO
+from ldbench.benchmark.tasks import Task
+from running import HANG, LDBENCH, REPO, environment
 
 FREE, RAMP = Task(2, "aw"), Task(5, "aw")
 HERTZ = {"model": "hertz", "table_file": ""}
@@ -73,6 +75,24 @@ def test_the_namelist_of_the_package_gives_its_columns(package: Path, monkeypatc
     again = ldbench.run("namelists/ex2_aw.nml")
     again.write("again.txt")
     assert Path("again.txt").read_bytes() == Path("columns/ex2_aw.txt").read_bytes()
+
+
+def test_a_namelist_of_the_package_that_is_run_writes_over_nothing(package: Path, monkeypatch: pytest.MonkeyPatch):
+    """A user who unpacks the package and runs a namelist gets a file beside the README. Its scores are the best."""
+    monkeypatch.chdir(package)
+    before = {file: file.read_bytes() for file in package.rglob("*") if file.is_file()}
+    done = subprocess.run([LDBENCH, "namelists/ex2_aw.nml"], capture_output=True, text=True, env=environment(), timeout=HANG)
+    assert done.returncode == 0, done.stderr
+    assert {file for file in package.rglob("*") if file.is_file()} - before.keys() == {package/"ex2_aw.txt"}
+    assert all(file.read_bytes() == known for file, known in before.items())
+    found = score(ldbench.read_run("ex2_aw.txt"), ldbench.read_run("columns/ex2_aw.txt"), FREE)
+    assert {one.difference for one in found.scores} == {0.0}
+    (package/"ex2_aw.txt").unlink()
+
+
+@pytest.mark.parametrize(("x", "shown"), [(1.5e-8, "2e-08"), (1.1e-8, "2e-08"), (1e-8, "1e-08"), (9.3e-5, "1e-04"), (0.0, "0e+00")])
+def test_a_bound_is_rounded_up(x: float, shown: str):
+    assert rounded_up(x) == shown and float(shown) >= x
 
 
 @pytest.mark.parametrize("task", [FREE, RAMP], ids=lambda task: task.name)

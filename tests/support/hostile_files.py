@@ -21,6 +21,24 @@ def constant(value: float) -> Callable[[Path, Path], None]:
     return with_rows(lambda x: np.column_stack([x[:, 0], np.full((len(x), x.shape[1] - 1), value)]))
 
 
+def with_column(number: int, cell: Callable[[str], str]) -> Callable[[Path, Path], None]:
+    """A file with a column, by its number from 0, whose cells are of another type."""
+    def spoil(file: Path, good: Path) -> None:
+        names, *rows = (row.split(",") for row in good.read_text().splitlines())
+        changed = [[cell(x) if k == number else x for k, x in enumerate(row)] for row in rows]
+        file.write_text("\n".join(",".join(row) for row in [names, *changed]) + "\n")
+    return spoil
+
+
+def in_milliseconds(unit: str) -> Callable[[Path, Path], None]:
+    """A file with times in milliseconds under the unit that is told."""
+    def spoil(file: Path, good: Path) -> None:
+        with_column(0, lambda x: f"{1e3*float(x):.8g}")(file, good)
+        names, _, rows = file.read_text().partition("\n")
+        file.write_text(names.replace("[s]", unit, 1) + "\n" + rows)
+    return spoil
+
+
 def bytes_of(change: Callable[[bytes], bytes]) -> Callable[[Path, Path], None]:
     return lambda file, good: file.write_bytes(change(good.read_bytes())) and None
 
@@ -67,7 +85,16 @@ HOSTILE: dict[str, Callable[[Path, Path], None]] = {
     "a cell too many": bytes_of(lambda x: x.replace(b"\n", b"\n1,", 3)),
     "commas for points": bytes_of(lambda x: x.replace(b".", b",")),
     "cut in a letter": bytes_of(lambda x: x[:-3]),
+    "milliseconds that are called seconds": in_milliseconds("[s]"), "milliseconds without a unit": in_milliseconds(""),
+    "words in a column of numbers": with_column(1, lambda x: "left" if float(x) > 0 else "right"),
+    "a word in a column of numbers": with_column(1, lambda x: "contact" if float(x) > 0.01 else x),
+    "words for times": with_column(0, lambda x: "noon"), "complex times": with_column(0, lambda x: f"({x}+0j)"),
+    "complex numbers": with_column(1, lambda x: f"({x}+1e-3j)"), "imaginary numbers": with_column(1, lambda x: f"{x}i"),
+    "booleans": with_column(1, lambda x: str(float(x) > 0)), "booleans for times": with_column(0, lambda x: str(float(x) > 0.01)),
+    "dates for times": with_column(0, lambda x: "2006-05-31T10:22:05"), "hexadecimal": with_column(1, lambda x: float(x).hex()),
+    "quotes about numbers": with_column(1, lambda x: f'"{x}"'),
 }
 
-# A line above the names is a remark, whatever its length and letters.
-HARMLESS = {"huge names", "letters that are not UTF-8"}
+# A line above the names is a remark, whatever its length and letters. The unit of the time follows from the length of the
+# file, whatever it states.
+HARMLESS = {"huge names", "letters that are not UTF-8", "milliseconds without a unit", "milliseconds that are called seconds"}

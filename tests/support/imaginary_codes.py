@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ldbench.benchmark.call import QUANTITIES
+from ldbench.benchmark.tasks import QUANTITIES
 from ldbench.results.columns import UNITS
 from ldbench.results.run_data import RunData
 
@@ -149,11 +149,11 @@ def write(frame: pd.DataFrame, path: Path, dialect: Dialect, lies: dict[str, str
 # ---- mistakes ------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Mistake:
-    """What a code does wrong, and the check that has to fail."""
+    """What a code does wrong, and the checks of which one has to fail."""
 
     what: str
     spoil: Callable[[pd.DataFrame], pd.DataFrame]
-    found_by: str               # the beginning of the check
+    found_by: str | tuple[str, ...]     # the beginning of the check, or of several that tell it
     told_by: str = ""           # 'names' or 'units', without which nobody could find it
 
 
@@ -229,13 +229,15 @@ MISTAKES = (
             "vertical momentum"),
     Mistake("no angle on the right flange", without("angle_RF"), "quantities"),
     Mistake("no vertical displacement", without("Z"), "quantities"),
-    Mistake("left and right are exchanged", swapped_wheels, "left flange first", "names"),
+    Mistake("left and right are exchanged", swapped_wheels, ("left flange first", "contact point of"), "names"),
     Mistake("the file ends before the right flange", cut, "return to the centre"),
     Mistake("rows every 2 ms", thinned, "rows in an impact"),
     Mistake("the motion is damped", damped, "energy closes"),
     Mistake("a flange pulls", lambda f: _with(f, {"N_LF": f["N_LF"] - 2e3}), "N_LF is not negative"),
+    Mistake("a flange only pulls", lambda f: _with(f, {"N_LF": 0*f["N_LF"] - 2e3}), "N_LF is not negative"),
     Mistake("positions of the left flange are wrong", moved, "contact point of LF"),
-    Mistake("the left flange is touched elsewhere", lambda f: _with(f, {"y_LF": f["y_LF"] + 0.03}), "roll momentum"),
+    Mistake("the left flange is touched elsewhere", lambda f: _with(f, {"y_LF": f["y_LF"] + 0.03}),
+            ("roll momentum", "contact point of LF")),
     Mistake("the normal of the left flange is wrong", tilted, "angle_LF is that of the rail"),
     Mistake("the initial velocity is a half", scaled("vY", 0.5), "initial vY"),
 )

@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 
 import ldbench
 from ldbench import Case
-from ldbench.benchmark.call import QUANTITIES, Task
-from ldbench.benchmark.laws import weight_of
+from ldbench.benchmark.physics_checks import weight_of
+from ldbench.benchmark.tasks import QUANTITIES, Task
 from ldbench.profiles.outlines import case_outlines
 from ldbench.results.derived import cumulative
 

@@ -1,6 +1,6 @@
 """Two hundred submissions of imaginary codes: how many maps are found, how many mistakes, and how many false alarms there are.
 
-    python tests/support/submission_study.py [NUMBER]
+    python tests/support/submission_study.py [NUMBER [FIRST]]          FIRST: seed of the first one
 
 A third of the codes has Hertz's law of ours with a softer steel, a third laws of its own (damped or not, stiffer or softer,
 linear), a third rigid contact with restitution. Dialects, headers and mistakes come by chance; half of the files has one mistake.
@@ -23,9 +23,9 @@ import ldbench
 from imaginary_physics import Physics
 from ldbench import Case
 from ldbench.benchmark import check
-from ldbench.benchmark.call import QUANTITIES, Task
+from ldbench.benchmark.findings import DOUBTFUL, FAILED
 from ldbench.benchmark.fingerprint import ELASTIC, RIGID, fingerprint
-from ldbench.benchmark.verdict import DOUBTFUL, FAILED
+from ldbench.benchmark.tasks import QUANTITIES, Task
 
 EXERCISES = tuple(Task(exercise, pair) for exercise in (2, 3) for pair in ("aw", "sw"))
 LAWS = (Physics(), Physics(k=6e10), Physics(k=1.4e11), Physics(k=1e9, n=1.0), Physics(hunt_crossley=0.1), Physics(kelvin_voigt=2e4))
@@ -84,6 +84,8 @@ def count(found: Counter[str], kind: str, checked: check.Checked, dialect: imagi
     whole = {c: m.number for c, m in matches.items()} == truth and all(
         (m.unit, m.sign) == (dialect.unit(c, units[c]), dialect.sign(c)) for c, m in matches.items() if c in QUANTITIES)
     if mistake is None:
+        found[f"{named}, {kind}: columns"] += len(truth)
+        found[f"{named}, {kind}: columns found"] += sum(c in truth and m.number == truth[c] for c, m in matches.items())
         found[f"{named}, {kind}: files without mistakes"] += 1
         found[f"{named}, {kind}: maps found"] += whole
         failed = [f.what for f in checked.findings if f.verdict == FAILED and not (loses and f.what == "energy closes")]
@@ -100,9 +102,10 @@ def count(found: Counter[str], kind: str, checked: check.Checked, dialect: imagi
 
 
 def main() -> None:
+    number, first = (*map(int, sys.argv[1:]), *(200, 0)[len(sys.argv) - 1:])
     with tempfile.TemporaryDirectory() as folder:
-        for what, number in sorted(study(range(int(sys.argv[1]) if len(sys.argv) > 1 else 200), Path(folder)).items()):
-            print(f"{number:5d}  {what}")
+        for what, count_of_it in sorted(study(range(first, first + number), Path(folder)).items()):
+            print(f"{count_of_it:5d}  {what}")
 
 
 if __name__ == "__main__":

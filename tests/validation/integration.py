@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 import ldbench
 from checks import Check, Section, absolute, limit
+from independent import SIZES, rates_of, start_of
 from ldbench import Case, ContactTable, Run
 from ldbench._core import _flat
 from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, RED, SERIES, ldbench_style
@@ -84,16 +85,7 @@ class Reference:
 
 def integrate(case: Case, table: ContactTable, t_end: float, tolerance: float, max_step: float) -> Reference:
     """Integrate a case by DOP853 up to t_end; z is the axle's height."""
-    forces, contact_forces, handle = _flat.forces, _flat.contact_forces, table._handle   # ContactTable.force, 5 times
-    inertia = np.array([case.mass, case.mass, case.roll_inertia])                        # faster for single poses
-    load = np.array([case.lateral_force, -table.weight, 0.0])
-    ramp = np.array([case.lateral_ramp, 0.0, 0.0])
-
-    def rates(t: float, x: np.ndarray) -> np.ndarray:
-        force, status = forces(handle, 0, x[0], x[1], x[2])
-        if status[0]:
-            return np.full(6, np.nan)       # the step is tried again with a shorter one
-        return np.concatenate([x[3:], (force[:, 0] + load + ramp*t)/inertia])
+    rates, contact_forces, handle = rates_of(case, table), _flat.contact_forces, table._handle
 
     def closes(contact: str) -> Callable[[float, np.ndarray], float]:
         k = CONTACTS.index(contact)
@@ -104,9 +96,8 @@ def integrate(case: Case, table: ContactTable, t_end: float, tolerance: float, m
         sign.direction = 1.0
         return sign
 
-    start = [case.Y, table.equilibrium + case.Z, case.initial_roll, case.vY, case.vZ, case.roll_rate]
-    found = solve_ivp(rates, (0, t_end), start, "DOP853", dense_output=True, rtol=tolerance, max_step=max_step,
-                      atol=tolerance*np.repeat([1e-2, 1.0], 3),     # [m, rad] and per second: the motion's size
+    found = solve_ivp(rates, (0, t_end), start_of(case, table), "DOP853", dense_output=True, rtol=tolerance, max_step=max_step,
+                      atol=tolerance*SIZES,
                       events=[closes("LF"), closes("RF"), lambda t, x: x[0]])
     if not found.success:
         raise ldbench.Error(f"DOP853: {found.message}")

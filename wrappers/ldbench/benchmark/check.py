@@ -19,11 +19,11 @@ from ..results.columns import converted, read_raw
 from ..results.header import Header, read_header
 from ..results.quantities import quantity
 from ..results.run_data import RunData, read_data
-from .call import QUANTITIES, TASKS, Task, task_of
-from .guess import AXES, SURE, Guess, guess_map
-from .laws import law_findings
+from .findings import DOUBTFUL, FAILED, PASSED, Finding, listed
+from .map_guess import AXES, SURE, Guess, guess_map
+from .physics_checks import law_findings
 from .submissions import complaint, find_files, is_device, quiet
-from .verdict import DOUBTFUL, FAILED, PASSED, Finding, listed
+from .tasks import QUANTITIES, TASKS, Task, task_of
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,9 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
     if header.settings or map is not None:
         return SubmittedFile(task, read_data(file, map), None)
     raw = read_raw(file)
-    guess = guess_map(file, own_run(task), raw)
+    # Our own run of exercise 5 may be its first seconds alone.
+    length = Case.exercise(5, task.profiles).t_end if task.exercise == 5 else None
+    guess = guess_map(file, own_run(task), raw, length)
     return SubmittedFile(task, RunData(Mapped(file, header, converted(file, raw, guess.map))), guess)
 
 
@@ -172,7 +174,8 @@ def map_findings(guess: Guess) -> Iterator[Finding]:
         else:
             yield Finding(f"{words} axis", DOUBTFUL if most else PASSED,
                           hint=f"positive {sense}; the call has the opposite" if most else "")
-    unlike = [m.name for m in matches.values() if m.likeness < SURE]
+    # Codes touch the right flange at other times and with other forces, and exercise 5 hardly ever: the laws judge its columns.
+    unlike = [m.name for column, m in matches.items() if m.likeness < SURE and not column.endswith("_RF")]
     yield Finding("columns behave as their names say", DOUBTFUL if unlike else PASSED, len(unlike), 0,
                   hint=f"recognised by the name alone: {listed(unlike)}" if unlike else "")
     if matches["time"].offset:

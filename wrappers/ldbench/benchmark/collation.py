@@ -13,12 +13,13 @@ from .._core.errors import Error
 from .._core.files import write_frame
 from .._core.pools import processes
 from ..results.header import read_header
-from .call import TASKS, Task
 from .check import own_run
-from .entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
-from .grades import ROWS, Graded, Reference, read_reference, split_row
-from .numbers import NUMBERS, SI, VERDICTS, names_of
+from .kept_entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
+from .rigid_reference import is_rigid, write_rigid_run
+from .round_grades import ROWS, Graded, Reference, read_reference, reference_of, split_row
+from .round_numbers import NUMBERS, SI, VERDICTS, names_of
 from .submissions import Submission, find_submissions, printable
+from .tasks import TASKS, Task
 
 LARGE = 30_000_000          # from which the files that are read at the same time are limited by memory [bytes]
 PER_BYTE = 6                # of memory, while a file is read
@@ -36,6 +37,7 @@ class Collation:
     tasks: tuple[Task, ...] = field(default=TASKS)
     referred: tuple[Task, ...] = ()                     # that have a reference
     reference: str = ""                                 # the name of its folder
+    rigid: frozenset[tuple[str, Task]] = frozenset()    # that are scored against our own run with rigid contacts
 
     def entry(self, code: Submission, task: Task) -> Entry | None:
         """What is known of a simulation of a code; None where the code has not submitted it."""
@@ -52,6 +54,10 @@ class Collation:
         why = "not submitted" if entry is None else entry.error or \
             ("" if task in self.referred else "the reference has no file of this simulation") or entry.unscored
         return Graded(np.nan, reason=why) if entry is None or name not in entry.grades else entry.grades[name]
+
+    def against(self, code: Submission, task: Task) -> str:
+        """What a simulation of a code is scored against, in words; '' for the reference."""
+        return f"our own run with rigid contacts, restitution {code.restitution:g}" if (code.name, task) in self.rigid else ""
 
     def median(self, task: Task, number: str) -> float:
         """The median of a number over the codes that have it; NaN where none has."""
@@ -107,8 +113,9 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
     """
     codes, remarks = find_submissions(folder, leave_out)
     references = references or {}
-    work = [Work(code.name, task, file, code.map, code.seconds.get(task.name, np.nan), references.get(task))
-            for code in codes for task, file in code.files.items()]
+    rigid = rigid_references(codes, references, store)
+    work = [Work(code.name, task, file, code.map, code.seconds.get(task.name, np.nan),
+                 rigid.get((code.name, task), references.get(task))) for code in codes for task, file in code.files.items()]
     entries = {(code.name, task): entry for code in codes for task, entry in kept(store, code.name, code.files).items()}
     program()       # once, before processes begin
     told = [("", str(key)) if isinstance(key, Error) else key for key in side_by_side(key_or_words, work, jobs)]
@@ -118,7 +125,7 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
     # Threads of OpenMP do not outlive a fork, so our own runs are computed before.
     for task in sorted({one.task for one in new if one.map is None and needs_map(one.file)}, key=TASKS.index):
         own_run(task)
-    for reference in {one.task: one.reference for one in new if one.reference}.values():
+    for reference in {one.reference.key: one.reference for one in new if one.reference}.values():
         read_reference(reference)       # once for all processes, and an Error here is that of no code
     found: dict[tuple[str, Task], Entry] = {}
     for group, at_once in by_memory(new, jobs):
@@ -133,7 +140,19 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
             keep(store, code.name, mine)
     return Collation(tuple(codes), ordered, tuple(remarks), tuple((one.code, one.task) for one in new),
                      referred=tuple(task for task in TASKS if task in references),
-                     reference=next((printable(one.file.resolve().parent.name, 40) for one in references.values()), ""))
+                     reference=next((printable(one.file.resolve().parent.name, 40) for one in references.values()), ""),
+                     rigid=frozenset(rigid))
+
+
+def rigid_references(codes: Sequence[Submission], references: Mapping[Task, Reference],
+                     store: Path) -> dict[tuple[str, Task], Reference]:
+    """Our own runs with rigid contacts for the codes that tell their restitution, where the reference is elastic, by code and
+    simulation. Error where a reference cannot be read."""
+    told = [(code.name, task, code.restitution) for code in codes if code.restitution is not None for task in code.files
+            if task in references]
+    elastic = {task for _, task, _ in told if not is_rigid(read_reference(references[task]), task)}
+    return {(name, task): reference_of(task, write_rigid_run(store/"rigid", task, restitution, program()), None)
+            for name, task, restitution in told if task in elastic}
 
 
 def side_by_side(work: Callable[[Work], Any], tasks: Sequence[Work], jobs: int | None) -> list[Any]:
@@ -213,7 +232,7 @@ def write_csv(found: Collation, target: Path) -> None:
             for name in ROWS if found.referred else ():
                 word, ending = split_row(name)
                 value, why = found.grade(code, task, word).row(ending)
-                rows.append((code.name, task.name, name, value, "1", why))
+                rows.append((code.name, task.name, name, value, "1", why or (found.against(code, task) if not ending else "")))
             for name in VERDICTS.values():
                 count = entry.verdict.get(name) if entry else None
                 rows.append((code.name, task.name, f"checks_{name}", count, "1", "" if count is not None else missing))

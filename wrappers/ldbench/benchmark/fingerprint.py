@@ -17,14 +17,14 @@ from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from ..table import ContactTable
 from .blows import Blow, blows, lacking
-from .call import Task
 from .estimate import Estimate, combined, untold
 from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, restitution_of, step_of, typical_interval
 from .lattice import bends, digit_noise, find_lattice
-from .laws import LEAST_FORCE
-from .places import MODULUS, axle_height
+from .physics_checks import LEAST_FORCE
+from .place_checks import MODULUS, axle_height
 from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, POINTS, ROUNDS, Law, fit_law, uncertainties
 from .submissions import quiet
+from .tasks import Task
 
 ELASTIC, RIGID, UNKNOWN = "elastic", "rigid", "rigid or elastic, which the file does not tell"
 TELLING_ROWS = 4        # of a blow that shows whether bodies give

@@ -2,29 +2,30 @@
 
 Impacts multiply differences. The horizon of a simulation is the first time at which a difference of 1e-9 of the start has grown
 to 1e-3 of the motion: then the motion depends on digits of the start that no code promises. It is measured on twins of an exact
-run, whose start is aside in one coordinate each. yardsticks.json keeps what `make yardsticks` has measured.
+run, whose start is aside in one coordinate each. Another integrator on the same forces tells whether our own has made it.
+yardsticks.json keeps what `make yardsticks` has measured.
 """
 from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..case import Case
-from ..results.run_data import RunData
-from ..runs import run
+from ..runs import Run, run
 from ..table import ContactTable
-from .call import Task
-from .exact import exact
+from .exact_runs import exact
+from .tasks import Task
 
 FILE = Path(__file__).with_name("yardsticks.json")
 ASIDE = 1e-9            # of a start, as a share of the largest value of the coordinate in the case
 GROWN = 1e-3            # largest difference of a displacement, as a share of its largest value, at the horizon
 LONGEST = 4.0           # that twins run [s]
+BEYOND = 1.2            # times the horizon, up to which runs of exercise 5 go
 ROWS = 1e-4             # between rows of twins [s]
 DISPLACEMENTS = "Y", "Z", "roll"
 # The coordinates of the start and the variables of the namelist that set them.
@@ -41,6 +42,8 @@ class Yardstick:
     growth: float               # how many times a difference of the start has grown at most until then and the horizon
     hertz: Mapping[str, float]      # relative difference of Hertz's law from half-spaces, by the name of the score
     rigid: Mapping[str, float]      # relative difference of rigid contacts from half-spaces
+    independent: float | None = None    # horizon that another integrator sees [s]; None where the difference does not grow so far
+    integrators: float = np.nan     # largest relative difference of both integrators from one start, up to the horizon
 
 
 @functools.cache
@@ -61,7 +64,57 @@ def spreads(task: Task) -> dict[str, dict[str, float]]:
     return {"hertz": dict(known.hertz), "rigid": dict(known.rigid)}
 
 
+def ending(case: Case, horizon: float) -> Case:
+    """The case, which ends not far behind the horizon where it would go on for long."""
+    return case.replace(t_end=BEYOND*horizon) if case.t_end > BEYOND*horizon else case
+
+
 # Measurement ------------------------------------------------------------------------------
+
+#: Y, Z and roll of a case at times, (rows, 3), by an integrator on the forces of a table; fewer rows where it ends before.
+Motion = Callable[[Case, ContactTable, np.ndarray], np.ndarray]
+
+
+def ours(case: Case, table: ContactTable, t: np.ndarray) -> np.ndarray:
+    """The motion of a case by our integrator; its rows are at these times."""
+    return motion_of(run(case, table=table))[:len(t)]
+
+
+def motion_of(found: Run) -> np.ndarray:
+    """The displacements of a run, (rows, 3)."""
+    return np.column_stack([found.values(column) for column in DISPLACEMENTS])
+
+
+@dataclass(frozen=True)
+class Base:
+    """The motion from which differences grow: a run with exact steps that nothing but its time ends."""
+
+    run: Run
+    sizes: Mapping[str, float]      # the largest values of the coordinates in the case as it stands
+
+    def apart(self, motion: np.ndarray) -> np.ndarray:
+        """How far another motion is away at each row: the largest of all displacements, as a share of their sizes, (rows,)."""
+        own, sizes = motion_of(self.run), np.array([self.sizes[column] for column in DISPLACEMENTS])
+        rows = min(len(own), len(motion))
+        found = np.zeros(len(own))
+        found[:rows] = np.max(np.abs(own[:rows] - motion[:rows])/sizes, axis=1)
+        return found
+
+    def twins(self) -> Iterator[Case]:
+        """The case with each coordinate of the start aside."""
+        for column, variable in STARTS.items():
+            yield self.run.case.replace(**{variable: getattr(self.run.case, variable) + ASIDE*self.sizes[column]})
+
+
+def base(case: Case, table: ContactTable | None = None, t_end: float = LONGEST) -> Base:
+    """Run a case up to a time [s], whatever ends it else. Coordinates are measured by their largest values in the case as it
+    stands, up to that time."""
+    case = exact(case).replace(interval=ROWS, rows="interval", t_end=t_end)
+    own = run(case, table=table)
+    sizes = {column: float(np.abs(own.values(column)).max()) for column in STARTS}
+    case = case.replace(stop_at="t_end")
+    return Base(run(case, table=own.table.for_case(case)), sizes)
+
 
 @dataclass(frozen=True)
 class Growth:
@@ -73,7 +126,11 @@ class Growth:
     @property
     def horizon(self) -> float | None:
         """The first time at which the difference has grown to GROWN [s]; None where it has not."""
-        grown = np.flatnonzero(self.factor >= GROWN/ASIDE)
+        return self.passes(GROWN)
+
+    def passes(self, level: float) -> float | None:
+        """The first time at which the difference has grown to a share of the motion [s]; None where it has not."""
+        grown = np.flatnonzero(self.factor >= level/ASIDE)
         return float(self.time[grown[0]]) if grown.size else None
 
     def until(self, t: float) -> float:
@@ -81,33 +138,16 @@ class Growth:
         return float(min(self.factor[:np.searchsorted(self.time, t, "right")].max(), GROWN/ASIDE))
 
 
-def growth(case: Case, table: ContactTable | None = None, t_end: float = LONGEST) -> Growth:
-    """Run a case and its six twins up to a time [s], whatever ends the case else.
-
-    Coordinates are measured by their largest values in the case as it stands, up to that time.
-    """
-    case = exact(case).replace(interval=ROWS, rows="interval", t_end=t_end)
-    own = run(case, table=table)
-    sizes = {column: float(np.abs(own.values(column)).max()) for column in STARTS}
-    case = case.replace(stop_at="t_end")
-    first = run(case, table=own.table.for_case(case))
-    twins = (run(twin, table=first.table) for twin in beside(case, sizes))
-    return grown(first, twins, sizes)
-
-
-def beside(case: Case, sizes: Mapping[str, float]) -> Iterator[Case]:
-    """The case with each coordinate of the start aside."""
-    for column, variable in STARTS.items():
-        yield case.replace(**{variable: getattr(case, variable) + ASIDE*sizes[column]})
-
-
-def grown(first: RunData, twins: Iterator[RunData], sizes: Mapping[str, float]) -> Growth:
-    """The growth of the difference between a run and its twins, whose rows are at the same times."""
-    t = first.time
+def growth(first: Base, motion: Motion = ours, until: float = np.inf) -> Growth:
+    """The growth of differences between a motion of ours and its six twins, integrated by `motion` up to a time [s]."""
+    t = first.run.time[first.run.time <= until]
     found = np.zeros(len(t))
-    for twin in twins:
-        rows = min(len(t), len(twin.time))
-        for column in DISPLACEMENTS:
-            apart = np.abs(first.values(column)[:rows] - twin.values(column)[:rows])/sizes[column]
-            found[:rows] = np.maximum(found[:rows], apart)
+    for twin in first.twins():
+        found = np.maximum(found, first.apart(motion(twin, first.run.table, t))[:len(t)])
     return Growth(t, np.maximum.accumulate(found)/ASIDE)
+
+
+def disagreement(first: Base, motion: Motion, until: float) -> float:
+    """The largest difference between our motion and that of another integrator from the same start, up to a time [s]."""
+    t = first.run.time[first.run.time <= until]
+    return float(first.apart(motion(first.run.case, first.run.table, t)).max())

@@ -6,6 +6,7 @@ are compared by the impulse of each impact, and nothing counts beyond the horizo
 """
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -14,15 +15,17 @@ import numpy as np
 from .._core.errors import Error
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
-from .call import MOTION, Task
-from .episodes import Interval, closed_at, intervals, pairs, passages
+from .contact_intervals import Interval, closed_at, intervals, pairs, passages
 from .horizon import horizon, spreads
+from .rigid_reference import IMPULSES, is_rigid, tells_impulses
 from .scores import Score, Scores, Unmatched
+from .tasks import MOTION, Task
 
 MATCHED_BEYOND = 1.1    # times the horizon, up to which partners are looked for
 MOST = 1000             # intervals of a contact that are matched, at most
 LEAST = 1e-3            # share of the largest impulse of a contact's impacts below which an impact is not scored by itself
 PASSAGE = "centre passage"
+OF_IMPACTS = "impulse", "peak", "duration", "unmatched"         # kinds of scores
 
 
 def score(run: RunData, reference: RunData, task: Task) -> Scores:
@@ -41,7 +44,21 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
         If a file has no times, or if the files do not overlap in time.
     """
     limit = horizon(task)
-    return with_spreads(scored(run, reference, task, limit), spreads(task))
+    # Rigid impacts of a file without their impulses are not seen, and so they cannot be matched.
+    unseen = tells_impulses(reference) and not tells_impulses(run) and is_rigid(run, task)
+    found = scored(run, without_impulses(reference) if unseen else reference, task, limit)
+    if unseen:
+        kept = tuple(one for one in found.scores if one.kind not in OF_IMPACTS)
+        found = replace(found, scores=kept, unmatched=(),
+                        left_out={**found.left_out, "impacts": "the file does not tell the impulses of its rigid contacts"})
+    return replace(with_spreads(found, spreads(task)), rigid=(is_rigid(run, task), is_rigid(reference, task)))
+
+
+def without_impulses(run: RunData) -> RunData:
+    """A run without the impulses of rigid impacts."""
+    other = copy.copy(run)
+    other.__dict__["data"] = run.data.drop(columns=list(IMPULSES), errors="ignore")
+    return other
 
 
 def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores:

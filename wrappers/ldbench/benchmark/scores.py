@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .call import Task
+from .tasks import Task
 
 GRADES = 1e-3, 1e-2, 0.1                        # limits of a relative difference
 KINDS = {"motion": "motion, rms while the same contacts are closed", "contacts": "share of time with other contacts closed",
@@ -77,6 +77,7 @@ class Scores:
     scores: tuple[Score, ...]
     unmatched: tuple[Unmatched, ...] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)   # quantities that could not be scored, and why
+    rigid: tuple[bool, bool] = (False, False)   # whether the file and the reference have rigid contacts
 
     def of_kind(self, kind: str) -> list[Score]:
         """The scores of a kind."""
@@ -103,5 +104,6 @@ class Scores:
     def facts(self) -> dict[str, Any]:
         """All scores for other programs."""
         return {"simulation": self.task.name, "horizon": self.horizon, "end": self.end, "share": self.share,
+                "rigid": self.rigid[0], "reference_rigid": self.rigid[1],
                 "scores": [score.facts() for score in self.scores],
                 "unmatched": [vars(one) for one in self.unmatched], "left_out": dict(self.left_out)}

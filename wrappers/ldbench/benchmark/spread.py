@@ -9,21 +9,15 @@ import numpy as np
 from ..case import Case
 from ..runs import Run, run
 from ..table import ContactTable
-from .call import Task
-from .exact import exact
-from .horizon import LONGEST, Yardstick, growth
+from .exact_runs import exact
+from .horizon import BEYOND, LONGEST, Motion, Yardstick, base, disagreement, ending, growth
 from .metrics import scored
+from .tasks import Task
 
 OTHERS: dict[str, dict[str, Any]] = {
     "hertz": {"model": "hertz", "table_file": ""},
     "rigid": {"formulation": "unilateral", "restitution": 1.0}}
 LEAST_SHARE = 0.5       # of the time with the same contacts closed, below which the motion tells no spread
-BEYOND = 1.2            # times the horizon, up to which runs of exercise 5 go
-
-
-def ending(case: Case, horizon: float) -> Case:
-    """The case, which ends not far behind the horizon where it would go on for long."""
-    return case.replace(t_end=BEYOND*horizon) if case.t_end > BEYOND*horizon else case
 
 
 def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTable]) -> dict[str, dict[str, float]]:
@@ -39,19 +33,36 @@ def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTabl
     return found
 
 
-def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None, longest: float = LONGEST) -> Yardstick:
-    """Measure the yardstick of a simulation; tables, by formulation, serve the simulations with these profiles."""
+def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None, longest: float = LONGEST,
+                       another: Motion | None = None) -> Yardstick:
+    """Measure the yardstick of a simulation.
+
+    Parameters
+    ----------
+    task : Task
+        The simulation.
+    tables : dict, optional
+        By formulation; they serve the simulations with these profiles.
+    longest : float
+        Time up to which differences may grow [s].
+    another : callable, optional
+        Another integrator; without it the yardstick does not tell what that one sees.
+    """
     tables = {} if tables is None else tables
     case = Case.exercise(task.exercise, task.profiles)
-    grew = growth(case, tables.get("elastic"), longest)
+    begun = base(case, tables.get("elastic"), longest)
+    grew = growth(begun)
     limit = grew.horizon or float(grew.time[-1])
+    seen, apart = None, np.nan
+    if another is not None:
+        seen, apart = growth(begun, another, BEYOND*limit).horizon, disagreement(begun, another, limit)
     case = ending(exact(case), limit)
-    first = run(case, table=tables["elastic"].for_case(case) if "elastic" in tables else None)
+    first = run(case, table=begun.run.table.for_case(case))
     tables["elastic"] = first.table
     end = float(first.time[-1])
     whole = end < case.t_end - case.interval
     return Yardstick(limit, grew.horizon is not None, end if whole else None, grew.until(end),
-                     **spread(task, limit, first, tables))
+                     **spread(task, limit, first, tables), independent=seen, integrators=apart)
 
 
 def rounded(yardstick: Yardstick) -> Mapping[str, Any]:

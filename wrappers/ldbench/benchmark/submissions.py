@@ -16,7 +16,7 @@ import numpy as np
 
 from .._core.errors import Error
 from ..results.columns import read_toml
-from .call import ENDINGS, TASKS, Task, task_of
+from .tasks import ENDINGS, TASKS, Task, task_of
 
 DESCRIPTION = "submission.toml"
 LONGEST_DESCRIPTION = 1_000_000     # of a description or a map [bytes]
@@ -25,8 +25,8 @@ LONGEST_FACT = 200                  # [characters]
 
 #: The keys of a description, all optional, and what they are in words.
 FACTS = {"code": "code", "version": "version", "authors": "authors", "formulation": "formulation of contact",
-         "law": "law of the normal force", "step": "time step [s]", "machine": "machine",
-         "processor_time": "processor time [s]"}
+         "restitution": "restitution of rigid contacts", "law": "law of the normal force", "step": "time step [s]",
+         "machine": "machine", "processor_time": "processor time [s]"}
 MAP = "map"
 
 
@@ -39,6 +39,7 @@ class Submission:
     facts: Mapping[str, str] = field(default_factory=dict)          # of FACTS, in words
     seconds: Mapping[str, float] = field(default_factory=dict)      # processor time [s], by the name of the simulation
     map: Mapping[str, Any] | None = None        # of its columns; None: it is guessed
+    restitution: float | None = None            # of a code with rigid contacts, if the description tells it
     files: Mapping[Task, Path] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()               # a line each: what could not be used, and why
 
@@ -110,10 +111,11 @@ def read_submission(folder: Path, name: str) -> Submission:
     facts: dict[str, str] = {}
     seconds: dict[str, float] = {}
     map: Mapping[str, Any] | None = None
+    restitution: float | None = None
     try:
         told = read_small_toml(folder/DESCRIPTION) if present(folder/DESCRIPTION) else {}
         facts, seconds = dict(told_facts(told, remarks)), dict(told_seconds(told, remarks))
-        map = told_map(told, folder, remarks)
+        map, restitution = told_map(told, folder, remarks), told_restitution(told, remarks)
     except Error as error:
         remarks.append(without(str(error), folder))
     told_before = len(remarks)
@@ -124,7 +126,7 @@ def read_submission(folder: Path, name: str) -> Submission:
         files = {}
     if not files and len(remarks) == told_before:
         remarks.append("expected files such as ex1_aw.csv, found none")
-    return Submission(name, folder, facts, seconds, map, files, tuple(remarks))
+    return Submission(name, folder, facts, seconds, map, restitution, files, tuple(remarks))
 
 
 def present(path: Path) -> bool:
@@ -189,6 +191,17 @@ def told_seconds(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[
                            f"found {printable(key, 40)} = {printable(value, 40)}")
         else:
             yield key, float(value)
+
+
+def told_restitution(told: Mapping[str, Any], remarks: list[str]) -> float | None:
+    """The restitution of a code with rigid contacts; None where the description does not tell it."""
+    given = told.get("restitution")
+    if given is None:
+        return None
+    if is_seconds(given) and given <= 1:
+        return float(given)
+    remarks.append(f"{DESCRIPTION}: restitution: expected a number from 0 to 1, found {printable(given, 40)}")
+    return None
 
 
 def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mapping[str, Any] | None:

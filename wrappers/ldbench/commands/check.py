@@ -18,9 +18,9 @@ from pathlib import Path
 
 from .._core.errors import Error
 from .._core.files import complete
-from ..benchmark.call import task_named
 from ..benchmark.check import Checked, check_file, check_folder
-from ..benchmark.verdict import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from ..benchmark.findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from ..benchmark.tasks import task_named
 from .options import add_json, add_map, add_simulation, print_json
 
 

@@ -1,9 +1,10 @@
 """Collate the submissions of a round: one table, one document and one page of all codes.
 
 The folder has a folder for each code, with its files, whose names say the simulation, as ex2_aw.csv, and a description
-submission.toml: code, version, authors, formulation, law, step, machine, processor_time, map (all optional). Files of other
-codes are read by the map, a table [map] or the name of a file, or by a map that is guessed as `check` does.
-With --reference every file is scored as `score` does, and graded.
+submission.toml: code, version, authors, formulation, restitution, law, step, machine, processor_time, map (all optional).
+Files of other codes are read by the map, a table [map] or the name of a file, or by a map that is guessed as `check` does.
+With --reference every file is scored as `score` does, and graded. A code that tells its restitution has rigid contacts: where
+the reference is elastic, it is scored against our own run with rigid contacts and this restitution.
 Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. What was read and computed of a
 code is kept in DIR/.collated, so that a late submission costs its own files alone. Whatever a code sends, the others are
 collated; what could not be used is printed, a line each.
@@ -20,10 +21,10 @@ from pathlib import Path
 
 from .._core.errors import Error
 from ..benchmark.collation import collate, write_csv
-from ..benchmark.collation_page import make_page
-from ..benchmark.collation_pages import make_document
-from ..benchmark.entries import STORE
-from ..benchmark.grades import find_references
+from ..benchmark.collation_html import make_page
+from ..benchmark.collation_pdf import make_document
+from ..benchmark.kept_entries import STORE
+from ..benchmark.round_grades import find_references
 from .options import add_folder, add_jobs, add_reference
 
 

@@ -14,11 +14,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..benchmark.call import task_named
 from ..benchmark.check import read_submitted
 from ..benchmark.estimate import Estimate
 from ..benchmark.fingerprint import Fingerprint, fingerprint, plus_minus
 from ..benchmark.submissions import complaint
+from ..benchmark.tasks import task_named
 from .options import add_json, add_map, add_simulation, print_json
 
 

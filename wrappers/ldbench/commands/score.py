@@ -4,7 +4,8 @@ Motion is compared pointwise only while both files have the same contacts closed
 order, and forces by the impulse of each impact. Nothing counts beyond the horizon of the simulation, where a difference of
 1e-9 has grown to 1e-3. A grade is the smallest of 1e-3, 1e-2 and 0.1 that a relative difference is inside. Beside it stands the
 difference in units of what Hertz's law, and rigid contacts or Hertz's law, change in runs of our own. The files may be those
-of any code; without a map their columns are guessed, as `check` does. docs/benchmark.md defines every number.
+of any code; without a map their columns are guessed, as `check` does. A file with rigid contacts and one with elastic ones
+differ after the first impact, and the heading says so. docs/benchmark.md defines every number.
 
 examples:
   python -m ldbench score outputs/ex2_aw.txt --reference outputs
@@ -17,12 +18,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .._core.errors import Error
-from ..benchmark.call import Task, files_of, task_named, task_of
 from ..benchmark.check import read_submitted
 from ..benchmark.horizon import yardsticks
 from ..benchmark.metrics import score
 from ..benchmark.scores import KINDS, Score, Scores
 from ..benchmark.submissions import complaint, find_files
+from ..benchmark.tasks import Task, files_of, task_named, task_of
 from ..results.quantities import quantity
 from .options import add_json, add_map, add_reference, add_simulation, print_json
 
@@ -84,8 +85,10 @@ def heading(scores: Scores) -> str:
     """How far a file was scored."""
     yardstick = yardsticks()[scores.task.name]
     share = "" if scores.share != scores.share else f"; the same contacts are closed for {100*scores.share:.4g} % of it"
+    kinds = [f"the {where} has rigid contacts" for where, rigid in zip(("file", "reference"), scores.rigid, strict=True) if rigid]
+    unlike = f"; {kinds[0]} and the other elastic ones, which differ after the first impact" if len(kinds) == 1 else ""
     return (f"{scores.task.words}; scored up to {scores.end:.4g} s (horizon {'' if yardstick.reached else 'beyond '}"
-            f"{scores.horizon:.4g} s), where a difference of the start has grown {yardstick.growth:,.0f} times{share}")
+            f"{scores.horizon:.4g} s), where a difference of the start has grown {yardstick.growth:,.0f} times{share}{unlike}")
 
 
 def lines(scores: Scores, everything: bool) -> Iterator[str]:

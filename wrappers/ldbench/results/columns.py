@@ -161,7 +161,7 @@ def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
     """Names and units: lines above the numbers with as many words as there are cells in a row."""
     start, separator = next(((k, mark) for k, line in enumerate(lines) if (mark := _separator(line)) is not None), (0, None))
     if separator is None:
-        raise Error(f"{path}: expected rows of numbers, found none")
+        raise _no_rows(path, lines)
     first = _cells(lines[start], separator)
     count = len(first)
     heading = {k: _heading_words(line, separator) for k, line in enumerate(lines[:start]) if re.search(r"\w", line)}
@@ -267,6 +267,16 @@ def _numbers(rows: Iterable[str], separator: str) -> np.ndarray:
 
 def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:
     return Error(f"{path}, line {k + 1}: expected {count} numbers, found '{lines[k].strip()[:80]}'")
+
+
+def _no_rows(path: Path, lines: Sequence[str]) -> Error:
+    """What to say of a file whose rows all have something else among their numbers, or that has no rows."""
+    for k, line in enumerate(lines):
+        cells = max((_cells(line, mark) for mark in SEPARATORS), key=len)
+        odd = next((cell for cell in cells if cell and not _is_number(cell, " ")), "")
+        if odd and len(cells) > 2 and sum(_is_number(cell, " ") for cell in cells) > len(cells)/2:
+            return Error(f"{path}, line {k + 1}: expected numbers, found '{odd[:40]}', and no row without such a cell")
+    return Error(f"{path}: expected rows of numbers, found none")
 
 
 def _sources(columns: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Source]:

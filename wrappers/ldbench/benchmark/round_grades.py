@@ -13,12 +13,12 @@ from .._core.errors import Error
 from .._core.files import digest
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
-from .call import MOTION, Task, files_of, task_of
 from .check import Mapped, read_submitted
 from .horizon import horizon
 from .metrics import MATCHED_BEYOND, score
 from .scores import GRADES, Score, Scores, grade
 from .submissions import DESCRIPTION, complaint, present, printable, read_small_toml, reason, told_map
+from .tasks import MOTION, Task, files_of, task_of
 
 LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
 BLOCK = 2**20                   # of a file that is read for its digest [bytes]

@@ -10,8 +10,9 @@ from ..case import Case
 from ..profiles.outlines import case_outlines
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
-from .verdict import Finding, judged, weighted_quantile
+from .findings import Finding, judged, weighted_quantile
 
+LIGHT = 3e5             # force with a patch short enough for one direction of the profile [N]; heavier ones span an arc
 LOADED = 0.02           # of the largest force of a contact, from which its rows count
 ROWS = 3000             # at most
 MOST = 0.9              # of the impulse of a contact that has to be where it is said to be
@@ -61,6 +62,10 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
                      "[m]; positions of another origin or of another frame, or another profile")
         if f"angle_{contact}" not in run.data:
             continue
+        light = n[rows] <= LIGHT
+        if not light.any():
+            continue
+        rows, foot = rows[light], foot[light]
         angle = run.values(f"angle_{contact}")[rows]
         # Either sign is in use.
         error = min((np.nan_to_num(np.abs(sign*angle - slope[foot])) for sign in (1, -1)), key=lambda e: float(np.median(e)))

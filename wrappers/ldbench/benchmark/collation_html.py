@@ -10,12 +10,12 @@ from .._core.calls import version
 from ..plots.stretches import thin
 from ..results.quantities import CONTACT_NAMES, KN
 from ..viewer.page import FOLDER as VIEWER, Page, fill
-from .call import Task
 from .collation import Collation
-from .collation_pages import derailed_at, main_number, shade
-from .entries import IMPACTS, Entry
-from .numbers import NUMBERS, names_of
+from .collation_pdf import derailed_at, main_number, shade
+from .kept_entries import IMPACTS, Entry
+from .round_numbers import NUMBERS, names_of
 from .submissions import FACTS
+from .tasks import Task
 
 STATIC = Path(__file__).resolve().parent/"static"
 SCRIPTS = VIEWER/"decode.js", STATIC/"collation.js"

@@ -12,8 +12,9 @@ import numpy as np
 from ..results.impacts import zero
 from ..results.run_data import RunData
 
-CLOSED = 1.0            # a contact with a larger force is closed [N]; the smallest weight on a wheel is near 1e5 N
-TOUCH = 0.1             # largest force in the row of ours at which a contact closes or opens: rounding leaves some [N]
+# A contact with a larger force is closed [N]. The smallest weight on a wheel is near 1e5 N. In a row of ours at which a contact
+# closes or opens, rounding of the time leaves some tenths of a newton. A contact of steel that opens has 1 N for 0.2 us at most.
+CLOSED = 1.0
 LARGEST = 1e30          # force of a file that is taken as it stands; integrals of larger ones overflow [N]
 CROSSED = 1e-4          # share of the largest |Y| beyond which the wheelset is on one side
 
@@ -54,7 +55,7 @@ def intervals(run: RunData, contact: str, until: float = np.inf) -> list[Interva
     """The intervals in which a contact is closed, in the rows up to a time [s]; None where the file has no force of it.
 
     A contact is closed in rows with a force above CLOSED, or with a jump of the column P of rigid impacts. A file of ours that
-    has rows at events has them where contacts close and open, with a force below TOUCH. In other files these times are found as
+    has rows at events has them where contacts close and open. In other files these times are found as
     those of impacts: the force to the power 2/3 is continued linearly, at most to the open row.
     """
     force = normal_force(run, contact)
@@ -70,7 +71,7 @@ def intervals(run: RunData, contact: str, until: float = np.inf) -> list[Interva
         blows[1:] = np.diff(np.clip(np.nan_to_num(jumps[:rows]), -LARGEST, LARGEST))
     at_rows = run.setting("output", "rows") == "interval_and_events"
     # A jump downwards, which no impact makes, is one of rounding.
-    closed = np.concatenate([[False], (np.abs(force) > (TOUCH if at_rows else CLOSED)) | (blows > 0), [False]])
+    closed = np.concatenate([[False], (np.abs(force) > CLOSED) | (blows > 0), [False]])
     edges = np.flatnonzero(closed[1:] != closed[:-1])
     return [interval(contact, t, force, blows, int(first), int(after) - 1, at_rows)
             for first, after in zip(edges[::2], edges[1::2], strict=True)]

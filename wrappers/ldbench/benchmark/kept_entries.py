@@ -23,14 +23,15 @@ from .._core.files import complete, digest
 from ..case import Case
 from ..plots.stretches import thin
 from ..results.run_data import RunData
-from .call import Task
 from .check import findings_of, read_submitted
-from .grades import GRADED, Graded, Reference, digest_of, graded, read_reference
+from .findings import DOUBTFUL, FAILED
 from .horizon import FILE as YARDSTICKS
-from .laws import energy_balance, has
-from .numbers import NUMBERS, Contact, Number, first_impact, names_of, numbers_of, verdict_counts
+from .physics_checks import energy_balance, has
+from .rigid_reference import is_rigid
+from .round_grades import GRADED, Graded, Reference, digest_of, graded, read_reference
+from .round_numbers import NUMBERS, Contact, Number, first_impact, names_of, numbers_of, verdict_counts
 from .submissions import complaint, printable, quiet
-from .verdict import DOUBTFUL, FAILED
+from .tasks import Task
 
 STORE = ".collated"             # the folder of what is kept, beside the results
 COLUMNS = 300                   # of a curve over the whole run: of each the smallest and the largest value are kept
@@ -38,6 +39,8 @@ CLOSE = -1e-3, 14e-3            # around the first contact of a flange, in which
 CLOSE_COLUMNS = 600
 OVERALL = "Y", "roll", "energy"
 IMPACTS = "N_LF", "N_RF"
+SCORED_AS_ELASTIC = ("scored against elastic contacts, but the file has rigid ones: restitution = e in submission.toml has it "
+                     "scored against our own run with rigid contacts and that restitution")
 SHOWN_FINDINGS = 12             # of a file
 
 Curve = tuple[np.ndarray, np.ndarray]       # time and values, SI, in single precision
@@ -93,6 +96,8 @@ def make_entry(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: f
             lines = [printable(f"{one.verdict}: {one.what}" + (f": {one.hint}" if one.hint else ""))
                      for verdict in (FAILED, DOUBTFUL) for one in findings if one.verdict == verdict]
             grades, unscored = graded(run, task, read_reference(reference)) if reference else ({}, "")
+            if reference and is_rigid(run, task) and not is_rigid(read_reference(reference), task):
+                lines.insert(0, SCORED_AS_ELASTIC)
             return Entry(key, numbers, verdict_counts(findings), tuple(lines[:SHOWN_FINDINGS]), curves_of(run, task), len(run.time),
                          grades=grades, unscored=unscored and f"{printable(file.name, 80)}: {unscored}")
     except Exception as error:

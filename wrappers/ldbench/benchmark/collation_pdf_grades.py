@@ -11,12 +11,12 @@ from ..plots.frame import new_page
 from ..plots.style import plain
 from ..report.compare_pages import paged
 from ..results.quantities import PAIRS, quantity
-from .call import MOTION, Task
 from .collation import Collation
-from .collation_looks import CODES_ON_PAGE, cut, line_of
-from .grades import KINDS, Graded
+from .collation_style import CODES_ON_PAGE, cut, line_of
+from .round_grades import KINDS, Graded
 from .scores import GRADES
 from .submissions import Submission
+from .tasks import MOTION, Task
 
 # Shades of a difference by its grade, light enough for black words, which say the same.
 SHADES: dict[float | None, str] = {GRADES[0]: "#A9D8B8", GRADES[1]: "#D9F0DF", GRADES[2]: "#FDF0C4", None: "#F9D6CF"}
@@ -26,13 +26,15 @@ OTHERWISE = 0.1     # share of time with other contacts closed, above which the 
 
 MATRIX_NOTE = (
     "each line: median … worst relative difference from the reference up to the horizon, of the nine columns of motion while "
-    "both have the same contacts\nclosed, of the times of all events, of the impulses of all impacts; shade: grade of the median\n"
+    "both have the same contacts\nclosed, of the times of all events, of the impulses of all impacts; shade: grade of the median; "
+    "rigid: the reference is our own run with rigid contacts and that restitution\n"
     f"( ): for more than {100*OTHERWISE:.0f} % of the time other contacts are closed than in the reference, and the motion is "
     "compared in the rest alone; –: none, and collation.csv tells why")
 SCORES_NOTE = (
     "differences are relative to the reference, up to the horizon; the grade is that of the median; other contacts: share of the "
-    "time in which other contacts are closed than in the reference\nof spread: the median in units of what Hertz's law or rigid "
-    "contacts change in our own runs; below 1, a code differs by less than modelling does; –: collation.csv tells why")
+    "time in which other contacts are closed than in the reference; (rigid): against our own run with rigid contacts\n"
+    "of spread: the median in units of what Hertz's law or rigid contacts change in our own runs; below 1, a code differs by less "
+    "than modelling does; –: collation.csv tells why")
 
 
 def text(x: float) -> str:
@@ -76,6 +78,9 @@ def grade_page(found: Collation, start: int) -> Figure:
         y = 1 - (i + 1.5)*height
         ax.plot([0.002, 0.022], [y, y], **line_of(start + i).kwargs() | {"linewidth": 1.6})
         ax.text(0.028, y, plain(cut(code.name, 20)), ha="left", va="center", fontsize=7.5, weight="bold")
+        if any(found.against(code, task) for task in found.tasks):
+            ax.text(0.028, y - 0.3*height, f"rigid, restitution {code.restitution:g}", ha="left", va="center", fontsize=6,
+                    color="#404040")
         for k, kind in enumerate(KINDS):
             middle = y + (1 - k)*band
             ax.text(first - 0.004, middle, kind, ha="right", va="center_baseline", fontsize=6, color="#404040")
@@ -118,7 +123,7 @@ def score_pages(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
     for kind in KINDS:
         header += [kind, "", "", "", ""]
         second += ["median", "grade", "of spread", "worst", ""]
-    rows = [[code.name, *cells(found, code, task)] for code in found.codes
+    rows = [[f"{code.name} (rigid)" if found.against(code, task) else code.name, *cells(found, code, task)] for code in found.codes
             if (entry := found.entry(code, task)) and not entry.error]
     widths = [1.5, 1.2, *[0.75, 0.65, 0.85, 0.75, 1.4]*(len(KINDS) - 1), 0.85, 0.65, 0.85, 0.75, 0.7]
     yield from paged(f"scores, {task.words}", f"all codes, {task.name}, reference: {found.reference}", header, rows,

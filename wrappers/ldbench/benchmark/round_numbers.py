@@ -11,9 +11,9 @@ from ..results.events import FLANGE_ANGLE
 from ..results.impacts import closed_intervals
 from ..results.quantities import KN, Quantity
 from ..results.run_data import RunData
-from .call import Task
-from .laws import DERAILED, LEAST_FORCE, has
-from .verdict import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from .physics_checks import DERAILED, LEAST_FORCE, has
+from .tasks import Task
 
 #: The numbers in words, and how they are shown.
 NUMBERS = {

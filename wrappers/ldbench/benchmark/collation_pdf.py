@@ -20,14 +20,14 @@ from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import ldbench_style, plain
 from ..report.compare_pages import paged, short
 from ..results.quantities import CONTACT_NAMES, KN, PAIRS, quantity
-from .call import Task
 from .collation import Collation
-from .collation_grades import grade_pages, score_pages
-from .collation_looks import CODES_ON_PAGE, capital, cut, line_of
-from .entries import CLOSE, IMPACTS, Entry
-from .laws import DERAILED
-from .numbers import NUMBERS, names_of
+from .collation_pdf_grades import grade_pages, score_pages
+from .collation_style import CODES_ON_PAGE, capital, cut, line_of
+from .kept_entries import CLOSE, IMPACTS, Entry
+from .physics_checks import DERAILED
+from .round_numbers import NUMBERS, names_of
 from .submissions import FACTS, Submission
+from .tasks import Task
 
 # Shades of a cell by its verdict, light enough for black words; the words say the same.
 SHADES = {"passed": "#D9F0DF", "doubtful": "#FDF0C4", "failed": "#F9D6CF", "unusable": "#C9C9C9", "none": "#F4F4F4"}
@@ -45,6 +45,7 @@ CURVES_NOTE = (
     "forces of the flanges: each code from the moment at which its contact closes; an impact of rigid contacts takes no time and "
     "has no force to show; exercise 5: the panels over time are fitted to what comes before the derailment")
 CODES_IN_TABLE = 20
+WIDE = "t_return", "energy_error", "processor_time"     # numbers whose columns need more room
 FAR = 3.0           # ranges of the median code, beyond which a curve leaves its panel
 MANY = 10.0         # a relative difference that is told as a factor
 LONGEST_NUMBER = 10     # characters of a number, beyond which three digits are shown
@@ -141,7 +142,7 @@ def code_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
     for code in found.codes:
         entries = [found.entry(code, task) for task in found.tasks]
         rows.append([code.name, *(code.facts.get(key, "–") for key in FACTS), f"{sum(not one.error for one in entries if one)}"])
-    yield from paged("the codes", "as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.7, 1.5, 1.8, 1.0, 1.2, 1.2, 0.4],
+    yield from paged("the codes", "as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.7, 1.5, 1.2, 1.8, 1.0, 1.2, 1.2, 0.4],
                      tuple(range(len(header) - 1)))
     lines = [[number, line] for k, line in enumerate(found.lines(), 1) for number in (str(k),)]
     yield from paged("what could not be used", f"{len(lines)} remarks", ["", "code: what, and why"], lines, [0.04, 1], (1,))
@@ -161,7 +162,7 @@ def chapter(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
 def curves_page(found: Collation, task: Task) -> Figure:
     """Motion and energy over the whole run, and the forces of the flanges from their first contacts on."""
     figure = new_page(capital(task.words), f"all codes, {task.name}", CURVES_NOTE)
-    grid = figure.add_gridspec(3, 2, left=0.055, right=0.985, top=0.86, bottom=0.1, hspace=0.24, wspace=0.13,
+    grid = figure.add_gridspec(3, 2, left=0.055, right=0.985, top=0.86, bottom=0.1, hspace=0.24, wspace=0.17,
                                width_ratios=(1.35, 1))
     shared: Axes | None = None
     for k, (name, words, unit, scale) in enumerate((
@@ -178,15 +179,17 @@ def curves_page(found: Collation, task: Task) -> Figure:
             ax.tick_params(labelbottom=False)
         else:
             label_x(ax, "time [s]")
-    for k, name in enumerate(IMPACTS):
-        ax = figure.add_subplot(grid[:2, 1] if k == 0 else grid[2, 1])
+    struck = [name for name in IMPACTS if any(entry and name in entry.curves for code in found.codes
+                                              for entry in [found.entry(code, task)])]
+    for k, name in enumerate(struck):
+        ax = figure.add_subplot(grid[:, 1] if len(struck) == 1 else grid[:2, 1] if k == 0 else grid[2, 1])
         draw(ax, found, task, name, 1e3, KN)
         ax.set_title(f"normal force, {CONTACT_NAMES[name[2:]]}, first contact", loc="left", pad=3)
         label_y(ax, "N [kN]", left=36)
         end = end_of(found, task, name)
         ax.set_xlim(1e3*CLOSE[0], 1e3*end)
         ax.set_ylim(0, KN*1.06*(largest_until(found, task, name, end) or 1.0))
-        if k:
+        if name == struck[-1]:
             label_x(ax, "time since the contact closed [ms]")
     drawn = [(i, code) for i, code in enumerate(found.codes) if (entry := found.entry(code, task)) and entry.curves]
     handles = [figure.axes[0].plot([], [], label=plain(cut(code.name, 22 if len(drawn) <= 12 else 11)), **line_of(i).kwargs())[0]
@@ -286,7 +289,7 @@ def number_pages(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
             rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
             rows.append(["    from the median", *(distance(found, code, task, name) for name in names), ""])
         yield from paged(f"numbers, {task.words}", f"all codes, {task.name}", header, rows,
-                         [1.6, *[1.0]*len(names), 1.7], (0,), TABLE_NOTE, units)
+                         [1.3, *(1.25 if name in WIDE else 1.0 for name in names), 1.75], (0,), TABLE_NOTE, units)
 
 
 def distance(found: Collation, code: Submission, task: Task, name: str) -> str:
@@ -307,7 +310,9 @@ def spread_row(found: Collation, task: Task, names: Sequence[str]) -> list[str]:
     for name in names:
         known = [x for code in found.codes if np.isfinite(x := found.value(code, task, name))]
         digits = min(NUMBERS[name].digits, 2) if NUMBERS[name].digits > 0 else None
-        cells.append("…".join(text(name, x, digits) for x in (min(known), max(known))))
+        shown = [f"{NUMBERS[name].scale*x:.0e}".replace("-", "−") if name == "energy_error" else text(name, x, digits)
+                 for x in (min(known), max(known))]
+        cells.append("…".join(shown))
     return cells
 
 

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from .._core.calls import version
 from .._core.errors import Error
 from .._core.files import check_ending, complete, digest
 from ..case import Case
@@ -24,12 +25,12 @@ from ..results.run_data import RunData
 from ..results.summary import drift_reference
 from ..runs import Run, run
 from ..table import ContactTable
-from .call import TASKS, Task
-from .episodes import intervals
-from .exact import exact
+from .contact_intervals import intervals
+from .exact_runs import exact
 from .horizon import DISPLACEMENTS, FILE, Yardstick, yardsticks
 from .metrics import scored
 from .scores import GRADES
+from .tasks import TASKS, Task
 
 INTERVAL = 2.5e-5           # between rows [s]
 RAMP_INTERVAL = 1e-4        # in exercise 5 [s]
@@ -133,7 +134,7 @@ class Archive:
 def solve(task: Task, case: Case, tables: dict[str, ContactTable]) -> Solution:
     """Run a case with exact steps and with half of these; `tables` keeps the contact table of each pair of profiles."""
     interval = RAMP_INTERVAL if case.lateral_ramp else INTERVAL
-    own = exact(case).replace(interval=interval, rows="interval_and_events", output_file=f"columns/{task.name}.txt")
+    own = exact(case).replace(interval=interval, rows="interval_and_events", output_file=f"{task.name}.txt")
     yardstick = yardsticks()[task.name]
 
     def done(case: Case) -> Run:
@@ -228,7 +229,9 @@ def impulse_rows(found: Solution) -> list[dict[str, Any]]:
 def horizon_row(task: Task) -> dict[str, Any]:
     """The horizon of a simulation, the growth of a difference, and the grades."""
     own = yardsticks()[task.name]
-    return {"simulation": task.name, "horizon [s]": own.horizon, "reached": int(own.reached), "growth": own.growth,
+    return {"simulation": task.name, "horizon [s]": own.horizon, "reached": int(own.reached),
+            "horizon by DOP853 [s]": "" if own.independent is None else own.independent,
+            "both integrators apart by": own.integrators, "growth": own.growth,
             **{f"grade {k}": limit for k, limit in enumerate(GRADES, 1)}}
 
 
@@ -242,6 +245,13 @@ def table(rows: Iterable[dict[str, Any]]) -> str:
     return text.getvalue()
 
 
+def rounded_up(x: float) -> str:
+    """A number that is no smaller, with one digit."""
+    shown = f"{x:.0e}"
+    mantissa, exponent = shown.split("e")
+    return shown if float(shown) >= x else f"{float(f'{int(mantissa) + 1}e{exponent}'):.0e}"
+
+
 def readme(exactness: Sequence[dict[str, Any]]) -> str:
     """What the package holds, and how exact it is, in words."""
     free = [row for row in exactness if not row["simulation"].startswith("ex5")]
@@ -249,7 +259,7 @@ def readme(exactness: Sequence[dict[str, Any]]) -> str:
 
     def largest(rows: Sequence[dict[str, Any]], name: str) -> str:
         known = [row[name] for row in rows if row[name] != ""]
-        return f"{max(known):.0e}" if known else "nothing"
+        return rounded_up(max(known)) if known else "nothing"
 
     said = []
     if free:
@@ -261,24 +271,25 @@ def readme(exactness: Sequence[dict[str, Any]]) -> str:
         until = ", ".join(f"{row['simulation']} up to {row['displacements within 1e-9 until [s]']:.3f} s" for row in ramp)
         said.append(f"In exercise 5, displacements are known to 1e-9 for a while ({until}). Up to the horizon,\nthey have changed "
                     f"by {largest(ramp, 'displacements')}. What comes after the horizon is one sample of a chaotic motion.")
-    return README.format(exactness="\n".join(said), drift=largest(exactness, "drift, relative"), interval=INTERVAL,
-                         ramp=RAMP_INTERVAL, dense=RAMP_DENSE, sparse=RAMP_SPARSE, count=len(exactness))
+    return README.format(exactness="\n".join(said), version=version(), drift=largest(exactness, "drift, relative"),
+                         interval=INTERVAL, ramp=RAMP_INTERVAL, dense=RAMP_DENSE, sparse=RAMP_SPARSE, count=len(exactness))
 
 
 README = """# Reference solutions of the LD benchmark
 
 The FRA/DTT "Call for Simulations: Dynamic Wheel/Rail Benchmark, Single Wheelset without Friction" asks for ten simulations. This
-package holds {count} of them, solved by ldbench with elastic half-spaces (`&contact model = 'halfspace'`), and what scores need.
+package holds {count} of them, solved by ldbench {version} with elastic half-spaces (`&contact model = 'halfspace'`), and what
+scores need.
 
 | file | what it has |
 |---|---|
 | `columns/ex1_aw.txt` ... | the solutions: labelled columns, SI units, X forward, Y left, Z up; case and results in comments |
 | `events.csv` | first contacts, passages of the centre, lift-offs, derailment: the first five of each kind |
 | `impulses.csv` | every impact up to the horizon: when the contact closes and opens, impulse, largest force |
-| `horizons.csv` | the horizon of each simulation, how much a difference has grown by then, and the grades |
+| `horizons.csv` | the horizon of each simulation, also by another integrator, how much a difference has grown, and the grades |
 | `yardsticks.json` | the same, and what Hertz's law and rigid contacts change in each score |
 | `exactness.csv` | what half the step and twice the rows change, and the drift of energy |
-| `namelists/` | the inputs: `ldbench namelists/ex1_aw.nml`, started in the folder of this file, computes a solution again |
+| `namelists/` | the inputs: `ldbench namelists/ex1_aw.nml`, started in the folder of this file, writes `ex1_aw.txt` there |
 | `profiles/` | the profiles; `profiles/README.md` says that they are reconstructions |
 | `LICENSE`, `CITATION.cff` | licence and citation |
 | `SHA256SUMS` | `sha256sum -c SHA256SUMS` checks the files |

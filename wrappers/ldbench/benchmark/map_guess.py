@@ -17,15 +17,16 @@ from .._core.errors import Error
 from ..results.columns import UNITS, RawTable, read_raw
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
-from .call import QUANTITIES
+from .column_names import meanings
 from .jumps import ACCELERATIONS, VELOCITIES
-from .names import meanings
+from .tasks import QUANTITIES
 
 SURE = 0.35         # likeness from which the numbers of a column confirm its name
 ALONE = 0.75        # least likeness of a column whose name says nothing
 BONUS = 0.5                         # of a name that fits
 NAMED_ALIKE = 0.7                   # likeness of a named column that has our size at other instants, as later impacts do
 NEAR = 1.3                          # ratio of a rate to a change over an interval, of which rows are not too far apart
+MISSTATED = 30.0                    # how many times nearer to ours a file has to last in another unit of time than it states
 EARLY = 0.95                        # weight of the likeness before the flange touches
 SYNONYMS = {"sec", "Nm", "kNm", "-"}
 RARE = {"in", "lbf", "cm", "in/s", "MN"}     # less likely, unless the file says them
@@ -89,13 +90,13 @@ class Guess:
         return "\n".join(lines) + "\n"
 
 
-def guess_map(file: Path, ours: RunData, raw: RawTable | None = None) -> Guess:
+def guess_map(file: Path, ours: RunData, raw: RawTable | None = None, length: float | None = None) -> Guess:
     """Find the map of a file by our own run of the same simulation. Error where no column can be the time.
 
-    raw: what the file holds, where it was read before.
+    raw: what the file holds, where it was read before. length: how long a file lasts, roughly; by default as long as ours [s].
     """
     raw = raw or read_raw(file)
-    time = find_time(file, raw, ours)
+    time = find_time(file, raw, length or float(ours.time[-1] - ours.time[0]))
     t = time.offset + UNITS[time.unit][1]*raw.numbers[:, time.number - 1]
     candidates = sorted(likely_matches(raw, t, ours, time.number), key=lambda found: -found[0])
     taken: dict[str, Match] = {"time": time}
@@ -128,16 +129,18 @@ def tell_normal_from_vertical(raw: RawTable, taken: dict[str, Match]) -> None:
             taken[f"Fz_{contact}"] = replace(normal, column=f"Fz_{contact}", sign=vertical.sign)
 
 
-def find_time(file: Path, raw: RawTable, ours: RunData) -> Match:
-    """The column that is the time: it never falls, and its name or its place says so."""
-    length = ours.time[-1] - ours.time[0]
+def find_time(file: Path, raw: RawTable, length: float) -> Match:
+    """The column that is the time: it never falls, and its name or its place says so. length: of such files, roughly [s]."""
     found = []
     for k, (name, said) in enumerate(zip(raw.names, raw.units, strict=True)):
         x = raw.numbers[:, k]
         if x.size < 3 or not np.isfinite(x).all() or (np.diff(x) < 0).any() or np.unique(x).size < x.size/2:
             continue
-        units = [said] if UNITS.get(said, ("",))[0] == "s" else ["s", "ms"]
-        unit = min(units, key=lambda unit: abs(np.log((x[-1] - x[0])*UNITS[unit][1]/length)))
+        stated = UNITS.get(said, ("",))[0] == "s"
+        # A stated unit is wrong only if the length of the file cannot be explained otherwise.
+        costs = {unit: abs(np.log((x[-1] - x[0])*UNITS[unit][1]/length)) + (stated and unit != said)*np.log(MISSTATED)
+                 for unit in (*([said] if stated else []), "s", "ms")}
+        unit = min(costs, key=lambda unit: costs[unit])
         t = x*UNITS[unit][1]
         # Results may begin at the first step; a longer delay is the time of another zero.
         offset = 0.0 if 0 <= t[0] <= 2*np.median(np.diff(t)) else -float(t[0])
