@@ -48,7 +48,7 @@ module service_poses
   real(dp), parameter :: roll_lever = 0.75_dp   ! lever of a wheel's force about X [m]
   ! Splines need some points outside the poses that runs reach [rad, m, m].
   real(dp), parameter :: margin_roll = 0.01_dp, margin_shift = 2e-3_dp, margin_height = 6e-3_dp
-  real(dp), parameter :: margin_depth = 2       ! factor on the depths of zones that touch at once
+  real(dp), parameter :: margin_depth = 1.5_dp  ! factor on the depths of zones that touch at once
 
 contains
 
