@@ -44,6 +44,8 @@ class Yardstick:
     rigid: Mapping[str, float]      # relative difference of rigid contacts from half-spaces
     independent: float | None = None    # horizon that another integrator sees [s]; None where the difference does not grow so far
     integrators: float = np.nan     # largest relative difference of both integrators from one start, up to the horizon
+    earliest: float | None = None   # horizon that `integrators` allows another one to see [s]
+    latest: float | None = None     # None where the difference does not grow so far
 
 
 @functools.cache
@@ -132,6 +134,15 @@ class Growth:
         """The first time at which the difference has grown to a share of the motion [s]; None where it has not."""
         grown = np.flatnonzero(self.factor >= level/ASIDE)
         return float(self.time[grown[0]]) if grown.size else None
+
+    def band(self, apart: float) -> tuple[float | None, float | None]:
+        """The earliest and the latest horizon [s] of an integrator whose motion from one start is apart from ours by a share.
+
+        The other's twin is apart from ours by as much again at most. So the other passes GROWN when ours passes a level that is
+        lower or higher by twice this share, or a row before or behind.
+        """
+        low, high = self.passes(max(GROWN - 2*apart, 0.0)), self.passes(GROWN + 2*apart)
+        return None if low is None else max(low - ROWS, 0.0), None if high is None else high + ROWS
 
     def until(self, t: float) -> float:
         """The growth up to a time [s] and to the horizon."""

@@ -54,15 +54,18 @@ def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None
     grew = growth(begun)
     limit = grew.horizon or float(grew.time[-1])
     seen, apart = None, np.nan
+    earliest, latest = None, None
     if another is not None:
         seen, apart = growth(begun, another, BEYOND*limit).horizon, disagreement(begun, another, limit)
+        earliest, latest = grew.band(apart)
     case = ending(exact(case), limit)
     first = run(case, table=begun.run.table.for_case(case))
     tables["elastic"] = first.table
     end = float(first.time[-1])
     whole = end < case.t_end - case.interval
     return Yardstick(limit, grew.horizon is not None, end if whole else None, grew.until(end),
-                     **spread(task, limit, first, tables), independent=seen, integrators=apart)
+                     **spread(task, limit, first, tables), independent=seen, integrators=apart,
+                     earliest=earliest, latest=latest)
 
 
 def rounded(yardstick: Yardstick) -> Mapping[str, Any]:
