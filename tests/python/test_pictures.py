@@ -73,8 +73,8 @@ def test_picture_and_caption_of_two_laws_are_of_the_runs(runs: dict[str, RunData
     hertz = ldbench.run(ldbench.Case.exercise(2, "aw").replace(model="hertz", table_file=""))
     assert told["t_return [s].hertz"] == pytest.approx(hertz.time[-1], abs=1e-3)
     shown = [float(x) for x in re.findall(r"(\d\.\de-\d+) J", words)]
-    # Drift is rounding and step control: its size is told, not its digits on another machine.
-    assert shown == pytest.approx([told["drift [J].halfspace"], told["drift [J].hertz"]], rel=0.02)
+    # Drift is rounding and step control: its size is told, not its digits on another machine. Two digits round by 5 % at most.
+    assert shown == pytest.approx([told["drift [J].halfspace"], told["drift [J].hertz"]], rel=0.05)
     assert np.log10(told["drift [J].halfspace"]/runs["ex2_aw"].result("drift")) == pytest.approx(0, abs=0.3)
 
 
