@@ -28,6 +28,7 @@ from ldbench.plots.frame import label_x, label_y
 from ldbench.plots.geometry import geometry_page
 from ldbench.plots.impact import HEADS, Stretch, draw_table, hardest_page, impact_page, table_rows
 from ldbench.plots.overview import first_contacts, overview_figures, side_by_side
+from ldbench.plots.pdf_file import Pages
 from ldbench.plots.phase import energy_page
 from ldbench.plots.ramp import is_ramp, ramp_page
 from ldbench.plots.sections import close_up, instants, placed_outlines
@@ -793,3 +794,15 @@ def test_plot_command_passes_on_what_it_is_told(thrown: tuple[RunData, Path], tm
     assert main(words) == 0
     assert asked["words"] == ([run.file], target, [geometry, Path("other.txt")], 1, Path("map.toml"))
     assert capsys.readouterr().out == f"{target}: 7 pages\n"
+
+
+def test_a_document_that_cannot_be_ended_leaves_no_open_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def fails() -> None:
+        raise OSError("no space")
+
+    pages = Pages(tmp_path/"pages.pdf")
+    pages.add(Figure())
+    monkeypatch.setattr(pages.file, "finalize", fails)
+    with pytest.raises(OSError, match="no space"):
+        pages.close()
+    assert pages.file.fh.closed

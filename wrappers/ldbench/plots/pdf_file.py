@@ -118,7 +118,10 @@ class Pages:
         self.file.endStream()
 
     def close(self) -> None:
-        """Write fonts and indices, and close the file."""
-        with without_layout():
-            self.file.finalize()
-        self.file.close()
+        """Write fonts and indices, and close the file, also one that a page has failed in."""
+        try:
+            with without_layout():
+                self.file.finalize()
+            self.file.close()
+        finally:
+            self.file.fh.close()
