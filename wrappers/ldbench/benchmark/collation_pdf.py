@@ -19,9 +19,10 @@ from ..plots.document import Part, bind, save_parts
 from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import ldbench_style, plain
 from ..report.compare_pages import paged, short
-from ..results.quantities import CONTACT_NAMES, KN, PAIRS, quantity
+from ..results.quantities import CONTACT_NAMES, KN, quantity
 from .collation import Collation
 from .collation_pdf_grades import grade_pages, score_pages
+from .collation_pdf_matrix import new_matrix
 from .collation_style import CODES_ON_PAGE, capital, cut, line_of
 from .kept_entries import CLOSE, IMPACTS, Entry
 from .physics_checks import DERAILED
@@ -97,28 +98,18 @@ def matrix_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
 
 def matrix_page(found: Collation, start: int) -> Figure:
     """The rows of the matrix from one code on."""
-    codes = found.codes[start:start + CODES_ON_PAGE]
-    figure = new_page("Codes and simulations", f"{len(found.codes)} codes", MATRIX_NOTE)
-    ax = figure.add_axes((0.055, 0.10, 0.93, 0.81))
-    ax.set_axis_off()
-    first, rows = 0.15, max(len(codes), 8) + 1
-    width, height = (1 - first)/len(found.tasks), 1/rows
-    for j, task in enumerate(found.tasks):
-        ax.text(first + (j + 0.5)*width, 1 - 0.5*height, f"exercise {task.exercise}\n{PAIRS[task.profiles].split()[0]}",
-                ha="center", va="center", fontsize=7, weight="bold")
-    for i, code in enumerate(codes):
-        y = 1 - (i + 1.5)*height
-        ax.plot([0.002, 0.022], [y, y], **line_of(start + i).kwargs() | {"linewidth": 1.6})
-        ax.text(0.028, y, plain(cut(code.name, 24)), ha="left", va="center", fontsize=7.5, weight="bold")
+    page = new_matrix(found, start, "Codes and simulations", f"{len(found.codes)} codes", MATRIX_NOTE, 0.15)
+    ax, width, height = page.ax, page.width, page.height
+    for i, code in enumerate(page.codes):
+        y = page.name_row(i, 24)
         for j, task in enumerate(found.tasks):
             entry = found.entry(code, task)
-            left = first + j*width
+            left = page.first + j*width
             ax.add_patch(Rectangle((left + 0.0015, y - 0.46*height), width - 0.003, 0.92*height, facecolor=SHADES[shade(entry)],
                                    linewidth=0, zorder=0))
             ax.text(left + width/2, y, cell_words(found, code, task, entry), ha="center", va="center", fontsize=6.6,
                     linespacing=1.35)
-    ax.set(xlim=(0, 1), ylim=(0, 1))
-    return figure
+    return page.figure
 
 
 def cell_words(found: Collation, code: Submission, task: Task, entry: Entry | None) -> str:

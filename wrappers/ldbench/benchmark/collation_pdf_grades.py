@@ -7,12 +7,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from ..plots.frame import new_page
-from ..plots.style import plain
 from ..report.compare_pages import paged
-from ..results.quantities import PAIRS, quantity
+from ..results.quantities import quantity
 from .collation import Collation
-from .collation_style import CODES_ON_PAGE, cut, line_of
+from .collation_pdf_matrix import new_matrix
+from .collation_style import CODES_ON_PAGE
 from .round_grades import KINDS, Graded
 from .scores import GRADES
 from .submissions import Submission
@@ -63,21 +62,13 @@ def grade_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
 
 def grade_page(found: Collation, start: int) -> Figure:
     """The rows of the matrix from one code on."""
-    codes = found.codes[start:start + CODES_ON_PAGE]
-    figure = new_page("Grades against the reference", f"{len(found.codes)} codes, reference: {found.reference}", MATRIX_NOTE)
-    ax = figure.add_axes((0.055, 0.10, 0.93, 0.81))
-    ax.set_axis_off()
-    first, rows = 0.19, max(len(codes), 8) + 1
-    width, height = (1 - first)/len(found.tasks), 1/rows
-    draw_key(figure)
-    for j, task in enumerate(found.tasks):
-        ax.text(first + (j + 0.5)*width, 1 - 0.5*height, f"exercise {task.exercise}\n{PAIRS[task.profiles].split()[0]}",
-                ha="center", va="center", fontsize=7, weight="bold")
+    page = new_matrix(found, start, "Grades against the reference", f"{len(found.codes)} codes, reference: {found.reference}",
+                      MATRIX_NOTE, 0.19)
+    ax, first, width, height = page.ax, page.first, page.width, page.height
+    draw_key(page.figure)
     band = 0.92*height/len(KINDS)
-    for i, code in enumerate(codes):
-        y = 1 - (i + 1.5)*height
-        ax.plot([0.002, 0.022], [y, y], **line_of(start + i).kwargs() | {"linewidth": 1.6})
-        ax.text(0.028, y, plain(cut(code.name, 20)), ha="left", va="center", fontsize=7.5, weight="bold")
+    for i, code in enumerate(page.codes):
+        y = page.name_row(i, 20)
         if any(found.against(code, task) for task in found.tasks):
             ax.text(0.028, y - 0.3*height, f"rigid, restitution {code.restitution:g}", ha="left", va="center", fontsize=6,
                     color="#404040")
@@ -90,8 +81,7 @@ def grade_page(found: Collation, start: int) -> Figure:
                 ax.add_patch(Rectangle(place, width - 0.003, band, facecolor=shade(one), linewidth=0, zorder=0))
                 ax.text(place[0] + width/2, middle, words_of(found, code, task, kind), ha="center", va="center_baseline",
                         fontsize=6.3)
-    ax.set(xlim=(0, 1), ylim=(0, 1))
-    return figure
+    return page.figure
 
 
 def words_of(found: Collation, code: Submission, task: Task, kind: str) -> str:
