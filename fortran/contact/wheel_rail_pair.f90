@@ -90,7 +90,6 @@ contains
   pure real(dp) function rail_curvature(pair, angle) result(curvature)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
-
     real(dp) :: x
     integer :: i, n
 

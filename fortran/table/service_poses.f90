@@ -48,7 +48,7 @@ module service_poses
   real(dp), parameter :: roll_lever = 0.75_dp   ! lever of a wheel's force about X [m]
   ! Splines need some points outside the poses that runs reach [rad, m, m].
   real(dp), parameter :: margin_roll = 0.01_dp, margin_shift = 2e-3_dp, margin_height = 6e-3_dp
-  real(dp), parameter :: margin_depth = 1.5_dp  ! factor on the depths of zones that touch at once
+  real(dp), parameter :: margin_depth = 1.5_dp  ! factor on the depths of zones that touch at once, or in rolling over
 
 contains
 
@@ -113,7 +113,7 @@ contains
       tread = rollover_share*extent%depth
       deeper = min(deeper, margin_depth*tread)
       shallower = min(shallower, tread/2)
-      reachable = depth <= tread*merge(1.5_dp, 1.0_dp, with_margin)
+      reachable = depth <= tread*merge(margin_depth, 1.0_dp, with_margin)
     else
       reachable = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, with_margin)
     end if
