@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,13 +73,14 @@ def ending(case: Case, horizon: float) -> Case:
 
 # Measurement ------------------------------------------------------------------------------
 
-#: Y, Z and roll of a case at times, (rows, 3), by an integrator on the forces of a table; fewer rows where it ends before.
-Motion = Callable[[Case, ContactTable, np.ndarray], np.ndarray]
+#: Y, Z and roll at times, (rows, 3) for each case, by an integrator on the forces of a table; fewer rows where a motion ends
+#: before. The cases differ in their starts alone.
+Integrator = Callable[[Sequence[Case], ContactTable, np.ndarray], Iterable[np.ndarray]]
 
 
-def ours(case: Case, table: ContactTable, t: np.ndarray) -> np.ndarray:
-    """The motion of a case by our integrator; its rows are at these times."""
-    return motion_of(run(case, table=table))[:len(t)]
+def ours(cases: Sequence[Case], table: ContactTable, t: np.ndarray) -> Iterator[np.ndarray]:
+    """The motions of cases by our integrator; the rows of the cases are at these times."""
+    return (motion_of(run(case, table=table))[:len(t)] for case in cases)
 
 
 def motion_of(found: Run) -> np.ndarray:
@@ -102,10 +103,10 @@ class Base:
         found[:rows] = np.max(np.abs(own[:rows] - motion[:rows])/sizes, axis=1)
         return found
 
-    def twins(self) -> Iterator[Case]:
+    def twins(self) -> list[Case]:
         """The case with each coordinate of the start aside."""
-        for column, variable in STARTS.items():
-            yield self.run.case.replace(**{variable: getattr(self.run.case, variable) + ASIDE*self.sizes[column]})
+        return [self.run.case.replace(**{variable: getattr(self.run.case, variable) + ASIDE*self.sizes[column]})
+                for column, variable in STARTS.items()]
 
 
 def base(case: Case, table: ContactTable | None = None, t_end: float = LONGEST) -> Base:
@@ -149,16 +150,17 @@ class Growth:
         return float(min(self.factor[:np.searchsorted(self.time, t, "right")].max(), GROWN/ASIDE))
 
 
-def growth(first: Base, motion: Motion = ours, until: float = np.inf) -> Growth:
-    """The growth of differences between a motion of ours and its six twins, integrated by `motion` up to a time [s]."""
+def growth(first: Base, integrator: Integrator = ours, until: float = np.inf) -> Growth:
+    """The growth of differences between a motion of ours and those of its six twins by an integrator, up to a time [s]."""
     t = first.run.time[first.run.time <= until]
     found = np.zeros(len(t))
-    for twin in first.twins():
-        found = np.maximum(found, first.apart(motion(twin, first.run.table, t))[:len(t)])
+    for motion in integrator(first.twins(), first.run.table, t):
+        found = np.maximum(found, first.apart(motion)[:len(t)])
     return Growth(t, np.maximum.accumulate(found)/ASIDE)
 
 
-def disagreement(first: Base, motion: Motion, until: float) -> float:
+def disagreement(first: Base, integrator: Integrator, until: float) -> float:
     """The largest difference between our motion and that of another integrator from the same start, up to a time [s]."""
     t = first.run.time[first.run.time <= until]
-    return float(first.apart(motion(first.run.case, first.run.table, t)).max())
+    (motion,) = integrator([first.run.case], first.run.table, t)
+    return float(first.apart(motion).max())

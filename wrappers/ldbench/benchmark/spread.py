@@ -10,7 +10,7 @@ from ..case import Case
 from ..runs import Run, run
 from ..table import ContactTable
 from .exact_runs import exact
-from .horizon import BEYOND, LONGEST, Motion, Yardstick, base, disagreement, ending, growth
+from .horizon import BEYOND, LONGEST, Integrator, Yardstick, base, disagreement, ending, growth
 from .metrics import scored
 from .tasks import Task
 
@@ -34,7 +34,7 @@ def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTabl
 
 
 def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None, longest: float = LONGEST,
-                       another: Motion | None = None) -> Yardstick:
+                       another: Integrator | None = None) -> Yardstick:
     """Measure the yardstick of a simulation.
 
     Parameters
