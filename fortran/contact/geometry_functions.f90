@@ -270,7 +270,7 @@ contains
       row = rows(:12, i)
       if (ok .and. .not. same) call geometry_row(side(2:1:-1), height, i*geometry_pitch, row, ok)
       if (.not. ok) exit
-      rows(:12, -i) = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*row([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10])
+      rows(:12, -i) = mirrored(row)
       last = i
     end do
     if (last < 1) return
@@ -280,19 +280,34 @@ contains
   end subroutine geometry_table
 
   !> Rows of the geometry file, without the conicity, at any y; NaN where the rigid wheelset does not stand on both rails.
+  !> Where both sides are the same and y is as long to both sides of 0, one half of the rows is computed and mirrored.
   subroutine geometry_at(side, height, y, rows)
     type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: height         !! height of the axle centre at Z = 0 [m]
     real(dp), intent(in) :: y(:)           !! [m]
     real(dp), intent(out) :: rows(:, :)    !! (column, y)
-    integer :: i
-    logical :: ok
+    integer :: i, other
+    logical :: ok, same
 
+    same = same_pair(side(1)%pair, side(2)%pair)
     do i = 1, size(y)
-      call geometry_row(side, height, y(i), rows(:, i), ok)
-      if (.not. ok) rows(:, i) = ieee_value(1.0_dp, ieee_quiet_nan)
+      other = size(y) + 1 - i
+      if (same .and. other < i .and. abs(y(i) + y(other)) <= 0) then
+        rows(:, i) = mirrored(rows(:, other))
+      else
+        call geometry_row(side, height, y(i), rows(:, i), ok)
+        if (.not. ok) rows(:, i) = ieee_value(1.0_dp, ieee_quiet_nan)
+      end if
     end do
   end subroutine geometry_at
+
+  !> The row of the mirror image: y and roll to the other side, the wheels exchanged.
+  pure function mirrored(row)
+    real(dp), intent(in) :: row(12)
+    real(dp) :: mirrored(12)
+
+    mirrored = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*row([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10])
+  end function mirrored
 
   !> One row of the geometry file, without the conicity.
   subroutine geometry_row(side, height, y, row, ok)

@@ -296,11 +296,11 @@ assert len(data) == 2000000 and len(set(data)) == 1
 def test_a_store_is_whole_whenever_its_process_is_killed(tmp_path):
     """That of this ensemble or of the one before; in the end nothing is left but the store."""
     pytest.importorskip("zarr")
-    ldbench.Case.exercise(3).replace(model="strip", t_end=1e-3, table_file=tmp_path/"pair.table",
+    ldbench.Case.exercise(3).replace(model="hertz", t_end=1e-3, table_file=tmp_path/"pair.table",
                                      **TINY).to_namelist(tmp_path/"case.nml")
     kill_in_turn(tmp_path, """
-import xarray as xr
-from ldbench.ensembles import store
+import xarray as xr, zarr
+from ldbench.ensembles import store, sweep
 store.FLUSH = 0.0
 case = ldbench.Case.from_namelist('case.nml')
 masses = [1300.0, 1500.0], [1400.0, 1600.0, 1800.0]

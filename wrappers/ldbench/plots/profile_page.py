@@ -1,12 +1,12 @@
 """The page of a profile or of both profiles of a pair: shape, parts and dimensions, tangent angle, curvature."""
 from __future__ import annotations
 
-import io
 import textwrap
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -91,10 +91,11 @@ def save_page(profiles: list[Profile], found: Pair | None, note: str, target: Pa
             return
         images = []
         for figure in figures:
-            picture = io.BytesIO()
-            figure.savefig(picture, format="png", dpi=110)
-            images.append(Image.open(picture).convert("RGB"))
+            figure.set_dpi(110)
+            canvas = FigureCanvasAgg(figure)
+            canvas.draw()
+            images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]))
         whole = Image.new("RGB", (images[0].width, sum(image.height for image in images)))
         for k, image in enumerate(images):
             whole.paste(image, (0, k*image.height))
-        whole.save(scratch, format="PNG", optimize=True)
+        whole.save(scratch, format="PNG")
