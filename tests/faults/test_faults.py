@@ -350,14 +350,14 @@ needs_children = pytest.mark.skipif(not Path(f"/proc/{os.getpid()}/task/{os.getp
 @needs_children
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_processes_that_draw_end_with_their_parent(number, case):
-    """At two moments, one by its number and one by its group, as Ctrl-C comes: no worker holds the pipes open."""
+    """By its number and, as Ctrl-C comes, by its group: no worker holds the pipes open."""
     draw = random.Random(SEED)
     stopped = 0
-    for k in range(2):
-        process = begin(["plot", *4*["columns.txt"], "--jobs", "3"], case)
+    for end in [os.kill, os.killpg] if number == signal.SIGINT else [os.kill]:
+        process = begin(["plot", *40*["columns.txt"], "--jobs", "3"], case)
         time.sleep(draw.uniform(0, 0.5))
         workers = children_of(process.pid)
-        (os.killpg if k % 2 and number == signal.SIGINT else os.kill)(process.pid, number)
+        end(process.pid, number)
         said = process.communicate(timeout=HANG)[1]
         if process.returncode == 0:
             assert said == ""
