@@ -1,4 +1,7 @@
 """Fixtures and hooks of all tests; what they import stands in tests/support."""
+from __future__ import annotations
+
+import functools
 import gc
 import hashlib
 import os
@@ -8,10 +11,14 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from running import CASES, HANG, LDBENCH, PAIRS, REPO, LongProgram, Run, for_all_cases, once, read_shipped, run_shipped
+
+if TYPE_CHECKING:
+    from ldbench import ContactTable
 
 # A shell makes what it starts in the background ignore Ctrl-C, and so would the programs that tests interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -114,19 +121,43 @@ def long_programs(request: pytest.FixtureRequest, common: Path) -> Iterator[dict
         process.wait(HANG)          # another worker may wait for it
 
 
-@pytest.fixture(scope="session")
-def strip_tables(common: Path) -> dict[str, Path]:
-    """Files of the strips' contact tables of both pairs of profiles, as fine as those of the shipped inputs."""
-    folder = common / "strips"
-    files = {pair: folder / f"{pair}_strip.table" for pair in PAIRS}
+def tables_of(model: str, folder: Path) -> dict[str, Path]:
+    """Files of a law's contact tables of both pairs of profiles, as fine as those of the shipped inputs, made in a folder."""
+    files = {pair: folder / f"{pair}_{model}.table" for pair in PAIRS}
     with once(folder) as first:
         if first:
             from ldbench import Case, ContactTable  # programs that only start the executable need no package
 
             with kept_tables(files.values()):
                 for pair, file in files.items():
-                    ContactTable(Case.exercise(2, pair).replace(model="strip", table_file=file))
+                    ContactTable(Case.exercise(2, pair).replace(model=model, table_file=file))
     return files
+
+
+@pytest.fixture(scope="session")
+def strip_tables(common: Path) -> dict[str, Path]:
+    """Files of the strips' contact tables of both pairs of profiles."""
+    return tables_of("strip", common / "strips")
+
+
+@pytest.fixture(scope="session")
+def hertz_tables(common: Path) -> dict[str, Path]:
+    """Files of the contact tables of Hertz's law of both pairs of profiles."""
+    return tables_of("hertz", common / "hertz")
+
+
+@pytest.fixture(scope="session")
+def read_hertz(hertz_tables: dict[str, Path]) -> Callable[[str], ContactTable]:
+    """The contact tables of Hertz's law by the pair of profiles, each read once."""
+    from ldbench import Case, ContactTable  # programs that only start the executable need no package
+
+    return functools.cache(lambda pair: ContactTable(Case.exercise(2, pair).replace(model="hertz", table_file=hertz_tables[pair])))
+
+
+@pytest.fixture
+def known_hertz(read_hertz: Callable[[str], ContactTable], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fingerprints do not build the tables of Hertz's law."""
+    monkeypatch.setattr("ldbench.benchmark.fingerprint.hertz_table", read_hertz)
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ import pytest
 import imaginary_codes as imaginary
 import imaginary_physics as physics
 import ldbench
-from ldbench import Case, Error
+from ldbench import Case, ContactTable, Error
 from ldbench.__main__ import main
 from ldbench.benchmark import check
 from ldbench.benchmark.column_names import meanings
@@ -130,10 +130,10 @@ def test_our_runs_fail_in_nothing(task: Task, shipped: dict[str, Run]):
 
 
 @pytest.fixture(scope="module")
-def ramp() -> pd.DataFrame:
+def ramp(read_hertz: Callable[[str], ContactTable]) -> pd.DataFrame:
     """Exercise 5 up to the derailment by a code with Hertz's law: thousands of impacts, with a row every 0.2 ms."""
     case = Case.exercise(5, "aw").replace(model="hertz", table_file="", rows="interval", interval=2e-4, dt=2e-4)
-    return ldbench.run(case).data
+    return ldbench.run(case, table=read_hertz("aw").for_case(case)).data
 
 
 def findings_of(frame: pd.DataFrame, task: Task) -> dict[str, Finding]:

@@ -11,13 +11,14 @@ import pytest
 import imaginary_codes as imaginary
 import imaginary_physics as physics
 import ldbench
+import ldbench.benchmark.fingerprint as fingerprints
 from imaginary_physics import Physics
 from ldbench import Case
 from ldbench.__main__ import main
 from ldbench.benchmark import check
 from ldbench.benchmark.blows import Blow
 from ldbench.benchmark.estimate import Estimate, combined, untold
-from ldbench.benchmark.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, hertz_table, plus_minus
+from ldbench.benchmark.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, plus_minus
 from ldbench.benchmark.lattice import Bends, bends, digit_noise, find_lattice
 from ldbench.benchmark.physics_checks import LEAST_FORCE
 from ldbench.benchmark.stiffness import BY_DEPTH, BY_RATE, NONE, fit_law
@@ -30,6 +31,7 @@ from ldbench.results.run_data import RunData
 from running import Run
 
 AW, SW = Task(2, "aw"), Task(2, "sw")
+pytestmark = pytest.mark.usefixtures("known_hertz")
 FIRST = 0.05            # to after the first blow of the left flange [s]
 
 
@@ -140,7 +142,7 @@ def ratios_to_hertz(run: RunData, task: Task) -> list[tuple[float, float, np.nda
     """Four facts of each blow: the force over that of our table of Hertz's law in the same poses, what this leaves as a share of
     the peak, and Hertz's force over its part of the peak with the rate of that with a shift along the normal [1/m]. No approach,
     shift or law is fitted."""
-    table, found = hertz_table(task.profiles), []
+    table, found = fingerprints.hertz_table(task.profiles), []
 
     def hertz_force(rows: np.ndarray, contact: str, moved: float) -> np.ndarray:
         """Hertz's force in the poses of some rows that are moved along the normal."""

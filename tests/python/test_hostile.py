@@ -96,6 +96,7 @@ def test_score_goes_on(good: Path, folders: dict[Path, dict[str, str]], tmp_path
             assert all(is_a_line(line, folder) for line in lines), (kind, lines)
 
 
+@pytest.mark.usefixtures("known_hertz")
 @pytest.mark.filterwarnings("error")
 def test_fingerprint_goes_on(good: Path, folders: dict[Path, dict[str, str]], capsys: pytest.CaptureFixture[str]):
     files = [folder/name for folder, kinds in folders.items() for name in (*kinds, good.name)]

@@ -150,17 +150,23 @@ class Growth:
         return float(min(self.factor[:np.searchsorted(self.time, t, "right")].max(), GROWN/ASIDE))
 
 
-def growth(first: Base, integrator: Integrator = ours, until: float = np.inf) -> Growth:
-    """The growth of differences between a motion of ours and those of its six twins by an integrator, up to a time [s]."""
+def growth(first: Base) -> Growth:
+    """The growth of differences between a motion of ours and its six twins."""
+    t = first.run.time
+    return grown(first, t, ours(first.twins(), first.run.table, t))
+
+
+def growth_seen(first: Base, integrator: Integrator, until: float) -> tuple[Growth, np.ndarray]:
+    """What another integrator sees up to a time [s]: the growth of differences between our motion and its twins, and the
+    difference between both motions from one start up to each row, (rows,)."""
     t = first.run.time[first.run.time <= until]
+    own, *twins = integrator([first.run.case, *first.twins()], first.run.table, t)
+    return grown(first, t, twins), np.maximum.accumulate(first.apart(own)[:len(t)])
+
+
+def grown(first: Base, t: np.ndarray, twins: Iterable[np.ndarray]) -> Growth:
+    """The growth up to each of the first rows, at times t, by the motions of the twins."""
     found = np.zeros(len(t))
-    for motion in integrator(first.twins(), first.run.table, t):
+    for motion in twins:
         found = np.maximum(found, first.apart(motion)[:len(t)])
     return Growth(t, np.maximum.accumulate(found)/ASIDE)
-
-
-def disagreement(first: Base, integrator: Integrator, until: float) -> float:
-    """The largest difference between our motion and that of another integrator from the same start, up to a time [s]."""
-    t = first.run.time[first.run.time <= until]
-    (motion,) = integrator([first.run.case], first.run.table, t)
-    return float(first.apart(motion).max())

@@ -10,7 +10,7 @@ from ..case import Case
 from ..runs import Run, run
 from ..table import ContactTable
 from .exact_runs import exact
-from .horizon import BEYOND, LONGEST, Integrator, Yardstick, base, disagreement, ending, growth
+from .horizon import BEYOND, LONGEST, Integrator, Yardstick, base, ending, growth, growth_seen
 from .metrics import scored
 from .tasks import Task
 
@@ -56,7 +56,8 @@ def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None
     seen, apart = None, np.nan
     earliest, latest = None, None
     if another is not None:
-        seen, apart = growth(begun, another, BEYOND*limit).horizon, disagreement(begun, another, limit)
+        other, differences = growth_seen(begun, another, BEYOND*limit)
+        seen, apart = other.horizon, float(differences[other.time <= limit][-1])
         earliest, latest = grew.band(apart)
     case = ending(exact(case), limit)
     first = run(case, table=begun.run.table.for_case(case))
