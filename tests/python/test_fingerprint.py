@@ -106,7 +106,8 @@ def test_softer_and_stiffer_steel_has_less_and_more_of_the_force_of_hertz(scale:
     Where every blow keeps what it says, n blows lie within u of the truth, their standard deviation about their mean is u at
     most, and sqrt(n/(n - 1)) of it, 1.41 for two blows, is added in squares: sqrt(1 + 2) u.
     """
-    case = Case.exercise(2, "sw").replace(model="hertz", stiffness_scale=scale, table_file="", t_end=0.06, stop_at="t_end")
+    case = Case.exercise(2, "sw").replace(model="hertz", stiffness_scale=scale, table_file="", n_lateral=60, n_roll=9, n_depth=9,
+                                          t_end=0.06, stop_at="t_end")
     found = of(imaginary.table_of(ldbench.run(case), 1e-4), SW).hertz
     assert found.holds(scale)
     assert 0.99*motion_uncertainty(found.value) < found.uncertainty < np.sqrt(3)*motion_uncertainty(found.value)

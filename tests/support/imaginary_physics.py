@@ -12,7 +12,8 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from scipy.interpolate import CubicSpline, RectBivariateSpline
+from scipy import ndimage
+from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 import ldbench
@@ -26,6 +27,8 @@ SIDE = np.array([1.0, 1.0, -1.0, -1.0])     # right wheels are left ones in a mi
 SPLIT = np.radians(10)                      # tangent angle between tread and flange
 SPACING = 0.4e-3, 0.2e-3                    # of the points of tread and flange [m]
 COARSE = 5                                  # points from one that is looked at first to the next
+GRID = 1.25e-4                              # of points whose distance from the rail is known [m]
+SHIFT = 2e-6*np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])      # for the slope of the distance [m]
 UNITS = {**dict.fromkeys(("Y", "Z", "y", "z", "radius"), "m"), "time": "s", "roll": "rad", "angle": "rad", "vY": "m/s", "vZ": "m/s",
          "roll_rate": "rad/s", "aY": "m/s2", "aZ": "m/s2", "roll_acc": "rad/s2", **dict.fromkeys(("N", "Fy", "Fz"), "N")}
 
@@ -56,11 +59,12 @@ class Exact:
         at, line = fine(rail, 1e-5)
         slope = np.gradient(line, at, axis=0)
         normal = np.column_stack([-slope[:, 1], slope[:, 0]])/np.hypot(*slope.T)[:, None]
-        y, z = np.arange(0.714, 0.785, 1.25e-4), np.arange(-0.022, 0.006, 1.25e-4)
+        y, z = np.arange(0.714, 0.785, GRID), np.arange(-0.022, 0.006, GRID)
         points = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1)
-        near = cKDTree(line).query(points.reshape(-1, 2))[1]
-        distance = np.einsum("ij,ij->i", points.reshape(-1, 2) - line[near], normal[near])
-        self.outside = RectBivariateSpline(y, z, distance.reshape(points.shape[:2]), kx=3, ky=3)
+        near = nearest(line, points)
+        distance = np.einsum("ijk,ijk->ij", points - line[near], normal[near])
+        self.corner = np.array([y[0], z[0]])
+        self.spline = ndimage.spline_filter(distance, order=3, mode="nearest")
         s, w = fine(wheel, 1e-4)
         angle = np.arctan2(*np.gradient(w, s, axis=0).T[::-1])
         tip = int(w[:, 1].argmin())
@@ -75,16 +79,22 @@ class Exact:
         r = [shape(np.concatenate([arc, np.full(size - len(arc), arc[-1])])) for arc in arcs]
         self.r = np.stack([r[0], r[1], r[0], r[1]])
 
+    def outside(self, points: np.ndarray) -> np.ndarray:
+        """Distance of points (..., 2) from the rail, by a cubic spline."""
+        at = (points - self.corner)/GRID
+        return ndimage.map_coordinates(self.spline, np.moveaxis(at, -1, 0), order=3, mode="nearest", prefilter=False)
+
     def contacts(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
         """Depth (4,), normal (4, 2), arm (4, 2) and rolling radius (4,) of the contacts in a pose, as on the left."""
         y, z, roll = SIDE*q[0], q[1], SIDE*q[2]
         c, s = np.cos(roll)[:, None], np.sin(roll)[:, None]
         arm = np.stack([c*self.r[..., 0] - s*self.r[..., 1], s*self.r[..., 0] + c*self.r[..., 1]], axis=-1)
         # Every fifth point, then all points about the deepest of these.
-        depth = -self.outside.ev(arm[:, ::COARSE, 0] + y[:, None], arm[:, ::COARSE, 1] + z)
+        centre = np.column_stack([y, np.full(4, z)])
+        depth = -self.outside(arm[:, ::COARSE] + centre[:, None])
         i = np.arange(4)
         around = np.clip(COARSE*depth.argmax(axis=1), COARSE, arm.shape[1] - COARSE - 1)[:, None] + np.arange(-COARSE, COARSE + 1)
-        depth = -self.outside.ev(arm[i[:, None], around, 0] + y[:, None], arm[i[:, None], around, 1] + z)
+        depth = -self.outside(arm[i[:, None], around] + centre[:, None])
         top = around[i, depth.argmax(axis=1)]
         m = np.clip(depth.argmax(axis=1), 1, 2*COARSE - 1)
         k = around[i, m]
@@ -94,12 +104,12 @@ class Exact:
         weights = [(x*x - x)/2, 1 - x*x, (x*x + x)/2]
         deepest = sum(w*arm[i, k + j] for j, w in zip((-1, 0, 1), weights, strict=True))
         own = sum(w*self.r[i, k + j] for j, w in zip((-1, 0, 1), weights, strict=True))
-        at = deepest + np.column_stack([y, np.full(4, z)])
-        normal = np.column_stack([self.outside.ev(*at.T, dx=1), self.outside.ev(*at.T, dy=1)])
-        normal /= np.hypot(*normal.T)[:, None]
+        distance, right, left, above, below = self.outside(deepest + centre + np.concatenate([[[0, 0]], SHIFT])[:, None])
+        normal = np.column_stack([right - left, above - below])
+        normal /= np.maximum(np.hypot(*normal.T), np.finfo(float).tiny)[:, None]
         # A zone that is deepest at its border is touched beyond it.
         inside = (top > 0) & (top < self.last)
-        return np.where(inside, -self.outside.ev(*at.T), -1.0), normal, deepest, -own[:, 1]
+        return np.where(inside, -distance, -1.0), normal, deepest, -own[:, 1]
 
 
 class Tabulated:
@@ -150,16 +160,37 @@ def fine(points: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     return at, CubicSpline(arc, points)(at)
 
 
+def nearest(line: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Numbers of the points of a smooth line that are nearest to points (..., 2): among every 20th, then about this one."""
+    near = 20*cKDTree(line[::20]).query(points)[1]
+    for step in (5, 1):
+        others = np.clip(near[..., None] + step*np.arange(-4, 5), 0, len(line) - 1)
+        best = np.sum((line[others] - points[..., None, :])**2, axis=-1).argmin(axis=-1)
+        near = np.take_along_axis(others, best[..., None], axis=-1)[..., 0]
+    return near
+
+
 @functools.cache
-def geometry(profiles: str, pitch: float = 0.0, stepwise: bool = False) -> Exact | Tabulated:
+def exact(profiles: str) -> Exact:
     """The geometry of a pair of profiles."""
-    return Tabulated(geometry(profiles), pitch, stepwise) if pitch else Exact(profiles)
+    return Exact(profiles)
+
+
+@functools.cache
+def tabulated(profiles: str, pitch: float, stepwise: bool) -> Tabulated:
+    """A table of the geometry of a pair of profiles."""
+    return Tabulated(exact(profiles), pitch, stepwise)
+
+
+def geometry_of(task: Task, physics: Physics) -> Exact | Tabulated:
+    """The geometry that a code works with."""
+    return tabulated(task.profiles, physics.pitch, physics.stepwise) if physics.pitch else exact(task.profiles)
 
 
 @functools.cache
 def simulate(task: Task, physics: Physics, t_end: float = np.inf) -> pd.DataFrame:
     """The quantities of the call in SI units, as `imaginary_codes.table_of`, up to the return to the centre or to `t_end` [s]."""
-    case, shape = Case.exercise(task.exercise, task.profiles), geometry(task.profiles, physics.pitch, physics.stepwise)
+    case, shape = Case.exercise(task.exercise, task.profiles), geometry_of(task, physics)
     inertia, weight = np.array([case.mass, case.mass, case.roll_inertia]), weight_of(case)
 
     def forces(t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
