@@ -159,7 +159,7 @@ def test_summary_counts_in_singular_and_plural_and_breaks_long_lines(tmp_path):
 def test_folder_of_the_default_name_is_made(names, tmp_path):
     """By the executable and from Python, where something goes there."""
     case = {"profiles": {"wheel_profile": REPO / "profiles/awprof.yz", "rail_profile": REPO / "profiles/arprof.yz"},
-            "contact": {"model": "strip"}, "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9, **names.get("table", {})},
+            "contact": {"model": "hertz"}, "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9, **names.get("table", {})},
             "integrator": {"t_end": 1e-3}, "output": names.get("output", {})}
     found = []
     for name, command in (("executable", [LDBENCH]), ("python", [sys.executable, "-m", "ldbench", "run"])):
@@ -196,7 +196,7 @@ def test_a_file_in_the_place_of_the_folder_is_told(tmp_path):
 def test_runs_at_once_in_one_folder_leave_what_one_would(tmp_path):
     """Two of the executable, two from Python, with one contact table, in whatever order: each writes whole files of its own
     and renames them. What another process has written so far stays."""
-    text = short_case(tmp_path, contact={"model": "strip"}, table={"file": "outputs/pair.table"},
+    text = short_case(tmp_path, table={"file": "outputs/pair.table"},
                       output={"file": "outputs/columns.txt", "geometry_file": "outputs/geometry.txt"})
     commands = [[LDBENCH, "case.nml"], [sys.executable, "-m", "ldbench", "run", "case.nml"]]
     found = []
