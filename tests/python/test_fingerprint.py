@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -139,11 +141,11 @@ def test_a_stiffer_contact_has_more_of_the_force_of_hertz():
     assert abs(quotient - 1.5) < quotient*np.hypot(soft.uncertainty/soft.value, stiff.uncertainty/stiff.value)
 
 
-def ratios_to_hertz(run: RunData, task: Task) -> list[tuple[float, float, np.ndarray, np.ndarray]]:
+def ratios_to_hertz(run: RunData, task: Task) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
     """Four facts of each blow: the force over that of our table of Hertz's law in the same poses, what this leaves as a share of
     the peak, and Hertz's force over its part of the peak with the rate of that with a shift along the normal [1/m]. No approach,
     shift or law is fitted."""
-    table, found = fingerprints.hertz_table(task.profiles), []
+    table = fingerprints.hertz_table(task.profiles)
 
     def hertz_force(rows: np.ndarray, contact: str, moved: float) -> np.ndarray:
         """Hertz's force in the poses of some rows that are moved along the normal."""
@@ -159,14 +161,13 @@ def ratios_to_hertz(run: RunData, task: Task) -> list[tuple[float, float, np.nda
             continue
         hertz, more, less = (hertz_force(rows, one.contact, moved) for moved in (0.0, 1e-7, -1e-7))
         ratio = float((force @ hertz)/(hertz @ hertz))
-        found.append((ratio, float(np.sqrt(np.mean((force - ratio*hertz)**2))/force.max()), ratio*hertz/force.max(),
-                      ratio*(more - less)/2e-7/force.max()))
-    return found
+        yield (ratio, float(np.sqrt(np.mean((force - ratio*hertz)**2))/force.max()), ratio*hertz/force.max(),
+               ratio*(more - less)/2e-7/force.max())
 
 
 def force_over_hertz(run: RunData, task: Task) -> float:
     """The median of those ratios, of the first blows in which one force is a multiple of the other within 3 % of the peak."""
-    return float(np.median([ratio for ratio, misfit, *_ in ratios_to_hertz(run, task) if misfit < 0.03][:4]))
+    return float(np.median(list(islice((ratio for ratio, misfit, *_ in ratios_to_hertz(run, task) if misfit < 0.03), 4))))
 
 
 # ---- planted steps and tables --------------------------------------------------------

@@ -138,11 +138,13 @@ def write(frame: pd.DataFrame, path: Path, dialect: Dialect, lies: dict[str, str
         below.append(f"[{said}]")
         heading.append(f"{called}[{said}]" if dialect.says_units and dialect.preamble != "units below" else called)
     mark = dialect.separator
-    empty = "nan" if mark == " " else ""
-    rows = (mark.join(empty if np.isnan(x) else f"{x:.8g}" for x in row) for row in np.column_stack(columns))
+    row = mark.join(["%.8g"]*len(columns))
+    numbers = "\n".join([row % cells for cells in zip(*(x.tolist() for x in columns), strict=True)])
+    if mark != " ":
+        numbers = numbers.replace("nan", "")        # an empty cell
     above = {"comments": [f"# {line}" for line in TEXT], "text": TEXT}.get(dialect.preamble, [])
     under = [mark.join(below)] if dialect.says_units and dialect.preamble == "units below" else []
-    path.write_text("\n".join([*above, mark.join(heading), *under, *rows]) + "\n")
+    path.write_text("\n".join([*above, mark.join(heading), *under, numbers]) + "\n")
     return {name: k for k, name in enumerate(names, 1)}
 
 

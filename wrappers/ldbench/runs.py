@@ -14,6 +14,7 @@ from ._core.calls import Handle, Progress, Shared, check, descriptions, path_byt
 from ._core.errors import Error
 from ._core.files import DEFAULT_FOLDER, check_written, complete
 from ._core.notebook import html_table
+from ._core.units import Units
 from ._core.wording import counted
 from .case import Case
 from .results.header import Header, parse_header
@@ -165,7 +166,7 @@ class CoreRun:
         values = _flat.run_columns(self.handle, *_flat.run_size(self.handle))
         names, units = (line.split()[:len(values)] for line in descriptions()[:2])
         frame = pd.DataFrame(values.T, columns=names, copy=False)
-        frame.attrs["units"] = dict(zip(names, units, strict=True))
+        frame.attrs["units"] = Units(zip(names, units, strict=True))
         return frame
 
     def write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:

@@ -14,6 +14,7 @@ from ._core import _flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, watched
 from ._core.errors import Error
 from ._core.notebook import html_table
+from ._core.units import Units
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
 from .pressure import ELEMENTS, Patch, check_model, press
@@ -281,7 +282,7 @@ class ContactTable:
         names, units = (line.split() for line in descriptions()[2:4])
         frame = pd.DataFrame(rows.T, columns=names)
         frame["Y"] = y
-        frame.attrs["units"] = dict(zip(names, units, strict=True))
+        frame.attrs["units"] = Units(zip(names, units, strict=True))
         return frame
 
     def write_geometry(self, path: str | os.PathLike[str]) -> None:

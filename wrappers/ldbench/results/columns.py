@@ -15,6 +15,7 @@ import numpy as np
 
 from .._core.calls import descriptions
 from .._core.errors import Error, error_of
+from .._core.units import Units
 from .quantities import GRAVITY
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
@@ -121,7 +122,7 @@ def converted(path: Path, raw: RawTable,
         units[name], factor = _si(path, source.unit if source.unit is not None else raw.units[k])
         data[name] = factor * source.factor * raw.numbers[:, k] + source.offset
     frame = pd.DataFrame(data)
-    frame.attrs["units"] = units
+    frame.attrs["units"] = Units(units)
     return frame
 
 
@@ -144,7 +145,7 @@ def read_own_columns(path: Path) -> pd.DataFrame:
     if not len(known.keys() & set(heading)) == len(heading) == table.shape[1]:
         return read_columns(path)
     frame = pd.DataFrame(table, columns=heading)
-    frame.attrs["units"] = {name: known[name] for name in heading}
+    frame.attrs["units"] = Units((name, known[name]) for name in heading)
     return frame
 
 
@@ -243,12 +244,17 @@ def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarra
         line = lines[k]
         if not line.strip() or _is_comment(line, mark):
             continue
-        cells = _cells(line, mark)
-        if len(cells) == count + 1 and not cells[-1]:
+        if not mark:
+            if len(line.split()) != count:
+                raise _wrong_row(path, k, lines, count)
+            rows[k] = line
+            continue
+        cells = line.split(mark)
+        if len(cells) == count + 1 and not cells[-1].strip():
             cells.pop()
         if len(cells) != count:
             raise _wrong_row(path, k, lines, count)
-        rows[k] = " ".join(cell or "nan" for cell in cells) if mark else line
+        rows[k] = " ".join([cell.strip() or "nan" for cell in cells])
     table = _numbers(rows.values(), mark)
     if table.size != count*len(rows):
         raise _wrong_row(path, next(k for k, row in rows.items() if _numbers([row], mark).size != count), lines, count)
