@@ -31,7 +31,9 @@ FORMULATIONS = "elastic", "bilateral", "unilateral"
 LEFT = {"wheel_profile": "awprof", "rail_profile": "arprof"}
 RIGHT = {"wheel_profile": "s1002", "rail_profile": "60e1"}
 NEGATIVE = "Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "delta_r"      # in the mirror
-COARSE = {"model": "strip", "n_lateral": 80, "n_roll": 21, "n_depth": 17, "accuracy": 0.05}
+# Which law a table holds does not matter to what has two sides: that of Hertz is built in the least time. The wheelset stays
+# between the rails, and so does the path on which rigid contact is followed.
+COARSE = {"model": "hertz", "n_lateral": 60, "n_roll": 11, "n_depth": 11, "lateral": 0.02}
 
 
 def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:
@@ -135,7 +137,7 @@ def balance(columns: pd.DataFrame, table: ContactTable, k: int) -> np.ndarray:
 def test_at_rest_forces_and_moments_balance(formulation: str):
     """Put where the header says it rests, the wheelset stays there, off the centre and rolled; there the contacts'
     normals, at their points, and the weight are in balance."""
-    case = two_sided(formulation, vY=0.0, roll_rate=0.0)
+    case = two_sided(formulation, vY=0.0, roll_rate=0.0, t_end=0.3 if formulation == "elastic" else 0.1)
     table = table_of(formulation).for_case(case)
     y, z, roll = table.rest
     assert abs(y) > 2e-3 and abs(roll) > 5e-5
@@ -210,7 +212,8 @@ def test_rest_on_two_cones(tmp_path: Path):
         assert table.rest[2] == pytest.approx(roll, abs=1e-9)
     far = []
     for scale in 1, 100:
-        table = ContactTable(case.replace(stiffness_scale=scale, n_lateral=160, n_roll=41, n_depth=33))
+        # A small table about the position at rest; its depth goes with the approach.
+        table = ContactTable(case.replace(stiffness_scale=scale, depth=1e-3*scale**(-2/3), table_roll=0.01))
         far.append(np.abs([table.rest[0] - y, table.rest[2] - roll]))
     assert far[0][0] < 0.3*abs(y) and (far[1] < 0.1*far[0] + [2e-6, 1e-7]).all()
 
@@ -349,7 +352,7 @@ def test_the_right_table_has_a_file_of_its_own(tmp_path: Path):
 # ---- Python --------------------------------------------------------------------------
 @pytest.mark.same_build
 def test_the_executable_and_python_agree(tmp_path: Path):
-    case = two_sided(t_end=5e-3, output_file=str(tmp_path / "columns.txt"))
+    case = two_sided(t_end=5e-3, output_file=str(tmp_path / "columns.txt"), model="strip", accuracy=0.05)
     assert run_case(case.to_namelist(), tmp_path).returncode == 0
     written = (tmp_path / "columns.txt").read_bytes()
     done = run(case)
