@@ -171,11 +171,10 @@ def test_derived_columns(browser: Browser, one: Path, shipped: dict[str, Run]):
     assert browser.log() == []
 
 
-def test_derived_columns_of_a_long_run_cover_all_rows(browser: Browser, shipped: dict[str, Run], folder: Path):
+def test_derived_columns_of_a_long_run_cover_all_rows(browser: Browser, shipped: dict[str, Run], ex5: Path):
     """L/V of exercise 5: least and largest value of all rows, not of the kept ones alone."""
-    run = shipped["ex5_aw"]
-    c = run.columns
-    browser.open(ldbench.view(run.file).write(folder/"derived.html"))
+    c = shipped["ex5_aw"].columns
+    browser.open(ex5)
     vertical, lateral = c["Fz_LT"] + c["Fz_LF"], c["Fy_LT"] + c["Fy_LF"]
     ratio = np.full(len(vertical), np.nan)
     ratio[vertical > 0] = -lateral[vertical > 0]/vertical[vertical > 0]
@@ -299,7 +298,7 @@ def test_runs_are_aligned_at_the_first_flange_contact(browser: Browser, two: Pat
 def test_a_run_more_keeps_the_window(browser: Browser, two: Path):
     browser.open(two, "#w=0.02,0.03&run=ex2_aw")
     browser.click("#runs label:nth-child(2) input")
-    browser.wait(lambda: len(browser.run("return ldbench.runs")) == 2)
+    browser.wait(lambda: browser.run("return ldbench.runs.length") == 2)
     assert browser.run("return ldbench.window") == pytest.approx([0.02, 0.03])
 
 

@@ -1,6 +1,7 @@
 """The scene of the page: close-ups, fit, following a contact, exaggerated gaps, labels and pressed patches; in a real browser."""
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -44,10 +45,8 @@ def test_close_ups_of_a_gauge_of_one_metre(browser: Browser, tmp_path: Path):
     assert 0.05*w < spread[0] < 0.3*w and 0.7*w < spread[1] < 0.95*w        # and the wheelset fills the picture
 
 
-def test_fit_holds_an_overturned_wheelset(browser: Browser, shipped: dict[str, Run], folder: Path):
-    run = shipped["ex5_aw"]
-    page = ldbench.view(run.file).write(folder/"fit.html")
-    browser.open(page)
+def test_fit_holds_an_overturned_wheelset(browser: Browser, shipped: dict[str, Run], ex5: Path):
+    browser.open(ex5)
     w, h = size(browser)
     corners = """const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape];
       const pose = scene.poseOf(run, shape, ldbench.t), found = [];
@@ -61,7 +60,7 @@ def test_fit_holds_an_overturned_wheelset(browser: Browser, shipped: dict[str, R
         points = np.array(browser.run(corners))
         return bool(np.all((points >= 0) & (points <= [w, h])))
 
-    go(browser, float(run.columns["time"][-1]))
+    go(browser, float(shipped["ex5_aw"].columns["time"][-1]))
     assert not inside()
     browser.press("4")
     assert inside()
@@ -73,9 +72,10 @@ def test_fit_holds_an_overturned_wheelset(browser: Browser, shipped: dict[str, R
     assert inside()
 
 
-def test_the_picture_follows_the_contact_and_zooms_about_it(browser: Browser, shipped: dict[str, Run], folder: Path):
+def test_the_picture_follows_the_contact_and_zooms_about_it(browser: Browser, shipped: dict[str, Run],
+                                                            page_of: Callable[[str], Path]):
     run = shipped["ex3_aw"]
-    page = ldbench.view(run.file).write(folder/"follow.html")
+    page = page_of("ex3_aw")
     t = float(run.columns["time"][np.argmax(run.columns["N_LF"])])
     browser.open(page, f"#t={t}&view=left&follow=1")
     w, h = size(browser)
@@ -98,10 +98,11 @@ def test_the_picture_follows_the_contact_and_zooms_about_it(browser: Browser, sh
     assert browser.run("return document.querySelector('#follow').checked") is False
 
 
-def test_small_gaps_are_exaggerated_with_a_badge(browser: Browser, shipped: dict[str, Run], folder: Path):
+def test_small_gaps_are_exaggerated_with_a_badge(browser: Browser, shipped: dict[str, Run],
+                                                 page_of: Callable[[str], Path]):
     """A gap of some hundredths of a millimetre is drawn so many times as large, a closed one stays closed, and words say so."""
     run = shipped["ex2_aw"]
-    page = ldbench.view(run.file).write(folder/"gap.html")
+    page = page_of("ex2_aw")
     gap = """const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape], pose = run.pose(ldbench.t);
       const found = scene.gap(shape.left, run, pose, 1), drawn = scene.poseOf(run, shape, ldbench.t);
       return [found.gap, found.rail - scene.placed(run, drawn, found.point)[0]]"""
@@ -124,12 +125,11 @@ def test_small_gaps_are_exaggerated_with_a_badge(browser: Browser, shipped: dict
 
 
 @pytest.mark.parametrize("width", [1366, 390])
-def test_words_keep_clear_of_contacts(browser: Browser, shipped: dict[str, Run], folder: Path, width: int):
-    page = ldbench.view(shipped["ex1_aw"].file).write(folder/"clear.html")
+def test_words_keep_clear_of_contacts(browser: Browser, shipped: dict[str, Run], one: Path, width: int):
     times = shipped["ex1_aw"].columns["time"]
     try:
         browser.size(width, 860, mobile=width < 500)
-        browser.open(page)
+        browser.open(one)
         for view in ("1", "2"):
             browser.press(view)
             for t in times[np.linspace(0, len(times) - 1, 12).astype(int)]:
@@ -146,10 +146,10 @@ def test_words_keep_clear_of_contacts(browser: Browser, shipped: dict[str, Run],
         browser.size(1366, 860)
 
 
-def test_pressed_patches_at_the_peaks(browser: Browser, shipped: dict[str, Run], folder: Path):
+def test_pressed_patches_at_the_peaks(browser: Browser, shipped: dict[str, Run], page_of: Callable[[str], Path]):
     """Outline, largest pressure and area; the numbers are those of the table of all runs."""
     run = read_data(shipped["ex3_aw"].file)
-    page = ldbench.view(run.file).write(folder/"pressed.html")
+    page = page_of("ex3_aw")
     row, (entry,) = full_row(run), facts(page)["runs"]
     browser.open(page)
     assert browser.run("return document.querySelector('#patches').hidden")

@@ -1,5 +1,8 @@
 """`python -m ldbench profile`: the page and its numbers."""
+import io
 import json
+from contextlib import redirect_stdout
+from functools import cache
 from math import gamma, pi, sqrt
 
 import numpy as np
@@ -11,6 +14,7 @@ import shapes
 from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench._core.errors import MissingFile, Usage
+from ldbench.commands import profile
 from ldbench.conicity import equivalent_conicity, linearised_conicity
 from ldbench.plots.dimensions import wheel_dimensions
 from ldbench.plots.pair_page import contact_lines, pair_page
@@ -134,15 +138,15 @@ def test_contact_lines_join_points_of_wheel_and_rail(side, worn_right):
         assert np.interp(y, geometry["Y"], side*geometry["y_L" if side > 0 else "y_R"]) == pytest.approx(on_rail[0], abs=1e-9)
         for point, curve in (on_wheel, own.wheel), (on_rail, own.rail):
             assert np.hypot(*(curve - point).T).min() < 2e-4
-    with ldbench_style():
-        assert len(pair_page(worn_right, "", None).axes) >= 8
 
 
-def test_the_page_of_a_pair_has_the_functions_of_the_displacement():
-    found = pair(Case.exercise(1))
+def test_the_page_of_a_pair_has_the_functions_of_the_displacement(worn_right):
+    """Of wheels that differ: what is left and what is right is told apart."""
     with ldbench_style():
-        axes = {ax.get_ylabel(): ax for ax in pair_page(found, "note", None).axes}
-    g = found.rolled.geometry
+        figure = pair_page(worn_right, "note", None)
+    assert len(figure.axes) >= 8
+    axes = {ax.get_ylabel(): ax for ax in figure.axes}
+    g = worn_right.rolled.geometry
     drawn = {line.get_label(): line for line in axes["Δr = left − right [mm]"].get_lines()}
     assert drawn["with roll"].get_ydata() == pytest.approx(1e3*g["delta_r"])
     angles = {line.get_label(): line for line in axes["contact angle γ [°]"].get_lines()}
@@ -151,40 +155,53 @@ def test_the_page_of_a_pair_has_the_functions_of_the_displacement():
     assert np.nanmax(np.abs(tangent.get_ydata() - (np.tan(g["angle_L"]) - np.tan(g["angle_R"]))/2)) < 1e-12
 
 
-def test_profiles_and_pair_have_a_page_each(tmp_path):
+PAIR = REPO/"profiles/arprof.yz", REPO/"profiles/awprof.yz"       # the rail first
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """What the command prints of a pair with its pages in a PDF, and as JSON with its pages in a picture; in this folder."""
+    folder = tmp_path_factory.mktemp("pages")
+    words, numbers = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(profile, "pair", cache(pair))         # both commands ask for the same geometry
+        with redirect_stdout(words):
+            assert main(["profile", *map(str, PAIR), "-o", str(folder/"page.pdf")]) == 0
+        with redirect_stdout(numbers):
+            assert main(["profile", *map(str, PAIR), "-o", str(folder/"page.png"), "--json"]) == 0
+    return folder, words.getvalue(), json.loads(numbers.getvalue())
+
+
+def test_profiles_and_pair_have_a_page_each(pages, tmp_path):
     """Two pages of a PDF; in a picture the second one stands below the first."""
-    files = [str(REPO/f"profiles/{name}.yz") for name in ("awprof", "arprof")]
-    for words in files[:1], files:
-        for suffix in "pdf", "png":
-            assert main(["profile", *words, "-o", str(tmp_path/f"{len(words)}.{suffix}")]) == 0
-    assert [len(PdfReader(tmp_path/f"{n}.pdf").pages) for n in (1, 2)] == [1, 2]
-    (width, height), (same, both) = (Image.open(tmp_path/f"{n}.png").size for n in (1, 2))
+    folder, *_ = pages
+    for suffix in "pdf", "png":
+        assert main(["profile", str(PAIR[1]), "-o", str(tmp_path/f"page.{suffix}")]) == 0
+    assert [len(PdfReader(where/"page.pdf").pages) for where in (tmp_path, folder)] == [1, 2]
+    (width, height), (same, both) = (Image.open(where/"page.png").size for where in (tmp_path, folder))
     assert (same, both) == (width, 2*height)
-    assert "conicity" in PdfReader(tmp_path/"2.pdf").pages[1].extract_text()
+    assert "conicity" in PdfReader(folder/"page.pdf").pages[1].extract_text()
 
 
-@pytest.mark.parametrize("suffix", ["pdf", "png"])
-def test_page(suffix, tmp_path, capsys):
-    target = tmp_path/f"page.{suffix}"
-    assert main(["profile", str(REPO/"profiles/arprof.yz"), str(REPO/"profiles/awprof.yz"), "-o", str(target)]) == 0
-    out = capsys.readouterr().out
-    assert target.read_bytes().startswith(b"%PDF" if suffix == "pdf" else b"\x89PNG")
+def test_numbers_of_a_pair_in_words(pages):
+    """The wheel comes first, whatever the order of the files."""
+    folder, out, _ = pages
+    assert (folder/"page.pdf").read_bytes().startswith(b"%PDF") and (folder/"page.png").read_bytes().startswith(b"\x89PNG")
     for words in "flange height Sh 25.75 mm", "qR ", "crown radius 254.0 mm", "clearance 2 x 10.180 mm", \
             "equivalent conicity at 3 mm: level 0.025, with roll 0.026 (EN 15302)", "zone of the flange":
         assert words in out
-    assert out.startswith("wheel awprof.yz")      # the wheel first, whatever the order
+    assert out.startswith("wheel awprof.yz")
 
 
-def test_numbers_of_a_pair_for_other_programs(tmp_path, capsys):
+def test_numbers_of_a_pair_for_other_programs(pages):
     """The command prints the library's numbers as JSON, in SI units."""
-    wheel, rail = REPO/"profiles/awprof.yz", REPO/"profiles/arprof.yz"
-    assert main(["profile", str(rail), str(wheel), "-o", str(tmp_path/"page.png"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [profile["kind"] for profile in told["profiles"]] == ["wheel", "rail"]
-    assert told["page"] == str(tmp_path/"page.png") and told["pair"]["clearance_left"] == pytest.approx(10.18e-3, abs=1e-6)
-    for profile, file in zip(told["profiles"], (wheel, rail), strict=True):
+    folder, _, told = pages
+    rail, wheel = PAIR
+    assert [found["kind"] for found in told["profiles"]] == ["wheel", "rail"]
+    assert told["page"] == str(folder/"page.png") and told["pair"]["clearance_left"] == pytest.approx(10.18e-3, abs=1e-6)
+    for found, file in zip(told["profiles"], (wheel, rail), strict=True):
         measures = {name: x if np.isfinite(x) else None for name, x in inspect(file).measures.items()}
-        assert profile["path"] == str(file) and {name: profile[name] for name in measures} == measures
+        assert found["path"] == str(file) and {name: found[name] for name in measures} == measures
 
 
 def test_page_of_one_measured_file_says_what_was_mended(tmp_path, monkeypatch, capsys):
@@ -224,7 +241,7 @@ def test_errors_are_those_of_a_run(tmp_path):
 def test_any_noise_spacing_and_smoothing_give_a_curve(tmp_path):
     """Points dense or sparse, some lost, smoothed too little or too much: about as long as the profile is."""
     chance = np.random.default_rng(4)
-    for name in ("awprof", "srprof", "60e1") * 12:
+    for name in ("awprof", "srprof", "60e1") * 5:
         spacing, noise, smoothing = (chance.choice(x) for x in (
             [0.02, 0.1, 0.25, 1.0], [0.003, 0.01, 0.03, 0.06], [1e-4, 0.005, 0.01, 0.03, 0.1]))
         points = shapes.noisy(shapes.shape(name, spacing), noise, int(chance.integers(1000)))

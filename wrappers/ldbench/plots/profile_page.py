@@ -20,6 +20,8 @@ from .frame import new_page
 from .pair_page import pair_page
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style, plain
 
+DPI = 110       # of a picture
+
 
 def profile_page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
     """Profiles in columns: shape, parts and dimensions, tangent angle, curvature; on the right the numbers."""
@@ -91,10 +93,10 @@ def save_page(profiles: list[Profile], found: Pair | None, note: str, target: Pa
             return
         images = []
         for figure in figures:
-            figure.set_dpi(110)
+            figure.set_dpi(DPI)
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
-            images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]))
+            images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
         whole = Image.new("RGB", (images[0].width, sum(image.height for image in images)))
         for k, image in enumerate(images):
             whole.paste(image, (0, k*image.height))
