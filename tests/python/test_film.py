@@ -36,34 +36,44 @@ def drawn(*runs: RunData) -> Picture:
         return Picture(runs, 0.0, 0.012, 1e-3, None)
 
 
+@pytest.fixture(scope="module")
+def both(pair: tuple[RunData, RunData]) -> Picture:
+    """A picture of both runs, which tests move to times of their own."""
+    return drawn(*pair)
+
+
+@pytest.fixture(scope="module")
+def single(pair: tuple[RunData, RunData]) -> Picture:
+    """A picture of the first run, which tests move to times of their own."""
+    return drawn(pair[0])
+
+
 def words(picture: Picture, t: float) -> list[str]:
     """The texts of a picture at time t."""
     still = [text.get_text() for text in picture.figure.findobj(Text) if text.get_text()]
     return still + [words for _, words, _, _ in picture.words(t)]
 
 
-def test_both_runs_have_name_values_and_rail(pair: tuple[RunData, RunData]):
-    picture = drawn(*pair)
+def test_both_runs_have_name_values_and_rail(pair: tuple[RunData, RunData], both: Picture):
     k = int(np.argmax(pair[0].values("N_LF")))
     t = float(pair[0].time[k])
-    said = words(picture, t)
+    said = words(both, t)
     for run in pair:
         y = 1e3*np.interp(t, run.time, run.values("Y"))
         assert any(run.name in text and run.heading in text for text in said)
         assert any(f"Y {y:.2f} mm" in text for text in said)
     assert any(f"flange {1e-3*pair[0].values('N_LF')[k]:.0f} kN at" in text for text in said)
-    assert [[line.color for line in scene.rails] for scene in picture.scenes] == [[line.color for line in SERIES[:2]]]*3
+    assert [[line.color for line in scene.rails] for scene in both.scenes] == [[line.color for line in SERIES[:2]]]*3
     for column in "Y", "N_LF", "N_RF", "N_LT", "N_RT":
-        chart = picture.charts[column]
+        chart = both.charts[column]
         assert [line.get_color() for line in chart.get_lines()[:2]] == [line.color for line in SERIES[:2]]
 
 
-def test_texts_that_change_are_in_the_frame(pair: tuple[RunData, RunData]):
+def test_texts_that_change_are_in_the_frame(both: Picture):
     """Each is drawn where it belongs, and nowhere beyond the frame."""
-    picture = drawn(*pair)
-    frames = [picture.frame(t) for t in (0.0, 0.005)]
+    frames = [both.frame(t) for t in (0.0, 0.005)]
     height, width, _ = frames[0].shape
-    for (x, y), text, font, anchor in picture.words(0.005):
+    for (x, y), text, font, anchor in both.words(0.005):
         long = font.getlength(text)
         left = int(x*width - (long if anchor == "ra" else long/2))
         box = np.s_[int((1 - y)*height):int((1 - y)*height) + 20, left:int(left + long)]
@@ -71,14 +81,19 @@ def test_texts_that_change_are_in_the_frame(pair: tuple[RunData, RunData]):
         assert (frames[0][box] != frames[1][box]).any() and (frames[1][box] < 80).any(), text
 
 
-def test_the_same_rail_is_drawn_once(pair: tuple[RunData, RunData]):
-    picture = drawn(pair[0], pair[0].named("again"))
-    assert [len(scene.rails) for scene in picture.scenes] == [1, 1, 1]
+@pytest.fixture(scope="module")
+def ended(pair: tuple[RunData, RunData]) -> tuple[RunData, Picture]:
+    """A run that is the first one's first rows, and a picture of both."""
+    short = altered(pair[0], data=pair[0].data.iloc[:50], name="short")
+    return short, drawn(pair[0], short)
 
 
-def test_a_run_that_has_ended_says_so(pair: tuple[RunData, RunData]):
-    short = altered(pair[1], data=pair[1].data.iloc[:50], name="short")
-    picture = drawn(pair[0], short)
+def test_the_same_rail_is_drawn_once(ended: tuple[RunData, Picture]):
+    assert [len(scene.rails) for scene in ended[1].scenes] == [1, 1, 1]
+
+
+def test_a_run_that_has_ended_says_so(ended: tuple[RunData, Picture]):
+    short, picture = ended
     assert not any("ended" in text for text in words(picture, 0.001))
     assert any("short" in text and f"ended at {1e3*short.time[-1]:.1f} ms" in text for text in words(picture, 0.011))
 
@@ -91,13 +106,12 @@ def test_arrows_are_in_proportion_to_force():
         assert corners[:, 1].min() == pytest.approx(0.1, abs=1e-12)
 
 
-def test_arrows_of_a_run_have_the_scale_that_is_drawn(pair: tuple[RunData, RunData]):
+def test_arrows_of_a_run_have_the_scale_that_is_drawn(pair: tuple[RunData, RunData], single: Picture):
     """In every scene, of every closed contact; open contacts have none."""
     run = pair[0]
-    picture = drawn(run)
     for t in 0.005, 0.0105, float(run.peak("LF")[1]):
-        picture.frame(t)
-        for scene in picture.scenes:
+        single.frame(t)
+        for scene in single.scenes:
             unit = np.ptp(scene.scale_arrow.get_xy()[:, 0])/scene.scale_force
             for (_, contact), shape in scene.arrows.items():
                 force = np.hypot(*(np.interp(t, run.time, run.values(f"{name}_{contact}")) for name in ("Fy", "Fz")))
@@ -107,8 +121,8 @@ def test_arrows_of_a_run_have_the_scale_that_is_drawn(pair: tuple[RunData, RunDa
                     tip = corners[3]
                     tail = (corners[0] + corners[6])/2
                     assert np.hypot(*(tip - tail)) == pytest.approx(unit*force, rel=1e-9)
-            assert f"{1e-3*scene.scale_force:g} kN" in words(picture, t)
-            assert f"{1e3*scene.scale_length:g} mm" in words(picture, t)
+            assert f"{1e-3*scene.scale_force:g} kN" in words(single, t)
+            assert f"{1e3*scene.scale_length:g} mm" in words(single, t)
 
 
 @pytest.mark.parametrize(("x", "found"), [(1.0, 1.0), (1.99, 1.0), (2.0, 2.0), (740.0, 500.0), (3e-3, 2e-3), (1.2e6, 1e6)])
@@ -116,7 +130,7 @@ def test_scales_are_round(x: float, found: float):
     assert round_number(x) == pytest.approx(found, rel=1e-12)
 
 
-@pytest.mark.parametrize("gauge", [1.0, 1.4351, 1.668])
+@pytest.mark.parametrize("gauge", [1.0, 1.668])
 def test_close_ups_are_where_the_rails_are(gauge: float):
     """Both profiles of a side are in the middle of the picture of this side, whatever the gauge."""
     run = ldbench.run(case(gauge=gauge, back_to_back=1.35214 + gauge - 1.4351, t_end=1e-3))
@@ -135,7 +149,7 @@ def test_close_ups_are_where_the_rails_are(gauge: float):
     assert whole.get_ylim()[1] > outlines.axle - outlines.left.wheel[:, 1].min()
 
 
-def test_an_overturned_wheelset_stays_in_the_picture(pair: tuple[RunData, RunData]):
+def test_an_overturned_wheelset_stays_in_the_picture(pair: tuple[RunData, RunData], single: Picture):
     """The limits hold the wheels at all times of the film."""
     run = pair[0]
     data = run.data.copy()
@@ -149,7 +163,7 @@ def test_an_overturned_wheelset_stays_in_the_picture(pair: tuple[RunData, RunDat
             if len(artist.get_path().vertices) > 100:          # a wheel
                 y, z = artist.get_xy().T
                 assert right < y.min() and y.max() < left and bottom < z.min() and z.max() < top
-    upright = drawn(run).scenes[0].ax
+    upright = single.scenes[0].ax
     assert np.ptp(upright.get_ylim()) < np.ptp(axes.get_ylim())
 
 
@@ -165,11 +179,11 @@ def test_a_rail_that_pulls_is_drawn(pair: tuple[RunData, RunData]):
     assert any(text.startswith("tread −") for text in words(picture, 0.005))
 
 
-def test_the_longest_arrow_is_the_largest_force_of_the_film(pair: tuple[RunData, RunData]):
+def test_the_longest_arrow_is_the_largest_force_of_the_film(pair: tuple[RunData, RunData], single: Picture):
     """Forces before and after the film do not count."""
     with ldbench_style():
-        before, all_of_it = (Picture([pair[0]], 0.0, end, 1e-3, None) for end in (0.009, 0.012))
-    assert before.scenes[1].scale_force < 1e5 < all_of_it.scenes[1].scale_force
+        before = Picture([pair[0]], 0.0, 0.009, 1e-3, None)
+    assert before.scenes[1].scale_force < 1e5 < single.scenes[1].scale_force
 
 
 def test_columns_that_a_file_lacks_have_no_chart(pair: tuple[RunData, RunData]):

@@ -239,20 +239,26 @@ def test_an_event_made_by_hand_can_be_copied():
     assert alike(pickle.loads(pickle.dumps(event)), event) and alike(copy.deepcopy(event), event)
 
 
+def test_xarray_has_columns_units_and_results(both: tuple[ldbench.Run, ldbench.Run]):
+    pytest.importorskip("xarray")
+    for run in both:
+        found = run.to_xarray()
+        units = run.data.attrs["units"]
+        assert set(found.variables) == set(run.data) and list(found.coords) == ["time"]
+        for name in run.data:
+            assert np.array_equal(found[name], run.data[name], equal_nan=True)
+            assert found[name].attrs == {"units": units[name] or "1"}
+        told = {name: value for name, value in run.results.items() if not (isinstance(value, float) and math.isnan(value))}
+        assert found.attrs == {"case": run.name, "title": run.header.title, **told}
+        frame = found.reset_coords().to_dataframe()[list(run.data)]
+        assert np.array_equal(frame, run.data, equal_nan=True)
+
+
 @pytest.mark.parametrize("kind", [0, 1], ids=["memory", "file"])
-def test_xarray_has_columns_units_and_results(kind: int, both: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
+def test_xarray_is_stored_with_all_that_it_has(kind: int, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("zarr")
-    run = both[kind]
-    found = run.to_xarray()
-    units = run.data.attrs["units"]
-    assert set(found.variables) == set(run.data) and list(found.coords) == ["time"]
-    for name in run.data:
-        assert np.array_equal(found[name], run.data[name], equal_nan=True) and found[name].attrs == {"units": units[name] or "1"}
-    told = {name: value for name, value in run.results.items() if not (isinstance(value, float) and math.isnan(value))}
-    assert found.attrs == {"case": run.name, "title": run.header.title, **told}
-    frame = found.reset_coords().to_dataframe()[list(run.data)]
-    assert np.array_equal(frame, run.data, equal_nan=True)
+    found = elastic[kind].to_xarray()
     found.to_zarr(tmp_path/"run.zarr", zarr_format=2)
     with xarray.open_zarr(tmp_path/"run.zarr") as stored:
         assert stored.load().identical(found)

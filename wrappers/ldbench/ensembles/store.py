@@ -205,6 +205,7 @@ class Growing:
         shutil.rmtree(folder, ignore_errors=True)
         needed("xarray", "ensemble").Dataset(coords=coordinates, attrs=MARK).to_zarr(folder, zarr_format=2, consolidated=False)
         self.group: zarr.Group = needed("zarr", "ensemble").open_group(folder, mode="r+", zarr_format=2)
+        self.arrays: dict[str, zarr.Array] = dict(self.group.arrays())      # the group would read the metadata of each again
 
     def next_block(self) -> range:
         """Numbers of the members of the next one; none at the end."""
@@ -223,9 +224,9 @@ class Growing:
         for name, variable in dataset.variables.items():
             values, of_members = variable.values, variable.dims[0] == "member of block"
             inner = values.shape[1:] if of_members else values.shape
-            if name not in self.group:
+            if name not in self.arrays:
                 self._new_array(str(name), variable.dims[of_members:], variable, inner, of_members)
-            array = self.group[str(name)]
+            array = self.arrays[str(name)]
             if not of_members:
                 array[...] = values
                 continue
@@ -238,7 +239,7 @@ class Growing:
     def _new_array(self, name: str, inner: Iterable[object], variable: xr.Variable, size: tuple[int, ...],
                    of_members: bool) -> None:
         text = variable.dtype.kind == "U"
-        self.group.create_array(
+        self.arrays[name] = self.group.create_array(
             name, shape=self.shape + size if of_members else size, dtype=str if text else variable.dtype,
             chunks=self.chunk + tuple(max(1, n) for n in size) if of_members else size,
             fill_value=np.nan if variable.dtype.kind == "f" else None,       # xarray takes any other for "missing"
