@@ -22,6 +22,7 @@ from invented import altered, invented_run
 from ldbench import Error, Event, read_columns
 from ldbench.__main__ import main
 from ldbench.commands import plot
+from ldbench.plots import document
 from ldbench.plots.contents import arranged, contents_page, entries
 from ldbench.plots.document import Part, bind, case_figures, even_shares, make_plots, save_pages
 from ldbench.plots.frame import label_x, label_y
@@ -77,6 +78,13 @@ def invented(rows: int = 400, dt: float = 1e-4, name: str = "ex2_aw") -> RunData
     return invented_run(pd.DataFrame(columns), name=name, header=Header(title="invented", results=numbers, events=events))
 
 
+@pytest.fixture(scope="module")
+def drawn_pages() -> dict[str, Figure]:
+    """The pages against time of the run of invented numbers, by their titles."""
+    with ldbench_style():
+        return {page.title: time_page(invented(), page) for page in (*PAGES, ENERGY)}
+
+
 def unit(ax: Axes) -> str:
     return ax.get_ylabel().rpartition("[")[2].rstrip("]")
 
@@ -110,9 +118,8 @@ def test_everything_the_call_lists_has_a_panel():
 
 
 @pytest.mark.parametrize("page", [*PAGES, ENERGY], ids=lambda page: page.title)
-def test_page_draws_the_columns(page: Page):
-    run = invented()
-    figure = time_page(run, page)
+def test_page_draws_the_columns(page: Page, drawn_pages: dict[str, Figure]):
+    run, figure = invented(), drawn_pages[page.title]
     assert f"Exercise 2, actual profiles: {page.title}" in texts(figure)
     for ax, panel in panels_of(figure, page):
         factor, lines = FACTORS[unit(ax)], curves_of(ax)
@@ -150,10 +157,9 @@ def test_ratio_is_the_outward_force_over_the_load():
     assert np.isnan(RATIO.curves[0].values(run)[100:111]).all() and np.isfinite(RATIO.curves[0].values(run)[:100]).all()
 
 
-def test_contacts_keep_their_colours():
-    run = invented()
+def test_contacts_keep_their_colours(drawn_pages: dict[str, Figure]):
     seen = {}
-    for figure in (*(time_page(run, page) for page in PAGES), impact_page(run)):
+    for figure in (*(drawn_pages[page.title] for page in PAGES), impact_page(invented())):
         for ax in figure.axes:
             for line in ax.get_lines():
                 for c in CONTACTS:
@@ -173,32 +179,11 @@ def test_open_contact_is_named_not_left_empty():
         assert [t.get_text() for t in ax.texts if t.get_text() == "no contact"]
 
 
-def test_events_are_marked_where_they_happen():
-    figure = time_page(invented(), PAGES[0])
+def test_events_are_marked_where_they_happen(drawn_pages: dict[str, Figure]):
+    figure = drawn_pages[PAGES[0].title]
     for ax in figure.axes:
         assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == ":"] == [0.00999, 0.02]
     assert {"left flange", "centre"} <= {t.get_text() for t in figure.axes[0].texts}
-
-
-def test_words_of_events_lie_above_the_axes_and_clear_of_all_other_words():
-    """On no curve, no tick label, no title, no legend and not on each other, however close the events are."""
-    run = invented()
-    times = {"left flange contact": 0.0100, "right flange contact": 0.0104, "centre passage": 0.0108, "derailment": 0.0392}
-    crowded = altered(run, {"events": tuple(Event(t, kind) for kind, t in times.items())})
-    assert len(key_events(crowded)) == 4
-    for page in (*PAGES, ENERGY):
-        figure = time_page(crowded, page)
-        renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw_without_rendering()         # all is put in its place, no pixel is painted
-        words = [text for ax in figure.axes for text in ax.texts if text.get_text() in {label for _, label in key_events(crowded)}]
-        assert len(words) == 4*len(page.columns)
-        boxes = [text.get_window_extent(renderer) for text in words]
-        others = [t.get_window_extent(renderer) for t in figure.findobj(Text)
-                  if t.get_text() and t not in words and t.get_visible()]
-        for k, box in enumerate(boxes):
-            assert text_box(words[k]) is None
-            assert not any(box.overlaps(ax.get_window_extent(renderer)) for ax in figure.axes if ax.get_visible())
-            assert not any(box.overlaps(other) for other in (*others, *boxes[:k])), (page.title, words[k].get_text())
 
 
 def text_box(text: Text) -> object:
@@ -286,7 +271,7 @@ def test_long_run_is_a_band_and_its_last_second():
 
 
 def test_growing_force_is_the_axis_of_its_own_page(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("ldbench.plots.document.PAGES", PAGES[:1])       # one page against time stands for all of them
+    monkeypatch.setattr(document, "PAGES", PAGES[:1])       # one page against time stands for all of them
     run = long_run()
     assert is_ramp(run) and not is_ramp(invented())
     assert [title for title, _ in case_figures(run)] == [
@@ -356,6 +341,13 @@ def thrown(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunData, Path]:
     done = run_case(text, folder)
     assert done.returncode == 0, done.stderr
     return read_data(folder/"ex3_aw.txt"), folder/"geometry_aw.txt"
+
+
+@pytest.fixture(scope="module")
+def impact(thrown: tuple[RunData, Path]) -> Figure:
+    """The page of the first impact."""
+    with ldbench_style():
+        return impact_page(thrown[0])
 
 
 def test_header_is_understood(thrown: tuple[RunData, Path]):
@@ -447,13 +439,12 @@ def test_close_ups_follow_the_gauge(thrown: tuple[RunData, Path], tmp_path: Path
         assert abs((left + other)/2) == pytest.approx(537, abs=3)
 
 
-def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path]):
+def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], impact: Figure):
     run, _ = thrown
     (label, k), *_ = instants(run)
     assert "left flange" in label and run.values("N_LF")[k] == run.values("N_LF").max()
-    figure = impact_page(run)
     arrows = {(c.get_offsets()[0][0], c.get_offsets()[0][1]): (c.U[0], c.V[0])
-              for c in figure.axes[0].collections if isinstance(c, Quiver)}
+              for c in impact.axes[0].collections if isinstance(c, Quiver)}
     closed = [c for c in ("LT", "LF") if run.values(f"N_{c}")[k] > 0]
     assert len(arrows) == len(closed) and "LF" in closed
     for c in closed:
@@ -464,20 +455,19 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path]):
         force = np.array([run.values(f"Fy_{c}")[k], run.values(f"Fz_{c}")[k]])
         assert arrows[nearest] == pytest.approx(40*force/longest)
     # Left is left, and the force of the flange pushes the wheelset to the right.
-    left, right = figure.axes[0].get_xlim()
+    left, right = impact.axes[0].get_xlim()
     assert left > right and run.values("Fy_LF")[k] < 0
     # The contact points lie on the wheel that is drawn.
-    wheel = figure.axes[0].get_lines()[0].get_xydata()
+    wheel = impact.axes[0].get_lines()[0].get_xydata()
     for c in closed:
         point = 1e3*np.array([run.values(f"y_{c}")[k], run.values(f"z_{c}")[k]])
         assert np.hypot(*(wheel - point).T).min() < 0.2          # [mm], points every 0.25 mm
 
 
-def test_pictures_have_no_words_on_them(thrown: tuple[RunData, Path]):
+def test_pictures_have_no_words_on_them(thrown: tuple[RunData, Path], impact: Figure):
     """Forces and angles stand in the title, clear of the wheel."""
     run, _ = thrown
-    figure = impact_page(run)
-    left = figure.axes[0]
+    left = impact.axes[0]
     assert not list(left.texts) and f"{1e-3*run.values('N_LF').max():.1f} kN" in left.get_title(loc="left")
 
 
@@ -495,7 +485,7 @@ def test_steepest_angle_of_the_flange(thrown: tuple[RunData, Path]):
     assert np.degrees(flange_angle(outlines(thrown[0]).left)) == pytest.approx(75, abs=0.2)
 
 
-def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path]):
+def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path], impact: Figure):
     run, _ = thrown
     first, = impacts(run, ("LF",))
     row, = table_rows(run, [first])
@@ -506,7 +496,7 @@ def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path]):
     assert float(row[5].split()[0]) == pytest.approx(1e-3*impulse, rel=2e-3)
     before = run.values("KE_lat")[np.flatnonzero(N > 0)[0] - 1]
     assert float(row[7].split()[0]) == pytest.approx(before, abs=0.06)
-    assert set(row) <= set(texts(impact_page(run)))
+    assert set(row) <= set(texts(impact))
 
 
 def test_impacts_of_the_root_of_a_flange_are_told(thrown: tuple[RunData, Path]):
@@ -601,17 +591,49 @@ def test_geometry_page_draws_the_file(thrown: tuple[RunData, Path]):
     assert clearance == {-10.18, 10.18}
 
 
-def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path], monkeypatch: pytest.MonkeyPatch):
+@pytest.fixture(scope="module")
+def laid_out(thrown: tuple[RunData, Path]) -> tuple[RunData, dict[str, Figure]]:
+    """A run with events that are close to each other, and its pages by their titles: all is put in its place on them, no pixel
+    is painted."""
+    times = {"left flange contact": 0.0100, "right flange contact": 0.0104, "centre passage": 0.0108, "derailment": 0.0196}
+    crowded = altered(thrown[0], {"events": tuple(Event(t, kind) for kind, t in times.items())})
+    with ldbench_style():
+        figures = dict([*case_figures(crowded), (ENERGY.title, time_page(crowded, ENERGY))])
+        for figure in figures.values():
+            figure.draw_without_rendering()
+    return crowded, figures
+
+
+def test_words_of_events_lie_above_the_axes_and_clear_of_all_other_words(laid_out: tuple[RunData, dict[str, Figure]]):
+    """On no curve, no tick label, no title, no legend and not on each other, however close the events are."""
+    crowded, figures = laid_out
+    assert len(key_events(crowded)) == 4
+    for page in (*PAGES, ENERGY):
+        figure = figures[page.title]
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        words = [text for ax in figure.axes for text in ax.texts if text.get_text() in {label for _, label in key_events(crowded)}]
+        assert len(words) == 4*len(page.columns)
+        boxes = [text.get_window_extent(renderer) for text in words]
+        others = [t.get_window_extent(renderer) for t in figure.findobj(Text)
+                  if t.get_text() and t not in words and t.get_visible()]
+        for k, box in enumerate(boxes):
+            assert text_box(words[k]) is None
+            assert not any(box.overlaps(ax.get_window_extent(renderer)) for ax in figure.axes if ax.get_visible())
+            assert not any(box.overlaps(other) for other in (*others, *boxes[:k])), (page.title, words[k].get_text())
+
+
+def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path], laid_out: tuple[RunData, dict[str, Figure]],
+                                                   monkeypatch: pytest.MonkeyPatch):
     """On every kind of page, as it is drawn, no label of an axis lies on a tick label or on a title."""
     run, geometry = thrown
-    figures = [*(figure for _, figure in case_figures(run)), geometry_page(geometry),
-               *(figure for _, figure in overview_figures([run]))]
+    figures = [geometry_page(geometry), *(figure for _, figure in overview_figures([run]))]
     # Of a long run, one page against time stands for all that are drawn like it.
-    monkeypatch.setattr("ldbench.plots.document.PAGES", PAGES[:1])
+    monkeypatch.setattr(document, "PAGES", PAGES[:1])
     figures += [figure for _, figure in case_figures(long_run())]
     for figure in figures:
+        figure.draw_without_rendering()
+    for figure in (*laid_out[1].values(), *figures):
         renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw_without_rendering()         # all is put in its place, no pixel is painted
         shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
         titles = [title.get_window_extent(renderer) for ax in shown for title in (ax.title, ax._left_title)
                   if title.get_text()]
@@ -661,7 +683,7 @@ def test_runs_side_by_side_are_the_runs(thrown: tuple[RunData, Path]):
 
 def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The number at each line, its link and the bookmark lead to the page with that title, which has the number at its foot."""
-    monkeypatch.setattr("ldbench.plots.document.LISTED", 6)
+    monkeypatch.setattr(document, "LISTED", 6)
     parts = []
     for k, count in enumerate((1, 3, 2)):
         figures = []
@@ -671,14 +693,14 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
             figures.append((f"sheet {i}", figure))
         parts.append(Part(f"part {k}", tmp_path/f"{k}.pdf", save_pages(tmp_path/f"{k}.pdf", figures)))
     assert bind(parts, tmp_path/"all.pdf") == 7
-    document = PdfReader(tmp_path/"all.pdf")
-    words = [page.extract_text() for page in document.pages]
+    found = PdfReader(tmp_path/"all.pdf")
+    words = [page.extract_text() for page in found.pages]
     assert all(f"{k + 1} / 7" in text for k, text in enumerate(words))
     lines = entries([(part.title, part.pages) for part in parts], 2)
     assert [(line.words, line.page) for line in lines] == [
         ("part 0", 2), ("part 1", 3), ("sheet 0", 3), ("sheet 1", 4), ("sheet 2", 5), ("part 2", 6), ("sheet 0", 6), ("sheet 1", 7)]
-    numbers = {page.indirect_reference.idnum: k for k, page in enumerate(document.pages)}
-    links = [link.get_object() for link in document.pages[0]["/Annots"]]
+    numbers = {page.indirect_reference.idnum: k for k, page in enumerate(found.pages)}
+    links = [link.get_object() for link in found.pages[0]["/Annots"]]
     assert [numbers[link["/Dest"][0].idnum] + 1 for link in links] == [line.page for line in lines]
     columns = arranged(lines)
     assert [line for column in columns for line in column] == lines
@@ -690,7 +712,7 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
         left, low, right, high = target.rectangle
         boxes = [t.get_window_extent(renderer) for t in figure.texts if t.get_text() == line.words]
         assert [box for box in boxes if left - 1 <= box.x0 <= box.x1 <= right + 1 and low - 1 <= box.y0 <= box.y1 <= high + 1]
-    assert [part.title for part in document.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]
+    assert [part.title for part in found.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]
 
 
 def test_pages_have_the_operators_that_matplotlib_writes(thrown: tuple[RunData, Path], tmp_path: Path):
@@ -777,13 +799,18 @@ def test_summary_row_measures_drift_by_the_initial_energy():
 
 def test_document_is_the_same_for_any_number_of_processes(thrown: tuple[RunData, Path], tmp_path: Path,
                                                           monkeypatch: pytest.MonkeyPatch):
-    """One page against time stands for all of them."""
-    monkeypatch.setattr("ldbench.plots.document.PAGES", PAGES[:1])
-    run, geometry = thrown
+    """Runs with a page of a few words each, which go to processes of their own."""
+    def page(run: RunData, fine: object) -> list[tuple[str, Figure]]:
+        figure = Figure()
+        figure.text(0.1, 0.5, run.heading)
+        return [("words", figure)]
+
+    monkeypatch.setattr(document, "case_figures", page)
+    monkeypatch.setattr(document, "overview_figures", lambda runs: [])
+    monkeypatch.setattr(document, "TOGETHER", 1)
     documents = [tmp_path/f"{jobs}.pdf" for jobs in (1, 3)]
-    pages = [make_plots([run.file], document, [geometry], jobs)
-             for document, jobs in zip(documents, (1, 3), strict=True)]
-    assert pages == [1 + 4]*2          # summary, geometry, the pages of the run
+    pages = [make_plots([thrown[0].file]*2, target, jobs=jobs) for target, jobs in zip(documents, (1, 3), strict=True)]
+    assert pages == [1 + 2]*2          # summary, the pages of the runs
     assert documents[0].read_bytes() == documents[1].read_bytes()
 
 
