@@ -122,14 +122,14 @@ def test_namelists_go_round(name):
 
 @pytest.mark.parametrize("title", ["the wheelset's run", "'", "''", '"', "it''s \"so\"", "a  'b'", "Räder", "\xa0", "back\\slash",
                                    "車輪\u200b", "\udce9"], ids=ascii)
-def test_texts_go_round(title, tmp_path):
+def test_texts_go_round(title, flange_run, tmp_path):
     """Through Python's namelists, f90nml, and the header of a column file."""
     case = coarse(1, "aw", title=title, t_end=1e-3)
     case.to_namelist(tmp_path/"case.nml")
     for source in tmp_path/"case.nml", case.to_namelist(), case.namelist():
         assert ldbench.Case.from_namelist(source) == case
     assert eval(repr(case), {"Case": ldbench.Case}) == case
-    file = Path(ldbench.run(case).write(tmp_path/"columns.txt"))
+    file = Path(ldbench.run(case, table=flange_run.table).write(tmp_path/"columns.txt"))
     lines = file.read_bytes().decode(errors="surrogateescape").split("\n")
     settings = [line[1:].partition("  !")[0] for line in lines if line.startswith(("# &case", "#   title ="))]
     assert ldbench.Case.from_namelist("\n".join([*settings, "/"])).title == title
@@ -218,9 +218,8 @@ def test_changes_are_refused(change, place, expected, found):
 
 @pytest.mark.same_build
 @pytest.mark.parametrize("case", [
-    to_flange("aw", model="strip"), to_flange("sw", model="strip"), to_flange("aw"), to_flange("sw", scheme="newmark", beta=0.0),
-    coarse(5, "aw", t_end=0.6),
-], ids=["strip aw", "strip sw", "hertz", "explicit", "ramp"])
+    to_flange("aw", model="strip"), to_flange("aw"), to_flange("sw", scheme="newmark", beta=0.0), coarse(5, "aw", t_end=0.6),
+], ids=["strip", "hertz", "explicit", "ramp"])
 def test_file_and_summary_are_the_executables(case, tmp_path):
     reference, printed = executable(case, tmp_path)
     case = case.replace(output_file=reference)
@@ -459,7 +458,7 @@ def test_a_load_beyond_the_table_is_refused():
 @pytest.mark.parametrize("n_roll", [9, 17, 21, 41, 45, 53])
 def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
-    case = ldbench.Case.exercise(1).replace(model="hertz", n_lateral=20, n_roll=n_roll, n_depth=9, table_file="")
+    case = ldbench.Case.exercise(1).replace(model="hertz", n_lateral=20, n_roll=n_roll, n_depth=5, table_file="")
     table = ldbench.ContactTable(case)
     (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
     assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4
