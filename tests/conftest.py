@@ -110,7 +110,7 @@ def long_programs(request: pytest.FixtureRequest, common: Path) -> Iterator[dict
     names = sorted({item.path.stem for item in request.session.items} & LONG_PROGRAMS.keys())
     if names:
         tables = {run.file.with_name(f"{case[-2:]}_halfspace.table") for case, run in request.getfixturevalue("shipped").items()}
-        give_tables(tables | set(request.getfixturevalue("strip_tables").values()))
+        give_tables(tables | {file for law in ("strip_tables", "hertz_tables") for file in request.getfixturevalue(law).values()})
     for name in names:
         programs[name] = LongProgram(common / name)
         with once(common / name) as first:

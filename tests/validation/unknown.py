@@ -126,7 +126,7 @@ def stored(study: Study) -> dict[str, str]:
 
 
 def section(short: bool) -> Section:
-    study = studied((2,), SHORT, model="strip", accuracy=3e-2, table_file="") if short else studied((1, 2, 3, 4, 5), None)
+    study = studied((2,), SHORT, model="hertz", n_lateral=60, n_roll=13, n_depth=11, table_file="") if short else studied((1, 2, 3, 4, 5), None)
     checks: list[Check] = []
     for name in WHEELS:
         if f"APTA {name}" in study.clearance:
