@@ -627,7 +627,7 @@ def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path],
     """On every kind of page, as it is drawn, no label of an axis lies on a tick label or on a title."""
     run, geometry = thrown
     figures = [geometry_page(geometry), *(figure for _, figure in overview_figures([run]))]
-    # Of a long run, one page against time stands for all that are drawn like it.
+    # One page against time of a long run stands for all that are drawn like it.
     monkeypatch.setattr(document, "PAGES", PAGES[:1])
     figures += [figure for _, figure in case_figures(long_run())]
     for figure in figures:

@@ -141,7 +141,7 @@ def test_contact_lines_join_points_of_wheel_and_rail(side, worn_right):
 
 
 def test_the_page_of_a_pair_has_the_functions_of_the_displacement(worn_right):
-    """Of wheels that differ: what is left and what is right is told apart."""
+    """The wheels differ, so that left and right are told apart."""
     with ldbench_style():
         figure = pair_page(worn_right, "note", None)
     assert len(figure.axes) >= 8
