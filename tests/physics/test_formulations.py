@@ -420,7 +420,9 @@ def test_motions_are_the_stored_ones(name: str, stored: pd.DataFrame):
     assert not moved, "\n".join(moved)
 
 
-@pytest.mark.parametrize(("pair", "formulation"), list(zip(("aw", "sw", "aw", "sw"), RIGID, strict=True)))
+@pytest.mark.parametrize(("pair", "formulation"), [
+    pytest.param(pair, name, marks=[pytest.mark.slow] if name == "unilateral, e = 1" else [])     # it rattles for ever
+    for pair, name in zip(("aw", "sw", "aw", "sw"), RIGID, strict=True)])
 def test_exercise_5_ends_as_stored(pair: str, formulation: str):
     """And keeps its energy up to there: up to 59 kJ of work. With impacts that lose energy, the wheelset rolls over the edge
     of the rail's crown at the end, where contact jumps over hollows of the spline; bilateral, the wheelset falls back from

