@@ -126,7 +126,7 @@ def section(short: bool) -> Section:
         rows += shape_rows(name, shape, found[name])
     for pair in PAIRS:
         table = ContactTable(Case.exercise(1, pair))
-        reference = tabulated(pair, 1.2*table.clearance, 2e-4 if short else 2e-5)
+        reference = tabulated(pair, 1.2*table.clearance, 4e-4 if short else 2e-5)
         y = np.linspace(0, 1.2*table.clearance, 31 if short else 241)[1:]
         geometry = table.geometry(y)
         curves[pair] = geometry, reference, table.clearance

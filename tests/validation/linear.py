@@ -98,10 +98,13 @@ def free_oscillation(table: ContactTable, mode: np.ndarray, frequency: float, pe
     return (len(crossing) - 1)/(crossing[-1] - crossing[0])
 
 
-def stiff_table(case: Case, scale: float) -> ContactTable:
+SHORT_TABLE = {"n_lateral": 60, "n_roll": 13, "n_depth": 13}
+
+
+def stiff_table(case: Case, scale: float, short: bool) -> ContactTable:
     """A small table about the position at rest; its depth goes with the approach."""
     return ContactTable(case.replace(stiffness_scale=scale, depth=1e-3*scale**(-2/3), lateral=0.02, table_roll=0.01,
-                                     n_lateral=160, n_roll=33, n_depth=21, table_file=""))
+                                     **SHORT_TABLE if short else {"n_lateral": 160, "n_roll": 33, "n_depth": 21}, table_file=""))
 
 
 # Hardening: a Hertz spring at approach d has its frequency lowered by (A/d)^2/24 by an amplitude A: 1.7e-7 at 0.2 um.
@@ -146,7 +149,7 @@ def section(short: bool) -> Section:
                    for i, (name, found) in enumerate(zip(
                        MODES, ContactTable(Case.exercise(1, pair)).frequencies, strict=True))]
         strip = Case.exercise(1, pair).replace(contact_model="strip")
-        sweeps[pair] = np.array([stiff_table(strip, scale).frequencies for scale in (SHORT_SCALES if short else SCALES)])
+        sweeps[pair] = np.array([stiff_table(strip, scale, short).frequencies for scale in (SHORT_SCALES if short else SCALES)])
         checks += sweep_checks(pair, pendulum, sweeps[pair])
     with ldbench_style():
         figures = [mode_figure(shapes, rows), sweep_figure(sweeps)]

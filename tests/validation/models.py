@@ -98,7 +98,7 @@ def statistics(e: np.ndarray) -> list[str]:
 
 def section(short: bool) -> Section:
     rng = np.random.default_rng(1)
-    exercises = (1, 3) if short else range(1, 6)
+    exercises = (3,) if short else range(1, 6)
     models = MODELS[:2] if short else MODELS
     checks: list[Check] = []
     rows, points = [], []

@@ -15,7 +15,7 @@ from ldbench.profiles.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
 from ldbench.profiles.inspect import Pair, pair
 from sheets import Table, page
 
-SHORT = ("H-918",)         # the tests of EN 15302 take others
+SHORT = ("H",)             # the tests of EN 15302 take others, and wheels of two radii
 # The tables are rounded to 1 um. The spline rounds what is left of joints of zones, where the contact may stand.
 DELTA_R_BAR, MEDIAN_BAR = 2.0, 0.5      # [um]
 
@@ -106,7 +106,8 @@ def section(short: bool) -> Section:
     with tempfile.TemporaryDirectory() as folder:
         paths = en15302.write(Path(folder))
         for name in SHORT if short else TABLES:
-            found[name] = pair(en15302.case(name, paths), en15302.radii(name))
+            # Without radii of their own the core finds how the wheels stand, in less time.
+            found[name] = pair(en15302.case(name, paths), None if short else en15302.radii(name))
             more, row = combination_checks(name, paths, found[name])
             checks += more
             rows.append(row)

@@ -22,6 +22,7 @@ WHEELS = "140M", "240"                     # of APTA
 THROATS = 0.75, 0.9, 1.1, 1.25              # factors of both throat radii
 CORNERS = 9.525, 12.7, 15.875               # radii of the gauge corner: 3/8, 1/2, 5/8 in [mm]
 SHORT = "ours", "APTA 140M", "throat radii x 1.1"
+SHORT_TABLE = {"model": "hertz", "n_lateral": 120, "n_roll": 17, "n_depth": 17, "table_file": ""}
 NAMES = "t_LF", "t_end", "N_LF", "F"
 LONG = {"t_LF": "first left flange contact [ms]", "t_end": "return or derailment [ms]", "N_LF": "peak of the left flange [kN]",
         "F": "lateral force at derailment [kN]"}
@@ -52,15 +53,16 @@ class Study:
         return of[variant][name]/of["ours"][name] - 1
 
 
-def variants(folder: Path) -> dict[str, dict[str, Value]]:
-    """Changes of the shipped cases with actual profiles, by name."""
+def variants(folder: Path, chosen: tuple[str, ...] | None) -> dict[str, dict[str, Value]]:
+    """Changes of the shipped cases with actual profiles, by name; all of them, or the chosen ones."""
     found: dict[str, dict[str, Value]] = {"ours": {}}
     for name in WHEELS:
         file = folder/f"apta_{name}.yz"
         mp.write(file, apta.wheel(name), f"wheel {name}", [], "from the arcs of APTA PR-M-S-015-06")
         found[f"APTA {name}"] = {"wheel_profile": str(file), "table_file": ""}
-    found |= {f"throat radii x {k:g}": write_profiles(folder, "aw", throat=k) for k in THROATS}
-    return found | {f"gauge corner {R:g} mm": write_profiles(folder, "aw", corner=R) for R in CORNERS}
+    others = {f"throat radii x {k:g}": {"throat": k} for k in THROATS} | {f"gauge corner {R:g} mm": {"corner": R} for R in CORNERS}
+    found |= {name: write_profiles(folder, "aw", **radii) for name, radii in others.items() if not chosen or name in chosen}
+    return {name: changes for name, changes in found.items() if not chosen or name in chosen}
 
 
 def answers(case: Case, table: ContactTable) -> tuple[dict[str, float], bool]:
@@ -79,9 +81,7 @@ def studied(exercises: tuple[int, ...], chosen: tuple[str, ...] | None, **always
     """Run the exercises with all variants, or with the chosen ones; `always` changes every case."""
     study = Study({exercise: {} for exercise in exercises}, {exercise: {} for exercise in exercises})
     with tempfile.TemporaryDirectory() as folder:
-        for name, changes in variants(Path(folder)).items():
-            if chosen and name not in chosen:
-                continue
+        for name, changes in variants(Path(folder), chosen).items():
             table = ContactTable(base_case(exercises[0], "aw").replace(**always | changes))
             study.clearance[name] = table.clearance
             for exercise in exercises:
@@ -126,7 +126,7 @@ def stored(study: Study) -> dict[str, str]:
 
 
 def section(short: bool) -> Section:
-    study = studied((2,), SHORT, model="hertz", n_lateral=60, n_roll=13, n_depth=11, table_file="") if short else studied((1, 2, 3, 4, 5), None)
+    study = studied((2,), SHORT, **SHORT_TABLE) if short else studied((1, 2, 3, 4, 5), None)
     checks: list[Check] = []
     for name in WHEELS:
         if f"APTA {name}" in study.clearance:
