@@ -799,18 +799,14 @@ def test_summary_row_measures_drift_by_the_initial_energy():
 
 def test_document_is_the_same_for_any_number_of_processes(thrown: tuple[RunData, Path], tmp_path: Path,
                                                           monkeypatch: pytest.MonkeyPatch):
-    """Runs with a page of a few words each, which go to processes of their own."""
-    def page(run: RunData, fine: object) -> list[tuple[str, Figure]]:
-        figure = Figure()
-        figure.text(0.1, 0.5, run.heading)
-        return [("words", figure)]
-
-    monkeypatch.setattr(document, "case_figures", page)
+    """Two runs, which go to processes of their own; one page against time stands for all of them."""
+    monkeypatch.setattr(document, "PAGES", PAGES[:1])
     monkeypatch.setattr(document, "overview_figures", lambda runs: [])
     monkeypatch.setattr(document, "TOGETHER", 1)
+    run, geometry = thrown
     documents = [tmp_path/f"{jobs}.pdf" for jobs in (1, 3)]
-    pages = [make_plots([thrown[0].file]*2, target, jobs=jobs) for target, jobs in zip(documents, (1, 3), strict=True)]
-    assert pages == [1 + 2]*2          # summary, the pages of the runs
+    pages = [make_plots([run.file]*2, target, [geometry], jobs) for target, jobs in zip(documents, (1, 3), strict=True)]
+    assert pages == [3 + 2*3]*2         # contents, summary, geometry, the pages of the runs
     assert documents[0].read_bytes() == documents[1].read_bytes()
 
 

@@ -177,7 +177,8 @@ def section(short: bool) -> Section:
     exercises = (3,) if short else EXERCISES
     scales = (1.0, 1e2) if short else SCALES
     # A table off by 3 % moves the power by 0.03/ln(100) = 0.007.
-    found = approaches(("aw",) if short else tuple(PAIRS), exercises, scales, **({"model": "strip", "accuracy": 3e-2} if short else {}))
+    quick = {"model": "strip", "accuracy": 3e-2} if short else {}
+    found = approaches(("aw",) if short else tuple(PAIRS), exercises, scales, **quick)
     checks: list[Check] = [absolute(f"{a.name}: power of the modulus with which velocities after the flange's first contact "
                                     "approach rigid ones [1]", a.power, FALL, "Hertz: duration of an impact", BAR)
                            for a in found]
