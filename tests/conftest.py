@@ -109,8 +109,12 @@ def long_programs(request: pytest.FixtureRequest, common: Path) -> Iterator[dict
     programs, begun = {}, []
     names = sorted({item.path.stem for item in request.session.items} & LONG_PROGRAMS.keys())
     if names:
-        tables = {run.file.with_name(f"{case[-2:]}_halfspace.table") for case, run in request.getfixturevalue("shipped").items()}
-        give_tables(tables | {file for law in ("strip_tables", "hertz_tables") for file in request.getfixturevalue(law).values()})
+        # Every second worker begins at the other end, so that no worker waits for what the other one makes.
+        made = ["shipped", "strip_tables", "hertz_tables"]
+        made = made[::-1] if os.environ.get("PYTEST_XDIST_WORKER", "")[-1:] in tuple("13579") else made
+        found = {name: request.getfixturevalue(name) for name in made}
+        give_tables({run.file.with_name(f"{case[-2:]}_halfspace.table") for case, run in found["shipped"].items()}
+                    | {*found["strip_tables"].values(), *found["hertz_tables"].values()})
     for name in names:
         programs[name] = LongProgram(common / name)
         with once(common / name) as first:
