@@ -111,8 +111,8 @@ def long_programs(request: pytest.FixtureRequest, common: Path) -> Iterator[dict
     if names:
         # Every second worker begins at the other end, so that no worker waits for what the other one makes.
         made = ["shipped", "strip_tables", "hertz_tables"]
-        made = made[::-1] if os.environ.get("PYTEST_XDIST_WORKER", "")[-1:] in tuple("13579") else made
-        found = {name: request.getfixturevalue(name) for name in made}
+        worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+        found = {name: request.getfixturevalue(name) for name in (made[::-1] if worker % 2 else made)}
         give_tables({run.file.with_name(f"{case[-2:]}_halfspace.table") for case, run in found["shipped"].items()}
                     | {*found["strip_tables"].values(), *found["hertz_tables"].values()})
     for name in names:

@@ -244,17 +244,12 @@ def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarra
         line = lines[k]
         if not line.strip() or _is_comment(line, mark):
             continue
-        if not mark:
-            if len(line.split()) != count:
-                raise _wrong_row(path, k, lines, count)
-            rows[k] = line
-            continue
-        cells = line.split(mark)
-        if len(cells) == count + 1 and not cells[-1].strip():
+        cells = _cells(line, mark)
+        if len(cells) == count + 1 and not cells[-1]:
             cells.pop()
         if len(cells) != count:
             raise _wrong_row(path, k, lines, count)
-        rows[k] = " ".join([cell.strip() or "nan" for cell in cells])
+        rows[k] = " ".join([cell or "nan" for cell in cells]) if mark else line
     table = _numbers(rows.values(), mark)
     if table.size != count*len(rows):
         raise _wrong_row(path, next(k for k, row in rows.items() if _numbers([row], mark).size != count), lines, count)
