@@ -1,24 +1,22 @@
 !> Zones of a wheel: stretches that carry one contact patch each.
 !>
 !> The wheel is cut where it cannot touch, in the middle of the arcs whose curvature relative to the rail's point with
-!> the same normal is negative.  A zone then holds one patch that moves smoothly, which makes the elastic energy
-!> smooth in the pose.  One of the cuts, near the station with the tangent angle `split_angle`, parts the tread from
-!> the flange.
+!> the same normal is negative. A zone then holds one patch that moves smoothly, which makes the elastic energy
+!> smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
+!> is another question, which `is_flange` answers.
 module contact_zones
-  use errors, only: error_type, fatal_error
   use kinds, only: degree, dp
-  use text, only: str
   use wheel_rail_pair, only: pair_type, rail_curvature, window
   implicit none
   private
-  public :: zone_type, side_type, find_zones, max_zones
+  public :: zone_type, side_type, find_zones, is_flange, max_zones
 
   integer, parameter :: max_zones = 6
 
   !> A stretch of the wheel that carries one patch.
   type :: zone_type
     integer :: first = 0, last = 0     !! indices of its stations
-    logical :: flange = .false.        !! true on the flange, false on the tread
+    logical :: flange = .false.        !! lies on the flange's side of the running tread, by the cut nearest to `root_angle`
     real(dp) :: alpha = 0              !! mean contact angle [rad]
     real(dp) :: pole(2) = 0            !! the point nearest to all contact normals, wheelset frame [m]
   end type zone_type
@@ -28,6 +26,7 @@ module contact_zones
     type(pair_type) :: pair
     type(zone_type), allocatable :: zones(:)   !! ordered from the tread to the flange
     real(dp) :: clearance = 0          !! lateral way of the centred rigid wheelset until this flange touches [m]
+    real(dp) :: threshold(2) = [1, 0]  !! cosine and sine of the least contact angle of a flange contact
   end type side_type
 
   !> An arc of the wheel that cannot touch.
@@ -37,37 +36,24 @@ module contact_zones
     real(dp) :: turn = 0               !! angle by which the normals of wheel and rail part over the arc [rad]
   end type gap_type
 
+  real(dp), parameter :: root_angle = 10*degree    ! about where tread and flange of usual profiles part
   real(dp), parameter :: least_gap = 0.4e-3_dp    ! shortest arc that counts as a gap [m]
   real(dp), parameter :: least_zone = window/2     ! shortest zone [m]: the mean curvature does not show shorter arcs
 
 contains
 
-  !> Cut the wheel into zones, from the field side of the tread to the flange.  Fails where no station between the
-  !> running point and the flange face has the angle `split_angle`.
-  subroutine find_zones(pair, split_angle, zones, error)
+  !> Cut the wheel into zones, from the field side of the tread to the flange.
+  pure subroutine find_zones(pair, zones)
     type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: split_angle              !! [rad]
     type(zone_type), allocatable, intent(out) :: zones(:)
-    type(error_type), allocatable, intent(out) :: error
     type(gap_type), allocatable :: gaps(:)
     integer :: running, split, parting, i
 
     running = count(pair%s <= pair%centred_station)
     split = running
-    do while (split > pair%steepest .and. pair%angle(split) < split_angle)
+    do while (split > pair%steepest .and. pair%angle(split) < root_angle)
       split = split - 1
     end do
-    if (split == running) then
-      call fatal_error(error, '&contact split_angle = '//str(split_angle)// &
-        ' rad: expected more than the tread''s angle where the centred wheel touches, '// &
-        str(pair%angle(running))//' rad')
-      return
-    else if (split == pair%steepest) then
-      call fatal_error(error, '&contact split_angle = '//str(split_angle)// &
-        ' rad: expected at most the flange''s steepest angle, '// &
-        str(maxval(pair%angle(pair%steepest + 1:running)))//' rad')
-      return
-    end if
     call find_gaps(pair, running, gaps)
     call part_flange(pair, split, gaps, parting)
 
@@ -79,6 +65,16 @@ contains
       call set_pole(pair, zones(i))
     end do
   end subroutine find_zones
+
+  !> Whether a contact with a force or a normal n of the rail, at station s [m] of the wheel, is the flange's: its contact angle
+  !> is at least the threshold, or it is on the flange's tip.
+  pure logical function is_flange(side, n, s)
+    type(side_type), intent(in) :: side
+    real(dp), intent(in) :: n(2)           !! as on the left side
+    real(dp), intent(in) :: s
+
+    is_flange = -n(1)*side%threshold(1) - n(2)*side%threshold(2) >= 0 .or. s < side%pair%s(side%pair%steepest)
+  end function is_flange
 
   !> Find the arcs of negative relative curvature, from the running point to the flange face.
   pure subroutine find_gaps(pair, running, gaps)
@@ -130,12 +126,12 @@ contains
     gaps = [gaps, gap]
   end subroutine add_gap
 
-  !> The cut that parts the tread from the flange: in the last gap that starts before the split angle, or in the next one if
-  !> the angle of its cut is nearer to the split angle; without a gap before the split angle in one right behind it, else a
-  !> new one at the split angle.
+  !> The cut that parts the tread from the flange: in the last gap that starts before the root's angle, or in the next one if
+  !> the angle of its cut is nearer to it; without a gap before that angle in one right behind it, else a
+  !> new one at the angle.
   pure subroutine part_flange(pair, split, gaps, parting)
     type(pair_type), intent(in) :: pair
-    integer, intent(in) :: split           !! index of the station with the split angle
+    integer, intent(in) :: split           !! index of the station with the root's angle
     type(gap_type), allocatable, intent(inout) :: gaps(:)
     integer, intent(out) :: parting        !! index of the station of the cut
     integer :: i, before

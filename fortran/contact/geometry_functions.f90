@@ -3,7 +3,7 @@
 module geometry_functions
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use root_bracket, only: bracket_type
-  use contact_zones, only: side_type
+  use contact_zones, only: is_flange, side_type
   use curve, only: curve_frame
   use station_scan, only: new_scan, scan_type, touch
   use wheel_rail_pair, only: pair_type, rolled, same_pair
@@ -114,60 +114,50 @@ contains
 
   end subroutine rigid_contact
 
-  !> Lateral displacement y [m] at which the left flange of the rigid wheelset touches while it rides on both treads.
-  !> `ok` is false where there is none between 0 and 0.05 m.
+  !> Lateral displacement y [m] at which the contact of the left wheel of the rigid wheelset becomes the flange's: its angle
+  !> exceeds the threshold of the side, or jumps past it. `ok` is false where there is none between 0 and 0.05 m.
   subroutine clearance(side, y, ok)
     type(side_type), intent(in) :: side(:)    !! left, right
     real(dp), intent(out) :: y
     logical, intent(out) :: ok
-    real(dp), parameter :: widest = 0.05_dp, close = 1e-12_dp, near = 1e-3_dp    ! [m]
-    type(scan_type) :: scan
-    type(bracket_type) :: range
-    real(dp) :: f
-    integer :: iter, k, tread(2), flange
+    real(dp), parameter :: widest = 0.05_dp, stride = 0.5e-3_dp, close = 1e-12_dp    ! [m]
+    real(dp) :: low, high
 
-    scan = new_scan(side(1)%pair)
-    do k = 1, 2
-      tread(k) = side(k)%zones(count(.not. side(k)%zones%flange))%first
+    low = 0
+    y = 0
+    ok = .not. touches_flange(0.0_dp)
+    high = stride
+    do while (ok .and. high <= widest)
+      if (touches_flange(high)) exit
+      low = high
+      high = high + stride
     end do
-    flange = side(1)%zones(size(side(1)%zones))%first
-    ! Bisection finds where the flange comes into reach; regula falsi does the rest.
-    range = bracket_type(0.0_dp, -1.0_dp, widest, -1.0_dp)
-    do iter = 1, 100
-      y = (range%a + range%b)/2
-      if (range%fa > -near .and. range%fb > 0) y = range%guess()
-      call find_overlap(f)
-      if (.not. ok) return
-      if (abs(f) < close) exit
-      if (range%fa > -near .and. range%fb > 0) then
-        call range%narrow(y, f)
-      else if (f < 0) then
-        range%a = y
-        range%fa = f
+    ok = ok .and. high <= widest
+    if (.not. ok) return
+    do while (high - low > close)
+      y = (low + high)/2
+      if (touches_flange(y)) then
+        high = y
       else
-        range%b = y
-        range%fb = f
+        low = y
       end if
-      if (abs(range%b - range%a) < close) exit
     end do
-    ok = range%a > 0 .and. range%b < widest
+    y = high
 
   contains
 
-    !> Overlap f [m]: the axle height at which the flange touches, minus that of the wheelset on its treads; -1 where the
-    !> flange passes beside the rail.
-    subroutine find_overlap(f)
-      real(dp), intent(out) :: f
-      real(dp) :: roll, z, z_flange, station(2)
-      logical :: touches
+    !> Whether the wheelset stands on the left flange, or on the treads no more.
+    logical function touches_flange(y)
+      real(dp), intent(in) :: y
+      real(dp) :: roll, z, station(2), r(2), angle, curvature
+      logical :: stands
 
-      call rigid_contact(side, tread, y, roll, z, station, ok)
-      if (.not. ok) return
-      scan%fresh = .true.
-      call lower(side(1)%pair, flange, tread(1), y, roll, scan, z_flange, station(1), touches)
-      f = -1
-      if (touches) f = z_flange - z
-    end subroutine find_overlap
+      call rigid_contact(side, [1, 1], y, roll, z, station, stands)
+      touches_flange = .not. stands
+      if (.not. stands) return
+      call curve_frame(side(1)%pair%wheel, station(1), r, angle, curvature)
+      touches_flange = is_flange(side(1), [-sin(angle + roll), cos(angle + roll)], station(1))
+    end function touches_flange
 
   end subroutine clearance
 

@@ -1,220 +1,308 @@
 !> Half-spaces pressed together at a wheel and its rail, in one pose.
 !>
-!> The surface is developed into the plane (x rolling, s along the wheel).  The interpenetration is that of the real
+!> The surface is developed into the plane (x rolling, s along the wheel). The interpenetration is that of the real
 !> profiles and of the wheel's circles: at x the wheel's point is r - sqrt(r^2 - x^2) higher, and its depth is measured
-!> along the rail's normal there.  All patches of a stretch of the wheel act on each other.
+!> along the rail's normal there. All elements of a stretch of the wheel are one elastic system, and the wheel's own
+!> normals enter its influence, which does not depend on the pose: so the force is the exact gradient of the energy.
 !>
-!> Every patch has a grid that fits its pressed area.  The pressed area is looked for where the undeformed bodies
+!> Every patch has a grid that fits its pressed area. The pressed area is looked for where the undeformed bodies
 !> overlap: Hertz's ellipse has the shares f_x, f_s of the semi-axes of the overlap with f_x^2 + f_s^2 = 1 (from
-!> K. L. Johnson, Contact Mechanics, 4.25-4.32), and neighbouring poses have nearly the same shares.
+!> K. L. Johnson, Contact Mechanics, 4.25-4.32).
 module halfspace_patches
   use curve, only: curve_point
-  use halfspace, only: mesh_type, new_system, set_influence, solve_pressure, system_type
+  use halfspace, only: mesh_type, set_influence, solve_loads
   use kinds, only: dp
-  use patch_grids, only: carry_pressures, elements_type, fit_box, fit_mesh, guess_pressures, interpolate_influence, &
-    look_beyond
-  use patch_overlaps, only: expected_area, find_overlaps, most_patches, near_overlaps, overlap_type, overlaps_type
+  use patch_grids, only: displacement, elements_type, fit_box, fit_mesh, guess_loads, look_beyond
+  use patch_overlaps, only: expected_area, find_overlaps, most_patches, moved_area, overlaps_type, same_overlap
   use station_scan, only: scan_type, set_depth
   use wheel_rail_pair, only: pair_type, rolled
   implicit none
   private
-  public :: patches_type, press_patches, keep_patches, pressed_area
+  public :: patches_type, press_patches, force_between, influence_between
 
-  !> The pressed patches of a pose.  They start the search in the next pose.
+  !> The pressed patches of a pose.
   type :: patches_type
     integer :: n = 0
-    integer :: solutions = 0, iterations = 0   !! counted over all poses so far
-    integer :: poses = 0, unsolved = 0         !! poses so far; poses whose pressures or grids did not converge
+    logical :: ok = .true.                     !! whether loads and grids converged
+    integer :: rounds = 0, iterations = 0      !! of the search for grids; of the solver
+    real(dp) :: energy = 0                     !! [J]
     type(overlaps_type) :: overlaps            !! one for every patch
     real(dp) :: box(3, most_patches) = 0       !! pressed area: half of its length along x, first and last s [m]
     type(mesh_type) :: mesh(most_patches)
-    !> The area that the next pose is expected to press, in the shares of `pressed_area`; negative if it is not known.  A pose
-    !> whose area is known, from poses around it, is likely to be solved in the first round.
-    real(dp) :: expected(3) = -1
-    real(dp), allocatable :: p(:, :, :)        !! pressures (nx, ns, patch) [Pa]
-    type(system_type) :: system
+    real(dp), allocatable :: f(:, :, :)        !! loads of the elements at x > 0, (nx, ns, patch) [N]
+    real(dp), allocatable :: r(:, :, :)        !! interpenetration that the loads leave, (nx, ns, patch) [m]
+    real(dp), allocatable :: influence(:, :)   !! of the elements on each other, see `set_influence` [m/N]
+    real(dp), allocatable :: angle(:, :)       !! of the wheel's tangent, wheelset frame, (ns, patch) [rad]
+    real(dp), allocatable :: normal(:, :, :, :), point(:, :, :, :)   !! of the rail, of the wheel; see `set_depths`
   end type patches_type
+
+  ! Constant pressures on ns/4 by ns elements that fit half an ellipse overestimate energy and force by
+  ! 0.8/ns^2 (found on Hertz's ellipses with axis ratios from 1/20 to 20).
+  real(dp), parameter :: grid_error = 1.12_dp
+  integer, parameter :: coarse_x = 3, coarse_s = 14, most_rounds = 20
+  real(dp), parameter :: coarse_tolerance = 2e-2_dp
+  ! Coarse grids find ellipses a little too long: what is left of their semi-axes along x and along s.
+  real(dp), parameter :: coarse_axes(3) = [0.973_dp, 0.984_dp, 0.984_dp]
 
 contains
 
-  !> Elastic energy [J] of the stations first..last of a scan and, if asked, the force of the rail on the
-  !> wheel and its moment about the axle centre (F_y [N], F_z [N], M_x [N m]).  `ok` is false when the
-  !> solution fails.
-  pure subroutine press_patches(pair, elements, first, last, centre, roll, scan, patches, energy, ok, force)
+  !> Press the stations first..last of a scan into the rail: the pressed areas are found on coarse grids, or have the same shares
+  !> of their overlaps as in a pose nearby.
+  pure subroutine press_patches(pair, elements, first, last, centre, roll, scan, patches, nearby)
     type(pair_type), intent(in) :: pair
     type(elements_type), intent(in) :: elements
     integer, intent(in) :: first, last
     real(dp), intent(in) :: centre(2), roll    !! position and roll angle of the axle [m, rad]
     type(scan_type), intent(in) :: scan        !! depths in this pose
-    type(patches_type), intent(inout) :: patches   !! patches of a pose nearby, or new ones
-    real(dp), intent(out) :: energy
-    logical, intent(out) :: ok
-    real(dp), intent(out), optional :: force(3)
-    real(dp), parameter :: rough = 0.1_dp      ! tolerance while a patch is looked for
-    integer, parameter :: most_rounds = 20
-    ! Constant pressures on ns/4 by ns elements that fit half an ellipse overestimate energy and force by
-    ! 0.8/ns^2 (found on Hertz's ellipses with axis ratios from 1/20 to 20).
-    real(dp), parameter :: grid_error = 0.8_dp
-    real(dp), dimension(elements%nx, elements%ns, most_patches) :: depth, p, r
-    real(dp), dimension(2, elements%nx, elements%ns, most_patches) :: normal, point
-    type(mesh_type) :: mesh(most_patches)
-    type(overlaps_type) :: overlaps
-    integer :: n, g, round, iterations
-    real(dp) :: box(3), self(most_patches)
-    logical :: warm, known, fits
+    type(patches_type), intent(out) :: patches
+    type(patches_type), intent(in), optional :: nearby
+    type(elements_type) :: coarse
+    real(dp) :: stretch(3, most_patches), box(3)
+    integer :: g, round
+    logical :: cut, fits, moved
 
-    energy = 0
-    ok = .true.
-    if (present(force)) force = 0
-    call find_overlaps(pair, first, last, scan, overlaps)
-    call start_patches(elements, overlaps, patches, warm, known)
-    n = patches%n
-    if (n == 0) return
-    fits = .false.
+    call find_overlaps(pair, first, last, scan, patches%overlaps)
+    patches%n = patches%overlaps%n
+    if (patches%n == 0) return
+    if (present(nearby)) then
+      call move_patches(nearby, patches)
+      call press_grids(pair, elements, first, last, centre, roll, scan, patches)
+      return
+    end if
+    do g = 1, patches%n
+      patches%box(:, g) = expected_area(patches%overlaps%list(g))
+    end do
+    stretch = spread(coarse_axes, 2, most_patches)
+    coarse = elements_type(coarse_x, coarse_s, coarse_tolerance, elements%e_star, elements%flat)
     do round = 1, most_rounds
-      do g = 1, n
-        call fit_mesh(patches%box(:, g), overlaps%list(g)%ends, elements, mesh(g))
-        call interpolate_influence(elements, mesh(g), patches%system%own(:, :, g), self(g), &
-          patches%system%inverse(:, :, g))
-        call set_depths(pair, first, last, centre, roll, scan, mesh(g), depth(:, :, g), normal(:, :, :, g), &
-          point(:, :, :, g))
-        if (warm .or. round > 1) then
-          call carry_pressures(patches%mesh(g), patches%p(:, :, g), mesh(g), p(:, :, g))
-        else
-          call guess_pressures(patches%box(:, g), overlaps%list(g)%depth, mesh(g), p(:, :, g))
-        end if
+      call press_grids(pair, coarse, first, last, centre, roll, scan, patches)
+      fits = patches%ok
+      do g = 1, patches%n
+        call fit_box(coarse, patches%mesh(g), patches%f(:, :, g), patches%overlaps%list(g)%ends, patches%box(:, g), &
+          stretch(:, g), cut, moved)
+        fits = fits .and. .not. (cut .or. moved)
       end do
-      call set_influence(mesh(:n), self(:n), elements%e_star, patches%system)
-      call solve_pressure(patches%system, depth, &
-        merge(elements%tolerance, max(rough, elements%tolerance), known .or. round > 1), p, r, ok, iterations)
-      patches%solutions = patches%solutions + 1
-      patches%iterations = patches%iterations + iterations
-      patches%mesh(:n) = mesh(:n)
-      patches%p(:, :, :n) = p(:, :, :n)
-      fits = .false.
-      if (.not. ok) exit
-      fits = known .or. round > 1
-      do g = 1, n
-        call fit_box(elements, mesh(g), p(:, :, g), overlaps%list(g)%ends, patches%box(:, g), round, box, fits)
-        patches%box(:, g) = box
+      if (.not. fits) cycle
+      do g = 1, patches%n
+        call look_beyond(pair, coarse, scan, first, last, patches%overlaps%list(g)%ends, patches%overlaps%list(g)%depth, &
+          patches%mesh(:patches%n), patches%angle, patches%f, g, patches%box(:, g), stretch(:, g), fits)
       end do
-      if (fits) then
-        do g = 1, n
-          call look_beyond(pair, elements, scan, first, last, overlaps%list(g)%ends, overlaps%list(g)%depth, mesh(:n), &
-            p(:, :, :n), g, patches%box(:, g), fits)
-        end do
-      end if
       if (fits) exit
     end do
-    patches%poses = patches%poses + 1
-    if (.not. fits) patches%unsolved = patches%unsolved + 1
-    do g = 1, n
-      energy = energy + sum(p(:, :, g)*(depth(:, :, g) + r(:, :, g)))*mesh(g)%dx*mesh(g)%ds
-      if (present(force)) force = force + 2*mesh(g)%dx*mesh(g)%ds*[sum(p(:, :, g)*normal(1, :, :, g)), &
-        sum(p(:, :, g)*normal(2, :, :, g)), &
-        sum(p(:, :, g)*(point(1, :, :, g)*normal(2, :, :, g) - point(2, :, :, g)*normal(1, :, :, g)))]
+    patches%rounds = round
+    do round = 1, most_rounds
+      call press_grids(pair, elements, first, last, centre, roll, scan, patches)
+      fits = .true.
+      do g = 1, patches%n
+        box = patches%box(:, g)
+        call fit_box(elements, patches%mesh(g), patches%f(:, :, g), patches%overlaps%list(g)%ends, box, stretch(:, g), cut, &
+          moved)
+        if (cut) patches%box(:, g) = box
+        fits = fits .and. .not. cut
+      end do
+      if (fits) exit
     end do
-    energy = energy/(1 + grid_error/elements%ns**2)
-    if (present(force)) force = force/(1 + grid_error/elements%ns**2)
+    patches%ok = patches%ok .and. fits
   end subroutine press_patches
 
-  !> Place the patches of the last pose, or new ones, in the overlaps of this pose.  `warm` says that the patches of
-  !> the last pose have been moved, pressures included; `known`, that the pressed areas are near to the true ones.
-  pure subroutine start_patches(elements, overlaps, patches, warm, known)
-    type(elements_type), intent(in) :: elements
-    type(overlaps_type), intent(in) :: overlaps
-    type(patches_type), intent(inout) :: patches
-    logical, intent(out) :: warm, known
-    integer :: i
+  !> Take the patches of a pose nearby, with the same shares of their overlaps, or in the same place if overlaps have met or parted.
+  pure subroutine move_patches(nearby, patches)
+    type(patches_type), intent(in) :: nearby
+    type(patches_type), intent(inout) :: patches   !! with the overlaps of the new pose
+    type(overlaps_type) :: new
+    integer :: g, k
 
-    warm = near_overlaps(patches%overlaps, overlaps)
-    do i = 1, overlaps%n
-      if (warm) then
-        call move_patch(overlaps%list(i), i, patches)
-      else
-        patches%box(:, i) = expected_area(overlaps%list(i))
-      end if
-      ! An overlap with two maxima may be one patch or two.
-      associate (new => overlaps%list(i))
-        patches%box(2, i) = min(patches%box(2, i), (new%tops(1) + new%ends(1))/2)
-        patches%box(3, i) = max(patches%box(3, i), (new%tops(2) + new%ends(2))/2)
-      end associate
+    new = patches%overlaps
+    patches%n = nearby%n
+    patches%overlaps = nearby%overlaps
+    patches%box = nearby%box
+    do g = 1, nearby%n
+      do k = 1, new%n
+        if (.not. same_overlap(nearby%overlaps%list(g), new%list(k))) cycle
+        patches%box(:, g) = moved_area(nearby%box(:, g), nearby%overlaps%list(g), new%list(k))
+        patches%overlaps%list(g) = new%list(k)
+      end do
     end do
-    patches%n = overlaps%n
-    patches%overlaps = overlaps
-    known = warm
-    if (overlaps%n == 0) return
-    if (overlaps%n == 1 .and. patches%expected(1) > 0) then
-      known = .true.
-      associate (new => overlaps%list(1))
-        patches%box(:, 1) = [patches%expected(1)*new%half_x, &
-          new%ends(1) + patches%expected(2:)*(new%ends(2) - new%ends(1))]
-      end associate
+  end subroutine move_patches
+
+  !> Press the wheel with one grid on each pressed area.
+  pure subroutine press_grids(pair, elements, first, last, centre, roll, scan, patches)
+    type(pair_type), intent(in) :: pair
+    type(elements_type), intent(in) :: elements
+    integer, intent(in) :: first, last
+    real(dp), intent(in) :: centre(2), roll
+    type(scan_type), intent(in) :: scan
+    type(patches_type), intent(inout) :: patches
+    real(dp) :: depth(elements%nx, elements%ns, patches%n), share
+    integer :: g, iterations
+
+    if (allocated(patches%f)) then
+      if (size(patches%f) /= size(depth)) deallocate (patches%f, patches%r, patches%influence, patches%angle, &
+        patches%normal, patches%point)
     end if
-    patches%expected = -1
-    if (.not. allocated(patches%p)) then
-      patches%system = new_system(elements%nx, elements%ns, most_patches)
-      allocate (patches%p(elements%nx, elements%ns, most_patches))
+    if (.not. allocated(patches%f)) then
+      allocate (patches%f, patches%r, mold=depth)
+      allocate (patches%influence(size(depth), size(depth)), patches%angle(elements%ns, patches%n))
+      allocate (patches%normal(2, elements%nx, elements%ns, patches%n), patches%point(2, elements%nx, elements%ns, patches%n))
     end if
-  end subroutine start_patches
+    do g = 1, patches%n
+      call fit_mesh(patches%box(:, g), patches%overlaps%list(g)%ends, elements, patches%mesh(g))
+      call set_depths(pair, first, last, centre, roll, scan, patches%mesh(g), depth(:, :, g), patches%normal(:, :, :, g), &
+        patches%point(:, :, :, g), patches%angle(:, g))
+      call guess_loads(patches%box(:, g), patches%overlaps%list(g)%depth, patches%mesh(g), patches%f(:, :, g))
+    end do
+    call set_influence(elements%nx, elements%ns, patches%mesh(:patches%n), merge(0.0_dp, patches%angle, elements%flat), &
+      elements%e_star, patches%influence)
+    call solve_flat(patches%influence, depth, elements%tolerance, patches%f, patches%r, patches%ok, iterations)
+    patches%iterations = patches%iterations + iterations
+    share = 1/(1 + grid_error/elements%ns**2)
+    patches%energy = sum(patches%f*(depth + patches%r))*share
+    patches%f = patches%f*share
+  end subroutine press_grids
 
-  !> Move patch i of the last pose with its overlap and stretch it to the size of this pose.
-  pure subroutine move_patch(new, i, patches)
-    type(overlap_type), intent(in) :: new            !! the overlap of this pose
-    integer, intent(in) :: i
-    type(patches_type), intent(inout) :: patches     !! patches and overlaps of the last pose
-    real(dp) :: along_s, along_x
+  !> `solve_loads` for loads by grid.
+  pure subroutine solve_flat(A, depth, tolerance, f, r, ok, iterations)
+    real(dp), intent(in), contiguous :: A(:, :)
+    real(dp), intent(in) :: depth(size(A, 1)), tolerance
+    real(dp), intent(inout) :: f(size(A, 1))
+    real(dp), intent(out) :: r(size(A, 1))
+    logical, intent(out) :: ok
+    integer, intent(out) :: iterations
 
-    associate (old => patches%overlaps%list(i), mesh => patches%mesh(i))
-      along_s = (new%ends(2) - new%ends(1))/(old%ends(2) - old%ends(1))
-      along_x = new%half_x/old%half_x
-      patches%box(:, i) = [patches%box(1, i)*along_x, new%ends(1) + (patches%box(2:3, i) - old%ends(1))*along_s]
-      mesh%low = new%ends(1) + (mesh%low - old%ends(1))*along_s
-      mesh%ds = mesh%ds*along_s
-      mesh%dx = mesh%dx*along_x
-      patches%p(:, :, i) = patches%p(:, :, i)*sqrt(new%depth/old%depth)
-    end associate
-  end subroutine move_patch
+    call solve_loads(A, depth, tolerance, f, r, ok, iterations)
+  end subroutine solve_flat
 
-  !> The area that a single patch pressed last, as shares of its overlap: half of its length along x, both ends along s.
-  !> Negative where there are several patches.
-  pure function pressed_area(patches) result(area)
+  !> Force of the rail on the wheel by the loads between two s, and its moment about the axle centre (F_y [N], F_z [N],
+  !> M_x [N m]).
+  pure function force_between(patches, low, high) result(force)
     type(patches_type), intent(in) :: patches
-    real(dp) :: area(3)
+    real(dp), intent(in) :: low, high          !! [m]
+    real(dp) :: force(3), s
+    integer :: g, j
 
-    area = -1
-    associate (overlap => patches%overlaps%list(1))
-      if (patches%n == 1) area = [patches%box(1, 1)/overlap%half_x, &
-        (patches%box(2:, 1) - overlap%ends(1))/(overlap%ends(2) - overlap%ends(1))]
-    end associate
-  end function pressed_area
+    force = 0
+    do g = 1, patches%n
+      do j = 1, size(patches%f, 2)
+        s = patches%mesh(g)%low + (j - 0.5_dp)*patches%mesh(g)%ds
+        if (s < low .or. s >= high) cycle
+        associate (f => patches%f(:, j, g), n => patches%normal(:, :, j, g), x => patches%point(:, :, j, g))
+          force = force + 2*[sum(f*n(1, :)), sum(f*n(2, :)), sum(f*(x(1, :)*n(2, :) - x(2, :)*n(1, :)))]
+        end associate
+      end do
+    end do
+  end function force_between
 
-  !> Keep the patches of one pose as a start for other poses.
-  pure subroutine keep_patches(source, target)
-    type(patches_type), intent(in) :: source
-    type(patches_type), intent(inout) :: target
+  !> Mean influence of the loads of two stretches on each other [m/N]: the displacement of one by the other, weighted with its
+  !> own loads. If one stretch has no loads, it is that on the point that is nearest to touching. It is not set if neither has
+  !> loads.
+  pure subroutine influence_between(pair, elements, scan, patches, first, last, influence, load, angle)
+    type(pair_type), intent(in) :: pair
+    type(elements_type), intent(in) :: elements
+    type(scan_type), intent(in) :: scan        !! depths in this pose
+    type(patches_type), intent(in) :: patches
+    integer, intent(in) :: first(2), last(2)   !! stations of both stretches
+    real(dp), intent(out) :: influence, load(2)   !! [m/N]; sums of the loads [N]
+    real(dp), intent(out) :: angle             !! of the wheel's tangent at the nearest point [rad]
+    logical :: inside(size(patches%influence, 1), 2)
+    real(dp) :: f(size(patches%influence, 1)), r(size(patches%influence, 1))
+    integer :: k, loaded, free
 
-    if (.not. allocated(source%p)) return
-    if (.not. allocated(target%p)) then
-      allocate (target%p, mold=source%p)
-      target%system = new_system(size(source%p, 1), size(source%p, 2), most_patches)
+    f = reshape(patches%f, [size(f)])
+    r = reshape(patches%r, [size(f)])
+    do k = 1, 2
+      inside(:, k) = elements_between(elements, patches, pair%s(first(k)), pair%s(last(k)))
+      load(k) = 2*sum(f, inside(:, k))
+    end do
+    influence = 0
+    angle = 0
+    if (all(load <= 0)) return
+    if (all(load > 0)) then
+      influence = 2*dot_product(merge(f, 0.0_dp, inside(:, 1)), matmul(patches%influence, merge(f, 0.0_dp, inside(:, 2)))) &
+        /product(load)
+      return
     end if
-    target%n = source%n
-    target%overlaps = source%overlaps
-    target%box(:, :target%n) = source%box(:, :target%n)
-    target%mesh(:target%n) = source%mesh(:target%n)
-    target%p(:, :, :target%n) = source%p(:, :, :target%n)
-  end subroutine keep_patches
+    loaded = maxloc(load, 1)
+    free = 3 - loaded
+    call nearest_point(pair, elements, scan, patches, first(free), last(free), inside(:, free), &
+      merge(f, 0.0_dp, inside(:, loaded)), r, influence, angle)
+    influence = influence/load(loaded)
+  end subroutine influence_between
 
-  !> At the elements of a grid: the undeformed interpenetration [m], the rail's normal, and the wheel's point relative
-  !> to the axle centre, track frame [m].
-  pure subroutine set_depths(pair, first, last, centre, roll, scan, mesh, depth, normal, point)
+  !> Displacement [m] by the loads f, of those of all patches, at the point of a stretch without loads that is nearest to
+  !> touching, and the angle of the wheel's tangent there.
+  pure subroutine nearest_point(pair, elements, scan, patches, first, last, inside, f, r, displaced, angle)
+    type(pair_type), intent(in) :: pair
+    type(elements_type), intent(in) :: elements
+    type(scan_type), intent(in) :: scan
+    type(patches_type), intent(in) :: patches
+    integer, intent(in) :: first, last
+    logical, intent(in) :: inside(:)           !! elements of the stretch
+    real(dp), intent(in) :: f(:), r(:)
+    real(dp), intent(out) :: displaced, angle
+    real(dp), parameter :: shallower = 0.5_dp  ! candidates are at most so much less deep, relative to all loads' largest overlap
+    integer, parameter :: looks = 24           ! stations that are looked at, about
+    real(dp) :: gap, least_gap, overlap, low, high
+    integer :: i, g, j, step
+    logical :: wanted(last - first + 1)
+
+    displaced = 0
+    angle = 0
+    least_gap = huge(gap)
+    if (any(inside)) then
+      i = maxloc(r, 1, inside)
+      least_gap = -r(i)
+      displaced = dot_product(patches%influence(:, i), f)
+      j = (i - 1)/elements%nx
+      angle = patches%angle(1 + mod(j, elements%ns), 1 + j/elements%ns)
+    end if
+    overlap = maxval(patches%overlaps%list(:patches%n)%depth)
+    wanted = scan%depth(first:last) > maxval(scan%depth(first:last)) - shallower*overlap
+    step = max(1, count(wanted)/looks)
+    do i = first + step/2, last, step
+      if (.not. wanted(i - first + 1)) cycle
+      do g = 1, patches%n
+        low = patches%mesh(g)%low
+        high = low + elements%ns*patches%mesh(g)%ds
+        if (pair%s(i) > low .and. pair%s(i) < high) exit
+      end do
+      ! A station on a grid is one of its elements.
+      if (g <= patches%n) cycle
+      gap = displacement(elements, patches%mesh(:patches%n), patches%angle, patches%f, pair%s(i), pair%angle(i)) - scan%depth(i)
+      if (gap >= least_gap) cycle
+      least_gap = gap
+      angle = pair%angle(i)
+      displaced = displacement(elements, patches%mesh(:patches%n), patches%angle, reshape(f, shape(patches%f)), pair%s(i), &
+        pair%angle(i))
+    end do
+  end subroutine nearest_point
+
+  !> Which elements lie between two s, as a list.
+  pure function elements_between(elements, patches, low, high) result(inside)
+    type(elements_type), intent(in) :: elements
+    type(patches_type), intent(in) :: patches
+    real(dp), intent(in) :: low, high          !! [m]
+    logical :: inside(elements%nx*elements%ns*patches%n)
+    real(dp) :: s
+    integer :: g, j, k
+
+    do g = 1, patches%n
+      do j = 1, elements%ns
+        s = patches%mesh(g)%low + (j - 0.5_dp)*patches%mesh(g)%ds
+        k = elements%nx*(j - 1 + elements%ns*(g - 1))
+        inside(k + 1:k + elements%nx) = s >= low .and. s < high
+      end do
+    end do
+  end function elements_between
+
+  !> At the elements of a grid: the undeformed interpenetration [m], the rail's normal, the wheel's point relative
+  !> to the axle centre, track frame [m], and the angle of the wheel's tangent, wheelset frame [rad].
+  pure subroutine set_depths(pair, first, last, centre, roll, scan, mesh, depth, normal, point, angle)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last
     real(dp), intent(in) :: centre(2), roll
     type(scan_type), intent(in) :: scan
     type(mesh_type), intent(in) :: mesh
-    real(dp), intent(out) :: depth(:, :), normal(:, :, :), point(:, :, :)
+    real(dp), intent(out) :: depth(:, :), normal(:, :, :), point(:, :, :), angle(:)
     real(dp), dimension(size(depth, 1)) :: foot, rate, step
     real(dp) :: s, x, r(2), d1(2), d2(2), base(2)
     integer :: interval(size(depth, 1)), i, j, k, node
@@ -224,6 +312,7 @@ contains
     do j = 1, size(depth, 2)
       s = mesh%low + (j - 0.5_dp)*mesh%ds
       call curve_point(pair%wheel, s, k, r, d1, d2)
+      angle(j) = atan2(d1(2), d1(1))
       do while (node < last)
         if (pair%s(node + 1) > s) exit
         node = node + 1

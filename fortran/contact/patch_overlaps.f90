@@ -5,7 +5,7 @@ module patch_overlaps
   use wheel_rail_pair, only: least_cosine, pair_type
   implicit none
   private
-  public :: overlap_type, overlaps_type, find_overlaps, near_overlaps, expected_area, most_patches
+  public :: overlap_type, overlaps_type, find_overlaps, expected_area, moved_area, same_overlap, most_patches
 
   integer, parameter :: most_patches = 4
 
@@ -88,20 +88,6 @@ contains
 
   end subroutine add_overlap
 
-  !> Whether the overlaps of two poses are the same ones, moved: each overlaps its old place and has kept its size.
-  pure logical function near_overlaps(old, new) result(near)
-    type(overlaps_type), intent(in) :: old, new
-    integer :: i
-
-    near = new%n > 0 .and. new%n == old%n
-    do i = 1, new%n
-      if (.not. near) exit
-      associate (a => old%list(i), b => new%list(i))
-        near = abs(sum(b%ends) - sum(a%ends)) < b%ends(2) - b%ends(1) .and. b%depth < 4*a%depth .and. a%depth < 4*b%depth
-      end associate
-    end do
-  end function near_overlaps
-
   !> The area that an overlap is expected to press: half of its length along x, its first and its last s [m].  It is the
   !> ellipse of Hertz's theory; its axis ratio is as fitted by Brewe and Hamrock (1977).
   pure function expected_area(overlap) result(area)
@@ -113,6 +99,28 @@ contains
     share = sqrt(share/sum(share))
     area = [share(1)*overlap%half_x, overlap%station + share(2)*(overlap%ends - overlap%station)]
     if (area(2) >= area(3)) area(2:3) = overlap%ends
+    ! An overlap with two maxima may be one patch or two.
+    area(2) = min(area(2), (overlap%tops(1) + overlap%ends(1))/2)
+    area(3) = max(area(3), (overlap%tops(2) + overlap%ends(2))/2)
   end function expected_area
+
+  !> Whether overlaps of two poses nearby are the same one: they have stations in common and about the same length.
+  pure logical function same_overlap(old, new) result(same)
+    type(overlap_type), intent(in) :: old, new
+    real(dp), parameter :: alike = 0.1_dp
+
+    same = min(old%ends(2), new%ends(2)) > max(old%ends(1), new%ends(1)) &
+      .and. abs((new%ends(2) - new%ends(1))/(old%ends(2) - old%ends(1)) - 1) < alike
+  end function same_overlap
+
+  !> The area that has the same shares of a new overlap as `area` has of an old one.
+  pure function moved_area(area, old, new) result(moved)
+    real(dp), intent(in) :: area(3)        !! half of the length along x, first and last s [m]
+    type(overlap_type), intent(in) :: old, new
+    real(dp) :: moved(3)
+
+    moved = [area(1)*new%half_x/old%half_x, new%ends(1) + (area(2:) - old%ends(1)) &
+      *(new%ends(2) - new%ends(1))/(old%ends(2) - old%ends(1))]
+  end function moved_area
 
 end module patch_overlaps

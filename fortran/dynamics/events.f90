@@ -7,16 +7,15 @@
 !> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
 !> inside. This is a separate event, after which the run goes on.
 !>
-!> A flange touches its rail when its contact is closed and the contact angle is at least `flange_angle`, or the wheelset is
-!> displaced past the flange clearance. At a smaller angle inside the clearance the contact is at the flange's root, which
-!> a blow of the tread closes for an instant.
+!> A flange touches its rail when a contact closes whose contact angle is at least the threshold of the case, or when the
+!> angle of a closed contact passes the threshold: then the contact of the flange closes in the state of the contacts.
 !>
 !> Times of events lie within the steps. The time at which an elastic contact closes or opens follows from the contact's
 !> energy, which is proportional to p^(5/2) of the penetration p, and from the rate of that energy. All other times are
 !> interpolated linearly. With rigid contacts a step ends where a contact opens or closes.
 module events
   use contact_zones, only: side_type
-  use kinds, only: degree, dp
+  use kinds, only: dp
   use motion_state, only: motion_type
   use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
@@ -38,10 +37,6 @@ module events
   integer, parameter :: kept_impacts = 100  !! impacts that are recorded
   integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
   real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
-  real(dp), parameter :: flange_angle = 25*degree   !! least contact angle of a flange contact inside the clearance [rad]
-  !> A flange contact is past the clearance from this lateral distance before it: elastic wheels touch earlier than rigid
-  !> ones [m].
-  real(dp), parameter :: before_clearance = 0.5e-3_dp
   integer, parameter :: flange(2) = [left_flange, right_flange]
 
   type :: event_type
@@ -60,7 +55,6 @@ module events
     logical :: away = .false.         !! the wheelset has left the centre since the last passage
     logical :: returned = .false.     !! the wheelset has returned to the centre after contacts of both flanges
     logical :: derailed = .false.
-    logical :: on_flange(2) = .false. !! the flange has touched since its contact closed, left and right
     integer :: n_moments = 0
     real(dp) :: moments(most_moments) = 0   !! times of events and of changes of contacts in the last step [s]
   end type event_log
@@ -75,7 +69,7 @@ contains
     type(side_type), intent(in) :: side(:)  !! left, right
     real(dp) :: dt, before(2), after(2), force(3)
     logical :: were(4), are(4), hit(4)
-    integer :: k
+    integer :: k, n
 
     log%n_moments = 0
     dt = new%t - old%t
@@ -83,8 +77,10 @@ contains
     are = closed(new%contact)
     hit = are .or. new%contact%struck
     do k = 1, 2
-      if (hit(flange(k)) .and. .not. (were(flange(k)) .and. log%on_flange(k))) call find_flange_contact(k)
-      if (.not. are(flange(k))) log%on_flange(k) = .false.
+      if (.not. hit(flange(k)) .or. were(flange(k))) cycle
+      n = log%n
+      call record(log, w, merge(left_flange_contact, right_flange_contact, k == 1), touch(flange(k)))
+      if (log%n > n) log%list(log%n)%angle = max(0.0_dp, contact_angle(new, k))
     end do
     if (any(were .neqv. are) .or. any(new%contact%struck)) then
       call wheel(left_tread, left_flange, left_lift_off, left_landing)
@@ -119,29 +115,6 @@ contains
     end do
 
   contains
-
-    !> Record a contact of the flange on side k: when the contact closes, or when a closed contact moves to the flange.
-    subroutine find_flange_contact(k)
-      integer, intent(in) :: k
-      real(dp) :: start, end
-      integer :: n
-
-      end = on_flange(new, k, side(k)%clearance)
-      if (end < 0) return
-      if (were(flange(k))) then
-        start = on_flange(old, k, side(k)%clearance)
-        log%on_flange(k) = start >= 0         ! at the start of the run
-        if (log%on_flange(k)) return
-      end if
-      log%on_flange(k) = .true.
-      n = log%n
-      if (were(flange(k))) then
-        call record(log, w, merge(left_flange_contact, right_flange_contact, k == 1), new%t - dt*end/(end - start))
-      else
-        call record(log, w, merge(left_flange_contact, right_flange_contact, k == 1), touch(flange(k)))
-      end if
-      if (log%n > n) log%list(log%n)%angle = max(0.0_dp, contact_angle(new, k))
-    end subroutine find_flange_contact
 
     subroutine wheel(tread, flange, lift_off, landing)
       integer, intent(in) :: tread, flange, lift_off, landing
@@ -185,17 +158,6 @@ contains
     end function lapse
 
   end subroutine watch
-
-  !> How far a closed contact of the flange on side k is on the flange: by the contact angle, relative to `flange_angle`, or
-  !> by the lateral displacement, relative to `before_clearance`, whichever is more; negative at the flange's root.
-  pure real(dp) function on_flange(motion, k, clearance) result(far)
-    type(motion_type), intent(in) :: motion
-    integer, intent(in) :: k              !! 1 left, 2 right
-    real(dp), intent(in) :: clearance     !! of the flange on side k [m]
-
-    far = max(contact_angle(motion, k)/flange_angle - 1, &
-      (outwards(k)*motion%q(1) - clearance)/before_clearance + 1)
-  end function on_flange
 
   !> Contact angle of the flange on side k [rad]; -1 if the contact has no force.
   pure real(dp) function contact_angle(motion, k) result(angle)

@@ -53,7 +53,8 @@ module case
     character(text_length) :: formulation = 'elastic'
     real(dp) :: restitution = 1
     character(text_length) :: model = 'halfspace'
-    real(dp) :: split_angle = 0.1745_dp
+    real(dp) :: flange_angle = 0.4363_dp
+    character(text_length) :: influence = 'local'
     real(dp) :: stiffness_scale = 1
     ! &table
     character(text_length) :: table_file = ''
@@ -182,8 +183,10 @@ contains
     call all%add_real('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
       'coefficient of restitution of impacts with formulation = ''unilateral''')
     call all%add_text('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
-    call all%add_real('contact', 'split_angle', c%split_angle, 0.03_dp, 1.2_dp, 'rad', &
-      'tangent angle at the border of tread and flange')
+    call all%add_text('contact', 'influence', c%influence, 'local flat apart', &
+      'how places of one wheel press each other with model = ''halfspace'': along their own normals, as on a plane, not at all')
+    call all%add_real('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
+      'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
     call all%add_real('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', &
       'factor on the elastic modulus')
     call all%add_text('table', 'file', c%table_file, '', 'file that keeps the contact table for later runs; none if empty')

@@ -1,10 +1,10 @@
 !> Pressures between a wheel and its rail in one pose, by the model 'halfspace': what the contact table sums up to a force.
 !>
-!> Tread and flange are pressed apart from each other, as in the table, or together.
+!> The wheel is pressed as a whole.
 module contact_pressure
-  use contact_zones, only: side_type
+  use contact_zones, only: is_flange, side_type
   use curve, only: curve_point, near_interval
-  use halfspace_patches, only: patches_type, press_patches
+  use halfspace_patches, only: force_between, patches_type, press_patches
   use hertz, only: ellipse
   use kinds, only: dp, pi
   use patch_grids, only: elements_type
@@ -15,57 +15,55 @@ module contact_pressure
   private
   public :: pressure_type, press_contact, most_patches
 
-  !> The patches of one contact.  Grids have nx by ns elements over x > 0 and s, the arc length along the wheel's profile.
+  !> The patches of a wheel. Grids have nx by ns elements over x > 0 and s, the arc length along the wheel's profile.
   type :: pressure_type
     integer :: n = 0                           !! number of patches
     logical :: ok = .true.                     !! whether the solution converged
     real(dp) :: force(3) = 0                   !! of the rail on the wheel: F_y, F_z [N], M_x about the axle centre [N m]
     real(dp) :: energy = 0                     !! [J]
-    real(dp) :: border = 0                     !! s at which the tread ends and the flange begins [m]
-    logical :: across = .false.                !! whether the undeformed bodies overlap there
     real(dp), allocatable :: p(:, :, :)        !! pressure (nx, ns, patch) [Pa]
     real(dp), allocatable :: point(:, :, :)    !! rows of elements on the wheel, wheelset frame (2, ns, patch) [m]
     !> Facts of each patch are the length of an element along x and along s, s where the grid begins, half of the pressed
     !> length along x, first and last s under pressure, largest undeformed interpenetration, and s where it is [m]; relative
     !> curvatures there along x and along s, halved, so that the gap is A x^2 + B s^2 [1/m]; contact angle there [rad];
     !> integral of the pressure [N]; semi-axes along x and along s [m] and largest pressure [Pa] of Hertz's ellipse with this
-    !> force and these curvatures, 0 where the surfaces conform.
-    real(dp) :: facts(15, most_patches) = 0
+    !> force and these curvatures, 0 where the surfaces conform; 1 for a contact of the flange, 0 for one of the tread.
+    real(dp) :: facts(16, most_patches) = 0
   end type pressure_type
 
 contains
 
-  !> Press the tread (1), the flange (2) or both (3) of a left wheel into its rail.
-  subroutine press_contact(side, part, elements, pose, found)
+  !> Press a left wheel into its rail.
+  subroutine press_contact(side, elements, pose, found)
     type(side_type), intent(in) :: side
-    integer, intent(in) :: part
     type(elements_type), intent(in) :: elements
     real(dp), intent(in) :: pose(3)            !! axle centre y, z [m] and roll angle [rad], track frame
     type(pressure_type), intent(out) :: found
     type(patches_type) :: patches
     type(scan_type) :: scan
-    logical :: chosen(size(side%zones))
-    integer :: first, last, border, g
+    real(dp) :: force(3), ends(2)
+    integer :: first, last, g
 
     allocate (found%p(elements%nx, elements%ns, most_patches), found%point(2, elements%ns, most_patches), source=0.0_dp)
-    chosen = merge(iand(part, 2), iand(part, 1), side%zones%flange) > 0
-    first = minval(side%zones%first, chosen)
-    last = maxval(side%zones%last, chosen)
-    border = maxval(side%zones%last, side%zones%flange)
-    found%border = side%pair%s(border)
+    first = minval(side%zones%first)
+    last = maxval(side%zones%last)
     scan = new_scan(side%pair)
     call scan_depth(side%pair, pose(:2), pose(3), first, last, scan)
-    found%across = scan%depth(border) > 0
-    call press_patches(side%pair, elements, first, last, pose(:2), pose(3), scan, patches, found%energy, found%ok, found%force)
-    found%ok = found%ok .and. patches%unsolved == 0
+    call press_patches(side%pair, elements, first, last, pose(:2), pose(3), scan, patches)
+    found%energy = patches%energy
+    found%ok = patches%ok
     found%n = patches%n
     do g = 1, patches%n
       associate (mesh => patches%mesh(g))
-        found%p(:, :, g) = patches%p(:, :, g)
+        found%p(:, :, g) = patches%f(:, :, g)/(mesh%dx*mesh%ds)
         found%facts(:6, g) = [mesh%dx, mesh%ds, mesh%low, patches%box(:, g)]
         call describe_overlap(side%pair, scan, first, last, pose(3), patches%overlaps%list(g), found%facts(7:11, g))
-        found%facts(12, g) = 2*sum(patches%p(:, :, g))*mesh%dx*mesh%ds
-        call hertz_ellipse(found%facts(12, g), elements%e_star, found%facts(9, g), found%facts(10, g), found%facts(13:, g))
+        found%facts(12, g) = 2*sum(patches%f(:, :, g))
+        call hertz_ellipse(found%facts(12, g), elements%e_star, found%facts(9, g), found%facts(10, g), found%facts(13:15, g))
+        ends = mesh%low + [0, elements%ns]*mesh%ds
+        force = force_between(patches, ends(1), ends(2))
+        found%force = found%force + force
+        found%facts(16, g) = merge(1, 0, is_flange(side, force(:2), sum(patches%box(2:, g))/2))
         call wheel_points(side%pair, mesh%low + 0.5_dp*mesh%ds, mesh%ds, found%point(:, :, g))
       end associate
     end do

@@ -91,7 +91,8 @@ contains
       if (failed('rail_profile'//of_rail)) return
       call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
         c%rolling_radius, side%pair, error)
-      if (.not. allocated(error)) call find_zones(side%pair, c%split_angle, side%zones, error)
+      if (.not. allocated(error)) call find_zones(side%pair, side%zones)
+      side%threshold = [cos(c%flange_angle), sin(c%flange_angle)]
       if (of_wheel//of_rail == '') return
       if (failed('wheel_profile'//of_wheel//', rail_profile'//of_rail)) return
     end subroutine read_side

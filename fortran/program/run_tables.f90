@@ -7,7 +7,7 @@ module run_tables
   use fingerprint, only: law
   use geometry_functions, only: clearance
   use hertz, only: contact_modulus
-  use kinds, only: dp
+  use kinds, only: degree, dp
   use profile, only: profile_type
   use progress, only: monitor_type
   use run_setup, only: setup_type
@@ -60,6 +60,7 @@ contains
       if (present(watcher)) watcher%to = real(k, dp)/n
       if (.not. wanted(k)%found) call make_table(table_request(c, setup%side(k)), wanted(k), error, watcher)
       if (allocated(error)) return
+      wanted(k)%table%threshold = setup%side(k)%threshold
     end do
     setup%table_found = all(wanted(:n)%found)
     call cpu_time(to)
@@ -95,10 +96,12 @@ contains
     real(dp) :: own
     logical :: ok
 
-    request = request_type(side, c%model(:9), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
+    request = request_type(side, c%model(:9), c%influence(:5), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
       c%extent, c%accuracy, [c%n_lateral, c%n_roll, c%n_depth])
     both(1) = side
     both(2) = side
+    ! The table is the same whatever contacts a case calls the flange's.
+    both(1)%threshold = [cos(25*degree), sin(25*degree)]
     call clearance(both, own, ok)
     if (ok) request%extent%clearance = own
   end function table_request
@@ -124,7 +127,7 @@ contains
       trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '//trim(c%rail_unit)//' smoothing '// &
       str(wheel%curve%distance)//' '//str(rail%curve%distance)//' gauge '//str(c%gauge)//' '//str(c%gauge_depth)// &
       ' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)//' E '//str(c%youngs_modulus)// &
-      ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' split '//str(c%split_angle)// &
+      ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' influence '//trim(c%influence)// &
       ' extent '//str(c%extent%lateral)//' '//str(c%extent%lift)//' '//str(c%extent%drop)//' '//str(c%extent%roll)// &
       ' '//str(c%extent%depth)//' accuracy '//str(c%accuracy)// &
       ' points '//str(c%n_lateral)//' '//str(c%n_roll)//' '//str(c%n_depth)

@@ -9,7 +9,7 @@
 !> The second derivatives of d follow from kappa/(1 + kappa g) along the rail's tangent (kappa: the rail's curvature,
 !> convex positive) and from the wheel's own.  The accelerations of closed contacts need them.
 module gap_functions
-  use contact_zones, only: side_type
+  use contact_zones, only: is_flange, side_type
   use curve, only: curve_point, near_interval
   use kinds, only: dp
   use station_scan, only: deepest, new_scan, scan_depth, scan_type
@@ -60,8 +60,6 @@ contains
           c%wheel = wheel
           c%first = zone%first
           c%last = zone%last
-          c%contact = merge(merge(left_flange, right_flange, wheel == 1), merge(left_tread, right_tread, wheel == 1), &
-            zone%flange)
         end associate
       end do
     end do
@@ -174,6 +172,8 @@ contains
       last_step = max(abs(ds), abs(df))
     end do
 
+    c%contact = merge(merge(left_flange, right_flange, c%wheel == 1), merge(left_tread, right_tread, c%wheel == 1), &
+      is_flange(side(c%wheel), n, c%s))
     c%rim = c%edge .and. c%last == size(side(c%wheel)%pair%s) .and. c%s >= ends(2)
     spin = [t(1), t(2), x(1)*t(2) - x(2)*t(1)]
     c%gradient = [n(1), n(2), x(1)*n(2) - x(2)*n(1)]

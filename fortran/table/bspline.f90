@@ -9,7 +9,7 @@ module bspline
   implicit none
   private
   public :: axis_type, basis_type, new_axis, graded_points, axis_holds, axis_basis, &
-    fit_axis, fit_2d, fit_3d, third_jumps, spline_2d_value, spline_2d, spline_3d, &
+    fit_axis, fit_2d, fit_3d, third_jumps, spline_2d_value, spline_2d, spline_3d, spline_3d_line, &
     spline_2d_at, spline_3d_at
 
   type :: axis_type
@@ -393,6 +393,25 @@ contains
     end do
     v = [dot_product(t, x%b(:, 0)), dot_product(t, x%b(:, 1)), dot_product(ty, x%b(:, 0)), dot_product(tz, x%b(:, 0))]
   end subroutine spline_3d_gradient
+
+  !> Compute the sums over j and k of c(i, j, k) Y_j Z_k for four i from `first` on.
+  pure subroutine spline_3d_line(c, first, y, z, line)
+    real(dp), intent(in), contiguous :: c(:, :, :)
+    integer, intent(in) :: first
+    type(basis_type), intent(in) :: y, z
+    real(dp), intent(out) :: line(4)
+    real(dp) :: s(4)
+    integer :: j, k
+
+    line = 0
+    do k = 1, 4
+      s = 0
+      do j = 1, 4
+        s = s + y%b(j, 0)*c(first:first + 3, y%i + j - 1, z%i + k - 1)
+      end do
+      line = line + z%b(k, 0)*s
+    end do
+  end subroutine spline_3d_line
 
   !> Compute the value, the gradient and, if `second`, the Hessian of sum c(i, j, k) X_i Y_j Z_k.
   pure subroutine spline_3d(c, x, y, z, second, v)

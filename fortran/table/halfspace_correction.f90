@@ -1,32 +1,24 @@
 !> Ratio of half-space to strip energy, by which S of the strips is multiplied: a smooth function c(u, phi, q) of the pose,
 !> because the strips already carry the geometry.
 !>
-!> The ratio has axes of its own, coarser than those of S. When its cells are halved, only those new points are solved at
-!> which the spline errs; elsewhere the spline gives the value.
+!> A zone is pressed alone; what zones do to each other is in `zone_influence`. The ratio has axes of its own, coarser than
+!> those of S.
 module halfspace_correction
-  use grid_refinement, only: adapt, axis_errors, brackets, find_cell_errors, first_roll, first_u, grading, gridded_function, &
+  use grid_refinement, only: adapt, axis_errors, find_cell_errors, first_roll, first_u, grading, gridded_function, &
     grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, united, weigh_errors
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis, spline_2d_at, spline_3d_at
   use kinds, only: dp
-  use patch_grids, only: elements_type, new_elements
+  use patch_grids, only: elements_type
   use contact_table, only: bound_heights, table_type, zone_table
   use progress, only: monitor_type
   use service_poses, only: estimated_force, request_type
   use table_sampling, only: sample_ratios
   implicit none
   private
-  public :: solve_ratios, multiply
-
-  !> What is kept of the solutions of a zone.
-  type :: solved_type
-    logical, allocatable :: open(:, :, :)       !! to be solved, if a run reaches the pose; (q, u, roll)
-    real(dp), allocatable :: area(:, :, :, :)   !! pressed by a single patch, else negative: (3, q, u, roll)
-    real(dp), allocatable :: weight(:, :, :)    !! weight of an error of the ratio; 0 where the weight is not known
-  end type solved_type
+  public :: solve_ratios, multiply, fill_gaps, heights
 
   type, extends(gridded_function) :: ratio_type
-    type(elements_type) :: elements(2)          !! of tread and flange
-    type(solved_type), allocatable :: solved(:)
+    type(elements_type) :: elements
     integer :: solutions(2) = 0                 !! poses solved, and those that did not converge
   contains
     procedure :: sample
@@ -38,20 +30,15 @@ module halfspace_correction
   integer, parameter :: first_points(3) = [27, 21, 7]          ! of u, roll, q
   integer, parameter :: most_rounds = 7, rounds_q = 3
   integer, parameter :: most_values = 700000    ! of which a fifth is solved; twice those of new profiles
-  ! Grids over half a patch on tread and flange, as exact as their energies have to be: worn treads want more than the
-  ! 4 x 16 elements that do for new ones.
-  integer, parameter :: elements_x(2) = [5, 6], elements_s = 20
-  real(dp), parameter :: tolerance(2) = 1e-3_dp*[0.5_dp, 1.0_dp]      ! of tread and flange
-  ! A point is interpolated, not solved, if the spline's error there is below this fraction of the one allowed.
-  real(dp), parameter :: interpolated = 0.25_dp
   ! On the tread the lateral stiffness is only gravitational, so noise from smaller cells would be visible [m].
   real(dp), parameter :: least_tread = 0.1e-3_dp
 
 contains
 
   !> Compute the ratios of all zones of a table of strips.
-  subroutine solve_ratios(request, accuracy, table, ratio, solutions, share, stopped, watcher)
+  subroutine solve_ratios(request, accuracy, elements, table, ratio, solutions, share, stopped, watcher)
     type(request_type), intent(in) :: request
+    type(elements_type), intent(in) :: elements
     real(dp), intent(in) :: accuracy         !! error of the force that the ratios may cause, relative to the force
     type(table_type), intent(in), target :: table
     type(grid_type), allocatable, intent(out) :: ratio(:)
@@ -62,20 +49,17 @@ contains
     type(ratio_type) :: c
     integer :: z, n(3)
 
-    allocate (c%grid(size(table%zones)), c%solved(size(table%zones)))
+    allocate (c%grid(size(table%zones)))
     c%request = request
     c%table => table
     c%tolerance = accuracy
-    do z = 1, 2
-      c%elements(z) = new_elements(elements_x(z), elements_s, tolerance(z), request%e_star)
-    end do
+    c%elements = elements
     n = min(first_points, request%most)
     do z = 1, size(table%zones)
       associate (t => table%zones(z))
         c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%flange, n(1)), first_roll(request%extent, n(2)), &
           new_axis(first_depths(n(3), t%q%high)), &
           [merge(least_u, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
-        call start_solved(c%grid(z), c%solved(z))
       end associate
     end do
     call adapt(c, rules_type(request%most, most_values, most_rounds, rounds_q), share, stopped, watcher)
@@ -83,17 +67,16 @@ contains
     call move_alloc(c%grid, ratio)
   end subroutine solve_ratios
 
-  !> Solve what is open of zone z at the j-th roll angle.
+  !> Solve zone z at the j-th roll angle.
   subroutine sample(this, z, j)
     class(ratio_type), intent(inout) :: this
     integer, intent(in) :: z, j
     integer :: solutions(2)
 
     solutions = 0
-    associate (g => this%grid(z), s => this%solved(z))
-      call sample_ratios(this%request, z, this%elements(merge(2, 1, this%table%zones(z)%flange)), this%table, g%roll%x(j), &
-        g%u%x, heights(this%table, z, g%u%x, g%roll%x(j)), g%q%x, s%open(:, :, j), g%f(:, :, j), g%known(:, :, j), &
-        s%area(:, :, :, j), solutions)
+    associate (g => this%grid(z))
+      call sample_ratios(this%request, z, this%elements, this%table, g%roll%x(j), g%u%x, &
+        heights(this%table, z, g%u%x, g%roll%x(j)), g%q%x, g%f(:, :, j), g%known(:, :, j), solutions)
     end associate
     !$omp critical
     this%solutions = this%solutions + solutions
@@ -111,18 +94,17 @@ contains
     end do
   end subroutine complete
 
-  !> Estimate the errors of the ratio: an error changes the force by as much. Axes are halved for the poses that a run can
-  !> reach; points are also solved around them, for which the weights are kept.
+  !> Estimate the errors of the ratio: an error changes the force by as much.
   subroutine find_errors(this, z, error)
     class(ratio_type), intent(inout) :: this
     integer, intent(in) :: z
     type(axis_errors), intent(out) :: error
-    real(dp), allocatable, dimension(:, :, :) :: force, inner, of_u, of_roll, of_q
+    real(dp), allocatable, dimension(:, :, :) :: force, weight, of_u, of_roll, of_q
     real(dp), allocatable :: h(:, :)
     integer :: j, m
 
-    associate (g => this%grid(z), s => this%solved(z))
-      allocate (force, inner, mold=g%f)
+    associate (g => this%grid(z))
+      allocate (force, weight, mold=g%f)
       allocate (h(g%u%n, g%roll%n))
       do j = 1, g%roll%n
         h(:, j) = heights(this%table, z, g%u%x, g%roll%x(j))
@@ -130,10 +112,8 @@ contains
       do m = 1, g%q%n
         force(m, :, :) = estimated_force(this%request%e_star, g%q%x(m)**2)
       end do
-      call weigh_errors(this, z, h, force, .true., s%weight)
-      call weigh_errors(this, z, h, force, .false., inner)
-      s%weight = force*s%weight
-      call find_cell_errors(g, merge(s%weight, 0.0_dp, inner > 0), this%halve_q, of_u, of_roll, of_q)
+      call weigh_errors(this, z, h, force, .false., weight)
+      call find_cell_errors(g, force*weight, this%halve_q, of_u, of_roll, of_q)
     end associate
     error = largest_errors(of_u, of_roll, of_q)
   end subroutine find_errors
@@ -151,16 +131,6 @@ contains
     h = anint(line(1, :)/step)*step
   end function heights
 
-  !> Open all points of a zone.
-  pure subroutine start_solved(grid, solved)
-    type(grid_type), intent(in) :: grid
-    type(solved_type), intent(out) :: solved
-
-    allocate (solved%open(grid%q%n, grid%u%n, grid%roll%n), source=.true.)
-    allocate (solved%area(3, grid%q%n, grid%u%n, grid%roll%n), source=-1.0_dp)
-    allocate (solved%weight(grid%q%n, grid%u%n, grid%roll%n), source=0.0_dp)
-  end subroutine start_solved
-
   !> Return the first n points of q. The strips' modulus is a mean over more than the smallest patches, so that the ratio
   !> varies down to 0.
   pure function first_depths(n, deepest) result(q)
@@ -172,59 +142,16 @@ contains
     q = [0.0_dp, 0.06_dp*deepest, (((i - 2)/real(n - 2, dp))**grading*deepest, i=3, n)]
   end function first_depths
 
-  !> Keep the values at common points, and take those of the spline at new points where it errs little.
+  !> Keep the values at common points.
   subroutine resize(this, z, u, roll, q)
     class(ratio_type), intent(inout) :: this
     integer, intent(in) :: z
     type(axis_type), intent(in) :: u, roll, q
     type(grid_type) :: new
-    type(solved_type) :: solved
-    real(dp), allocatable, dimension(:, :, :) :: of_u, of_roll, of_q, c
-    integer :: cell_u(2, u%n), cell_roll(2, roll%n), cell_q(2, q%n), wide(2, 3), i, j, m
-    real(dp) :: error
 
-    associate (old => this%grid(z), before => this%solved(z))
-      new = new_grid(u, roll, q, old%least, 1.0_dp)
-      call start_solved(new, solved)
-      call keep_values(old, new)
-      call find_cell_errors(old, before%weight, this%halve_q, of_u, of_roll, of_q)
-      allocate (c(q%n, roll%n, u%n))
-      call values_at(old, q%x, roll%x, u%x, c)
-      cell_u = brackets(old%u, u)
-      cell_roll = brackets(old%roll, roll)
-      cell_q = brackets(old%q, q)
-      do j = 1, roll%n
-        do i = 1, u%n
-          do m = 1, q%n
-            associate (k => cell_u(:, i), l => cell_roll(:, j), n => cell_q(:, m))
-              if (k(2) == k(1) .and. l(2) == l(1) .and. n(2) == n(1)) then
-                solved%open(m, i, j) = before%open(n(1), k(1), l(1))
-                solved%area(:, m, i, j) = before%area(:, n(1), k(1), l(1))
-                cycle
-              end if
-              ! The next cells and lines count, too: on coarse axes a bend shows at a few points only.
-              wide = reshape([max(k(1) - 1, 1), min(k(2) + 1, old%u%n), max(l(1) - 1, 1), min(l(2) + 1, old%roll%n), &
-                max(n(1) - 1, 1), min(n(2) + 1, old%q%n)], [2, 3])
-              error = 0
-              if (k(2) > k(1)) error = maxval(of_u(wide(1, 1):wide(2, 1) - 1, wide(1, 3):wide(2, 3), wide(1, 2):wide(2, 2)))
-              if (l(2) > l(1)) error = max(error, &
-                maxval(of_roll(wide(1, 2):wide(2, 2) - 1, wide(1, 3):wide(2, 3), wide(1, 1):wide(2, 1))))
-              if (n(2) > n(1)) error = max(error, &
-                maxval(of_q(wide(1, 3):wide(2, 3) - 1, wide(1, 1):wide(2, 1), wide(1, 2):wide(2, 2))))
-              new%known(m, i, j) = error <= interpolated .and. all(old%known(n(1):n(2), k(1):k(2), l(1):l(2))) &
-                .and. all(before%weight(n(1):n(2), k(1):k(2), l(1):l(2)) > 0)
-              solved%open(m, i, j) = .not. new%known(m, i, j)
-              new%f(m, i, j) = c(m, j, i)
-              associate (area => before%area(:, n(1):n(2), k(1):k(2), l(1):l(2)))
-                if (minval(area(1, :, :, :)) > 0) solved%area(:, m, i, j) = sum(sum(sum(area, 4), 3), 2)/size(area(1, :, :, :))
-              end associate
-            end associate
-          end do
-        end do
-      end do
-    end associate
+    new = new_grid(u, roll, q, this%grid(z)%least, 1.0_dp)
+    call keep_values(this%grid(z), new)
     this%grid(z) = new
-    this%solved(z) = solved
   end subroutine resize
 
   !> Evaluate the ratio at other points: c(q, roll, u).

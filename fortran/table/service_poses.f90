@@ -28,6 +28,7 @@ module service_poses
   type :: request_type
     type(side_type), pointer :: side => null()   !! wheel and rail
     character(9) :: model = ''          !! 'strip', 'hertz' or 'halfspace'
+    character(5) :: influence = ''      !! of half-spaces: 'local', 'flat' or 'apart'
     real(dp) :: e_star = 0              !! [Pa]
     type(extent_type) :: extent
     real(dp) :: accuracy = 0            !! error of the force allowed in service, relative to the force
@@ -41,8 +42,9 @@ module service_poses
   real(dp), parameter :: tip_margin = 1e-3_dp   ! derailed: the flange's tip is so far outside the rail's highest point [m]
   real(dp), parameter :: rollover_allowance = 10   ! errors allowed in rolling over, relative to service
   ! Largest penetrations, as shares of the table's depth: of the tread; of the shallower and the deeper of two zones that
-  ! touch at once; of any zone in rolling over.
-  real(dp), parameter :: tread_share = 0.45_dp, shallower_share = 0.25_dp, deeper_share = 0.7_dp, rollover_share = 0.33_dp
+  ! touch at once; of a third zone; of any zone in rolling over.
+  real(dp), parameter :: tread_share = 0.45_dp, shallower_share = 0.25_dp, deeper_share = 0.7_dp, third_share = 0.05_dp, &
+    rollover_share = 0.33_dp
 
   real(dp), parameter :: force_floor = 5e3_dp   ! errors are relative to the force, but at least to this one [N]
   real(dp), parameter :: roll_lever = 0.75_dp   ! lever of a wheel's force about X [m]
@@ -90,7 +92,7 @@ contains
   end function error_allowance
 
   !> Whether a run can press a zone of the left wheel by `depth` in a pose: only one zone of the left wheel may lie deep inside
-  !> the rail, and the right wheel may not. Poses off the table's roll axis are not reachable.
+  !> the rail, a second one less, a third one hardly, and the right wheel may not. Poses off the table's roll axis are not reachable.
   pure subroutine find_reach(table, extent, zone, depth, pose, with_margin, reachable, deepest_other, depths)
     type(table_type), intent(in) :: table
     type(extent_type), intent(in) :: extent
@@ -102,11 +104,12 @@ contains
     !> Penetrations of the zones of the left and right wheel (zone, wheel) [m]; without them the table gives them.
     real(dp), intent(in), optional :: depths(:, :)
     type(roll_type) :: roll, opposite
-    real(dp) :: shallower, deeper, tread, found, second, deepest
+    real(dp) :: shallower, deeper, tread, third_most, found, third, second, deepest
     integer :: i, status
 
     shallower = shallower_share*extent%depth*merge(margin_depth, 1.0_dp, with_margin)
     deeper = deeper_share*extent%depth*merge(margin_depth, 1.0_dp, with_margin)
+    third_most = third_share*extent%depth*merge(3.0_dp, 1.0_dp, with_margin)
     tread = tread_share*extent%depth
     deepest_other = -1
     if (abs(pose(3)) > service_roll + margin_roll) then
@@ -123,6 +126,7 @@ contains
     if (.not. reachable) return
     deepest = depth
     second = -1
+    third = -1
     do i = 1, size(table%zones)
       if (i == zone) cycle
       if (present(depths)) then
@@ -131,9 +135,10 @@ contains
         found = zone_penetration(table%zones(i), pose, roll)
       end if
       deepest_other = max(deepest_other, found)
+      third = max(third, min(second, found))
       second = max(second, min(deepest, found))
       deepest = max(deepest, found)
-      reachable = second <= shallower .and. (second <= 0 .or. deepest <= deeper)
+      reachable = second <= shallower .and. (second <= 0 .or. deepest <= deeper) .and. third <= third_most
       if (.not. table%zones(i)%flange) reachable = reachable .and. found <= tread*merge(1.2_dp, 1.0_dp, with_margin)
       if (.not. reachable) return
     end do

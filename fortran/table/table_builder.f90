@@ -14,7 +14,10 @@ module table_builder
   use contact_table, only: bound_heights, table_type, zone_table
   use progress, only: build_share, monitor_type
   use halfspace_correction, only: multiply, solve_ratios
+  use patch_grids, only: elements_type
   use service_poses, only: request_type, roll_lever
+  use wheel_rail_pair, only: pair_type, rail_point, rolled
+  use zone_influence, only: add_pairs
   use table_sampling, only: reference_shift, sample_row
   implicit none
   private
@@ -48,10 +51,13 @@ module table_builder
   ! Where a wheelset rolls over, contact jumps from the crown of a rail to its corner within some 0.1 mrad. Strips may have
   ! cells of roll so much smaller there. Those of the ratio stay: in smaller ones the noise of its solutions would be stiffness.
   real(dp), parameter :: finer_rollover = 4
-  ! Shares of the accuracy that the splines of strips and of the ratio may use up in a cell. The other half is left to the
-  ! kinks where a second patch begins, which no cell resolves.
-  real(dp), parameter :: share_strip = 0.35_dp, share_ratio = 0.15_dp
-  real(dp), parameter :: progress_strip = 0.4_dp*build_share   ! share of the work on a table of half-spaces that strips take
+  ! Shares of the accuracy that the splines of strips and of the ratio may use up in a cell.
+  real(dp), parameter :: share_strip = 0.5_dp, share_ratio = 0.37_dp
+  ! Grids over half a patch. The energy has the square of the solver's error.
+  integer, parameter :: elements_x = 5, elements_s = 20
+  real(dp), parameter :: solver_tolerance = 2e-3_dp
+  ! Shares of the work on a table of half-spaces at which strips and ratios are done.
+  real(dp), parameter :: progress_strip = 0.3_dp*build_share, progress_ratio = 0.8_dp*build_share
 
 contains
 
@@ -66,7 +72,9 @@ contains
     type(grid_type), allocatable :: ratio(:)
     type(rules_type) :: rules
     type(axis_type) :: roll
+    type(elements_type) :: elements
     integer :: z, n
+    real(dp) :: tt(4)
     logical :: halfspace
 
     n = size(request%side%zones)
@@ -83,11 +91,14 @@ contains
     do z = 1, n
       call start_zone(energy, z)
     end do
+    call cpu_time(tt(1))
     call adapt(energy, rules, [0.0_dp, merge(progress_strip, build_share, halfspace)], stopped, watcher)
     if (stopped) return
     if (halfspace) then
-      call solve_ratios(request, request%accuracy*share_ratio, table, ratio, table%solutions, [progress_strip, build_share], &
-        stopped, watcher)
+      call cpu_time(tt(2))
+      elements = elements_type(elements_x, elements_s, solver_tolerance, request%e_star, request%influence == 'flat')
+      call solve_ratios(request, request%accuracy*share_ratio, elements, table, ratio, table%solutions, &
+        [progress_strip, progress_ratio], stopped, watcher)
       if (stopped) return
       roll = table%roll
       do z = 1, n
@@ -98,6 +109,11 @@ contains
         call multiply(ratio(z), table%roll, roll, request%most, table%zones(z))
       end do
       table%roll = roll
+      call cpu_time(tt(3))
+      if (request%influence /= 'apart') call add_pairs(request, elements, table, table%solutions, &
+        [progress_ratio, build_share], stopped, watcher)
+      call cpu_time(tt(4))
+      write (*,*) 'TIMES strip, ratio, pairs', tt(2:)-tt(:3), table%solutions
     end if
   end subroutine build_table
 
@@ -119,6 +135,7 @@ contains
       centre = [reference_shift(pair, zone), pair%axle_height]
       t%origin = [dot_product(centre + t%pole, t%along), dot_product(centre + t%pole, [-t%along(2), t%along(1)])]
       t%ceiling = pair%axle_height + t%pole(2) + extent%lift
+      t%tip = tip_coordinate(pair, t, zone%first)
       corners = [-extent%lateral - centre(1), extent%lateral - centre(1)]*t%along(1) &
         + [-extent%drop, extent%lift]*t%along(2)
       u = first_u(corners(1), corners(2), zone%flange, n(1))
@@ -128,6 +145,24 @@ contains
     energy%grid(z) = new_grid(u, roll, q, [least_u_strip, least_roll, least_q], 0.0_dp)
     allocate (energy%touching(z)%h(u%n, roll%n), source=-1.0_dp)
   end subroutine start_zone
+
+  !> Return u of a zone at roll angle 0 where it touches on the flange's tip at half the steepest angle; huge if the zone, with
+  !> the first station `first`, does not reach so far.
+  real(dp) function tip_coordinate(pair, t, first) result(u)
+    type(pair_type), intent(in) :: pair
+    type(zone_table), intent(in) :: t
+    integer, intent(in) :: first
+    real(dp) :: point(2), normal(2)
+    integer :: i
+    logical :: ok
+
+    u = huge(u)
+    if (first >= pair%steepest) return
+    i = findloc(pair%angle(:pair%steepest) < pair%angle(pair%steepest)/2, .true., 1, back=.true.)
+    if (i < first) return
+    call rail_point(pair, pair%angle(i), point, normal, ok)
+    if (ok) u = dot_product(point - pair%r(:, i) + t%pole, t%along) - t%origin(1)
+  end function tip_coordinate
 
   !> Compute h and S of zone z at the j-th roll angle.
   subroutine sample(this, z, j)

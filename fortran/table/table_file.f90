@@ -31,7 +31,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(scratch_file) :: out
     integer(int64) :: mix
-    integer :: i
+    integer :: i, n_pairs
 
     mix = 0
     call out%begin(file)
@@ -43,9 +43,19 @@ contains
     do i = 1, size(table%zones)
       associate (t => table%zones(i))
         call put(int([merge(1, 0, t%flange), t%u%n, t%q%n], int64))
-        call put_numbers([t%along, t%pole, t%origin, t%ceiling, t%u%x, t%q%x])
+        call put_numbers([t%along, t%pole, t%origin, t%ceiling, t%tip, t%u%x, t%q%x])
         call put_numbers(reshape(t%h, [size(t%h)]))
         call put_numbers(reshape(t%s, [size(t%s)]))
+      end associate
+    end do
+    n_pairs = -1
+    if (allocated(table%pairs)) n_pairs = size(table%pairs)
+    call put(int([n_pairs], int64))
+    do i = 1, n_pairs
+      associate (t => table%pairs(i))
+        call put(int([t%zone, t%u%n, t%roll%n, t%p%n], int64))
+        call put_numbers([t%u%x, t%roll%x, t%p%x])
+        call put_numbers(reshape(t%c, [size(t%c)]))
       end associate
     end do
     call out%put([mix])
@@ -127,6 +137,8 @@ contains
       if (in%stat == 0) call read_zone(in, head(11), table%zones(i))
       if (in%stat /= 0) return
     end do
+    call read_pairs(in, table)
+    if (in%stat /= 0) return
     read (in%unit, iostat=in%stat) head(1)
     if (in%stat /= 0 .or. head(1) /= in%mix) return
     inquire (unit=in%unit, pos=head(1))
@@ -142,18 +154,19 @@ contains
     type(reader_type), intent(inout) :: in
     integer(int64), intent(in) :: n_roll       !! points of the roll angle
     type(zone_table), intent(inout) :: t
-    real(dp) :: numbers(7)
+    real(dp) :: numbers(8)
     integer(int64) :: head(3)
 
     call take(in, head)
     if (in%stat == 0 .and. .not. all(is_extent(head(2:)))) in%stat = 1
     if (in%stat /= 0) return
     t%flange = head(1) == 1
-    call take_numbers(in, 7, numbers)
+    call take_numbers(in, 8, numbers)
     t%along = numbers(1:2)
     t%pole = numbers(3:4)
     t%origin = numbers(5:6)
     t%ceiling = numbers(7)
+    t%tip = numbers(8)
     call take_axis(in, int(head(2)), t%u)
     call take_axis(in, int(head(3)), t%q)
     if (in%stat == 0 .and. 8*product(head(2:3) + 2)*(n_roll + 2) > in%bytes) in%stat = 1
@@ -163,6 +176,36 @@ contains
     call take_numbers(in, size(t%h), t%h)
     call take_numbers(in, size(t%s), t%s)
   end subroutine read_zone
+
+  !> Read the influences of the zones on each other.
+  subroutine read_pairs(in, table)
+    type(reader_type), intent(inout) :: in
+    type(table_type), intent(inout) :: table
+    integer(int64) :: head(5)
+    integer :: i
+
+    call take(in, head(:1))
+    if (in%stat /= 0 .or. head(1) < 0) return
+    if (head(1) > max_zones**2) in%stat = 1
+    if (in%stat /= 0) return
+    allocate (table%pairs(head(1)))
+    do i = 1, size(table%pairs)
+      call take(in, head)
+      if (in%stat == 0 .and. .not. (all(is_extent(head(3:))) .and. all(head(:2) > 0 .and. head(:2) <= size(table%zones)))) &
+        in%stat = 1
+      if (in%stat == 0 .and. 8*product(head(3:) + 2) > in%bytes) in%stat = 1
+      if (in%stat /= 0) return
+      associate (t => table%pairs(i))
+        t%zone = int(head(:2))
+        call take_axis(in, int(head(3)), t%u)
+        call take_axis(in, int(head(4)), t%roll)
+        call take_axis(in, int(head(5)), t%p)
+        if (in%stat == 0) allocate (t%c(head(5) + 2, head(4) + 2, head(3) + 2), stat=in%stat)
+        if (in%stat /= 0) return
+        call take_numbers(in, size(t%c), t%c)
+      end associate
+    end do
+  end subroutine read_pairs
 
   !> Whether an axis may have so many points.
   elemental logical function is_extent(points)

@@ -6,13 +6,13 @@ module table_sampling
   use station_scan, only: keep_feet, new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: pair_type, rail_point, rolled
   use kinds, only: dp
-  use halfspace_patches, only: keep_patches, patches_type, press_patches, pressed_area
+  use halfspace_patches, only: patches_type, press_patches
   use patch_grids, only: elements_type
   use contact_table, only: table_type, zone_pose, zone_table
   use service_poses, only: error_allowance, find_reach, request_type
   implicit none
   private
-  public :: sample_row, sample_ratios, reference_shift
+  public :: sample_row, sample_ratios, press_zone, reference_shift
 
 contains
 
@@ -138,102 +138,67 @@ contains
 
   end subroutine sample_row
 
-  !> Compute the ratio of half-space to strip energy at all u and q of one roll angle. Both energies are of the zone's whole
-  !> branch (tread or flange), pressed in until the zone's penetration is q^2. Poses that no run reaches are skipped.
-  subroutine sample_ratios(request, z, elements, table, roll, u, h, q, open, ratio, known, area, solutions)
+  !> Compute the ratio of half-space to strip energy of a zone that is pressed alone, at all u and q of one roll angle. Poses
+  !> that no run reaches are skipped.
+  subroutine sample_ratios(request, z, elements, table, roll, u, h, q, ratio, known, solutions)
     type(request_type), intent(in) :: request
     integer, intent(in) :: z                !! the zone
     type(elements_type), intent(in) :: elements
     type(table_type), intent(in) :: table   !! of model 'strip'
     real(dp), intent(in) :: roll, u(:), h(:)   !! [rad, m]; h(u, roll) [m]
     real(dp), intent(in) :: q(:)               !! from 0 up [sqrt(m)]
-    logical, intent(inout) :: open(:, :)       !! to be solved, (q, u); false on return
     real(dp), intent(inout) :: ratio(:, :)     !! (q, u)
     logical, intent(inout) :: known(:, :)      !! (q, u)
-    real(dp), intent(inout) :: area(:, :, :)   !! `pressed_area` of a single patch, else negative; (3, q, u)
     integer, intent(inout) :: solutions(2)     !! poses solved so far, and those that did not converge
     type(scan_type) :: scan
-    type(patches_type) :: patches, deepest     ! in the last pose; in the deepest pose at the last u
-    real(dp) :: pose(3), k(size(request%side%pair%s)), strip, exact, deepest_other
-    type(zone_type) :: active
-    integer :: first, last, i, m, n
-    logical :: ok, reachable, begun
+    real(dp) :: pose(3), k(size(request%side%pair%s)), strip, energy, deepest_other
+    integer :: i, m
+    logical :: reachable, ok
 
-    if (.not. any(open)) return
-    associate (pair => request%side%pair, zones => request%side%zones)
-      do i = 1, size(u)
-        begun = .false.
-        do m = size(q), 2, -1
-          if (.not. open(m, i)) cycle
-          open(m, i) = .false.
-          pose = zone_pose(table%zones(z), u(i), h(i) - q(m)**2, roll)
-          if (error_allowance(request, pose, .true.) <= 0) cycle
-          ! The point is needed if the cell below it is in reach.
-          call find_reach(table, request%extent, z, q(m - 1)**2, pose, .true., reachable, deepest_other)
-          if (.not. reachable) cycle
-          if (.not. allocated(scan%depth)) then
-            scan = new_scan(pair)
-            do n = 1, size(zones)
-              if (zones(n)%flange .eqv. zones(z)%flange) call set_moduli(pair, zones(n), elements%e_star, roll, k)
-            end do
-          end if
-          if (.not. begun) then
-            scan%fresh = .true.
-            first = minval(zones%first, zones%flange .eqv. zones(z)%flange)
-            last = maxval(zones%last, zones%flange .eqv. zones(z)%flange)
-            call keep_patches(deepest, patches)
-          end if
-          ! From one penetration to the next smaller one fewer stations are inside the rail.
-          call scan_depth(pair, pose(:2), roll, first, last, scan)
-          scan%fresh = .false.
-          call narrow(first, last, scan%depth)
-          strip = 0
-          do n = 1, size(zones)
-            if (zones(n)%flange .neqv. zones(z)%flange) cycle
-            active = zones(n)
-            active%first = max(active%first, first)
-            active%last = min(active%last, last)
-            if (active%first < active%last) strip = strip &
-              + zone_energy(pair, active, 'strip', elements%e_star, roll, scan, k)
-          end do
-          if (strip <= 0) cycle
-          if (area(1, m, i) < 0) area(:, m, i) = area_between(m, i)
-          patches%expected = area(:, m, i)
-          call press_patches(pair, elements, first, last, pose(:2), roll, scan, patches, exact, ok)
-          if (.not. begun) call keep_patches(patches, deepest)
-          begun = .true.
-          if (.not. ok) cycle
-          ratio(m, i) = min(exact/strip, stiffest)
-          known(m, i) = .true.
-          area(:, m, i) = pressed_area(patches)
-        end do
+    if (all(known(2:, :))) return
+    scan = new_scan(request%side%pair)
+    call set_moduli(request%side%pair, request%side%zones(z), elements%e_star, roll, k)
+    do i = 1, size(u)
+      scan%fresh = .true.
+      do m = size(q), 2, -1
+        if (known(m, i)) cycle
+        pose = zone_pose(table%zones(z), u(i), h(i) - q(m)**2, roll)
+        if (error_allowance(request, pose, .true.) <= 0) cycle
+        ! The point is needed if the cell below it is in reach.
+        call find_reach(table, request%extent, z, q(max(1, m - 2))**2, pose, .true., reachable, deepest_other)
+        if (.not. reachable) cycle
+        call press_zone(request, z, elements, pose, k, scan, strip, energy, ok)
+        if (strip <= 0) cycle
+        solutions = solutions + [1, merge(0, 1, ok)]
+        ratio(m, i) = energy/strip
+        known(m, i) = .true.
       end do
-    end associate
-    solutions = solutions + [patches%poses, patches%unsolved]
-
-  contains
-
-    !> Interpolate the pressed area between the neighbours along u or, if they are not known, along q; negative if neither are.
-    pure function area_between(m, i) result(middle)
-      integer, intent(in) :: m, i
-      real(dp) :: middle(3)
-
-      middle = -1
-      if (i > 1 .and. i < size(u)) middle = weighted(area(:, m, i - 1), area(:, m, i + 1), &
-        (u(i) - u(i - 1))/(u(i + 1) - u(i - 1)))
-      if (middle(1) < 0 .and. m < size(q)) middle = weighted(area(:, m - 1, i), area(:, m + 1, i), &
-        (q(m) - q(m - 1))/(q(m + 1) - q(m - 1)))
-    end function area_between
-
-    pure function weighted(low, high, share) result(middle)
-      real(dp), intent(in) :: low(3), high(3), share
-      real(dp) :: middle(3)
-
-      middle = -1
-      if (low(1) > 0 .and. high(1) > 0) middle = low + share*(high - low)
-    end function weighted
-
+    end do
   end subroutine sample_ratios
+
+  !> Energies [J] of a zone that is pressed alone in a pose: of strips, and of half-spaces, but at most `stiffest` times the former.
+  subroutine press_zone(request, z, elements, pose, k, scan, strip, energy, ok)
+    type(request_type), intent(in) :: request
+    integer, intent(in) :: z                !! the zone
+    type(elements_type), intent(in) :: elements
+    real(dp), intent(in) :: pose(3), k(:)   !! k: moduli of the strips [Pa]
+    type(scan_type), intent(inout) :: scan  !! workspace
+    real(dp), intent(out) :: strip, energy
+    logical, intent(out) :: ok              !! whether the half-spaces converged
+    type(patches_type) :: patches
+
+    ok = .true.
+    energy = 0
+    associate (pair => request%side%pair, zone => request%side%zones(z))
+      call scan_depth(pair, pose(:2), pose(3), zone%first, zone%last, scan)
+      scan%fresh = .false.
+      strip = zone_energy(pair, zone, 'strip', elements%e_star, pose(3), scan, k)
+      if (strip <= 0) return
+      call press_patches(pair, elements, zone%first, zone%last, pose(:2), pose(3), scan, patches)
+    end associate
+    ok = patches%ok
+    energy = min(patches%energy, stiffest*strip)
+  end subroutine press_zone
 
   !> Drop the stations outside the rail at both ends of a stretch, but for two.
   pure subroutine narrow(first, last, depth)

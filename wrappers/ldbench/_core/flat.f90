@@ -449,23 +449,22 @@ subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
   end do
 end subroutine tangents
 
-!> Pressures of a contact (1 tread, 2 flange, 3 both together) of a side (1 left, 2 right) in a pose: axle centre y, z [m],
-!> roll [rad]. The right side is given as its mirror image. Grids have nx by ns elements to a patch; n patches, at most
-!> `patches`, are filled. point: rows of elements on the wheel, wheelset frame [m]. facts: see `pressure_type`. total: F_y,
-!> F_z [N], M_x about the axle centre [N m], energy [J], s of the border of tread and flange [m], 1 if the undeformed bodies
-!> overlap there.
-subroutine pressures(handle, side, contact, pose, nx, ns, patches, n, ok, p, point, facts, total)
+!> Pressures of the wheel of a side (1 left, 2 right) in a pose: axle centre y, z [m], roll [rad]. The right side is given as
+!> its mirror image. Grids have nx by ns elements to a patch; n patches, at most `patches`, are filled. point: rows of
+!> elements on the wheel, wheelset frame [m]. facts: see `pressure_type`. total: F_y, F_z [N], M_x about the axle centre [N m],
+!> energy [J].
+subroutine pressures(handle, side, pose, nx, ns, patches, n, ok, p, point, facts, total)
   use contact_pressure, only: most_patches, press_contact, pressure_type
   use handles, only: prepared_at, prepared_type
   use hertz, only: contact_modulus
-  use patch_grids, only: new_elements
+  use patch_grids, only: elements_type
   use wheel_rail_pair, only: mirror
   implicit none
   integer(8), intent(in) :: handle
-  integer, intent(in) :: side, contact, nx, ns, patches
+  integer, intent(in) :: side, nx, ns, patches
   real(8), intent(in) :: pose(3)
   integer, intent(out) :: n, ok
-  real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(15, patches), total(6)
+  real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(16, patches), total(4)
   !f2py threadsafe
   type(prepared_type), pointer :: prepared
   type(pressure_type) :: found
@@ -473,8 +472,9 @@ subroutine pressures(handle, side, contact, pose, nx, ns, patches, n, ok, p, poi
 
   prepared => prepared_at(handle)
   associate (c => prepared%c)
-    call press_contact(prepared%setup%side(side), contact, new_elements(nx, ns, 1d-6, &
-      c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)), merge(pose, mirror*pose, side == 1), found)
+    call press_contact(prepared%setup%side(side), elements_type(nx, ns, 1d-6, &
+      c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), c%influence == 'flat'), &
+      merge(pose, mirror*pose, side == 1), found)
   end associate
   n = min(found%n, patches)
   ok = merge(1, 0, found%ok)
@@ -485,7 +485,7 @@ subroutine pressures(handle, side, contact, pose, nx, ns, patches, n, ok, p, poi
   p(:, :, :kept) = found%p(:, :, :kept)
   point(:, :, :kept) = found%point(:, :, :kept)
   facts(:, :kept) = found%facts(:, :kept)
-  total = [found%force, found%energy, found%border, merge(1d0, 0d0, found%across)]
+  total = [found%force, found%energy]
 end subroutine pressures
 
 !> Geometry functions, without the conicity, at lateral displacements y [m]; NaN where the rigid wheelset does not stand
