@@ -19,7 +19,7 @@
 module newmark
   use kinds, only: dp
   use motion_state, only: motion_type
-  use contact_table, only: inside
+  use zone_tables, only: inside
   use wheelset, only: contact_state, contacts, external_force, total, wheelset_type
   implicit none
   private

@@ -3,7 +3,8 @@
 module wheelset
   use root_bracket, only: bracket_type
   use kinds, only: dp, gravity
-  use contact_table, only: table_type, find_roll, inside, roll_type, wheel_potential
+  use contact_table, only: table_type, find_roll, wheel_potential
+  use zone_tables, only: inside, roll_type
   use wheel_rail_pair, only: mirror
   implicit none
   private

@@ -1,6 +1,6 @@
 !> Steps of a run with elastic contacts.
 module elastic_run
-  use contact_table, only: outside_depth, outside_lateral, outside_law, outside_roll
+  use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll
   use errors, only: error_type, fatal_error
   use events, only: watch
   use kinds, only: dp

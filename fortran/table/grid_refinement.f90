@@ -9,7 +9,8 @@
 module grid_refinement
   use bspline, only: axis_type, graded_points, new_axis, third_jumps
   use kinds, only: dp
-  use contact_table, only: table_type, zone_pose
+  use contact_table, only: table_type
+  use zone_tables, only: zone_pose
   use progress, only: goes_on, monitor_type, share_of_round
   use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, largest_roll, &
     margin_roll, request_type, roll_lever, service_roll

@@ -9,7 +9,8 @@ module halfspace_correction
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis, spline_2d_at, spline_3d_at
   use kinds, only: dp
   use patch_grids, only: elements_type
-  use contact_table, only: bound_heights, table_type, zone_table
+  use contact_table, only: table_type
+  use zone_tables, only: bound_heights, zone_table
   use progress, only: monitor_type
   use service_poses, only: estimated_force, request_type
   use table_sampling, only: sample_ratios
@@ -27,7 +28,7 @@ module halfspace_correction
     procedure :: resize
   end type ratio_type
 
-  integer, parameter :: first_points(3) = [27, 21, 7]          ! of u, roll, q
+  integer, parameter :: first_points(3) = [29, 21, 7]          ! of u, roll, q
   integer, parameter :: most_rounds = 7, rounds_q = 3
   integer, parameter :: most_values = 700000    ! of which a fifth is solved; twice those of new profiles
   ! On the tread the lateral stiffness is only gravitational, so noise from smaller cells would be visible [m].

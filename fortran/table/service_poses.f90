@@ -7,7 +7,8 @@ module service_poses
   use contact_zones, only: side_type
   use wheel_rail_pair, only: mirror, rolled
   use kinds, only: dp
-  use contact_table, only: table_type, find_roll, inside, roll_type, zone_penetration
+  use contact_table, only: table_type, find_roll
+  use zone_tables, only: inside, roll_type, zone_penetration
   implicit none
   private
   public :: extent_type, request_type, service_roll, margin_roll, small_roll, largest_roll, tread_share, force_floor, &

@@ -11,7 +11,8 @@ module table_builder
     scaled, united, weigh_errors
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis
   use kinds, only: dp
-  use contact_table, only: bound_heights, table_type, zone_table
+  use contact_table, only: table_type
+  use zone_tables, only: bound_heights, zone_table
   use progress, only: build_share, monitor_type
   use halfspace_correction, only: multiply, solve_ratios
   use patch_grids, only: elements_type
@@ -52,7 +53,7 @@ module table_builder
   ! cells of roll so much smaller there. Those of the ratio stay: in smaller ones the noise of its solutions would be stiffness.
   real(dp), parameter :: finer_rollover = 4
   ! Shares of the accuracy that the splines of strips and of the ratio may use up in a cell.
-  real(dp), parameter :: share_strip = 0.5_dp, share_ratio = 0.37_dp
+  real(dp), parameter :: share_strip = 0.5_dp, share_ratio = 0.33_dp
   ! Grids over half a patch. The energy has the square of the solver's error.
   integer, parameter :: elements_x = 5, elements_s = 20
   real(dp), parameter :: solver_tolerance = 2e-3_dp
@@ -74,7 +75,6 @@ contains
     type(axis_type) :: roll
     type(elements_type) :: elements
     integer :: z, n
-    real(dp) :: tt(4)
     logical :: halfspace
 
     n = size(request%side%zones)
@@ -91,11 +91,9 @@ contains
     do z = 1, n
       call start_zone(energy, z)
     end do
-    call cpu_time(tt(1))
     call adapt(energy, rules, [0.0_dp, merge(progress_strip, build_share, halfspace)], stopped, watcher)
     if (stopped) return
     if (halfspace) then
-      call cpu_time(tt(2))
       elements = elements_type(elements_x, elements_s, solver_tolerance, request%e_star, request%influence == 'flat')
       call solve_ratios(request, request%accuracy*share_ratio, elements, table, ratio, table%solutions, &
         [progress_strip, progress_ratio], stopped, watcher)
@@ -109,11 +107,8 @@ contains
         call multiply(ratio(z), table%roll, roll, request%most, table%zones(z))
       end do
       table%roll = roll
-      call cpu_time(tt(3))
       if (request%influence /= 'apart') call add_pairs(request, elements, table, table%solutions, &
         [progress_ratio, build_share], stopped, watcher)
-      call cpu_time(tt(4))
-      write (*,*) 'TIMES strip, ratio, pairs', tt(2:)-tt(:3), table%solutions
     end if
   end subroutine build_table
 

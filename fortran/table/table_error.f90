@@ -17,8 +17,8 @@ module table_error
   use progress, only: build_share, goes_on, monitor_type
   use halfspace_patches, only: force_between, patches_type, press_patches
   use patch_grids, only: elements_type
-  use contact_table, only: accuracy_type, table_type, find_roll, inside, outside_lateral, outside_law, &
-    outside_roll, roll_type, wheel_potential, zone_pose
+  use contact_table, only: accuracy_type, table_type, find_roll, wheel_potential
+  use zone_tables, only: inside, outside_lateral, outside_law, outside_roll, roll_type, zone_pose
   use service_poses, only: error_allowance, find_reach, force_floor, largest_roll, request_type, service_roll, small_roll, &
     tread_share
   implicit none
@@ -297,10 +297,6 @@ contains
     touching = [any(carrying .and. .not. table%zones%flange), any(carrying .and. table%zones%flange)]
     if (status /= inside) gradient = 0
     error = norm2(-sum(gradient(:2, :), 2) - exact)/max(norm2(exact), force_floor)
-    !$omp critical
-    write (77, '(es10.2,3f12.7,2l2,a,4l2,20f10.2)') error, 1e3*pose(1), 1e3*(pose(2)-request%side%pair%axle_height), pose(3), &
-      touching, ' |', carrying, carrying(1), 1e-3*exact, 0.0_dp, -1e-3*gradient(:2,:)
-    !$omp end critical
   end subroutine compare_forces
 
   !> Compute the force [N] (y, z) of the rail on the left wheel in a pose, without a table, and which zones carry. `ok` is false

@@ -6,7 +6,8 @@ module table_file
   use contact_zones, only: max_zones
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use contact_table, only: accuracy_type, bound_heights, table_type, zone_table
+  use contact_table, only: accuracy_type, table_type
+  use zone_tables, only: bound_heights, zone_table
   use system, only: scratch_file
   implicit none
   private

@@ -8,7 +8,8 @@ module table_sampling
   use kinds, only: dp
   use halfspace_patches, only: patches_type, press_patches
   use patch_grids, only: elements_type
-  use contact_table, only: table_type, zone_pose, zone_table
+  use contact_table, only: table_type
+  use zone_tables, only: zone_pose, zone_table
   use service_poses, only: error_allowance, find_reach, request_type
   implicit none
   private

@@ -5,8 +5,9 @@
 !> this way a zone begins to carry where it does in the whole wheel.
 module zone_influence
   use bspline, only: axis_type, fit_3d, graded_points, new_axis
-  use contact_table, only: coupled_forces, find_roll, inside, pair_influence, pair_table, roll_type, table_type, &
-    zone_penetration, zone_pose
+  use contact_table, only: coupled_forces, find_roll, table_type
+  use zone_coupling, only: pair_influence, pair_table
+  use zone_tables, only: inside, roll_type, zone_penetration, zone_pose
   use grid_refinement, only: first_roll, grid_type, new_grid
   use halfspace_correction, only: fill_gaps, heights
   use halfspace_patches, only: force_between, influence_between, patches_type, press_patches
@@ -157,7 +158,7 @@ contains
       do i = 1, size(table%pairs)
         order = table%pairs(i)%zone
         if (order(2) >= j) cycle
-        c(order(1), order(2)) = pair_influence(table, table%pairs(i), pose, roll)
+        c(order(1), order(2)) = pair_influence(table%zones, table%pairs(i), pose, roll)
         c(order(2), order(1)) = c(order(1), order(2))
       end do
     end subroutine find_influences

@@ -21,7 +21,8 @@ module by_sundials
   use fsunmatrix_dense_mod
   use fsunnonlinsol_fixedpoint_mod
   use kinds, only: dp
-  use contact_table, only: find_roll, zone_penetration, inside, roll_type
+  use contact_table, only: find_roll
+  use zone_tables, only: zone_penetration, inside, roll_type
   use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts, external_force
   implicit none

@@ -7,7 +7,7 @@ program missed_contact
   use table_error, only: measure
   use case, only: case_type
   use kinds, only: dp
-  use contact_table, only: bound_heights
+  use zone_tables, only: bound_heights
   use run_tables, only: table_request
   use shared, only: read_prepared
   use run_setup, only: setup_type

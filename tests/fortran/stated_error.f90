@@ -13,7 +13,8 @@ program stated_error
   use case, only: case_type
   use kinds, only: dp
   use patch_grids, only: elements_type, new_elements
-  use contact_table, only: find_roll, zone_penetration, inside, roll_type, wheel_potential
+  use contact_table, only: find_roll, wheel_potential
+  use zone_tables, only: zone_penetration, inside, roll_type
   use run_tables, only: table_request
   use service_poses, only: error_allowance, find_reach, request_type
   use shared, only: integer_argument, read_prepared

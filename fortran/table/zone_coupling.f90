@@ -1,0 +1,217 @@
+!> Zones of a wheel that carry together lower the surface of each other. With the influences c_ij of two zones and the energies
+!> F_i of zones whose surfaces are lowered by s_i,
+!>
+!>     U = sum F_i(q, s_i) + 1/2 sum c_ij f_i f_j,  s_i = sum c_ij f_j,  f_i = -dF_i/ds_i.
+!>
+!> U is stationary in the forces f, so that f_i is its derivative with respect to the penetration of zone i, and a zone begins to
+!> carry where its lowered surface touches.
+module zone_coupling
+  use bspline, only: axis_basis, axis_type, basis_type, spline_3d
+  use contact_zones, only: max_zones
+  use kinds, only: dp
+  use zone_tables, only: find_touching, inside, line_type, press_line, roll_type, to_pose, touching_type, zone_table
+  implicit none
+  private
+  public :: pair_table, coupling_type, find_influence, press_together, add_coupling, pair_influence
+
+  !> Influence c of two zones on each other: a force on one lowers the surface of the other by c times the force.
+  type :: pair_table
+    integer :: zone(2) = 0
+    type(axis_type) :: u, roll, p       !! of the second zone
+    real(dp), allocatable :: c(:, :, :) !! coefficients over (p, roll, u)
+  end type pair_table
+
+  !> An influence and its derivatives with respect to the pose; the zones that touch are counted.
+  type :: influence_type
+    integer :: first, second
+    real(dp) :: gradient(3), hessian(6)
+  end type influence_type
+
+  !> Influences of the zones that touch on each other [m/N].
+  type :: coupling_type
+    integer :: n
+    type(influence_type) :: list(max_zones*(max_zones - 1)/2)
+    real(dp) :: c(max_zones, max_zones)
+  end type coupling_type
+
+contains
+
+  !> Influences of the zones on each other [m/N], 0 on the diagonal, and their derivatives.
+  pure subroutine find_influence(tables, pairs, roll, tangent, n, zones, coupling)
+    type(zone_table), intent(in) :: tables(:)
+    type(pair_table), intent(in) :: pairs(:)
+    type(roll_type), intent(in) :: roll
+    logical, intent(in) :: tangent
+    integer, intent(in) :: n
+    type(touching_type), intent(in) :: zones(:)
+    type(coupling_type), intent(inout) :: coupling
+    type(basis_type) :: bp, br, bu
+    real(dp) :: v(10)
+    integer :: i, j, m
+
+    coupling%c(:n, :n) = 0
+    do m = 1, size(pairs)
+      associate (pair => pairs(m))
+        i = findloc(zones(:n)%zone, pair%zone(1), 1)
+        if (i == 0) cycle
+        j = findloc(zones(:n)%zone, pair%zone(2), 1)
+        if (j == 0) cycle
+        call axis_basis(pair%p, zones(j)%p, bp, tangent)
+        call axis_basis(pair%roll, roll%angle, br, tangent)
+        call axis_basis(pair%u, zones(j)%u, bu, tangent)
+        call spline_3d(pair%c, bp, br, bu, tangent, v)
+        if (v(1) <= 0) cycle
+        coupling%n = coupling%n + 1
+        associate (one => coupling%list(coupling%n))
+          one%first = i
+          one%second = j
+          one%hessian = 0
+          call to_pose(tables(pair%zone(2)), zones(j)%arm, zones(j)%h, v, tangent, one%gradient, one%hessian)
+        end associate
+        coupling%c(i, j) = v(1)
+        coupling%c(j, i) = v(1)
+      end associate
+    end do
+  end subroutine find_influence
+
+  !> Find how far the zones lower the surface of each other: shift_i = sum c_ij f_j, with the force f_j of zone j on its
+  !> lowered surface, by Newton's method. `ok` is false if it does not converge.
+  pure subroutine press_together(tables, roll, n, c, zones, ok)
+    type(zone_table), intent(in) :: tables(:)
+    type(roll_type), intent(in) :: roll
+    integer, intent(in) :: n
+    real(dp), intent(in) :: c(n, n)             !! influences, 0 on the diagonal [m/N]
+    type(touching_type), intent(inout) :: zones(:)
+    logical, intent(out) :: ok
+    real(dp), parameter :: close = 1e-10_dp     ! last step [m]: Newton's method squares the error once more
+    integer, parameter :: patience = 12, most = 60
+    type(line_type) :: line(n)
+    real(dp) :: f(n), k(n), step(n), a(n, n)
+    logical :: open(n)
+    integer :: i, j, iter
+
+    line%cell = 0
+    f = 0
+    open = .true.
+    ! The deepest zone first, each after those before it have lowered its surface.
+    do j = 1, n
+      i = maxloc(zones(:n)%p, 1, open)
+      open(i) = .false.
+      zones(i)%shift = dot_product(c(:, i), f)
+      call press_line(tables(zones(i)%zone), roll, zones(i), line(i), f(i), k(i))
+    end do
+    do iter = 1, most
+      do i = 1, n
+        call press_line(tables(zones(i)%zone), roll, zones(i), line(i), f(i), k(i))
+      end do
+      step = matmul(c, f) - zones(:n)%shift
+      do j = 1, n
+        a(:, j) = c(:, j)*k(j)
+        a(j, j) = a(j, j) + 1
+      end do
+      call solve_small(n, a, step)
+      if (iter > patience) step = step/2
+      zones(:n)%shift = max(0.0_dp, zones(:n)%shift + step)
+      ok = all(abs(step) < close)
+      if (ok) return
+    end do
+  end subroutine press_together
+
+  !> Add to every zone its half of the energy and of the gradient of the coupling; the coupling's Hessian is that of the sum.
+  !>
+  !> The energy is sum F_i(q, s_i) + 1/2 sum c_ij f_i f_j with f_i = -dF_i/ds_i and s = C f, its gradient
+  !> sum grad F_i - 1/2 sum grad c_ij f_i f_j. The Hessian follows from (I + K C) df = (M - K V) dq and ds = C df + V dq,
+  !> where K has the stiffnesses, the rows of M are the gradients of f_i, and V_i = sum f_j grad c_ij.
+  pure subroutine add_coupling(n, tangent, coupling, zones, hessian)
+    integer, intent(in) :: n
+    logical, intent(in) :: tangent
+    type(coupling_type), intent(in) :: coupling
+    type(touching_type), intent(inout) :: zones(:)
+    real(dp), intent(inout) :: hessian(6)
+    real(dp) :: f(n), v(3, n), a(n, n), df(n, 3), ds(n, 3), full(3, 3)
+    integer :: i, j, m
+
+    f = merge(zones(:n)%force, 0.0_dp, zones(:n)%energy > 0)
+    v = 0
+    do m = 1, coupling%n
+      associate (one => coupling%list(m))
+        v(:, one%first) = v(:, one%first) + f(one%second)*one%gradient
+        v(:, one%second) = v(:, one%second) + f(one%first)*one%gradient
+        if (tangent) hessian = hessian - f(one%first)*f(one%second)*one%hessian
+      end associate
+    end do
+    do i = 1, n
+      if (f(i) <= 0) cycle
+      zones(i)%energy = zones(i)%energy + f(i)*zones(i)%shift/2
+      zones(i)%gradient = zones(i)%gradient - f(i)/2*v(:, i)
+    end do
+    if (.not. tangent) return
+    associate (c => coupling%c)
+      do i = 1, n
+        a(i, :) = 0
+        df(i, :) = 0
+        a(i, i) = 1
+        if (f(i) <= 0) cycle
+        do j = 1, n
+          a(i, j) = a(i, j) + zones(i)%stiffness*c(i, j)
+        end do
+        df(i, :) = zones(i)%of_force - zones(i)%stiffness*v(:, i)
+      end do
+      do j = 1, 3
+        call solve_small(n, a, df(:, j))
+        ds(:, j) = matmul(c(:n, :n), df(:, j)) + v(j, :)
+      end do
+    end associate
+    full = 0
+    do i = 1, n
+      if (f(i) <= 0) cycle
+      do j = 1, 3
+        full(:, j) = full(:, j) - zones(i)%of_force*ds(i, j) - v(:, i)*df(i, j)
+      end do
+    end do
+    hessian = hessian + [full(1, 1), (full(1, 2) + full(2, 1))/2, (full(1, 3) + full(3, 1))/2, full(2, 2), &
+      (full(2, 3) + full(3, 2))/2, full(3, 3)]
+  end subroutine add_coupling
+
+  !> Return the influence of the zones of a pair on each other in a pose [m/N].
+  pure real(dp) function pair_influence(tables, pair, pose, roll) result(c)
+    type(zone_table), intent(in) :: tables(:)
+    type(pair_table), intent(in) :: pair
+    real(dp), intent(in) :: pose(3)
+    type(roll_type), intent(in) :: roll
+    type(touching_type) :: z
+    type(basis_type) :: bp, br, bu
+    real(dp) :: v(10)
+    integer :: status
+
+    c = 0
+    call find_touching(tables(pair%zone(2)), pose, roll, .false., z, status)
+    if (status /= inside .or. z%p <= 0) return
+    call axis_basis(pair%p, z%p, bp, .false.)
+    call axis_basis(pair%roll, roll%angle, br, .false.)
+    call axis_basis(pair%u, z%u, bu, .false.)
+    call spline_3d(pair%c, bp, br, bu, .false., v)
+    c = max(0.0_dp, v(1))
+  end function pair_influence
+
+  !> Solve a x = b, with b on entry and x on return in `x`; the diagonal of a is larger than the rest.
+  pure subroutine solve_small(n, a, x)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: a(n, n)
+    real(dp), intent(inout) :: x(n)
+    real(dp) :: b(n, n)
+    integer :: i, j
+
+    b = a
+    do i = 1, n
+      do j = i + 1, n
+        x(j) = x(j) - b(j, i)/b(i, i)*x(i)
+        b(j, i + 1:) = b(j, i + 1:) - b(j, i)/b(i, i)*b(i, i + 1:)
+      end do
+    end do
+    do i = n, 1, -1
+      x(i) = (x(i) - dot_product(b(i, i + 1:), x(i + 1:)))/b(i, i)
+    end do
+  end subroutine solve_small
+
+end module zone_coupling

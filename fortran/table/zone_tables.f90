@@ -1,0 +1,292 @@
+!> The tabulated energy of one zone of a wheel on its rail: one C2 function of the pose.
+!>
+!> Every zone has coordinates of its pole: u along the rail's tangent at the zone's mean contact angle, w along the
+!> normal, roll angle phi:
+!>
+!>     p = h(u, phi) - w                    penetration; the zone touches at w = h
+!>     U = S(u, phi, q) q^5,  q = sqrt(p+)  elastic energy
+!>
+!> For a Hertzian patch U is proportional to p^(5/2), for a patch cut by the end of its zone to p^3, so S is smooth in q.
+!> h and S are tensor cubic B-splines. Forces are the exact gradient of the interpolant and stiffnesses its exact
+!> Hessian, so energy is conserved whatever the resolution.
+!>
+!> Other zones may lower the surface of the zone by a shift: then q = sqrt((p - shift)+).
+module zone_tables
+  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_value, spline_3d, spline_3d_line
+  use kinds, only: dp
+  use wheel_rail_pair, only: rolled
+  implicit none
+  private
+  public :: zone_table, roll_type, touching_type, line_type, bound_heights, find_touching, zone_potential, press_line, &
+    zone_penetration, zone_pose, to_pose
+  public :: inside, outside_lateral, outside_roll, outside_depth, outside_law
+
+  !> The table of a zone.
+  type :: zone_table
+    logical :: flange = .false.         !! not the zone of the running point
+    real(dp) :: along(2) = 0            !! direction of u, track frame
+    real(dp) :: pole(2) = 0             !! wheelset frame [m]
+    real(dp) :: origin(2) = 0           !! u, w of the pole in the reference pose [m]
+    real(dp) :: ceiling = 0             !! Z of the pole above which nothing touches [m]
+    real(dp) :: tip = huge(1.0_dp)      !! u beyond which the flange's tip is in contact [m]
+    type(axis_type) :: u, q
+    real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u)
+    real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u)
+    real(dp), allocatable :: h_bound(:, :)   !! upper bound of h in (bin of u, cell of roll angle) [m]
+    real(dp) :: bins_per_metre = 0      !! bins of `h_bound` per metre of u
+  end type zone_table
+
+  !> A roll angle, prepared for the zones of one wheel.
+  type :: roll_type
+    real(dp) :: angle, cosine, sine
+    type(basis_type) :: basis
+  end type roll_type
+
+  !> A zone that touches in a pose.
+  type :: touching_type
+    integer :: zone
+    real(dp) :: arm(2)                  !! from the axle centre to the pole, track frame [m]
+    real(dp) :: u, p                    !! coordinate of the pole, penetration [m]
+    real(dp) :: shift                   !! by which the other zones lower the surface [m]
+    real(dp) :: h(6)                    !! h, h_r, h_u, h_rr, h_ru, h_uu
+    type(basis_type) :: basis           !! at u
+    real(dp) :: force, stiffness        !! derivatives of the energy with respect to the penetration [N, N/m]
+    real(dp) :: energy, gradient(3), hessian(6), of_force(3)   !! `of_force` is the gradient of the force
+  end type touching_type
+
+  !> S over q in one cell, at one u and one roll angle.
+  type :: line_type
+    integer :: cell
+    real(dp) :: c(4)
+  end type line_type
+
+  !> Whether a pose is on the table.
+  enum, bind(c)
+    enumerator :: inside = 0, outside_lateral, outside_roll, outside_depth
+    enumerator :: outside_law        ! S is negative: splines may oscillate outside the poses that runs reach
+  end enum
+
+  !> A zone that would pull counts as open if the force is at most this one, to which errors are relative [N].
+  real(dp), parameter :: largest_pull = 5e3_dp
+
+contains
+
+  !> Compute the bounds of h, with which a zone that does not touch is skipped: in a cell a spline is at most its largest
+  !> coefficient there.
+  pure subroutine bound_heights(t)
+    type(zone_table), intent(inout) :: t
+    integer, parameter :: n_bins = 256
+    type(basis_type) :: first, last
+    real(dp) :: highest(size(t%h, 1))
+    integer :: i, j
+
+    t%bins_per_metre = n_bins*(1 - epsilon(1.0_dp))/(t%u%high - t%u%low)
+    if (allocated(t%h_bound)) deallocate (t%h_bound)
+    allocate (t%h_bound(n_bins, size(highest) - 3))
+    do j = 1, n_bins
+      call axis_basis(t%u, t%u%low + (j - 1)/t%bins_per_metre, first)
+      call axis_basis(t%u, min(t%u%low + j/t%bins_per_metre, t%u%high), last)
+      ! One more cell on either side covers rounding.
+      first%i = max(first%i - 1, 1)
+      last%i = min(last%i + 1, t%u%n - 1)
+      highest = t%h(:, first%i)
+      do i = first%i + 1, last%i + 3
+        highest = max(highest, t%h(:, i))
+      end do
+      do i = 1, size(t%h_bound, 2)
+        t%h_bound(j, i) = maxval(highest(i:i + 3))
+      end do
+    end do
+  end subroutine bound_heights
+
+  !> Find the penetration of a zone in a pose; it is not positive if the zone does not touch.
+  pure subroutine find_touching(t, pose, roll, tangent, z, status)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: pose(3)
+    type(roll_type), intent(in) :: roll
+    logical, intent(in) :: tangent         !! whether second derivatives are wanted
+    type(touching_type), intent(inout) :: z
+    integer, intent(out) :: status
+    real(dp) :: w
+
+    status = inside
+    z%p = 0
+    z%arm = pole_arm(t, roll)
+    call zone_coordinates(t, pose, z%arm, z%u, w)
+    if (.not. axis_holds(t%u, z%u)) then
+      ! NaN is neither above nor below the ceiling, so it is not on the table.
+      if (.not. (pose(2) + z%arm(2) > t%ceiling .and. abs(pose(1)) <= huge(w))) status = outside_lateral
+      return
+    end if
+    if (w >= t%h_bound(int((z%u - t%u%low)*t%bins_per_metre) + 1, roll%basis%i)) return
+    call axis_basis(t%u, z%u, z%basis, tangent)
+    call spline_2d(t%h, roll%basis, z%basis, tangent, z%h)
+    z%p = z%h(1) - w
+    z%shift = 0
+    if (z%p <= 0) return
+    if (.not. axis_holds(t%q, sqrt(z%p))) status = outside_depth
+  end subroutine find_touching
+
+  !> Compute energy, gradient and Hessian of one zone whose surface the other zones have lowered by `shift`. The energy is 0 if
+  !> the zone carries nothing.
+  pure subroutine zone_potential(t, roll, tangent, z, status)
+    type(zone_table), intent(in) :: t
+    type(roll_type), intent(in) :: roll    !! roll of the pose
+    logical, intent(in) :: tangent         !! whether the Hessian is wanted
+    type(touching_type), intent(inout) :: z
+    integer, intent(out) :: status
+    type(basis_type) :: bq
+    real(dp) :: p, q, v(10), f(10)
+
+    status = inside
+    z%energy = 0
+    p = z%p - z%shift
+    if (.not. p > 0) return
+    q = sqrt(p)
+    call axis_basis(t%q, q, bq, tangent)
+    call spline_3d(t%s, bq, roll%basis, z%basis, tangent, v)  ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
+
+    ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p):
+    ! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu.
+    f(1) = q**5*v(1)
+    f(2) = q**3*(2.5_dp*v(1) + 0.5_dp*q*v(2))
+    if (f(1) <= 0 .or. f(2) <= 0) then
+      if (max(-f(2), -2.5_dp*f(1)/p) > largest_pull) status = outside_law
+      return
+    end if
+    z%energy = f(1)
+    f(3:4) = q**5*v(3:4)
+    f(5:) = 0
+    if (tangent) then
+      f(5) = q*(3.75_dp*v(1) + 2.25_dp*q*v(2) + 0.25_dp*p*v(5))
+      f(6:7) = q**3*(2.5_dp*v(3:4) + 0.5_dp*q*v(6:7))
+      f(8:10) = q**5*v(8:10)
+    end if
+    z%force = f(2)
+    call to_pose(t, z%arm, z%h, f, tangent, z%gradient, z%hessian)
+    if (.not. tangent) return
+    z%stiffness = f(5)
+    z%of_force = covector(t, z%arm, f(7) + f(5)*z%h(3), -f(5), f(6) + f(5)*z%h(2))
+  end subroutine zone_potential
+
+  !> Force f [N] of a zone on its lowered surface, and stiffness k [N/m]; `line` keeps S over q from one call to the next.
+  pure subroutine press_line(t, roll, z, line, f, k)
+    type(zone_table), intent(in) :: t
+    type(roll_type), intent(in) :: roll
+    type(touching_type), intent(in) :: z
+    type(line_type), intent(inout) :: line
+    real(dp), intent(out) :: f, k
+    type(basis_type) :: bq
+    real(dp) :: p, q, s(0:2)
+
+    f = 0
+    k = 0
+    p = z%p - z%shift
+    if (.not. p > 0) return
+    q = sqrt(p)
+    call axis_basis(t%q, q, bq)
+    if (line%cell /= bq%i) call spline_3d_line(t%s, bq%i, roll%basis, z%basis, line%c)
+    line%cell = bq%i
+    s = matmul(line%c, bq%b)
+    f = q**3*(2.5_dp*s(0) + 0.5_dp*q*s(1))
+    k = max(0.0_dp, q*(3.75_dp*s(0) + 2.25_dp*q*s(1) + 0.25_dp*p*s(2)))
+    if (f > 0 .and. s(0) > 0) return
+    f = 0
+    k = 0
+  end subroutine press_line
+
+  !> Return the penetration of a zone in a pose [m]; negative if the zone does not touch.
+  pure real(dp) function zone_penetration(t, pose, roll) result(p)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: pose(3)
+    type(roll_type), intent(in) :: roll    !! roll of the pose
+    type(basis_type) :: bu
+    real(dp) :: arm(2), u, w
+
+    p = -1
+    arm = pole_arm(t, roll)
+    call zone_coordinates(t, pose, arm, u, w)
+    if (pose(2) + arm(2) > t%ceiling .or. .not. axis_holds(t%u, u)) return
+    call axis_basis(t%u, u, bu, .false.)
+    p = spline_2d_value(t%h, roll%basis, bu) - w
+  end function zone_penetration
+
+  !> Return the pose (y, z, roll) in which the pole of a zone is at u and w.
+  pure function zone_pose(t, u, w, roll) result(pose)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: u, w, roll     !! [m, rad]
+    real(dp) :: pose(3)
+
+    pose = [(t%origin(1) + u)*t%along + (t%origin(2) + w)*[-t%along(2), t%along(1)] - rolled(t%pole, roll), roll]
+  end function zone_pose
+
+  !> Return the vector from the axle centre to the pole, track frame [m].
+  pure function pole_arm(t, roll) result(arm)
+    type(zone_table), intent(in) :: t
+    type(roll_type), intent(in) :: roll
+    real(dp) :: arm(2)
+
+    arm = [t%pole(1)*roll%cosine - t%pole(2)*roll%sine, t%pole(1)*roll%sine + t%pole(2)*roll%cosine]
+  end function pole_arm
+
+  !> Compute u and w of the pole in a pose [m]; `arm` is the vector from the axle centre to the pole, track frame [m].
+  pure subroutine zone_coordinates(t, pose, arm, u, w)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: pose(3), arm(2)
+    real(dp), intent(out) :: u, w
+    real(dp) :: x(2)
+
+    x = pose(1:2) + arm
+    u = x(1)*t%along(1) + x(2)*t%along(2) - t%origin(1)
+    w = x(2)*t%along(1) - x(1)*t%along(2) - t%origin(2)
+  end subroutine zone_coordinates
+
+  !> Compute gradient and Hessian with respect to the pose of F(u, roll, p), p = h(u, roll) - w.
+  pure subroutine to_pose(t, arm, h, f, tangent, gradient, hessian)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: arm(2)         !! from the axle centre to the pole, track frame [m]
+    real(dp), intent(in) :: h(6)           !! h, h_r, h_u, h_rr, h_ru, h_uu
+    real(dp), intent(in) :: f(10)          !! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu
+    logical, intent(in) :: tangent         !! whether the Hessian is wanted
+    real(dp), intent(inout) :: gradient(3), hessian(6)
+    real(dp) :: ca, sa, eu, ew, er, euu, euw, eur, eww, ewr, err, ur, wr
+
+    ! e.. are derivatives with respect to u, w, roll; ur and wr are du/droll and dw/droll of the pole.
+    eu = f(4) + f(2)*h(3)
+    er = f(3) + f(2)*h(2)
+    ew = -f(2)
+    gradient = covector(t, arm, eu, ew, er)
+    if (.not. tangent) return
+    ca = t%along(1)
+    sa = t%along(2)
+    ur = arm(1)*sa - arm(2)*ca
+    wr = arm(1)*ca + arm(2)*sa
+
+    euu = f(10) + 2*f(7)*h(3) + f(5)*h(3)**2 + f(2)*h(6)
+    eur = f(9) + f(7)*h(2) + f(6)*h(3) + f(5)*h(2)*h(3) + f(2)*h(5)
+    err = f(8) + 2*f(6)*h(2) + f(5)*h(2)**2 + f(2)*h(4)
+    euw = -f(7) - f(5)*h(3)
+    ewr = -f(6) - f(5)*h(2)
+    eww = f(5)
+    hessian(1) = euu*ca**2 - 2*euw*ca*sa + eww*sa**2
+    hessian(2) = (euu - eww)*ca*sa + euw*(ca**2 - sa**2)
+    hessian(3) = (eur + euu*ur + euw*wr)*ca - (ewr + euw*ur + eww*wr)*sa
+    hessian(4) = euu*sa**2 + 2*euw*ca*sa + eww*ca**2
+    hessian(5) = (eur + euu*ur + euw*wr)*sa + (ewr + euw*ur + eww*wr)*ca
+    hessian(6) = err + 2*(eur*ur + ewr*wr) + euu*ur**2 + 2*euw*ur*wr + eww*wr**2 &
+      - eu*wr + ew*ur
+  end subroutine to_pose
+
+  !> Return the gradient with respect to the pose of a function with the derivatives eu, ew, er with respect to u, w and roll.
+  pure function covector(t, arm, eu, ew, er) result(gradient)
+    type(zone_table), intent(in) :: t
+    real(dp), intent(in) :: arm(2)         !! from the axle centre to the pole, track frame [m]
+    real(dp), intent(in) :: eu, ew, er
+    real(dp) :: gradient(3)
+
+    associate (ca => t%along(1), sa => t%along(2))
+      gradient = [eu*ca - ew*sa, eu*sa + ew*ca, er + eu*(arm(1)*sa - arm(2)*ca) + ew*(arm(1)*ca + arm(2)*sa)]
+    end associate
+  end function covector
+
+end module zone_tables
