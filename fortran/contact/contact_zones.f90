@@ -51,7 +51,7 @@ contains
 
     running = count(pair%s <= pair%centred_station)
     split = running
-    do while (split > pair%steepest .and. pair%angle(split) < root_angle)
+    do while (split > pair%steepest .and. (pair%angle(split) < root_angle .or. split == running))
       split = split - 1
     end do
     call find_gaps(pair, running, gaps)

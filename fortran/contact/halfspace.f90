@@ -17,7 +17,7 @@ module halfspace
   use kinds, only: dp, pi
   implicit none
   private
-  public :: mesh_type, set_influence, solve_loads
+  public :: mesh_type, set_influence, solve_loads, displace
 
   !> A grid. Elements (i, j) are centred at x = (i - 1/2) dx > 0 and s = low + (j - 1/2) ds.
   type :: mesh_type
@@ -186,7 +186,7 @@ contains
     end do
   end subroutine solve_loads
 
-  !> q = A f, summed over the elements that carry a load.
+  !> q = A f, summed over the elements that carry a load. (The compiler's matmul rounds by where its arrays lie in memory.)
   pure subroutine displace(A, f, q)
     real(dp), intent(in), contiguous :: A(:, :), f(:)
     real(dp), intent(out), contiguous :: q(:)

@@ -10,7 +10,7 @@
 !> K. L. Johnson, Contact Mechanics, 4.25-4.32).
 module halfspace_patches
   use curve, only: curve_point
-  use halfspace, only: mesh_type, set_influence, solve_loads
+  use halfspace, only: displace, mesh_type, set_influence, solve_loads
   use kinds, only: dp
   use patch_grids, only: displacement, elements_type, fit_box, fit_mesh, guess_loads, look_beyond
   use patch_overlaps, only: expected_area, find_overlaps, most_patches, moved_area, overlaps_type, same_overlap
@@ -204,7 +204,7 @@ contains
     real(dp), intent(out) :: influence, load(2)   !! [m/N]; sums of the loads [N]
     real(dp), intent(out) :: angle             !! of the wheel's tangent at the nearest point [rad]
     logical :: inside(size(patches%influence, 1), 2)
-    real(dp) :: f(size(patches%influence, 1)), r(size(patches%influence, 1))
+    real(dp), dimension(size(patches%influence, 1)) :: f, r, displaced
     integer :: k, loaded, free
 
     f = reshape(patches%f, [size(f)])
@@ -217,8 +217,8 @@ contains
     angle = 0
     if (all(load <= 0)) return
     if (all(load > 0)) then
-      influence = 2*dot_product(merge(f, 0.0_dp, inside(:, 1)), matmul(patches%influence, merge(f, 0.0_dp, inside(:, 2)))) &
-        /product(load)
+      call displace(patches%influence, merge(f, 0.0_dp, inside(:, 2)), displaced)
+      influence = 2*dot_product(merge(f, 0.0_dp, inside(:, 1)), displaced)/product(load)
       return
     end if
     loaded = maxloc(load, 1)

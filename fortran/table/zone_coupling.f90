@@ -104,7 +104,7 @@ contains
       do i = 1, n
         call press_line(tables(zones(i)%zone), roll, zones(i), line(i), f(i), k(i))
       end do
-      step = matmul(c, f) - zones(:n)%shift
+      step = [(dot_product(c(:, i), f), i=1, n)] - zones(:n)%shift
       do j = 1, n
         a(:, j) = c(:, j)*k(j)
         a(j, j) = a(j, j) + 1
@@ -159,7 +159,7 @@ contains
       end do
       do j = 1, 3
         call solve_small(n, a, df(:, j))
-        ds(:, j) = matmul(c(:n, :n), df(:, j)) + v(j, :)
+        ds(:, j) = [(dot_product(c(:n, i), df(:, j)), i=1, n)] + v(j, :)
       end do
     end associate
     full = 0

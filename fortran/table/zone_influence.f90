@@ -194,17 +194,17 @@ contains
     type(scan_type), intent(inout) :: scan   !! workspace
     real(dp), intent(inout) :: c(:, :)       !! (zone, zone) [m/N]
     integer, intent(inout) :: solutions(2)
-    real(dp), parameter :: noise = 3e-3_dp, least = 1.0_dp, largest = 1.5_dp   ! of the energies; of the factor
+    real(dp), parameter :: noise = 2e-3_dp, least = 1.0_dp, largest = 1.5_dp   ! of the energies; of the factor
     real(dp), dimension(size(table%zones)) :: force, shift
     real(dp) :: energy, alone, strip, coupling, factor
     integer :: z
     logical :: ok
 
     call coupled_forces(table, pose, roll, c, force, shift)
-    coupling = dot_product(force, c(:, j))*force(j)
+    coupling = dot_product(force(:j), c(:j, j))*force(j)
     if (coupling <= 0) return
-    energy = dot_product(force, shift)/2
-    do z = 1, size(force)
+    energy = dot_product(force(:j), shift(:j))/2
+    do z = 1, j
       if (force(z) <= 0) cycle
       scan%fresh = .true.
       call press_zone(request, z, elements, [pose(:2) + shift(z)*across(z), pose(3)], k, scan, strip, alone, ok)

@@ -9,11 +9,11 @@
 !> touching zones of both wheels and a sum that keeps the loops alive.
 program bench_force
   use case, only: case_type
-  use shared, only: branch_contact, direct_type, integer_argument, new_direct, read_poses, read_prepared, zone_contact
+  use shared, only: direct_type, integer_argument, new_direct, read_poses, read_prepared, wheel_contact, zone_contact
   use station_scan, only: scan_depth
   use kinds, only: dp
   use halfspace_patches, only: patches_type, press_patches
-  use patch_grids, only: elements_type, new_elements
+  use patch_grids, only: elements_type
   use run_setup, only: setup_type
   use wheel_rail_pair, only: mirror
   use wheelset, only: contact_state, contacts
@@ -108,28 +108,24 @@ contains
     end do
   end subroutine evaluate_strips
 
-  !> Force and energy of the left wheel's tread and flange by the half-space.
+  !> Force and energy of the left wheel by the half-space.
   subroutine solve_halfspace(q)
     real(dp), intent(in) :: q(3)
-    real(dp) :: energy, force(3)
-    integer :: branch
+    real(dp) :: energy, force(3, 2)
 
-    do branch = 1, 2
-      call branch_contact(direct, setup, branch, q, energy, force)
-      total = total + energy + force(2)
-    end do
+    call wheel_contact(direct, setup, q, energy, force)
+    total = total + energy + sum(force(2, :))
   end subroutine solve_halfspace
 
   !> Time [s] of a solution on the elements, and to the tolerance, of the generator of tables: the left tread at the
-  !> poses, one after the other, each starting from the last.
+  !> poses, one after the other.
   real(dp) function solution() result(seconds)
     type(elements_type) :: elements
     type(patches_type) :: patches
-    real(dp) :: energy
-    integer :: first, last
-    logical :: ok
+    integer :: first, last, solved
 
-    elements = new_elements(6, 24, 1e-2_dp, direct%e_star)
+    elements = elements_type(5, 20, 2e-3_dp, direct%e_star, .false.)
+    solved = 0
     associate (side => setup%side(1))
       first = minval(side%zones%first, .not. side%zones%flange)
       last = maxval(side%zones%last)
@@ -138,13 +134,14 @@ contains
         direct%work%fresh = .true.
         call scan_depth(side%pair, pose(:2, i), pose(3, i), first, last, direct%work)
         call cpu_time(from)
-        call press_patches(side%pair, elements, first, last, pose(:2, i), pose(3, i), direct%work, patches, energy, ok)
+        call press_patches(side%pair, elements, first, last, pose(:2, i), pose(3, i), direct%work, patches)
         call cpu_time(to)
         seconds = seconds + to - from
-        total = total + energy
+        total = total + patches%energy
+        solved = solved + 1
       end do
     end associate
-    seconds = seconds/max(patches%solutions, 1)
+    seconds = seconds/max(solved, 1)
   end function solution
 
   !> The tensor splines of h (two axes) and S (three), with first and second derivatives, for each touching

@@ -12,8 +12,8 @@ program press_wheel
   use hertz, only: contact_modulus
   use kinds, only: dp
   use profile_orientation, only: is_rail, is_wheel
-  use halfspace_patches, only: patches_type, press_patches
-  use patch_grids, only: elements_type, new_elements
+  use halfspace_patches, only: force_between, patches_type, press_patches
+  use patch_grids, only: elements_type
   use profile, only: profile_type, read_profile
   implicit none
   save
@@ -25,15 +25,14 @@ program press_wheel
   type(elements_type) :: elements
   type(patches_type) :: patches
   character(256) :: file(2)
-  real(dp) :: radius, depth, centre(2), energy, force(3)
+  real(dp) :: radius, depth, centre(2), force(3)
   integer :: stat
-  logical :: ok
 
   call get_command_argument(1, file(1))
   call get_command_argument(2, file(2))
   call read_profile(trim(file(1)), is_wheel, 0.0_dp, 'auto', 'auto', wheel, error)
   if (.not. allocated(error)) call read_profile(trim(file(2)), is_rail, 0.0_dp, 'auto', 'auto', rail, error)
-  elements = new_elements(8, 32, 1e-4_dp, contact_modulus(c%youngs_modulus, c%poisson))
+  elements = elements_type(8, 32, 1e-4_dp, contact_modulus(c%youngs_modulus, c%poisson), .false.)
   do
     if (allocated(error)) error stop error%message
     read (*, *, iostat=stat) radius, depth
@@ -43,10 +42,10 @@ program press_wheel
     if (allocated(error)) cycle
     centre = [0.0_dp, pair%axle_height - depth]
     work = new_scan(pair)
-    patches%n = 0
     call scan_depth(pair, centre, 0.0_dp, 1, size(pair%s), work)
-    call press_patches(pair, elements, 1, size(pair%s), centre, 0.0_dp, work, patches, energy, ok, force)
-    if (.not. ok) error stop 'the half-space solution failed'
-    write (*, '(2es24.16)') energy, force(2)
+    call press_patches(pair, elements, 1, size(pair%s), centre, 0.0_dp, work, patches)
+    if (.not. patches%ok) error stop 'the half-space solution failed'
+    force = force_between(patches, pair%s(1), pair%s(size(pair%s)))
+    write (*, '(2es24.16)') patches%energy, force(2)
   end do
 end program press_wheel

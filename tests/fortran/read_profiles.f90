@@ -31,8 +31,8 @@ program read_profiles
     if (.not. allocated(error)) call read_profile(trim(c%rail_profile), is_rail, 0.0d0, 'auto', 'auto', setup%rail(1), error)
     if (.not. allocated(error)) call place_profiles(setup%wheel(1)%curve, setup%rail(1)%curve, &
       setup%wheel(1)%file, setup%rail(1)%file, c%gauge, c%gauge_depth, c%back_to_back, c%rolling_radius, setup%side(1)%pair, error)
-    if (.not. allocated(error)) call find_zones(setup%side(1)%pair, c%split_angle, setup%side(1)%zones, &
-      error)
+    if (.not. allocated(error)) call find_zones(setup%side(1)%pair, setup%side(1)%zones)
+    setup%side(1)%threshold = [cos(c%flange_angle), sin(c%flange_angle)]
     if (allocated(error)) then
       write (*, '(a)') error%message
     else if (kind > 0) then

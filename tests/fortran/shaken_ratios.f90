@@ -8,13 +8,16 @@ program shaken_ratios
   use kinds, only: dp
   use grid_refinement, only: grid_type
   use halfspace_correction, only: solve_ratios
+  use patch_grids, only: elements_type
   use run_tables, only: table_request
+  use service_poses, only: request_type
   use shared, only: read_prepared
   use run_setup, only: setup_type
   implicit none
   save
   type(case_type) :: c
   type(setup_type), target :: setup
+  type(request_type) :: request
   type(grid_type), allocatable :: ratio(:, :), found(:)
   real(dp), allocatable :: noise(:, :)
   real(dp) :: differ
@@ -25,7 +28,9 @@ program shaken_ratios
   associate (table => setup%wheelset%table)
     allocate (ratio(size(table%zones), 2))
     do k = 1, 2
-      call solve_ratios(table_request(c, setup%side(1)), c%accuracy, table, found, solutions, [0.0_dp, 1.0_dp], stopped)
+      request = table_request(c, setup%side(1))
+      call solve_ratios(request, c%accuracy, elements_type(5, 20, 2e-3_dp, request%e_star, .false.), table, found, &
+        solutions, [0.0_dp, 1.0_dp], stopped)
       ratio(:, k) = found
       do z = 1, size(table%zones)
         allocate (noise, mold=table%zones(z)%h)

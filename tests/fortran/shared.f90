@@ -4,19 +4,20 @@ module shared
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type
   use case_reader, only: read_case
+  use contact_zones, only: is_flange
   use strip_law, only: set_moduli, zone_energy, zone_force
   use errors, only: error_type
   use station_scan, only: new_scan, scan_depth, scan_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use halfspace_patches, only: patches_type, press_patches
-  use patch_grids, only: elements_type, new_elements
+  use halfspace_patches, only: force_between, patches_type, press_patches
+  use patch_grids, only: elements_type
   use run_setup, only: setup_type
   use simulation, only: prepare
   use text, only: line_type, read_lines
   implicit none
   private
-  public :: read_prepared, read_poses, integer_argument, direct_type, new_direct, zone_contact, branch_contact
+  public :: read_prepared, read_poses, integer_argument, direct_type, new_direct, zone_contact, wheel_contact
 
   !> For direct evaluation.
   type :: direct_type
@@ -79,7 +80,7 @@ contains
     direct%e_star = c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson)
     allocate (direct%k(size(setup%side(1)%pair%s)))
     direct%work = new_scan(setup%side(1)%pair)
-    direct%elements = new_elements(12, 48, 1e-6_dp, direct%e_star)
+    direct%elements = elements_type(12, 48, 1e-6_dp, direct%e_star, c%influence == 'flat')
   end function new_direct
 
   !> One zone in a pose: the force of its strips, its energy.
@@ -99,23 +100,31 @@ contains
     end associate
   end subroutine zone_contact
 
-  !> Tread (1) or flange (2) in a pose by a half-space solution.
-  subroutine branch_contact(direct, setup, branch, q, energy, force)
+  !> The whole wheel in a pose by a half-space solution: energy [J], and F_y, F_z [N], M_x [N m] of the tread and of the flange.
+  subroutine wheel_contact(direct, setup, q, energy, force)
     type(direct_type), intent(inout) :: direct
     type(setup_type), intent(in) :: setup
-    integer, intent(in) :: branch
     real(dp), intent(in) :: q(3)
-    real(dp), intent(out) :: energy, force(3)
+    real(dp), intent(out) :: energy, force(3, 2)
     type(patches_type) :: patches
-    integer :: first, last
-    logical :: ok
+    real(dp) :: part(3)
+    integer :: first, last, z, branch
 
-    first = minval(setup%side(1)%zones%first, setup%side(1)%zones%flange .eqv. branch == 2)
-    last = maxval(setup%side(1)%zones%last, setup%side(1)%zones%flange .eqv. branch == 2)
-    direct%work%fresh = .true.
-    call scan_depth(setup%side(1)%pair, q(1:2), q(3), first, last, direct%work)
-    call press_patches(setup%side(1)%pair, direct%elements, first, last, q(1:2), q(3), direct%work, patches, energy, ok, force)
-    if (.not. ok) error stop 'the half-space solution failed'
-  end subroutine branch_contact
+    force = 0
+    associate (side => setup%side(1))
+      first = minval(side%zones%first)
+      last = maxval(side%zones%last)
+      direct%work%fresh = .true.
+      call scan_depth(side%pair, q(1:2), q(3), first, last, direct%work)
+      call press_patches(side%pair, direct%elements, first, last, q(1:2), q(3), direct%work, patches)
+      if (.not. patches%ok) error stop 'the half-space solution failed'
+      energy = patches%energy
+      do z = 1, size(side%zones)
+        part = force_between(patches, side%pair%s(side%zones(z)%first), side%pair%s(side%zones(z)%last))
+        branch = merge(2, 1, is_flange(side, part(:2), side%pair%s(side%zones(z)%last)))
+        force(:, branch) = force(:, branch) + part
+      end do
+    end associate
+  end subroutine wheel_contact
 
 end module shared

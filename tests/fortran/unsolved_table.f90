@@ -11,7 +11,7 @@ program unsolved_table
   use hertz, only: contact_modulus
   use kinds, only: dp
   use halfspace_patches, only: patches_type, press_patches
-  use patch_grids, only: elements_type, new_elements
+  use patch_grids, only: elements_type
   use shared, only: read_prepared
   use run_setup, only: setup_type
   use table_file, only: save_table
@@ -22,21 +22,23 @@ program unsolved_table
   type(scan_type) :: work
   type(patches_type) :: patches
   type(error_type), allocatable :: error
-  real(dp) :: energy, centre(2)
-  integer :: k
-  logical :: ok
+  real(dp) :: centre(2)
+  integer :: k, unsolved
 
   call read_prepared(c, setup)
   associate (pair => setup%side(1)%pair)
     work = new_scan(pair)
     centre = [0.0_dp, pair%axle_height - 1e-4_dp]
     call scan_depth(pair, centre, 0.0_dp, 1, size(pair%s), work)
+    unsolved = 0
     do k = 1, 2
-      call press_patches(pair, new_elements(5, 20, merge(5e-4_dp, 0.0_dp, k == 1), contact_modulus(c%youngs_modulus, c%poisson)), &
-        1, size(pair%s), centre, 0.0_dp, work, patches, energy, ok)
+      call press_patches(pair, elements_type(5, 20, merge(5e-4_dp, 0.0_dp, k == 1), &
+        contact_modulus(c%youngs_modulus, c%poisson), .false.), &
+        1, size(pair%s), centre, 0.0_dp, work, patches)
+      if (.not. patches%ok) unsolved = unsolved + 1
     end do
   end associate
-  print '(2i4)', patches%poses, patches%unsolved
+  print '(2i4)', 2, unsolved
   setup%wheelset%table%solutions = [1000, 3]
   setup%wheelset%table%accuracy%unsolved = 2
   setup%wheelset%table%accuracy%pulling = 7

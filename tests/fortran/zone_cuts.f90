@@ -1,12 +1,12 @@
-!> Zones of the left wheel for many split angles.
+!> Zones of the left wheel.
 !>
-!> usage: zone_cuts input.nml < split_angles
-!> Reads split angles [rad] from standard input; writes for each: the wheel's stations, where it is refused
-!> 0, else the zones, and of each of at most six: first and last station, its length [mm], 1 for the flange.
+!> usage: zone_cuts input.nml
+!> Writes the numbers of the wheel's stations and zones, and of each of at most six zones: first and last station, its length
+!> [mm], 1 for the flange's side.
 program zone_cuts
   use case, only: case_type
   use case_reader, only: read_case
-  use contact_zones, only: find_zones, max_zones, zone_type
+  use contact_zones, only: max_zones
   use errors, only: error_type
   use kinds, only: dp
   use run_setup, only: prepare_geometry, setup_type
@@ -17,31 +17,21 @@ program zone_cuts
   type(setup_type) :: setup
   type(error_type), allocatable :: error
   type(line_type), allocatable :: lines(:)
-  type(zone_type), allocatable :: zones(:)
   character(256) :: file
-  real(dp) :: split, found(4, max_zones)
-  integer :: stat, z
+  real(dp) :: found(4, max_zones)
+  integer :: z
 
   call get_command_argument(1, file)
   call read_lines(trim(file), lines, error)
   if (.not. allocated(error)) call read_case(trim(file), lines, c, error)
   if (.not. allocated(error)) call prepare_geometry(c, setup, error)
   if (allocated(error)) error stop error%message
-  associate (pair => setup%side(1)%pair)
-    do
-      read (*, *, iostat=stat) split
-      if (stat /= 0) exit
-      call find_zones(pair, split, zones, error)
-      found = 0
-      if (.not. allocated(error)) then
-        do z = 1, size(zones)
-          found(:, z) = [real(zones(z)%first, dp), real(zones(z)%last, dp), &
-            1e3_dp*(pair%s(zones(z)%last) - pair%s(zones(z)%first)), merge(1.0_dp, 0.0_dp, zones(z)%flange)]
-        end do
-      end if
-      z = 0
-      if (.not. allocated(error)) z = size(zones)
-      write (*, '(2i5, *(2f7.0, f10.4, f4.0))') size(pair%s), z, found
+  associate (pair => setup%side(1)%pair, zones => setup%side(1)%zones)
+    found = 0
+    do z = 1, size(zones)
+      found(:, z) = [real(zones(z)%first, dp), real(zones(z)%last, dp), &
+        1e3_dp*(pair%s(zones(z)%last) - pair%s(zones(z)%first)), merge(1.0_dp, 0.0_dp, zones(z)%flange)]
     end do
+    write (*, '(2i5, *(2f7.0, f10.4, f4.0))') size(pair%s), size(zones), found
   end associate
 end program zone_cuts

@@ -58,15 +58,13 @@ S1002 = {"profiles": {"wheel_profile": "profiles/s1002.yz", "rail_profile": "pro
 
 
 @pytest.mark.parametrize("shapes", [*PAIRS, "s1002"])
-def test_zones_tile_the_wheel_whatever_the_split_angle(shapes: str, tmp_path: Path):
+def test_zones_tile_the_wheel(shapes: str, tmp_path: Path):
     """Between 2 and 6 zones from the rim face to behind the flange's tip, each longer than 1 mm, the flange's last."""
     case = write_case(tmp_path, "aw", **S1002) if shapes == "s1002" else write_case(tmp_path, shapes)
-    rows = probe("zone_cuts", case, stdin=text(np.linspace(0.03, 1.2, 1171)[:, None]))
-    assert len(rows) == 1171
-    for stations, n, *found in rows:
-        first, last, length, flange = np.reshape(found, (6, 4))[:int(n)].T
-        assert last[0] == stations and (first[:-1] == last[1:]).all() and (length > 1).all(), found
-        assert not flange[0] and flange[-1] and (np.diff(flange) >= 0).all(), found
+    (stations, n, *found), = probe("zone_cuts", case)
+    first, last, length, flange = np.reshape(found, (6, 4))[:int(n)].T
+    assert last[0] == stations and (first[:-1] == last[1:]).all() and (length > 1).all()
+    assert 2 <= n <= 6 and not flange[0] and flange[-1] and (np.diff(flange) >= 0).all()
 
 
 def tread_stiffness(pair: str) -> float:

@@ -10,8 +10,9 @@ from scipy.optimize import fsolve
 import ldbench
 import shapes
 from checks import Check, Section, absolute, limit, relative
+from ldbench.pressure import press
 from ldbench.profiles.inspect import pair
-from programs import fortran_test
+from ldbench.table import rigid_geometry
 from sheets import Table
 from tables import modern
 
@@ -71,12 +72,10 @@ def pressed(table: ldbench.ContactTable, displacements: np.ndarray) -> tuple[np.
         held = case.replace(Y=pose[0], Z=pose[1] - table.equilibrium, initial_roll=pose[2], vY=0, roll_rate=0, dt=1e-5,
                             t_end=1e-5, interval=1e-5, stop_at="t_end")
         positions.append(ldbench.run(held, table=table).data.y_LT.iloc[0])
-        poses.append(" ".join(map(repr, pose)))
-    with tempfile.TemporaryDirectory() as folder:
-        # The program's table is not used, so it may be coarse.
-        case.replace(**COARSE).to_namelist(Path(folder)/"case.nml")
-        found = fortran_test("tread_and_flange", Path(folder)/"case.nml", stdin="\n".join(poses) + "\n").splitlines()
-    return np.array(positions), np.array([line.split()[4] for line in found], float)
+        poses.append(pose)
+    halfspace = case.replace(contact_model="halfspace")
+    handle = rigid_geometry(halfspace)
+    return np.array(positions), np.array([max(patch.approach for patch in press(handle, halfspace, at, ["LT"])) for at in poses])
 
 
 def left_wheel(models: tuple[str, ...], short: bool) -> tuple[list[Check], Table]:

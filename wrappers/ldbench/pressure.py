@@ -1,7 +1,6 @@
 """Pressed patches of wheels and rails in one pose, by the model 'halfspace'."""
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,8 +13,7 @@ from ._core.errors import Error
 from .case import Case
 
 CONTACTS = "LT", "LF", "RT", "RF"       # left and right tread and flange, as in the columns
-MOST_PATCHES = 4                        # of one contact
-TOGETHER = 3                            # tread and flange, in the core
+MOST_PATCHES = 4                        # of one wheel
 ELEMENTS = 48                           # over the length of a patch along the profile
 
 
@@ -50,7 +48,7 @@ class Patch:
     s_deepest: float                # where that is [m]
     angle: float                    # contact angle there, positive on flanges of both sides, as in the columns [rad]
     force: float                    # integral of the pressure [N]
-    energy: float                   # elastic energy of all patches of the contact [J]
+    energy: float                   # elastic energy of all patches of the wheel [J]
     hertz: Ellipse | None           # None where the bodies conform
 
     @property
@@ -141,53 +139,39 @@ def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[
     """The patches of some contacts in a pose: axle centre y, z [m], roll angle [rad], track frame.
 
     `handle` holds the geometry of `case`. A patch has `elements` over its length along the profile and half as many in rolling
-    direction. Tread and flange of a wheel are pressed apart, as in the contact table, but where the undeformed bodies overlap at
-    their border: the table cuts the overlap there, and a cut would show as a pressure without bound. Pressed together, a patch
-    is the tread's or the flange's by its centre, and counts for both where it reaches over the border.
+    direction. A wheel is pressed as a whole. A patch is the flange's if the contact angle of its force is at least
+    `&contact flange_angle`, or if it is on the flange's tip.
     """
     check_model(case)
     if elements < 8 or elements % 4:
         raise ValueError(f"expected a multiple of 4 elements, at least 8, found {elements}")
     found = []
     for side, names in ("left", CONTACTS[:2]), ("right", CONTACTS[2:]):
-        for number, name in enumerate(names, 1):
-            if name not in contacts:
-                continue
-            patches, border, across = _press_part(handle, case, pose, side, number, name, elements)
-            if not across:
-                found += patches
-                continue
-            together, _, _ = _press_part(handle, case, pose, side, TOGETHER, name, elements)
-            for patch in together:
-                mine = dataclasses.replace(patch, contact=names[patch.s_centre < border])
-                over = patch.s_ends[0] < border < patch.s_ends[1]
-                known = any(other.contact in names and other.s_ends == mine.s_ends for other in found)
-                if (mine.contact == name or over) and not known:
-                    found.append(mine)
+        if any(name in contacts for name in names):
+            found += [patch for patch in _press_wheel(handle, case, pose, side, names, elements) if patch.contact in contacts]
     return found
 
 
-def _press_part(handle: Handle, case: Case, pose: Sequence[float], side: str, number: int, name: str,
-                elements: int) -> tuple[list[Patch], float, bool]:
-    """The patches of a wheel's tread (1), flange (2) or both together (3); s of the border of both [m], and whether the
-    undeformed bodies overlap there."""
+def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, names: Sequence[str],
+                 elements: int) -> list[Patch]:
+    """The patches of a wheel; `names` of its tread and flange."""
     y, z, roll = (float(number) for number in pose)
     turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
     sign = 1 if side == "left" else -1
-    n, ok, p, point, facts, total = _flat.pressures(handle, 1 if side == "left" else 2, number, np.array([y, z, roll]),
+    n, ok, p, point, facts, total = _flat.pressures(handle, 1 if side == "left" else 2, np.array([y, z, roll]),
                                                     elements//4, elements, MOST_PATCHES)
     if not ok:
         raise Error(f"{case.label}: expected pressures in the pose y = {y} m, z = {z} m, roll = {roll} rad, found a half-space "
                     "solution that does not converge")
     found = []
     for k in range(n):
-        dx, ds, low, half_x, first, last, approach, deepest, _, _, angle, force, *hertz = facts[:, k].tolist()
+        dx, ds, low, half_x, first, last, approach, deepest, _, _, angle, force, *hertz, flange = facts[:, k].tolist()
         if not force > 0:
             continue
         half = (np.arange(elements//4) + 0.5)*dx
         wheel = point[:, :, k].T*[sign, 1]
         found.append(Patch(
-            name, np.concatenate([-half[::-1], half]), low + (np.arange(elements) + 0.5)*ds,
+            names[int(flange)], np.concatenate([-half[::-1], half]), low + (np.arange(elements) + 0.5)*ds,
             np.concatenate([p[::-1, :, k], p[:, :, k]]), wheel, wheel @ turn + [y, z], half_x, (first, last), approach, deepest,
             angle, force, float(total[3]), Ellipse(*hertz) if hertz[2] > 0 else None))
-    return found, float(total[4]), bool(total[5])
+    return found

@@ -106,7 +106,7 @@ def facts(runs: Sequence[RunData], chaotic: Mapping[str, Sequence[str]]) -> dict
         "thrown": [f"{speed:g}" for speed in speeds(runs, lifting=True)],
         "duration": durations(runs),
         "depth": f"{1e3*max(run.number('table', 'depth') for run in runs):.1f}",
-        "split": f"{np.degrees(first.number('contact', 'split_angle')):.0f}",
+        "threshold": f"{np.degrees(first.number('contact', 'flange_angle')):.0f}",
         "young": f"{1e-9*first.number('material', 'youngs_modulus'):.0f}",
         "poisson": f"{first.number('material', 'poisson'):.2f}",
         "ramps": (told := [ramp_facts(run) for run in ramps]),
