@@ -4,6 +4,7 @@
 module contact_pressure
   use contact_zones, only: is_flange, side_type
   use curve, only: curve_point, near_interval
+  use halfspace, only: mesh_type
   use halfspace_patches, only: force_between, patches_type, press_patches
   use hertz, only: ellipse
   use kinds, only: dp, pi
@@ -56,7 +57,7 @@ contains
     do g = 1, patches%n
       associate (mesh => patches%mesh(g))
         found%p(:, :, g) = patches%f(:, :, g)/(mesh%dx*mesh%ds)
-        found%facts(:6, g) = [mesh%dx, mesh%ds, mesh%low, patches%box(:, g)]
+        found%facts(:6, g) = [mesh%dx, mesh%ds, mesh%low, pressed_ends(mesh, patches%f(:, :, g))]
         call describe_overlap(side%pair, scan, first, last, pose(3), patches%overlaps%list(g), found%facts(7:11, g))
         found%facts(12, g) = 2*sum(patches%f(:, :, g))
         call hertz_ellipse(found%facts(12, g), elements%e_star, found%facts(9, g), found%facts(10, g), found%facts(13:15, g))
@@ -68,6 +69,40 @@ contains
       end associate
     end do
   end subroutine press_contact
+
+  !> Half of the pressed length along x, first and last s under pressure [m]: p^2 falls linearly to the edge of the area.
+  pure function pressed_ends(mesh, p) result(ends)
+    type(mesh_type), intent(in) :: mesh
+    real(dp), intent(in) :: p(:, :)            !! pressures or loads (nx, ns)
+    real(dp) :: ends(3)
+    integer :: i, j
+
+    ends = [0.0_dp, real(size(p, 2), dp), 0.0_dp]
+    do i = 1, size(p, 1)
+      j = findloc(p(i, :) > 0, .true., 1)
+      if (j == 0) cycle
+      if (j < size(p, 2)) ends(2) = min(ends(2), j - 0.5_dp - to_edge(p(i, j), p(i, j + 1)))
+      j = findloc(p(i, :) > 0, .true., 1, back=.true.)
+      if (j > 1) ends(3) = max(ends(3), j - 0.5_dp + to_edge(p(i, j), p(i, j - 1)))
+    end do
+    do j = 1, size(p, 2)
+      i = findloc(p(:, j) > 0, .true., 1, back=.true.)
+      if (i > 1) ends(1) = max(ends(1), i - 0.5_dp + to_edge(p(i, j), p(i - 1, j)))
+      if (i == 1) ends(1) = max(ends(1), 1.0_dp)
+    end do
+    ends = [ends(1)*mesh%dx, mesh%low + ends(2:)*mesh%ds]
+
+  contains
+
+    !> Way from the centre of the last pressed element to the edge, in elements, from its load and the inner neighbour's.
+    pure real(dp) function to_edge(last, inner)
+      real(dp), intent(in) :: last, inner
+
+      to_edge = 0.5_dp
+      if (inner > last) to_edge = min(last**2/(inner**2 - last**2), 0.9_dp)
+    end function to_edge
+
+  end function pressed_ends
 
   !> Largest interpenetration of an overlap and s where it is [m], relative curvatures there, halved [1/m], contact angle.
   subroutine describe_overlap(pair, scan, first, last, roll, overlap, facts)

@@ -117,7 +117,7 @@ contains
     end do
   end subroutine press_together
 
-  !> Add to every zone its half of the energy and of the gradient of the coupling; the coupling's Hessian is that of the sum.
+  !> Add the energy of the coupling, and to every zone its half of the gradient; the coupling's Hessian is that of the sum.
   !>
   !> The energy is sum F_i(q, s_i) + 1/2 sum c_ij f_i f_j with f_i = -dF_i/ds_i and s = C f, its gradient
   !> sum grad F_i - 1/2 sum grad c_ij f_i f_j. The Hessian follows from (I + K C) df = (M - K V) dq and ds = C df + V dq,
@@ -129,7 +129,7 @@ contains
     type(touching_type), intent(inout) :: zones(:)
     real(dp), intent(inout) :: hessian(6)
     real(dp) :: f(n), v(3, n), a(n, n), df(n, 3), ds(n, 3), full(3, 3)
-    integer :: i, j, m
+    integer :: i, j, k, m
 
     f = merge(zones(:n)%force, 0.0_dp, zones(:n)%energy > 0)
     v = 0
@@ -137,12 +137,14 @@ contains
       associate (one => coupling%list(m))
         v(:, one%first) = v(:, one%first) + f(one%second)*one%gradient
         v(:, one%second) = v(:, one%second) + f(one%first)*one%gradient
+        ! The zone that carries more has the energy of the pair. So that of a zone that begins to carry tells when it began.
+        k = merge(one%first, one%second, f(one%first) > f(one%second))
+        zones(k)%energy = zones(k)%energy + coupling%c(one%first, one%second)*f(one%first)*f(one%second)
         if (tangent) hessian = hessian - f(one%first)*f(one%second)*one%hessian
       end associate
     end do
     do i = 1, n
       if (f(i) <= 0) cycle
-      zones(i)%energy = zones(i)%energy + f(i)*zones(i)%shift/2
       zones(i)%gradient = zones(i)%gradient - f(i)/2*v(:, i)
     end do
     if (.not. tangent) return

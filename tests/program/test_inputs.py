@@ -91,7 +91,7 @@ def test_help_lists_the_variables():
     assert len(VARIABLES) == len(BY_NAME) >= 53
     assert set(CALL) < set(BY_NAME)
     assert len(NUMBERS) >= 40 and [v.name for v in WORDS] == [
-        "wheel_flip", "wheel_unit", "rail_flip", "rail_unit", "formulation", "model", "scheme", "stop_at", "rows"]
+        "wheel_flip", "wheel_unit", "rail_flip", "rail_unit", "formulation", "model", "influence", "scheme", "stop_at", "rows"]
     assert BY_NAME["material", "poisson"].largest < 0.5
     assert BY_NAME["track", "friction"].largest == 1e-7
 
@@ -207,7 +207,7 @@ UNPHYSICAL = [
     ("integrator", "energy_tolerance", "-1e-9"), ("integrator", "order", "3"), ("integrator", "order", "1"),
     ("integrator", "order", "5"),
     ("output", "interval", "0.0"), ("output", "rows", "'often'"),
-    ("contact", "stiffness_scale", "0.0"), ("contact", "split_angle", "10.0"), ("profiles", "smoothing_mm", "-1.1"),
+    ("contact", "stiffness_scale", "0.0"), ("contact", "flange_angle", "10.0"), ("profiles", "smoothing_mm", "-1.1"),
 ]
 
 
@@ -615,7 +615,7 @@ def test_another_file_is_not_taken_for_a_table(text, tmp_path):
     {"material": {"youngs_modulus": 2.1001e11}},
     {"material": {"poisson": 0.29}},
     {"contact": {"model": "strip"}},
-    {"contact": {"split_angle": 0.3}},
+    {"contact": {"influence": "flat"}},
     {"contact": {"stiffness_scale": 1.01}},
     {"track": {"gauge": 1.4352}},
     {"track": {"gauge_depth": 0.0141}},

@@ -14,6 +14,7 @@ from .case import Case
 
 CONTACTS = "LT", "LF", "RT", "RF"       # left and right tread and flange, as in the columns
 MOST_PATCHES = 4                        # of one wheel
+NEGLIGIBLE = 1e-4                       # force, of the wheel's: the contact table does not tell so small a contact from an open one
 ELEMENTS = 48                           # over the length of a patch along the profile
 
 
@@ -166,7 +167,7 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
     found = []
     for k in range(n):
         dx, ds, low, half_x, first, last, approach, deepest, _, _, angle, force, *hertz, flange = facts[:, k].tolist()
-        if not force > 0:
+        if not force > NEGLIGIBLE*np.hypot(*total[:2]):
             continue
         half = (np.arange(elements//4) + 0.5)*dx
         wheel = point[:, :, k].T*[sign, 1]
