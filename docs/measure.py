@@ -148,13 +148,6 @@ def of_validation() -> Values:
         for place in PLACES:
             for kind in "rms", "largest":
                 values[f"table.{row['model']}.{row['profiles']}.{place}.{kind} [%]"] = 100*float(row[f"{place}: {kind}"])
-    for row in rows("models", "Tread and flange in one"):
-        name = f"coupling.{row['case']}"
-        values |= {f"{name}.distance [mm]": float(row["distance [mm]"]),
-                   f"{name}.displacement [um]": float(row["displacement at the flange by 90 kN on the tread [um]"]),
-                   f"{name}.flange [kN]": -float(row["flange's force, largest change [kN]"]),
-                   f"{name}.peak [%]": abs(float(row["its change there [%]"])),
-                   f"{name}.tread [kN]": -float(row["tread's force, largest change [kN]"])}
     for row in rows("linear", "Frequencies [Hz]"):
         values[f"frequency.{row['pair']}.{row['mode']}.strip [Hz]"] = float(row["core"])
         values[f"frequency.{row['pair']}.{row['mode']}.closed form [Hz]"] = float(row["closed form, Hertz"])

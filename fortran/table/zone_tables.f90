@@ -150,8 +150,10 @@ contains
     ! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu.
     f(1) = q**5*v(1)
     f(2) = q**3*(2.5_dp*v(1) + 0.5_dp*q*v(2))
-    if (f(1) <= 0 .and. -2.5_dp*f(1)/p > largest_pull) status = outside_law
-    if (f(1) <= 0 .or. (f(2) <= 0 .and. -f(2) <= largest_pull)) return
+    if (f(1) <= 0) then
+      if (-2.5_dp*f(1)/p > largest_pull) status = outside_law
+      return
+    end if
     z%energy = f(1)
     f(3:4) = q**5*v(3:4)
     f(5:) = 0
