@@ -29,21 +29,13 @@ the tables of the three models against half-spaces pressed together on 24 x 48 e
 the real profiles. Overturning, roll beyond {OVERTURNING} rad in the last tenths of a second of exercise 5, is listed
 apart.
 
-A tread's patch that reaches over the border to the flange, pressed by some MN in exercises 3 and 4 with actual profiles,
-has next to no pressure beyond it. The table cuts the patch there. The sliver on the flange's side as a half-space of its
-own would carry up to 300 kN; the table gives it at most 1.5 times the energy of strips. The wheel is pressed as a whole
-for these poses, which are listed apart too: the table has to be nearer to that than half-spaces that are cut at the
-border, rms.
-
-Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 800
+Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 550
 poses between its points, where the tread touches, the flange, both at once, and where the wheelset goes over a rail. It
 is finer where that is above &table accuracy, 1e-3, as far as its smallest cells and largest numbers of points allow; a
 table that stops above it says so. The model hertz has none: its law jumps where the curvature does.
 
-Tread and flange of a wheel are two half-space systems; patches of one of them act on each other. The last table says
-what that leaves out, at the poses of the first flange contact: both in one system. The surface is developed into a
-plane, so d is the distance along the wheel; a rail's corner between tread and flange, softer than a half-space, is
-in neither."""
+All patches of a wheel are one elastic system. The last table integrates the first flange contact of the exercises with the
+wheel pressed in every pose, without a table, and beside it gives the peaks that other models of influence have."""
 
 
 def table_file(pair: str, model: str) -> str:
