@@ -24,12 +24,10 @@ module geometry_functions
 
 contains
 
-  !> Height z [m] of the axle at which the left wheel's stations first..last touch when the wheel is lowered at
-  !> lateral position y [m] and roll angle [rad].  The scan is fresh, or from touching with these stations at another
-  !> roll angle.
-  subroutine lower(pair, first, last, y, roll, scan, z, station, ok)
+  !> Height z [m] of the axle at which the left wheel touches when it is lowered at lateral position y [m] and roll angle
+  !> [rad]. The scan is fresh, or from touching at another roll angle.
+  subroutine lower(pair, y, roll, scan, z, station, ok)
     type(pair_type), intent(in) :: pair
-    integer, intent(in) :: first, last
     real(dp), intent(in) :: y, roll
     type(scan_type), intent(inout) :: scan
     real(dp), intent(out) :: z, station
@@ -46,15 +44,14 @@ contains
     else
       start = scan%centre(2) + lever*abs(roll - scan%roll)
     end if
-    call touch(pair, scan, first, last, [y, start], roll, 0.0_dp, z, station, ok)
+    call touch(pair, scan, 1, size(pair%s), [y, start], roll, 0.0_dp, z, station, ok)
     z = z + start
   end subroutine lower
 
-  !> Roll angle and height at which the rigid wheelset stands on both rails with the wheels' stations from `first` on:
-  !> the least roll angle where there are several.  `ok` is false where the wheelset does not stand on both rails.
-  subroutine rigid_contact(side, first, y, roll, z, station, ok)
+  !> Roll angle and height at which the rigid wheelset stands on both rails: the least roll angle where
+  !> there are several. `ok` is false where the wheelset does not stand on both rails.
+  subroutine rigid_contact(side, y, roll, z, station, ok)
     type(side_type), intent(in) :: side(:) !! left, right
-    integer, intent(in) :: first(2)
     real(dp), intent(in) :: y              !! lateral displacement of the axle centre [m]
     real(dp), intent(out) :: roll, z       !! [rad, m]
     real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
@@ -106,8 +103,8 @@ contains
       real(dp), intent(in) :: roll
       logical :: ok_left, ok_right
 
-      call lower(side(1)%pair, first(1), size(side(1)%pair%s), y, roll, left, z_left, station(1), ok_left)
-      call lower(side(2)%pair, first(2), size(side(2)%pair%s), -y, -roll, right, z_right, station(2), ok_right)
+      call lower(side(1)%pair, y, roll, left, z_left, station(1), ok_left)
+      call lower(side(2)%pair, -y, -roll, right, z_right, station(2), ok_right)
       ok = ok_left .and. ok_right
       difference = z_left - z_right
     end function difference
@@ -152,7 +149,7 @@ contains
       real(dp) :: roll, z, station(2), r(2), angle, curvature
       logical :: stands
 
-      call rigid_contact(side, [1, 1], y, roll, z, station, stands)
+      call rigid_contact(side, y, roll, z, station, stands)
       touches_flange = .not. stands
       if (.not. stands) return
       call curve_frame(side(1)%pair%wheel, station(1), r, angle, curvature)
@@ -308,7 +305,7 @@ contains
     real(dp) :: roll, z, station(2), r(2), x(2, 2), angle(2), radius(2), curvature
     integer :: k
 
-    call rigid_contact(side, [1, 1], y, roll, z, station, ok)
+    call rigid_contact(side, y, roll, z, station, ok)
     if (.not. ok) return
     do k = 1, 2
       call curve_frame(side(k)%pair%wheel, station(k), r, angle(k), curvature)

@@ -37,7 +37,7 @@ module halfspace_patches
   end type patches_type
 
   ! Constant pressures on ns/4 by ns elements that fit half an ellipse overestimate energy and force by
-  ! 0.8/ns^2 (found on Hertz's ellipses with axis ratios from 1/20 to 20).
+  ! 1.12/ns^2 (found on Hertz's ellipses with axis ratios from 1/20 to 20).
   real(dp), parameter :: grid_error = 1.12_dp
   integer, parameter :: coarse_x = 3, coarse_s = 14, most_rounds = 20
   real(dp), parameter :: coarse_tolerance = 2e-2_dp

@@ -67,7 +67,7 @@ contains
     if (setup%symmetric) then
       setup%side(2)%clearance = setup%side(1)%clearance
     else
-      call rigid_contact(setup%side, [1, 1], 0.0_dp, setup%centred(3), setup%centred(2), station, ok)
+      call rigid_contact(setup%side, 0.0_dp, setup%centred(3), setup%centred(2), station, ok)
       if (.not. ok) call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected a centred '// &
         'wheelset on both rails, found none')
     end if

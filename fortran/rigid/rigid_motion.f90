@@ -137,7 +137,7 @@ contains
       call search_stations(side, r%own%q, r%contacts)
       ok = .true.
       if (any(r%contacts%c%gap < air)) then
-        call rigid_contact(side, [1, 1], y, r%own%q(3), r%own%q(2), station, ok)
+        call rigid_contact(side, y, r%own%q(3), r%own%q(2), station, ok)
         if (ok) then
           call search_stations(side, r%own%q, r%contacts)
           touching = r%contacts%c([tightest(r%contacts, 1), tightest(r%contacts, 2)])

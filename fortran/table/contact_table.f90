@@ -74,17 +74,8 @@ contains
     energy = 0
     gradient = 0
     hessian = 0
-    status = inside
-    n = 0
-    do i = 1, size(t%zones)
-      call find_touching(t%zones(i), pose, roll, tangent, zones(n + 1), status)
-      if (status /= inside) return
-      if (zones(n + 1)%p <= 0) cycle
-      n = n + 1
-      zones(n)%zone = i
-      if (n == max_zones) exit
-    end do
-    if (n == 0) return
+    call find_zones_touching(t, pose, roll, tangent, n, zones, status)
+    if (n == 0 .or. status /= inside) return
     coupling%n = 0
     if (n > 1 .and. allocated(t%pairs)) call find_influence(t%zones, t%pairs, roll, tangent, n, zones, coupling)
     if (coupling%n > 0) then
@@ -108,6 +99,29 @@ contains
     end do
   end subroutine wheel_potential
 
+  !> Find the zones that touch in a pose. The search ends at a zone that is not on the table.
+  pure subroutine find_zones_touching(t, pose, roll, tangent, n, zones, status)
+    type(table_type), intent(in) :: t
+    real(dp), intent(in) :: pose(3)
+    type(roll_type), intent(in) :: roll
+    logical, intent(in) :: tangent         !! whether second derivatives are wanted
+    integer, intent(out) :: n
+    type(touching_type), intent(inout) :: zones(max_zones)
+    integer, intent(out) :: status
+    integer :: i
+
+    status = inside
+    n = 0
+    do i = 1, size(t%zones)
+      call find_touching(t%zones(i), pose, roll, tangent, zones(n + 1), status)
+      if (status /= inside) return
+      if (zones(n + 1)%p <= 0) cycle
+      n = n + 1
+      zones(n)%zone = i
+      if (n == max_zones) exit
+    end do
+  end subroutine find_zones_touching
+
   !> Whether a zone's contact is the flange's: its contact angle is at least the threshold, or it is on the flange's tip.
   pure logical function on_flange(t, z)
     type(table_type), intent(in) :: t
@@ -130,15 +144,8 @@ contains
 
     shift = 0
     force = 0
-    n = 0
-    do i = 1, size(t%zones)
-      call find_touching(t%zones(i), pose, roll, .false., zones(n + 1), status)
-      if (status /= inside .or. zones(n + 1)%p <= 0) cycle
-      n = n + 1
-      zones(n)%zone = i
-      if (n == max_zones) exit
-    end do
-    if (n == 0) return
+    call find_zones_touching(t, pose, roll, .false., n, zones, status)
+    if (n == 0 .or. status /= inside) return
     place(:n) = zones(:n)%zone
     call press_together(t%zones, roll, n, influence(place(:n), place(:n)), zones, ok)
     if (.not. ok) return

@@ -311,30 +311,21 @@ contains
     ! Step of the central difference of the energy, relative to the largest overlap. The energy on a grid is far more exact
     ! than the sum of the loads.
     real(dp), parameter :: share = 0.02_dp
-    type(scan_type) :: scan
-    real(dp) :: k(size(request%side%pair%s)), part(3), energy(2), step, way(2)
+    real(dp) :: energy(2), step, way(2)
     type(patches_type), dimension(merge(size(request%side%zones), 1, request%influence == 'apart')) :: middle, beside
     logical :: solved, touching(size(carrying))
-    integer :: z, i
+    integer :: i
 
     force = 0
     ok = .true.
     carrying = .false.
-    associate (pair => request%side%pair, zones => request%side%zones)
-      scan = new_scan(pair)
-      do z = 1, size(zones)
-        scan%fresh = .true.
-        call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, scan)
-        carrying(z) = any(scan%depth(zones(z)%first:zones(z)%last) > 0)
-        if (.not. carrying(z) .or. request%model /= 'strip') cycle
-        call set_moduli(pair, zones(z), request%e_star, pose(3), k)
-        part = zone_force(pair, zones(z), pose(3), scan, k)
-        force = force + part(:2)
-      end do
-      step = share*maxval(scan%depth)
-    end associate
-    if (request%model == 'strip' .or. .not. any(carrying)) return
+    if (request%model == 'strip') then
+      call press_strips()
+      return
+    end if
     call press_wheel(request, elements, pose, middle, energy(1), carrying, ok)
+    if (.not. any(carrying)) return
+    step = share*maxval([(maxval(middle(i)%overlaps%list%depth), i=1, size(middle))])
     do i = 1, 2
       way = merge(step, 0.0_dp, [1, 2] == i)
       call press_wheel(request, elements, [pose(:2) - way, pose(3)], beside, energy(1), touching, solved, middle)
@@ -343,6 +334,28 @@ contains
       ok = ok .and. solved
       force(i) = (energy(1) - energy(2))/(2*step)
     end do
+
+  contains
+
+    subroutine press_strips()
+      type(scan_type) :: scan
+      real(dp) :: k(size(request%side%pair%s)), part(3)
+      integer :: z
+
+      associate (pair => request%side%pair, zones => request%side%zones)
+        scan = new_scan(pair)
+        do z = 1, size(zones)
+          scan%fresh = .true.
+          call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, scan)
+          carrying(z) = any(scan%depth(zones(z)%first:zones(z)%last) > 0)
+          if (.not. carrying(z)) cycle
+          call set_moduli(pair, zones(z), request%e_star, pose(3), k)
+          part = zone_force(pair, zones(z), pose(3), scan, k)
+          force = force + part(:2)
+        end do
+      end associate
+    end subroutine press_strips
+
   end subroutine direct_force
 
   !> Compute the energy [J] of half-spaces at the left wheel in a pose, and which zones carry.

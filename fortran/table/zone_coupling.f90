@@ -45,7 +45,6 @@ contains
     integer, intent(in) :: n
     type(touching_type), intent(in) :: zones(:)
     type(coupling_type), intent(inout) :: coupling
-    type(basis_type) :: bp, br, bu
     real(dp) :: v(10)
     integer :: i, j, m
 
@@ -56,10 +55,7 @@ contains
         if (i == 0) cycle
         j = findloc(zones(:n)%zone, pair%zone(2), 1)
         if (j == 0) cycle
-        call axis_basis(pair%p, zones(j)%p, bp, tangent)
-        call axis_basis(pair%roll, roll%angle, br, tangent)
-        call axis_basis(pair%u, zones(j)%u, bu, tangent)
-        call spline_3d(pair%c, bp, br, bu, tangent, v)
+        call evaluate(pair, zones(j), roll, tangent, v)
         if (v(1) <= 0) cycle
         coupling%n = coupling%n + 1
         associate (one => coupling%list(coupling%n))
@@ -182,19 +178,30 @@ contains
     real(dp), intent(in) :: pose(3)
     type(roll_type), intent(in) :: roll
     type(touching_type) :: z
-    type(basis_type) :: bp, br, bu
     real(dp) :: v(10)
     integer :: status
 
     c = 0
     call find_touching(tables(pair%zone(2)), pose, roll, .false., z, status)
     if (status /= inside .or. z%p <= 0) return
-    call axis_basis(pair%p, z%p, bp, .false.)
-    call axis_basis(pair%roll, roll%angle, br, .false.)
-    call axis_basis(pair%u, z%u, bu, .false.)
-    call spline_3d(pair%c, bp, br, bu, .false., v)
+    call evaluate(pair, z, roll, .false., v)
     c = max(0.0_dp, v(1))
   end function pair_influence
+
+  !> Value and derivatives of the influence of a pair, whose second zone is z: see `spline_3d`.
+  pure subroutine evaluate(pair, z, roll, tangent, v)
+    type(pair_table), intent(in) :: pair
+    type(touching_type), intent(in) :: z
+    type(roll_type), intent(in) :: roll
+    logical, intent(in) :: tangent
+    real(dp), intent(out) :: v(10)
+    type(basis_type) :: bp, br, bu
+
+    call axis_basis(pair%p, z%p, bp, tangent)
+    call axis_basis(pair%roll, roll%angle, br, tangent)
+    call axis_basis(pair%u, z%u, bu, tangent)
+    call spline_3d(pair%c, bp, br, bu, tangent, v)
+  end subroutine evaluate
 
   !> Solve a x = b, with b on entry and x on return in `x`; the diagonal of a is larger than the rest.
   pure subroutine solve_small(n, a, x)
