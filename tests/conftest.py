@@ -125,8 +125,9 @@ def long_programs(request: pytest.FixtureRequest, common: Path) -> Iterator[dict
         process.wait(HANG)          # another worker may wait for it
 
 
-def tables_of(model: str, folder: Path) -> dict[str, Path]:
-    """Files of a law's contact tables of both pairs of profiles, as fine as those of the shipped inputs, made in a folder."""
+def tables_of(model: str, folder: Path, **points: int) -> dict[str, Path]:
+    """Files of a law's contact tables of both pairs of profiles, as fine as those of the shipped inputs unless points are given,
+    made in a folder."""
     files = {pair: folder / f"{pair}_{model}.table" for pair in PAIRS}
     with once(folder) as first:
         if first:
@@ -134,7 +135,7 @@ def tables_of(model: str, folder: Path) -> dict[str, Path]:
 
             with kept_tables(files.values()):
                 for pair, file in files.items():
-                    ContactTable(Case.exercise(2, pair).replace(model=model, table_file=file))
+                    ContactTable(Case.exercise(2, pair).replace(model=model, table_file=file, **points))
     return files
 
 
@@ -158,10 +159,20 @@ def read_hertz(hertz_tables: dict[str, Path]) -> Callable[[str], ContactTable]:
     return functools.cache(lambda pair: ContactTable(Case.exercise(2, pair).replace(model="hertz", table_file=hertz_tables[pair])))
 
 
+@pytest.fixture(scope="session")
+def fine_hertz(common: Path) -> Callable[[str], ContactTable]:
+    """The contact tables of Hertz's law that fingerprints build, by the pair of profiles, each read once."""
+    from ldbench import Case, ContactTable  # programs that only start the executable need no package
+    from ldbench.benchmark.fingerprint import FINE
+
+    files = tables_of("hertz", common / "fine_hertz", **FINE)
+    return functools.cache(lambda pair: ContactTable(Case.exercise(2, pair).replace(model="hertz", table_file=files[pair], **FINE)))
+
+
 @pytest.fixture
-def known_hertz(read_hertz: Callable[[str], ContactTable], monkeypatch: pytest.MonkeyPatch) -> None:
+def known_hertz(fine_hertz: Callable[[str], ContactTable], monkeypatch: pytest.MonkeyPatch) -> None:
     """Fingerprints do not build the tables of Hertz's law."""
-    monkeypatch.setattr("ldbench.benchmark.fingerprint.hertz_table", read_hertz)
+    monkeypatch.setattr("ldbench.benchmark.fingerprint.hertz_table", fine_hertz)
 
 
 @pytest.fixture(scope="session")

@@ -108,7 +108,7 @@ def test_softer_and_stiffer_steel_has_less_and_more_of_the_force_of_hertz(scale:
     Where every blow keeps what it says, n blows lie within u of the truth, their standard deviation about their mean is u at
     most, and sqrt(n/(n - 1)) of it, 1.41 for two blows, is added in squares: sqrt(1 + 2) u.
     """
-    case = Case.exercise(2, "sw").replace(model="hertz", stiffness_scale=scale, table_file="", n_lateral=60, n_roll=9, n_depth=9,
+    case = Case.exercise(2, "sw").replace(model="hertz", stiffness_scale=scale, table_file="", n_lateral=120, n_roll=15, n_depth=15,
                                           t_end=0.06, stop_at="t_end")
     found = of(imaginary.table_of(ldbench.run(case), 1e-4), SW).hertz
     assert found.holds(scale)
@@ -144,12 +144,22 @@ def test_a_stiffer_contact_has_more_of_the_force_of_hertz():
 def ratios_to_hertz(run: RunData, task: Task) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
     """Four facts of each blow: the force over that of our table of Hertz's law in the same poses, what this leaves as a share of
     the peak, and Hertz's force over its part of the peak with the rate of that with a shift along the normal [1/m]. No approach,
-    shift or law is fitted."""
+    shift or law is fitted. In our own runs the tread's load lowers the surface of the flange, so that Hertz's force is that of
+    poses which are less deep by it."""
     table = fingerprints.hertz_table(task.profiles)
+    steel = 2.1e11/(2*(1 - 0.3**2))
+
+    def lowered(rows: np.ndarray, contact: str) -> np.ndarray:
+        tread = contact[0] + "T"
+        if not run.header.settings:          # of another code, which presses them apart
+            return np.zeros(rows.sum())
+        y, z, angle = (run.values(f"{name}_{contact}")[rows] - run.values(f"{name}_{tread}")[rows] for name in ("y", "z", "angle"))
+        return np.nan_to_num(run.values(f"N_{tread}")[rows]*np.cos(angle)/(np.pi*steel*np.hypot(y, z)))
 
     def hertz_force(rows: np.ndarray, contact: str, moved: float) -> np.ndarray:
         """Hertz's force in the poses of some rows that are moved along the normal."""
         angle, outward = run.values(f"angle_{contact}")[rows], 1 if contact[0] == "L" else -1
+        moved = moved - lowered(rows, contact)
         pose = (run.values("Y")[rows] + moved*outward*np.sin(angle),
                 run.values("Z")[rows] + table.equilibrium - moved*np.cos(angle), run.values("roll")[rows])
         return np.hypot(*table.forces_by_contact(*pose)[:, CONTACTS.index(contact), :2].T)
@@ -258,7 +268,7 @@ def test_a_law_is_fitted_to_the_digits_of_its_numbers(kind: str, damping: float)
     elastic = 8e10*x**1.4
     force = {NONE: elastic, BY_DEPTH: elastic*(1 + damping*v), BY_RATE: elastic + damping*v}[kind]
     closed = force > 0
-    blow = Blow("LF", 0.0, 3e-3, *(part[closed] for part in (t, force, v, x + 5e-6, np.full(60, 0.9))), first=0)
+    blow = Blow("LF", 0.0, 3e-3, *(part[closed] for part in (t, force, v, x + 5e-6, np.full(60, 0.9), 0*t)), first=0)
     law = fit_law(blow, kind)
     assert law is not None
     assert (law.n, law.k, law.zero) == pytest.approx((1.4, 8e10, 5e-6), rel=3e-3)
@@ -301,7 +311,7 @@ def test_the_command_tells_a_file_of_another_code(tmp_path: Path, shipped: dict[
     imaginary.write(physics.simulate(AW, Physics(hunt_crossley=0.1), FIRST), file, dialect)
     assert main(["fingerprint", str(file)]) == 0
     told = capsys.readouterr().out
-    assert f"{file}: Looks elastic, " in told and "loses 5" in told and "not told: " in told
+    assert f"{file}: Looks elastic, " in told and "loses 4.9" in told and "not told: " in told
     assert main(["fingerprint", str(file), "--simulation", "ex2_aw", "--json"]) == 0
     facts, = json.loads(capsys.readouterr().out)["files"]
     assert facts["kind"] == ELASTIC and facts["exponent"]["value"] == pytest.approx(1.5, abs=0.02)

@@ -17,6 +17,7 @@ from ..results.run_data import RunData
 
 NEEDED = "Y", "Z", "vY", "vZ", "roll_rate"
 OF_CONTACT = "N", "angle", "y", "z"
+NEAREST = 5e-3          # distance of tread and flange contact in which a load is no point any more [m]
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class Blow:
     closing: np.ndarray     # rate of the approach [m/s]
     approach: np.ndarray    # since the contact closed [m]
     angle: np.ndarray       # contact angle [rad]
+    lowered: np.ndarray     # how far the load of the wheel's tread lowers the surface here [m]
     first: int              # row of the file in which it is first closed
 
     @property
@@ -43,7 +45,9 @@ class Blow:
         """Energy that goes into the contact while it closes, and that comes back [J]."""
         power = np.concatenate([[0.0], self.force*self.closing, [0.0]])
         t = np.concatenate([[self.start], self.time, [self.end]])
-        return float(cumulative(t, np.maximum(power, 0))[-1]), float(cumulative(t, np.maximum(-power, 0))[-1])
+        # The power bends where it changes its sign, but its integral over both branches is that of a smooth function.
+        put_in = float(cumulative(t, np.maximum(power, 0))[-1])
+        return put_in, put_in - float(smooth_integral(t, power)[-1])
 
 
 def lacking(run: RunData, contacts: Sequence[str]) -> list[str]:
@@ -65,10 +69,26 @@ def closing_velocity(run: RunData, contact: str, height: float) -> np.ndarray:
     return -(inward*np.sin(angle)*v_y + np.cos(angle)*v_z)
 
 
-def blows(run: RunData, contact: str, height: float, least: float) -> list[Blow]:
-    """The blows of a contact whose force reaches `least` [N], in order of time; of a flange, without those of its root."""
+def lowering(run: RunData, contact: str, softness: float) -> np.ndarray:
+    """How far the load N of the same wheel's tread lowers the surface of a flange along its normal, (rows,) [m].
+
+    In a half-space, N cos(γ)/(π E* d) at the distance d, with the angle γ between both normals. softness: 1/(π E*) [m²/N].
+    """
+    tread = contact[0] + "T"
+    if not softness or lacking(run, [tread]):
+        return np.zeros(run.time.size)
+    distance = np.hypot(*(run.values(f"{axis}_{contact}") - run.values(f"{axis}_{tread}") for axis in "yz")).clip(NEAREST)
+    between = np.abs(run.values(f"angle_{contact}")) - np.abs(run.values(f"angle_{tread}"))
+    return np.nan_to_num(run.values(f"N_{tread}")*np.cos(between)*softness/distance)
+
+
+def blows(run: RunData, contact: str, height: float, least: float, softness: float = 0.0) -> list[Blow]:
+    """The blows of a contact whose force reaches `least` [N], in order of time; of a flange, without those of its root.
+
+    With a softness of the half-space, 1/(π E*) [m²/N], the approach is that to the surface which the tread has lowered.
+    """
     found = []
-    closing = closing_velocity(run, contact, height)
+    closing, lowered = closing_velocity(run, contact, height), lowering(run, contact, softness)
     time, force, angle = run.time, np.nan_to_num(run.values(f"N_{contact}")), np.abs(run.values(f"angle_{contact}"))
     for one in closed_intervals(run, contact):
         # Rows at equal times, as at an event, count once.
@@ -79,9 +99,10 @@ def blows(run: RunData, contact: str, height: float, least: float) -> list[Blow]
             continue
         if contact[1] == "F" and angle[rows[force[rows].argmax()]] < FLANGE_ANGLE:
             continue
-        t, v = time[rows], closing[rows]
-        approach = max(t[0] - one.start, 0.0)*v[0] + smooth_integral(t, v)
-        found.append(Blow(contact, one.start, one.end, t, force[rows], v, approach, angle[rows], int(rows[0])))
+        t, v, low = time[rows], closing[rows], lowered[rows]
+        approach = max(t[0] - one.start, 0.0)*v[0] + smooth_integral(t, v) - (low - low[0])
+        v = v - (np.gradient(low, t) if t.size > 1 else 0.0)
+        found.append(Blow(contact, one.start, one.end, t, force[rows], v, approach, angle[rows], low, int(rows[0])))
     return sorted(found, key=lambda blow: blow.start)
 
 

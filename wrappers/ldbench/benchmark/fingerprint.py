@@ -33,6 +33,9 @@ GIVES, GIVES_NOT = 0.1, 0.01    # approach over that of steel, above which a con
 HALVED = 0.5            # by this much damping has to reduce the misfit
 POOR = 0.03             # misfit of a law that is none, over the largest force
 ROWS = 0.01             # relative uncertainty of a damping by the integrals over rows, twice that of exponent and force
+# Share of the lowering by the tread's load that is uncertain: the load is no point, and the way along the profile is longer than
+# the straight one.
+SPREAD = 0.1
 LOOP = 2e-3             # uncertainty of a loss by the ends of a blow, which lie between rows
 ROUGH = 0.25            # uncertainty of a loss that tells nothing
 SEEN = 0.01             # least share of the energy that a blow loses if there is damping
@@ -40,6 +43,7 @@ SEEN = 0.01             # least share of the energy that a blow loses if there i
 # such a code touches at other points. Our Hertzian contact with 0.5, 0.8 and 1.2 times the stiffness is missed by 4, 1 and 1 %.
 MOTION = 0.02
 UNLIKE = "the force is not proportional to our Hertzian one along this motion"
+FINE = {"n_lateral": 400, "n_depth": 60}    # points of our Hertzian table at most, so that its error is no part of a misfit
 REACH = 2e-3            # over which our wheelset is moved along the normal, to either side [m]
 SHIFTS = 161            # over that reach, from which ever finer grids begin
 NEARBY = 1e-7           # shift for the rate of our force [m]
@@ -98,7 +102,7 @@ def plus_minus(x: Estimate, factor: float = 1.0) -> str:
 @cache
 def hertz_table(profiles: str) -> ContactTable:
     """Our contact by Hertz's law for a pair of profiles."""
-    return ContactTable(Case.exercise(2, profiles).replace(model="hertz", table_file=""))
+    return ContactTable(Case.exercise(2, profiles).replace(model="hertz", table_file="", **FINE))
 
 
 @quiet()
@@ -110,7 +114,8 @@ def fingerprint(run: RunData, task: Task) -> Fingerprint:
     missing = f"needs {', '.join(lacking(run, ['LF']))}" if not contacts else ""
     step = step_of(run)
     timed = centred(run, step)
-    all_blows = sorted((blow for c in contacts for blow in blows(timed, c, height, LEAST_FORCE)), key=lambda blow: blow.start)
+    all_blows, lowered = (sorted((blow for c in contacts for blow in blows(timed, c, height, LEAST_FORCE, softness)),
+                                 key=lambda blow: blow.start) for softness in (0.0, half_space_softness(case)))
     found = jumps(run, case)
     kind, because = kind_of(run, [blow for blow in all_blows if blow.time.size >= TELLING_ROWS], found, missing)
     pitch = pitch_of(run, step)
@@ -126,12 +131,22 @@ def fingerprint(run: RunData, task: Task) -> Fingerprint:
         return law(no, no, no, no, np.nan, no, no, no, no, "")
     # Rows between steps tell nothing that the steps do not.
     interval = np.nanmax([typical_interval(run), step.value])
-    used = [blow for blow in all_blows if blow.time.size >= LEAST_ROWS and (blow.end - blow.start)/interval >= LEAST_ROWS
-            and approach_share(blow) > GIVES][:USED]
+    used, pressed = ([blow for blow in some if blow.time.size >= LEAST_ROWS and (blow.end - blow.start)/interval >= LEAST_ROWS
+                      and approach_share(blow) > GIVES][:USED] for some in (all_blows, lowered))
     if not used:
         no = untold(f"no blow of a flange has {LEAST_ROWS} rows or steps")
         return law(no, no, no, no, np.nan, no, no, no, no, "")
-    return law(**of_blows(timed, task, used))
+    return law(**of_blows(timed, task, used, pressed))
+
+
+def half_space_softness(case: Case) -> float:
+    """1/(π E*) of the steel of wheel and rail [m²/N]."""
+    return 2*(1 - case.poisson**2)/(np.pi*case.youngs_modulus)
+
+
+def mean_misfit(laws: Sequence[Law | None]) -> float:
+    """Mean misfit of the laws that were found; infinite if none was."""
+    return float(np.mean([law.misfit for law in laws if law] or [np.inf]))
 
 
 def approach_share(blow: Blow) -> float:
@@ -157,11 +172,15 @@ def kind_of(run: RunData, resolved: Sequence[Blow], found: Sequence[Jump], missi
     return UNKNOWN, f"no blow of a flange has {TELLING_ROWS} rows"
 
 
-def of_blows(run: RunData, task: Task, used: Sequence[Blow]) -> dict[str, Any]:
-    """The law of contact from blows of the flanges."""
-    losses = [loss_of(blow) for blow in used]
+def of_blows(run: RunData, task: Task, apart: Sequence[Blow], together: Sequence[Blow]) -> dict[str, Any]:
+    """The law of contact from blows of the flanges.
+
+    Some codes press tread and flange of a wheel as one body, others apart from each other. The approach with which a law fits
+    better tells which, and with which no blow gives back more energy than it took.
+    """
+    used, losses, kind, laws = min((with_laws(some) for some in (apart, together) if some), key=lambda found:
+                                   mean_misfit(found[3]) + np.mean([max(-loss.value, 0.0) for loss in found[1] if loss.known] or [0.0]))
     first = losses[0]
-    kind, laws = chosen_laws(used, any(loss.value - loss.uncertainty > SEEN for loss in losses))
     pairs = [(blow, law) for blow, law in zip(used, laws, strict=True) if law and law.misfit < POOR]
     branch = {way: [law for blow in used if (law := fit_law(blow, NONE, way))] for way in (1, -1)}
     if not pairs:
@@ -201,13 +220,15 @@ def hidden_damping(blow: Blow, loss: Estimate) -> float:
     return float(0.75*(loss.uncertainty if loss.known else LOOP)/max(float(blow.closing.max()), 1e-3))
 
 
-def chosen_laws(used: Sequence[Blow], lossy: bool) -> tuple[str, list[Law | None]]:
-    """The kind of damping that fits, and the laws of the blows with it."""
+def with_laws(used: Sequence[Blow]) -> tuple[Sequence[Blow], list[Estimate], str, list[Law | None]]:
+    """Some blows, their losses, the kind of damping that fits, and their laws with it."""
+    losses = [loss_of(blow) for blow in used]
+    lossy = any(loss.value - loss.uncertainty > SEEN for loss in losses)
     fits = {kind: [fit_law(blow, kind) for blow in used] for kind in (NONE, BY_DEPTH, BY_RATE)}
-    misfit = {kind: float(np.mean([law.misfit for law in laws if law] or [np.inf])) for kind, laws in fits.items()}
+    misfit = {kind: mean_misfit(laws) for kind, laws in fits.items()}
     best = min((BY_DEPTH, BY_RATE), key=lambda kind: misfit[kind])
     kind = best if lossy and misfit[best] < HALVED*misfit[NONE] else NONE
-    return kind, fits[kind]
+    return used, losses, kind, fits[kind]
 
 
 def mean_approach(blow: Blow, law: Law) -> float:
@@ -221,11 +242,11 @@ def loss_of(blow: Blow) -> Estimate:
     put_in, back = blow.energy
     thin = slice(blow.time.size % 2, None, 2)
     fewer = Blow(blow.contact, blow.start, blow.end, blow.time[thin], blow.force[thin], blow.closing[thin], blow.approach[thin],
-                 blow.angle[thin], blow.first)
+                 blow.angle[thin], blow.lowered[thin], blow.first)
     if put_in <= 0 or fewer.energy[0] <= 0:
         return untold("no energy in the blow")
     loss, rough = 1 - back/put_in, 1 - fewer.energy[1]/fewer.energy[0]
-    u = float(np.hypot(abs(loss - rough), LOOP))
+    u = float(np.hypot(np.hypot(abs(loss - rough), LOOP), SPREAD*np.ptp(blow.lowered)/np.ptp(blow.approach)))
     if u > ROUGH:
         return untold(f"{blow.time.size} rows are too few for the loop of the force over the approach")
     return Estimate(loss, u, why="loop of the normal force over the approach, first blow")
@@ -244,6 +265,7 @@ def hertz_ratio(run: RunData, blow: Blow, law: Law, task: Task) -> tuple[float, 
     elastic = law.without_damping(blow)
 
     def ours(moved: np.ndarray) -> np.ndarray:
+        moved = moved - blow.lowered
         pose = y + out*np.sin(blow.angle)*moved, z + table.equilibrium - np.cos(blow.angle)*moved, roll
         f = table.forces_by_contact(*pose, outside="nan")[..., contact, :2]
         return np.nan_to_num(np.hypot(f[..., 0], f[..., 1]))
