@@ -166,14 +166,24 @@ contains
     call spline_3d_at(r%q, r%roll, r%u, spline, q, roll, u, c)
   end subroutine values_at
 
-  !> Continue the ratio to the poses that no run reaches: along q, then along roll, on which it hardly depends, then along u.
+  !> Continue the ratio to the poses that no run reaches: along q as at the nearest u that knows more, then along q, along roll, on
+  !> which it hardly depends, and along u.
   pure subroutine fill_gaps(r)
     type(grid_type), intent(inout) :: r
     logical :: known(size(r%f, 1), size(r%f, 2), size(r%f, 3))
-    integer :: i, j, m
+    integer :: i, j, m, from, other
 
     known = r%known
     do j = 1, r%roll%n
+      do i = 1, r%u%n
+        from = findloc(r%known(:, i, j), .true., 1, back=.true.)
+        do m = from + 1, merge(r%q%n, 0, from > 1)
+          other = minloc(abs(r%u%x - r%u%x(i)), 1, r%known(m, :, j) .and. r%known(from, :, j))
+          if (other == 0) exit
+          r%f(m, i, j) = r%f(from, i, j)*r%f(m, other, j)/r%f(from, other, j)
+          known(m, i, j) = .true.
+        end do
+      end do
       do i = 1, r%u%n
         call continue_line(r%q%x, r%f(:, i, j), known(:, i, j))
       end do
