@@ -27,6 +27,7 @@ GAUGE_POINT = 1435.1 / 2        # gauge point of the rail, from the track centre
 GAUGE_DEPTH = 14.0              # depth below top of rail at which gauge is measured
 ROLLING_RADIUS = 457.0          # at the contact point of the centred wheelset
 TAPER = CANT = atan(1 / 40)
+FLANGE_ANGLE = radians(25)     # least contact angle of a flange contact, as &contact flange_angle
 
 STEP = 0.25                     # spacing of the points along the profile, at most
 FINE, GROWTH = 0.05, 1.3        # spacing at the ends of arcs and lines, where curvature jumps, and its growth from there
@@ -248,11 +249,18 @@ def root(f, a, b):
     return (a + b) / 2
 
 
-def flange_gap(wheel, rail, Y):
-    """How much higher the left flange than the left tread wants the axle; roll from both treads."""
-    flange, tread = wheel[1:-1], wheel[-1:]
-    roll = root(lambda p: touch(tread, rail, -Y, -p)[0] - touch(tread, rail, Y, p)[0], -0.01, 0.01)
-    return touch(flange, rail, Y, roll)[0] - touch(tread, rail, Y, roll)[0]
+def on_flange(wheel, rail, Y):
+    """Whether the left wheel of a wheelset that moves outwards from the centre is on its flange: positive if so.
+
+    While it rides on both treads, this is how much higher the flange than the tread wants the axle [mm]; afterwards by how much
+    the contact angle exceeds that of a flange contact [rad]."""
+    def standing(part):
+        return root(lambda p: touch(part, rail, -Y, -p)[0] - touch(part, rail, Y, p)[0], -0.01, 0.01)
+
+    flange, tread, whole = wheel[1:-1], wheel[-1:], wheel[1:]
+    roll = standing(tread)
+    gap = touch(flange, rail, Y, roll)[0] - touch(tread, rail, Y, roll)[0]
+    return gap if gap < 0 else touch(whole, rail, Y, standing(whole))[1] - FLANGE_ANGLE
 
 
 def solve_throat(make_wheel, rail, clearance):
@@ -262,7 +270,7 @@ def solve_throat(make_wheel, rail, clearance):
     def gap(throat_y):
         wheel = shift(make_wheel(throat_y), WHEEL_BACK, 0)
         height, _, (_, z) = touch(wheel[-1:], rail, 0, 0)
-        return flange_gap(shift(wheel, 0, height - z - ROLLING_RADIUS), rail, clearance)
+        return on_flange(shift(wheel, 0, height - z - ROLLING_RADIUS), rail, clearance)
 
     return round(root(gap, 35, 60), 6)
 

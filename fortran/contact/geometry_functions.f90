@@ -24,10 +24,11 @@ module geometry_functions
 
 contains
 
-  !> Height z [m] of the axle at which the left wheel touches when it is lowered at lateral position y [m] and roll angle
-  !> [rad]. The scan is fresh, or from touching at another roll angle.
-  subroutine lower(pair, y, roll, scan, z, station, ok)
+  !> Height z [m] of the axle at which the left wheel's stations first..last touch when the wheel is lowered at lateral
+  !> position y [m] and roll angle [rad]. The scan is fresh, or from touching with these stations at another roll angle.
+  subroutine lower(pair, first, last, y, roll, scan, z, station, ok)
     type(pair_type), intent(in) :: pair
+    integer, intent(in) :: first, last
     real(dp), intent(in) :: y, roll
     type(scan_type), intent(inout) :: scan
     real(dp), intent(out) :: z, station
@@ -44,7 +45,7 @@ contains
     else
       start = scan%centre(2) + lever*abs(roll - scan%roll)
     end if
-    call touch(pair, scan, 1, size(pair%s), [y, start], roll, 0.0_dp, z, station, ok)
+    call touch(pair, scan, first, last, [y, start], roll, 0.0_dp, z, station, ok)
     z = z + start
   end subroutine lower
 
@@ -56,10 +57,13 @@ contains
     real(dp), intent(out) :: roll, z       !! [rad, m]
     real(dp), intent(out) :: station(2)    !! contact stations on the left and right wheel [m]
     logical, intent(out) :: ok
-    real(dp), parameter :: stride = 1e-3_dp   ! two solutions are further apart [rad]
+    ! Solutions on the tread and on the flange may be near each other. So the search hardly passes the first one: its steps are
+    ! those of the secant method, or a stride that grows from the least one, if that is longer.
+    real(dp), parameter :: first_stride = 1e-6_dp, least_stride = 1e-9_dp, longest_stride = 1e-3_dp   ! [rad]
+    real(dp), parameter :: growth = 2.0_dp
     real(dp), parameter :: largest = 0.2_dp   ! [rad]
     type(scan_type) :: left, right
-    real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new
+    real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new, stride, secant
     integer :: iter
 
     left = new_scan(side(1)%pair)
@@ -68,13 +72,18 @@ contains
     ! The side that would touch first is lifted until the other one does.
     x = 0
     roll = 0
+    stride = least_stride
+    secant = first_stride
     f = difference(0.0_dp)
     do while (ok .and. f(1)*f(2) > 0)
       x(1) = x(2)
       f(1) = f(2)
-      x(2) = x(1) + sign(stride, f(1))
+      x(2) = x(1) + sign(min(max(secant, stride), longest_stride), f(1))
+      stride = growth*stride
       ok = abs(x(2)) < largest
       if (ok) f(2) = difference(x(2))
+      secant = 0
+      if (abs(f(2)) < abs(f(1))) secant = abs(f(2)*(x(2) - x(1))/(f(2) - f(1)))
     end do
     if (.not. ok) return
     ! Regula falsi with halved values (Illinois), and bisection where it creeps.
@@ -103,8 +112,8 @@ contains
       real(dp), intent(in) :: roll
       logical :: ok_left, ok_right
 
-      call lower(side(1)%pair, y, roll, left, z_left, station(1), ok_left)
-      call lower(side(2)%pair, -y, -roll, right, z_right, station(2), ok_right)
+      call lower(side(1)%pair, 1, size(side(1)%pair%s), y, roll, left, z_left, station(1), ok_left)
+      call lower(side(2)%pair, 1, size(side(2)%pair%s), -y, -roll, right, z_right, station(2), ok_right)
       ok = ok_left .and. ok_right
       difference = z_left - z_right
     end function difference
@@ -143,18 +152,38 @@ contains
 
   contains
 
-    !> Whether the wheelset stands on the left flange, or on the treads no more.
+    !> Whether the wheelset stands on the left flange, or on the treads no more. Of two places that touch within some 0.1 um,
+    !> stations may tell the wrong one, so every zone is lowered alone.
     logical function touches_flange(y)
       real(dp), intent(in) :: y
-      real(dp) :: roll, z, station(2), r(2), angle, curvature
-      logical :: stands
+      real(dp) :: roll, z, station(2), z_zone
+      type(scan_type) :: scan
+      integer :: i
+      logical :: ok
 
-      call rigid_contact(side, y, roll, z, station, stands)
-      touches_flange = .not. stands
-      if (.not. stands) return
-      call curve_frame(side(1)%pair%wheel, station(1), r, angle, curvature)
-      touches_flange = is_flange(side(1), [-sin(angle + roll), cos(angle + roll)], station(1))
+      call rigid_contact(side, y, roll, z, station, ok)
+      touches_flange = .not. ok
+      if (.not. ok) return
+      touches_flange = steep(station(1), roll)
+      scan = new_scan(side(1)%pair)
+      do i = 1, size(side(1)%zones)
+        if (touches_flange) return
+        associate (zone => side(1)%zones(i))
+          scan%fresh = .true.
+          call lower(side(1)%pair, zone%first, zone%last, y, roll, scan, z_zone, station(1), ok)
+        end associate
+        if (ok .and. z_zone > z) touches_flange = steep(station(1), roll)
+      end do
     end function touches_flange
+
+    !> Whether a contact at a station of the wheel is the flange's.
+    pure logical function steep(station, roll)
+      real(dp), intent(in) :: station, roll
+      real(dp) :: r(2), angle, curvature
+
+      call curve_frame(side(1)%pair%wheel, station, r, angle, curvature)
+      steep = is_flange(side(1), [-sin(angle + roll), cos(angle + roll)], station)
+    end function steep
 
   end subroutine clearance
 

@@ -37,4 +37,4 @@ def clearance(name: str) -> float:
     placed = mp.shift(wheel(name), mp.WHEEL_BACK, 0)
     height, _, (_, z) = mp.touch(placed[-1:], rail, 0, 0)
     placed = mp.shift(placed, 0, height - z - mp.ROLLING_RADIUS)
-    return float(mp.root(lambda Y: mp.flange_gap(placed, rail, Y), 5, 14))
+    return float(mp.root(lambda Y: mp.on_flange(placed, rail, Y), 5, 14))

@@ -230,7 +230,7 @@ class ContactTable:
         largest and mean pressure, area, lengths, place on wheel and rail. For model 'halfspace'.
 
         A patch has `elements` over its length along the profile, a multiple of 4, and half as many in rolling direction.
-        Tread and flange are pressed apart from each other, as in the table, but where their border lies in an overlap.
+        A wheel is pressed as a whole.
         """
         check_model(self.case)
         self.forces_by_contact(y, z, roll)          # raises Error outside the table
