@@ -148,6 +148,11 @@ def of_validation() -> Values:
         for place in PLACES:
             for kind in "rms", "largest":
                 values[f"table.{row['model']}.{row['profiles']}.{place}.{kind} [%]"] = 100*float(row[f"{place}: {kind}"])
+    for row in rows("models", "What the model of influence changes"):
+        name = f"influence.{row['case']}.{row['influence']}"
+        values |= {f"{name}.{what}": float(row[column]) for what, column in (
+            ("first LF [kN]", "first peak LF [kN]"), ("impulse [N s]", "its impulse [N s]"), ("RF [kN]", "largest RF [kN]"),
+            ("return [ms]", "last passage of the centre [ms]")) if row[column]}
     for row in rows("linear", "Frequencies [Hz]"):
         values[f"frequency.{row['pair']}.{row['mode']}.strip [Hz]"] = float(row["core"])
         values[f"frequency.{row['pair']}.{row['mode']}.closed form [Hz]"] = float(row["closed form, Hertz"])

@@ -18,6 +18,7 @@ QUOTE = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:e-?\d+)?)<!-- (?P<name>[^<>]+?) 
 PAIRS = "aw", "sw"
 CASES = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4, 5) for pair in PAIRS]
 LAWS = "halfspace", "strip", "hertz"
+INFLUENCES = "local, no table", "local", "flat", "apart"
 PLACES = "tread", "flange", "both", "going over"
 SHAPES = {"aw": "actual", "sw": "simplified", "S1002 on 60E1": "S1002 on 60E1",
           "hollow wheel, actual rail": "actual, worn hollow by 1.5 mm",
@@ -127,6 +128,18 @@ def error_table(law: str) -> str:
                   for place in PLACES)) for name, words in SHAPES.items() if law == "halfspace" or name in PAIRS))
 
 
+def influence_table() -> str:
+    """The first flange contact and the rest of a run by the model of influence."""
+    v = measured()
+    rows = []
+    for case in CASES[:8]:
+        for influence in INFLUENCES:
+            found = [v.get(f"influence.{case}.{influence}.{what}") for what in
+                     ("first LF [kN]", "impulse [N s]", "RF [kN]", "return [ms]")]
+            rows.append([f"`{case}`", influence, *("" if x is None else f"{x:.1f}" for x in found)])
+    return table(("case", "influence", "first peak LF [kN]", "its impulse [N s]", "largest RF [kN]", "return [ms]"), rows)
+
+
 def frequency_table() -> str:
     """Eigenfrequencies at rest."""
     v = measured()
@@ -183,7 +196,7 @@ def force_table() -> str:
 
 
 TABLES = {
-    "drift": drift_table, "integration": integration_table, "laws": law_table,
+    "drift": drift_table, "integration": integration_table, "laws": law_table, "influence": influence_table,
     "errors of half-space tables": lambda: error_table("halfspace"), "errors of strip tables": lambda: error_table("strip"),
     "frequencies": frequency_table, "accuracies": accuracy_table, "forces of exercise 5": force_table,
 }

@@ -64,8 +64,7 @@ def submitted(run: ldbench.Run, task: Task, folder: Path, dialect: imaginary.Dia
 
 
 # ---- maps ----------------------------------------------------------------------------
-# The rows of code 2 are interpolated where the contact of a tread jumps to the root of the flange.
-@pytest.mark.parametrize("seed", [0, 1, *range(3, 8)])
+@pytest.mark.parametrize("seed", range(8))
 def test_the_map_of_a_code_with_names_is_found(seed: int, own: None, another: dict[Task, ldbench.Run], tmp_path: Path):
     """Order, signs, units, zeros and names are those of another code; steel and contact law, too."""
     task = list(another)[seed % len(another)]

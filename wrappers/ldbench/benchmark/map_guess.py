@@ -179,8 +179,12 @@ def contact_window(ours: RunData, side: str) -> tuple[float, float]:
     begin = ours.first_contact(contact)
     if begin is None:
         return 0.0, float(ours.time[-1])
-    later = (ours.time > begin) & (ours.values(f"N_{contact}") <= 0)
-    end = float(ours.time[later][0]) if later.any() else float(ours.time[-1])
+    force = ours.values(f"N_{contact}")
+    # A row at the begin has no force yet, and its time may be rounded up.
+    closed = np.flatnonzero((ours.time >= begin) & (force > 0))
+    later = np.flatnonzero(force <= 0)
+    later = later[later > closed[0]] if closed.size else later[:0]
+    end = float(ours.time[later[0]]) if later.size else float(ours.time[-1])
     spare = 0.2*(end - begin)
     return begin - spare, end + spare
 
