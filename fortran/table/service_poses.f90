@@ -37,7 +37,7 @@ module service_poses
   end type request_type
 
   ! Service: roll angle to either side, lateral displacement beyond the clearance [rad, m].
-  real(dp), parameter :: service_roll = 0.02_dp, service_shift = 5e-3_dp
+  real(dp), parameter :: service_roll = 0.02_dp, service_shift = 7.5e-3_dp
   ! A wheelset that rolls over the left rail has roll angles from -largest_roll to small_roll [rad].
   real(dp), parameter :: small_roll = 0.05_dp, largest_roll = 0.38_dp
   real(dp), parameter :: tip_margin = 1e-3_dp   ! derailed: the flange's tip is so far outside the rail's highest point [m]

@@ -313,8 +313,8 @@ BARS = {
     ("sw", "strip", "overturning"): (1e-2, 1e-3),       # 2.4e-3, 1.7e-4
     ("aw", "halfspace", "running"): (8e-3, 8e-4),       # 4.2e-3, 3.7e-4
     ("sw", "halfspace", "running"): (3e-3, 4e-4),       # 1.3e-3, 2.9e-4
-    ("aw", "halfspace", "overturning"): (2e-2, 5e-3),   # 1.4e-2, 3.3e-3
-    ("sw", "halfspace", "overturning"): (6e-2, 1e-2)}   # 4.9e-2, 8.4e-3; near -77 mrad up to 0.1
+    ("aw", "halfspace", "overturning"): (1e-2, 2e-3),   # 4.4e-3, 1.2e-3
+    ("sw", "halfspace", "overturning"): (2e-2, 4e-3)}   # 1.2e-2, 2.3e-3; near -77 mrad up to 0.1
 
 
 @pytest.mark.parametrize("model", ["strip", "halfspace"])

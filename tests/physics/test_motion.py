@@ -174,7 +174,7 @@ def through_impacts(shipped: dict[str, Run], tmp_path_factory: pytest.TempPathFa
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_order_through_impacts(scheme: str, through_impacts: Motion, shipped: dict[str, Run], tmp_path: Path):
-    """Through impacts order 2 remains 2; order 4 falls to about 2 to 4 on average, and stays far ahead.
+    """Through impacts order 2 remains 2; order 4 falls to between 2 and 4 on average, and stays far ahead.
 
     A contact opens and closes with p^1.5, whose second derivative is infinite there: a step across it errs by
     dt^2.5 in velocity however high the order of the scheme, and how much depends on where in the step it falls.
@@ -183,7 +183,7 @@ def test_order_through_impacts(scheme: str, through_impacts: Motion, shipped: di
     errors = {order: [np.abs(m.q[-1] - through_impacts.q[-1]).max() for m in
                       motions(shipped, tmp_path, scheme, order, steps, 0.12, SLOW)] for order in (2, 4)}
     assert orders(errors[2]) == pytest.approx([2, 2, 2], abs=0.1)
-    assert 1.5 < orders(errors[4]).mean() < 4
+    assert 2 < orders(errors[4]).mean() < 4
     assert errors[4][-1] < errors[2][-1]/100
 
 
@@ -274,7 +274,7 @@ def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
     """What cuts a step cuts the reversed one: after the left flange impact the wheelset returns to its start."""
     forth = ldbench.run(ldbench.Case.exercise(2, "aw").replace(stop_at="t_end", t_end=0.03), table=actual)
     end = forth.data.iloc[-1]
-    assert end.vY < -0.2 and forth.results["cuts"] > 80
+    assert end.vY < -0.2 and forth.results["cuts"] > 100
     back = ldbench.run(forth.case.replace(Y=end.Y, Z=end.Z, initial_roll=end.roll, vY=-end.vY, vZ=-end.vZ,
                                           roll_rate=-end.roll_rate), table=actual)
     assert back.results["cuts"] == pytest.approx(forth.results["cuts"], rel=0.02)

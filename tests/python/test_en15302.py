@@ -1,9 +1,12 @@
 """The wheelset that is kept level against the tables of EN 15302:2021, and contact parameters against closed forms."""
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import en15302
 import en15302_tables
+import ldbench
 from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench._core.errors import Usage
@@ -153,3 +156,23 @@ def test_radii_need_a_tape_circle(monkeypatch):
     monkeypatch.setattr("ldbench.profiles.inspect.TAPE_CIRCLE", 0.2)
     with pytest.raises(Error, match=r"tape circle, 200 mm from its back, found one from 0\.0 to 135\.0 mm"):
         pair(Case.exercise(1, "aw"), (0.457, 0.456))
+
+
+@pytest.mark.parametrize("wheel", "AHI")
+def test_clearance_does_not_depend_on_the_points_of_a_file(wheel: str, paths: dict[str, str], tmp_path: Path):
+    """The clearance of 1,000 points with five decimals of a millimetre is that of the formulas. No flange touches in exercise 1, in
+    which the wheelset swings within the clearance."""
+    lines = Path(paths[wheel]).read_text().splitlines()
+    numbers = [line for line in lines if line.lstrip()[:1] in "-0123456789"]
+    points = np.array([line.split()[:2] for line in numbers], float)
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    few = np.column_stack([np.interp(np.linspace(0, arc[-1], 1000), arc, points[:, k]) for k in range(2)])
+    file = tmp_path/"few.yz"
+    file.write_text("\n".join([line for line in lines if line not in numbers] + [f"{y:.5f} {z:.5f}" for y, z in few]) + "\n")
+    runs = [ldbench.run(en15302.case(wheel, {**paths, wheel: str(path)}).replace(
+        model="hertz", n_lateral=80, n_roll=17, n_depth=15, vY=0.1, t_end=1.0)) for path in (paths[wheel], file)]
+    clearances = [run.table.clearance for run in runs]
+    assert clearances[1] == pytest.approx(clearances[0], abs=1e-5) and clearances[0] > 6e-3
+    for run in runs:
+        assert not run.count("left flange contact") and not run.data[["N_LF", "N_RF"]].to_numpy().any()
+        assert run.data.Y.abs().max() < run.table.clearance

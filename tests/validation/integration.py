@@ -33,7 +33,7 @@ RAMP_END = 0.9                  # of exercise 5: the core's settings have parted
 FLANGE_ANGLE = np.radians(25)   # of a contact of the flange; smaller angles are those of its root
 JUST_AFTER = 2e-5               # a contact has closed, its angle is told [s]
 SAMPLES = 1e-5, 1e-7            # in which the peaks of DOP853's forces are looked for [s]
-BETWEEN = 0.03                  # distance of the contacts of tread and flange, about [m]
+BETWEEN = 0.02                  # distance of the contacts of tread and flange, at least [m]
 NEARBY = 1e-7                   # for differences of forces [m, rad]
 
 COORDINATES = ("Y", "m"), ("Z", "m"), ("roll", "rad")
@@ -54,11 +54,12 @@ tolerance. A step that a contact touches in, where F begins as the 3/2 power of 
 
 Bar of the deviation: step error and what DOP853 changes between its settings, an upper bound of its error with the
 second: kinks of the force make errors of order 2.5 of the step, so the first misses 5.7 times as much. Event
-times: the motion's bar over the speed of what happens, and what the rule of the core that finds times
-within a step misses on DOP853's motion: contacts touch where the penetration, from its size and rate at the end of the
-step, was zero, whatever the load of the tread does in the step; passages of the centre are interpolated linearly. Peaks: the motion's bar times the derivatives of the
-force, and what a parabola through three values of DOP853's force misses. In all of them with the longest step that the
-core may have taken there, which is found by halving the step until the core does not cut it.
+times: the motion's bar over the speed of what happens, and what the rule of the core that finds times within a step
+misses on DOP853's motion: contacts touch where the penetration, from its size and rate at the end of the step, was
+zero, whatever the load of the tread does in the step; passages of the centre are interpolated linearly. Peaks: the
+motion's bar times the derivatives of the force, and what a parabola through three values of DOP853's force misses. In
+all of them with the longest step that the core may have taken there, which is found by halving the step until the core
+does not cut it.
 
 In exercises 2 to 4 steps hardly matter: what is left of the deviation is mostly DOP853's, which shrinks with its
 tolerance, and both come near to what round-off grows to by the impacts.

@@ -397,7 +397,8 @@ def clearance_bar(table: ContactTable) -> float:
 
 def clearance_checks(pair: str, tables: dict[str, ContactTable], found: list[Variant]) -> list[Check]:
     return [absolute(f"{pair} clearance, {v.name} [m]", tables[v.name].clearance, PAIRS[pair],
-                     "benchmark call; bar the spline through the points, and the throat's last digit", clearance_bar(tables[v.name]))
+                     "benchmark call; bar the spline through the points, and the throat's last digit",
+                     clearance_bar(tables[v.name]))
             for v in found if v.group in ("crown", "throat")]
 
 

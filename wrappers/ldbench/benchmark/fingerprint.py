@@ -178,8 +178,10 @@ def of_blows(run: RunData, task: Task, apart: Sequence[Blow], together: Sequence
     Some codes press tread and flange of a wheel as one body, others apart from each other. The approach with which a law fits
     better tells which, and with which no blow gives back more energy than it took.
     """
-    used, losses, kind, laws = min((with_laws(some) for some in (apart, together) if some), key=lambda found:
-                                   mean_misfit(found[3]) + np.mean([max(-loss.value, 0.0) for loss in found[1] if loss.known] or [0.0]))
+    def unlikely(found: tuple[Sequence[Blow], list[Estimate], str, list[Law | None]]) -> float:
+        return mean_misfit(found[3]) + float(np.mean([max(-loss.value, 0.0) for loss in found[1] if loss.known] or [0.0]))
+
+    used, losses, kind, laws = min((with_laws(some) for some in (apart, together) if some), key=unlikely)
     first = losses[0]
     pairs = [(blow, law) for blow, law in zip(used, laws, strict=True) if law and law.misfit < POOR]
     branch = {way: [law for blow in used if (law := fit_law(blow, NONE, way))] for way in (1, -1)}
