@@ -79,7 +79,7 @@ contains
     coupling%n = 0
     if (n > 1 .and. allocated(t%pairs)) call find_influence(t%zones, t%pairs, roll, tangent, n, zones, coupling)
     if (coupling%n > 0) then
-      call press_together(t%zones, roll, n, coupling%c(:n, :n), zones, ok)
+      call press_together(t%zones, roll, n, coupling%c, zones, ok)
       if (.not. ok) status = outside_law
       if (.not. ok) return
     end if
@@ -139,15 +139,20 @@ contains
     real(dp), intent(in) :: influence(:, :)     !! (zone, zone) [m/N]
     real(dp), intent(out) :: force(:), shift(:) !! (zone)
     type(touching_type) :: zones(max_zones)
-    integer :: place(max_zones), i, n, status
+    real(dp) :: c(max_zones, max_zones)
+    integer :: i, j, n, status
     logical :: ok
 
     shift = 0
     force = 0
     call find_zones_touching(t, pose, roll, .false., n, zones, status)
     if (n == 0 .or. status /= inside) return
-    place(:n) = zones(:n)%zone
-    call press_together(t%zones, roll, n, influence(place(:n), place(:n)), zones, ok)
+    do j = 1, n
+      do i = 1, n
+        c(i, j) = influence(zones(i)%zone, zones(j)%zone)
+      end do
+    end do
+    call press_together(t%zones, roll, n, c, zones, ok)
     if (.not. ok) return
     do i = 1, n
       call zone_potential(t%zones(zones(i)%zone), roll, .false., zones(i), status)

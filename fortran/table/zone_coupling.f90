@@ -46,15 +46,18 @@ contains
     type(touching_type), intent(in) :: zones(:)
     type(coupling_type), intent(inout) :: coupling
     real(dp) :: v(10)
-    integer :: i, j, m
+    integer :: place(max_zones), i, j, m
 
     coupling%c(:n, :n) = 0
+    place = 0
+    do i = 1, n
+      place(zones(i)%zone) = i
+    end do
     do m = 1, size(pairs)
       associate (pair => pairs(m))
-        i = findloc(zones(:n)%zone, pair%zone(1), 1)
-        if (i == 0) cycle
-        j = findloc(zones(:n)%zone, pair%zone(2), 1)
-        if (j == 0) cycle
+        i = place(pair%zone(1))
+        j = place(pair%zone(2))
+        if (i == 0 .or. j == 0) cycle
         call evaluate(pair, zones(j), roll, tangent, v)
         if (v(1) <= 0) cycle
         coupling%n = coupling%n + 1
@@ -76,40 +79,49 @@ contains
     type(zone_table), intent(in) :: tables(:)
     type(roll_type), intent(in) :: roll
     integer, intent(in) :: n
-    real(dp), intent(in) :: c(n, n)             !! influences, 0 on the diagonal [m/N]
+    real(dp), intent(in) :: c(max_zones, max_zones)   !! influences, 0 on the diagonal [m/N]
     type(touching_type), intent(inout) :: zones(:)
     logical, intent(out) :: ok
     real(dp), parameter :: close = 1e-10_dp     ! last step [m]: Newton's method squares the error once more
     integer, parameter :: patience = 12, most = 60
-    type(line_type) :: line(n)
-    real(dp) :: f(n), k(n), step(n), a(n, n)
-    logical :: open(n)
-    integer :: i, j, iter
+    type(line_type) :: line(max_zones)
+    real(dp), dimension(max_zones) :: f, k, step
+    real(dp) :: a(max_zones, max_zones)
+    logical :: open(max_zones)
+    integer :: i, j, deepest, iter
 
     line%cell = 0
     f = 0
     open = .true.
     ! The deepest zone first, each after those before it have lowered its surface.
     do j = 1, n
-      i = maxloc(zones(:n)%p, 1, open)
-      open(i) = .false.
-      zones(i)%shift = dot_product(c(:, i), f)
-      call press_line(tables(zones(i)%zone), roll, zones(i), line(i), f(i), k(i))
+      deepest = 0
+      do i = 1, n
+        if (.not. open(i)) cycle
+        if (deepest == 0) deepest = i
+        if (zones(i)%p > zones(deepest)%p) deepest = i
+      end do
+      open(deepest) = .false.
+      zones(deepest)%shift = dot_product(c(:n, deepest), f(:n))
+      call press_line(tables(zones(deepest)%zone), roll, zones(deepest), line(deepest), f(deepest), k(deepest))
     end do
     do iter = 1, most
-      do i = 1, n
-        call press_line(tables(zones(i)%zone), roll, zones(i), line(i), f(i), k(i))
-      end do
-      step = [(dot_product(c(:, i), f), i=1, n)] - zones(:n)%shift
       do j = 1, n
-        a(:, j) = c(:, j)*k(j)
+        step(j) = dot_product(c(:n, j), f(:n)) - zones(j)%shift
+        a(:n, j) = c(:n, j)*k(j)
         a(j, j) = a(j, j) + 1
       end do
       call solve_small(n, a, step)
-      if (iter > patience) step = step/2
-      zones(:n)%shift = max(0.0_dp, zones(:n)%shift + step)
-      ok = all(abs(step) < close)
+      ok = .true.
+      do i = 1, n
+        if (iter > patience) step(i) = step(i)/2
+        zones(i)%shift = max(0.0_dp, zones(i)%shift + step(i))
+        ok = ok .and. abs(step(i)) < close
+      end do
       if (ok) return
+      do i = 1, n
+        call press_line(tables(zones(i)%zone), roll, zones(i), line(i), f(i), k(i))
+      end do
     end do
   end subroutine press_together
 
@@ -124,11 +136,13 @@ contains
     type(coupling_type), intent(in) :: coupling
     type(touching_type), intent(inout) :: zones(:)
     real(dp), intent(inout) :: hessian(6)
-    real(dp) :: f(n), v(3, n), a(n, n), df(n, 3), ds(n, 3), full(3, 3)
+    real(dp) :: f(max_zones), v(3, max_zones), a(max_zones, max_zones), df(max_zones, 3), ds(max_zones, 3), full(3, 3)
     integer :: i, j, k, m
 
-    f = merge(zones(:n)%force, 0.0_dp, zones(:n)%energy > 0)
-    v = 0
+    do i = 1, n
+      f(i) = merge(zones(i)%force, 0.0_dp, zones(i)%energy > 0)
+    end do
+    v(:, :n) = 0
     do m = 1, coupling%n
       associate (one => coupling%list(m))
         v(:, one%first) = v(:, one%first) + f(one%second)*one%gradient
@@ -146,7 +160,7 @@ contains
     if (.not. tangent) return
     associate (c => coupling%c)
       do i = 1, n
-        a(i, :) = 0
+        a(i, :n) = 0
         df(i, :) = 0
         a(i, i) = 1
         if (f(i) <= 0) cycle
@@ -157,7 +171,9 @@ contains
       end do
       do j = 1, 3
         call solve_small(n, a, df(:, j))
-        ds(:, j) = [(dot_product(c(:n, i), df(:, j)), i=1, n)] + v(j, :)
+        do i = 1, n
+          ds(i, j) = dot_product(c(:n, i), df(:n, j)) + v(j, i)
+        end do
       end do
     end associate
     full = 0
@@ -206,20 +222,20 @@ contains
   !> Solve a x = b, with b on entry and x on return in `x`; the diagonal of a is larger than the rest.
   pure subroutine solve_small(n, a, x)
     integer, intent(in) :: n
-    real(dp), intent(in) :: a(n, n)
-    real(dp), intent(inout) :: x(n)
-    real(dp) :: b(n, n)
+    real(dp), intent(in) :: a(max_zones, max_zones)
+    real(dp), intent(inout) :: x(max_zones)
+    real(dp) :: b(max_zones, max_zones)
     integer :: i, j
 
-    b = a
+    b(:n, :n) = a(:n, :n)
     do i = 1, n
       do j = i + 1, n
         x(j) = x(j) - b(j, i)/b(i, i)*x(i)
-        b(j, i + 1:) = b(j, i + 1:) - b(j, i)/b(i, i)*b(i, i + 1:)
+        b(j, i + 1:n) = b(j, i + 1:n) - b(j, i)/b(i, i)*b(i, i + 1:n)
       end do
     end do
     do i = n, 1, -1
-      x(i) = (x(i) - dot_product(b(i, i + 1:), x(i + 1:)))/b(i, i)
+      x(i) = (x(i) - dot_product(b(i, i + 1:n), x(i + 1:n)))/b(i, i)
     end do
   end subroutine solve_small
 

@@ -178,7 +178,6 @@ contains
     real(dp), intent(out) :: f, k
     type(basis_type) :: bq
     real(dp) :: p, q, s(0:2)
-    integer :: i
 
     f = 0
     k = 0
@@ -188,7 +187,7 @@ contains
     call axis_basis(t%q, q, bq)
     if (line%cell /= bq%i) call spline_3d_line(t%s, bq%i, roll%basis, z%basis, line%c)
     line%cell = bq%i
-    s = [(dot_product(line%c, bq%b(:, i)), i=0, 2)]
+    s = [dot_product(line%c, bq%b(:, 0)), dot_product(line%c, bq%b(:, 1)), dot_product(line%c, bq%b(:, 2))]
     f = q**3*(2.5_dp*s(0) + 0.5_dp*q*s(1))
     k = max(0.0_dp, q*(3.75_dp*s(0) + 2.25_dp*q*s(1) + 0.25_dp*p*s(2)))
     if (f > 0 .and. s(0) > 0) return
