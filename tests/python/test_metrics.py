@@ -360,7 +360,7 @@ def test_every_simulation_has_a_yardstick():
         assert set(MOTION) <= own.hertz.keys() and own.hertz["other contacts closed"] < 0.5
         # Rigid contacts with restitution 1 bounce where elastic ones stay closed; then their motion is no measure.
         assert (set(MOTION) <= own.rigid.keys()) == (own.rigid["other contacts closed"] <= 0.5)
-        # Of the first four exercises no impact is behind the horizon but the last ones of ex3_sw; most of exercise 5 is.
+        # In the first four exercises only the last impacts of ex3_sw are behind the horizon; most of exercise 5 is.
         beyond = task.name == "ex3_sw" or task.exercise == 5
         assert (own.end is None) == (task.exercise == 5) and ((own.end or np.inf) > own.horizon) == beyond
         assert (own.growth == GROWN/ASIDE) == beyond
