@@ -152,38 +152,18 @@ contains
 
   contains
 
-    !> Whether the wheelset stands on the left flange, or on the treads no more. Of two places that touch within some 0.1 um,
-    !> stations may tell the wrong one, so every zone is lowered alone.
+    !> Whether the wheelset stands on the left flange, or on the treads no more.
     logical function touches_flange(y)
       real(dp), intent(in) :: y
-      real(dp) :: roll, z, station(2), z_zone
-      type(scan_type) :: scan
-      integer :: i
+      real(dp) :: roll, z, station(2), r(2), angle, curvature
       logical :: ok
 
       call rigid_contact(side, y, roll, z, station, ok)
       touches_flange = .not. ok
       if (.not. ok) return
-      touches_flange = steep(station(1), roll)
-      scan = new_scan(side(1)%pair)
-      do i = 1, size(side(1)%zones)
-        if (touches_flange) return
-        associate (zone => side(1)%zones(i))
-          scan%fresh = .true.
-          call lower(side(1)%pair, zone%first, zone%last, y, roll, scan, z_zone, station(1), ok)
-        end associate
-        if (ok .and. z_zone > z) touches_flange = steep(station(1), roll)
-      end do
+      call curve_frame(side(1)%pair%wheel, station(1), r, angle, curvature)
+      touches_flange = is_flange(side(1), [-sin(angle + roll), cos(angle + roll)], station(1))
     end function touches_flange
-
-    !> Whether a contact at a station of the wheel is the flange's.
-    pure logical function steep(station, roll)
-      real(dp), intent(in) :: station, roll
-      real(dp) :: r(2), angle, curvature
-
-      call curve_frame(side(1)%pair%wheel, station, r, angle, curvature)
-      steep = is_flange(side(1), [-sin(angle + roll), cos(angle + roll)], station)
-    end function steep
 
   end subroutine clearance
 

@@ -85,34 +85,6 @@ contains
     end do
   end subroutine scan_depth
 
-  !> Depth of those stations of first..last alone that may be the deepest, low..high, and of one more on either
-  !> side.  The depths of the other stations become upper bounds.
-  pure subroutine scan_deepest(pair, centre, roll, first, last, scan, low, high)
-    type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: centre(2), roll
-    integer, intent(in) :: first, last
-    type(scan_type), intent(inout) :: scan
-    integer, intent(out) :: low, high
-    real(dp) :: move(2), way
-    integer :: ends(2)
-
-    low = first
-    high = last
-    if (.not. scan%fresh .and. abs(roll - scan%roll) <= 0) then
-      ! No depth changes by more than the wheel moves.
-      move = centre - scan%centre
-      way = norm2(move)
-      ends = stretch_around(first, last, scan%depth(first:last) >= maxval(scan%depth(first:last)) - 2*way)
-      low = ends(1)
-      high = ends(2)
-      call move_feet(scan, move, first, low - 1)
-      call move_feet(scan, move, high + 1, last)
-      scan%depth(first:low - 1) = scan%depth(first:low - 1) + way
-      scan%depth(high + 1:last) = scan%depth(high + 1:last) + way
-    end if
-    call scan_depth(pair, centre, roll, low, high, scan)
-  end subroutine scan_deepest
-
   !> The first and the last of the stations first..last that are wanted, and one more on either side.
   pure function stretch_around(first, last, wanted) result(ends)
     integer, intent(in) :: first, last
@@ -213,7 +185,8 @@ contains
     end do
   end subroutine step_foot
 
-  !> The deepest point of the stations first..last of a scan, on the cubic Hermite interpolant of the depth.
+  !> The deepest point of the stations first..last of a scan, on the cubic Hermite interpolant of the depth. Two places may be
+  !> as deep to less than the depth between their stations differs from that at them, so every top is looked at.
   pure subroutine deepest(pair, scan, first, last, depth, station, node)
     type(pair_type), intent(in) :: pair
     type(scan_type), intent(in) :: scan
@@ -226,7 +199,7 @@ contains
     node = first - 1 + maxloc(scan%depth(first:last), 1)
     depth = scan%depth(node)
     station = pair%s(node)
-    do i = max(first, node - 1), min(last - 1, node)
+    do i = first, last - 1
       if (scan%slope(i) <= 0 .or. scan%slope(i + 1) >= 0) cycle
       h = pair%s(i + 1) - pair%s(i)
       call hermite_top(scan%depth(i), h*scan%slope(i), scan%depth(i + 1), h*scan%slope(i + 1), t, g)
@@ -263,15 +236,15 @@ contains
     logical, intent(out) :: ok
     real(dp), parameter :: least_climb = 0.15_dp   ! cosine between the rail's normal and the direction: 81 degrees
     real(dp) :: along(2), depth, climb
-    integer :: iter, node, low, high
+    integer :: iter, node
 
     along = [-sin(alpha), cos(alpha)]
     shift = 0
     ok = .false.
     do iter = 1, 60
-      call scan_deepest(pair, centre + shift*along, roll, first, last, scan, low, high)
+      call scan_depth(pair, centre + shift*along, roll, first, last, scan)
       scan%fresh = .false.
-      call deepest(pair, scan, low, high, depth, station, node)
+      call deepest(pair, scan, first, last, depth, station, node)
       climb = dot_product(scan%normal(:, node), along)
       if (abs(depth) < 2e-14_dp) exit
       shift = shift + depth/max(climb, least_climb)

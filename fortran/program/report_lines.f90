@@ -102,10 +102,10 @@ contains
       'service, found '//str(table%accuracy%pulling)//' point'// &
       plural(table%accuracy%pulling == 1)//' at which the contact would pull, where a run stops; lower '// &
       '&table accuracy or raise n_lateral, n_roll, n_depth'//newline
-    if (any(table%accuracy%poses > 0) .and. any(table%accuracy%rms(:3) > c%accuracy)) lines = lines//'warning: '//what// &
+    if (any(table%accuracy%poses > 0) .and. .not. all(table%accuracy%rms(:3) <= c%accuracy)) lines = lines//'warning: '//what// &
       ': expected an rms error of at most &table accuracy = '//str(c%accuracy)//' in service, reached '// &
       scientific(maxval(table%accuracy%rms(:3)))//newline
-    if (table%accuracy%poses(4) > 0 .and. table%accuracy%rms(4) > rollover_allowance*c%accuracy) lines = lines// &
+    if (table%accuracy%poses(4) > 0 .and. .not. table%accuracy%rms(4) <= rollover_allowance*c%accuracy) lines = lines// &
       'warning: '//what//': expected an rms error of at most '//str(nint(rollover_allowance))//' x &table accuracy while the '// &
       'wheelset rolls over a rail, reached '//scientific(table%accuracy%rms(4))//'; do not trust the end of a run that '// &
       'derails'//newline

@@ -169,7 +169,7 @@ contains
         call find_reach(table, request%extent, z, q(max(1, m - 2))**2, pose, .true., reachable, deepest_other)
         if (.not. reachable) cycle
         call press_zone(request, z, elements, pose, k, scan, strip, energy, ok)
-        if (strip <= 0) cycle
+        if (strip <= 0 .or. energy <= 0) cycle
         solutions = solutions + [1, merge(0, 1, ok)]
         ratio(m, i) = energy/strip
         known(m, i) = .true.
