@@ -61,10 +61,10 @@ def test_pictures_of_a_moment_are_of_the_run(name: str, case: str, runs: dict[st
 
 def test_caption_of_the_wheelset_tells_its_force(runs: dict[str, RunData]):
     words = caption("README.md", "wheelset")
-    found = re.search(r"(\d+) ms after the start. The left flange carries (\d+) kN and the treads have lifted off", words)
+    found = re.search(r"([\d.]+) ms after the start. The left flange carries (\d+) kN and the treads have lifted off", words)
     time, force = found.groups()
     told = numbers("wheelset")
-    assert time == f"{1e3*told['t [s]']:.0f}" and force == f"{1e-3*row_at(runs['ex2_aw'], 'N_LF', told['t [s]']):.0f}"
+    assert time == f"{1e3*told['t [s]']:.1f}" and force == f"{1e-3*row_at(runs['ex2_aw'], 'N_LF', told['t [s]']):.0f}"
     assert told["N_LT [N]"] == told["N_RT [N]"] == 0
 
 
