@@ -194,8 +194,8 @@ contains
       call take(in, head)
       if (in%stat == 0 .and. .not. (all(is_extent(head(3:))) .and. all(head(:2) > 0 .and. head(:2) <= size(table%zones)))) &
         in%stat = 1
-      if (in%stat == 0 .and. 8*product(head(3:) + 2) > in%bytes) in%stat = 1
       if (in%stat /= 0) return
+      if (8*product(head(3:) + 2) > in%bytes) in%stat = 1
       associate (t => table%pairs(i))
         t%zone = int(head(:2))
         call take_axis(in, int(head(3)), t%u)

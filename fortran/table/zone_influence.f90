@@ -39,18 +39,25 @@ contains
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
     type(grid_type), allocatable :: grid(:)  ! of the zones before j
+    type(pair_table) :: pairs(size(table%zones)*(size(table%zones) - 1)/2)
     type(axis_type) :: u, roll, p
-    integer :: i, j, m, n, done
+    integer :: i, j, m, n, done, n_pairs
 
     n = size(table%zones)
     p = new_axis(depths*request%extent%depth)
     roll = first_roll(request%extent, points(2))
     allocate (table%pairs(0))
+    n_pairs = 0
     done = 0
     stopped = .false.
     do j = 2, n
       u = new_axis(graded_points(table%zones(j)%u%low, table%zones(j)%u%high, 0.0_dp, fine_u, points(1)))
-      grid = [(new_grid(u, roll, p, [0.0_dp, 0.0_dp, 0.0_dp], 0.0_dp), i=1, j - 1)]
+      ! An array constructor of types with allocatable components would leak in gfortran.
+      if (allocated(grid)) deallocate (grid)
+      allocate (grid(j - 1))
+      do i = 1, j - 1
+        grid(i) = new_grid(u, roll, p, [0.0_dp, 0.0_dp, 0.0_dp], 0.0_dp)
+      end do
       !$omp parallel do schedule(dynamic) shared(done, stopped) reduction(+:solutions)
       do m = 1, points(2)
         if (goes_on(share, done, (n - 1)*points(2), stopped, watcher)) &
@@ -60,9 +67,11 @@ contains
       do i = 1, j - 1
         if (.not. any(grid(i)%known)) cycle
         call fill_gaps(grid(i))
-        table%pairs = [table%pairs, new_pair(i, j, grid(i))]
+        n_pairs = n_pairs + 1
+        pairs(n_pairs) = new_pair(i, j, grid(i))
       end do
     end do
+    table%pairs = pairs(:n_pairs)
   end subroutine add_pairs
 
   type(pair_table) function new_pair(i, j, grid) result(pair)
