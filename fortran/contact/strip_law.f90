@@ -1,20 +1,23 @@
 !> Elastic energy of one zone of a wheel on its rail, evaluated directly in one pose.
 !>
 !>     U = 1/2 integral k(s) g+(s)^2 ds       (model 'strip')
-!>     U = 2/5 C_H delta^(5/2)                (model 'hertz')
+!>     U = 2/5 C_H(A, B) delta^(5/2)          (model 'hertz')
 !>
 !> Here g is the depth of the wheel's station s inside the rail and delta the largest depth of the zone.  The modulus
 !> k = 3/4 C_H(A, B) sqrt(B) lets the strips return Hertz's law N = C_H delta^(3/2) wherever the curvatures A
-!> (rolling) and B (transverse) are constant.  Model 'halfspace' is in `halfspace_patches`.
+!> (rolling) and B (transverse) are constant.  The model 'hertz' has one spring per zone, with curvatures of the whole
+!> interpenetration, so that its energy changes continuously where the deepest station jumps or the curvature does: A is
+!> the mean weighted by g+, B the curvature of the parabola with the same delta and the same integral J of g+^2, for which
+!> J = 16/15 delta^(5/2)/sqrt(B).  Model 'halfspace' is in `halfspace_patches`.
 module strip_law
   use contact_zones, only: zone_type
   use hertz, only: hertz_stiffness, strip_modulus
   use kinds, only: dp
   use station_scan, only: deepest, scan_type
-  use wheel_rail_pair, only: least_cosine, pair_type, rail_curvature, rolled
+  use wheel_rail_pair, only: least_cosine, pair_type, rail_curvature
   implicit none
   private
-  public :: set_moduli, zone_energy, zone_force, stiffest
+  public :: set_moduli, zone_energy, stiffest
 
   !> Largest energy of half-spaces, relative to that of strips.  A patch of the tread that reaches over the cut to the
   !> flange leaves a sliver there.  In the whole patch the sliver has the pressure of an edge, next to nothing; a
@@ -31,6 +34,15 @@ module strip_law
 
 contains
 
+  !> Rolling curvature [1/m] at station i of the wheel, for a roll angle.
+  pure real(dp) function rolling_curvature(pair, i, roll) result(A)
+    type(pair_type), intent(in) :: pair
+    integer, intent(in) :: i
+    real(dp), intent(in) :: roll      !! [rad]
+
+    A = max(cos(pair%angle(i) + roll), least_cosine)/(-2*pair%r(2, i))
+  end function rolling_curvature
+
   !> Relative curvatures of wheel and rail at station i of the wheel, for a roll angle.
   pure subroutine relative_curvatures(pair, i, roll, A, B)
     type(pair_type), intent(in) :: pair
@@ -38,7 +50,7 @@ contains
     real(dp), intent(in) :: roll      !! [rad]
     real(dp), intent(out) :: A, B     !! rolling and transverse [1/m]
 
-    A = max(cos(pair%angle(i) + roll), least_cosine)/(-2*pair%r(2, i))
+    A = rolling_curvature(pair, i, roll)
     B = max((pair%curvature(i) + rail_curvature(pair, pair%angle(i) + roll))/2, least_ratio*A)
   end subroutine relative_curvatures
 
@@ -65,33 +77,56 @@ contains
     real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
     type(scan_type), intent(in) :: scan
     real(dp), intent(in), contiguous :: k(:)   !! strip moduli from `set_moduli`, unused for 'hertz' [Pa]
-    real(dp) :: part, left, right, depth, station, A, B
-    integer :: i, n, node
+    real(dp) :: part, share(2)
+    integer :: i, n
 
     energy = 0
     if (model == 'hertz') then
-      call deepest(pair, scan, zone%first, zone%last, depth, station, node)
-      if (depth <= 0) return
-      call relative_curvatures(pair, node, roll, A, B)
-      energy = 0.4_dp*hertz_stiffness(e_star, A, B)*depth**2.5_dp
-    else
-      n = 0
-      do i = zone%first, zone%last
-        if (i < zone%last) then
-          if (all(scan%depth(i:i + 1) > 0)) then
-            n = n + 1
-            cycle
-          end if
-        end if
-        energy = energy + pressed_energy(n, pair%s(i - n:i), scan%depth(i - n:i), scan%slope(i - n:i), k(i - n:i))
-        n = 0
-        if (i == zone%last) exit
-        call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), k(i:i + 1), part, &
-          left, right)
-        energy = energy + part
-      end do
+      energy = spring_energy(pair, zone, e_star, roll, scan)
+      return
     end if
+    n = 0
+    do i = zone%first, zone%last
+      if (i < zone%last) then
+        if (all(scan%depth(i:i + 1) > 0)) then
+          n = n + 1
+          cycle
+        end if
+      end if
+      energy = energy + pressed_energy(n, pair%s(i - n:i), scan%depth(i - n:i), scan%slope(i - n:i), k(i - n:i))
+      n = 0
+      if (i == zone%last) exit
+      call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), k(i:i + 1), part, share)
+      energy = energy + part
+    end do
   end function zone_energy
+
+  !> Energy [J] of a zone's spring in the pose of a scan.
+  pure real(dp) function spring_energy(pair, zone, e_star, roll, scan) result(energy)
+    type(pair_type), intent(in) :: pair
+    type(zone_type), intent(in) :: zone
+    real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
+    type(scan_type), intent(in) :: scan
+    real(dp), parameter :: one(2) = 1
+    real(dp) :: depth, station, half_j, part, share(2), area, moment, A, B
+    integer :: i, node
+
+    energy = 0
+    call deepest(pair, scan, zone%first, zone%last, depth, station, node)
+    if (depth <= 0) return
+    half_j = 0
+    area = 0
+    moment = 0
+    do i = zone%first, zone%last - 1
+      call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), one, part, share)
+      half_j = half_j + part
+      area = area + sum(share)
+      moment = moment + share(1)*rolling_curvature(pair, i, roll) + share(2)*rolling_curvature(pair, i + 1, roll)
+    end do
+    A = moment/area
+    B = max((8*depth**2.5_dp/(15*half_j))**2, least_ratio*A)
+    energy = 0.4_dp*hertz_stiffness(e_star, A, B)*depth**2.5_dp
+  end function spring_energy
 
   !> Energy [J] of n neighbouring intervals that are pressed from end to end: the sum of the first integral of
   !> `interval_integrals` in closed form, in a loop without branches.
@@ -119,41 +154,17 @@ contains
     end do
   end function pressed_energy
 
-  !> Force of the rail on a zone of strips in the pose of a scan, and the moment of this force about the axle centre,
-  !> with the moduli k taken as fixed: (F_y [N], F_z [N], M_x [N m]).
-  pure function zone_force(pair, zone, roll, scan, k) result(force)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zone
-    real(dp), intent(in) :: roll           !! [rad]
-    type(scan_type), intent(in) :: scan
-    real(dp), intent(in) :: k(:)           !! strip moduli from `set_moduli` [Pa]
-    real(dp) :: force(3), part, share(0:1), n(2), x(2)
-    integer :: i, j
-
-    force = 0
-    do i = zone%first, zone%last - 1
-      call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), k(i:i + 1), part, &
-        share(0), share(1))
-      do j = 0, 1
-        n = scan%normal(:, i + j)
-        x = rolled(pair%r(:, i + j), roll)
-        force = force + share(j)*[n(1), n(2), x(1)*n(2) - x(2)*n(1)]
-      end do
-    end do
-  end function zone_force
-
   !> Integrals over the interval between two stations: the energy 1/2 integral of k g+^2 [J], and the force as the
   !> integral of k g+ [N], shared out to the left and right stations.  The depth g is the Hermite cubic.
-  pure subroutine interval_integrals(h, g, dg, k, energy, left, right)
+  pure subroutine interval_integrals(h, g, dg, k, energy, share)
     real(dp), intent(in) :: h                  !! length of the interval [m]
     real(dp), intent(in) :: g(2), dg(2), k(2)  !! depth [m], its slope dg/ds and modulus [Pa] at the two stations
-    real(dp), intent(out) :: energy, left, right
+    real(dp), intent(out) :: energy, share(2)
     real(dp) :: c(0:3), start, finish, peak, top
     real(dp), dimension(4) :: t, depth, w
 
     energy = 0
-    left = 0
-    right = 0
+    share = 0
     if (all(g < 0) .and. (dg(1) <= 0 .or. dg(2) >= 0)) return
     c(0) = g(1)
     c(1) = h*dg(1)
@@ -176,8 +187,7 @@ contains
     depth = max(value(t), 0.0_dp)
     w = gauss_w*((finish - start)*h)*(k(1) + t*(k(2) - k(1)))*depth
     energy = sum(w*depth)/2
-    left = sum(w*(1 - t))
-    right = sum(w*t)
+    share = [sum(w*(1 - t)), sum(w*t)]
 
   contains
 

@@ -40,8 +40,7 @@ module table_builder
   end type energy_type
 
   integer, parameter :: first_points(3) = [31, 21, 15]          ! of u, roll, q
-  ! Hertz's energy of one contact jumps with the station: no cell is small enough.
-  integer, parameter :: most_rounds = 11, rounds_hertz = 4, rounds_q = 4
+  integer, parameter :: most_rounds = 11, rounds_q = 4
   integer, parameter :: most_values = 1800000   ! four and a half times those of new profiles
   ! Where wheel and rail have nearly equal radii a contact runs along millimetres of the wheel within some 0.01 mm of u.
   real(dp), parameter :: least_u_strip = least_u/4   ! [m]
@@ -86,7 +85,7 @@ contains
     energy%tolerance = request%accuracy*share_strip
     ! With half-spaces the ratio needs the points more.
     energy%rollover_factor = merge(1.0_dp, rollover_factor, halfspace)
-    rules = rules_type(request%most, most_values, merge(rounds_hertz, most_rounds, request%model == 'hertz'), rounds_q, &
+    rules = rules_type(request%most, most_values, most_rounds, rounds_q, &
       common_roll=.true., finer_rollover=finer_rollover)
     do z = 1, n
       call start_zone(energy, z)

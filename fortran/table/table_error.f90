@@ -10,7 +10,7 @@
 module table_error
   use bspline, only: axis_type, spline_2d_at, spline_3d_at
   use contact_zones, only: zone_type
-  use strip_law, only: set_moduli, zone_force
+  use strip_law, only: set_moduli, zone_energy
   use station_scan, only: new_scan, scan_depth, scan_type, stretch_around, touch
   use wheel_rail_pair, only: mirror, pair_type, rail_point, rolled
   use kinds, only: dp
@@ -48,9 +48,8 @@ module table_error
 
 contains
 
-  !> Fill in the errors of a table, and count its points in service at which a contact would pull. A table of model 'hertz'
-  !> has no known error: its force jumps with the station. `stopped` is true, and the errors not known, if the watcher asked
-  !> to stop.
+  !> Fill in the errors of a table, and count its points in service at which a contact would pull. `stopped` is
+  !> true, and the errors not known, if the watcher asked to stop.
   subroutine measure(request, table, stopped, watcher)
     type(request_type), intent(in) :: request
     type(table_type), intent(inout) :: table
@@ -70,7 +69,6 @@ contains
     do z = 1, size(table%zones)
       table%accuracy%pulling = table%accuracy%pulling + pulling_points(request, table, z)
     end do
-    if (request%model == 'hertz') return
     wanted = strip_poses
     if (request%model == 'halfspace') wanted = halfspace_poses
     scan = new_scan(request%side%pair)
@@ -302,7 +300,7 @@ contains
   !> Compute the force [N] (y, z) of the rail on the left wheel in a pose, without a table, and which zones carry. `ok` is false
   !> if a half-space solution did not converge.
   subroutine direct_force(request, elements, pose, force, carrying, ok)
-    type(request_type), intent(in) :: request     !! of model 'strip' or 'halfspace'
+    type(request_type), intent(in) :: request
     type(elements_type), intent(in) :: elements   !! of half-spaces
     real(dp), intent(in) :: pose(3)        !! [m, rad]
     real(dp), intent(out) :: force(2)
@@ -310,53 +308,67 @@ contains
     logical, intent(out) :: ok
     ! Step of the central difference of the energy, relative to the largest overlap. The energy on a grid is far more exact
     ! than the sum of the loads.
-    real(dp), parameter :: share = 0.02_dp
-    real(dp) :: energy(2), step, way(2)
+    real(dp), parameter :: share_halfspace = 0.02_dp, share = 1e-3_dp
+    real(dp) :: energy(2), step, way(2), depth
     type(patches_type), dimension(merge(size(request%side%zones), 1, request%influence == 'apart')) :: middle, beside
-    logical :: solved, touching(size(carrying))
-    integer :: i
+    type(scan_type) :: scan
+    real(dp) :: moduli(merge(0, size(request%side%pair%s), request%model == 'halfspace'))
+    logical :: solved, touching(size(carrying)), halfspace
+    integer :: i, k, z
 
     force = 0
     ok = .true.
-    carrying = .false.
-    if (request%model == 'strip') then
-      call press_strips()
-      return
+    halfspace = request%model == 'halfspace'
+    if (halfspace) then
+      call press_wheel(request, elements, pose, middle, energy(1), carrying, ok)
+      step = share_halfspace*maxval([(maxval(middle(i)%overlaps%list%depth), i=1, size(middle))])
+    else
+      scan = new_scan(request%side%pair)
+      do z = 1, size(carrying)
+        call set_moduli(request%side%pair, request%side%zones(z), request%e_star, pose(3), moduli)
+      end do
+      call press_springs(request, pose, moduli, scan, energy(1), carrying, depth)
+      step = share*depth
     end if
-    call press_wheel(request, elements, pose, middle, energy(1), carrying, ok)
     if (.not. any(carrying)) return
-    step = share*maxval([(maxval(middle(i)%overlaps%list%depth), i=1, size(middle))])
     do i = 1, 2
-      way = merge(step, 0.0_dp, [1, 2] == i)
-      call press_wheel(request, elements, [pose(:2) - way, pose(3)], beside, energy(1), touching, solved, middle)
-      ok = ok .and. solved
-      call press_wheel(request, elements, [pose(:2) + way, pose(3)], beside, energy(2), touching, solved, middle)
-      ok = ok .and. solved
+      do k = 1, 2
+        way = merge(sign(step, k - 1.5_dp), 0.0_dp, [1, 2] == i)
+        if (halfspace) then
+          call press_wheel(request, elements, [pose(:2) + way, pose(3)], beside, energy(k), touching, solved, middle)
+          ok = ok .and. solved
+        else
+          call press_springs(request, [pose(:2) + way, pose(3)], moduli, scan, energy(k), touching, depth)
+        end if
+      end do
       force(i) = (energy(1) - energy(2))/(2*step)
     end do
-
-  contains
-
-    subroutine press_strips()
-      type(scan_type) :: scan
-      real(dp) :: k(size(request%side%pair%s)), part(3)
-      integer :: z
-
-      associate (pair => request%side%pair, zones => request%side%zones)
-        scan = new_scan(pair)
-        do z = 1, size(zones)
-          scan%fresh = .true.
-          call scan_depth(pair, pose(:2), pose(3), zones(z)%first, zones(z)%last, scan)
-          carrying(z) = any(scan%depth(zones(z)%first:zones(z)%last) > 0)
-          if (.not. carrying(z)) cycle
-          call set_moduli(pair, zones(z), request%e_star, pose(3), k)
-          part = zone_force(pair, zones(z), pose(3), scan, k)
-          force = force + part(:2)
-        end do
-      end associate
-    end subroutine press_strips
-
   end subroutine direct_force
+
+  !> Compute the energy [J] of strips or of Hertz's springs at the left wheel in a pose, which zones carry, and the largest
+  !> depth [m].
+  subroutine press_springs(request, pose, moduli, scan, energy, carrying, depth)
+    type(request_type), intent(in) :: request     !! of model 'strip' or 'hertz'
+    real(dp), intent(in) :: pose(3)        !! [m, rad]
+    real(dp), intent(in) :: moduli(:)      !! of strips, at all stations [Pa]
+    type(scan_type), intent(inout) :: scan !! fresh, or of a pose nearby
+    real(dp), intent(out) :: energy, depth
+    logical, intent(out) :: carrying(:)    !! (zone)
+    integer :: z
+
+    energy = 0
+    depth = 0
+    associate (pair => request%side%pair, zones => request%side%zones)
+      call scan_depth(pair, pose(:2), pose(3), minval(zones%first), maxval(zones%last), scan)
+      scan%fresh = .false.
+      do z = 1, size(zones)
+        carrying(z) = any(scan%depth(zones(z)%first:zones(z)%last) > 0)
+        if (.not. carrying(z)) cycle
+        depth = max(depth, maxval(scan%depth(zones(z)%first:zones(z)%last)))
+        energy = energy + zone_energy(pair, zones(z), request%model, request%e_star, pose(3), scan, moduli)
+      end do
+    end associate
+  end subroutine press_springs
 
   !> Compute the energy [J] of half-spaces at the left wheel in a pose, and which zones carry.
   subroutine press_wheel(request, elements, pose, patches, energy, carrying, ok, nearby)

@@ -5,7 +5,7 @@ module shared
   use case, only: case_type
   use case_reader, only: read_case
   use contact_zones, only: is_flange
-  use strip_law, only: set_moduli, zone_energy, zone_force
+  use strip_law, only: set_moduli, zone_energy
   use errors, only: error_type
   use station_scan, only: new_scan, scan_depth, scan_type
   use hertz, only: contact_modulus
@@ -83,7 +83,7 @@ contains
     direct%elements = elements_type(12, 48, 1e-6_dp, direct%e_star, c%influence == 'flat')
   end function new_direct
 
-  !> One zone in a pose: the force of its strips, its energy.
+  !> One zone in a pose: its energy, and the force and moment as the gradient of it, by central differences.
   subroutine zone_contact(direct, setup, z, q, energy, force)
     type(direct_type), intent(inout) :: direct
     type(setup_type), intent(in) :: setup
@@ -91,13 +91,29 @@ contains
     real(dp), intent(in) :: q(3)
     real(dp), intent(out) :: energy, force(3)
 
-    associate (zone => setup%side(1)%zones(z))
-      direct%work%fresh = .true.
-      call set_moduli(setup%side(1)%pair, zone, direct%e_star, q(3), direct%k)
-      call scan_depth(setup%side(1)%pair, q(1:2), q(3), zone%first, zone%last, direct%work)
-      force = zone_force(setup%side(1)%pair, zone, q(3), direct%work, direct%k)
-      energy = zone_energy(setup%side(1)%pair, zone, direct%model, direct%e_star, q(3), direct%work, direct%k)
-    end associate
+    real(dp), parameter :: step(3) = [2e-8_dp, 2e-8_dp, 2e-8_dp]   ! [m, m, rad]
+    real(dp) :: way(3)
+    integer :: i
+
+    energy = energy_at(q)
+    do i = 1, 3
+      way = merge(step, 0.0_dp, [1, 2, 3] == i)
+      force(i) = (energy_at(q - way) - energy_at(q + way))/(2*step(i))
+    end do
+
+  contains
+
+    real(dp) function energy_at(q) result(energy)
+      real(dp), intent(in) :: q(3)
+
+      associate (zone => setup%side(1)%zones(z))
+        direct%work%fresh = .true.
+        call set_moduli(setup%side(1)%pair, zone, direct%e_star, q(3), direct%k)
+        call scan_depth(setup%side(1)%pair, q(1:2), q(3), zone%first, zone%last, direct%work)
+        energy = zone_energy(setup%side(1)%pair, zone, direct%model, direct%e_star, q(3), direct%work, direct%k)
+      end associate
+    end function energy_at
+
   end subroutine zone_contact
 
   !> The whole wheel in a pose by a half-space solution: energy [J], and F_y, F_z [N], M_x [N m] of the tread and of the flange.

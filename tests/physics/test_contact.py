@@ -331,20 +331,3 @@ def test_table_against_direct(stage: str, model: str, pair: str, case: Path, str
     bars = BARS[pair, model, stage]
     assert largest < bars[0] and rms < bars[1], (largest, rms)
     assert (place > 0).mean() > 0.97      # the most out of reach: 2.2 % (aw, running)
-
-
-def test_direct_force_is_the_gradient(strip_case: Path, random_poses: np.ndarray):
-    """The directly evaluated force is minus the gradient of the directly evaluated energy."""
-    chosen = random_poses[::2]
-    shifts = [np.zeros(3), *(k*H*np.eye(3)[i] for i in range(2) for k in (-2, -1, 1, 2))]
-    # One process evaluates all, for it reads the table.
-    found = probe("table_direct", strip_case, stdin=text(np.concatenate([chosen + shift for shift in shifts])))
-    force, *shifted = found.reshape(len(shifts), -1, 2, 2, 4)[:, :, :, 1]
-    size = np.maximum(np.linalg.norm(force[:, :, :2], axis=2), 1e3)
-    for i in range(2):
-        around = (there[:, :, 3] for there in shifted[4*i:4*i + 4])
-        error = np.abs(slope(*around) + force[:, :, i])/size
-        # The force takes the rail's normal linear along a cell of 0.25 mm: on corners of 12 mm it errs
-        # by (0.25/12)^2/8, more where the patch is hardly longer than the cell.
-        assert error.max() < 1e-3
-        assert np.median(error[force[:, :, 3] > 0]) < 5e-5
