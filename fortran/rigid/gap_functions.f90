@@ -17,7 +17,7 @@ module gap_functions
   use wheelset, only: left_flange, left_tread, right_flange, right_tread
   implicit none
   private
-  public :: gap_type, contacts_type, new_contacts, search_stations, find_gap, clear_point, tightest
+  public :: gap_type, contacts_type, new_contacts, search_stations, find_gap, accept_depth, clear_point, tightest
 
   !> The point of a zone that is nearest to the rail, and the gap there.
   type :: gap_type
@@ -26,7 +26,8 @@ module gap_functions
     integer :: first = 0, last = 0       !! the zone's first and last station on the wheel
     real(dp) :: s = 0, foot = 0          !! arc lengths of the nearest points on wheel and rail [m]
     integer :: at_wheel = 1, at_rail = 1 !! knot intervals of s and foot
-    real(dp) :: gap = 0                  !! distance along the rail's normal, negative inside the rail [m]
+    real(dp) :: gap = 0                  !! distance along the rail's normal, over `lowest` [m]
+    real(dp) :: lowest = 0               !! the least distance, not positive, that the contact may have (see `accept_depth`) [m]
     real(dp) :: gradient(3) = 0          !! dg/dq, q = (y, z, roll)
     real(dp) :: hessian(3, 3) = 0        !! d2g/dq2
     logical :: edge = .false.            !! the nearest point is an end of the zone
@@ -87,6 +88,7 @@ contains
           associate (c => contacts%c(k))
             call deepest(pair, scan, c%first, c%last, depth, c%s, node)
             c%absent = .false.
+            c%lowest = 0
             c%foot = scan%foot(node)
             c%at_wheel = near_interval(pair%wheel, c%s)
             call find_gap(side, q, c)
@@ -172,6 +174,7 @@ contains
       last_step = max(abs(ds), abs(df))
     end do
 
+    c%gap = c%gap - c%lowest
     c%contact = merge(merge(left_flange, right_flange, c%wheel == 1), merge(left_tread, right_tread, c%wheel == 1), &
       is_flange(side(c%wheel), n, c%s))
     c%rim = c%edge .and. c%last == size(side(c%wheel)%pair%s) .and. c%s >= ends(2)
@@ -196,11 +199,25 @@ contains
     end if
   end subroutine find_gap
 
+  !> Let an open contact that has come inside the rail stay as deep. Where wheel and rail conform, the nearest point jumps by a
+  !> millimetre, to one that was found too late and is up to some 0.1 um inside; to move the wheelset out would be work.
+  elemental subroutine accept_depth(c, closed)
+    type(gap_type), intent(inout) :: c
+    logical, intent(in) :: closed
+    real(dp) :: distance
+
+    if (closed .or. c%absent) return
+    distance = c%gap + c%lowest
+    c%lowest = min(distance, 0.0_dp)
+    c%gap = distance - c%lowest
+  end subroutine accept_depth
+
   !> Mark a rival point as one that the zone does not have.
   elemental subroutine clear_point(c)
     type(gap_type), intent(inout) :: c
 
     c%absent = .true.
+    c%lowest = 0
     c%gap = huge(1.0_dp)
     c%gradient = 0
     c%hessian = 0

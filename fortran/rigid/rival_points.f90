@@ -71,6 +71,7 @@ contains
       ends = pair%s([c%first, c%last])
       do way = -1, 1, 2
         p = c
+        p%lowest = 0
         slope = 0
         do i = 1, strides
           before = slope
@@ -84,6 +85,7 @@ contains
         if (abs(pair%s(i) - c%s) < strides*stride .or. scan%depth(i) < -near) cycle
         if (scan%slope(i) <= 0 .or. scan%slope(i + 1) >= 0) cycle
         p = c
+        p%lowest = 0
         p%s = pair%s(i)
         p%at_wheel = near_interval(pair%wheel, p%s)
         p%foot = scan%foot(i)

@@ -10,7 +10,7 @@
 module unilateral
   use constraint_forces, only: close_gaps, closing_forces, stop_gaps
   use contact_zones, only: side_type
-  use gap_functions, only: contacts_type, find_gap, gap_type
+  use gap_functions, only: accept_depth, contacts_type, find_gap, gap_type
   use impacts, only: resolve_contacts, set_forces, still, touching
   use kinds, only: dp
   use motion_state, only: motion_type
@@ -78,6 +78,7 @@ contains
     ok = .true.
     if (contacts%stale .or. norm2(motion%q(:2) - contacts%searched(:2)) + abs(motion%q(3) - contacts%searched(3)) > reach) &
       call search_rivals(side, motion%q, closed, contacts)
+    call accept_depth(contacts%c, closed)
     from = state_type(0.0_dp, motion, contacts%c, closed)
     to = from
     h = dt
@@ -101,6 +102,7 @@ contains
       call set_forces(w, contacts%c, closed, before)
       released = merge(event, 0, closed(event))
       closed(event) = .false.
+      call accept_depth(contacts%c, closed)
       call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released, ok)
     else
       call set_forces(w, contacts%c, closed, motion)
@@ -126,11 +128,11 @@ contains
       k = first_broken(w, from, to)
       if (k == 0) exit
       event = k
-      if (.not. to%closed(k) .and. new_gap(from, to, k) > -pierced) then
+      if (.not. to%closed(k) .and. to%c(k)%gap > -pierced) then
         ! The gap may be negative within the step, where it is least.
         h = to%h
         call move(side, w, from, dip_time(from, to, k), to)
-        if (new_gap(from, to, k) > -pierced) then
+        if (to%c(k)%gap > -pierced) then
           call move(side, w, from, h, to)
           event = 0
           exit
@@ -161,10 +163,10 @@ contains
           force_before = normal_forces(w, from)
           when = to%h*min(1.0_dp, 1/(1 - force(i)/max(force_before(i), 1.0_dp)))
         end if
-      else if (new_gap(from, to, i) < -pierced) then
-        when = to%h*(from%c(i)%gap - min(from%c(i)%gap, 0.0_dp))/(from%c(i)%gap - to%c(i)%gap)
+      else if (to%c(i)%gap < -pierced) then
+        when = to%h*from%c(i)%gap/(from%c(i)%gap - to%c(i)%gap)
       else if (gap_rate(from, i) < 0 .and. gap_rate(to, i) > 0) then
-        if (lowest_gap(from, to, i) - min(from%c(i)%gap, 0.0_dp) < -pierced) when = dip_time(from, to, i)
+        if (lowest_gap(from, to, i) < -pierced) when = dip_time(from, to, i)
       end if
       if (when < earliest) then
         earliest = when
@@ -197,14 +199,14 @@ contains
       ! The zero of gap/time is wanted: a gap that opens at the start has no zero there.
       first = gap_rate(from, k)
       if (from%c(k)%gap > touching) first = max(first, from%c(k)%gap/h)
-      last = new_gap(from, to, k)/h
+      last = to%c(k)%gap/h
       if (from%c(k)%gap <= touching .and. abs(gap_rate(from, k)) <= still) then
         ! A contact that has just been released, at rest but for rounding, closes again only after it has opened.
         low = h
         do iter = 1, 50
           low = low/2
           call move(side, w, from, low, to)
-          first = (new_gap(from, to, k) - 0.1_dp*pierced)/low
+          first = (to%c(k)%gap - 0.1_dp*pierced)/low
           if (first > 0) exit
         end do
       end if
@@ -227,8 +229,8 @@ contains
       else
         ! If the instant is within rounding of the start, gap/time is the rate.
         f = first
-        if (x > epsilon(x)*dt) f = new_gap(from, to, k)/x
-        if (abs(new_gap(from, to, k)) < 1e-16_dp) exit
+        if (x > epsilon(x)*dt) f = to%c(k)%gap/x
+        if (abs(to%c(k)%gap) < 1e-16_dp) exit
       end if
       call range%narrow(x, f)
     end do
@@ -261,14 +263,6 @@ contains
     call drop_merged_rivals(to%closed, to%c)
     to%evaluations = to%evaluations + 1
   end subroutine move
-
-  !> Gap of contact i at the end of a step, relative to a negative gap that an event has left at the start [m].
-  pure real(dp) function new_gap(from, to, i)
-    type(state_type), intent(in) :: from, to
-    integer, intent(in) :: i
-
-    new_gap = to%c(i)%gap - min(from%c(i)%gap, 0.0_dp)
-  end function new_gap
 
   !> Rate of the gap of contact i [m/s].
   pure real(dp) function gap_rate(state, i)
