@@ -23,7 +23,8 @@ module newmark
   use wheelset, only: contact_state, contacts, external_force, total, wheelset_type
   implicit none
   private
-  public :: scheme_type, start_motion, advance, energy_change, energy_rounding, step_ok, step_diverged, kick_4, drift_4, symmetric
+  public :: scheme_type, stability_limit, start_motion, advance, energy_change, energy_rounding, step_ok, step_diverged, kick_4, &
+    drift_4, symmetric
 
   type :: scheme_type
     character(16) :: name = 'newmark'  !! or 'energy'
@@ -50,6 +51,9 @@ module newmark
   real(dp), parameter :: kick_6(12) = [b6, 0.5_dp - sum(b6), 0.5_dp - sum(b6), b6(5:1:-1)]
   real(dp), parameter :: drift_6(11) = [a6, 1 - 2*sum(a6), a6(5:1:-1)]
 
+  real(dp), parameter :: p = 1/(4 - 4**(1/3.0_dp))
+  real(dp), parameter :: suzuki(5) = [p, p, 1 - 4*p, p, p]
+
   integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `contact_table`
 
 contains
@@ -75,6 +79,19 @@ contains
     motion%a = (external_force(w, motion%t) - motion%contact%gradient)/w%inertia()
   end subroutine evaluate
 
+  !> Largest stable omega*dt of a linear oscillation with the angular frequency omega. The explicit compositions are stable up to
+  !> pi: there the trace of their step's matrix is -2.
+  elemental real(dp) function stability_limit(scheme) result(limit)
+    type(scheme_type), intent(in) :: scheme
+
+    limit = huge(limit)
+    if (scheme%name == 'energy' .or. 2*scheme%beta >= scheme%gamma) return
+    limit = 1/sqrt(scheme%gamma/2 - scheme%beta)
+    if (scheme%order == 2) return
+    limit = limit/maxval(abs(suzuki))
+    if (scheme%beta <= 0) limit = acos(-1.0_dp)
+  end function stability_limit
+
   !> One step dt from `old` to `new`.  `status`: step_ok, step_diverged, or why
   !> the pose left the table.
   pure subroutine advance(w, scheme, old, dt, new, evaluations, status)
@@ -85,8 +102,6 @@ contains
     type(motion_type), intent(out) :: new
     integer, intent(out) :: evaluations    !! number of evaluations of the contacts
     integer, intent(out) :: status
-    real(dp), parameter :: p = 1/(4 - 4**(1/3.0_dp))
-    real(dp), parameter :: suzuki(5) = [p, p, 1 - 4*p, p, p]
     type(motion_type) :: from
     integer :: i, n
 

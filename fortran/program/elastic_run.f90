@@ -144,6 +144,9 @@ contains
     integer, parameter :: most_halvings = 6
     integer :: evaluations, halvings, i, status
 
+    there = old
+    found = .true.
+    if (abs(t - old%t) <= 0) return
     associate (tolerance => monitor%c%energy_tolerance, w => monitor%setup%wheelset)
       do halvings = 0, most_halvings
         there = old
@@ -183,7 +186,10 @@ contains
     case default
       reason = 'the step failed'
     end select
-    call fatal_error(error, reason//place(motion, monitor%setup%equilibrium))
+    reason = reason//trim(place(motion, monitor%setup%equilibrium))
+    if (step > monitor%run%stable_step) reason = reason//'; &integrator dt must be less than '//str(monitor%run%stable_step)// &
+      ' s to be stable'
+    call fatal_error(error, reason)
   end subroutine report_failure
 
 end module elastic_run

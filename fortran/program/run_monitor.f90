@@ -21,6 +21,7 @@ module run_monitor
     character(:), allocatable :: changes   !! initial conditions that were changed to meet rigid constraints, in words
     type(event_log) :: log
     real(dp) :: step = 0                   !! step in force, a whole fraction of the output interval [s]
+    real(dp) :: stable_step = huge(1.0_dp) !! longest stable step, at the highest frequency at rest [s]
     real(dp) :: peak(4) = 0                !! largest normal force of each contact, also between rows [N]
     real(dp) :: peak_time(4) = 0           !! [s]
     real(dp) :: extreme(3) = 0             !! farthest to the left, to the right, up from equilibrium, also between rows [m]
@@ -29,6 +30,7 @@ module run_monitor
     real(dp) :: impulse_time(4) = 0        !! [s]
     real(dp) :: drift = 0                  !! largest |total energy - work + losses - initial|, over all steps [J]
     real(dp) :: kinetic_energy = 0         !! initial energy of lateral, vertical and roll motion [J]
+    real(dp) :: largest_energy = 0         !! largest energy of this motion [J]
     integer(int64) :: steps = 0
     integer(int64) :: cuts = 0             !! number of steps that were cut
     integer(int64) :: missed = 0           !! steps that change the total energy by more than allowed after all halvings
@@ -147,6 +149,7 @@ contains
       constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
     end associate
     this%run%loss = motion%loss
+    this%run%largest_energy = max(this%run%largest_energy, kinetic)
     this%run%drift = max(this%run%drift, abs(kinetic + potential - motion%work + motion%loss - (this%first_energy - constant)))
   end subroutine note_energy
 

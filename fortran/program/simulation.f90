@@ -4,9 +4,9 @@ module simulation
   use case, only: case_type
   use elastic_run, only: elastic_step, start_elastic
   use errors, only: error_type
-  use kinds, only: dp
+  use kinds, only: dp, pi
   use motion_state, only: motion_type
-  use newmark, only: scheme_type
+  use newmark, only: scheme_type, stability_limit
   use progress, only: monitor_type
   use rigid_motion, only: rigid_type
   use rigid_run, only: rigid_step, start_rigid_run
@@ -68,6 +68,7 @@ contains
     monitor%setup => setup
     monitor%run%changes = ''
     if (elastic) then
+      monitor%run%stable_step = stability_limit(scheme)/(2*pi*maxval(setup%frequency))
       call start_elastic(monitor, motion, error)
     else
       call start_rigid_run(monitor, rigid, motion, monitor%run%changes, error)

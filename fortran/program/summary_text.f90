@@ -16,6 +16,7 @@ module summary_text
 
   integer, parameter :: listed_impacts = 5
   integer, parameter :: width = 100         !! longest line [characters]
+  real(dp), parameter :: largest_drift = 0.01_dp   !! of a run that is not doubtful, over the largest kinetic energy
 
 contains
 
@@ -161,7 +162,14 @@ contains
     lines = lines//'largest energy drift [J]: '//scientific(run%drift)
     if (run%kinetic_energy > 0) lines = lines//', relative to the initial kinetic energy: '// &
       scientific(run%drift/run%kinetic_energy)
-    lines = lines//newline//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, of which '//str(run%cuts)// &
+    lines = lines//newline
+    if (run%step > run%stable_step) lines = lines//'warning: &integrator dt: expected steps of at most '// &
+      scientific(run%stable_step)//' s, the limit of stability at the highest frequency at rest, found '//scientific(run%step)// &
+      ' s; lower dt'//newline
+    if (run%drift > largest_drift*run%largest_energy) lines = lines//'warning: expected an energy drift of at most '// &
+      str(nint(100*largest_drift))//' % of the largest kinetic energy, '//scientific(run%largest_energy)//' J, found '// &
+      scientific(run%drift)//' J; lower &integrator dt or energy_tolerance'//newline
+    lines = lines//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, of which '//str(run%cuts)// &
       trim(merge(' was cut ', ' were cut', run%cuts == 1))
     if (run%missed > 0) lines = lines//', '//str(run%missed)//' over energy_tolerance after '// &
       str(c%max_halvings)//' halving'//plural(c%max_halvings == 1)

@@ -40,39 +40,51 @@ contains
 
   !> Normal forces [N] that keep the gaps of contacts closed, whatever their sign:
   !> d2g/dt2 = J M^-1 (f + J' force) + v.H v = 0.
-  !> `ok` is false if the gradients depend on each other.
-  pure subroutine closing_forces(inertia, f, v, c, force, ok)
+  pure subroutine closing_forces(inertia, f, v, c, force)
     real(dp), intent(in) :: inertia(3)     !! diagonal of M
     real(dp), intent(in) :: f(3), v(3)     !! external force and velocity
     type(gap_type), intent(in) :: c(:)     !! closed contacts, at most three
     real(dp), intent(out) :: force(size(c))
-    logical, intent(out) :: ok
-    real(dp) :: g(size(c), size(c))
     integer :: i
 
-    g = couplings(inertia, c)
     do i = 1, size(c)
       force(i) = -sum(c(i)%gradient*f/inertia) - convective_acceleration(c(i), v)
     end do
-    call solve_linear(g, force, ok)
+    call solve_independent(couplings(inertia, c), force)
   end subroutine closing_forces
 
-  !> Change the velocity v by impulses at the contacts so that their gaps are at rest: J v = 0.  Where the gradients
-  !> depend on each other, v stays.
+  !> Replace x by the solution of g y = x. Where the rows of g depend on each other the last contacts carry nothing.
+  pure recursive subroutine solve_independent(g, x)
+    real(dp), intent(in) :: g(:, :)
+    real(dp), intent(inout) :: x(:)
+    real(dp) :: a(size(x), size(x)), y(size(x))
+    integer :: n
+    logical :: ok
+
+    a = g
+    y = x
+    call solve_linear(a, y, ok)
+    if (ok) then
+      x = y
+      return
+    end if
+    n = size(x) - 1
+    x(n + 1) = 0
+    call solve_independent(g(:n, :n), x(:n))
+  end subroutine solve_independent
+
+  !> Change the velocity v by impulses at the contacts so that their gaps are at rest: J v = 0.
   pure subroutine stop_gaps(inertia, c, v)
     real(dp), intent(in) :: inertia(3)     !! diagonal of M
     type(gap_type), intent(in) :: c(:)     !! closed contacts, at most three
     real(dp), intent(inout) :: v(3)
-    real(dp) :: g(size(c), size(c)), x(size(c))
+    real(dp) :: x(size(c))
     integer :: i
-    logical :: ok
 
-    g = couplings(inertia, c)
     do i = 1, size(c)
       x(i) = -dot_product(c(i)%gradient, v)
     end do
-    call solve_linear(g, x, ok)
-    if (.not. ok) return
+    call solve_independent(couplings(inertia, c), x)
     do i = 1, size(c)
       v = v + x(i)*c(i)%gradient/inertia
     end do

@@ -92,10 +92,10 @@ contains
     logical, intent(in) :: closed(:)
     type(motion_type), intent(inout) :: motion
     real(dp) :: force(count(closed))
-    logical :: struck(4), ok
+    logical :: struck(4)
 
     struck = motion%contact%struck
-    call closing_forces(w%inertia(), external_force(w, motion%t), motion%v, pack(c, closed), force, ok)
+    call closing_forces(w%inertia(), external_force(w, motion%t), motion%v, pack(c, closed), force)
     call set_state(pack(c, closed), force, motion%contact)
     motion%contact%struck = struck
   end subroutine set_forces

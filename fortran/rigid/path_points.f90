@@ -46,22 +46,26 @@ contains
     piece%per_s = -piece%per_s
   end function piece_at
 
-  !> The point nearest to the centre with the lateral displacement y [m]. It is a pose of the path if one is within rounding.
-  !> `ok` is false if the path does not go so far.
-  pure subroutine start_at(path, y, p, ok)
+  !> The point with the lateral displacement y; on a flange that has climbed there are several, of which the one nearest in
+  !> height counts. It is a pose of the path if one is within rounding. `ok` is false if the path does not go so far.
+  pure subroutine start_at(path, y, z, p, ok)
     type(path_type), intent(in) :: path(:)      !! to the left, to the right
-    real(dp), intent(in) :: y
+    real(dp), intent(in) :: y, z                !! [m]
     type(point_type), intent(out) :: p
     logical, intent(out) :: ok
-    integer :: i, near
+    integer, allocatable :: passes(:)           ! pieces of the path that pass y
+    integer :: i, near, ends(2)
 
     p%half = merge(2, 1, y < 0)
     associate (own => path(p%half))
-      i = findloc(own%q(1, 2:own%n) >= abs(y), .true., 1)
-      ok = i > 0
+      passes = pack([(i, i=1, own%n - 1)], (own%q(1, :own%n - 1) >= abs(y)) .neqv. (own%q(1, 2:own%n) >= abs(y)))
+      if (abs(y) <= 0) passes = [1]
+      ok = size(passes) > 0
       if (.not. ok) return
+      i = passes(minloc(abs(own%q(2, passes) - z), 1))
       p%at = i
-      call bisect(path, own%s(i:i + 1), p, abs(y))
+      ends = merge([i, i + 1], [i + 1, i], own%q(1, i + 1) >= own%q(1, i))
+      call bisect(path, own%s(ends), p, abs(y))
       near = i - 1 + minloc(abs(own%s(i:i + 1) - abs(p%s)), 1)
       if (abs(own%s(near) - abs(p%s)) < 1e-12_dp) p%s = outwards(p)*own%s(near)
     end associate
@@ -119,7 +123,6 @@ contains
     type(gap_type) :: c(2)
     real(dp) :: force(2), curvature
     integer :: k
-    logical :: ok
 
     ! At unit speed and without load the acceleration is the path's curvature.
     call evaluate_piece(piece_at(path, p), p%s, q, shape)
@@ -130,7 +133,7 @@ contains
         call find_gap(side, q, c(k))
       end do
     end if
-    call closing_forces(w%inertia(), [0.0_dp, 0.0_dp, 0.0_dp], shape, c, force, ok)
+    call closing_forces(w%inertia(), [0.0_dp, 0.0_dp, 0.0_dp], shape, c, force)
     curvature = w%weight()*sum(force*c%gradient(2))/w%mass
     frequency = sign(sqrt(abs(curvature)), curvature)/(2*pi)
     associate (own => path(p%half))
@@ -189,7 +192,6 @@ contains
     type(gap_type) :: c(3)
     real(dp) :: t(3), force(3)
     integer :: k, n, corner
-    logical :: ok
 
     call evaluate_piece(piece_at(path, p), p%s, q, t)
     corner = resting_corner(path, w, p, time)
@@ -208,7 +210,7 @@ contains
       call find_gap(side, q, c(k))
     end do
     v = p%v*tangent(w%inertia(), [c(1), c(n)], t)
-    call closing_forces(w%inertia(), external_force(w, time), v, c(:n), force(:n), ok)
+    call closing_forces(w%inertia(), external_force(w, time), v, c(:n), force(:n))
     call set_state(c(:n), force(:n), state)
   end subroutine path_state
 

@@ -123,7 +123,7 @@ contains
 
     y = r%own%q(1)
     if (r%bilateral) then
-      call start_at(path, y, r%point, ok)
+      call start_at(path, y, r%own%q(2), r%point, ok)
       if (ok) then
         r%point%v = 1
         call path_state(path, side, r%w, r%point, 0.0_dp, r%own%q, t, r%own%contact)

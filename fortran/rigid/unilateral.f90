@@ -299,9 +299,8 @@ contains
     type(wheelset_type), intent(in) :: w
     type(state_type), intent(in) :: state
     real(dp) :: force(size(state%c)), part(count(state%closed))
-    logical :: ok
 
-    call closing_forces(w%inertia(), external_force(w, state%motion%t), state%motion%v, pack(state%c, state%closed), part, ok)
+    call closing_forces(w%inertia(), external_force(w, state%motion%t), state%motion%v, pack(state%c, state%closed), part)
     force = unpack(part, state%closed, 0.0_dp)
   end function normal_forces
 
@@ -355,7 +354,7 @@ contains
         call find_gap(side, q, part(i))
       end do
       f = external_force(w, motion%t + node(stage)*h)
-      call closing_forces(inertia, f, v, part, force, ok)
+      call closing_forces(inertia, f, v, part, force)
       a = f
       do i = 1, size(on)
         a = a + force(i)*part(i)%gradient

@@ -409,11 +409,10 @@ contains
     end do
   end subroutine keep_values
 
-  !> Return an axis with the points of two, at most `most`; points of b nearer than least/2 to one of a are left out.
-  pure function united(a, b, least, most) result(axis)
+  !> Return an axis with the points of two; points of b nearer than least/2 to one of a are left out.
+  pure function united(a, b, least) result(axis)
     type(axis_type), intent(in) :: a, b
     real(dp), intent(in) :: least
-    integer, intent(in) :: most
     type(axis_type) :: axis
     real(dp) :: x(a%n + b%n)
     integer :: i, j, n
@@ -423,7 +422,7 @@ contains
     do i = 1, a%n
       do while (j <= b%n)
         if (b%x(j) >= a%x(i)) exit
-        if (b%x(j) > a%x(max(i - 1, 1)) + least/2 .and. b%x(j) < a%x(i) - least/2 .and. n + a%n - i + 1 < most) then
+        if (b%x(j) > a%x(max(i - 1, 1)) + least/2 .and. b%x(j) < a%x(i) - least/2) then
           n = n + 1
           x(n) = b%x(j)
         end if

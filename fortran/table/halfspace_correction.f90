@@ -236,16 +236,15 @@ contains
 
   !> Turn a zone's table of strips into one of half-spaces, on axes with the points of both. Points of q below the first of the
   !> strips are left out: so small patches would show the rounding of the profiles' points.
-  subroutine multiply(r, old_roll, roll, most, t)
+  subroutine multiply(r, old_roll, roll, t)
     type(grid_type), intent(in) :: r
     type(axis_type), intent(in) :: old_roll, roll   !! the table's points; the table's and the ratios' points
-    integer, intent(in) :: most(3)
     type(zone_table), intent(inout) :: t
     type(axis_type) :: u, q
     real(dp), allocatable :: h(:, :), s(:, :, :), c(:, :, :)
 
-    u = united(t%u, r%u, least_u, most(1))
-    q = united(t%q, new_axis([0.0_dp, pack(r%q%x, r%q%x > t%q%x(2))]), least_q, most(3))
+    u = united(t%u, r%u, least_u)
+    q = united(t%q, new_axis([0.0_dp, pack(r%q%x, r%q%x > t%q%x(2))]), least_q)
     allocate (h(roll%n, u%n), s(q%n, roll%n, u%n), c(q%n, roll%n, u%n))
     call spline_2d_at(old_roll, t%u, t%h, roll%x, u%x, h)
     call spline_3d_at(t%q, old_roll, t%u, t%s, q%x, roll%x, u%x, s)

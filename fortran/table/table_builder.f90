@@ -99,11 +99,11 @@ contains
       if (stopped) return
       roll = table%roll
       do z = 1, n
-        roll = united(roll, ratio(z)%roll, least_roll, request%most(2))
+        roll = united(roll, ratio(z)%roll, least_roll)
       end do
       !$omp parallel do schedule(dynamic)
       do z = 1, n
-        call multiply(ratio(z), table%roll, roll, request%most, table%zones(z))
+        call multiply(ratio(z), table%roll, roll, table%zones(z))
       end do
       table%roll = roll
       if (request%influence /= 'apart') call add_pairs(request, elements, table, table%solutions, &

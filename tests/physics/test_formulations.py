@@ -102,6 +102,18 @@ def test_energy_of_a_modern_pair(changes: dict[str, float], restitution: float):
     assert done.results["drift"] < 1e-9*done.results["kinetic_energy"]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_energy_where_the_nearest_point_jumps(seed: int):
+    """Ten random runs with the modern pair, whose flange root conforms: the nearest point jumps by a millimetre there, and points
+    that were not known come up inside the rail. No energy is made or lost but in impacts."""
+    rng = np.random.default_rng(seed)
+    for _ in range(10):
+        done = run(MODERN.replace(
+            formulation="unilateral", restitution=float(rng.choice([0.0, 0.5, 1.0])), vY=float(rng.uniform(0.05, 1)), roll_rate=0.0,
+            lateral_force=float(rng.choice([0, 30e3, 60e3])), stop_at="t_end", t_end=0.3, rows="interval"))
+        assert done.results["drift"] < 1e-6*done.results["kinetic_energy"], done.case
+
+
 def test_lifting_over_the_flange_takes_more_than_exercise_3_has():
     """The actual pair climbs 4 mm at almost constant Y near 10.4 mm; over the flange it takes some 2.2 kJ, less than
     exercise 4 starts with."""
@@ -192,6 +204,15 @@ def cubic_zero(t: np.ndarray, y: np.ndarray, v: np.ndarray, k: int) -> float:
     c = [y[k], h*v[k], 3*(y[k + 1] - y[k]) - h*(2*v[k] + v[k + 1]), 2*(y[k] - y[k + 1]) + h*(v[k] + v[k + 1])]
     roots = np.roots(c[::-1])
     return t[k] + h*next(x.real for x in roots if abs(x.imag) < 1e-9 and -1e-9 <= x.real <= 1 + 1e-9)
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_a_row_on_the_flange_starts_there(pair: str):
+    """Where the path passes one Y at several heights, a run starts at the height that it is given."""
+    climbing = exercise(f"ex4_{pair}", "bilateral").data
+    for row in climbing[(climbing.Z > 1e-3) & (climbing.Y < 0.05)].iloc[::40].itertuples():
+        start = run(Case.exercise(4, pair).replace(formulation="bilateral", Y=row.Y, Z=row.Z, vY=row.vY, t_end=1e-3)).data.iloc[0]
+        assert start[["Z", "roll", "vZ"]].to_numpy() == pytest.approx([row.Z, row.roll, row.vZ], rel=1e-5)
 
 
 @pytest.mark.parametrize("pair", PAIRS)

@@ -62,6 +62,17 @@ def test_events_are_rows(changes: dict):
     assert len(missed) >= 4
 
 
+@pytest.mark.parametrize("scheme", [{"beta": 0.25, "order": 2}, {"scheme": "energy", "order": 2}])
+def test_events_of_long_implicit_steps_are_rows(scheme: dict):
+    """Also where a contact closes and turns within a step, so that it is dated to the start of the step."""
+    for dt in np.linspace(2e-4, 2e-3, 7):
+        done = run(Case.exercise(2).replace(dt=dt, interval=dt, energy_tolerance=0.0, stop_at="t_end", t_end=0.12, **scheme))
+        assert np.isfinite(done.data.to_numpy()[:, :5]).all()
+        for event in done.events:
+            if event.kind.endswith(("contact", "landing", "lift-off")):
+                assert np.abs(done.data.time - event.t).min() < 1e-6*dt + NEAR*event.t, event
+
+
 def test_contacts_change_at_rows():
     """Elastic forces begin and end at zero: at nearly every change of a contact there is a row, on either side of it. The row has
     less than a newton, or none and lies where the force of the closed rows, to the power 2/3 as the approach, ends within 2 µs.
