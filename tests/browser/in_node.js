@@ -61,6 +61,14 @@ function charts(context, {states}) {
   return states.map(state => read(words(state)));
 }
 
+// The derived columns of some columns.
+function derive(context, {exact}) {
+  const run = vm.runInContext("({exact, names}) => ({exact, names, known: new Map(), tracks: {}, has: name => names.has(name)})",
+    context)({exact, names: new Set(Object.keys(exact))});
+  vm.runInContext("addDerived", context)(run);
+  return Object.fromEntries([...run.names].map(name => [name, [...run.exact[name]]]));
+}
+
 // What is wrong with the syntax of files, by their names.
 function syntax(context, {files}) {
   const wrong = {};
@@ -77,7 +85,7 @@ function syntax(context, {files}) {
 async function main() {
   const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
   load(context, question.scripts);
-  process.stdout.write(JSON.stringify(await {decode, follow, link, charts, syntax}[question.task](context, question)));
+  process.stdout.write(JSON.stringify(await {decode, derive, follow, link, charts, syntax}[question.task](context, question)));
 }
 
 main();

@@ -176,8 +176,7 @@ def test_derived_columns_of_a_long_run_cover_all_rows(browser: Browser, shipped:
     c = shipped["ex5_aw"].columns
     browser.open(ex5)
     vertical, lateral = c["Fz_LT"] + c["Fz_LF"], c["Fy_LT"] + c["Fy_LF"]
-    ratio = np.full(len(vertical), np.nan)
-    ratio[vertical > 0] = -lateral[vertical > 0]/vertical[vertical > 0]
+    ratio = np.divide(-lateral, vertical, out=np.full(len(vertical), np.nan), where=vertical > 0)
     edges = np.arange(0, len(ratio), browser.run("return ldbench.runs[0].bin"))
     for name, x in {"LV_L": ratio, "Fz_L": vertical, "Fy_L": lateral}.items():
         band = browser.run("const {low, high} = ldbench.runs[0].bands[arguments[0]]; return [[...low], [...high]]", name)

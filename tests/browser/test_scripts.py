@@ -14,9 +14,10 @@ import pytest
 
 import ldbench
 from ldbench.benchmark import collation_html
+from ldbench.plots.series import ratio_curve
 from ldbench.viewer.pack import FINE_LEVELS, LEVELS, Packed, pack
-from ldbench.viewer.page import SCRIPTS
-from running import HANG
+from ldbench.viewer.page import SCRIPTS, wheel_columns
+from running import HANG, Run
 
 NODE = shutil.which("node")
 FILES = {path.name: path for path in sorted(Path(ldbench.__file__).parent.rglob("*.js"))}
@@ -96,6 +97,20 @@ def test_a_short_run_keeps_every_digit(even: bool):
     for name, x in columns.items():
         has_nine_digits(found["exact"][name], x)
     assert (found["rows"], found["tracks"], found["bands"], found["rowTimes"]) == (1000, {}, {}, None)
+
+
+def test_loads_of_wheels_are_those_of_the_plots(shipped: dict[str, Run]):
+    """L/V, V and L where a wheel carries little or nothing: the page has the numbers of Python, and none in the same rows."""
+    run = ldbench.read_run(shipped["ex5_sw"].file)
+    loads = wheel_columns(run)
+    rows = np.flatnonzero(np.minimum(loads["Fz_L"], loads["Fz_R"]) < 2e3)
+    found = ask("derive", ("series.js", "derived.js"), exact={name: run.values(name)[rows].tolist() for name in run.data
+                                                              if name[:2] in ("Fy", "Fz")})
+    assert len(rows) > 5000 and set(loads) == {f"{kind}_{side}" for kind in ("LV", "Fz", "Fy") for side in "LR"}
+    for name, x in loads.items():
+        np.testing.assert_array_equal(np.array(found[name], float), x[rows], err_msg=name)
+    for side in "LR":
+        np.testing.assert_array_equal(loads[f"LV_{side}"], ratio_curve(side).values(run))
 
 
 def test_two_rows():

@@ -8,7 +8,6 @@ import numpy as np
 from .run_data import RunData
 
 SIDES = {"L": ("LT", "LF"), "R": ("RT", "RF")}
-LEAST_LOAD = 0.02       # share of the static load of a wheel below which L/V means nothing
 PARTS = {"KE_lat": "lateral", "KE_vert": "vertical", "KE_roll": "roll"}
 
 
@@ -29,12 +28,12 @@ def wheel_loads(run: RunData, side: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def lateral_over_vertical(run: RunData, side: str) -> np.ndarray:
-    """L/V of a wheel, 'L' or 'R', (rows,): lateral force outwards over vertical force. NaN where the wheel carries less than
-    a fiftieth of what it carries in the first row."""
+    """L/V of a wheel, 'L' or 'R', (rows,): lateral force outwards over vertical force; NaN where the wheel has no vertical force
+    downwards. Without friction L/V lies between the tangents of the contact angles of tread and flange, however small the
+    forces are. The page has the same rule in derived.js."""
     lateral, vertical = wheel_loads(run, side)
-    least = LEAST_LOAD*max(float(vertical[0]), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(vertical > least, lateral/vertical, np.nan)
+        return np.where(vertical > 0, lateral/vertical, np.nan)
 
 
 def nadal_limit(flange_angle: float, friction: float) -> float:

@@ -24,6 +24,7 @@ from .._core.errors import Error
 from .._core.files import complete
 from ..case import Case
 from ..profiles.outlines import Outlines, Side, run_outlines
+from ..results.derived import SIDES, lateral_over_vertical
 from ..results.events import event_kinds
 from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, quantity
 from ..results.run_data import RunData
@@ -115,7 +116,7 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
     units = run.data.attrs.get("units", {})
     peaks = [peak[1] for peak in map(run.peak, CONTACT_NAMES) if peak]
     packed = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells,
-                  lambda: wheel_columns(columns))
+                  lambda: wheel_columns(run))
     known = {name: quantity(name, units.get(name, "")) for name in columns}
     entry = {
         "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
@@ -141,17 +142,14 @@ def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     return time, {str(name): run.values(name) for name in run.data if name != "time"}
 
 
-def wheel_columns(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Vertical and lateral force of the rail on each wheel and L/V, positive where the wheel presses its rail outwards; NaN where
-    a wheel carries nothing. The page makes them of the columns where it has rows, see derived.js."""
+def wheel_columns(run: RunData) -> dict[str, np.ndarray]:
+    """Vertical and lateral force of the rail on each wheel, and L/V. The page makes them of the columns where it has rows, see
+    derived.js."""
     found: dict[str, np.ndarray] = {}
-    for side, outwards in ("L", -1), ("R", 1):
-        parts = [f"{kind}_{side}{part}" for kind in ("Fy", "Fz") for part in "TF"]
-        if all(name in columns for name in parts):
-            y, z = (columns[parts[k]] + columns[parts[k + 1]] for k in (0, 2))
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = np.where(z > 0, outwards*y/z, np.nan)
-            found |= {f"LV_{side}": ratio, f"Fz_{side}": z, f"Fy_{side}": y}
+    for side, contacts in SIDES.items():
+        if all(f"{kind}_{contact}" in run.data for kind in ("Fy", "Fz") for contact in contacts):
+            found[f"LV_{side}"] = lateral_over_vertical(run, side)
+            found |= {f"{kind}_{side}": sum(run.values(f"{kind}_{contact}") for contact in contacts) for kind in ("Fz", "Fy")}
     return found
 
 

@@ -8,7 +8,7 @@ const OPERATIONS = {
 const LONGEST = 200;            // characters of a name in an expression
 const SIGNS = {"+": "+", "-": "−", "*": "·", "/": "/"};
 
-// Forces of the rail on the wheel. L is positive where the wheel presses its rail outwards.
+// Forces of the rail on the wheel. L is positive where the wheel presses its rail outwards. Python: lateral_over_vertical.
 function standardDerived() {
   const found = [];
   for (const [side, words, outwards] of [["L", "left wheel", -1], ["R", "right wheel", 1]]) {
