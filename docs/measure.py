@@ -29,8 +29,8 @@ import numpy as np
 import ldbench
 from ldbench import Case, ContactTable, view
 from ldbench._core.files import complete
-from ldbench.plots.stretches import first_episode
 from ldbench.report import abstract, formulations
+from ldbench.results.impacts import first_peak
 from ldbench.results.run_data import RunData, read_all
 from ldbench.results.summary import summary_row
 
@@ -93,7 +93,7 @@ def of_runs(runs: Iterable[RunData]) -> Values:
                 values[f"table.halfspace.{pair}.{place}.rms [%]"] = 100*rms
                 values[f"table.halfspace.{pair}.{place}.largest [%]"] = 100*largest
         if run.exercise == 5:
-            carries = run.values("N_RT") > 0
+            carries = run.closed("RT")
             values[f"F_last_load.{pair} [kN]"] = 1e-3*float(run.values("F_ext")[carries][-1])
             values[f"F_over_rail.{pair} [kN]"] = 1e-3*run.first("left flange over rail").force
             values[f"F_derailment.{pair} [kN]"] = 1e-3*run.first("derailment").force
@@ -234,9 +234,7 @@ def of_accuracies(exercises: Iterable[int]) -> dict[int, tuple[list[float], list
         for exercise, (peaks, returns) in found.items():
             case = Case.exercise(exercise, "aw").replace(table_file="", accuracy=accuracy)
             run = ldbench.run(case, table=table.for_case(case))
-            start, end = first_episode(run, "LF")
-            rows = (run.time >= start) & (run.time <= end)
-            peaks.append(1e-3*float(run.values("N_LF")[rows].max()))
+            peaks.append(1e-3*float(run.values("N_LF")[first_peak(run, "LF")]))
             returns.append(1e3*run.passages()[-1])
     return found
 

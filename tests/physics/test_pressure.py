@@ -11,7 +11,8 @@ from ldbench import Case, ContactTable, Error
 from ldbench.plots.pressure_page import save_page
 from ldbench.pressure import CONTACTS, Patch, press
 from ldbench.profiles.outlines import case_outlines, pose
-from ldbench.profiles.pressures import first_peak, first_pressures, run_patches
+from ldbench.profiles.pressures import first_pressures, run_patches
+from ldbench.results.impacts import first_peak
 from ldbench.results.run_data import RunData, read_data
 from ldbench.table import rigid_geometry
 from round_profiles import RADIUS, Shape

@@ -10,9 +10,15 @@ import pytest
 import ldbench
 from invented import invented_run
 from ldbench import Event
+from ldbench.benchmark.round_numbers import numbers_of
+from ldbench.benchmark.tasks import Task
+from ldbench.plots.impact import chosen_impacts
 from ldbench.results.header import Header
-from ldbench.results.impacts import impacts
-from ldbench.results.run_data import RunData
+from ldbench.results.impacts import first_peak, first_rows, impacts, intervals
+from ldbench.results.run_data import CLOSED, RunData
+from ldbench.results.summary import summary_row
+from ldbench.viewer.page import FOLDER
+from running import Run
 
 PULSE, TOP = 0.004, 8e5         # length [s] and peak [N] of a half-sine
 
@@ -59,17 +65,33 @@ def test_impacts_of_all_contacts_are_in_order():
 def test_contact_that_is_closed_at_an_end_of_the_file_is_no_impact():
     """Nobody knows how long such a contact lasts."""
     rolling = pulses((0.02,))
-    rolling["N_LT"] = 1.0
-    rolling["N_RT"] = np.where(rolling["time"] < 0.01, 1.0, 0.0)
-    rolling["N_RF"] = np.where(rolling["time"] < 0.045, np.nan, 1.0)
+    rolling["N_LT"] = 2.0
+    rolling["N_RT"] = np.where(rolling["time"] < 0.01, 2.0, 0.0)
+    rolling["N_RF"] = np.where(rolling["time"] < 0.045, np.nan, 2.0)
     assert [one.contact for one in impacts(invented_run(rolling))] == ["LF"]
     assert impacts(invented_run(rolling[["time"]])) == []
 
 
 def test_a_contact_that_pulls_is_no_impact():
     """Bilateral constraints hold the wheel: a row with a negative force is not open."""
-    frame = pd.DataFrame({"time": 1e-3*np.arange(8), "N_LF": [0, 5, -5, 5, 0, 6, 0, 0], "N_RF": [0, -1, 4, 4, -1, 0, 0, 0]})
+    frame = pd.DataFrame({"time": 1e-3*np.arange(8), "N_LF": [0, 5, -5, 5, 0, 6, 0, 0], "N_RF": [0, -2, 4, 4, -2, 0, 0, 0]})
     assert [(one.contact, one.t_peak) for one in impacts(invented_run(frame))] == [("LF", 0.005)]
+
+
+def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
+    """Rows at the events of exercise 5 have up to some tenths of a newton. Plots, page, score, collation and summary agree on
+    the first contact; the page of impacts and the summary on the number of contacts."""
+    run = ldbench.read_run(shipped["ex5_sw"].file)
+    assert ((run.values("N_LF") > 0) & ~run.closed("LF")).sum() > 1000 and run.values("N_LF")[run.closed("LF")].min() > CLOSED
+    start = summary_row(run)["t_first_LF"]
+    [first, *_] = found = intervals(run, "LF")
+    assert len(found) == len(impacts(run, ["LF"])) > 1.02*(np.diff(np.sign(run.values("N_LF"))) > 0).sum()
+    collated = numbers_of(run, Task(5, "sw"), [])
+    assert (first.start, collated["t_left_flange"].value, first_rows(run, "LF").start) == pytest.approx(
+        (start, start, np.searchsorted(run.time, start + 1e-8)), abs=1e-8)
+    assert collated["peak"].value == first.peak == run.values("N_LF")[first_peak(run, "LF")]
+    assert chosen_impacts(run)[1] == summary_row(run)["n_left_flange_contact"] + summary_row(run)["n_right_flange_contact"]
+    assert f"const CLOSED = {CLOSED:g};" in (FOLDER/"series.js").read_text()
 
 
 def test_one_row_is_a_triangle_between_its_neighbours():

@@ -17,7 +17,7 @@ from independent import displacements
 from ldbench import Case, ContactTable, Error
 from ldbench.__main__ import main
 from ldbench.benchmark import check
-from ldbench.benchmark.contact_intervals import closed_at, intervals, pairs, passages
+from ldbench.benchmark.contact_intervals import closed_at, pairs, passages
 from ldbench.benchmark.exact_runs import exact
 from ldbench.benchmark.horizon import ASIDE, GROWN, base, growth, growth_seen, horizon, yardsticks
 from ldbench.benchmark.metrics import LEAST, score
@@ -25,6 +25,7 @@ from ldbench.benchmark.scores import GRADES, KINDS, Scores, grade
 from ldbench.benchmark.spread import measured_yardstick, rounded
 from ldbench.benchmark.tasks import MOTION, TASKS, Task
 from ldbench.results.header import Header
+from ldbench.results.impacts import intervals
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from running import Run

@@ -93,7 +93,7 @@ def blows(run: RunData, contact: str, height: float, least: float, softness: flo
     for one in closed_intervals(run, contact):
         # Rows at equal times, as at an event, count once.
         rows = np.arange(np.searchsorted(time, one.start), np.searchsorted(time, one.end, "right"))
-        rows = rows[(force[rows] > 0) & np.isfinite(closing[rows])]
+        rows = rows[run.closed(contact)[rows] & (force[rows] > 0) & np.isfinite(closing[rows])]
         rows = rows[np.append(np.diff(time[rows]) > 0, True)] if rows.size else rows
         if not rows.size or force[rows].max() < least:
             continue

@@ -15,6 +15,7 @@ import numpy as np
 
 from .._core.errors import Error
 from ..results.columns import UNITS, RawTable, read_raw
+from ..results.impacts import first_rows
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from .column_names import meanings
@@ -179,12 +180,8 @@ def contact_window(ours: RunData, side: str) -> tuple[float, float]:
     begin = ours.first_contact(contact)
     if begin is None:
         return 0.0, float(ours.time[-1])
-    force = ours.values(f"N_{contact}")
-    # A row at the begin has no force yet, and its time may be rounded up.
-    closed = np.flatnonzero((ours.time >= begin) & (force > 0))
-    later = np.flatnonzero(force <= 0)
-    later = later[later > closed[0]] if closed.size else later[:0]
-    end = float(ours.time[later[0]]) if later.size else float(ours.time[-1])
+    rows = first_rows(ours, contact)
+    end = float(ours.time[-1 if rows is None or rows.stop == len(ours.time) else rows.stop])
     spare = 0.2*(end - begin)
     return begin - spare, end + spare
 
@@ -246,8 +243,7 @@ def on_common_instants(x: np.ndarray, t: np.ndarray, ours: RunData, column: str,
 
 def while_closed(x: np.ndarray, ours: RunData, column: str) -> tuple[np.ndarray, np.ndarray] | None:
     """The numbers of both columns in all rows in which the contact is closed."""
-    closed = ours.values(f"N_{column[-2:]}") > 0
-    here, there = x[np.isfinite(x) & (x != 0)], ours.values(column)[closed]
+    here, there = x[np.isfinite(x) & (x != 0)], ours.values(column)[ours.closed(column[-2:])]
     return (here, there) if here.size > 3 and there.size > 3 else None
 
 

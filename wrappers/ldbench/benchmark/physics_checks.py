@@ -251,7 +251,7 @@ def energy_finding(run: RunData, case: Case, rigid: bool = False) -> Finding:
     work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
     energy = without_work + work
     n = {contact: np.nan_to_num(run.values(f"N_{contact}")) for contact in CONTACTS}
-    calm = (n["LF"] <= 0) & (n["RF"] <= 0) & (np.abs(n["LT"] - weight/2) < 0.02*weight) & (np.abs(n["RT"] - weight/2) < 0.02*weight)
+    calm = ~run.closed("LF") & ~run.closed("RF") & (np.abs(n["LT"] - weight/2) < 0.02*weight) & (np.abs(n["RT"] - weight/2) < 0.02*weight)
     calm &= np.isfinite(energy)
     if calm.sum() < 2:
         return Finding(what, UNKNOWN, hint="no two moments at which the wheelset rests on its treads")
@@ -275,7 +275,7 @@ def row_finding(run: RunData) -> Finding:
         if not has(run, f"N_{contact}"):
             continue
         n = np.nan_to_num(run.values(f"N_{contact}"))
-        closed = np.flatnonzero(n > 0)
+        closed = np.flatnonzero(run.closed(contact))
         stretches = np.split(closed, np.flatnonzero(np.diff(closed) > 1) + 1) if closed.size else []
         rows += [(stretch.size, int(stretch[0]) + 1) for stretch in stretches if n[stretch].max() > LEAST_FORCE]
     if not rows:

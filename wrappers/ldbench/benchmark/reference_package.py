@@ -20,12 +20,12 @@ from .._core.calls import version
 from .._core.errors import Error
 from .._core.files import check_ending, complete, digest
 from ..case import Case
+from ..results.impacts import intervals
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from ..results.summary import drift_reference
 from ..runs import Run, run
 from ..table import ContactTable
-from .contact_intervals import intervals
 from .exact_runs import exact
 from .horizon import DISPLACEMENTS, FILE, Yardstick, yardsticks
 from .metrics import scored

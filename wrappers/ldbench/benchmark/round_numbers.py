@@ -12,7 +12,7 @@ from ..results.impacts import closed_intervals
 from ..results.quantities import KN, Quantity
 from ..results.run_data import RunData
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
-from .physics_checks import DERAILED, LEAST_FORCE, has
+from .physics_checks import DERAILED, has
 from .tasks import Task
 
 #: The numbers in words, and how they are shown.
@@ -33,7 +33,6 @@ SI = {"t_left_flange": "s", "t_right_flange": "s", "peak": "N", "impulse": "N.s"
       "F_derailment": "N", "energy_error": "1", "processor_time": "s"}
 VERDICTS = {PASSED: "passed", DOUBTFUL: "doubtful", FAILED: "failed", UNKNOWN: "not_checked"}
 
-LEAST_SHARE = 1e-5      # of the largest force of a flange, which counts as no contact: residues of iterations
 SUDDEN = 0.2            # least relative change of the lateral velocity from row to row that is an impact without duration
 BEYOND = 1e15           # what no number of a wheelset reaches, in any of the units
 CLOSE_ROWS = 0.5e-3     # rows that are farther apart do not tell such an impact from one with a duration [s]
@@ -106,7 +105,7 @@ def impact_numbers(run: RunData, left: Contact | str) -> dict[str, Number]:
 def first_impact(run: RunData, side: str) -> Contact | str:
     """The first impact of a flange, 'L' or 'R'; words that say why there is none.
 
-    It is the first closed interval of the contact with a force that counts, or, where the lateral velocity turns from one row to
+    It is the first closed interval of the contact, not of its root, or, where the lateral velocity turns from one row to
     the next without a force that explains it, an impact without duration, as codes with constraints have it.
     """
     lasting, sudden = first_interval(run, f"{side}F"), sudden_impact(run, side)
@@ -120,9 +119,8 @@ def first_interval(run: RunData, contact: str) -> Contact | str:
     flange = "left flange" if contact[0] == "L" else "right flange"
     if not has(run, f"N_{contact}"):
         return f"no normal force of the {flange} in the file"
-    largest = float(np.nanmax(np.abs(run.values(f"N_{contact}")), initial=0.0))
-    for one in closed_intervals(run, contact, LEAST_SHARE*largest):
-        if one.peak < LEAST_FORCE or (np.isfinite(one.angle) and abs(one.angle) < FLANGE_ANGLE):
+    for one in closed_intervals(run, contact):
+        if abs(one.angle) < FLANGE_ANGLE:
             continue
         before, after = np.interp([one.start, one.end], run.time, run.values("vY")) if has(run, "vY") else (np.nan, np.nan)
         return Contact(one.start, one.end, one.peak, one.impulse, float(before), float(after))

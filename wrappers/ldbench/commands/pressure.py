@@ -42,7 +42,7 @@ def main(args: argparse.Namespace) -> int:
     contacts = [args.contact] if args.contact else list(CONTACT_NAMES)
     patches = run_patches(run, k, contacts)
     if not patches:
-        closed = [name for name in CONTACT_NAMES if f"N_{name}" in run.data and run.values(f"N_{name}")[k] > 0]
+        closed = [name for name in CONTACT_NAMES if run.closed(name)[k]]
         where = f"{args.file}, t = {run.time[k]:.6f} s"
         if args.contact in closed:
             raise Error(f"{where}: expected pressure in {args.contact}, found none: pressed together with the tread, the flange "

@@ -6,10 +6,10 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from ..profiles.outlines import Outlines, Side, pose, run_outlines, turned
+from ..results.impacts import first_peak
 from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
 from ..results.run_data import RunData
 from .frame import label_x
-from .stretches import first_episode
 from .style import BLACK, CONTACT_LINES
 
 RAIL_GREY = "#D0D0D0"
@@ -28,12 +28,9 @@ def instants(run: RunData) -> list[tuple[str, int]]:
     """Rows worth a picture: the peak of the first contact of each flange, or the hardest contact of the left one."""
     found = []
     for contact in ("LF", "RF"):
-        episode = first_episode(run, contact)
-        if episode:
-            rows = slice(*np.searchsorted(run.time, episode) + [0, 1])
-            k = rows.start + int(np.argmax(run.values(f"N_{contact}")[rows]))
+        if (k := first_peak(run, contact)) is not None:
             found.append((f"first contact of the {CONTACT_NAMES[contact]}, at its peak", k))
-    if first_episode(run, "RF") is None and found:
+    if first_peak(run, "RF") is None and found:
         found.append(("hardest contact of the left flange", int(np.argmax(run.values("N_LF")))))
     return found or [("end of the run", len(run.time) - 1)]
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..results.impacts import first_rows
 from ..results.run_data import RunData
 
 ENVELOPE_ROWS = 20_000     # longer runs are drawn as bands
@@ -37,16 +38,8 @@ class Window:
 
 def first_episode(run: RunData, contact: str) -> tuple[float, float] | None:
     """Times [s] at which a contact first closes and opens again, to the spacing of the rows; of a flange, not of its root."""
-    begin = run.first_contact(contact)
-    if begin is None or f"N_{contact}" not in run.data:
-        return None
-    closed = (run.values(f"N_{contact}") != 0) & (run.time >= begin - 1e-9)
-    if not closed.any():
-        return None
-    first = int(np.argmax(closed))
-    opened = closed[first:].argmin()
-    last = first + int(opened) if opened else len(closed) - 1
-    return float(run.time[first]), float(run.time[last])
+    rows = first_rows(run, contact)
+    return None if rows is None else (float(run.time[rows.start]), float(run.time[min(rows.stop, len(run.time) - 1)]))
 
 
 def is_long(run: RunData) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from .._core.calls import Handle
 from .._core.errors import Error
 from ..pressure import CONTACTS, ELEMENTS, Patch, press
+from ..results.impacts import first_peak, first_rows
 from ..results.run_data import RunData
 from ..results.summary import summary_row
 from ..table import rigid_geometry
@@ -33,20 +34,6 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
     if run not in _placed:
         _placed[run] = rigid_geometry(case)
     return press(_placed[run], case, pose(run, k), contacts, elements)
-
-
-def first_peak(run: RunData, contact: str) -> int | None:
-    """The row of the largest normal force in the first contact, of a flange not of its root; None where there is none."""
-    begin = run.first_contact(contact)
-    if begin is None or f"N_{contact}" not in run.data:
-        return None
-    force = run.values(f"N_{contact}")
-    closed = (force > 0) & (run.time >= begin - 1e-9)
-    if not closed.any():
-        return None
-    first = int(np.argmax(closed))
-    opened = int(closed[first:].argmin())
-    return first + int(np.argmax(force[first:first + opened] if opened else force[first:]))
 
 
 def hardest(patches: Sequence[Patch]) -> Patch:
@@ -89,15 +76,12 @@ def patch_history(run: RunData, contact: str, number: int, elements: int) -> np.
     """Time [s], largest pressure [Pa], area of all patches [m²] and largest approach [m], (4, n), at rows of the first
     contact of a flange at about equal intervals; empty where no pressure is known. `elements` over the length of a patch
     give the areas to some per cent."""
-    peak = first_peak(run, contact)
-    if peak is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+    rows = first_rows(run, contact)
+    if rows is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
         return np.empty((4, 0))
-    closed = run.values(f"N_{contact}") > 0
-    before, after = np.flatnonzero(~closed[:peak]), np.flatnonzero(~closed[peak:])
-    ends = run.time[before[-1] if before.size else 0], run.time[peak + after[0] if after.size else -1]
-    wanted = np.linspace(*ends, number + 2)[1:-1]
+    wanted = np.linspace(*run.time[[max(rows.start - 1, 0), min(rows.stop, len(run.time) - 1)]], number + 2)[1:-1]
     found = []
-    for k in np.unique([*np.searchsorted(run.time, wanted), peak]):
+    for k in np.unique([*np.searchsorted(run.time, wanted), first_peak(run, contact)]):
         try:
             patches = [patch for patch in run_patches(run, int(k), [contact], elements) if patch.contact == contact]
         except Error:           # the profiles are not those of the run, or not there

@@ -19,6 +19,7 @@ from ..plots.style import ldbench_style
 from ..plots.summary import marked
 from ..profiles.pressures import full_row
 from ..results.columns import time_mean
+from ..results.impacts import first_peak
 from ..results.quantities import GRAVITY, OUTCOME, PAIRS
 from ..results.run_data import RunData
 from ..results.summary import summary_row
@@ -213,9 +214,8 @@ def exponents(runs: Sequence[RunData]) -> list[dict[str, str]]:
     for pair, own in by_pair(free(runs)).items():
         peaks: dict[float, float] = {}
         for run in own:
-            if episode := first_episode(run, "LF"):
-                rows = (run.time >= episode[0]) & (run.time <= episode[1])
-                peaks[float(run.values("vY")[0])] = float(run.values("N_LF")[rows].max())
+            if (row := first_peak(run, "LF")) is not None:
+                peaks[float(run.values("vY")[0])] = float(run.values("N_LF")[row])
         if len(peaks) > 1:
             slow, fast = min(peaks), max(peaks)
             power = np.log(peaks[fast]/peaks[slow])/np.log(fast/slow)

@@ -31,7 +31,7 @@ from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, P
 from ..results import run_data
 from ..results.derived import cumulative
 from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
-from ..results.run_data import RunData
+from ..results.run_data import CLOSED, RunData
 from ..results.summary import drift_reference
 from ..runs import run
 from ..table import ContactTable
@@ -175,7 +175,7 @@ def why(done: RunData) -> str:
     if side*end.roll < -TURNED:
         return words + "overturns"
     other = ("N_RT", "N_RF") if side > 0 else ("N_LT", "N_LF")
-    if done.formulation == "bilateral" or any(end[name] != 0 for name in other):
+    if done.formulation == "bilateral" or any(abs(end[name]) > CLOSED for name in other):
         return words + "rolls over the flange"
     return words + "jumps"
 

@@ -17,6 +17,7 @@ from ..plots.frame import label_y, new_page
 from ..plots.stretches import first_episode
 from ..plots.style import SERIES, ldbench_style
 from ..results.columns import time_mean
+from ..results.impacts import first_peak
 from ..results.quantities import KN, MM, quantity
 from ..results.run_data import RunData, read_data
 from .compare_pages import quantity_page, table_page
@@ -71,20 +72,17 @@ def study_row(found: Comparison, variant: str) -> dict[str, Any]:
     for name in ("first left flange contact", "first right flange contact", "end"):
         a, b = event_times(reference).get(name), event_times(other).get(name)
         row[f"{name} [s]"] = np.nan if a is None or b is None else b - a
-    row["N_LF peak of the first contact, relative"] = relative(first_peak(reference), first_peak(other))
+    row["N_LF peak of the first contact, relative"] = relative(first_force(reference), first_force(other))
     a, b = (peaks(run).get("N_LF", np.nan) for run in (reference, other))
     row["N_LF largest, relative"] = relative(a, b)
     row["ending"] = other.ending
     return row
 
 
-def first_peak(run: RunData) -> float:
+def first_force(run: RunData) -> float:
     """Largest normal force [N] of the first contact of the left flange."""
-    episode = first_episode(run, "LF")
-    if episode is None:
-        return np.nan
-    inside_it = (run.time >= episode[0]) & (run.time <= episode[1])
-    return float(run.values("N_LF")[inside_it].max())
+    row = first_peak(run, "LF")
+    return np.nan if row is None else float(run.values("N_LF")[row])
 
 
 def relative(reference: float, value: float) -> float:

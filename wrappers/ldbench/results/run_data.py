@@ -21,6 +21,12 @@ from .events import FLANGE_ANGLE, Event, count_name
 from .header import Header, read_header
 from .quantities import CONTACT_NAMES, PAIR_FILES, PAIRS
 
+# A contact with a larger force is closed, in every file [N]. The smallest weight on a wheel is near 1e5 N, and a contact of steel
+# that opens has 1 N for 0.2 us at most. A row of ours at which a contact closes or opens has some tenths of a newton, because its
+# time is rounded, and other codes leave residues of iterations: a limit of zero joins contacts that are apart.
+CLOSED = 1.0
+LARGEST = 1e30          # force of a file that is taken as it stands; integrals of larger ones overflow [N]
+
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
     import xarray as xr
@@ -220,7 +226,7 @@ class RunData:
         """
         if "peak_N_LT" in self.header.results:
             found = self.result(f"peak_N_{contact}"), self.result(f"t_peak_{contact}")
-        elif f"N_{contact}" in self.data and np.nanmax(self.values(f"N_{contact}"), initial=0.0) > 0:
+        elif f"N_{contact}" in self.data and self.closed(contact).any():
             k = int(np.nanargmax(self.values(f"N_{contact}")))
             found = float(self.values(f"N_{contact}")[k]), float(self.time[k])
         else:
@@ -228,20 +234,33 @@ class RunData:
         return found if found[0] > 0 else None
 
     def first_contact(self, contact: str) -> float | None:
-        """Time [s] at which a contact first closes: of the event, or of the first row with a force.
+        """Time [s] at which a contact first closes: of the event, or of the first closed row.
 
         A row counts as a contact of the flange if its contact angle, where the file has one, is at least 25 degrees.
         """
         event = self.first(CONTACT_NAMES[contact] + " contact")
         if event:
             return event.t
-        if f"N_{contact}" not in self.data:
-            return None
-        force = self.values(f"N_{contact}") > 0
+        closed = self.closed(contact)
         if contact in ("LF", "RF") and f"angle_{contact}" in self.data:
-            force &= np.abs(self.values(f"angle_{contact}")) >= FLANGE_ANGLE
-        closed = np.flatnonzero(force)
-        return float(self.time[closed[0]]) if closed.size else None
+            closed &= np.abs(self.values(f"angle_{contact}")) >= FLANGE_ANGLE
+        return float(self.time[closed.argmax()]) if closed.any() else None
+
+    def normal_force(self, contact: str) -> np.ndarray | None:
+        """The normal force of a contact, (rows,) [N], 0 in empty cells; of a file without it, that of its components; None
+        without these."""
+        names = [f"N_{contact}"] if f"N_{contact}" in self.data else [f"{n}_{contact}" for n in ("Fy", "Fz")]
+        parts = [self.values(name).astype(float) for name in names if name in self.data]
+        if not parts:
+            return None
+        with np.errstate(over="ignore"):
+            force = parts[0] if len(names) == 1 else np.hypot(parts[0], parts[1] if len(parts) == 2 else 0.0)
+        return np.clip(np.nan_to_num(force, nan=0.0, posinf=0.0, neginf=0.0), -LARGEST, LARGEST)
+
+    def closed(self, contact: str) -> np.ndarray:
+        """Whether a contact is closed, (rows,): its normal force, of either sign, is above CLOSED. None is without a column."""
+        force = self.normal_force(contact)
+        return np.zeros(len(self.data), bool) if force is None else np.abs(force) > CLOSED
 
     def passages(self) -> list[float]:
         """Times [s] of the passages of the centre after the left flange's first contact, of those that are listed."""

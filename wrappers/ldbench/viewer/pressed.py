@@ -8,7 +8,8 @@ import numpy as np
 
 from .._core.errors import Error
 from ..pressure import CONTACTS, Patch, reach
-from ..profiles.pressures import first_peak, run_patches
+from ..profiles.pressures import run_patches
+from ..results.impacts import first_peak
 from ..results.run_data import RunData
 
 LEVELS = 99         # of a pressure and of half a width, from 0 to the largest

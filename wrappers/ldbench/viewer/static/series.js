@@ -24,6 +24,7 @@ function interpolate(t, x, at) {
   return x[i] + (x[i + 1] - x[i]) * (at - t[i]) / (t[i + 1] - t[i]);
 }
 
+const CLOSED = 1;               // a contact with a larger normal force is closed [N]; as in run_data.py
 const CONTACTS = ["LT", "LF", "RT", "RF"];
 const OF_OPEN = /^(?:angle|y|z|radius)_([LR][TF])$/;      // columns without a value where a contact is open
 
@@ -109,7 +110,7 @@ class Run {
   // series; direction and point between the rows that are kept, or from the nearest one with a closed contact.
   contact(c, at) {
     const N = this.at("N_" + c, at);
-    if (!(N > 0)) return null;
+    if (!(N > CLOSED)) return null;
     const i = indexBefore(this.t, at), j = Math.min(i + 1, this.t.length - 1);
     const a = this.contactAtRow(c, i), b = this.contactAtRow(c, j);
     if (a && b) {
@@ -125,7 +126,7 @@ class Run {
   }
 
   contactAtRow(c, i) {
-    if (i < 0 || i >= this.t.length || !(this.value("N_" + c, i) > 0)) return null;
+    if (i < 0 || i >= this.t.length || !(this.value("N_" + c, i) > CLOSED)) return null;
     let angle = this.value("angle_" + c, i);
     if (!Number.isFinite(angle)) {
       const inward = c[0] === "L" ? -1 : 1;
@@ -149,7 +150,7 @@ class Run {
     const i = indexBefore(this.t, at);
     for (const step of [-1, 1])
       for (let k = i; k >= 0 && k < this.t.length && Math.abs(k - i) < 5000; k += step) {
-        const found = names.some(c => this.exact["N_" + c][k] > 0)
+        const found = names.some(c => this.exact["N_" + c][k] > CLOSED)
           && hardest(c => ({...this.contactAtRow(c, k), N: this.exact["N_" + c][k]}));
         if (found) return found;
       }
