@@ -11,7 +11,7 @@ from ..plots.stretches import thin
 from ..results.quantities import CONTACT_NAMES, KN
 from ..viewer.page import FOLDER as VIEWER, Page, fill
 from .collation import Collation
-from .collation_pdf import derailed_at, main_number, shade
+from .collation_pdf import main_number, shade, shown_until
 from .kept_entries import IMPACTS, Entry
 from .round_numbers import NUMBERS, names_of
 from .submissions import FACTS
@@ -46,7 +46,7 @@ def entry_facts(entry: Entry | None, task: Task) -> dict[str, Any] | None:
         return None
     known = {name: entry.numbers[name] for name in names_of(task) if name in entry.numbers}
     return {"shade": shade(entry), "error": entry.error, "findings": list(entry.findings), "verdict": dict(entry.verdict),
-            "until": rounded(derailed_at(entry)),
+            "until": rounded(shown_until(entry)),
             "numbers": {name: rounded(x.value) for name, x in known.items()},
             "reasons": {name: x.reason for name, x in known.items() if x.reason},
             "curves": {name: packed_curve(*curve) for name, curve in entry.curves.items() if len(curve[0]) > 1}}

@@ -25,7 +25,6 @@ from .collation_pdf_grades import grade_pages, score_pages
 from .collation_pdf_matrix import new_matrix
 from .collation_style import CODES_ON_PAGE, capital, cut, line_of
 from .kept_entries import CLOSE, IMPACTS, Entry
-from .physics_checks import DERAILED
 from .round_numbers import NUMBERS, names_of
 from .submissions import FACTS, Submission
 from .tasks import Task
@@ -50,6 +49,7 @@ WIDE = "t_return", "energy_error", "processor_time"     # numbers whose columns 
 FAR = 3.0           # ranges of the median code, beyond which a curve leaves its panel
 MANY = 10.0         # a relative difference that is told as a factor
 LONGEST_NUMBER = 10     # characters of a number, beyond which three digits are shown
+FLANGES = 20e-3     # lateral displacement between the flanges, at most [m]
 BEGUN = 5e-4        # within which an impact begins whose contact is told to close at 0 [s]
 
 
@@ -218,7 +218,7 @@ class Limits(NamedTuple):
 def common_limits(found: Collation, task: Task, name: str) -> Limits | None:
     """Limits that hold the curves of all codes, but for those that go beyond FAR times the range of the median code: nonsense of
     one code shall not hide the others. What follows a derailment is not counted. None where no code has the curve."""
-    curves = [(*entry.curves[name], derailed_at(entry)) for code in found.codes
+    curves = [(*entry.curves[name], shown_until(entry)) for code in found.codes
               if (entry := found.entry(code, task)) and name in entry.curves]
     known = [(t[0], t[-1], np.nanmin(x[t <= until]), np.nanmax(x[t <= until])) for t, x, until in curves
              if np.isfinite(x[t <= until]).any()]
@@ -232,13 +232,14 @@ def common_limits(found: Collation, task: Task, name: str) -> Limits | None:
                   float(max(low.min(), np.median(low) - far)), float(min(high.max(), np.median(high) + far)))
 
 
-def derailed_at(entry: Entry) -> float:
-    """When the wheelset goes farther than any flange allows and does not come back [s]; infinity where it stays on the rails."""
+def shown_until(entry: Entry) -> float:
+    """When the wheelset goes farther than between its flanges and does not come back [s], for the limits of axes; infinity where
+    it does not."""
     if "Y" not in entry.curves:
         return np.inf
     t, y = entry.curves["Y"]
-    inside = np.flatnonzero(np.abs(y) <= DERAILED)
-    return float(t[inside[-1]]) if inside.size and inside[-1] < len(t) - 1 and abs(y[-1]) > DERAILED else np.inf
+    inside = np.flatnonzero(np.abs(y) <= FLANGES)
+    return float(t[inside[-1]]) if inside.size and inside[-1] < len(t) - 1 and abs(y[-1]) > FLANGES else np.inf
 
 
 def largest_until(found: Collation, task: Task, name: str, end: float) -> float:

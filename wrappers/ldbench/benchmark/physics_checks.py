@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..case import Case
+from ..profiles.derailment import derailment
 from ..results.derived import cumulative
 from ..results.quantities import CONTACTS, GRAVITY
 from ..results.run_data import RunData
@@ -24,7 +25,6 @@ FAR = 0.5                           # of the smaller of the farthest displacemen
 NEAR_CENTRE = 1e-3                  # from the centre, where no flange is [m]
 IN_IMPACT = "rows in an impact of a flange"
 IMPULSES = "velocities jump, as those of rigid contacts do: their impacts are impulses"
-DERAILED = 20e-3                    # lateral displacement that no flange allows [m]
 
 RATES = (("Y", "vY", "lateral"), ("Z", "vZ", "vertical"), ("roll", "roll_rate", "roll"))
 ACCELERATIONS = (("vY", "aY", "lateral"), ("vZ", "aZ", "vertical"), ("roll_rate", "roll_acc", "roll"))
@@ -36,7 +36,7 @@ def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     rigid = leaps and typical_interval(run) <= SHORT
     jumping = jump_intervals(run, case) if rigid else None
     yield from start_findings(run, case)
-    yield from order_findings(run, task, leaps)
+    yield from order_findings(run, task, case, leaps)
     yield from contact_findings(run, case)
     yield from place_findings(run, case)
     for x, v, words in RATES:
@@ -67,7 +67,7 @@ def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
             yield judged(f"initial {column}", abs(first - value), doubtful, failed, 1, f"expected {value:g}, found {first:.6g}")
 
 
-def order_findings(run: RunData, task: Task, leaps: bool = False) -> Iterator[Finding]:
+def order_findings(run: RunData, task: Task, case: Case, leaps: bool = False) -> Iterator[Finding]:
     """Left flange first, then the right flange and the centre; or the derailment.
 
     Where velocities leap, an impact may have no row with a force. Then the displacement stands for a contact that has none.
@@ -88,16 +88,16 @@ def order_findings(run: RunData, task: Task, leaps: bool = False) -> Iterator[Fi
         return
     y, t = run.values("Y"), run.time
     if task.exercise == 5:
-        far = float(np.nanmax(np.abs(y)))
-        yield Finding("up to derailment", PASSED if far > DERAILED else FAILED, far, DERAILED,
-                      hint="" if far > DERAILED else "the wheelset stays between its flanges")
+        found = derailment(run, case)
+        yield Finding("up to derailment", PASSED if found else FAILED, found.t if found else np.nan,
+                      hint="" if found else "no flange's tip passes the highest point of its rail")
         return
     # Without forces the farthest point on the right stands for the contact.
     turn = right if has(run, "N_RF") and not unseen else float(t[y.argmin()]) if y.min() < -0.5*y.max() else None
     after = y[t > turn] if turn is not None else np.empty(0)
     # The run may end between the last row and the next, which is not written.
     back = bool(after.size and (np.nanmax(after) >= 0 or (after.size > 1 and 2*after[-1] - after[-2] >= 0)))
-    derailed = not back and bool(np.abs(y[-1]) > DERAILED)
+    derailed = not back and derailment(run, case) is not None
     # Whether a wheelset of exercise 4 climbs off the rail is a matter of the contact law.
     yield Finding("return to the centre after both flanges", PASSED if back else DOUBTFUL if derailed else FAILED,
                   hint="" if back else "the wheelset derails" if derailed else "the file ends before")

@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..case import Case
+from ..profiles.derailment import derailment
 from ..results.events import FLANGE_ANGLE
 from ..results.impacts import closed_intervals
 from ..results.quantities import KN, Quantity
 from ..results.run_data import RunData
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
-from .physics_checks import DERAILED, has
+from .physics_checks import has
 from .tasks import Task
 
 #: The numbers in words, and how they are shown.
@@ -167,19 +168,11 @@ def return_time(run: RunData, right: float) -> Number:
 
 
 def derailment_force(run: RunData, case: Case) -> Number:
-    """The lateral force when the wheelset goes farther than any flange allows and does not come back."""
+    """The lateral force at which the wheelset derails."""
     if not has(run, "Y"):
         return Number(np.nan, "no lateral displacement in the file")
-    t, y = run.time, np.abs(run.values("Y"))
-    far = y > DERAILED
-    if not far[-1]:
-        return Number(np.nan, "the file ends before the derailment")
-    inside = np.flatnonzero(~far)
-    if not inside.size:
-        return Number(np.nan, "the wheelset is outside its flanges from the first row on")
-    k = int(inside[-1])
-    at = t[k] + (t[k + 1] - t[k])*(DERAILED - y[k])/(y[k + 1] - y[k]) if y[k + 1] > y[k] else t[k]
-    return Number(float(case.lateral_force + case.lateral_ramp*at))
+    found = derailment(run, case)
+    return Number(found.force) if found else Number(np.nan, "the file ends before the derailment")
 
 
 def verdict_counts(findings: Iterable[Finding]) -> dict[str, int]:
