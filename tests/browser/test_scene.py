@@ -157,7 +157,7 @@ def test_pressed_patches_at_the_peaks(browser: Browser, shipped: dict[str, Run],
     assert not browser.run("return document.querySelector('#patches').hidden")
     words = browser.run("return document.querySelector('#pressure').getAttribute('aria-label')")
     pmax, area = (float(word) for word in words.replace("contact patches: LF ", "").replace("mm²", "").split(" MPa, "))
-    assert pmax == pytest.approx(1e-6*row["pmax_LF"], rel=0.01) and area == pytest.approx(1e6*row["patch_LF"], rel=0.06)
+    assert (pmax, area) == (round(1e-6*row["pmax_LF"]), round(1e6*row["patch_LF"]))
     for moment in entry["pressure"]:
         for patch in moment["patches"]:
             assert max(patch["p"]) in (98, 99) and min(patch["p"]) >= 0 and max(patch["w"]) <= 99

@@ -11,10 +11,11 @@ from ldbench import Case, ContactTable, Error
 from ldbench.plots.pressure_page import save_page
 from ldbench.pressure import CONTACTS, Patch, press
 from ldbench.profiles.outlines import case_outlines, pose
-from ldbench.profiles.pressures import first_pressures, run_patches
+from ldbench.profiles.pressures import FLANGES, first_pressures, patch_history, run_patches
 from ldbench.results.impacts import first_peak
 from ldbench.results.run_data import RunData, read_data
 from ldbench.table import rigid_geometry
+from ldbench.viewer.pressed import pressure_entries
 from round_profiles import RADIUS, Shape
 from running import Run
 
@@ -107,7 +108,8 @@ def test_force_is_that_of_the_table(run: RunData, table: ContactTable):
             if mine:
                 seen.add(contact)
                 assert float(np.hypot(*sum(resultant(patch) for patch in mine))) == pytest.approx(force, rel=error + 2e-3)
-                assert sum(patch.force for patch in mine) > (1 - error - 2e-3)*force
+                assert sum(patch.integral for patch in mine) > (1 - error - 2e-3)*force
+                assert {patch.force for patch in mine} == {force}
                 assert force == pytest.approx(run.values(f"N_{contact}")[k], rel=1e-5)         # nine digits
     assert seen == set(CONTACTS)
 
@@ -119,8 +121,8 @@ def test_a_patch_is_consistent(run: RunData):
             dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
             assert patch.p.shape == (len(patch.x), len(patch.s)) and (patch.p >= 0).all()
             assert patch.p == pytest.approx(patch.p[::-1]) and patch.x == pytest.approx(-patch.x[::-1])
-            assert patch.force == pytest.approx(patch.p.sum()*dx*ds)
-            assert patch.mean*patch.area == pytest.approx(patch.force)
+            assert patch.integral == pytest.approx(patch.p.sum()*dx*ds)
+            assert patch.mean*patch.area == pytest.approx(patch.integral)
             # The pressed elements, of which those at the edge count in part.
             assert patch.area == pytest.approx((patch.p > 0).sum()*dx*ds, rel=0.08)
             assert patch.p.max() <= patch.largest < 1.01*patch.p.max()
@@ -133,7 +135,10 @@ def test_a_patch_is_consistent(run: RunData):
             assert lengths == pytest.approx(ds, rel=1e-3)
             place = np.array([run.values(f"{axis}_{patch.contact}")[k] for axis in "yz"])
             assert np.hypot(*(place - patch.centre)) < patch.half_s/4
-            assert patch.angle == pytest.approx(run.values(f"angle_{patch.contact}")[k], abs=np.radians(3))
+            assert (patch.force, patch.angle) == tuple(run.values(f"{what}_{patch.contact}")[k] for what in ("N", "angle"))
+            # Without columns, those of the pressure.
+            own, = press(rigid_geometry(run.case), run.case, pose(run, k), [patch.contact])
+            assert (own.force, own.angle) == pytest.approx((patch.force, patch.angle), rel=6e-3)
 
 
 def test_left_and_right_are_mirror_images(run: RunData, table: ContactTable):
@@ -156,7 +161,7 @@ def test_a_long_patch_of_the_tread_leaves_the_flange_open(shipped: dict[str, Run
     before = run.time < run.time[np.flatnonzero(run.values("N_RF") > 0)[0]]
     k = int(np.where(before, run.values("N_RT"), 0).argmax())
     patch, = run_patches(run, k, ["RT", "RF"])
-    assert patch.contact == "RT" and patch.force == pytest.approx(run.values("N_RT")[k], rel=5e-3)
+    assert patch.contact == "RT" and patch.integral == pytest.approx(run.values("N_RT")[k], rel=5e-3)
     assert patch.force > 1e6 and patch.largest < 2*patch.mean
     row = first_pressures(run)
     assert row["pmax_RF"] > 5e9 and row["pmax_LF"] > 4e9
@@ -166,19 +171,24 @@ def test_a_finer_grid_changes_little(run: RunData):
     k = first_peak(run, "LF")
     assert k is not None
     coarse, fine = (run_patches(run, k, ["LF"], elements)[0] for elements in (32, 64))
-    for name in "force", "largest", "area", "half_x", "half_s":
+    for name in "integral", "largest", "area", "half_x", "half_s":
         assert getattr(coarse, name) == pytest.approx(getattr(fine, name), rel=0.04), name
     with pytest.raises(ValueError, match="multiple of 4"):
         run_patches(run, k, ["LF"], 30)
 
 
 def test_steeper_than_yield(run: RunData):
-    """The numbers of the summary: the flange's first blow."""
+    """The numbers of the summary: the flange's first blow. The page and the plot of the impact have the same."""
     row = first_pressures(run)
     k = first_peak(run, "LF")
     assert k is not None and row["t_pmax_LF"] == run.time[k]
     patch, = run_patches(run, k, ["LF"])
     assert (row["pmax_LF"], row["patch_LF"]) == (patch.largest, patch.area)
+    [shown] = (one for entry in pressure_entries(run, FLANGES) if entry["t"] == run.time[k] for one in entry["patches"]
+               if one["c"] == "LF")
+    assert (shown["pmax"], shown["area"]) == pytest.approx((patch.largest, patch.area), rel=1e-4)
+    history = patch_history(run, "LF", 3)
+    assert tuple(history[1:3, history[0] == run.time[k]].ravel()) == (patch.largest, patch.area)
     assert 3e9 < row["pmax_LF"] < 5e9 and row["pmax_RF"] > 3e9
 
 

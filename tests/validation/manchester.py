@@ -81,7 +81,7 @@ class Found:
 
     @property
     def patch(self) -> Patch:
-        return max(self.patches, key=lambda patch: patch.force)
+        return max(self.patches, key=lambda patch: patch.integral)
 
     def deviations(self) -> dict[str, float]:
         """Relative, by QUANTITIES."""
@@ -163,14 +163,14 @@ def solve(pose: Pose, wheel: np.ndarray, rail: Path, folder: Path) -> Found:
             z -= 2e-5
         for elements in tries:
             patches = at(z, elements)
-            hardest = max(patches, key=lambda patch: patch.force)
-            share = pose.normal_N/sum(patch.force for patch in patches)
+            hardest = max(patches, key=lambda patch: patch.integral)
+            share = pose.normal_N/sum(patch.integral for patch in patches)
             # A patch carries a force that grows with the power 3/2 of the approach, about.
             z -= hardest.approach*(min(share, 3.0)**(2/3) - 1)/np.cos(hardest.angle)
         return at(z, tries[-1]), z
 
     patches, z = pressed(RADIUS, 0.0, [16]*6)
-    first = max(patches, key=lambda patch: patch.force)
+    first = max(patches, key=lambda patch: patch.integral)
     place = 1e3*abs(np.interp(first.s_deepest, first.s, first.wheel[:, 0])) - BACK
     # Along the rail a yawed wheel has a part of its profile's curvature besides that of its circles.
     more = curvature(seen, float(place))*RADIUS*(pose.yaw_rad/np.cos(first.angle))**2/np.cos(first.angle)

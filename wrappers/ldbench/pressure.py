@@ -1,8 +1,8 @@
 """Pressed patches of wheels and rails in one pose, by the model 'halfspace'."""
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,12 +15,13 @@ from .case import Case
 CONTACTS = "LT", "LF", "RT", "RF"       # left and right tread and flange, as in the columns
 MOST_PATCHES = 4                        # of one wheel
 NEGLIGIBLE = 1e-4                       # force, of the wheel's: the contact table does not tell so small a contact from an open one
-ELEMENTS = 48                           # over the length of a patch along the profile
+ELEMENTS = 48                           # over the length of a patch along the profile, wherever pressures are shown
 
 
 @dataclass(frozen=True)
 class Ellipse:
-    """The ellipse of Hertz's theory with a patch's force and the curvatures where the undeformed bodies overlap most."""
+    """The ellipse of Hertz's theory with a patch's integral of the pressure and the curvatures where the undeformed bodies overlap
+    most."""
 
     half_x: float       # semi-axis in rolling direction [m]
     half_s: float       # semi-axis along the profile [m]
@@ -47,8 +48,9 @@ class Patch:
     s_ends: tuple[float, float]     # ends of the patch along the profile [m]
     approach: float                 # largest overlap of the undeformed bodies [m]
     s_deepest: float                # where that is [m]
-    angle: float                    # contact angle there, positive on flanges of both sides, as in the columns [rad]
-    force: float                    # integral of the pressure [N]
+    force: float                    # normal force of the contact, of all its patches, as in the columns [N]
+    angle: float                    # contact angle of this force, positive on flanges of both sides, as in the columns [rad]
+    integral: float                 # of the pressure over the patch [N]; above the force, as the normals turn over a patch
     energy: float                   # elastic energy of all patches of the wheel [J]
     hertz: Ellipse | None           # None where the bodies conform
 
@@ -95,13 +97,21 @@ class Patch:
     @property
     def mean(self) -> float:
         """Mean pressure [Pa]."""
-        return self.force/self.area
+        return self.integral/self.area
+
+    @cached_property
+    def resultant(self) -> tuple[float, float]:
+        """Sum of the pressure along the normals of the elements, y and z in the frame of the track [N]."""
+        along = np.gradient(self.track, self.s, axis=0)
+        share = self.p.sum(axis=0)*(self.integral/self.p.sum())/np.hypot(*along.T)
+        y, z = float(-share @ along[:, 1]), float(share @ along[:, 0])
+        return (y, z) if z > 0 else (-y, -z)
 
     def facts(self) -> dict[str, object]:
         """The numbers, SI units."""
         hertz = self.hertz and {"half_x": self.hertz.half_x, "half_s": self.hertz.half_s, "area": self.hertz.area,
                                 "largest": self.hertz.largest}
-        return {"contact": self.contact, "force": self.force, "energy": self.energy, "largest": self.largest, "mean": self.mean,
+        return {"contact": self.contact, "force": self.force, "integral": self.integral, "energy": self.energy, "largest": self.largest, "mean": self.mean,
                 "area": self.area, "half_x": self.half_x, "half_s": self.half_s, "approach": self.approach, "angle": self.angle,
                 "centre": self.centre, "centre_wheel": self.centre_wheel, "s_centre": self.s_centre, "s_ends": self.s_ends,
                 "hertz": hertz}
@@ -136,9 +146,10 @@ def check_model(case: Case) -> None:
 
 
 def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[str] = CONTACTS,
-          elements: int = ELEMENTS) -> list[Patch]:
+          elements: int = ELEMENTS, loads: Mapping[str, tuple[float, float]] | None = None) -> list[Patch]:
     """The patches of some contacts in a pose: axle centre y, z [m], roll angle [rad], track frame.
 
+    loads: normal force [N] and contact angle [rad] of the contacts, as the columns have them; by default those of the pressures.
     `handle` holds the geometry of `case`. A patch has `elements` over its length along the profile and half as many in rolling
     direction. A wheel is pressed as a whole. A patch is the flange's if the contact angle of its force is at least
     `&contact flange_angle`, or if it is on the flange's tip.
@@ -150,7 +161,11 @@ def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[
     for side, names in ("left", CONTACTS[:2]), ("right", CONTACTS[2:]):
         if any(name in contacts for name in names):
             found += [patch for patch in _press_wheel(handle, case, pose, side, names, elements) if patch.contact in contacts]
-    return found
+    if loads is None:
+        sums = {name: np.sum([patch.resultant for patch in found if patch.contact == name], axis=0) for name in contacts}
+        loads = {name: (float(np.hypot(*sums[name])), float(np.arctan2(-sums[name][0] if name[0] == "L" else sums[name][0],
+                                                                       sums[name][1]))) for name in sums if sums[name].any()}
+    return [replace(patch, force=loads[patch.contact][0], angle=loads[patch.contact][1]) for patch in found]
 
 
 def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, names: Sequence[str],
@@ -166,13 +181,13 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
                     "solution that does not converge")
     found = []
     for k in range(n):
-        dx, ds, low, half_x, first, last, approach, deepest, _, _, angle, force, *hertz, flange = facts[:, k].tolist()
-        if not force > NEGLIGIBLE*np.hypot(*total[:2]):
+        dx, ds, low, half_x, first, last, approach, deepest, _, _, _, integral, *hertz, flange = facts[:, k].tolist()
+        if not integral > NEGLIGIBLE*np.hypot(*total[:2]):
             continue
         half = (np.arange(elements//4) + 0.5)*dx
         wheel = point[:, :, k].T*[sign, 1]
         found.append(Patch(
             names[int(flange)], np.concatenate([-half[::-1], half]), low + (np.arange(elements) + 0.5)*ds,
             np.concatenate([p[::-1, :, k], p[:, :, k]]), wheel, wheel @ turn + [y, z], half_x, (first, last), approach, deepest,
-            angle, force, float(total[3]), Ellipse(*hertz) if hertz[2] > 0 else None))
+            np.nan, np.nan, integral, float(total[3]), Ellipse(*hertz) if hertz[2] > 0 else None))
     return found

@@ -17,7 +17,7 @@ from ._core.notebook import html_table
 from ._core.units import Units
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
-from .pressure import ELEMENTS, Patch, check_model, press
+from .pressure import CONTACTS, ELEMENTS, Patch, check_model, press
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -227,14 +227,17 @@ class ContactTable:
 
     def pressure(self, y: float, z: float, roll: float, elements: int = ELEMENTS) -> list[Patch]:
         """Pressed patches of all contacts in one pose, solved anew for half-spaces, not from the table: pressure on a grid,
-        largest and mean pressure, area, lengths, place on wheel and rail. For model 'halfspace'.
+        largest and mean pressure, area, lengths, place on wheel and rail; force and angle are those of the table. For model
+        'halfspace'.
 
         A patch has `elements` over its length along the profile, a multiple of 4, and half as many in rolling direction.
         A wheel is pressed as a whole.
         """
         check_model(self.case)
-        self.forces_by_contact(y, z, roll)          # raises Error outside the table
-        return press(self._handle, self.case, (y, z, roll), elements=elements)
+        forces = self.forces_by_contact(y, z, roll)          # raises Error outside the table
+        loads = {name: (float(np.hypot(*force[:2])), float(np.arctan2(-force[0] if name[0] == "L" else force[0], force[1])))
+                 for name, force in zip(CONTACTS, forces, strict=True)}
+        return press(self._handle, self.case, (y, z, roll), elements=elements, loads=loads)
 
     def _evaluate(self, procedure: Callable[..., tuple[np.ndarray, np.ndarray]], shape: tuple[int, ...],
                   pose: tuple[ArrayLike, ...], outside: Outside, *wheel: int) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Show the pressure between wheels and rails at one moment of a run: a picture and the numbers.
 
 The picture shows the pressure on the surface developed into the plane, its largest values along and across the
-rail, the patch on the profiles, and Hertz's ellipse with the same force. For runs with the model 'halfspace'.
+rail, the patch on the profiles, and Hertz's ellipse with the integral of the pressure. For runs with the model 'halfspace'.
 
 examples:
   python -m ldbench pressure outputs/ex2_aw.txt --at 0.0217 --contact LF
@@ -54,14 +54,14 @@ def main(args: argparse.Namespace) -> int:
         return 0
     print(f"{run.name}: t = {run.time[k]:.6f} s")
     for patch in patches:
-        print(f"{CONTACT_NAMES[patch.contact]}: {KN*patch.force:.2f} kN, largest pressure {1e-6*patch.largest:.0f} MPa, "
-              f"mean {1e-6*patch.mean:.0f} MPa",
+        print(f"{CONTACT_NAMES[patch.contact]}: {KN*patch.force:.2f} kN at a contact angle of {DEG*patch.angle:.1f}°, as in the columns",
+              f"  largest pressure {1e-6*patch.largest:.0f} MPa, mean {1e-6*patch.mean:.0f} MPa, integral over the curved patch "
+              f"{KN*patch.integral:.2f} kN",
               f"  area {1e6*patch.area:.1f} mm², {2e3*patch.half_x:.2f} mm along the rail, {2e3*patch.half_s:.2f} mm across it, "
               f"overlap {MM*patch.approach:.4f} mm",
-              f"  centre in the track at y {MM*patch.centre[0]:.3f} mm, z {MM*patch.centre[1]:.3f} mm, contact angle "
-              f"{DEG*patch.angle:.1f}°", sep="\n")
+              f"  centre in the track at y {MM*patch.centre[0]:.3f} mm, z {MM*patch.centre[1]:.3f} mm", sep="\n")
         if patch.hertz:
-            print(f"  Hertz's ellipse with this force: {2e3*patch.hertz.half_x:.2f} mm x {2e3*patch.hertz.half_s:.2f} mm, "
+            print(f"  Hertz's ellipse with this integral: {2e3*patch.hertz.half_x:.2f} mm x {2e3*patch.hertz.half_s:.2f} mm, "
                   f"{1e-6*patch.hertz.largest:.0f} MPa")
     print(args.output)
     return 0

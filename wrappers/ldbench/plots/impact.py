@@ -24,7 +24,6 @@ MOST = 6            # impacts in the table
 HARDEST = "hardest contact of the left flange"
 SECTIONS = 2        # instants with a picture
 SOLVED = 9          # instants of the first contact at which its patch is solved
-ELEMENTS = 24       # over the length of a patch then
 HEADS = ("impact", "begins at", "lasts", "peak N", "at angle", "impulse ∫N dt", "elastic, largest",
          "lateral KE", "vertical KE", "roll KE")
 ENDS = LEFT - 0.02, 0.175, 0.235, 0.31, 0.375, 0.475, 0.575, 0.71, 0.845, RIGHT     # of the table's columns
@@ -89,7 +88,7 @@ def draw_close(figure: Figure, run: RunData, shown: Window | Stretch, top: float
     page = Page("", CLOSE).of(fine)
     if page is None:
         return
-    pressed = patch_history(fine, "LF", number, ELEMENTS)
+    pressed = patch_history(fine, "LF", number)
     axes = figure.subplots(max(map(len, page.columns)), len(page.columns) + bool(pressed.size), sharex=True, squeeze=False,
                            gridspec_kw={"left": LEFT, "right": RIGHT, "top": top, "bottom": bottom, "hspace": 0.3, "wspace": 0.28})
     draw_columns(axes[:, :len(page.columns)], fine, page.columns, window, alone=False)

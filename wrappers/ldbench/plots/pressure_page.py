@@ -32,8 +32,9 @@ def pressure_page(run: RunData, k: int, patches: Sequence[Patch]) -> Figure:
     contacts = {name: list(found) for name, found in groupby(patches, key=lambda patch: patch.contact)}
     figure = new_page(f"{run.heading}: pressure at t = {run.time[k]:.6f} s", run.header.title,
                       "pressure of elastic half-spaces on the surface developed into the plane: x along the rail, s along the "
-                      "wheel's profile towards the field side; dashed: Hertz's ellipse with the same force and the curvatures "
-                      f"where the bodies overlap most\n{caption(run)}")
+                      "wheel's profile towards the field side; dashed: Hertz's ellipse with ∫p dA and the curvatures where the "
+                      "bodies overlap most; force and angle as in the columns; ∫p dA is larger, as the normals turn over a patch"
+                      f"\n{caption(run)}")
     axes = figure.subplots(3, len(contacts), squeeze=False, gridspec_kw={
         "left": 0.06, "right": 0.96, "top": 0.85, "bottom": 0.135, "hspace": 0.3, "wspace": 0.3,
         "height_ratios": [1, 0.85, 1]})
@@ -54,7 +55,7 @@ def pressure_page(run: RunData, k: int, patches: Sequence[Patch]) -> Figure:
 def words(patch: Patch) -> str:
     """What there is to say of a patch, in two lines."""
     hertz = f", Hertz {MPA*patch.hertz.largest:.0f} MPa on {1e6*patch.hertz.area:.0f} mm²" if patch.hertz else ""
-    return (f"{KN*patch.force:.1f} kN on {1e6*patch.area:.0f} mm², contact angle {DEG*patch.angle:.1f}°\n"
+    return (f"{KN*patch.force:.1f} kN at {DEG*patch.angle:.1f}°, ∫p dA {KN*patch.integral:.1f} kN on {1e6*patch.area:.0f} mm²\n"
             f"largest {MPA*patch.largest:.0f} MPa, mean {MPA*patch.mean:.0f} MPa{hertz}")
 
 

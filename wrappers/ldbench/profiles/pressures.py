@@ -33,7 +33,8 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
         raise Error(f"{changed[0]}: expected the profile of the run {run.file}, found one that has changed since")
     if run not in _placed:
         _placed[run] = rigid_geometry(case)
-    return press(_placed[run], case, pose(run, k), contacts, elements)
+    loads = {contact: (float(run.values(f"N_{contact}")[k]), float(run.values(f"angle_{contact}")[k])) for contact in contacts}
+    return press(_placed[run], case, pose(run, k), contacts, elements, loads)
 
 
 def hardest(patches: Sequence[Patch]) -> Patch:
@@ -72,10 +73,9 @@ def _solve_first(run: RunData) -> dict[str, Any]:
     return row
 
 
-def patch_history(run: RunData, contact: str, number: int, elements: int) -> np.ndarray:
+def patch_history(run: RunData, contact: str, number: int) -> np.ndarray:
     """Time [s], largest pressure [Pa], area of all patches [m²] and largest approach [m], (4, n), at rows of the first
-    contact of a flange at about equal intervals; empty where no pressure is known. `elements` over the length of a patch
-    give the areas to some per cent."""
+    contact of a flange at about equal intervals; empty where no pressure is known."""
     rows = first_rows(run, contact)
     if rows is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
         return np.empty((4, 0))
@@ -83,7 +83,7 @@ def patch_history(run: RunData, contact: str, number: int, elements: int) -> np.
     found = []
     for k in np.unique([*np.searchsorted(run.time, wanted), first_peak(run, contact)]):
         try:
-            patches = [patch for patch in run_patches(run, int(k), [contact], elements) if patch.contact == contact]
+            patches = [patch for patch in run_patches(run, int(k), [contact]) if patch.contact == contact]
         except Error:           # the profiles are not those of the run, or not there
             return np.empty((4, 0))
         if patches:

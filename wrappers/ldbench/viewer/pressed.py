@@ -13,7 +13,6 @@ from ..results.impacts import first_peak
 from ..results.run_data import RunData
 
 LEVELS = 99         # of a pressure and of half a width, from 0 to the largest
-ELEMENTS = 36       # over the length of a patch: areas within 1 % of those of 48, in a quarter of the time
 
 
 def pressure_entries(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[dict[str, Any]]:
@@ -26,7 +25,7 @@ def pressure_entries(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[d
     found = []
     try:
         for k in moments(run, contacts):
-            patches = [patch_entry(patch) for patch in run_patches(run, k, elements=ELEMENTS)]
+            patches = [patch_entry(patch) for patch in run_patches(run, k)]
             if patches:
                 found.append({"t": float(run.time[k]), "patches": patches})
     except Error:

@@ -28,7 +28,7 @@ class Pressure {
     const g = canvas.getContext("2d");
     g.font = "11px system-ui, sans-serif";
     g.textAlign = "center";
-    const words = patches.map(patch => `${patch.c} ${+(patch.pmax / 1e6).toPrecision(3)} MPa, ${+(patch.area * 1e6).toPrecision(2)} mm²`);
+    const words = patches.map(patch => `${patch.c} ${(patch.pmax / 1e6).toFixed(0)} MPa, ${(patch.area * 1e6).toFixed(0)} mm²`);
     canvas.setAttribute("aria-label", `contact patches: ${words.join("; ")}`);
     const largest = Math.max(...patches.flatMap(patch => [2 * patch.x, patch.s])), scale = 60 / largest;
     patches.forEach((patch, k) => {
