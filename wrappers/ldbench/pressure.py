@@ -111,10 +111,10 @@ class Patch:
         """The numbers, SI units."""
         hertz = self.hertz and {"half_x": self.hertz.half_x, "half_s": self.hertz.half_s, "area": self.hertz.area,
                                 "largest": self.hertz.largest}
-        return {"contact": self.contact, "force": self.force, "integral": self.integral, "energy": self.energy, "largest": self.largest, "mean": self.mean,
-                "area": self.area, "half_x": self.half_x, "half_s": self.half_s, "approach": self.approach, "angle": self.angle,
-                "centre": self.centre, "centre_wheel": self.centre_wheel, "s_centre": self.s_centre, "s_ends": self.s_ends,
-                "hertz": hertz}
+        return {"contact": self.contact, "force": self.force, "integral": self.integral, "energy": self.energy,
+                "largest": self.largest, "mean": self.mean, "area": self.area, "half_x": self.half_x,
+                "half_s": self.half_s, "approach": self.approach, "angle": self.angle, "centre": self.centre,
+                "centre_wheel": self.centre_wheel, "s_centre": self.s_centre, "s_ends": self.s_ends, "hertz": hertz}
 
 
 def _top(squares: np.ndarray, k: int) -> float:

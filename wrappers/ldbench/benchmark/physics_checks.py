@@ -251,8 +251,8 @@ def energy_finding(run: RunData, case: Case, rigid: bool = False) -> Finding:
     work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
     energy = without_work + work
     n = {contact: np.nan_to_num(run.values(f"N_{contact}")) for contact in CONTACTS}
-    calm = ~run.closed("LF") & ~run.closed("RF") & (np.abs(n["LT"] - weight/2) < 0.02*weight) & (np.abs(n["RT"] - weight/2) < 0.02*weight)
-    calm &= np.isfinite(energy)
+    calm = np.isfinite(energy) & ~run.closed("LF") & ~run.closed("RF")
+    calm &= (np.abs(n["LT"] - weight/2) < 0.02*weight) & (np.abs(n["RT"] - weight/2) < 0.02*weight)
     if calm.sum() < 2:
         return Finding(what, UNKNOWN, hint="no two moments at which the wheelset rests on its treads")
     size = max(float(energy[0]) - float(np.nanmin(energy)), float(energy[0]), float(np.nanmax(work)))

@@ -54,7 +54,8 @@ def main(args: argparse.Namespace) -> int:
         return 0
     print(f"{run.name}: t = {run.time[k]:.6f} s")
     for patch in patches:
-        print(f"{CONTACT_NAMES[patch.contact]}: {KN*patch.force:.2f} kN at a contact angle of {DEG*patch.angle:.1f}°, as in the columns",
+        print(f"{CONTACT_NAMES[patch.contact]}: {KN*patch.force:.2f} kN at a contact angle of {DEG*patch.angle:.1f}°, "
+              "as in the columns",
               f"  largest pressure {1e-6*patch.largest:.0f} MPa, mean {1e-6*patch.mean:.0f} MPa, integral over the curved patch "
               f"{KN*patch.integral:.2f} kN",
               f"  area {1e6*patch.area:.1f} mm², {2e3*patch.half_x:.2f} mm along the rail, {2e3*patch.half_s:.2f} mm across it, "

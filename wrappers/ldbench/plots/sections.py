@@ -26,10 +26,8 @@ def placed_outlines(run: RunData) -> Outlines | None:
 
 def instants(run: RunData) -> list[tuple[str, int]]:
     """Rows worth a picture: the peak of the first contact of each flange, or the hardest contact of the left one."""
-    found = []
-    for contact in ("LF", "RF"):
-        if (k := first_peak(run, contact)) is not None:
-            found.append((f"first contact of the {CONTACT_NAMES[contact]}, at its peak", k))
+    found = [(f"first contact of the {CONTACT_NAMES[contact]}, at its peak", k) for contact in ("LF", "RF")
+             if (k := first_peak(run, contact)) is not None]
     if first_peak(run, "RF") is None and found:
         found.append(("hardest contact of the left flange", int(np.argmax(run.values("N_LF")))))
     return found or [("end of the run", len(run.time) - 1)]

@@ -79,7 +79,8 @@ def patch_history(run: RunData, contact: str, number: int) -> np.ndarray:
     rows = first_rows(run, contact)
     if rows is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
         return np.empty((4, 0))
-    wanted = np.linspace(*run.time[[max(rows.start - 1, 0), min(rows.stop, len(run.time) - 1)]], number + 2)[1:-1]
+    ends = run.time[max(rows.start - 1, 0)], run.time[min(rows.stop, len(run.time) - 1)]
+    wanted = np.linspace(*ends, number + 2)[1:-1]
     found = []
     for k in np.unique([*np.searchsorted(run.time, wanted), first_peak(run, contact)]):
         try:

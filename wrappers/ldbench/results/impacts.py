@@ -72,8 +72,8 @@ def first_rows(run: RunData, contact: str) -> slice | None:
 
 def first_peak(run: RunData, contact: str) -> int | None:
     """The row of the largest normal force in the first contact, of a flange not of its root; None where there is none."""
-    rows = first_rows(run, contact)
-    return None if rows is None else rows.start + int(run.normal_force(contact)[rows].argmax())
+    rows, force = first_rows(run, contact), run.normal_force(contact)
+    return None if rows is None or force is None else rows.start + int(force[rows].argmax())
 
 
 def intervals(run: RunData, contact: str, until: float = np.inf, rigid: bool = True) -> list[Impact] | None:

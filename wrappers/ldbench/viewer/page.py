@@ -149,7 +149,8 @@ def wheel_columns(run: RunData) -> dict[str, np.ndarray]:
     for side, contacts in SIDES.items():
         if all(f"{kind}_{contact}" in run.data for kind in ("Fy", "Fz") for contact in contacts):
             found[f"LV_{side}"] = lateral_over_vertical(run, side)
-            found |= {f"{kind}_{side}": sum(run.values(f"{kind}_{contact}") for contact in contacts) for kind in ("Fz", "Fy")}
+            found |= {f"{kind}_{side}": np.sum([run.values(f"{kind}_{contact}") for contact in contacts], axis=0)
+                      for kind in ("Fz", "Fy")}
     return found
 
 

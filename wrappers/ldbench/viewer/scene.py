@@ -180,7 +180,7 @@ class Scene:
         for (k, contact), shape in self.arrows.items():
             actor = self.actors[k]
             point, force = (np.array([actor.at(f"{q}_{contact}", t) for q in names]) for names in (("y", "z"), ("Fy", "Fz")))
-            closed = abs(actor.at(f"N_{contact}", t)) > CLOSED and bool(np.isfinite([*point, *force]).all()) and np.hypot(*force) > 0
+            closed = abs(actor.at(f"N_{contact}", t)) > CLOSED and np.isfinite([*point, *force]).all() and np.hypot(*force) > 0
             shape.set_visible(bool(closed))
             if closed:
                 shape.set_xy(arrow(point, self.unit*force, self.shaft, 4*self.shaft))
