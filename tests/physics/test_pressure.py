@@ -9,7 +9,7 @@ import pytest
 import make_profiles as arcs
 from ldbench import Case, ContactTable, Error
 from ldbench.plots.pressure_page import save_page
-from ldbench.pressure import CONTACTS, Patch, press
+from ldbench.pressure import CONTACTS, press
 from ldbench.profiles.outlines import case_outlines, pose
 from ldbench.profiles.pressures import FLANGES, first_pressures, patch_history, run_patches
 from ldbench.results.impacts import first_peak
@@ -85,14 +85,6 @@ def rows(run: RunData) -> list[int]:
     return [0, *(k for contact in CONTACTS if (k := first_peak(run, contact)) is not None)]
 
 
-def resultant(patch: Patch) -> np.ndarray:
-    """The sum of the pressure on the elements along their normals, y and z [N]."""
-    along = np.gradient(patch.track, patch.s, axis=0)
-    normal = np.column_stack([-along[:, 1], along[:, 0]])/np.hypot(*along.T)[:, None]
-    area = (patch.x[1] - patch.x[0])*(patch.s[1] - patch.s[0])
-    return (patch.p.sum(axis=0)[:, None]*area*normal).sum(axis=0)
-
-
 def test_force_is_that_of_the_table(run: RunData, table: ContactTable):
     """The pressure on the turned elements of the patches sums up to the contact's force, but for the table's error and the
     grid's 0.8/48². The integral of the pressure is larger, for the normals turn over a patch."""
@@ -107,7 +99,7 @@ def test_force_is_that_of_the_table(run: RunData, table: ContactTable):
             assert bool(mine) == (force > 0), (k, contact)
             if mine:
                 seen.add(contact)
-                assert float(np.hypot(*sum(resultant(patch) for patch in mine))) == pytest.approx(force, rel=error + 2e-3)
+                assert np.hypot(*np.sum([patch.resultant for patch in mine], axis=0)) == pytest.approx(force, rel=error + 2e-3)
                 assert sum(patch.integral for patch in mine) > (1 - error - 2e-3)*force
                 assert {patch.force for patch in mine} == {force}
                 assert force == pytest.approx(run.values(f"N_{contact}")[k], rel=1e-5)         # nine digits

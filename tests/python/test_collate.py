@@ -180,13 +180,6 @@ def test_numbers_of_a_half_sine_are_exact():
     assert "not checked" in found["energy_error"].reason
 
 
-def test_a_residue_of_an_iteration_is_no_contact():
-    """A force that never vanishes hides no impact."""
-    run = half_sine()
-    run.data["N_LF"] += 1e-1
-    assert numbers_of(run, FAST, [])["t_left_flange"].value == pytest.approx(0.02, abs=2e-5)
-
-
 @pytest.mark.parametrize(("missing", "number", "reason"), [
     (["N_LF"], "peak", "no normal force of the left flange"), (["vY"], "rebound", "no lateral velocity"),
     (["Y"], "t_return", "no lateral displacement"), (["N_RF"], "t_right_flange", "no normal force of the right flange")])

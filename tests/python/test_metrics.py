@@ -317,25 +317,6 @@ def test_pairs_leave_out_what_is_worth_least(seed: int):
     assert cost(found) == pytest.approx(min(map(cost, ways)))
 
 
-def test_intervals_are_those_that_were_planted():
-    """Forces as those of Hertzian impacts, on rows that do not meet their ends."""
-    t = np.arange(0, 0.1, 1e-4)
-    force = np.zeros(len(t))
-    planted = [(0.01234, 0.003, 2e5), (0.05131, 0.0021, 4e4), (0.08, 0.0007, 900.0)]
-    for start, length, peak in planted:
-        inside = (t > start) & (t < start + length)
-        force[inside] += peak*np.sin(np.pi*(t[inside] - start)/length)**1.5
-    found = intervals(made({"time": t, "N_LF": force}), "LF")
-    shape = np.trapezoid(np.sin(np.linspace(0, np.pi, 10001))**1.5)/10000
-    for one, (start, length, peak) in zip(found, planted, strict=True):
-        assert one.whole and one.start == pytest.approx(start, abs=6e-6) and one.end == pytest.approx(start + length, abs=6e-6)
-        assert one.peak == pytest.approx(peak, rel=0.06) and one.impulse == pytest.approx(peak*length*shape, rel=0.02)
-    cut = intervals(made({"time": t, "N_LF": np.where(t < 0.02, 5.0, np.where(t > 0.09, 7.0, 0.0))}), "LF")
-    assert [(one.begins, one.ends) for one in cut] == [(False, True), (True, False)]
-    assert intervals(made({"time": t}), "LF") is None
-    assert not closed_at(intervals(made({"time": t, "N_LF": np.zeros(len(t))}), "LF"), t).any()
-
-
 def test_passages_need_both_sides():
     """Neither rounding at the start nor a touch of the centre is a passage; the end at the centre is one."""
     t = np.arange(951)/1000

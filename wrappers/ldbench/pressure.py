@@ -138,6 +138,11 @@ def reach(column: np.ndarray) -> float:
     return k + 0.5 + float(beyond)
 
 
+def load(contact: str, y: float, z: float) -> tuple[float, float]:
+    """Normal force [N] and contact angle [rad] of the force of a contact, as the columns have them."""
+    return float(np.hypot(y, z)), float(np.arctan2(-y if contact[0] == "L" else y, z))
+
+
 def check_model(case: Case) -> None:
     """Error where a case has no pressures."""
     for name, value, wanted in (("formulation", case.formulation, "elastic"), ("model", case.model, "halfspace")):
@@ -163,8 +168,7 @@ def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[
             found += [patch for patch in _press_wheel(handle, case, pose, side, names, elements) if patch.contact in contacts]
     if loads is None:
         sums = {name: np.sum([patch.resultant for patch in found if patch.contact == name], axis=0) for name in contacts}
-        loads = {name: (float(np.hypot(*sums[name])), float(np.arctan2(-sums[name][0] if name[0] == "L" else sums[name][0],
-                                                                       sums[name][1]))) for name in sums if sums[name].any()}
+        loads = {name: load(name, *force) for name, force in sums.items() if np.any(force)}
     return [replace(patch, force=loads[patch.contact][0], angle=loads[patch.contact][1]) for patch in found]
 
 

@@ -17,7 +17,7 @@ from ._core.notebook import html_table
 from ._core.units import Units
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
-from .pressure import CONTACTS, ELEMENTS, Patch, check_model, press
+from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -235,8 +235,7 @@ class ContactTable:
         """
         check_model(self.case)
         forces = self.forces_by_contact(y, z, roll)          # raises Error outside the table
-        loads = {name: (float(np.hypot(*force[:2])), float(np.arctan2(-force[0] if name[0] == "L" else force[0], force[1])))
-                 for name, force in zip(CONTACTS, forces, strict=True)}
+        loads = {name: load(name, *force[:2]) for name, force in zip(CONTACTS, forces, strict=True)}
         return press(self._handle, self.case, (y, z, roll), elements=elements, loads=loads)
 
     def _evaluate(self, procedure: Callable[..., tuple[np.ndarray, np.ndarray]], shape: tuple[int, ...],

@@ -1,8 +1,6 @@
 """When a wheelset derails, and at which lateral force: the one definition, for the files of all codes."""
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from ..case import Case
@@ -22,21 +20,10 @@ def derailment(run: RunData, case: Case) -> Event | None:
     t, y = run.time, run.values("Y")
     roll = run.values("roll") if "roll" in run.data else np.zeros(len(t))
     force = case.lateral_force + case.lateral_ramp*t
-    found = []
-    for sign, tip, crown in landmarks(case):
+    found: list[float] = []
+    for side, sign in case_outlines(case).sides:
+        tip, crown = side.wheel[side.wheel[:, 1].argmin()], side.rail[side.rail[:, 1].argmax(), 0]
         past = sign*(y - tip[1]*np.sin(roll)) + tip[0]*np.cos(roll) - crown
         out = np.flatnonzero((past[1:] > 0) & (past[1:] > past[:-1]) & (sign*force[1:] >= 0))
-        if out.size:
-            k = int(out[0])
-            found.append(float(np.interp(0.0, past[k:k + 2], t[k:k + 2])))
-    if not found:
-        return None
-    return Event(min(found), "derailment", float(case.lateral_force + case.lateral_ramp*min(found)))
-
-
-@functools.cache
-def landmarks(case: Case) -> list[tuple[int, np.ndarray, float]]:
-    """Of the left and the right side: the sign of Y, the tip of the flange from the axle centre, (2,), and the distance of the
-    rail's highest point from the track's centre [m], y outwards."""
-    return [(sign, side.wheel[side.wheel[:, 1].argmin()], float(side.rail[side.rail[:, 1].argmax(), 0]))
-            for side, sign in case_outlines(case).sides]
+        found += [float(np.interp(0.0, past[k:k + 2], t[k:k + 2])) for k in out[:1]]
+    return Event(min(found), "derailment", float(case.lateral_force + case.lateral_ramp*min(found))) if found else None

@@ -52,10 +52,9 @@ def alignment(run: RunData, align: str) -> float:
     """The instant of a file [s] that counts as zero."""
     if align == "time":
         return 0.0
-    instants = [t for c in ("LF", "RF") if (t := run.first_contact(c)) is not None]
-    if not instants:
+    if (first := run.first_flange()) is None:
         raise Error(f"{run.file}: expected a flange contact to align by, found none")
-    return min(instants)
+    return first
 
 
 def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .events import FLANGE_ANGLE
 from .quantities import CONTACTS
 from .run_data import LARGEST, RunData
 
@@ -44,10 +45,9 @@ class Impact(NamedTuple):
 def impacts(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[Impact]:
     """All impacts of some contacts in order of time.
 
-    An impact is a set of successive closed rows between two open rows. A contact that is closed in
-    the first or last row of the file is left out there, because its length is unknown, and so is a contact that also pulls.
-    A run with rigid contacts adds the impacts among its events, of which the file lists a
-    hundred.
+    An impact is a set of successive closed rows between two open rows. A contact that is closed in the first or last row of the
+    file is left out there, because its length is unknown, and so is a contact that also pulls. A run with rigid contacts adds
+    the impacts among its events, of which the file lists a hundred.
     """
     found = [one for contact in contacts for one in closed_intervals(run, contact)]
     found += [Impact(contact, event.t, event.t, np.nan, event.t, impulse, np.nan) for event in run.events
@@ -58,6 +58,11 @@ def impacts(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[Impact]:
 def closed_intervals(run: RunData, contact: str) -> list[Impact]:
     """The intervals with a force in which a contact is closed, between two open rows."""
     return [one for one in intervals(run, contact, rigid=False) or [] if one.whole and not one.pulls]
+
+
+def first_impact(run: RunData, contact: str) -> Impact | None:
+    """The first of these intervals, of a flange not of its root: the contact angle, where the file has it, tells the root."""
+    return next((one for one in closed_intervals(run, contact) if contact[1] == "T" or not abs(one.angle) < FLANGE_ANGLE), None)
 
 
 def first_rows(run: RunData, contact: str) -> slice | None:

@@ -246,15 +246,18 @@ class RunData:
             closed &= np.abs(self.values(f"angle_{contact}")) >= FLANGE_ANGLE
         return float(self.time[closed.argmax()]) if closed.any() else None
 
+    def first_flange(self) -> float | None:
+        """Time [s] at which a flange first touches; None where none does."""
+        return min((t for contact in ("LF", "RF") if (t := self.first_contact(contact)) is not None), default=None)
+
     def normal_force(self, contact: str) -> np.ndarray | None:
         """The normal force of a contact, (rows,) [N], 0 in empty cells; of a file without it, that of its components; None
         without these."""
-        names = [f"N_{contact}"] if f"N_{contact}" in self.data else [f"{n}_{contact}" for n in ("Fy", "Fz")]
-        parts = [self.values(name).astype(float) for name in names if name in self.data]
+        parts = [self.values(name).astype(float) for n in ("N", "Fy", "Fz") if (name := f"{n}_{contact}") in self.data]
         if not parts:
             return None
         with np.errstate(over="ignore"):
-            force = parts[0] if len(names) == 1 else np.hypot(parts[0], parts[1] if len(parts) == 2 else 0.0)
+            force = parts[0] if f"N_{contact}" in self.data else np.hypot(parts[0], parts[1] if len(parts) == 2 else 0.0)
         return np.clip(np.nan_to_num(force, nan=0.0, posinf=0.0, neginf=0.0), -LARGEST, LARGEST)
 
     def closed(self, contact: str) -> np.ndarray:
