@@ -19,6 +19,7 @@ from ldbench.profiles.outlines import case_outlines, pose, run_outlines, turned
 from ldbench.results.header import read_header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import read_data
+from ldbench.results.summary import CHAOTIC_NOTE
 from ldbench.viewer import film, results
 from ldbench.viewer.pack import BINS, FINE_LEVELS, LEVELS, decimals, keep_rows, pack, value_of
 from ldbench.viewer.page import Page, make_page
@@ -382,8 +383,11 @@ def test_variants_are_shown_side_by_side(browser: Browser, shipped: dict[str, Ru
     files = [tmp_path/"ex2_aw.txt", tmp_path/"ex2_sw.txt"]
     variants = results.find_variants(files)
     assert variants == [tmp_path/"ex2_aw_hertz.txt"]
-    page = results.results_page([read_data(file) for file in files], variants).write(tmp_path/"results.html")
-    browser.open(page)
+    runs, chaotic = [read_data(file) for file in files], {"ex2_sw": {"peak_N_LF": 2e3}}
+    browser.open(results.results_page(runs, variants, chaotic).write(tmp_path/"results.html"))
+    assert browser.texts("#summary .leaning") == [f"{1e-3*runs[1].peak('LF')[0]:.0f}"]
+    assert browser.run("return getComputedStyle(document.querySelector('#summary .leaning')).fontStyle") == "italic"
+    assert CHAOTIC_NOTE in browser.text("#summary summary")
     assert browser.texts("#summary tbody tr:last-child > *") == ["side by side with", "hertz", "–"]
     browser.click("#summary tbody tr:last-child a")
     browser.wait(lambda: browser.run("return ldbench.runs.map(run => run.name)") == ["ex2_aw", "ex2_aw_hertz"])

@@ -8,9 +8,8 @@ import numpy as np
 
 from ..case import Case
 from ..profiles.derailment import derailment
-from ..results.events import FLANGE_ANGLE
-from ..results.impacts import closed_intervals
-from ..results.quantities import KN, Quantity
+from ..results import impacts
+from ..results.quantities import KN, OUTCOME, Quantity
 from ..results.run_data import RunData
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
 from .physics_checks import has
@@ -25,7 +24,7 @@ NUMBERS = {
     "duration": Quantity("duration of the first left flange impact", "ms", 1e3, digits=3, short="duration"),
     "rebound": Quantity("lateral velocity after over before that impact, reversed", "", 1, digits=4, short="rebound"),
     "t_return": Quantity("return to the centre after both flanges", "ms", 1e3, digits=3, short="return"),
-    "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=2, short="derailment"),
+    "F_derailment": OUTCOME["F_derailment"]._replace(short="derailment"),
     "energy_error": Quantity("error of the energy balance, at rest on the treads", "%", 100, digits=-1, short="energy error"),
     "processor_time": Quantity("processor time", "s", 1, digits=2, short="processor time"),
 }
@@ -71,7 +70,9 @@ def numbers_of(run: RunData, task: Task, findings: Iterable[Finding], seconds: f
     left = first_impact(run, "L")
     found = impact_numbers(run, left)
     if task.exercise == 5:
-        found["F_derailment"] = derailment_force(run, Case.exercise(5, task.profiles))
+        event = derailment(run, Case.exercise(5, task.profiles)) if has(run, "Y") else None
+        found["F_derailment"] = Number(event.force if event else np.nan, "the file ends before the derailment" if has(run, "Y")
+                                       else "no lateral displacement in the file")
     else:
         right = first_impact(run, "R")
         found["t_right_flange"] = Number(right.start) if isinstance(right, Contact) else Number(np.nan, right)
@@ -120,12 +121,11 @@ def first_interval(run: RunData, contact: str) -> Contact | str:
     flange = "left flange" if contact[0] == "L" else "right flange"
     if not has(run, f"N_{contact}"):
         return f"no normal force of the {flange} in the file"
-    for one in closed_intervals(run, contact):
-        if abs(one.angle) < FLANGE_ANGLE:
-            continue
-        before, after = np.interp([one.start, one.end], run.time, run.values("vY")) if has(run, "vY") else (np.nan, np.nan)
-        return Contact(one.start, one.end, one.peak, one.impulse, float(before), float(after))
-    return f"no impact of the {flange} begins and ends in the rows"
+    one = impacts.first_impact(run, contact)
+    if one is None:
+        return f"no impact of the {flange} begins and ends in the rows"
+    before, after = np.interp([one.start, one.end], run.time, run.values("vY")) if has(run, "vY") else (np.nan, np.nan)
+    return Contact(one.start, one.end, one.peak, one.impulse, float(before), float(after))
 
 
 def sudden_impact(run: RunData, side: str) -> Contact | None:
@@ -165,14 +165,6 @@ def return_time(run: RunData, right: float) -> Number:
         return Number(np.nan, "the file ends before the wheelset is back at the centre")
     k = int(back[0])
     return Number(float(t[k] + (t[k + 1] - t[k])*y[k]/(y[k] - y[k + 1])))
-
-
-def derailment_force(run: RunData, case: Case) -> Number:
-    """The lateral force at which the wheelset derails."""
-    if not has(run, "Y"):
-        return Number(np.nan, "no lateral displacement in the file")
-    found = derailment(run, case)
-    return Number(found.force) if found else Number(np.nan, "the file ends before the derailment")
 
 
 def verdict_counts(findings: Iterable[Finding]) -> dict[str, int]:

@@ -19,6 +19,7 @@ from .._core.files import check_ending, check_written, complete, failing_as
 from .._core.pools import processes
 from ..profiles.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
+from ..results.summary import CHAOTIC_NOTE, Chaotic
 from .contents import contents_page, entries, link, number
 from .geometry import geometry_page
 from .impact import HARDEST, Stretch, hardest_page, impact_page
@@ -29,7 +30,7 @@ from .ramp import is_ramp, ramp_page
 from .series import IMPULSES, LAST, PAGES
 from .stretches import is_long, last_second
 from .style import ldbench_style
-from .summary import CHAOTIC_NOTE, SUMMARY_NOTE, summary_page
+from .summary import SUMMARY_NOTE, summary_page
 from .ticks import settle
 from .times import time_page
 
@@ -142,9 +143,9 @@ def check_drawn(parts: Sequence[Part], runs: Sequence[RunData]) -> None:
 
 
 def front_parts(rows: Sequence[dict[str, Any]], geometry: Sequence[Path], runs: Sequence[RunData],
-                chaotic: Mapping[str, Sequence[str]] | None, target: Path) -> list[Part]:
+                chaotic: Chaotic | None, target: Path) -> list[Part]:
     """The table of all runs, the pages of geometry files, and the pages that compare runs."""
-    note = SUMMARY_NOTE if chaotic is None else CHAOTIC_NOTE + SUMMARY_NOTE
+    note = SUMMARY_NOTE if chaotic is None else f"{CHAOTIC_NOTE}.  {SUMMARY_NOTE}"
     with ldbench_style():
         shapes = [geometry_page(source) for source in geometry]
         chapters: list[Chapter] = [("Summary", [("summary", summary_page(rows, note, chaotic))])]
@@ -179,11 +180,11 @@ def plot_runs(runs: Sequence[RunData], target: Path) -> int:
 def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
             done: Callable[[], None] = lambda: None, further: Sequence[Chapter] = (),
             fine: Mapping[str, Stretches] | None = None,
-            chaotic: Mapping[str, Sequence[str]] | None = None) -> Iterator[Callable[[], int]]:
+            chaotic: Chaotic | None = None) -> Iterator[Callable[[], int]]:
     """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
     for them and writes the document.  `further`: last chapters, which are drawn there too; to draw them builds no contact
     tables: OpenMP's threads do not outlive a fork.  `fine`: stretches of runs with more rows, by the names of the runs;
-    `chaotic`: their results that the summary marks."""
+    `chaotic`: their results that the summary has in italics."""
     chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
     costs = [LONG_COST if is_long(run) else 1.0 for run in runs] + [LONG_COST]*len(further)
     shares = even_shares(costs, -(-len(chapters)//TOGETHER))

@@ -16,13 +16,12 @@ from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, impact_figure, motion_figure
 from ..plots.stretches import first_episode
 from ..plots.style import ldbench_style
-from ..plots.summary import marked
 from ..profiles.pressures import full_row
 from ..results.columns import time_mean
 from ..results.impacts import first_peak
-from ..results.quantities import GRAVITY, OUTCOME, PAIRS
+from ..results.quantities import GRAVITY, KN, OUTCOME, PAIRS
 from ..results.run_data import RunData
-from ..results.summary import summary_row
+from ..results.summary import Chaotic, shown, summary_row
 from . import formulations
 
 TEMPLATE = Path(__file__).resolve().parent/"template"/"abstract.typ"
@@ -49,9 +48,9 @@ PLACES = {"tread": "tread alone", "flange": "flange alone", "both": "tread and f
 
 
 def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = (),
-                  chaotic: Mapping[str, Sequence[str]] | None = None, authors: Sequence[Mapping[str, str]] = ()) -> None:
+                  chaotic: Chaotic | None = None, authors: Sequence[Mapping[str, str]] = ()) -> None:
     """Typeset the abstract of the ten runs, with a comparison of formulations if `outcomes` are given.
-    `chaotic`: the results of each run that get a mark; `authors`: name and affiliation of each."""
+    `chaotic`: the results of each run that are in italics; `authors`: name and affiliation of each."""
     typst = needed("typst", "report")
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -69,8 +68,8 @@ def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[form
             shutil.copy(folder/"abstract.pdf", scratch)
 
 
-def facts(runs: Sequence[RunData], chaotic: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Collect the numbers of the text, ready to print; `chaotic` ones of the table have a mark."""
+def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
+    """Collect the numbers of the text, ready to print; `chaotic` ones of the table are in a dictionary."""
     rows = [full_row(run) for run in runs]
     first = runs[0]
     ramps = [run for run in runs if run.exercise == 5 and run.first("derailment") and run.time[-1] > 2]
@@ -78,11 +77,11 @@ def facts(runs: Sequence[RunData], chaotic: Mapping[str, Sequence[str]]) -> dict
         "version": first.header.version,
         "figures": {},
         "names": [run.name for run in runs],
-        "table": [[in_short(key), *(marked(cell(key, row[key]), key in chaotic.get(row["case"], ())) for row in rows)]
+        "table": [[in_short(key), *(table_cell(key, row, chaotic) for row in rows)]
                   for key in TABLE],
         "marked": any(key in TABLE for found in chaotic.values() for key in found),
         "costs": costs(runs),
-        "first": {"name": shown.name} if (shown := first_shown(runs)) else None,
+        "first": {"name": drawn.name} if (drawn := first_shown(runs)) else None,
         "pairs": [pair_facts(pair, runs) for pair, runs in by_pair(runs).items() if runs],
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({str(run.setting("contact", "model")) for run in runs}),
@@ -110,8 +109,8 @@ def facts(runs: Sequence[RunData], chaotic: Mapping[str, Sequence[str]]) -> dict
         "threshold": f"{np.degrees(first.number('contact', 'flange_angle')):.0f}",
         "young": f"{1e-9*first.number('material', 'youngs_modulus'):.0f}",
         "poisson": f"{first.number('material', 'poisson'):.2f}",
-        "ramps": (told := [ramp_facts(run) for run in ramps]),
-        "ramp_spread": f"{max((abs(float(r['force']) - float(r['statics'])) for r in told), default=0.0):.1f}",
+        "ramps": (told := [ramp_facts(run, chaotic) for run in ramps]),
+        "ramp_spread": f"{max((abs(r['derails'] - float(r['statics'])) for r in told), default=0.0):.0f}",
         "pressure": pressure_facts(rows),
     }
 
@@ -137,7 +136,7 @@ def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, str] | None:
     if not known:
         return None
     row = max(known, key=lambda row: float(row["pmax_LF"]))
-    return {"name": row["case"], "largest": f"{1e-9*row['pmax_LF']:.1f}", "area": cell("patch_LF", row["patch_LF"])}
+    return {"name": row["case"], "largest": f"{1e-9*row['pmax_LF']:.1f}", "area": OUTCOME["patch_LF"].text(row["patch_LF"])}
 
 
 def is_explicit(run: RunData) -> bool:
@@ -152,9 +151,12 @@ def in_short(key: str) -> str:
     return f"{known.short} [{known.unit}]" if known.unit else known.short
 
 
-def cell(key: str, value: float | None) -> str:
-    """Write a result as the text prints it."""
-    return scientific(float(value)) if key == "drift_relative" and value is not None else OUTCOME[key].text(value, TABLE[key])
+def table_cell(key: str, row: dict[str, Any], chaotic: Chaotic) -> str | dict[str, str]:
+    """A result for the table; a chaotic one in a dictionary, which the template has in italics."""
+    if key == "drift_relative" and row[key] is not None:
+        return scientific(float(row[key]))
+    text, leaning = shown(row, key, chaotic, TABLE[key])
+    return {"leaning": text} if leaning else text
 
 
 def scientific(x: float) -> str:
@@ -230,7 +232,7 @@ def durations(runs: Sequence[RunData]) -> list[str]:
     return [f"{min(spans):.1f}", f"{max(spans):.1f}"]
 
 
-def ramp_facts(run: RunData) -> dict[str, str]:
+def ramp_facts(run: RunData, chaotic: Chaotic | None = None) -> dict[str, Any]:
     """What the text says of a run of exercise 5.
 
     The lateral force at derailment is that of the event. The static limit is the lateral force at which the wheelset
@@ -242,13 +244,14 @@ def ramp_facts(run: RunData) -> dict[str, str]:
     lever = time_mean(run.time[rows], (run.values("y_LF") - run.values("Y"))[rows])
     height = time_mean(run.time[rows], (run.result("axle_height") + run.values("Z") - run.values("z_LF"))[rows])
     row = summary_row(run)
+
+    def told(key: str) -> str:
+        text, leaning = shown(row, key, chaotic or {}, TABLE.get(key))
+        return f"about {text}" if leaning else text
+
     return {
-        "name": run.pair or PAIRS[run.name[-2:]],
-        "time": cell("t_derailment", row["t_derailment"]),
-        "force": cell("F_derailment", row["F_derailment"]),
-        "statics": f"{1e-3*weight*lever/height:.1f}",
-        "contacts": f"{run.count('left flange contact') or 0}",
-        "lift_offs": f"{run.count('right wheel lift-off') or 0}",
-        "peak": cell("peak_N_LF", row["peak_N_LF"]),
+        "name": run.pair or PAIRS[run.name[-2:]], "statics": f"{1e-3*weight*lever/height:.1f}",
+        "derails": KN*float(row["F_derailment"] or np.nan),
         "right_flange": f"{run.count('right flange contact') or 0}",
-    }
+    } | {name: told(key) for name, key in (("time", "t_derailment"), ("force", "F_derailment"), ("peak", "peak_N_LF"),
+                                           ("contacts", "n_left_flange_contact"), ("lift_offs", "n_right_wheel_lift_off"))}

@@ -1,7 +1,7 @@
 """The submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from ..plots.ramp import is_ramp
 from ..profiles.pressures import full_row
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
+from ..results.summary import Chaotic
 from ..viewer import page, results
 from . import abstract, authors, formulations, stretches, twins
 from .jobs import (
@@ -74,7 +75,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
             summary: [*files, kept[1], *code, Path(__file__)],
             written: [*files, *kept, root/authors.FILE, *code, Path(authors.__file__), Path(abstract.__file__),
                       *sorted(abstract.TEMPLATE.parent.glob("*"))],
-            shown: [*files, *variants, *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
+            shown: [*files, *variants, kept[1], *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
         known = {file: stamped(file, root) if file in files else hashes([file], root)
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()}
@@ -100,7 +101,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
                 runs, plotted, geometry, jobs, bar.update, [formulations.chapter(found, inputs)], fine, chaotic
             )) if plotted in due else None
             make(summary, 0, lambda: write_summary(runs, summary, chaotic))
-            make(shown, 1, lambda: results.results_page(runs, variants).write(shown))
+            make(shown, 1, lambda: results.results_page(runs, variants, chaotic).write(shown))
             make(written, 1, lambda: abstract.make_abstract(runs, written, found, chaotic, signed))
             make(plotted, len(files) + len(geometry), finish)
     return files + products
@@ -122,7 +123,7 @@ def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
     return list(found.values())
 
 
-def write_summary(runs: Sequence[RunData], target: Path, chaotic: Mapping[str, Sequence[str]]) -> None:
+def write_summary(runs: Sequence[RunData], target: Path, chaotic: Chaotic) -> None:
     """One row per run; units in brackets behind the names, and the names of results that are chaotic at the end."""
     table = pd.DataFrame([full_row(run) | {"chaotic": " ".join(chaotic.get(run.name, ()))} for run in runs])
     table.columns = [with_unit(name) for name in table.columns]

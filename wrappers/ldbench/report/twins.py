@@ -1,7 +1,8 @@
 """Which results are sensitive: each case runs once more from a start one micrometre aside.
 
 A result that such a twin changes by more than a thousandth depends on more than any measurement tells; many impacts in a
-row have multiplied the difference, and the result is one sample of a chaotic motion. Tables mark it.
+row have multiplied the difference, and the result is one sample of a chaotic motion. Tables have it in italics, with the digits
+that hold.
 """
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from .._core.pools import in_threads
 from ..case import Case
 from ..results import run_data, summary
 from ..results.run_data import RunData
-from ..results.summary import summary_row
+from ..results.summary import Chaotic, summary_row
 from ..runs import run
 from .jobs import Job, RootedCase, hashes, is_up_to_date, stamped, write_stamp
 
@@ -29,18 +30,18 @@ SAME = 1e-3             # share of a result by which a twin may move it
 EXACTNESS = "drift", "drift_relative", "drift_reference", "step", "steps"
 
 
-def chaotic(row: Mapping[str, Any], twin: Mapping[str, Any]) -> list[str]:
-    """The results of a run that its twin does not share."""
-    def differs(key: str) -> bool:
+def chaotic(row: Mapping[str, Any], twin: Mapping[str, Any]) -> dict[str, float]:
+    """The results of a run that its twin does not share, and how far its twin is from them; infinite where one comes or goes."""
+    found = {}
+    for key in twin.keys() - set(EXACTNESS):
         one, other = row.get(key), twin.get(key)
-        if isinstance(one, str) or isinstance(other, str) or one == other:
-            return False
-        if one is None or other is None:
-            return True
+        if isinstance(one, str) or isinstance(other, str) or one == other or (one is not None and np.isnan(one)):
+            continue
+        spread = np.inf if one is None or other is None or np.isnan(other) else abs(one - other)
         apart = 2*ASIDE if key.startswith("Y_") else 0.0        # by the start itself
-        return not (np.isnan(one) or abs(one - other) <= SAME*abs(one) + apart)
-
-    return [key for key in twin if key not in EXACTNESS and differs(key)]
+        if spread > SAME*abs(one or 0.0) + apart:
+            found[key] = float(spread)
+    return {key: found[key] for key in twin if key in found}
 
 
 def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
@@ -76,6 +77,6 @@ def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = F
     return rows
 
 
-def chaotic_results(runs: Sequence[RunData], twins: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str]]:
+def chaotic_results(runs: Sequence[RunData], twins: Mapping[str, Mapping[str, Any]]) -> Chaotic:
     """The chaotic results of each run, by its name."""
     return {one.name: chaotic(summary_row(one), twins[one.name]) for one in runs if one.name in twins}

@@ -28,15 +28,17 @@ class Quantity(NamedTuple):
     digits: int = 4         # decimals in tables, in the unit
     short: str = ""         # words where there is little room
 
-    def text(self, x: float | None, digits: int | None = None) -> str:
-        """A number as it is shown, without its unit; a dash for what did not happen."""
+    def text(self, x: float | None, digits: int | None = None, spread: float = 0.0) -> str:
+        """A number as it is shown, without its unit; a dash for what did not happen. Of a number that is known to a `spread`, SI,
+        the digits that hold are shown, one at least; the spread moves the last one by three at most."""
         if x is None or not np.isfinite(x):
             return "–"
-        if self.unit == "" and self.digits == 0 and digits is None:
-            return f"{x:.0f}"
+        shown, places = self.scale*x, self.digits if digits is None else digits
         if self.digits < 0:
-            return f"{self.scale*x:.1e}"
-        return f"{self.scale*x:.{self.digits if digits is None else digits}f}"
+            return f"{shown:.1e}"
+        if 0 < spread < np.inf and shown:
+            places = min(places, int(max(np.round(-np.log10(self.scale*spread)), -np.floor(np.log10(abs(shown))))))
+        return f"{round(shown, places) if places < 0 else shown:.{max(places, 0)}f}"
 
     @property
     def label(self) -> str:
@@ -100,8 +102,8 @@ OUTCOME = {
     "t_first_RF": Quantity("first contact of the right flange", "s", 1, digits=6, short="first right flange contact"),
     "t_first_centre": Quantity("first passage of the centre", "s", 1, digits=6),
     "t_return": Quantity("return to the centre after both flanges", "s", 1, digits=6, short="return to the centre"),
-    "t_derailment": Quantity("derailment", "s", 1, digits=6, short="derailment"),
-    "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=3, short="lateral force at derailment"),
+    "t_derailment": Quantity("derailment", "s", 1, digits=3, short="derailment"),
+    "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=1, short="lateral force at derailment"),
     "Y_max": Quantity("Y, largest", "mm", MM, short="largest Y"),
     "Y_min": Quantity("Y, smallest", "mm", MM),
     "Z_max": Quantity("Z, largest", "mm", MM, short="largest Z"),

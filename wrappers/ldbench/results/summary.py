@@ -1,11 +1,12 @@
 """A run in one row of numbers, for the table of all runs, summary.csv and the abstract."""
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from .quantities import CONTACTS
+from .quantities import CONTACTS, OUTCOME
 from .run_data import RunData
 
 # The rows of the table of all runs, by their names in `quantities.OUTCOME`. Pressures come from `profiles.pressures`.
@@ -14,6 +15,18 @@ SUMMARY = (
     "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "pmax_LF", "patch_LF", "approach_LF",
     "pmax_RF", "patch_RF", "approach_RF", "n_left_flange_contact", "n_right_flange_contact",
     "n_left_wheel_lift_off", "n_right_wheel_lift_off", "drift", "drift_relative", "step", "t")
+
+
+#: By case and result, how far a start one micrometre aside moves the chaotic results, SI; infinite where one comes or goes.
+Chaotic = Mapping[str, Mapping[str, float]]
+CHAOTIC_NOTE = ("italics: chaotic, one sample; a start one micrometre aside changes the number by more than 0.1 %, and its last "
+                "digit by three at most, or makes it come or go")
+
+
+def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None) -> tuple[str, bool]:
+    """A result of a row as every table shows it, and whether it is chaotic."""
+    spread = chaotic.get(str(row["case"]), {}).get(key)
+    return OUTCOME[key].text(row.get(key), digits, spread or 0.0), spread is not None
 
 
 def drift_reference(run: RunData) -> float:

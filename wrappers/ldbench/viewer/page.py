@@ -65,17 +65,18 @@ class Cell:
     run: str = ""
     time: float | None = None
     beside: tuple[str, ...] = ()    # runs to show with it
+    leaning: bool = False           # in italics
 
 
 def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None, shown: int | None = None,
               summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: Mapping[str, int] | None = None,
-              patches: Sequence[str] = CONTACTS) -> Page:
+              patches: Sequence[str] = CONTACTS, note: str = "") -> Page:
     """The page of some runs.
 
     case: whose profiles stand for those of runs without our header; by default the case of the first run with one, else
     the benchmark's with actual profiles. shown: how many runs are shown at first; the others are one click away.
-    summary: lines of a table, each with its name and cells. cells: of some runs, how many numbers are kept whole.
-    patches: contacts at whose largest forces pressed patches are shown, of runs that are not in `cells`.
+    summary: lines of a table, each with its name and cells; note: words about them. cells: of some runs, how many numbers are
+    kept whole. patches: contacts at whose largest forces pressed patches are shown, of runs that are not in `cells`.
     """
     assumed = assumed_profiles(runs, case)
     shapes: list[dict[str, Any]] = []
@@ -90,7 +91,7 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
     title = title or ", ".join(run.heading for run in runs)
     facts = {
         "title": title, "version": version(), "groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries,
-        "summary": [{"words": words, "cells": [cell_entry(cell) for cell in row]} for words, row in summary],
+        "note": note, "summary": [{"words": words, "cells": [cell_entry(cell) for cell in row]} for words, row in summary],
     }
     return Page(fill(title, facts, bodies, FOLDER/"page.html", [FOLDER/name for name in SCRIPTS]))
 
@@ -124,7 +125,7 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         "model": str(run.setting("contact", "model") or ""), "ending": run.ending, "notes": notes,
         "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
-        "events": event_entries(run), "unlisted": unlisted(run), "firstFlange": first_flange(run), "index": packed.index,
+        "events": event_entries(run), "unlisted": unlisted(run), "firstFlange": run.first_flange(), "index": packed.index,
         "shape": place(outlines, shapes), "clearance": number(run.result("clearance_left")),
         "namelist": namelist_text(run),
     }
@@ -175,12 +176,6 @@ def unlisted(run: RunData) -> dict[str, int]:
     return {kind: count for kind, count in counts.items() if count > 0}
 
 
-def first_flange(run: RunData) -> float | None:
-    """Time [s] of the first contact of a flange; None where there is none."""
-    times = (run.first_contact(contact) for contact in ("LF", "RF"))
-    return min((t for t in times if t is not None and np.isfinite(t)), default=None)
-
-
 def namelist_text(run: RunData) -> str:
     """The namelist of a run, for reading; '' in another code's file."""
     if not run.header.settings:
@@ -214,7 +209,7 @@ def shape_entry(outlines: Outlines) -> dict[str, Any]:
 
 def cell_entry(cell: Cell) -> dict[str, Any]:
     """A cell of the summary for the page."""
-    return {"text": cell.text, "run": cell.run, "t": cell.time, "with": cell.beside}
+    return {"text": cell.text, "run": cell.run, "t": cell.time, "with": cell.beside, "leaning": cell.leaning}
 
 
 def number(x: float) -> float | None:

@@ -11,7 +11,7 @@ from ..profiles.pressures import FLANGES, full_row
 from ..results.header import read_header
 from ..results.quantities import OUTCOME
 from ..results.run_data import RunData, read_data
-from ..results.summary import SUMMARY
+from ..results.summary import CHAOTIC_NOTE, SUMMARY, Chaotic, shown
 from .page import Cell, Page, make_page
 
 TITLE = "LD benchmark: single wheelset without friction, all results"
@@ -30,20 +30,21 @@ def find_variants(files: Sequence[Path]) -> list[Path]:
     return found
 
 
-def results_page(runs: Sequence[RunData], variants: Sequence[Path] = ()) -> Page:
-    """All runs, the first one shown; `variants` can be laid over the case that they are named after."""
+def results_page(runs: Sequence[RunData], variants: Sequence[Path] = (), chaotic: Chaotic | None = None) -> Page:
+    """All runs, the first one shown; `variants` can be laid over the case that they are named after.
+    `chaotic` results are in italics."""
     others = [read_data(file).named(file.stem) for file in variants]
     rows = [full_row(run) for run in runs]
     summary = []
     for key in SUMMARY:
         cells = []
         for run, row in zip(runs, rows, strict=True):
-            text = OUTCOME[key].text(row[key])
-            cells.append(Cell(text, run.name, None if text == "–" else moment(run, row, key)))
+            text, leaning = shown(row, key, chaotic or {})
+            cells.append(Cell(text, run.name, None if text == "–" else moment(run, row, key), leaning=leaning))
         summary.append((OUTCOME[key].label, cells))
     if others:
         summary.append(("side by side with", [beside(run, others) for run in runs]))
-    return make_page([*runs, *others], TITLE, shown=1, summary=summary,
+    return make_page([*runs, *others], TITLE, shown=1, summary=summary, note=CHAOTIC_NOTE if chaotic else "",
                      cells={other.name: VARIANT_CELLS for other in others}, patches=FLANGES)
 
 

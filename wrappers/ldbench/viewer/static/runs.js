@@ -45,13 +45,13 @@ class RunList {
     const {page} = this, {summary} = page.facts;
     get("summary").hidden = !summary.length;
     if (!summary.length) return;
-    const cell = ({text, run, t, with: others}) => make("td", {}, t === null ? text
+    const cell = ({text, run, t, with: others, leaning}) => make("td", leaning ? {class: "leaning"} : {}, t === null ? text
       : make("a", {href: page.address.link(t, [run, ...others]), onclick: () => get("runs").scrollIntoView()}, text));
     const head = make("tr", {}, make("th", {}, "runs"), ...page.facts.runs.slice(0, summary[0].cells.length).map(run =>
       make("th", {}, make("a", {href: page.address.link(0, [run.name])}, run.name))));
     const body = summary.map(row => make("tr", {}, make("th", {scope: "row"}, row.words), ...row.cells.map(cell)));
     get("summary").replaceChildren(make("details", {open: true},
-      make("summary", {}, "Summary; a number opens its moment"),
+      make("summary", {}, ["Summary; a number opens its moment", page.facts.note].filter(Boolean).join("; ")),
       make("table", {}, make("thead", {}, head), make("tbody", {}, ...body))));
   }
 }
