@@ -163,7 +163,7 @@ def make_place(place: Path) -> None:
                 case = small_case(exercise, pair_name)
                 case.to_namelist(f"inputs/{case.case_name}.nml")
                 if case.case_name in ("ex1_aw", "ex2_aw"):
-                    ldbench.run(case).write()
+                    ldbench.run(case).write(case.output_file)
         for name, step in ("a", 1e-5), ("b", 2e-5), ("c", 5e-5):
             case = small_case(2, "aw")
             ldbench.run(case.replace(dt=step, interval=1e-4)).write(f"{name}.txt")
@@ -390,6 +390,7 @@ def refused(words: list[str], status: int, capsys: pytest.CaptureFixture[str]) -
     (["plot", "a.txt", "-j", "0"], "expected a number from 1, found 0"),
     (["compare", "a.txt", "--align", "peak"], "invalid choice: 'peak'"),
     (["study", "weather"], "invalid choice: 'weather'"),
+    (["run", "a.nml", "--sett", "dt=1"], "unrecognized arguments: --sett"),
     (["view", "a.txt", "--from", "1"], "--from: expected with a film"),
     (["view", "a.txt", "-o", "a.mp4", "--speed", "0"], "expected a number above 0"),
     (["pressure", "a.txt"], "required: --at"),

@@ -140,6 +140,8 @@ def test_rows_are_thinned_or_padded(table):
 
 @pytest.mark.parametrize(("arguments", "expected", "found"), [
     ({"over": {"mas": [1]}}, "a namelist variable", "mas; mass is the nearest"),
+    ({"over": {"vY": [1.0], "initial_vY": [2.0]}}, "each variable once", "vY and initial_vY"),
+    ({"over": {"vY": (0, 1), "VY": (0, 2)}, "n": 3}, "each variable once", "vY and VY"),
     ({"over": {"mass": []}}, "at least one value", "none"),
     ({"over": {"mass": [1, 2, 3]}, "n": 4}, "a range (low, high) of mass", "[1, 2, 3]"),
     ({"over": {"mass": [1, 2]}, "n": 0}, "at least one range and 1 to 2147483647 draws", "1 and 0"),

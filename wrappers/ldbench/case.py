@@ -5,7 +5,7 @@ import copy
 import difflib
 import functools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from numbers import Integral, Real
 from pathlib import Path
@@ -79,6 +79,15 @@ def find_variable(name: str) -> int:
     raise Error(f"expected a namelist variable (python -m ldbench variables lists them), found {name}{meant}")
 
 
+def find_variables(names: Iterable[str]) -> list[int]:
+    """Places in the list of variables, each of which may be named once: vY, VY and initial_vY are one variable."""
+    found: dict[int, str] = {}
+    for name in names:
+        if found.setdefault(find_variable(name), name) != name:
+            raise Error(f"expected each variable once, found {found[find_variable(name)]} and {name}, which are one")
+    return list(found)
+
+
 class Case:
     """All namelist variables of a run; immutable.
 
@@ -93,6 +102,7 @@ class Case:
     """
 
     values: tuple[Value, ...]       # in the order of `variables()`
+    unchanged: tuple[Value, ...]    # the values before `replace`
     label: str                      # the namelist file, for messages
     folder: Path | None             # the namelist file's folder
 
@@ -100,7 +110,7 @@ class Case:
         """A case of the benchmark with other values: `Case(vY=0.3, output_file="fast.txt")`. Error where the core refuses
         a value."""
         vars(self).update(values=defaults(), label="case", folder=None)
-        vars(self)["values"] = self._with(changes).values
+        vars(self)["unchanged"] = vars(self)["values"] = self._with(changes).values
         self._check()
 
     @classmethod
@@ -110,7 +120,7 @@ class Case:
             raise Error(f"{label}: expected the values of {len(variables())} variables, found {values!r}")
         case = cls.__new__(cls)
         vars(case).update(label=label, folder=folder)
-        vars(case)["values"] = tuple(case._coerced(*pair) for pair in zip(variables(), values, strict=True))
+        vars(case)["unchanged"] = vars(case)["values"] = tuple(map(case._coerced, variables(), values))
         case._check()
         return case
 
@@ -138,7 +148,7 @@ class Case:
         """
         if isinstance(source, Mapping):
             return cls._read("namelist", _namelist_text(source))
-        if isinstance(source, str) and (not source.strip() or source.lstrip().startswith("&") or "\n" in source):
+        if isinstance(source, str) and (not source.strip() or source.lstrip().startswith(("&", "\ufeff")) or "\n" in source):
             return cls._read("namelist", source)
         path, shipped = os.fspath(source), data_folder()/source
         return cls._read(str(shipped) if shipped.is_file() and not Path(path).exists() else path, None)
@@ -178,8 +188,7 @@ class Case:
     def _with(self, changes: Mapping[str, Value]) -> Case:
         """A case with other values, before the core has checked them."""
         values = list(self.values)
-        for name, value in changes.items():
-            k = find_variable(name)
+        for k, value in zip(find_variables(changes), changes.values(), strict=True):
             values[k] = self._coerced(variables()[k], value)
         changed = copy.copy(self)
         vars(changed)["values"] = tuple(values)
@@ -261,7 +270,7 @@ class Case:
 
     def __getattr__(self, name: str) -> Any:
         """A variable by its name in other letters, or by group_name."""
-        if name.startswith("_") or name in ("values", "label", "folder"):
+        if name.startswith("_") or name in ("values", "unchanged", "label", "folder"):
             raise AttributeError(name)
         try:
             return self.values[find_variable(name)]

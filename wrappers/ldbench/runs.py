@@ -16,7 +16,7 @@ from ._core.files import DEFAULT_FOLDER, check_written, complete
 from ._core.notebook import html_table
 from ._core.units import Units
 from ._core.wording import counted
-from .case import Case
+from .case import Case, variables
 from .results.header import Header, parse_header
 from .results.quantities import CONTACT_NAMES
 from .results.run_data import ColumnFile, RunData, checked
@@ -63,7 +63,8 @@ class Run(RunData):
         return again
 
     def write(self, path: str | os.PathLike[str] | None = None, geometry: str | os.PathLike[str] = "") -> str:
-        """Write the column file, by default where the case says; returns its path. Of a run from a file it is a copy.
+        """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path. Of a
+        run from a file it is a copy.
 
         geometry: a file for the geometry functions. No earlier file is replaced before both new ones are complete.
         """
@@ -71,6 +72,8 @@ class Run(RunData):
         if target.resolve() in [other.resolve() for other in others]:
             raise Error(f"{geometry}: expected a file of its own for the geometry functions, found the column file")
         if isinstance(self._source, CoreRun):
+            if path is None:
+                check_own_file(self.case, "a path, or another output_file in `replace`")
             return self._source.write(path, geometry)
         if path is None:
             raise Error(f"{self.file}: expected the path of another file, to which the run is copied, found none")
@@ -111,7 +114,7 @@ class Run(RunData):
     def __repr__(self) -> str:
         if not self.header.finished:
             return f"Run({self.name!r}, {counted(len(self.data), 'row')} of {self.file})"
-        return f"Run({self.name!r}, {counted(self.results['rows'], 'row')} to t = {self.results['t']:g} s: {self.ending})"
+        return f"Run({self.name!r}, {self.result('rows'):.0f} rows to t = {self.result('t'):g} s: {self.ending})"
 
 
 class CoreRun:
@@ -206,6 +209,15 @@ def read_run(path: str | os.PathLike[str], map: Any = None) -> Run:
     found = Run(ColumnFile(Path(path), map))
     checked(found)
     return found
+
+
+def check_own_file(case: Case, wanted: str) -> None:
+    """Refuse to replace the column file of the unchanged case by that of a case that differs in more than &output; `wanted`
+    says how to name another file."""
+    pairs = zip(variables(), case.values, case.unchanged, strict=True)
+    if (any(variable.group != "output" and value != before for variable, value, before in pairs)
+            and output_path(case) == output_path(Case.of_values(case.unchanged, case.label))):
+        raise Error(f"{case.label}: expected {wanted}, found none: {output_path(case)} is the file of the unchanged case")
 
 
 def output_path(case: Case) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from .._core.errors import Usage
 from .._core.files import DEFAULT_FOLDER
 from .._core.pools import usable_cores
-from ..case import Value, find_variable, variables
+from ..case import Value, find_variable, shortest_name, variables
 
 
 def add_output(parser: argparse.ArgumentParser, what: str, metavar: str = "FILE", default: str = "") -> None:
@@ -83,7 +83,7 @@ def parse_setting(setting: str, option: str = "--set") -> tuple[str, Value]:
 
 def settings(given: Iterable[str]) -> dict[str, Value]:
     """Collect the values of `--set`; the last value of a variable counts."""
-    return dict(map(parse_setting, given))
+    return {shortest_name(find_variable(name)): value for name, value in map(parse_setting, given)}
 
 
 def print_json(facts: Mapping[str, Any]) -> None:

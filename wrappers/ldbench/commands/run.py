@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import argparse
 
-from .._core.errors import Error, Usage
-from ..case import Case, Value, find_variable, variables
-from ..runs import Run, output_path, run
+from .._core.errors import Usage
+from ..case import Case, Value
+from ..runs import Run, check_own_file, output_path, run
 from .options import add_json, add_output, add_set, print_json, settings
 
 
@@ -38,7 +38,7 @@ def main(args: argparse.Namespace) -> int:
                 case.check_writable(f"&output {name}", path)
     for number, case in enumerate(cases):
         result = run(case, progress=True)
-        result.write(geometry=case.geometry_file)
+        result.write(output_path(case), case.geometry_file)
         if args.json:
             print_json(facts(result))
         else:
@@ -48,14 +48,10 @@ def main(args: argparse.Namespace) -> int:
 
 def chosen(namelist: str, changes: dict[str, Value], output: str | None) -> Case:
     """Make the case that the arguments describe; a changed case needs a column file of its own."""
-    unchanged = Case.from_namelist(namelist)
-    case = unchanged.replace(**changes)
+    case = Case.from_namelist(namelist).replace(**changes)
     if output:
-        case = case.replace(output_file=output)
-    elif (any(variables()[find_variable(name)].group != "output" for name in changes)
-          and output_path(case) == output_path(unchanged)):
-        raise Error(f"{case.label}: expected -o FILE with --set, found none: {output_path(case)} is the file of the "
-                    "unchanged case")
+        return case.replace(output_file=output)
+    check_own_file(case, "-o FILE with --set")
     return case
 
 

@@ -15,7 +15,7 @@ from .._core import _flat
 from .._core.calls import Progress, descriptions
 from .._core.errors import Error
 from .._core.files import digest
-from ..case import Case, Value, Variable, find_variable, variables
+from ..case import Case, Value, Variable, find_variable, find_variables, variables
 from ..results.events import Event, event_kinds
 from ..runs import Run, run
 from ..table import FREE_GROUPS, FREE_NAMES, ContactTable
@@ -67,8 +67,7 @@ def plan(case: Case | Sequence[Case], over: dict[str, Sequence[Value]], n: int |
         if not case:
             raise Error("ensemble: expected at least one case, found none")
         return [Member(each) for each in case], {"member": len(case)}, {}
-    for name in over:
-        find_variable(name)
+    find_variables(over)
     if n is None:
         values: Sequence[tuple[Value, ...]] = list(itertools.product(*over.values()))
         if not values:
