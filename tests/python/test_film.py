@@ -212,3 +212,14 @@ def test_more_runs_than_looks_are_refused(pair: tuple[RunData, RunData], tmp_pat
     with pytest.raises(Error, match=r"expected at most 8 runs, found 9"):
         make_film([pair[0].named(str(k)) for k in range(9)], tmp_path/"nine.png")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_picture_is_of_any_moment_of_the_run(pair: tuple[RunData, RunData], tmp_path: Path):
+    """Its last one, too; a film takes time."""
+    first, last = pair[0].time[[0, -1]]
+    for moment in first, last:
+        make_film(pair[:1], tmp_path/f"{moment}.png", moment)
+    assert (tmp_path/f"{first}.png").read_bytes() != (tmp_path/f"{last}.png").read_bytes()
+    for name, moment in ("x.png", last + 1e-6), ("x.gif", last):
+        with pytest.raises(Error, match="expected times from 0 to "):
+            make_film(pair[:1], tmp_path/name, moment)

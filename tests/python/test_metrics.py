@@ -436,6 +436,7 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
     words = ["score", str(tmp_path/"other.csv"), "--reference", str(folders[1]), "--simulation", "ex2_aw"]
     assert main([*words, "--json"]) == 0
     found, = json.loads(capsys.readouterr().out)["files"]
+    assert found["doubts"] == []
     scores = {one["name"]: one["difference"] for one in found["scores"]}
     assert scores["Y"] < 1e-4 and scores["LF 1 impulse"] < 5e-3 and scores["LF closes 1"] < 1e-3 and found["share"] > 0.98
     assert main(["check", str(tmp_path/"other.csv"), "--simulation", "ex2_aw", "--save-map", str(tmp_path/"map.toml")]) == 0
@@ -443,6 +444,13 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
     assert main([*words, "--json", "--map", str(tmp_path/"map.toml")]) == 0
     again, = json.loads(capsys.readouterr().out)["files"]
     assert again["scores"] == found["scores"]
+    # Another simulation under this name is scored, with a line for each sign of that.
+    (tmp_path/"ex1_sw.csv").write_bytes((tmp_path/"other.csv").read_bytes())
+    words = ["score", str(tmp_path/"ex1_sw.csv"), "--reference", str(folders[1]), "--map", str(tmp_path/"map.toml")]
+    for simulation, signs in ("ex2_aw", ["a name that says"]), ("ex1_aw", ["a name that says", "initial vY 0.5 instead of 0.1"]):
+        assert main([*words, "--simulation", simulation]) == 0
+        lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  doubtful: ")]
+        assert all(any(sign in line for line in lines) for sign in signs) and (len(lines) == 1) == (simulation == "ex2_aw"), lines
 
 
 @pytest.mark.parametrize(("words", "told"), [
@@ -450,8 +458,11 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
     (["{own}", "--reference", "{empty}"], "expected files of the simulations in"),
     (["{own}/ex1_aw.txt", "--reference", "{empty}"], "expected a file of exercise 1, actual profiles, found none"),
     (["{empty}/x.csv", "--reference", "{reference}"], "expected a name that says the simulation"),
+    (["{own}/ex1_aw.txt", "--reference", "{reference}/ex2_aw.txt"],
+     "reference/ex2_aw.txt: expected a file of exercise 1, actual profiles, found the header of exercise 2, actual profiles"),
+    (["{own}/ex1_aw.txt", "--reference", "{reference}", "--simulation", "ex2_aw"], "found the header of exercise 1, actual"),
     (["{own}/ex1_aw.txt", "--reference", "{reference}/none_1_aw.txt"], "cannot be opened"),
-], ids=["folder", "nothing in common", "no reference", "no name", "no file"])
+], ids=["folder", "nothing in common", "no reference", "no name", "another reference", "another file", "no file"])
 def test_what_belongs_together_is_told(words: list[str], told: str, folders: tuple[Path, Path], tmp_path: Path,
                                        capsys: pytest.CaptureFixture[str]):
     empty = tmp_path/"empty"

@@ -11,12 +11,15 @@ import pickle
 import re
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import FrozenInstanceError
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pytest
 from pypdf import PdfReader
@@ -24,6 +27,7 @@ from pypdf import PdfReader
 import ldbench
 from ldbench.case import shortest_name, variables
 from ldbench.plots.series import PAGES
+from ldbench.plots.style import RC, ldbench_style
 from ldbench.profiles.inspect import inspect as inspect_profile
 from ldbench.results.header import Header, read_any_groups, read_plain_groups
 from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
@@ -192,6 +196,14 @@ def test_a_damaged_file_of_ours_is_told(elastic: tuple[ldbench.Run, ldbench.Run]
             ldbench.read_run(tmp_path/name)
         told = error.value
         assert (told.file, told.line) == (str(tmp_path/name), line) and told.expected.startswith(expected), told
+    # Without an entry of &results, or with a text for a number.
+    for entry in "t", "rows", "steps", "step", "drift", "kinetic_energy":
+        (tmp_path/"lacking").write_text(re.sub(rf"# +{entry} = .*\n", "", elastic[1].file.read_text()))
+        lacking = ldbench.read_run(tmp_path/"lacking")
+        assert math.isnan(lacking.results[entry]) and "Run('ex3_aw', " in repr(lacking) and "ended" in lacking._repr_html_()
+    (tmp_path/"text").write_text(re.sub(r"( n_derailment| t) = .*\n", r"\1 = 'x'\n", elastic[1].file.read_text()))
+    with pytest.raises(ldbench.Error, match=r"text, header: expected a number for (t|n_derailment), found 'x'"):
+        ldbench.read_run(tmp_path/"text")
 
 
 # Elsewhere ---------------------------------------------------------------------------------
@@ -343,6 +355,18 @@ def test_one_function_plots_every_run(other: ldbench.Run, elastic: tuple[ldbench
     with pytest.raises(ldbench.Error) as error:
         other.plot("page.png")
     assert (error.value.file, error.value.found) == ("page.png", ".png")
+    # Threads that draw beside each other leave the settings of matplotlib as they were: the first to begin ends first.
+    before, inside = {name: matplotlib.rcParams[name] for name in RC}, threading.Event()
+
+    def draw(first: bool) -> None:
+        _ = first or inside.wait(HANG)
+        with ldbench_style():
+            inside.set()
+            time.sleep(0.1 if first else 0.3)
+
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(draw, (True, False)))
+    assert {name: matplotlib.rcParams[name] for name in RC} == before != RC
 
 
 def test_one_page_shows_every_run(other: ldbench.Run, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):

@@ -68,6 +68,7 @@ HOSTILE: dict[str, Callable[[Path, Path], None]] = {
     "huge row": bytes_of(lambda x: x + b"1,"*1_000_000), "UTF-16": bytes_of(lambda x: x.decode().encode("utf-16")),
     "a page": bytes_of(lambda x: b"<html><script>alert(1)</script></html>\n"*50),
     "half a header": bytes_of(lambda x: b"# ldbench 1.0.0\n# case ex4_aw: x\n# &results\n" + x[:2000]),
+    "a header that ends in a word": bytes_of(lambda x: b"# ldbench 1.0.0\n# case ex4_aw: x\n# &case\n#  title = \".0\n# /\n" + x),
     "words as numbers": bytes_of(lambda x: x.replace(b"0.0", b"zero")),
     "infinite everywhere": constant(np.inf), "no rows": bytes_of(lambda x: x.split(b"\n")[0] + b"\n"),
     "times out of order": with_rows(lambda x: x[np.random.default_rng(1).permutation(len(x))]),

@@ -192,6 +192,8 @@ def column_findings(run: RunData) -> Iterator[Finding]:
     yield Finding("quantities", FAILED if missing else PASSED, len(QUANTITIES) - len(missing), len(QUANTITIES),
                   hint=f"missing, or not recognised: {listed(missing)}" if missing else "")
     numbers = run.data.select_dtypes("number")
+    if doubt := run.data.attrs.get("doubt"):
+        yield Finding("commas", DOUBTFUL, hint=f"'{doubt}' is read with a decimal comma; write numbers without marks of thousands")
     motion = [c for c in ("Y", "Z", "roll", "vY", "vZ", "roll_rate") if c in numbers]
     holes = int((~np.isfinite(numbers[motion])).to_numpy().sum()) if motion else 0
     yield Finding("numbers", FAILED if holes else PASSED, holes, 0, hint="empty cells in the motion" if holes else "")

@@ -19,12 +19,16 @@ from pathlib import Path
 
 from .._core.errors import Error
 from ..benchmark.check import read_submitted
+from ..benchmark.findings import FAILED
 from ..benchmark.horizon import yardsticks
 from ..benchmark.metrics import score
+from ..benchmark.physics_checks import start_findings
 from ..benchmark.scores import KINDS, Score, Scores
 from ..benchmark.submissions import complaint, find_files
-from ..benchmark.tasks import Task, files_of, task_named, task_of
+from ..benchmark.tasks import TASKS, Task, files_of, task_named, task_of
+from ..case import Case
 from ..results.quantities import quantity
+from ..results.run_data import RunData
 from .options import add_json, add_map, add_reference, add_simulation, print_json
 
 SHOWN = 5       # impacts without a partner
@@ -42,20 +46,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
-    found: list[tuple[Path, Scores]] = []
+    found: list[tuple[Path, Scores, list[str]]] = []
     failures: list[str] = []
     for task, file, reference in files(args.path, args.reference, args.simulation, failures):
         try:
-            found.append((file, score(read_submitted(file, task, args.map).run, read_submitted(reference, task).run, task)))
+            runs = read_submitted(file, task, args.map).run, read_submitted(reference, task).run
+            strange = [line for run in runs for line in doubts(run, task)]
+            found.append((file, score(*runs, task), strange))
         except Exception as error:
             if not args.path.is_dir():
                 raise
             failures.append(complaint(error, file))
     if args.json:
-        print_json({"files": [{"file": str(file), **scores.facts()} for file, scores in found], "failures": failures})
+        print_json({"files": [{"file": str(file), **scores.facts(), "doubts": strange} for file, scores, strange in found],
+                    "failures": failures})
     else:
-        for file, scores in found:
-            print("\n".join([f"{file}: {heading(scores)}", *lines(scores, args.all)]))
+        for file, scores, strange in found:
+            print("\n".join([f"{file}: {heading(scores)}", *(f"  doubtful: {line}" for line in strange), *lines(scores, args.all)]))
         for line in failures:
             print(f"not scored: {line}")
     return int(bool(failures))
@@ -79,6 +86,18 @@ def files(path: Path, reference: Path, name: str | None, failures: list[str]) ->
     if known is not None and task not in known:
         raise Error(f"{reference}: expected a file of {task.words}, found none")
     yield task, path, known[task] if known is not None else reference
+
+
+def doubts(run: RunData, task: Task) -> list[str]:
+    """What speaks for another simulation: the name of the file, or the start of the motion. Error where ldbench's header does."""
+    told = next((other for other in TASKS if other.name == run.header.name), task)
+    if told != task:
+        raise Error(f"{run.file}: expected a file of {task.words}, found the header of {told.words}")
+    named = task_of(run.file) or task
+    return [f"{run.file}: expected a file of {task.words}, found {what}" for what in (
+        *([f"a name that says {named.words}"] if named != task else []),
+        *(f"{one.what} {one.hint.rpartition(' ')[2]} instead of {one.hint.split()[1].strip(',')}" for one in
+          start_findings(run, Case.exercise(task.exercise, task.profiles)) if one.verdict == FAILED))]
 
 
 def heading(scores: Scores) -> str:

@@ -6,6 +6,8 @@ differ in lightness for print.
 """
 from __future__ import annotations
 
+import os
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -79,13 +81,18 @@ RC = {
 }
 
 
+_style = threading.RLock()      # matplotlib's settings are those of the process: one thread at a time changes and restores them
+os.register_at_fork(before=_style.acquire, after_in_parent=_style.release, after_in_child=_style.release)
+
+
 @contextmanager
 def ldbench_style() -> Iterator[None]:
-    """Draw with the look of ldbench within this context."""
-    with matplotlib.rc_context(RC):
+    """Draw with the look of ldbench within this context; other threads that draw so wait."""
+    with _style, matplotlib.rc_context(RC):
         yield
 
 
 def plain(words: str) -> str:
-    """Text of files and cases, which is no formula, for matplotlib: there a formula lies between dollar signs."""
-    return words.replace("$", r"\$")
+    """Text of files and cases for matplotlib: a formula would lie between dollar signs, and fonts refuse half letters, which a
+    file name that is not UTF-8 has."""
+    return words.encode(errors="replace").decode().replace("$", r"\$")

@@ -79,7 +79,7 @@ def read_columns(path: str | os.PathLike[str],
 
     Takes numbers separated by blanks, tabs, commas or semicolons under a line of names, with comments (# % ! *), and units
     in a line of their own below the names or in brackets behind each name. An empty cell is NaN; where commas do not
-    separate the cells they are decimal commas.
+    separate the cells they are decimal commas; `attrs["doubt"]` is a cell if all of them may mean thousands.
 
     columns: how another code names ours, a mapping or a TOML file:
 
@@ -101,13 +101,23 @@ class RawTable:
     names: list[str]
     units: list[str]            # '' where not given
     numbers: np.ndarray         # (rows, columns)
+    doubt: str = ""             # a cell whose comma may mean thousands
 
 
 def read_raw(path: Path) -> RawTable:
     """Read a file of labelled columns without a change of units."""
     lines = read_text(path).split("\n")
     layout = _find_layout(path, lines)
-    return RawTable(layout.names, layout.units, _read_numbers(path, lines, layout))
+    return RawTable(layout.names, layout.units, _read_numbers(path, lines, layout), _thousands(lines, layout))
+
+
+def _thousands(lines: Sequence[str], layout: Layout) -> str:
+    """The first cell with a comma, as 90,000, if every comma of the file may mean thousands; '' where one must be decimal."""
+    mark = layout.separator
+    rows = (line for line in lines[layout.start:] if mark != "," in line and not _is_comment(line, mark))
+    commas = (cell for line in rows for cell in _cells(line, mark) if "," in cell)
+    first = next(commas, "")
+    return first if all(re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in (first, *commas)) else ""
 
 
 def converted(path: Path, raw: RawTable,
@@ -122,7 +132,7 @@ def converted(path: Path, raw: RawTable,
         units[name], factor = _si(path, source.unit if source.unit is not None else raw.units[k])
         data[name] = factor * source.factor * raw.numbers[:, k] + source.offset
     frame = pd.DataFrame(data)
-    frame.attrs["units"] = Units(units)
+    frame.attrs |= {"units": Units(units)} | ({"doubt": raw.doubt} if raw.doubt else {})
     return frame
 
 
@@ -310,11 +320,13 @@ def read_toml(path: Path) -> dict[str, Any]:
     else:
         import tomli as tomllib
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError:
         raise error_of(f"{path}: cannot be opened for reading") from None
     except UnicodeDecodeError as error:
         raise Error(f"{path}: expected UTF-8, found byte {error.object[error.start]} at {error.start}") from None
+    except RecursionError:
+        raise Error(f"{path}: expected TOML, found brackets within brackets beyond all use") from None
     except tomllib.TOMLDecodeError as error:
         raise Error(f"{path}: {error}") from None
 

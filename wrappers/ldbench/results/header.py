@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -21,9 +22,13 @@ from ..case import Value, variables
 from .events import Event, count_name, event_kinds
 from .quantities import CONTACTS
 
+# f90nml prints a table of its own on standard output where a text ends within a word.
+vars(sys.modules.get("f90nml.scanner", f90nml))["print"] = lambda *words: None
+
 TAIL = 2**17        # where the results at the end of a file are looked for [bytes]; longer ones are read whole
 MARK = b"\xef\xbb\xbf"      # of the order of bytes, with which spreadsheets begin a file
 SETUP = "clearance_left", "clearance_right", "axle_height", "axle_roll"
+ALWAYS = "t", "rows", "drift", "kinetic_energy", "steps", "step"      # numbers of every run; a damaged header may lack them
 # Results that only some runs tell, and what they are in the others.
 UNTOLD: dict[str, Any] = {
     "rest_Y": 0.0, "rest_Z": 0.0, "rest_roll": 0.0, **{f"frequency_{k}": np.nan for k in (1, 2, 3)},
@@ -127,9 +132,10 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
     if told := read_groups(tail).get("results"):
         events = tuple(map(read_event, _listed(told.pop("event", []))))
         results |= {count_name(kind): 0 for kind in event_kinds()}
-        results |= {key: value if isinstance(value, str) else int(value) if isinstance(value, int) else number(told, key)
-                    for key, value in told.items()}
-        results["derailed"] = results["n_derailment"] > 0
+        results |= dict.fromkeys(ALWAYS, np.nan)
+        results |= {key: value if isinstance(value, str) and key not in ALWAYS else int(value) if isinstance(value, int)
+                    else number(told, key) for key, value in told.items()}
+        results["derailed"] = number(results, "n_derailment") > 0
     results |= {key: value for key, value in UNTOLD.items() if key not in results}
     return Header(version, name, title, profiles, reconstruction, settings, str(setup.get("table_points", "")), errors, results,
                   events)
@@ -214,7 +220,7 @@ def read_any_groups(lines: Sequence[str]) -> dict[str, dict[str, Any]]:
         return {group: {str(names.get(name, name)): value for name, value in values.items()} for group, values in groups.items()
                 if isinstance(values, Mapping)}
     except Exception as error:      # whatever f90nml finds wrong with a text
-        raise Error(f"expected namelist groups, found {type(error).__name__}: {error}") from None
+        raise Error(f"expected namelist groups, found {type(error).__name__}: {str(error) or 'a word that does not end'}") from None
 
 
 def number(group: Mapping[str, Any], name: str, k: int | None = None) -> float:

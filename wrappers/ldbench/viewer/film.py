@@ -41,10 +41,11 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
     check_number(runs)
     first, last = min(float(r.time[0]) for r in runs), max(float(r.time[-1]) for r in runs)
     start, end = first if start is None else start, last if end is None else end
-    if not first <= start < end <= last:
+    still = target.suffix.lower() == PICTURE
+    if not (first <= start <= end <= last and (start < end or (still and first < last))):
         raise Error(f"{target}: expected times from {first:g} to {last:g} s in ascending order, "
                     f"found {start:g} to {end:g} s")
-    if target.suffix.lower() == PICTURE:
+    if still:
         with ldbench_style(), complete(target) as scratch:
             write_picture(scratch, Picture(runs, first, last, None, case).frame(start))
         return 1
