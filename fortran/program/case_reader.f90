@@ -228,7 +228,7 @@ contains
     at = min(this%line, size(this%lines))
     quote = trim(adjustl(this%lines(at)%text))
     place = this%file//', line '//str(at)
-    if (this%group /= '') place = place//', &'//this%group
+    if (this%group /= '') place = place//', &'//clip(this%group)
     if (name /= '') place = place//' '//name
     call fatal_error(error, place//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
   end subroutine fail

@@ -246,17 +246,19 @@ contains
     end if
   end subroutine read_lines
 
-  !> The lines of a text, ended by newline, carriage return or both.  Tabs become blanks.
+  !> The lines of a text, ended by newline, carriage return or both.  Tabs become blanks; the mark of the order of bytes, with
+  !> which editors may begin a text in UTF-8, is left out.
   pure subroutine split_lines(text, lines)
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
     character, parameter :: newline = achar(10), return = achar(13)
+    character(*), parameter :: mark = achar(239)//achar(187)//achar(191)
     integer :: n, from, to, pass
 
     do pass = 1, 2
       if (pass == 2) allocate (lines(n))
       n = 0
-      from = 1
+      from = merge(4, 1, index(text, mark) == 1)
       do while (from <= len(text))
         to = from - 1 + scan(text(from:), newline//return)
         if (to < from) to = len(text) + 1

@@ -588,6 +588,17 @@ def test_closed_and_full_streams(case):
     assert bytes_of(case) == whole
     one_line(shell("$PYTHON run case.nml >/dev/full", case), "standard output", "No space left on device")
     one_line(shell("$PYTHON run --help >/dev/full", case), "standard output", "No space left on device")
+    # A name that is not UTF-8 is drawn with another letter.
+    assert shell("$PYTHON plot columns.txt 2>&-", case).stdout == "outputs/ldbench_plots.pdf: 6 pages\n"
+    assert shell("cp columns.txt 'caf\\351.txt' && $PYTHON compare 'caf\\351.txt' columns.txt 2>&1", case).returncode == 0
+
+
+def test_control_c_while_modules_are_imported_is_one_line(tmp_path):
+    """The moment when the import of numpy begins."""
+    (tmp_path/"numpy.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    done = subprocess.run([sys.executable, "-m", "ldbench", "variables"], capture_output=True, text=True, timeout=HANG,
+                          env=os.environ | {"PYTHONPATH": str(tmp_path)})
+    assert (done.returncode, done.stdout, done.stderr) == (128 + signal.SIGINT, "", "ldbench: stopped\n")
 
 
 def test_a_clock_that_jumps_changes_nothing(tmp_path):

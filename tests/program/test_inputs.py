@@ -234,6 +234,7 @@ def test_the_executable_refuses_in_the_same_words(group, name, value, tmp_path):
     *(({"track": {"gauge": gauge}}, [f"&track gauge = {gauge} m with &wheelset back_to_back = 1.35214 m does not put the treads"])
       for gauge in (1.28, 1.3, 1.31, 1.35)),
     ({"wheelset": {"back_to_back": 1.6}}, ["&track gauge = 1.4351 m", "back_to_back = 1.6 m"]),
+    ({"track": {"gauge_depth": 0.001}}, ["&track gauge = 1.4351 m with", "the gauge measured at gauge_depth = 0.001 m"]),
     ({"track": {"gauge_depth": 0.05}}, ["&track gauge_depth", "0.05", "arprof.yz"]),
     ({"profiles": {"wheel_profile": REPO / "profiles/arprof.yz", "rail_profile": REPO / "profiles/awprof.yz"}},
      ["awprof.yz: the rail has no gauge face 0.014 m below its top", "&track gauge_depth"]),
@@ -330,6 +331,7 @@ BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
     "comments": ("! &case\n! /\n", ["expected namelist groups", "found nothing"]),
     "long line": ("&track gauge = 1.4, " + 3000 * "g" + " = 1\n/\n", ["line 1, &track", "expected one of gauge"]),
     "control characters": ("&track\n gauge = \x1b[31m1.4\n/\n", ["line 2, &track gauge: expected a number"]),
+    "long group": (40_000*"&case" + "\n/\n", ["line 1, &case&case", "expected one of &case", "found &case&case", "...  ["]),
     "binary": ("&track\x00\x01\x02\n gauge = 1.4\n/\n", ["line 1", "expected one of &case"]),
 }
 
@@ -338,6 +340,7 @@ BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
 def test_broken_language(broken, tmp_path):
     text, words = BROKEN_LANGUAGE[broken]
     message = refusal(text, tmp_path)
+    assert len(message) < 700
     for word in ["case.nml", *words]:
         assert word in message
 
@@ -369,6 +372,7 @@ def test_one_language_many_hands(tmp_path):
         "carriage returns": "! a case\r" + plain.replace("\n", "\r"),
         "comments": "! a case\n\n" + re.sub(r"$", "  ! it's so: &track / = ,", plain, flags=re.M),
         "no newline at the end": plain.removesuffix("\n"),
+        "mark of the order of bytes": "\ufeff" + plain,
     }
     assert len(set(variants.values())) == len(variants)
     expected = None

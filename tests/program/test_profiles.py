@@ -62,6 +62,7 @@ VARIANTS: dict[str, Callable[[Points], str]] = {
     "repeated points": repeated,
     "repeated points, other direction": lambda p: repeated(p[::-1]),
     "no newline at the end": lambda p: plain(p).rstrip("\n"),
+    "mark of the order of bytes": lambda p: "\ufeff" + plain(p),
     "long comment": lambda p: "# " + 5000 * "long " + "\n" + plain(p),
 }
 

@@ -20,6 +20,7 @@ from hostile_files import HARMLESS, HOSTILE
 from imaginary_round import CODES, Runs
 from ldbench import Error
 from ldbench.__main__ import main
+from ldbench._core.files import write_frame
 from ldbench.benchmark import check, collation, kept_entries, round_numbers
 from ldbench.benchmark.collation import Collation, collate, write_csv
 from ldbench.benchmark.kept_entries import SCORED_AS_ELASTIC
@@ -603,6 +604,8 @@ def test_grades_are_rows_of_the_table(graded: GradedRound, collated: tuple[Colla
     assert row("Softer", "score_motion_of_spread")[0] == one.of_spread > 0
     assert "times in common" in row("Late", "score_events")[1] and "expected rows" in row("Spoilt", "score_events")[1]
     assert row("Itself", "score_events", Task(1, "sw"))[1] == "not submitted"
+    write_frame(frame.iloc[:5].assign(code=["=1+1", "@x", "-2e-3", "-", "+a"]), tmp_path/"formulas.csv")
+    assert list(pd.read_csv(tmp_path/"formulas.csv").code) == ["'=1+1", "'@x", "-2e-3", "-", "'+a"]
     assert row("Itself", "score_events", SLOW)[1] == "the reference has no file of this simulation"
     assert not any("score_" in line for line in table(collated[0], tmp_path/"without.csv"))
 

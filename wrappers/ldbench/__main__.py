@@ -13,6 +13,7 @@ import threading
 from importlib import import_module
 from typing import TYPE_CHECKING, NoReturn
 
+from ._core import leave
 from ._core.calls import version
 from ._core.errors import Error, Usage
 from .commands import COMMANDS
@@ -78,6 +79,8 @@ def main(arguments: list[str] | None = None) -> int:
     if threading.current_thread() is not threading.main_thread():
         return run_command(arguments)           # the only thread that signals come to is another one
     before = signal.signal(signal.SIGTERM, stop)
+    if signal.getsignal(signal.SIGINT) is leave:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         return run_command(arguments)
     finally:
@@ -89,6 +92,8 @@ def run_command(arguments: list[str] | None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")       # for what its encoding has no letters
     try:
+        if sys.stderr is None:          # closed; no file that is opened later shall get its number
+            sys.stderr = open(os.devnull, "w")      # noqa: SIM115
         if sys.stdout is None:
             raise Error("standard output: expected one that can be written, found it closed")
         args = parse(sys.argv[1:] if arguments is None else arguments)
@@ -97,7 +102,7 @@ def run_command(arguments: list[str] | None) -> int:
         sys.stdout.flush()
         return status
     except Usage as error:
-        tell(f"ldbench: error: {error}")
+        print(f"ldbench: error: {error}", file=sys.stderr)
         return 2
     except Error as error:
         reason = str(error)
@@ -113,21 +118,15 @@ def run_command(arguments: list[str] | None) -> int:
     except MemoryError:
         reason = "expected more memory, found none left"
     except KeyboardInterrupt as stopped:
-        tell("ldbench: stopped")
+        print("ldbench: stopped", file=sys.stderr)
         return 128 + int(*stopped.args or (signal.SIGINT,))
-    tell(f"ldbench: error: {' '.join(reason.split())}")
+    print(f"ldbench: error: {' '.join(reason.split())}", file=sys.stderr)
     return 1
 
 
 def discard_output() -> None:
     """Discard the buffer of standard output, which cannot be written at the end of the process either."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-
-
-def tell(words: str) -> None:
-    """Write a message to standard error, if it is open."""
-    if sys.stderr is not None:
-        print(words, file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -149,5 +149,19 @@ def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:
 
 def write_frame(frame: pd.DataFrame, target: Path) -> None:
     """Write a table as CSV."""
+    texts = frame.select_dtypes(exclude=["number", "bool"])
+    frame = frame.assign(**{name: texts[name].astype(object).where(~texts[name].map(is_formula), "'" + texts[name].astype(str))
+                            for name in texts})
     with complete(target) as scratch:
         frame.to_csv(scratch, index=False)
+
+
+def is_formula(cell: object) -> bool:
+    """Whether a spreadsheet would take a text for a formula; an apostrophe before the text prevents that."""
+    if not isinstance(cell, str) or len(cell) < 2 or cell[0] not in "=+-@\t\r":
+        return False
+    try:
+        float(cell)
+    except ValueError:
+        return True
+    return False

@@ -104,7 +104,7 @@ def with_values(text: str, values: Mapping[str, Mapping[str, object]]) -> str:
 def case_job(namelist: Path, folder: Path, root: Path) -> Job:
     """The job of a namelist file that puts its columns into `folder`.  The text stays as it is
     where that is what it says."""
-    text = namelist.read_text()
+    text = namelist.read_text(encoding="utf-8-sig", errors="surrogateescape")
     output = folder/f"{namelist.stem}.txt"
     if (root/str(f90nml.reads(text).get("output", {}).get("file", ""))).resolve() != output.resolve():
         text = with_values(text, {"output": {"file": inside(output, root)}})
