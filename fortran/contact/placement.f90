@@ -61,9 +61,8 @@ contains
         .and. pair%steepest < count(pair%s <= pair%centred_station)
     end if
     if (.not. ok) then
-      call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '// &
-        str(back_to_back)//' m does not put the treads of '//wheel_file//' on '//rail_file// &
-        ', the gauge measured at gauge_depth = '//str(gauge_depth)//' m')
+      call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '//str(back_to_back)// &
+        ' m does not put the treads of '//wheel_file//' on '//rail_file//' at gauge_depth = '//str(gauge_depth)//' m')
       return
     end if
     pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius

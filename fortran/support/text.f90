@@ -246,13 +246,11 @@ contains
     end if
   end subroutine read_lines
 
-  !> The lines of a text, ended by newline, carriage return or both.  Tabs become blanks; the mark of the order of bytes, with
-  !> which editors may begin a text in UTF-8, is left out.
+  !> The lines of a text, ended by newline, carriage return or both.  Tabs become blanks; a mark of the order of bytes is left out.
   pure subroutine split_lines(text, lines)
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
-    character, parameter :: newline = achar(10), return = achar(13)
-    character(*), parameter :: mark = achar(239)//achar(187)//achar(191)
+    character(*), parameter :: newline = achar(10), return = achar(13), mark = achar(239)//achar(187)//achar(191)
     integer :: n, from, to, pass
 
     do pass = 1, 2

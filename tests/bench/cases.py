@@ -49,8 +49,7 @@ def case_measures(out: Section, names: list[str], rounds: int) -> None:
         out.measures += measures
         rows.append([case, *(m.text() for m in measures)])
     totals = found.sum(axis=1)
-    total = measure("all cases", "executable", "wall time", "s", totals[:, 0],
-                    f"{len(names)} cases, one after the other", True)
+    total = measure("all cases", "executable", "wall time", "s", totals[:, 0], f"{len(names)} cases, one after the other", True)
     out.measures.append(total)
     rows.append(["together", total.text(), measure("", "", "", "s", totals[:, 1]).text(), ""])
     out.tables.append(Table("The cases by the executable: median (quartiles)",

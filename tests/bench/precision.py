@@ -160,8 +160,7 @@ class Comparison:
 
     def times(self, family: str, output: str, target: float) -> dict[str, np.ndarray]:
         """The times of the family's members that reach the target."""
-        found = {m.name: self.at(m.name, output, target, lambda point: point.times)
-                 for m in self.methods if m.family == family}
+        found = {m.name: self.at(m.name, output, target, lambda point: point.times) for m in self.methods if m.family == family}
         return {name: times for name, times in found.items() if np.isfinite(times).all()}
 
     def at(self, name: str, output: str, target: float, values: Values) -> np.ndarray:
@@ -369,8 +368,7 @@ def precision_figure(found: list[Comparison], output: str) -> Figure:
     for ax in axes[:, 0]:
         ax.set_ylabel("error of Y at the end [m]")
     handles = [Line2D([], [], **THIN | m.line) for m in drawn]
-    figure.legend(handles, [m.name for m in drawn], loc="center right", bbox_to_anchor=(0.97, 0.915), ncols=11,
-                  fontsize=6.5)
+    figure.legend(handles, [m.name for m in drawn], loc="center right", bbox_to_anchor=(0.97, 0.915), ncols=11, fontsize=6.5)
     return figure
 
 

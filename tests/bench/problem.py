@@ -67,8 +67,7 @@ def problem(case: Case, table: ContactTable) -> Iterator[Problem]:
         yy, yz, yr, zz, zr, rr = tangents(handle, 0, y, z, roll)[0].ravel().tolist()
         full = np.zeros((6, 6))
         full[0, 3] = full[1, 4] = full[2, 5] = 1
-        full[3:, :3] = ((-yy/mass, -yz/mass, -yr/mass), (-yz/mass, -zz/mass, -zr/mass),
-                        (-yr/inertia, -zr/inertia, -rr/inertia))
+        full[3:, :3] = ((-yy/mass, -yz/mass, -yr/mass), (-yz/mass, -zz/mass, -zr/mass), (-yr/inertia, -zr/inertia, -rr/inertia))
         return full
 
     start = np.array([case.Y, case.Z, case.initial_roll, case.vY, case.vZ, case.roll_rate])
@@ -160,8 +159,7 @@ def by_ours(p: Problem, output: str, least: float, scheme: str, order: int, beta
             energy_tolerance: float = 0.0) -> Solution:
     """By the core; without the program its time includes events, energies and the columns of some rows."""
     if p.program:
-        return compiled(p, output, least, method=scheme, order=order, beta=beta, dt=dt,
-                        energy_tolerance=energy_tolerance)
+        return compiled(p, output, least, method=scheme, order=order, beta=beta, dt=dt, energy_tolerance=energy_tolerance)
     case = p.case.replace(scheme=scheme, order=order, beta=beta, dt=min(dt, p.t_end/ROWS), stop_at="t_end",
                           energy_tolerance=energy_tolerance, t_end=p.t_end, interval=p.t_end/ROWS)
 

@@ -46,8 +46,7 @@ def test_the_look_up_is_compared_with_what_it_replaces(lines: Lines):
 
 
 def test_evaluations_of_all_integrators_are_counted(lines: Lines):
-    counts = {line["subject"].split(",")[0]: float(line["median"]) for line in lines
-              if line["quantity"] == "force evaluations"}
+    counts = {line["subject"].split(",")[0]: float(line["median"]) for line in lines if line["quantity"] == "force evaluations"}
     peers = {"CVODE Adams", "CVODE BDF", "ARKODE 5"} if PEERS else set()
     assert {"energy 4", "cut 4", "LSODA"} | peers <= set(counts) and min(counts.values()) > 100
 

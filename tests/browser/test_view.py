@@ -429,8 +429,7 @@ def test_a_long_run_at_uneven_times(browser: Browser, tmp_path: Path):
     assert not facts(page)["runs"][0]["index"]["even"]
     browser.open(page, "#t=0.1")
     is_quiet(browser, page)
-    times, kept, track = browser.run(
-        "const run = ldbench.runs[0]; return [[...run.rowTimes], [...run.t], [...run.tracks.Y]]")
+    times, kept, track = browser.run("const run = ldbench.runs[0]; return [[...run.rowTimes], [...run.t], [...run.tracks.Y]]")
     np.testing.assert_array_equal(times, t)
     assert 400 < len(kept) <= 750 and np.isin(kept, t).all()
     y = run.values("Y")
@@ -536,8 +535,7 @@ def test_film(ending: str, shipped: dict[str, Run], tmp_path: Path, capsys: pyte
     target = tmp_path/f"film.{ending}"
     files = [str(shipped[case].file) for case in ("ex2_aw", "ex2_sw")]
     rate = film.RATES[f".{ending}"]
-    assert main(["view", *files, "-o", str(target), "--from", "0.02", "--to", "0.024",
-                 "--speed", str(0.004/7*rate)]) == 0
+    assert main(["view", *files, "-o", str(target), "--from", "0.02", "--to", "0.024", "--speed", str(0.004/7*rate)]) == 0
     assert "film." in capsys.readouterr().out
     if ending == "gif":
         from PIL import Image, ImageSequence

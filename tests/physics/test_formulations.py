@@ -68,8 +68,7 @@ def test_path_is_that_of_the_geometry_functions(pair: str):
         assert np.abs(geometry[column].to_numpy() - c[column].to_numpy()).max() < 1e-9
     closed = c.N_LT.to_numpy() != 0
     for column in "radius", "angle":
-        assert c[f"{column}_LT"].to_numpy()[closed] == pytest.approx(
-            geometry[f"{column}_L"].to_numpy()[closed], abs=2e-6)
+        assert c[f"{column}_LT"].to_numpy()[closed] == pytest.approx(geometry[f"{column}_L"].to_numpy()[closed], abs=2e-6)
 
 
 MODERN = Case.exercise(3).replace(wheel_profile=str(REPO / "profiles/s1002.yz"), rail_profile=str(REPO / "profiles/60e1.yz"),

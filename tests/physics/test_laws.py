@@ -190,8 +190,7 @@ def axis_points(n: int, first: float, last: float, centre: float, scale: float) 
     """Evenly spaced in asinh((x - centre)/scale); in x for scale 0."""
     if scale == 0:
         return np.linspace(first, last, n)
-    return centre + scale*np.sinh(np.linspace(np.arcsinh((first - centre)/scale),
-                                              np.arcsinh((last - centre)/scale), n))
+    return centre + scale*np.sinh(np.linspace(np.arcsinh((first - centre)/scale), np.arcsinh((last - centre)/scale), n))
 
 
 def spline(f, n: int, points: np.ndarray) -> np.ndarray:
@@ -248,8 +247,7 @@ def test_spline_convergence():
          - slope(2*steps[j], steps[i]))/(12*h) for i, j in pairs])
     for n in 25, 49:
         v = spline(smooth, n, points)
-        errors.append([np.sqrt(np.mean(error**2)) for error in (
-            v[:, 0] - exact, v[:, 1:4] - gradient, v[:, 4:10] - second)])
+        errors.append([np.sqrt(np.mean(error**2)) for error in (v[:, 0] - exact, v[:, 1:4] - gradient, v[:, 4:10] - second)])
     assert np.log2(np.divide(*errors)) == pytest.approx([4, 3, 2], abs=0.3)
 
 

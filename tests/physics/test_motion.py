@@ -25,10 +25,8 @@ from probes import (
 from running import PAIRS, Run, columns, run_case, shipped_text
 
 # A small, quickly built table for motions near the centre.
-NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "roll": 0.01, "depth": 1e-3,
-        "n_lateral": 100, "n_roll": 9, "n_depth": 17}
-SCHEMES = {"newmark": {"scheme": "newmark"}, "explicit": {"scheme": "newmark", "beta": 0.0},
-           "energy": {"scheme": "energy"}}
+NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "roll": 0.01, "depth": 1e-3, "n_lateral": 100, "n_roll": 9, "n_depth": 17}
+SCHEMES = {"newmark": {"scheme": "newmark"}, "explicit": {"scheme": "newmark", "beta": 0.0}, "energy": {"scheme": "energy"}}
 SLOW = {"vY": 0.1, "roll_rate": 0.00333}         # exercise 1
 FLANGING = {"vY": 0.5, "roll_rate": 0.01667}     # exercise 2
 
@@ -280,8 +278,7 @@ def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
     assert back.results["cuts"] == pytest.approx(forth.results["cuts"], rel=0.02)
     start, home = forth.data.iloc[0], back.data.iloc[-1]
     assert home[["Y", "Z", "roll"]].to_numpy() == pytest.approx(start[["Y", "Z", "roll"]].to_numpy(), abs=1e-10)
-    assert -home[["vY", "vZ", "roll_rate"]].to_numpy() == pytest.approx(
-        start[["vY", "vZ", "roll_rate"]].to_numpy(), abs=1e-7)
+    assert -home[["vY", "vZ", "roll_rate"]].to_numpy() == pytest.approx(start[["vY", "vZ", "roll_rate"]].to_numpy(), abs=1e-7)
 
 
 def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):

@@ -226,8 +226,7 @@ def round_pair(folder: Path, radius: float) -> tuple[Path, Path]:
 def test_an_easy_pair_has_a_small_table(strip_tables: dict[str, Path], tmp_path: Path):
     """A cone on a round head."""
     wheel, rail = round_pair(tmp_path, 0.3)
-    done = run_case(short_case(tmp_path, profiles={"wheel_profile": wheel, "rail_profile": rail},
-                               table=LARGEST), tmp_path)
+    done = run_case(short_case(tmp_path, profiles={"wheel_profile": wheel, "rail_profile": rail}, table=LARGEST), tmp_path)
     assert done.returncode == 0 and "warning" not in done.stdout, done.stdout + done.stderr
     size = sum(np.prod(zone) for zone in points(done.stdout))
     actual = run_case(short_case(tmp_path, table={"file": strip_tables["aw"], **LARGEST}), tmp_path)

@@ -119,8 +119,7 @@ def test_earlier_result_is_replaced_when_the_new_one_is_complete(tmp_path):
 
 
 def test_summary(tmp_path):
-    text = short_case(tmp_path, case={"name": "first", "title": "a short one"}, initial={"vY": 1.0},
-                      integrator={"t_end": 0.02})
+    text = short_case(tmp_path, case={"name": "first", "title": "a short one"}, initial={"vY": 1.0}, integrator={"t_end": 0.02})
     done = run_case(text, tmp_path)
     assert done.returncode == 0 and done.stderr == ""
     for words in ("first: a short one\n", "rigid-axle clearance [mm]: 2 x 10.180\n", "90.000 kN per wheel\n",
@@ -282,8 +281,7 @@ def test_the_progress_line_comes_after_a_second():
     assert progress_line((0, "table", 0.0), (0.5, "table", 0.6), (0.999, "integration", 0.9)) == ""
     found = progress_line((0.999, "table", 0.5), (1.0, "table", 0.6), (3.5, "integration", 0.07))
     *lines, cleared, end = found.split("\r")
-    assert [line.split() for line in lines] == [[], ["ldbench:", "table", "60", "%"],
-                                                ["ldbench:", "integration", "7", "%"]]
+    assert [line.split() for line in lines] == [[], ["ldbench:", "table", "60", "%"], ["ldbench:", "integration", "7", "%"]]
     assert end == cleared.strip() == "" and len(cleared) > max(map(len, lines))
     assert progress_line((0.5, "table", 0.5), (5.0, "table", 0.6), visible=False) == ""
 

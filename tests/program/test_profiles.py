@@ -158,8 +158,7 @@ BROKEN_LINES = {
     "not ASCII": "12.5 −3.25",
 }
 # At the beginning of a file such lines are a heading.
-WORDS = {"a word first": "point 12.5 -3.25", "quoted numbers": "'12.5' '-3.25'", "heading": "y z",
-         "exponents alone": "e5 D2"}
+WORDS = {"a word first": "point 12.5 -3.25", "quoted numbers": "'12.5' '-3.25'", "heading": "y z", "exponents alone": "e5 D2"}
 
 
 @pytest.mark.parametrize(("broken", "place"), [

@@ -124,8 +124,7 @@ def test_failures_are_recorded(table):
 
 
 def test_a_table_that_cannot_be_built_fails_its_members(tmp_path, table):
-    found = ldbench.ensemble(short(), {"wheel_profile": ["profiles/awprof.yz", "none.yz"], "mass": MASSES},
-                             tables=[table])
+    found = ldbench.ensemble(short(), {"wheel_profile": ["profiles/awprof.yz", "none.yz"], "mass": MASSES}, tables=[table])
     assert (found.error.sel(wheel_profile="profiles/awprof.yz") == "").all()
     assert all("none.yz" in error for error in found.error.sel(wheel_profile="none.yz").values)
 
@@ -140,8 +139,8 @@ def test_rows_are_thinned_or_padded(table):
 
 @pytest.mark.parametrize(("arguments", "expected", "found"), [
     ({"over": {"mas": [1]}}, "a namelist variable", "mas; mass is the nearest"),
-    ({"over": {"vY": [1.0], "initial_vY": [2.0]}}, "each variable once", "vY and initial_vY"),
-    ({"over": {"vY": (0, 1), "VY": (0, 2)}, "n": 3}, "each variable once", "vY and VY"),
+    ({"over": {"vY": [1.0], "initial_vY": [2.0]}}, "every variable once", "vY and initial_vY"),
+    ({"over": {"vY": (0, 1), "VY": (0, 2)}, "n": 3}, "every variable once", "vY and VY"),
     ({"over": {"mass": []}}, "at least one value", "none"),
     ({"over": {"mass": [1, 2, 3]}, "n": 4}, "a range (low, high) of mass", "[1, 2, 3]"),
     ({"over": {"mass": [1, 2]}, "n": 0}, "at least one range and 1 to 2147483647 draws", "1 and 0"),
@@ -360,8 +359,7 @@ def test_what_is_told_is_kept(last, tmp_path, table, counted, monkeypatch):
 
     monkeypatch.setattr(stores, "FLUSH", float("inf"))
     with pytest.raises(Enough):
-        ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table],
-                         progress=stop)
+        ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table], progress=stop)
     assert not (tmp_path/"sweep.zarr").exists()
     assert len(read_places(tmp_path/"sweep.zarr.parts")) == last
     before = counted["runs"]
@@ -478,8 +476,7 @@ def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
         if len(done) == 4:
             cluster.processes[1].kill()
 
-    found = ldbench.ensemble(case, over, columns=["Y"], scheduler=cluster.address, store=tmp_path/"sweep.zarr",
-                             progress=kill)
+    found = ldbench.ensemble(case, over, columns=["Y"], scheduler=cluster.address, store=tmp_path/"sweep.zarr", progress=kill)
     assert cluster.processes[1].wait(HANG) == -signal.SIGKILL and done[-1] == 1
     assert counted == {"runs": 0, "tables": 0}
     assert found.identical(ldbench.ensemble(case, over, columns=["Y"], tables=[table]))

@@ -51,8 +51,7 @@ from running import REPO, namelist, run_case
 KINEMATICS = ["Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc"]
 PER_CONTACT = ["angle", "N", "Fz", "Fy", "y", "z", "radius"]
 ENERGIES = ["KE_lat", "KE_vert", "KE_roll", "PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R", "W_ext", "E_drift"]
-FACTORS = {"": 1, "mm": 1e3, "mrad": 1e3, "mrad/s": 1e3, "kN": 1e-3, "°": 180/np.pi,
-           "m/s": 1, "m/s²": 1, "rad/s²": 1, "J": 1}
+FACTORS = {"": 1, "mm": 1e3, "mrad": 1e3, "mrad/s": 1e3, "kN": 1e-3, "°": 180/np.pi, "m/s": 1, "m/s²": 1, "rad/s²": 1, "J": 1}
 
 
 @pytest.fixture(autouse=True)
@@ -628,8 +627,7 @@ def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path],
     for figure in (*laid_out[1].values(), *figures):
         renderer = FigureCanvasAgg(figure).get_renderer()
         shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
-        titles = [title.get_window_extent(renderer) for ax in shown for title in (ax.title, ax._left_title)
-                  if title.get_text()]
+        titles = [title.get_window_extent(renderer) for ax in shown for title in (ax.title, ax._left_title) if title.get_text()]
         for ax in shown:
             for axis in ax.xaxis, ax.yaxis:
                 if not axis.label.get_text():

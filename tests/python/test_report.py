@@ -142,8 +142,7 @@ def remake(project: Path) -> set[str]:
     for file in (project/"outputs").iterdir():
         os.utime(file, (LONG_AGO, LONG_AGO))
     make_report(project, project/"inputs", project/"outputs", jobs=2)
-    return {file.name for file in (project/"outputs").iterdir()
-            if file.suffix != ".stamp" and file.stat().st_mtime != LONG_AGO}
+    return {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp" and file.stat().st_mtime != LONG_AGO}
 
 
 def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

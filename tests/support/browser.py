@@ -75,8 +75,7 @@ class Browser:
     def requests(self) -> list[str]:
         """Addresses that were asked for since the last time."""
         messages = (json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance"))
-        return [message["params"]["request"]["url"] for message in messages
-                if message["method"] == "Network.requestWillBeSent"]
+        return [message["params"]["request"]["url"] for message in messages if message["method"] == "Network.requestWillBeSent"]
 
 
 def facts(page: Path) -> dict:

@@ -297,8 +297,7 @@ def peak_checks(found: Trajectories, run: Run, reference: Reference) -> list[Che
             h = max(h, *(longest_step(run, t + k*h) for k in (-1, 1)))
             q = reference.state(t)[:3]
             N = [normal_force(run.table, contact, q + d*np.eye(3)) for d in (-NEARBY, NEARBY)]
-            bar = (np.abs(N[1] - N[0])/(2*NEARBY) @ found.bar_at(t)
-                   + peak_error(reference, run.table, contact, t, h))
+            bar = (np.abs(N[1] - N[0])/(2*NEARBY) @ found.bar_at(t) + peak_error(reference, run.table, contact, t, h))
             checks.append(Check(f"{found.name} peak normal force, {side} flange [N], relative", ours, fine,
                                 "DOP853, bar motion's bar x stiffness + parabola through three steps",
                                 abs(ours/fine - 1), bar/fine))

@@ -363,8 +363,7 @@ def change_figure(study: Study, pair: str, names: tuple[str, ...], words: str, l
         ax.tick_params(axis="x", rotation=60)
         ax.set_yticks(np.arange(len(rows)), rows)
     axes[0].invert_yaxis()
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="upper right", ncols=len(names),
-                  bbox_to_anchor=(0.97, 0.975))
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="upper right", ncols=len(names), bbox_to_anchor=(0.97, 0.975))
     return figure
 
 
@@ -404,8 +403,7 @@ def clearance_checks(pair: str, tables: dict[str, ContactTable], found: list[Var
 
 def energy_checks(study: Study, found: list[Variant]) -> list[Check]:
     """Largest drift of total energy over the kinetic energy at the start, exercises 1 to 4."""
-    names = {MODELS[0]: "base"} | {m: f"model {m}" for m in MODELS[1:]} | {
-        f"{MODELS[0]}, scheme energy": "Energy, order 2"}
+    names = {MODELS[0]: "base"} | {m: f"model {m}" for m in MODELS[1:]} | {f"{MODELS[0]}, scheme energy": "Energy, order 2"}
     checks = []
     for pair in dict.fromkeys(p for _, p in study):
         for model, name in names.items():

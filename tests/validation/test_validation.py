@@ -30,8 +30,7 @@ def lines(folder: Path) -> list[dict[str, str]]:
 def test_every_line_is_inside_its_bar(section: str, lines: list[dict[str, str]]):
     mine = [line for line in lines if line["section"] == section]
     assert mine
-    assert not [line for line in mine
-                if line["verdict"] != "inside" or not float(line["deviation"]) <= float(line["bar"])]
+    assert not [line for line in mine if line["verdict"] != "inside" or not float(line["deviation"]) <= float(line["bar"])]
     assert all(np.isfinite(float(line[name])) for line in mine for name in ("value", "reference"))
 
 

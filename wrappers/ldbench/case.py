@@ -83,8 +83,9 @@ def find_variables(names: Iterable[str]) -> list[int]:
     """Places in the list of variables, each of which may be named once: vY, VY and initial_vY are one variable."""
     found: dict[int, str] = {}
     for name in names:
-        if found.setdefault(find_variable(name), name) != name:
-            raise Error(f"expected each variable once, found {found[find_variable(name)]} and {name}, which are one")
+        if (k := find_variable(name)) in found:
+            raise Error(f"expected every variable once, found {found[k]} and {name}, which are one")
+        found[k] = name
     return list(found)
 
 
@@ -212,8 +213,7 @@ class Case:
     def arrays(self) -> tuple[np.ndarray, bytes]:
         """The values as the core takes them: numbers, shape (variables,), and texts of 256 characters each."""
         numbers = np.array([0.0 if isinstance(value, str) else float(value) for value in self.values])
-        words = b"".join((_words(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH)
-                         for value in self.values)
+        words = b"".join((_words(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH) for value in self.values)
         return numbers, words
 
     def namelist(self) -> f90nml.Namelist:

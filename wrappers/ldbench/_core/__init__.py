@@ -3,10 +3,9 @@ import os
 import signal
 import sys
 from contextlib import suppress
-from typing import NoReturn
 
 
-def leave(number: int, frame: object) -> NoReturn:
+def leave(number: int, frame: object) -> None:
     """End `python -m ldbench` at once by Ctrl-C while it imports its modules; `main` catches Ctrl-C from then on."""
     with suppress(OSError):
         os.write(2, b"ldbench: stopped\n")

@@ -6,6 +6,7 @@ import fcntl
 import glob
 import hashlib
 import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -158,10 +159,4 @@ def write_frame(frame: pd.DataFrame, target: Path) -> None:
 
 def is_formula(cell: object) -> bool:
     """Whether a spreadsheet would take a text for a formula; an apostrophe before the text prevents that."""
-    if not isinstance(cell, str) or len(cell) < 2 or cell[0] not in "=+-@\t\r":
-        return False
-    try:
-        float(cell)
-    except ValueError:
-        return True
-    return False
+    return isinstance(cell, str) and re.match(r"(?s)[=@\t\r].|[+-](?![\d.eE+-]+$).", cell) is not None

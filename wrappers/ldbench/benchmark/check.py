@@ -47,22 +47,8 @@ class Checked:
 
 
 def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked:
-    """Check one file.
-
-    Parameters
-    ----------
-    file : Path
-        A column file of any code.
-    task : Task, optional
-        The simulation; by default the name of the file says it.
-    map : path or mapping, optional
-        A column map; by default it is guessed.
-
-    Raises
-    ------
-    Error
-        If the file cannot be read, or if its name does not say which simulation it is.
-    """
+    """Check a column file of any code. task: the simulation, by default that of the file's name. map: a column map, a path or a
+    mapping, by default guessed. Error if the file cannot be read, or if its name does not say which simulation it is."""
     one = read_submitted(file, task, map)
     return Checked(file, one.task, one.guess, findings_of(one))
 

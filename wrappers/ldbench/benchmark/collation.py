@@ -104,12 +104,8 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
     """Read a folder of codes, but for what `store`, a folder that is there, keeps of an earlier time.
 
     jobs: files that are read at the same time. leave_out: a folder that is no code. done: called after each file.
-    references: what the files of a simulation are scored against.
-
-    Raises
-    ------
-    Error
-        If the folder cannot be read, or a reference that is needed.
+    references: what the files of a simulation are scored against. Error if the folder cannot be read, or a reference that is
+    needed.
     """
     codes, remarks = find_submissions(folder, leave_out)
     references = references or {}

@@ -30,20 +30,8 @@ OF_IMPACTS = "impulse", "peak", "duration", "unmatched"         # kinds of score
 
 
 def score(run: RunData, reference: RunData, task: Task) -> Scores:
-    """Score a run against a reference.
-
-    Parameters
-    ----------
-    run, reference : RunData
-        Column files of one simulation by our names, in SI units. Any column but the time may be missing.
-    task : Task
-        The simulation, which has a horizon and spreads.
-
-    Raises
-    ------
-    Error
-        If a file has no times, or if the files do not overlap in time.
-    """
+    """Score a run against a reference, by our names and in SI units; any column but the time may be missing. task: the simulation
+    of both, which has a horizon and spreads. Error if a file has no times, or if the files do not overlap in time."""
     limit = horizon(task)
     # Rigid impacts of a file without their impulses are not seen, and so they cannot be matched.
     unseen = tells_impulses(reference) and not tells_impulses(run) and is_rigid(run, task)

@@ -202,8 +202,7 @@ def momentum_findings(run: RunData, case: Case, jumping: np.ndarray | None = Non
             yield Finding(what, UNKNOWN, hint=f"needs {v} and {name} of all contacts")
             continue
         force = sum(np.nan_to_num(run.values(column)) for column in columns) + load
-        yield balance(what, t, case.mass*run.values(v), force, "forces of another frame, unit or sign, or a missing load",
-                      jumping)
+        yield balance(what, t, case.mass*run.values(v), force, "forces of another frame, unit or sign, or a missing load", jumping)
 
 
 def roll_finding(run: RunData, case: Case, jumping: np.ndarray | None = None) -> Finding:

@@ -59,24 +59,9 @@ class Solution:
 
 def write_package(target: Path, root: Path, cases: Iterable[tuple[Task, Case]] | None = None,
                   told: Callable[[str], object] = lambda line: None) -> None:
-    """Solve the simulations and write the package.
-
-    Parameters
-    ----------
-    target : Path
-        The zip.
-    root : Path
-        The folder with LICENSE, CITATION.cff and profiles/.
-    cases : iterable of (Task, Case), optional
-        The cases that stand for simulations; by default the ten shipped ones.
-    told : callable
-        Gets a line of text after each simulation.
-
-    Raises
-    ------
-    Error
-        If a file of `root` is missing, or if the package cannot be written.
-    """
+    """Solve the simulations and write the package, a zip. root: the folder with LICENSE, CITATION.cff and profiles/. cases: those
+    that stand for simulations, by default the ten shipped ones. told: gets a line of text after each simulation. Error if a file of
+    `root` is missing, or if the package cannot be written."""
     check_ending(target, "an archive .zip", ".zip")
     kept = [root/name for name in LICENCES]
     if missing := [file for file in kept if not file.is_file()]:

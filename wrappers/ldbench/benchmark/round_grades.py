@@ -73,13 +73,8 @@ class Reference:
 
 
 def find_references(path: Path) -> dict[Task, Reference]:
-    """The references of a folder, which holds column files or is that of a code with its map; or of one file.
-
-    Raises
-    ------
-    Error
-        If the folder, a file or the map cannot be read, if no file is of a simulation, or two are of the same one.
-    """
+    """The references of a folder, which holds column files or is that of a code with its map; or of one file. Error if the folder,
+    a file or the map cannot be read, if no file is of a simulation, or two are of the same one."""
     if not path.exists():
         raise Error(f"{path}: expected a folder of column files as the reference, or one such file, found none")
     try:

@@ -35,19 +35,8 @@ def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTabl
 
 def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None, longest: float = LONGEST,
                        another: Integrator | None = None) -> Yardstick:
-    """Measure the yardstick of a simulation.
-
-    Parameters
-    ----------
-    task : Task
-        The simulation.
-    tables : dict, optional
-        By formulation; they serve the simulations with these profiles.
-    longest : float
-        Time up to which differences may grow [s].
-    another : callable, optional
-        Another integrator; without it the yardstick does not tell what that one sees.
-    """
+    """Measure the yardstick of a simulation. tables: by formulation; they serve the simulations with these profiles. longest: time
+    up to which differences may grow [s]. another: an integrator; without it the yardstick does not tell what that one sees."""
     tables = {} if tables is None else tables
     case = Case.exercise(task.exercise, task.profiles)
     begun = base(case, tables.get("elastic"), longest)

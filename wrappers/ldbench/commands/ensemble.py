@@ -19,7 +19,7 @@ import numpy as np
 
 from .._core.errors import Error, Usage
 from .._core.wording import counted
-from ..case import Case, Value, find_variable
+from ..case import Case, Value, find_variables
 from ..ensembles.sweep import ensemble
 from ..results.quantities import CONTACTS, OUTCOME
 from .options import add_jobs, add_output, add_set, parse_setting, settings
@@ -66,13 +66,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
     case = Case.from_namelist(args.namelist).replace(**settings(args.set))
-    over: dict[str, list[Value]] = {}
-    for name, values in (parse_values(setting, args.n is not None) for setting in args.over):
-        if find_variable(name) in map(find_variable, over):
-            raise Usage(f"ensemble: expected every variable once after --over, found {name} again")
-        over[name] = values
+    over = [parse_values(setting, args.n is not None) for setting in args.over]
+    find_variables(name for name, _ in over)
     columns = [name for name in args.columns.split(",") if name]
-    dataset = ensemble(case, over, args.n, seed=args.seed, draw=args.draw, columns=columns, rows=args.rows, threads=args.jobs,
+    dataset = ensemble(case, dict(over), args.n, seed=args.seed, draw=args.draw, columns=columns, rows=args.rows, threads=args.jobs,
                        scheduler=args.scheduler, store=args.output, progress=True)
     print(outcome(dataset))
     if args.output:

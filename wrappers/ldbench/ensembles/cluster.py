@@ -240,5 +240,4 @@ def table_source(case: Case) -> TableFile:
             raise Error(f"{path}: cannot be opened for reading: {error.strerror}") from None
 
     kept = case.table_path()
-    return TableFile(case, {name: read(file) for name, file in case.profile_files().items()},
-                     tables_at(kept) if kept else {})
+    return TableFile(case, {name: read(file) for name, file in case.profile_files().items()}, tables_at(kept) if kept else {})

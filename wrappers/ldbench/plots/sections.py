@@ -57,8 +57,7 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
         x, z = MM*run.values(f"y_{c}")[k], MM*run.values(f"z_{c}")[k]
         arrow = ARROW/longest*np.array([run.values(f"Fy_{c}")[k], run.values(f"Fz_{c}")[k]])
         color = CONTACT_LINES[c].color
-        ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010,
-                  zorder=4)
+        ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010, zorder=4)
         ax.plot([x], [z], "o", color=color, markersize=3.5, markeredgecolor=BLACK, markeredgewidth=0.4, zorder=5)
         words.append(f"{CONTACT_NAMES[c].split()[1]} {KN*N:.1f} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
     ax.set_title(f"{'right' if right else 'left'} wheel: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)

@@ -38,12 +38,7 @@ DASHED = (0, (3.5, 0.9))
 DOTTED = (0, (1.0, 1.0))
 DASH_DOT = (0, (4.0, 1.0, 1.0, 1.0))
 
-CONTACT_LINES = {
-    "LT": Line(BLUE),
-    "LF": Line(SKY, DASHED, 1.3),
-    "RT": Line(RED),
-    "RF": Line(ORANGE, DASHED, 1.3),
-}
+CONTACT_LINES = {"LT": Line(BLUE), "LF": Line(SKY, DASHED, 1.3), "RT": Line(RED), "RF": Line(ORANGE, DASHED, 1.3)}
 SERIES = (Line(BLACK), Line(RED, DASHED), Line(BLUE, DASH_DOT), Line(GREEN, DOTTED, 1.2),
           Line(PURPLE), Line(ORANGE, DASHED), Line(SKY, DASH_DOT), Line(GREY, DASHED, 1.2))
 # Codes of a round: a colour and dashes each, so that twelve are told apart, the first six by their colours alone.

@@ -28,12 +28,7 @@ TEMPLATE = Path(__file__).resolve().parent/"template"/"abstract.typ"
 SPREAD = TEMPLATE.parent/"spread.json"       # how far the answers move with the unknown profiles [%], as `make validate` has it
 RETURNED = "return to the centre after both flanges"
 
-FIGURES = {
-    "motion": motion_figure,
-    "impact": impact_figure,
-    "derailment": derailment_figure,
-    "contact": contact_figure,
-}
+FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derailment_figure, "contact": contact_figure}
 
 # Rows of the table of results, by their names in `quantities.OUTCOME`, and decimals where they are other ones.
 TABLE = {

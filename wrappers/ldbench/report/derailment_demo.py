@@ -92,8 +92,7 @@ def flange_profiles(folder: Path) -> dict[float, Path]:
         face = 3.1 + (10 + 17.4625)*(cos(a) - cos(radians(75)))     # height of the straight face [mm]
 
         def wheel(y: float, a: float = a, b: float = b, face: float = face) -> list[Any]:
-            return mp.wheel(y, 78, mp.arc(-10, 0, a), mp.line(a, face/sin(a)), mp.arc(17.4625, a, b),
-                            mp.arc(38.1, b, mp.TAPER))
+            return mp.wheel(y, 78, mp.arc(-10, 0, a), mp.line(a, face/sin(a)), mp.arc(17.4625, a, b), mp.arc(38.1, b, mp.TAPER))
 
         files[angle] = folder/f"awprof_{angle:g}.yz"
         mp.write(files[angle], wheel(mp.solve_throat(wheel, rail, CLEARANCE)), f"wheel, flange angle {angle:g}", [])

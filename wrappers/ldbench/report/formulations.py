@@ -191,8 +191,7 @@ def table(found: Sequence[Outcome]) -> pd.DataFrame:
             values = {name: o.results[key] for name, o in own.items()}
             if not np.isfinite(list(values.values())).any():
                 continue
-            rows.append({"case": case, "result": in_short(key), "unit": si_unit(key),
-                         **values, "spread": spread(values)})
+            rows.append({"case": case, "result": in_short(key), "unit": si_unit(key), **values, "spread": spread(values)})
         rows.append({"case": case, "result": "ending", "unit": "", **{name: o.ending for name, o in own.items()},
                      "spread": "" if len({o.ending for o in own.values()}) == 1 else "differs"})
         rows.append({"case": case, "result": "energy drift, relative", "unit": "1",
@@ -249,8 +248,7 @@ def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
         groups: dict[str, list[str]] = {}
         for name, ending in own.items():
             groups.setdefault(ending, []).append(name.replace("unilateral, ", ""))
-        words = "; ".join(f"{ending} ({', '.join(names) if len(groups) > 1 else 'all'})"
-                          for ending, names in groups.items())
+        words = "; ".join(f"{ending} ({', '.join(names) if len(groups) > 1 else 'all'})" for ending, names in groups.items())
         ax.text(0.005, y, case, fontsize=7.5, weight="bold", va="center")
         ax.text(0.075, y, words, fontsize=7.5, va="center")
         y -= 0.95*height
@@ -350,8 +348,7 @@ def exercises_page(found: Sequence[Outcome], exercises: Sequence[int]) -> Figure
         own = [o for o in found if (o.exercise, o.pair) == (exercise, pair)]
         for ax, (key, label, scale) in zip(column, ROWS, strict=True):
             for o in own:
-                ax.plot(o.curves["t"], scale*np.array(o.curves[key]), label=o.formulation,
-                        **LINES[o.formulation].kwargs())
+                ax.plot(o.curves["t"], scale*np.array(o.curves[key]), label=o.formulation, **LINES[o.formulation].kwargs())
             if exercise == 5 and key in RAMP_LIMITS:
                 ax.set_ylim(*RAMP_LIMITS[key])
             if ax in axes[:, 0]:

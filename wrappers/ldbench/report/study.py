@@ -29,8 +29,7 @@ VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
     "law": {"contact": {"model": "hertz"}},
     "step": {"integrator": {"scheme": "newmark", "order": 2, "beta": 0.25, "dt": 1e-4, "energy_tolerance": 0.0}},
 }
-VARIANT_WORDS = {"fine": "half-spaces, cut steps", "law": "one Hertz spring per zone",
-                 "step": "average acceleration, step 0.1 ms"}
+VARIANT_WORDS = {"fine": "half-spaces, cut steps", "law": "one Hertz spring per zone", "step": "average acceleration, step 0.1 ms"}
 SHORT_RAMP = 3.0           # of exercise 5, in the study [s]
 
 

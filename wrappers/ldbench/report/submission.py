@@ -78,8 +78,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
             shown: [*files, *variants, kept[1], *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
         known = {file: stamped(file, root) if file in files else hashes([file], root)
                  for file in {file for some in sources.values() for file in some}}
-        depends = {product: {name: x for file in some for name, x in known[file].items()}
-                   for product, some in sources.items()}
+        depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
         due = [product for product in products if force or not is_up_to_date(product, depends[product])]
         runs = submitted() if due else []
         chaotic = twins.chaotic_results(runs, other)

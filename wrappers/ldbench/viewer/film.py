@@ -43,8 +43,7 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
     start, end = first if start is None else start, last if end is None else end
     still = target.suffix.lower() == PICTURE
     if not (first <= start <= end <= last and (start < end or (still and first < last))):
-        raise Error(f"{target}: expected times from {first:g} to {last:g} s in ascending order, "
-                    f"found {start:g} to {end:g} s")
+        raise Error(f"{target}: expected times from {first:g} to {last:g} s in ascending order, found {start:g} to {end:g} s")
     if still:
         with ldbench_style(), complete(target) as scratch:
             write_picture(scratch, Picture(runs, first, last, None, case).frame(start))
@@ -53,8 +52,7 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
     speed = speed or (end - start)/SECONDS
     count = int(np.ceil((end - start)/speed*rate)) + 1
     if count > FRAMES:
-        raise Error(f"{target}: expected at most {FRAMES} frames, found {count}; a higher --speed or a shorter time "
-                    "takes fewer")
+        raise Error(f"{target}: expected at most {FRAMES} frames, found {count}; a higher --speed or a shorter time takes fewer")
     times = np.linspace(start, end, count)
     write = gif_writer if target.suffix.lower() == ".gif" else mp4_writer
     with ldbench_style(), complete(target) as scratch, write(scratch, rate) as add:

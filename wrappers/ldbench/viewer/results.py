@@ -25,8 +25,7 @@ def find_variants(files: Sequence[Path]) -> list[Path]:
     for file in files:
         study = file.parent/"study"/f"{file.stem}_law.txt"
         beside = sorted(file.parent.glob(f"{file.stem}_*.txt"))
-        found += [other for other in (*beside, study) if other.is_file() and other not in files and
-                  read_header(other).settings]
+        found += [other for other in (*beside, study) if other.is_file() and other not in files and read_header(other).settings]
     return found
 
 
