@@ -937,7 +937,7 @@ def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path,
     assert (tmp_path / "columns.txt").read_bytes() == earlier
     for case in read, read.replace(rows="interval"), changed.replace(output_file=tmp_path / "third.txt"):
         assert ldbench.run(case).write() == case.output_file
-    assert main(["run", f"{tmp_path}/case.nml", *("--set=VY=0.6 --set=vY=0.5 --set=VY=0.7 -o").split(), f"{tmp_path}/last.txt"]) == 0
+    assert main(["run", f"{tmp_path}/case.nml", *"--set=VY=0.6 --set=vY=0.5 --set=VY=0.7 -o".split(), f"{tmp_path}/last.txt"]) == 0
     assert ldbench.read_run(tmp_path / "last.txt").case.vY == 0.7
 
 

@@ -215,7 +215,7 @@ def test_more_runs_than_looks_are_refused(pair: tuple[RunData, RunData], tmp_pat
 
 
 def test_a_picture_is_of_any_moment_of_the_run(pair: tuple[RunData, RunData], tmp_path: Path):
-    """Its last one, too; a film takes time."""
+    """A picture of the last moment can be made, too; a film takes time."""
     first, last = pair[0].time[[0, -1]]
     for moment in first, last:
         make_film(pair[:1], tmp_path/f"{moment}.png", moment)
