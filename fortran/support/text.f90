@@ -250,7 +250,7 @@ contains
   pure subroutine split_lines(text, lines)
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
-    character(*), parameter :: newline = achar(10), return = achar(13), mark = achar(239)//achar(187)//achar(191)
+    character(*), parameter :: newline = achar(10), return = achar(13), mark = char(239)//char(187)//char(191)
     integer :: n, from, to, pass
 
     do pass = 1, 2
