@@ -3,11 +3,13 @@ import os
 import re
 import shutil
 import subprocess
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import ldbench
 import running
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
@@ -159,6 +161,34 @@ def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):
         assert over == stated(done.stdout)["going over"][0] and float(over) > 2e-2
     done = run_case(short_case(tmp_path, table=COARSE | {"accuracy": 0.5}), tmp_path)
     assert done.returncode == 0 and "warning" not in done.stdout + done.stderr
+
+
+def test_what_a_table_misses_is_a_warning_of_python(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Each line of the summary once per call, at the line that calls. Commands and ensembles show the line themselves, and a
+    table without fault brings none."""
+    file = tmp_path / "case.nml"
+    file.write_text(short_case(tmp_path, table=COARSE | {"file": tmp_path / "a.table"}))
+    facts = tuple(re.findall("warning: (.*)", run_case(file.read_text(), tmp_path).stdout.replace("\n  ", " ")))
+    assert len(facts) == len(set(facts)) == 2
+    table = ContactTable.quiet(Case.from_namelist(file))
+    for call in lambda: ldbench.run(file), lambda: ContactTable(file), lambda: ldbench.run(table.case, table=table):
+        with pytest.warns(ldbench.Warning) as told:
+            call()
+        assert tuple(str(warning.message) for warning in told) == facts and {warning.filename for warning in told} == {__file__}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for command in "run", "table":
+            assert main([command, str(file)]) == 0
+            said = capsys.readouterr()
+            assert all(said.out.replace("\n  ", " ").count(f"warning: {words}") == 1 for words in facts) and said.err == ""
+            assert main([command, str(file), "--json"]) == 0
+            said = capsys.readouterr()
+            assert said.err.splitlines() == [f"ldbench: warning: {words}" for words in facts] and "warning" not in said.out
+        assert ldbench.ensemble([table.case]).error.values.tolist() == [""]
+        with pytest.raises(ldbench.Warning):
+            ContactTable(file)
+        assert ContactTable(table.case.replace(accuracy=0.5)).warnings == ldbench.run(
+            table.case.replace(accuracy=0.5)).table.warnings == ()
 
 
 def test_a_table_that_is_exact_enough_does_not_warn(shipped: dict[str, Run], strip_tables: dict[str, Path], folder: Path):

@@ -62,8 +62,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
             return work(*arguments)
         return counted_work
 
-    monkeypatch.setattr(members, "run", counting("runs", members.run))
-    monkeypatch.setattr(threads, "ContactTable", counting("tables", threads.ContactTable))
+    monkeypatch.setattr(members, "compute", counting("runs", members.compute))
+    monkeypatch.setattr(threads.ContactTable, "quiet", counting("tables", threads.ContactTable.quiet))
     return counts
 
 

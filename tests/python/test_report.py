@@ -248,7 +248,7 @@ def log(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             lines.append(f"{case.case_name} runs")
         return Done(case)
 
-    monkeypatch.setattr(jobs, "run", stand_in)
+    monkeypatch.setattr(jobs, "compute", stand_in)
     return lines
 
 

@@ -9,7 +9,7 @@
 Everything is in SI units and radians, in the track frame: X forward, Y to the left, Z up.
 """
 from ._core.calls import version
-from ._core.errors import Error
+from ._core.errors import Error, Warning
 from .case import Case
 from .ensembles.sweep import ensemble
 from .results.columns import read_columns
@@ -18,5 +18,5 @@ from .runs import Run, read_run, run
 from .table import ContactTable
 from .viewer.show import view
 
-__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "ensemble", "read_columns", "read_run", "run", "view"]
+__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "Warning", "ensemble", "read_columns", "read_run", "run", "view"]
 __version__ = version()

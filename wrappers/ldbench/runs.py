@@ -58,7 +58,7 @@ class Run(RunData):
         """The run in the core's memory; a run from a file is computed again."""
         if isinstance(self._source, CoreRun):
             return self._source
-        again = run(self.case)._source
+        again = compute(self.case)._source
         assert isinstance(again, CoreRun)
         return again
 
@@ -142,12 +142,12 @@ class CoreRun:
     @functools.cached_property
     def table(self) -> ContactTable:
         """The contact table, loaded or built where it is not at hand."""
-        return ContactTable(self._case)
+        return ContactTable.quiet(self._case)
 
     @functools.cached_property
     def handle(self) -> Handle:
         """Handle of the run. A run from another process is computed again, once, to write its file."""
-        again = run(self._case, table=self.table)._source
+        again = compute(self._case, table=self.table)._source
         assert isinstance(again, CoreRun)
         if again.comments != self.comments:
             raise Error(f"{self._case.label}: expected the profiles and the program that made the run, found others")
@@ -187,10 +187,17 @@ def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = 
     progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
     with stage 'table' or 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
     building or loading it; Error when it does not fit the case. Ctrl-C stops the run and raises KeyboardInterrupt;
-    so does any exception in `progress`. Other Python threads go on meanwhile.
+    so does any exception in `progress`. Other Python threads go on meanwhile. Every line of `run.table.warnings` is a
+    `ldbench.Warning`.
     """
-    case = Case.given(case)
-    fitting = table.for_case(case) if table else ContactTable(case, progress)
+    done = compute(Case.given(case), progress, table)
+    done.table._warn()
+    return done
+
+
+def compute(case: Case, progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
+    """`run` without a `ldbench.Warning`, for commands and workers."""
+    fitting = table.for_case(case) if table else ContactTable.quiet(case, progress)
 
     def work(shared: Shared) -> Run:
         address, message, length = _flat.simulate_case(fitting._handle, *shared)

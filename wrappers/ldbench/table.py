@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import os
 import threading
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NoReturn
@@ -11,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import _flat
-from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, watched
-from ._core.errors import Error
+from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
+from ._core.errors import Error, Warning
 from ._core.notebook import html_table
 from ._core.units import Units
 from .case import TEXT_LENGTH, Case, variables
@@ -70,9 +71,19 @@ class ContactTable:
         """Load the table of a case, or of a namelist file, from the table file, or build it (some seconds); `progress` as in
         `run`.
 
-        A process builds one table at a time, whatever its threads.
+        A process builds one table at a time, whatever its threads. Every line of `warnings` is a `ldbench.Warning`.
         """
-        case = Case.given(case)
+        self._make(Case.given(case), progress)
+        self._warn()
+
+    @classmethod
+    def quiet(cls, case: Case, progress: Progress | bool | None = None) -> ContactTable:
+        """The table of a case, without a `ldbench.Warning`: commands and workers have ways of their own to tell `warnings`."""
+        table = cls.__new__(cls)
+        table._make(case, progress)
+        return table
+
+    def _make(self, case: Case, progress: Progress | bool | None) -> None:
         paths = located(case)
 
         def work(shared: Shared) -> None:
@@ -130,7 +141,7 @@ class ContactTable:
         return self._accuracy(2)
 
     def _accuracy(self, side: int) -> dict[str, Accuracy]:
-        numbers, _, _ = _flat.table_accuracy(self._handle, side)
+        numbers, _ = _flat.table_accuracy(self._handle, side)
         return {place: Accuracy(int(poses), rms, largest)
                 for place, (poses, rms, largest) in zip(PLACES, numbers.T.tolist(), strict=True) if poses}
 
@@ -145,9 +156,16 @@ class ContactTable:
         """Half-space solutions in the right wheel's table, as `solutions`."""
         return tuple(_flat.table_accuracy(self._handle, 2)[1].tolist())
 
-    def pulling(self, side: int) -> int:
-        """Points of a side's table (1 left, 2 right) in service at which the contact would pull, where a run stops."""
-        return int(_flat.table_accuracy(self._handle, side)[2])
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the profiles and the table do not fulfil, in a line each."""
+        lines = text(*_flat.prepared_lines(self._handle)).splitlines()
+        return tuple(dict.fromkeys(line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")))
+
+    def _warn(self) -> None:
+        """Warn at the line that calls the caller of this method."""
+        for words in self.warnings:
+            warnings.warn(words, Warning, stacklevel=3)
 
     @property
     def clearance(self) -> float:
@@ -318,7 +336,7 @@ class ContactTable:
 
 def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:
     """The table that another process had of a case."""
-    table = ContactTable(case)
+    table = ContactTable.quiet(case)
     if not np.allclose(table._landmarks(), landmarks, rtol=1e-9, atol=0):
         raise Error(f"{case.label}: expected the profiles that the contact table was made of, found others under their names")
     return table

@@ -1,4 +1,4 @@
-"""Errors of ldbench: refused input and failed runs, each with a one-line reason."""
+"""Errors and warnings of ldbench, each with a one-line reason: refused input, failed runs, doubtful results."""
 from __future__ import annotations
 
 import errno
@@ -65,6 +65,10 @@ class MissingFile(Error, FileNotFoundError):
     def __init__(self, message: str) -> None:
         super().__init__(message)
         self.errno = errno.ENOENT
+
+
+class Warning(UserWarning):
+    """A profile or a contact table does not fulfil what the case asks for, and the run goes on."""
 
 
 class Usage(Error):

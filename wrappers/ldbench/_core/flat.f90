@@ -197,22 +197,20 @@ end subroutine prepared_numbers
 !> Error of the contact table of a side (1 left, 2 right): poses, rms and largest of max(|F|, 5 kN) on the tread, on
 !> the flange, on both at once, going over a rail; no poses where it is not known.  solutions: half-space solutions
 !> in the table, those that did not converge, those that its error is measured by and did not converge.
-!> pulling: points in service at which the contact would pull.
-subroutine table_accuracy(handle, side, numbers, solutions, pulling)
+subroutine table_accuracy(handle, side, numbers, solutions)
   use handles, only: prepared_at, prepared_type
   use contact_table, only: table_type
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: side
   real(8), intent(out) :: numbers(3, 4)
-  integer, intent(out) :: solutions(3), pulling
+  integer, intent(out) :: solutions(3)
   type(prepared_type), pointer :: p
   type(table_type), pointer :: table
 
   p => prepared_at(handle)
   numbers = 0
   solutions = 0
-  pulling = 0
   table => p%setup%wheelset%table
   if (side == 2) table => p%setup%wheelset%right_table
   if (.not. associated(table)) return
@@ -220,8 +218,26 @@ subroutine table_accuracy(handle, side, numbers, solutions, pulling)
   numbers(2, :) = table%accuracy%rms
   numbers(3, :) = table%accuracy%largest
   solutions = [table%solutions, table%accuracy%unsolved]
-  pulling = table%accuracy%pulling
 end subroutine table_accuracy
+
+!> Lines on the profiles and the contact tables of a prepared case, with warnings.
+subroutine prepared_lines(handle, listing, length)
+  use handles, only: give, prepared_at, prepared_type
+  use report_lines, only: add_profiles, add_tables
+  implicit none
+  integer(8), intent(in) :: handle
+  character(32768), intent(out) :: listing
+  integer, intent(out) :: length
+  type(prepared_type), pointer :: p
+  character(:), allocatable :: lines
+
+  p => prepared_at(handle)
+  lines = ''
+  call add_profiles(lines, 'wheel', p%setup%wheel)
+  call add_profiles(lines, 'rail', p%setup%rail)
+  call add_tables(lines, p%c, p%setup)
+  call give(lines, listing, length)
+end subroutine prepared_lines
 
 !> Integrate a prepared case.
 subroutine simulate_case(prepared, progress, stop_asked, handle, message, length)

@@ -118,7 +118,7 @@ def own_run(task: Task) -> RunData:
             case = case.replace(t_end=1.0)
         table = next((other.table for known, other in _OWN.items() if known.profiles == task.profiles
                       and isinstance(other, runs.Run)), None)
-        _OWN[task] = runs.run(case, table=table)
+        _OWN[task] = runs.compute(case, table=table)
     return _OWN[task]
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ..case import Case
-from ..runs import Run, run
+from ..runs import Run, compute
 from ..table import ContactTable
 from .exact_runs import exact
 from .tasks import Task
@@ -80,7 +80,7 @@ Integrator = Callable[[Sequence[Case], ContactTable, np.ndarray], Iterable[np.nd
 
 def ours(cases: Sequence[Case], table: ContactTable, t: np.ndarray) -> Iterator[np.ndarray]:
     """The motions of cases by our integrator; the rows of the cases are at these times."""
-    return (motion_of(run(case, table=table))[:len(t)] for case in cases)
+    return (motion_of(compute(case, table=table))[:len(t)] for case in cases)
 
 
 def motion_of(found: Run) -> np.ndarray:
@@ -113,10 +113,10 @@ def base(case: Case, table: ContactTable | None = None, t_end: float = LONGEST) 
     """Run a case up to a time [s], whatever ends it else. Coordinates are measured by their largest values in the case as it
     stands, up to that time."""
     case = exact(case).replace(interval=ROWS, rows="interval", t_end=t_end)
-    own = run(case, table=table)
+    own = compute(case, table=table)
     sizes = {column: float(np.abs(own.values(column)).max()) for column in STARTS}
     case = case.replace(stop_at="t_end")
-    return Base(run(case, table=own.table.for_case(case)), sizes)
+    return Base(compute(case, table=own.table.for_case(case)), sizes)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from ..results.impacts import intervals
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from ..results.summary import drift_reference
-from ..runs import Run, run
+from ..runs import Run, compute
 from ..table import ContactTable
 from .exact_runs import exact
 from .horizon import DISPLACEMENTS, FILE, Yardstick, yardsticks
@@ -123,7 +123,7 @@ def solve(task: Task, case: Case, tables: dict[str, ContactTable]) -> Solution:
     yardstick = yardsticks()[task.name]
 
     def done(case: Case) -> Run:
-        found = run(case, table=tables[task.profiles].for_case(case) if task.profiles in tables else None)
+        found = compute(case, table=tables[task.profiles].for_case(case) if task.profiles in tables else None)
         tables[task.profiles] = found.table
         return found
 

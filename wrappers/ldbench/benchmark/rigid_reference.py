@@ -11,7 +11,7 @@ from .._core.files import complete
 from ..case import Case
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
-from ..runs import run
+from ..runs import compute
 from .exact_runs import exact
 from .horizon import ending, horizon
 from .jumps import SHORT, jumps, typical_interval
@@ -40,7 +40,7 @@ def write_rigid_run(folder: Path, task: Task, restitution: float, program: str) 
         folder.mkdir(parents=True, exist_ok=True)
         case = exact(Case.exercise(task.exercise, task.profiles)).replace(formulation="unilateral", restitution=restitution,
                                                                           table_file="", output_file="")
-        made = run(ending(case, horizon(task)))
+        made = compute(ending(case, horizon(task)))
         with complete(target) as scratch:
             made.write(scratch)
     return target

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..case import Case
-from ..runs import Run, run
+from ..runs import Run, compute
 from ..table import ContactTable
 from .exact_runs import exact
 from .horizon import BEYOND, LONGEST, Integrator, Yardstick, base, ending, growth, growth_seen
@@ -25,7 +25,7 @@ def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTabl
     found: dict[str, dict[str, float]] = {}
     for name, changes in OTHERS.items():
         case = first.case.replace(**changes)
-        other = run(case, table=tables[name].for_case(case) if name in tables else None)
+        other = compute(case, table=tables[name].for_case(case) if name in tables else None)
         tables[name] = other.table
         scores = scored(other, first, task, horizon)
         found[name] = {one.name: one.difference for one in scores.scores if np.isfinite(one.difference)
@@ -49,7 +49,7 @@ def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None
         seen, apart = other.horizon, float(differences[other.time <= limit][-1])
         earliest, latest = grew.band(apart)
     case = ending(exact(case), limit)
-    first = run(case, table=begun.run.table.for_case(case))
+    first = compute(case, table=begun.run.table.for_case(case))
     tables["elastic"] = first.table
     end = float(first.time[-1])
     whole = end < case.t_end - case.interval

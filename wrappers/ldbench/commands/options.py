@@ -12,6 +12,7 @@ import numpy as np
 from .._core.errors import Usage
 from .._core.files import DEFAULT_FOLDER
 from .._core.pools import usable_cores
+from .._core.wording import tell
 from ..case import Value, find_variable, shortest_name, variables
 
 
@@ -86,8 +87,10 @@ def settings(given: Iterable[str]) -> dict[str, Value]:
     return {shortest_name(find_variable(name)): value for name, value in map(parse_setting, given)}
 
 
-def print_json(facts: Mapping[str, Any]) -> None:
-    """Print one line of JSON; NaN, which JSON does not have, becomes null."""
+def print_json(facts: Mapping[str, Any], warnings: Iterable[str] = ()) -> None:
+    """Print one line of JSON, and warnings to standard error; NaN, which JSON does not have, becomes null."""
+    for words in warnings:
+        tell(f"ldbench: warning: {words}")
     print(json.dumps(_plain(facts), ensure_ascii=False, allow_nan=False))
 
 

@@ -15,7 +15,7 @@ import argparse
 
 from .._core.errors import Usage
 from ..case import Case, Value
-from ..runs import Run, check_own_file, output_path, run
+from ..runs import Run, check_own_file, compute, output_path
 from .options import add_json, add_output, add_set, print_json, settings
 
 
@@ -37,10 +37,10 @@ def main(args: argparse.Namespace) -> int:
             if path:
                 case.check_writable(f"&output {name}", path)
     for number, case in enumerate(cases):
-        result = run(case, progress=True)
+        result = compute(case, progress=True)
         result.write(output_path(case), case.geometry_file)
         if args.json:
-            print_json(facts(result))
+            print_json(facts(result), result.table.warnings)
         else:
             print("\n"*(number > 0) + result.text, end="")
     return 0

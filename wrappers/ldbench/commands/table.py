@@ -11,10 +11,8 @@ from dataclasses import asdict
 
 from .._core.wording import counted, wrapped
 from ..case import Case
-from ..table import PLACES, ContactTable, profile_names
+from ..table import ContactTable, profile_names
 from .options import add_json, add_output, add_set, print_json, settings
-
-ROLLOVER = 10       # error allowed while the wheelset rolls over a rail, relative to that in service; as in the core
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,11 +29,11 @@ def main(args: argparse.Namespace) -> int:
     if args.output:
         case = case.replace(geometry_file=args.output)      # which looks at what else is read and written
         case.check_writable("&output geometry_file", args.output)
-    table = ContactTable(case, progress=True)
+    table = ContactTable.quiet(case, progress=True)
     if args.output:
         table.write_geometry(args.output)
     if args.json:
-        print_json(facts(table))
+        print_json(facts(table), table.warnings)
     else:
         describe(table)
         if args.output:
@@ -70,33 +68,11 @@ def describe(table: ContactTable) -> None:
           f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else
           f"contact table: model {case.model}, {'found' if table.found else f'built in {table.seconds:.2f} s'}"
           + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
-    for side, errors, (solved, failed, missed), pulling in (
-            ("", table.accuracy, table.solutions, table.pulling(1)),
-            ("right ", table.accuracy_right, table.solutions_right, table.pulling(2))):
+    for side, errors in ("", table.accuracy), ("right ", table.accuracy_right):
         if side and errors == table.accuracy:
             continue
-        if failed:
-            warn(f"{side}contact table: {failed} of {solved} half-space solutions did not converge; see whether the error is "
-                 "larger than &table accuracy")
-        if missed:
-            warn(f"{side}contact table: {counted(missed, 'half-space solution')} that its error is measured by did not "
-                 "converge; the stated error leaves them out")
-        if pulling:
-            warn(f"{side}contact table: expected contacts that push in service, found {counted(pulling, 'point')} at which the "
-                 "contact would pull, where a run stops; lower &table accuracy or raise n_lateral, n_roll, n_depth")
         for place, error in errors.items():
             print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
                   f"at {counted(error.poses, 'pose')}")
-        worst = max((error.rms for place, error in errors.items() if place != PLACES[-1]), default=0.0)
-        if worst > case.accuracy:
-            warn(f"{side}contact table: expected an rms error of at most &table accuracy = {case.accuracy} in service, "
-                 f"reached {worst:.1e}")
-        over = errors[PLACES[-1]].rms if PLACES[-1] in errors else 0.0
-        if over > ROLLOVER*case.accuracy:
-            warn(f"{side}contact table: expected an rms error of at most {ROLLOVER} x &table accuracy while the wheelset rolls "
-                 f"over a rail, reached {over:.1e}; do not trust the end of a run that derails")
-
-
-def warn(words: str) -> None:
-    """Print a warning."""
-    print(wrapped(f"warning: {words}"))
+    for words in table.warnings:
+        print(wrapped(f"warning: {words}"))

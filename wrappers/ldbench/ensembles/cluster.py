@@ -83,7 +83,7 @@ def build_table(source: TableFile) -> TableFile:
     """The files with the contact table, which this worker loads or builds."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            ContactTable(source.place(folder))
+            ContactTable.quiet(source.place(folder))
         except Error as error:
             return TableFile(source.case, {}, {}, error=str(error))
         return TableFile(source.case, source.profiles, tables_at(f"{folder}/table_file"))
@@ -100,7 +100,7 @@ def load_table(source: TableFile) -> Loaded:
     with _loading:
         if key not in _loaded:
             folder = tempfile.TemporaryDirectory()
-            _loaded[key] = Loaded(ContactTable(source.place(folder.name)), folder)
+            _loaded[key] = Loaded(ContactTable.quiet(source.place(folder.name)), folder)
             for old in list(_loaded)[:-TABLES_KEPT]:
                 del _loaded[old]
         return _loaded[key]

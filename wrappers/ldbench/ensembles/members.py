@@ -17,7 +17,7 @@ from .._core.errors import Error
 from .._core.files import digest
 from ..case import Case, Value, Variable, find_variable, find_variables, variables
 from ..results.events import Event, event_kinds
-from ..runs import Run, run
+from ..runs import Run, compute
 from ..table import FREE_GROUPS, FREE_NAMES, ContactTable
 
 Record = dict[str, Any]              # what is kept of a run, by name; of one that failed its `error` alone
@@ -250,7 +250,7 @@ def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progr
     """Run a member, its case after `place`; without a table: one whose values are refused."""
     try:
         # Rows at equal intervals are common to all members.
-        return record(run(place(member.case()).replace(rows="interval"), progress, table), wanted)
+        return record(compute(place(member.case()).replace(rows="interval"), progress, table), wanted)
     except Error as error:
         return {"error": str(error)}
 

@@ -85,7 +85,7 @@ def run_in_threads(members: Sequence[Member], groups: Sequence[Group], tables: I
     def build(group: Group) -> None:
         table = None
         try:
-            table = ContactTable(group.case, schedule.tell)
+            table = ContactTable.quiet(group.case, schedule.tell)
         except Error as error:
             done.put((group.numbers, stack([{"error": str(error)}]*len(group.numbers))))
         finally:

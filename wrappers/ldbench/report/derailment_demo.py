@@ -49,7 +49,7 @@ def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", schedule
                       store=output.with_name("demo_impact.zarr"), **how)
     profiles = flange_profiles(output.parent/"demo_profiles")
     hidden = None if progress else True             # None: shown on a terminal
-    tables = [ContactTable(Case.exercise(5).replace(wheel_profile=str(profiles[angle]), table_file=""))
+    tables = [ContactTable.quiet(Case.exercise(5).replace(wheel_profile=str(profiles[angle]), table_file=""))
               for angle in tqdm(ANGLES, desc="contact tables", disable=hidden, leave=False)]
     members = [(table, mass) for table in tables for mass in RAMP_MASSES]
     starts, limits = zip(*(ramp_case(table, mass) for table, mass in

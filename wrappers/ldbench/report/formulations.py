@@ -33,7 +33,7 @@ from ..results.derived import cumulative
 from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
 from ..results.run_data import CLOSED, RunData
 from ..results.summary import drift_reference
-from ..runs import run
+from ..runs import compute
 from ..table import ContactTable
 from .jobs import find_namelists, hashes, is_up_to_date, write_stamp
 
@@ -91,16 +91,16 @@ def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
     def tabled(case: Case) -> ContactTable:
         key = f"{case.profile_files()} {case.model}"
         if key not in tables:
-            tables[key] = ContactTable(case)
+            tables[key] = ContactTable.quiet(case)
         return tables[key]
 
     def work(task: tuple[Case, str], tell: Progress) -> Outcome:
         case, name = task
         if name == "elastic":
-            return outcome(known[case.case_name] if case.case_name in known else run(case, tell, tabled(case)), name)
+            return outcome(known[case.case_name] if case.case_name in known else compute(case, tell, tabled(case)), name)
         if case.stop_at == "derailment":
             case = case.replace(interval=LONG_INTERVAL, dt=LONG_STEP)
-        return outcome(run(case.replace(**FORMULATIONS[name]), tell), name)
+        return outcome(compute(case.replace(**FORMULATIONS[name]), tell), name)
 
     def keep(task: tuple[Case, str], found: Outcome) -> None:
         results[task] = found
@@ -392,7 +392,7 @@ def climb(case: Case) -> pd.DataFrame:
 
 def climbing_run(case: Case) -> RunData:
     """The run of a wheelset that is fast enough to go over the left flange with both wheels on the rails."""
-    return run(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5,
+    return compute(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5,
                             dt=2e-5, t_end=0.1, stop_at="derailment"))
 
 

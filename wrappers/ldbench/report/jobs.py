@@ -23,7 +23,7 @@ from .._core.errors import Error
 from .._core.files import DEFAULT_FOLDER, complete, digest
 from .._core.pools import in_threads
 from ..case import Case, data_folder
-from ..runs import output_path, run
+from ..runs import compute, output_path
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def run_job(job: Job, tell: Progress) -> None:
         for variable, path in (("&output file", columns), ("&output geometry_file", geometry),
                                ("&table file", case.table_path())):
             case.check_writable(variable, path)
-        run(case, tell).write(columns, geometry)
+        compute(case, tell).write(columns, geometry)
     except Error as error:
         raise Error(f"{job.name}: " + str(error).removeprefix("namelist").lstrip(":, ")) from None
     finally:

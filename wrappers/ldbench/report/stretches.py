@@ -5,7 +5,7 @@ import numpy as np
 
 from ..plots.impact import Stretch
 from ..results.run_data import RunData
-from ..runs import run
+from ..runs import compute
 from .jobs import Job, RootedCase
 
 INTERVAL = 2e-5         # between rows [s]
@@ -20,7 +20,7 @@ def around(job: Job, whole: RunData, t: float) -> Stretch:
     case = RootedCase.of_values(whole.case.values, "namelist", job.root).replace(
         **{f"initial_{name}": float(whole.values(name)[k]) for name in STATE}, lateral_force=float(whole.values("F_ext")[k]),
         t_end=LENGTH, interval=INTERVAL, dt=INTERVAL, stop_at="t_end", rows="interval_and_events")
-    return Stretch(run(case), float(whole.time[k]))
+    return Stretch(compute(case), float(whole.time[k]))
 
 
 def first_and_hardest(job: Job, whole: RunData) -> tuple[Stretch, Stretch] | None:

@@ -21,7 +21,7 @@ from ..case import Case
 from ..results import run_data, summary
 from ..results.run_data import RunData
 from ..results.summary import Chaotic, summary_row
-from ..runs import run
+from ..runs import compute
 from .jobs import Job, RootedCase, hashes, is_up_to_date, stamped, write_stamp
 
 ASIDE = 1e-6            # of the start of a twin [m]
@@ -51,7 +51,7 @@ def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
     def work(job: Job, tell: Progress) -> dict[str, Any]:
         read = Case.from_namelist(job.text + "\n")
         case = RootedCase.of_values(read.values, "namelist", job.root)
-        return summary_row(run(case.replace(initial_Y=case.initial_Y + ASIDE), tell))
+        return summary_row(compute(case.replace(initial_Y=case.initial_Y + ASIDE), tell))
 
     def keep(job: Job, row: dict[str, Any]) -> None:
         found[job.name] = row
