@@ -12,8 +12,8 @@ module case
   use text, only: shortest, str
   implicit none
   private
-  public :: case_type, variable_type, list_variables, admissible, output_path, right_table_path, value_text, range_text, &
-    text_length
+  public :: case_type, variable_type, list_variables, admissible, case_title, output_path, right_table_path, value_text, &
+    range_text, text_length
 
   integer, parameter :: text_length = 256
 
@@ -120,7 +120,7 @@ contains
     type(variable_list), intent(inout) :: all
 
     call all%add_text('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
-    call all%add_text('case', 'title', c%title, '', 'one line that header and plots repeat')
+    call all%add_text('case', 'title', c%title, '', 'one line that header and plots repeat; made from the values if empty')
     call all%add_real('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
     call all%add_real('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the longitudinal axis')
@@ -339,6 +339,55 @@ contains
         .and. len_trim(variable%text) > 0 .and. index(trim(variable%text), ' ') == 0
     end if
   end function admissible
+
+  !> The title that the user wrote; if he wrote none, what moves the wheelset, and the profiles.
+  function case_title(c) result(title)
+    type(case_type), intent(in) :: c
+    character(6*text_length) :: title
+    character(2*text_length + 4) :: left, right
+
+    title = c%title
+    if (title /= '') return
+    call add('initial lateral displacement', c%y, 'm')
+    call add('initial vertical displacement', c%z, 'm')
+    call add('initial roll angle', c%roll, 'rad')
+    call add('initial lateral velocity', c%vy, 'm/s')
+    call add('initial vertical velocity', c%vz, 'm/s')
+    if (abs(c%vy) <= 0) call add('initial roll rate', c%roll_rate, 'rad/s')
+    call add('lateral force', c%lateral_force/1e3_dp, 'kN')
+    call add('lateral force growing by', c%lateral_ramp/1e3_dp, 'kN/s')
+    if (abs(c%lateral_ramp) > 0 .and. c%stop_at == 'derailment') title = trim(title)//' up to derailment'
+    if (title == '') title = ', at rest'
+    left = pair_words(c%wheel_profile, c%rail_profile)
+    right = pair_words(merge(c%wheel_profile_right, c%wheel_profile, c%wheel_profile_right /= ''), &
+      merge(c%rail_profile_right, c%rail_profile, c%rail_profile_right /= ''))
+    title = trim(title(3:))//', '//left
+    if (right /= left) title = trim(title)//' (left), '//trim(right)//' (right)'
+
+  contains
+
+    !> A quantity that is not 0.
+    subroutine add(what, x, unit)
+      character(*), intent(in) :: what, unit
+      real(dp), intent(in) :: x
+      character(40) :: number
+
+      number = str(x)
+      if (index(number, '.0 ') > 0) number(index(number, '.0 '):) = ''
+      if (abs(x) > 0) title = trim(title)//', '//what//' '//trim(number)//' '//unit
+    end subroutine add
+
+  end function case_title
+
+  !> The profiles of a side in words, by the names of their files.
+  pure function pair_words(wheel, rail) result(words)
+    character(*), intent(in) :: wheel, rail
+    character(len(wheel) + len(rail) + 4) :: words
+
+    words = trim(wheel(index(wheel, '/', back=.true.) + 1:))//' on '//rail(index(rail, '/', back=.true.) + 1:)
+    if (words == 'awprof.yz on arprof.yz') words = 'actual profiles'
+    if (words == 'swprof.yz on srprof.yz') words = 'simplified profiles'
+  end function pair_words
 
   !> Path of the right contact table, for sides whose profiles may differ.
   function right_table_path(c) result(path)

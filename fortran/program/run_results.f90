@@ -1,7 +1,7 @@
 !> The comments of a column file, as namelist groups: the setup and every variable in force before the rows, the results
 !> after them. Any reader of namelists reads the groups. Numbers have all digits.
 module run_results
-  use case, only: case_type, list_variables, value_text, variable_type
+  use case, only: case_title, case_type, list_variables, value_text, variable_type
   use contact_table, only: table_type
   use events, only: elastic_kinds, event_kinds
   use, intrinsic :: iso_fortran_env, only: int64
@@ -27,7 +27,7 @@ contains
     character(:), allocatable :: group
     integer :: k
 
-    lines = 'ldbench '//version//newline//'case '//trim(c%name)//': '//trim(c%title)//newline// &
+    lines = 'ldbench '//version//newline//'case '//trim(c%name)//': '//trim(case_title(c))//newline// &
       'frame: X forward, Y left, Z up; Z and roll from static equilibrium at Y = 0; SI units, radians'//newline// &
       'contacts: LT left tread, LF left flange, RT right tread, RF right flange; '// &
       'forces of the rail on the wheel, track frame'//newline

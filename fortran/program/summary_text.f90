@@ -1,6 +1,6 @@
 !> The summary of a run on the terminal.
 module summary_text
-  use case, only: case_type, output_path
+  use case, only: case_title, case_type, output_path
   use events, only: elastic_kinds, event_kinds, kept
   use kinds, only: degree, dp
   use profile, only: profile_type
@@ -27,7 +27,7 @@ contains
     type(run_type), intent(in) :: run
     character(:), allocatable, intent(out) :: lines
 
-    lines = trim(c%name)//': '//trim(c%title)//newline
+    lines = trim(c%name)//': '//trim(case_title(c))//newline
     call add_formulation(lines, c)
     if (remarkable(setup%wheel)) call add_profiles(lines, 'wheel', setup%wheel)
     if (remarkable(setup%rail)) call add_profiles(lines, 'rail', setup%rail)

@@ -2,6 +2,7 @@
 
 The executable is the reference: a run from Python must write the same bytes and say the same words.
 """
+import base64
 import copy
 import multiprocessing
 import os
@@ -13,12 +14,14 @@ import sys
 import threading
 import time
 import venv
+import zlib
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import f90nml
 import numpy as np
 import pytest
+from pypdf import PdfReader
 
 import ldbench
 from ldbench.__main__ import main
@@ -133,6 +136,41 @@ def test_texts_go_round(title, flange_run, tmp_path):
     assert ldbench.Case.from_namelist("\n".join([*settings, "/"])).title == title
     if title.isprintable():
         assert read_header(file).settings["case"]["title"] == title
+
+
+START = {1: "initial lateral velocity 0.1 m/s", 2: "initial lateral velocity 0.5 m/s", 3: "initial lateral velocity 1 m/s",
+         4: "initial lateral velocity 2 m/s", 5: "lateral force growing by 5 kN/s up to derailment"}
+
+
+@pytest.mark.parametrize(("exercise", "changes", "title"), [
+    *((k, {}, words) for k, words in START.items()), (2, {"vY": 0.6}, "initial lateral velocity 0.6 m/s"),
+    (2, {"title": "its own"}, "its own"), (1, {"vY": 0}, "initial roll rate 0.00333 rad/s"), (5, {"lateral_ramp": 0}, "at rest"),
+    (5, {"lateral_force": -1e4, "lateral_ramp": 2e3, "stop_at": "t_end"}, "lateral force -10 kN, lateral force growing by 2 kN/s"),
+    (3, {"Y": -0.002, "Z": 1e-4, "initial_roll": 0.01, "vZ": 10}, "initial lateral displacement -0.002 m, initial vertical "
+     "displacement 1.0E-4 m, initial roll angle 0.01 rad, initial lateral velocity 1 m/s, initial vertical velocity 10 m/s")])
+@pytest.mark.parametrize(("pair", "profiles", "words"), [
+    ("aw", {}, "actual profiles"), ("sw", {}, "simplified profiles"), ("aw", {"wheel_profile": "a/own.yz"}, "own.yz on arprof.yz"),
+    ("aw", {"rail_profile_right": "b.yz"}, "actual profiles (left), awprof.yz on b.yz (right)")])
+def test_a_title_that_nobody_wrote_is_made_from_the_values(exercise, changes, title, pair, profiles, words):
+    """In the call's words for the ten exercises; `namelist` has what was written."""
+    case = ldbench.Case.exercise(exercise, pair).replace(**changes, **profiles)
+    assert case.title == case.case_title == (title if title == "its own" else f"{title}, {words}")
+    assert case.namelist()["case"]["title"] == changes.get("title", "") and ldbench.Case.from_namelist(case.to_namelist()) == case
+
+
+def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
+    """In the summary, the header, the PDF and the page of a run with another velocity and a wheel of its own."""
+    (tmp_path/"own.yz").write_bytes((REPO/"profiles/awprof.yz").read_bytes())
+    (tmp_path/"case.nml").write_text(coarse(1, "aw", t_end=1e-3, wheel_profile=str(tmp_path/"own.yz")).to_namelist())
+    title, file = "initial lateral velocity 0.3 m/s, own.yz on arprof.yz", tmp_path/"columns.txt"
+    assert main(["run", str(tmp_path/"case.nml"), "--set", "vY=0.3", "-o", str(file)]) == 0
+    run = ldbench.read_run(file)
+    assert capsys.readouterr().out.startswith(f"ex1_aw: {title}\n") and f"# case ex1_aw: {title}\n" in file.read_text()
+    run.plot(tmp_path/"plots.pdf")
+    assert any(title in page.extract_text() for page in PdfReader(tmp_path/"plots.pdf").pages)
+    facts = re.search('id="facts">(.*?)<', run.view().html)[1]
+    assert f'"title":"{title}"' in zlib.decompress(base64.b64decode(facts)).decode()
+    assert title in run._repr_html_() and title in run.case._repr_html_() and run.to_xarray().title == run.case.title == title
 
 
 def test_a_file_name_of_other_letters(tmp_path, monkeypatch):

@@ -645,11 +645,9 @@ def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path],
     ("profiles/awprof.yz", "profiles/arprof.yz", "actual profiles"), ("a/swprof.yz", "b/srprof.yz", "simplified profiles"),
     ("profiles/s1002.yz", "profiles/60e1.yz", "s1002.yz on 60e1.yz"), ("awprof.yz", "srprof.yz", "awprof.yz on srprof.yz")])
 def test_titles_name_the_profiles_of_the_run(wheel: str, rail: str, words: str):
-    """Whatever the name and the title of the case say."""
-    run = altered(invented(), {"settings": {"profiles": {"wheel_profile": wheel, "rail_profile": rail}},
-                               "title": "initial lateral velocity 0.5 m/s, actual profiles"})
+    """Whatever the name of the case says."""
+    run = altered(invented(), {"settings": {"profiles": {"wheel_profile": wheel, "rail_profile": rail}}})
     assert run.heading == f"Exercise 2, {words}" and run.pair == words
-    assert run.subtitle == "initial lateral velocity 0.5 m/s" + (", actual profiles" if words == "actual profiles" else "")
     assert summary_row(run)["profiles"] == words
 
 

@@ -273,7 +273,7 @@ class Case:
         if name.startswith("_") or name in ("values", "unchanged", "label", "folder"):
             raise AttributeError(name)
         try:
-            return self.values[find_variable(name)]
+            return getattr(self, shortest_name(find_variable(name)))
         except Error as error:
             raise AttributeError(str(error)) from None
 
@@ -315,9 +315,12 @@ def _property(k: int, variable: Variable) -> property:
     def value(case: Case) -> Value:
         return case.values[k]
 
+    def title(case: Case) -> Value:
+        return case.values[k] or text(*_flat.describe_case(*case.arrays()))
+
     unit = f" [{variable.unit}]" if variable.unit not in ("", "1") else ""
-    return property(value, doc=f"{variable.name}{unit}: {variable.meaning}. Expected is {variable.range}; the default is "
-                               f"{variable.default.strip()} (&{variable.group}).")
+    words = f"{variable.name}{unit}: {variable.meaning}. Expected is {variable.range}; the default is {variable.default.strip()} "
+    return property(title if variable.name == "title" else value, doc=f"{words}(&{variable.group}).")
 
 
 for _k, _variable in enumerate(variables()):

@@ -118,6 +118,22 @@ subroutine check_values(file, n, numbers, words, message, length)
   call give_error(error, message, length)
 end subroutine check_values
 
+!> The title of a case, the user's or one made from the values.
+subroutine describe_case(n, numbers, words, title, length)
+  use case, only: case_title, case_type
+  use handles, only: give, import_case
+  implicit none
+  integer, intent(in) :: n
+  real(8), intent(in) :: numbers(n)
+  character(*), intent(in) :: words
+  character(2048), intent(out) :: title
+  integer, intent(out) :: length
+  type(case_type) :: c
+
+  call import_case(numbers, words, c)
+  call give(trim(case_title(c)), title, length)
+end subroutine describe_case
+
 !> Profiles, contact table and equilibrium of a case.  paths: those of its wheel_profile, rail_profile,
 !> wheel_profile_right, rail_profile_right and table file, of 256 characters each.  progress and stop_asked are shared
 !> with the thread that watches.

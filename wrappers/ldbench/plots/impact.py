@@ -58,7 +58,7 @@ def impact_page(run: RunData, first: Stretch | None = None) -> Figure | None:
              "longest of an instant is 40 mm"] if placed else []
     if first is not None:
         notes.append(f"first contact of the left flange: {first.words}")
-    figure = new_page(f"{run.heading}: impacts of flanges", run.subtitle, f"{'; '.join(notes)}\n{caption(run)}".strip())
+    figure = new_page(f"{run.heading}: impacts of flanges", run.header.title, f"{'; '.join(notes)}\n{caption(run)}".strip())
     if placed:
         shown = instants(run)[:SECTIONS]
         axes = figure.subplots(1, 2*SECTIONS, squeeze=False, gridspec_kw={
@@ -77,7 +77,7 @@ def impact_page(run: RunData, first: Stretch | None = None) -> Figure | None:
 
 def hardest_page(run: RunData, stretch: Stretch) -> Figure:
     """The hardest contact of the left flange, computed again with rows as close as it needs."""
-    figure = new_page(f"{run.heading}: {HARDEST}", run.subtitle, f"{stretch.words}\n{caption(run)}")
+    figure = new_page(f"{run.heading}: {HARDEST}", run.header.title, f"{stretch.words}\n{caption(run)}")
     draw_close(figure, run, stretch, TOP, BOTTOM, 3*SOLVED)
     return figure
 

@@ -31,7 +31,7 @@ def energy_page(run: RunData) -> Figure | None:
     found = [run.result(f"frequency_{k}") for k in (1, 2, 3)]
     if np.isfinite(found).any():
         notes.append(f"dotted in spectra: eigenfrequencies at rest, {', '.join(f'{f:.4g}' for f in found if np.isfinite(f))} Hz")
-    figure = new_page(f"{run.heading}: energy, phase portrait, spectrum", run.subtitle,
+    figure = new_page(f"{run.heading}: energy, phase portrait, spectrum", run.header.title,
                       f"{'; '.join(note for note in notes if note)}\n{caption(run)}")
     if energies is not None:
         draw_energies(figure, run, 0.33)

@@ -39,7 +39,7 @@ def ramp_page(run: RunData) -> Figure:
     limit = (f"Nadal's limit for the steepest angle of the flange, {DEG*angle:.1f}°, with friction "
              f"{' and '.join(f'{friction:g}' for friction in FRICTIONS)}" if placed else "")
     note = ENERGY.note(run) if callable(ENERGY.note) else ENERGY.note
-    figure = new_page(f"{run.heading}: energy and lateral force", run.subtitle, "; ".join(
+    figure = new_page(f"{run.heading}: energy and lateral force", run.header.title, "; ".join(
         words for words in (note, window.title, limit) if words) + f"\n{caption(run)}")
     if ENERGY.of(run):
         draw_energies(figure, run, 0.33)

@@ -25,7 +25,7 @@ def time_page(run: RunData, page: Page, window: Window | None = None) -> Figure:
     window = window or overall(run)
     note = page.note(run) if callable(page.note) else page.note
     note = "; ".join(words for words in (note, window.title) if words)
-    figure = new_page(f"{run.heading}: {page.title}", run.subtitle, f"{note}\n{caption(run)}".strip())
+    figure = new_page(f"{run.heading}: {page.title}", run.header.title, f"{note}\n{caption(run)}".strip())
     axes = figure.subplots(max(map(len, page.columns)), len(page.columns), sharex=True, squeeze=False, gridspec_kw={
         "left": LEFT, "right": RIGHT, "top": TOP, "bottom": BOTTOM, "hspace": 0.1, "wspace": 0.06 + 0.06*len(page.columns)})
     draw_columns(axes, run, page.columns, window)

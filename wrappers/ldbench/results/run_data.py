@@ -194,12 +194,6 @@ class RunData:
         """'Exercise 1, actual profiles', or the name of the case."""
         return f"Exercise {self.exercise}, {self.pair}" if self.exercise and self.pair else self.name
 
-    @property
-    def subtitle(self) -> str:
-        """The title of the case without the words of another pair of profiles than that of the run."""
-        told, _, words = self.header.title.rpartition(", ")
-        return told if words in PAIRS.values() and words != self.pair else self.header.title
-
     def setting(self, group: str, name: str) -> Value | None:
         """A number or a word of the namelist; None where the file does not say."""
         return self.header.settings.get(group, {}).get(name)
