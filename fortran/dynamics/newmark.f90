@@ -246,8 +246,7 @@ contains
     type(motion_type), intent(inout) :: new
     integer, intent(out) :: evaluations, status
     type(contact_state) :: middle
-    real(dp) :: m(3), f(3), d(3), md(3), square, excess, residual(3), tangent(3, 3), move(3), &
-      excess_slope(3), h(3, 3)
+    real(dp) :: m(3), f(3), d(3), md(3), square, excess, residual(3), tangent(3, 3), move(3), excess_slope(3), h(3, 3)
 
     m = w%inertia()
     f = external_force(w, old%t + dt/2)
@@ -333,8 +332,7 @@ contains
       c(2, i) = a(j, 3)*a(k, 1) - a(j, 1)*a(k, 3)
       c(3, i) = a(j, 1)*a(k, 2) - a(j, 2)*a(k, 1)
     end do
-    x = (c(:, 1)*b(1) + c(:, 2)*b(2) + c(:, 3)*b(3)) &
-      /(a(1, 1)*c(1, 1) + a(1, 2)*c(2, 1) + a(1, 3)*c(3, 1))
+    x = (c(:, 1)*b(1) + c(:, 2)*b(2) + c(:, 3)*b(3))/(a(1, 1)*c(1, 1) + a(1, 2)*c(2, 1) + a(1, 3)*c(3, 1))
   end function solve
 
 end module newmark

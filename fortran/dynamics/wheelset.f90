@@ -137,8 +137,7 @@ contains
     call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
     if (state%status /= inside) return
     if (wheel == 1) then
-      call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), state%hessian, &
-        state%status)
+      call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), state%hessian, state%status)
     else
       call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), &
         state%hessian, state%status)

@@ -90,8 +90,7 @@ contains
     p%points = raw%points
     call mended_text(mended, p%mended)
     ! The mean of several points is nearer to the curve than the points are.
-    call fit_curve(1e-3_dp*p%points(1, :), 1e-3_dp*p%points(2, :), 1e-3_dp*smoothing/sqrt(real(mended%group, dp)), &
-      p%curve, error)
+    call fit_curve(1e-3_dp*p%points(1, :), 1e-3_dp*p%points(2, :), 1e-3_dp*smoothing/sqrt(real(mended%group, dp)), p%curve, error)
     if (allocated(error)) call fatal_error(error, file//': '//error%message)
   end subroutine read_profile
 
@@ -136,8 +135,7 @@ contains
     if (size(raw%line) < least_points) return
     span = factor*span
     if (span < least_span .or. span > largest_span) call fatal_error(error, file// &
-      ': expected y in millimetres over '//str(least_span)//' to '//str(largest_span)//' mm, found a width of '// &
-      str(span))
+      ': expected y in millimetres over '//str(least_span)//' to '//str(largest_span)//' mm, found a width of '//str(span))
   end subroutine to_millimetres
 
   !> Fails where there are too few points.

@@ -46,6 +46,7 @@ module case
     ! &initial
     real(dp) :: y = 0, z = 0, roll = 0, pitch = 0
     real(dp) :: vx = 1, vy = 0, vz = 0, roll_rate = 0, pitch_rate = 2.19_dp
+    character(text_length) :: roll_link = 'none'
     ! &loading
     real(dp) :: lateral_force = 0
     real(dp) :: lateral_ramp = 0
@@ -94,10 +95,8 @@ module case
     integer :: n = 0
     type(variable_type) :: list(80)        !! the variables; the first n are set
   contains
-    procedure :: add
-    procedure :: add_real
-    procedure :: add_integer
-    procedure :: add_text
+    procedure, private :: begin, add_real, add_integer, add_text
+    generic :: add => add_real, add_integer, add_text
   end type variable_list
 
 contains
@@ -108,133 +107,105 @@ contains
     type(variable_type), allocatable, intent(out) :: list(:)
     type(variable_list) :: all
 
-    call list_vehicle(c, all)
-    call list_motion_and_contact(c, all)
-    call list_run(c, all)
+    call all%add('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
+    call all%add('case', 'title', c%title, '', 'one line that header and plots repeat; made from the values if empty')
+    call all%add('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
+    call all%add('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
+      'moment of inertia about the longitudinal axis')
+    call all%add('wheelset', 'pitch_inertia', c%pitch_inertia, 0.0_dp, 1e6_dp, 'kg m2', &
+      'moment of inertia about the axle; it enters the gyroscopic moment only')
+    call all%add('wheelset', 'rolling_radius', c%rolling_radius, 0.05_dp, 2.0_dp, 'm', &
+      'rolling radius at the contact point of the centred wheelset')
+    call all%add('wheelset', 'back_to_back', c%back_to_back, 0.3_dp, 3.0_dp, 'm', 'distance between the backs of the wheels')
+    call all%add('wheelset', 'vertical_load', c%vertical_load, 0.0_dp, 1e7_dp, 'N', &
+      'constant vertical load at the centre of gravity, without inertia')
+    call all%add('track', 'gauge', c%gauge, 0.3_dp, 3.0_dp, 'm', 'track gauge')
+    call all%add('track', 'gauge_depth', c%gauge_depth, 1e-3_dp, 0.05_dp, 'm', &
+      'depth below the top of the rails at which the gauge is measured')
+    call all%add('track', 'friction', c%friction, 0.0_dp, 1e-7_dp, '1', 'friction coefficient; it is taken as exactly zero')
+    call all%add('material', 'youngs_modulus', c%youngs_modulus, 1e6_dp, 1e13_dp, 'Pa', 'Young''s modulus of wheels and rails')
+    call all%add('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', 'Poisson''s ratio of wheels and rails')
+    call all%add('material', 'shear_modulus', c%shear_modulus, 1e6_dp, 1e13_dp, 'Pa', &
+      'shear modulus; it is recorded but not used, normal contact needs E and nu')
+    call all%add('profiles', 'wheel_profile', c%wheel_profile, '', 'wheel profile: a file of y z points, MiniProf or SIMPACK')
+    call all%add('profiles', 'rail_profile', c%rail_profile, '', 'rail profile: a file of y z points, MiniProf or SIMPACK')
+    call all%add('profiles', 'wheel_profile_right', c%wheel_profile_right, '', &
+      'wheel profile on the right; the empty name means as on the left')
+    call all%add('profiles', 'rail_profile_right', c%rail_profile_right, '', &
+      'rail profile on the right; the empty name means as on the left')
+    call all%add('profiles', 'smoothing_mm', c%smoothing_mm, -1.0_dp, 1.0_dp, 'mm', &
+      'rms distance of the smoothing spline from the points; negative: their noise, if any; 0 interpolates')
+    call all%add('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
+      'axes of the wheel files to turn over; auto: as the shape says')
+    call all%add('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'unit of the wheel files; auto: as the width says')
+    call all%add('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', &
+      'axes of the rail files to turn over; auto: as the shape says')
+    call all%add('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', 'unit of the rail files; auto: as the width says')
+    call all%add('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'initial lateral displacement, positive to the left')
+    call all%add('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', &
+      'initial vertical displacement from static equilibrium, positive upwards')
+    call all%add('initial', 'roll', c%roll, -0.3_dp, 0.3_dp, 'rad', 'initial roll angle; a positive one lifts the left wheel')
+    call all%add('initial', 'pitch', c%pitch, -1e3_dp, 1e3_dp, 'rad', 'initial pitch angle')
+    call all%add('initial', 'vX', c%vx, -100.0_dp, 100.0_dp, 'm/s', 'forward velocity, constant')
+    call all%add('initial', 'vY', c%vy, -20.0_dp, 20.0_dp, 'm/s', 'initial lateral velocity')
+    call all%add('initial', 'vZ', c%vz, -20.0_dp, 20.0_dp, 'm/s', 'initial vertical velocity')
+    call all%add('initial', 'roll_rate', c%roll_rate, -20.0_dp, 20.0_dp, 'rad/s', 'initial roll rate')
+    call all%add('initial', 'roll_link', c%roll_link, 'none rails', &
+      'what sets the initial roll rate: roll_rate, or vY so that both wheels move along their rails, and roll_rate is not used')
+    call all%add('initial', 'pitch_rate', c%pitch_rate, -1e3_dp, 1e3_dp, 'rad/s', 'pitch rate, constant')
+    call all%add('loading', 'lateral_force', c%lateral_force, -1e7_dp, 1e7_dp, 'N', &
+      'lateral force at the centre of gravity at t = 0, in the track frame')
+    call all%add('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', 'growth rate of the lateral force')
+    call all%add('contact', 'formulation', c%formulation, 'elastic bilateral unilateral', &
+      'elastic contact, or rigid: wheels held on the rails (bilateral) or contacts that only push (unilateral)')
+    call all%add('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
+      'coefficient of restitution of impacts with formulation = ''unilateral''')
+    call all%add('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
+    call all%add('contact', 'influence', c%influence, 'local flat apart', &
+      'how places of one wheel press each other with model = ''halfspace'': along their own normals, as on a plane, not at all')
+    call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
+      'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
+    call all%add('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')
+    call all%add('table', 'file', c%table_file, '', 'file that keeps the contact table for later runs; none if empty')
+    call all%add('table', 'lateral', c%extent%lateral, 0.02_dp, 0.1_dp, 'm', &
+      'the table covers this shift of a wheel to either side')
+    call all%add('table', 'lift', c%extent%lift, 0.03_dp, 0.1_dp, 'm', &
+      'the table covers this lift of a wheel; higher it cannot touch')
+    call all%add('table', 'drop', c%extent%drop, 1e-3_dp, 0.03_dp, 'm', &
+      'the table covers this drop of a wheel below its running height')
+    call all%add('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
+    call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
+    call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
+      'rms error of a wheel''s force that the table may have, relative to max(|F|, 5 kN)')
+    call all%add('table', 'n_lateral', c%n_lateral, 20, 10000, 'most lateral points of the table, per zone')
+    call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'most points of the table over the roll angle')
+    call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'most points of the table over the root of the penetration')
+    call all%add('integrator', 'scheme', c%scheme, 'newmark energy', &
+      'Newmark''s family, or average acceleration with a discrete gradient, which keeps the energy')
+    call all%add('integrator', 'order', c%order, 2, 6, &
+      'order of the scheme: 2, 4 or, explicit only, 6; the higher ones by composition')
+    call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'parameter beta of Newmark''s method; 0 is explicit')
+    call all%add('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'parameter gamma of Newmark''s method')
+    call all%add('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', &
+      'longest step; the interval between rows is a whole number of steps')
+    call all%add('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', 'end of the run, at the latest')
+    call all%add('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
+      'what ends the run; a derailed wheelset that leaves &table ends it too')
+    call all%add('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
+      'a step that changes the total energy by more is cut; 0 cuts no step')
+    call all%add('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', 'largest Newton correction at convergence')
+    call all%add('integrator', 'max_iterations', c%max_iterations, 1, 1000, 'most Newton iterations per step')
+    call all%add('integrator', 'max_halvings', c%max_halvings, 0, 30, 'most halvings of a step that is cut')
+    call all%add('output', 'file', c%output_file, '', 'column file; outputs/NAME.txt if empty')
+    call all%add('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'time between rows')
+    call all%add('output', 'rows', c%rows, 'interval_and_events interval', &
+      'rows at equal intervals, and also at events, changes of contact and peaks of force')
+    call all%add('output', 'geometry_file', c%geometry_file, '', 'file of the geometry functions; none if empty')
     list = all%list(:all%n)
   end subroutine list_variables
 
-  !> Variables of the wheelset, the track, the material and the profiles.
-  subroutine list_vehicle(c, all)
-    type(case_type), target, intent(inout) :: c
-    type(variable_list), intent(inout) :: all
-
-    call all%add_text('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
-    call all%add_text('case', 'title', c%title, '', 'one line that header and plots repeat; made from the values if empty')
-    call all%add_real('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
-    call all%add_real('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
-      'moment of inertia about the longitudinal axis')
-    call all%add_real('wheelset', 'pitch_inertia', c%pitch_inertia, 0.0_dp, 1e6_dp, 'kg m2', &
-      'moment of inertia about the axle; it enters the gyroscopic moment only')
-    call all%add_real('wheelset', 'rolling_radius', c%rolling_radius, 0.05_dp, 2.0_dp, 'm', &
-      'rolling radius at the contact point of the centred wheelset')
-    call all%add_real('wheelset', 'back_to_back', c%back_to_back, 0.3_dp, 3.0_dp, 'm', &
-      'distance between the backs of the wheels')
-    call all%add_real('wheelset', 'vertical_load', c%vertical_load, 0.0_dp, 1e7_dp, 'N', &
-      'constant vertical load at the centre of gravity, without inertia')
-    call all%add_real('track', 'gauge', c%gauge, 0.3_dp, 3.0_dp, 'm', 'track gauge')
-    call all%add_real('track', 'gauge_depth', c%gauge_depth, 1e-3_dp, 0.05_dp, 'm', &
-      'depth below the top of the rails at which the gauge is measured')
-    call all%add_real('track', 'friction', c%friction, 0.0_dp, 1e-7_dp, '1', 'friction coefficient; it is taken as exactly zero')
-    call all%add_real('material', 'youngs_modulus', c%youngs_modulus, 1e6_dp, 1e13_dp, 'Pa', &
-      'Young''s modulus of wheels and rails')
-    call all%add_real('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', 'Poisson''s ratio of wheels and rails')
-    call all%add_real('material', 'shear_modulus', c%shear_modulus, 1e6_dp, 1e13_dp, 'Pa', &
-      'shear modulus; it is recorded but not used, normal contact needs E and nu')
-    call all%add_text('profiles', 'wheel_profile', c%wheel_profile, '', &
-      'wheel profile: a file of y z points, MiniProf or SIMPACK')
-    call all%add_text('profiles', 'rail_profile', c%rail_profile, '', &
-      'rail profile: a file of y z points, MiniProf or SIMPACK')
-    call all%add_text('profiles', 'wheel_profile_right', c%wheel_profile_right, '', &
-      'wheel profile on the right; the empty name means as on the left')
-    call all%add_text('profiles', 'rail_profile_right', c%rail_profile_right, '', &
-      'rail profile on the right; the empty name means as on the left')
-    call all%add_real('profiles', 'smoothing_mm', c%smoothing_mm, -1.0_dp, 1.0_dp, 'mm', &
-      'rms distance of the smoothing spline from the points; negative: their noise, if any; 0 interpolates')
-    call all%add_text('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
-      'axes of the wheel files to turn over; auto: as the shape says')
-    call all%add_text('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'unit of the wheel files; auto: as the width says')
-    call all%add_text('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', &
-      'axes of the rail files to turn over; auto: as the shape says')
-    call all%add_text('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', 'unit of the rail files; auto: as the width says')
-  end subroutine list_vehicle
-
-  !> Variables of the initial motion, the loads, the contacts and their table.
-  subroutine list_motion_and_contact(c, all)
-    type(case_type), target, intent(inout) :: c
-    type(variable_list), intent(inout) :: all
-
-    call all%add_real('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'initial lateral displacement, positive to the left')
-    call all%add_real('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', &
-      'initial vertical displacement from static equilibrium, positive upwards')
-    call all%add_real('initial', 'roll', c%roll, -0.3_dp, 0.3_dp, 'rad', 'initial roll angle; a positive one lifts the left wheel')
-    call all%add_real('initial', 'pitch', c%pitch, -1e3_dp, 1e3_dp, 'rad', 'initial pitch angle')
-    call all%add_real('initial', 'vX', c%vx, -100.0_dp, 100.0_dp, 'm/s', 'forward velocity, constant')
-    call all%add_real('initial', 'vY', c%vy, -20.0_dp, 20.0_dp, 'm/s', 'initial lateral velocity')
-    call all%add_real('initial', 'vZ', c%vz, -20.0_dp, 20.0_dp, 'm/s', 'initial vertical velocity')
-    call all%add_real('initial', 'roll_rate', c%roll_rate, -20.0_dp, 20.0_dp, 'rad/s', 'initial roll rate')
-    call all%add_real('initial', 'pitch_rate', c%pitch_rate, -1e3_dp, 1e3_dp, 'rad/s', 'pitch rate, constant')
-    call all%add_real('loading', 'lateral_force', c%lateral_force, -1e7_dp, 1e7_dp, 'N', &
-      'lateral force at the centre of gravity at t = 0, in the track frame')
-    call all%add_real('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', &
-      'growth rate of the lateral force')
-    call all%add_text('contact', 'formulation', c%formulation, 'elastic bilateral unilateral', &
-      'elastic contact, or rigid: wheels held on the rails (bilateral) or contacts that only push (unilateral)')
-    call all%add_real('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
-      'coefficient of restitution of impacts with formulation = ''unilateral''')
-    call all%add_text('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
-    call all%add_text('contact', 'influence', c%influence, 'local flat apart', &
-      'how places of one wheel press each other with model = ''halfspace'': along their own normals, as on a plane, not at all')
-    call all%add_real('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
-      'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
-    call all%add_real('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', &
-      'factor on the elastic modulus')
-    call all%add_text('table', 'file', c%table_file, '', 'file that keeps the contact table for later runs; none if empty')
-    call all%add_real('table', 'lateral', c%extent%lateral, 0.02_dp, 0.1_dp, 'm', &
-      'the table covers this shift of a wheel to either side')
-    call all%add_real('table', 'lift', c%extent%lift, 0.03_dp, 0.1_dp, 'm', &
-      'the table covers this lift of a wheel; higher it cannot touch')
-    call all%add_real('table', 'drop', c%extent%drop, 1e-3_dp, 0.03_dp, 'm', &
-      'the table covers this drop of a wheel below its running height')
-    call all%add_real('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
-    call all%add_real('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
-    call all%add_real('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
-      'rms error of a wheel''s force that the table may have, relative to max(|F|, 5 kN)')
-    call all%add_integer('table', 'n_lateral', c%n_lateral, 20, 10000, 'most lateral points of the table, per zone')
-    call all%add_integer('table', 'n_roll', c%n_roll, 5, 1000, 'most points of the table over the roll angle')
-    call all%add_integer('table', 'n_depth', c%n_depth, 5, 1000, 'most points of the table over the root of the penetration')
-  end subroutine list_motion_and_contact
-
-  !> Variables of the integrator and the output.
-  subroutine list_run(c, all)
-    type(case_type), target, intent(inout) :: c
-    type(variable_list), intent(inout) :: all
-
-    call all%add_text('integrator', 'scheme', c%scheme, 'newmark energy', &
-      'Newmark''s family, or average acceleration with a discrete gradient, which keeps the energy')
-    call all%add_integer('integrator', 'order', c%order, 2, 6, &
-      'order of the scheme: 2, 4 or, explicit only, 6; the higher ones by composition')
-    call all%add_real('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'parameter beta of Newmark''s method; 0 is explicit')
-    call all%add_real('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'parameter gamma of Newmark''s method')
-    call all%add_real('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', &
-      'longest step; the interval between rows is a whole number of steps')
-    call all%add_real('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', 'end of the run, at the latest')
-    call all%add_text('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
-      'what ends the run; a derailed wheelset that leaves &table ends it too')
-    call all%add_real('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
-      'a step that changes the total energy by more is cut; 0 cuts no step')
-    call all%add_real('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', &
-      'largest Newton correction at convergence')
-    call all%add_integer('integrator', 'max_iterations', c%max_iterations, 1, 1000, 'most Newton iterations per step')
-    call all%add_integer('integrator', 'max_halvings', c%max_halvings, 0, 30, 'most halvings of a step that is cut')
-    call all%add_text('output', 'file', c%output_file, '', 'column file; outputs/NAME.txt if empty')
-    call all%add_real('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'time between rows')
-    call all%add_text('output', 'rows', c%rows, 'interval_and_events interval', &
-      'rows at equal intervals, and also at events, changes of contact and peaks of force')
-    call all%add_text('output', 'geometry_file', c%geometry_file, '', 'file of the geometry functions; none if empty')
-  end subroutine list_run
-
-  subroutine add(this, group, name, unit, meaning)
+  !> Begin the next variable.
+  subroutine begin(this, group, name, unit, meaning)
     class(variable_list), intent(inout) :: this
     character(*), intent(in) :: group, name, unit, meaning
 
@@ -246,7 +217,7 @@ contains
       new%meaning = meaning
       new%words = ''
     end associate
-  end subroutine add
+  end subroutine begin
 
   subroutine add_real(this, group, name, x, least, largest, unit, meaning)
     class(variable_list), intent(inout) :: this
@@ -254,7 +225,7 @@ contains
     real(dp), target, intent(inout) :: x
     real(dp), intent(in) :: least, largest
 
-    call this%add(group, name, unit, meaning)
+    call this%begin(group, name, unit, meaning)
     this%list(this%n)%x => x
     this%list(this%n)%least = least
     this%list(this%n)%largest = largest
@@ -266,7 +237,7 @@ contains
     integer, target, intent(inout) :: i
     integer, intent(in) :: least, largest
 
-    call this%add(group, name, '1', meaning)
+    call this%begin(group, name, '1', meaning)
     this%list(this%n)%i => i
     this%list(this%n)%least = least
     this%list(this%n)%largest = largest
@@ -277,7 +248,7 @@ contains
     character(*), intent(in) :: group, name, words, meaning
     character(text_length), target, intent(inout) :: word
 
-    call this%add(group, name, '', meaning)
+    call this%begin(group, name, '', meaning)
     this%list(this%n)%text => word
     this%list(this%n)%words = words
   end subroutine add_text
@@ -353,7 +324,7 @@ contains
     call add('initial roll angle', c%roll, 'rad')
     call add('initial lateral velocity', c%vy, 'm/s')
     call add('initial vertical velocity', c%vz, 'm/s')
-    if (abs(c%vy) <= 0) call add('initial roll rate', c%roll_rate, 'rad/s')
+    if (abs(c%vy) <= 0 .and. c%roll_link == 'none') call add('initial roll rate', c%roll_rate, 'rad/s')
     call add('lateral force', c%lateral_force/1e3_dp, 'kN')
     call add('lateral force growing by', c%lateral_ramp/1e3_dp, 'kN/s')
     if (abs(c%lateral_ramp) > 0 .and. c%stop_at == 'derailment') title = trim(title)//' up to derailment'
@@ -395,8 +366,7 @@ contains
     character(len_trim(c%table_file) + 6) :: path
 
     path = ''
-    if (c%table_file /= '' .and. (c%wheel_profile_right /= '' .or. c%rail_profile_right /= '')) &
-      path = trim(c%table_file)//'.right'
+    if (c%table_file /= '' .and. (c%wheel_profile_right /= '' .or. c%rail_profile_right /= '')) path = trim(c%table_file)//'.right'
   end function right_table_path
 
   !> Path of the column file, padded with blanks.

@@ -28,36 +28,34 @@ contains
         trim(range_text(list(k)))//', found '//value_text(list(k)))
       return
     end do
-    if (len_trim(c%name) == 0 .or. scan(trim(c%name), '/ ') > 0) then
-      call fatal_error(error, file//", &case name: expected a word that can name a file, found '"// &
-        trim(c%name)//"'")
-    else if (all(c%order /= [2, 4, 6])) then
-      call fatal_error(error, file//', &integrator order: expected 2, 4 or 6, found '//str(c%order))
-    else if (c%order == 6 .and. .not. (c%scheme == 'newmark' .and. c%beta <= 0)) then
-      call fatal_error(error, file//', &integrator order: expected 2 or 4 unless scheme = ''newmark'' with beta = 0, found 6')
-    else if (c%scheme == 'newmark' .and. c%order > 2 .and. c%gamma > 0.5_dp) then
-      call fatal_error(error, file//', &integrator gamma: expected 0.5 with order = '//str(c%order)//', found '//str(c%gamma))
-    else if (c%formulation /= 'unilateral' .and. c%restitution < 1) then
-      call fatal_error(error, file//', &contact restitution: expected 1, for only formulation = ''unilateral'''// &
-        ' has impacts, found '//str(c%restitution)//' with '''//trim(c%formulation)//'''')
-    else if (c%formulation /= 'elastic' .and. abs(c%stiffness_scale - 1) > 0) then
-      call fatal_error(error, file//', &contact stiffness_scale: expected 1, for contacts are rigid with'// &
-        ' formulation = '''//trim(c%formulation)//''', found '//str(c%stiffness_scale))
-    else if (c%interval < c%dt) then
-      call fatal_error(error, file//', &output interval: expected at least the step &integrator dt = '// &
-        str(c%dt)//' s, found '//str(c%interval))
-    else if (c%interval/c%dt > 1e9_dp) then
-      call fatal_error(error, file//', &integrator dt: expected at most 1e9 steps between rows, found '// &
-        str(c%interval/c%dt))
-    else if (c%interval > c%t_end) then
-      call fatal_error(error, file//', &output interval: expected at most &integrator t_end = '// &
-        str(c%t_end)//' s, found '//str(c%interval))
-    else if (c%t_end/c%interval > 1e7_dp) then
-      call fatal_error(error, file//', &output interval: expected at most 1e7 rows up to t_end, found '// &
-        str(c%t_end/c%interval))
-    else
-      call check_files(file, c, error)
-    end if
+    call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/ ') == 0, 'case name', 'a word that can name a file', &
+      "'"//trim(c%name)//"'")
+    call demand(any(c%order == [2, 4, 6]), 'integrator order', '2, 4 or 6', str(c%order))
+    call demand(c%order < 6 .or. c%scheme == 'newmark' .and. c%beta <= 0, 'integrator order', &
+      '2 or 4 unless scheme = ''newmark'' with beta = 0', '6')
+    call demand(c%scheme /= 'newmark' .or. c%order == 2 .or. c%gamma <= 0.5_dp, 'integrator gamma', '0.5 with order = '// &
+      str(c%order), str(c%gamma))
+    call demand(c%formulation == 'unilateral' .or. c%restitution >= 1, 'contact restitution', '1, for only formulation = '// &
+      '''unilateral'' has impacts', str(c%restitution)//' with '''//trim(c%formulation)//'''')
+    call demand(c%formulation == 'elastic' .or. abs(c%stiffness_scale - 1) <= 0, 'contact stiffness_scale', &
+      '1, for contacts are rigid with formulation = '''//trim(c%formulation)//'''', str(c%stiffness_scale))
+    call demand(c%interval >= c%dt, 'output interval', 'at least the step &integrator dt = '//str(c%dt)//' s', str(c%interval))
+    call demand(c%interval/c%dt <= 1e9_dp, 'integrator dt', 'at most 1e9 steps between rows', str(c%interval/c%dt))
+    call demand(c%interval <= c%t_end, 'output interval', 'at most &integrator t_end = '//str(c%t_end)//' s', str(c%interval))
+    call demand(c%t_end/c%interval <= 1e7_dp, 'output interval', 'at most 1e7 rows up to t_end', str(c%t_end/c%interval))
+    if (.not. allocated(error)) call check_files(file, c, error)
+
+  contains
+
+    !> Refuse a variable that does not fit the others, unless one before it was refused.
+    subroutine demand(ok, variable, expected, found)
+      logical, intent(in) :: ok
+      character(*), intent(in) :: variable, expected, found
+
+      if (ok .or. allocated(error)) return
+      call fatal_error(error, file//', &'//variable//': expected '//expected//', found '//found)
+    end subroutine demand
+
   end subroutine check_case
 
   !> A file that is written must not be another file of the case.

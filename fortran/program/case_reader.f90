@@ -60,8 +60,7 @@ contains
       if (allocated(error)) return
     end do
     if (reader%group /= '') then
-      call fatal_error(error, file//', &'//reader%group// &
-        ': expected / at the end of the group, found the end of the file')
+      call fatal_error(error, file//', &'//reader%group//': expected / at the end of the group, found the end of the file')
     else if (len_trim(groups_seen) == 0) then
       call fatal_error(error, file//': expected namelist groups such as &case, found nothing')
     end if

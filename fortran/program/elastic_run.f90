@@ -1,5 +1,7 @@
 !> Steps of a run with elastic contacts.
 module elastic_run
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use geometry_functions, only: geometry_at
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll
   use errors, only: error_type, fatal_error
   use events, only: watch
@@ -20,11 +22,21 @@ contains
     type(run_monitor_type), intent(in) :: monitor
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
+    real(dp) :: row(12, 1), slope(2)
     integer :: status
 
     associate (c => monitor%c)
       motion%q = monitor%setup%equilibrium + [c%y, c%z, c%roll]
       motion%v = [c%vy, c%vz, c%roll_rate]
+      if (c%roll_link == 'rails') then
+        ! Neither contact point of the rigid wheelset that stands on both rails moves along its normal.
+        call geometry_at(monitor%setup%side, 0.0_dp, [c%y], row)
+        slope = tan(row(4:5, 1))
+        motion%v(3) = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
+      end if
+      if (ieee_is_nan(motion%v(3))) call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails '// &
+        'with roll_link = ''rails'', found none there')
+      if (allocated(error)) return
     end associate
     call start_motion(monitor%setup%wheelset, motion, status)
     if (status /= step_ok) call report_failure(monitor, motion, monitor%c%dt, status, error)

@@ -30,8 +30,7 @@ contains
     if (lacks_folder(path)) first = default_folder
     call probe%begin(first)
     call probe%abandon()
-    if (.not. probe%ok) call fatal_error(error, file//', '//variable// &
-      ': expected a path that can be written, found '//path)
+    if (.not. probe%ok) call fatal_error(error, file//', '//variable//': expected a path that can be written, found '//path)
   end subroutine check_writable
 
   !> Begin the column file that receives the rows of a run.

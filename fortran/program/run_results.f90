@@ -4,7 +4,6 @@ module run_results
   use case, only: case_title, case_type, list_variables, value_text, variable_type
   use contact_table, only: table_type
   use events, only: elastic_kinds, event_kinds
-  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: dp, version
   use report_lines, only: add_formulation, add_profiles, add_warnings, newline, table_points, zone_places
   use run_monitor, only: run_type
@@ -57,15 +56,15 @@ contains
     character(:), allocatable :: warnings
 
     lines = lines//'&setup'//newline
-    call add_number(lines, 'clearance_left', setup%side(1)%clearance, 'm')
-    call add_number(lines, 'clearance_right', setup%side(2)%clearance, 'm')
-    call add_number(lines, 'axle_height', setup%equilibrium(2), 'm, at static equilibrium; Z is measured from it')
-    call add_number(lines, 'axle_roll', setup%equilibrium(3), 'rad, at static equilibrium; roll is measured from it')
+    call add_numbers(lines, 'clearance_left', [setup%side(1)%clearance], 'm')
+    call add_numbers(lines, 'clearance_right', [setup%side(2)%clearance], 'm')
+    call add_numbers(lines, 'axle_height', [setup%equilibrium(2)], 'm, at static equilibrium; Z is measured from it')
+    call add_numbers(lines, 'axle_roll', [setup%equilibrium(3)], 'rad, at static equilibrium; roll is measured from it')
     if (.not. setup%symmetric) then
       associate (q => setup%rest - setup%equilibrium)
-        call add_number(lines, 'rest_Y', q(1), 'm, where nothing holds the wheelset')
-        call add_number(lines, 'rest_Z', q(2), 'm')
-        call add_number(lines, 'rest_roll', q(3), 'rad')
+        call add_numbers(lines, 'rest_Y', [q(1)], 'm, where nothing holds the wheelset')
+        call add_numbers(lines, 'rest_Z', [q(2)], 'm')
+        call add_numbers(lines, 'rest_roll', [q(3)], 'rad')
       end associate
     end if
     call add_numbers(lines, 'eigenfrequencies', setup%frequency(:setup%modes), 'Hz')
@@ -88,7 +87,7 @@ contains
     character(:), allocatable :: place
     integer :: k
 
-    call add_word(lines, 'table_points'//side, trim(table_points(table)))
+    call add_value(lines, 'table_points'//side, ''''//trim(table_points(table))//'''')
     do k = 1, size(zone_places)
       if (table%accuracy%poses(k) == 0) cycle
       place = trim(zone_places(k))
@@ -109,34 +108,34 @@ contains
 
     rigid = c%formulation /= 'elastic'
     lines = '&results'//newline
-    call add_word(lines, 'end', trim(ending(c, run)))
-    call add_number(lines, 't', run%last(1), 's, at the end')
-    call add_whole(lines, 'rows', int(run%rows, int64))
-    if (run%changes /= '') call add_word(lines, 'changes', run%changes)
+    call add_value(lines, 'end', ''''//trim(ending(c, run))//'''')
+    call add_numbers(lines, 't', [run%last(1)], 's, at the end')
+    call add_value(lines, 'rows', str(run%rows))
+    if (run%changes /= '') call add_value(lines, 'changes', ''''//run%changes//'''')
     do k = 1, 3
-      call add_number(lines, 'farthest_'//trim(way(k)), run%extreme(k), 'm')
-      call add_number(lines, 't_farthest_'//trim(way(k)), run%extreme_time(k), 's')
+      call add_numbers(lines, 'farthest_'//trim(way(k)), [run%extreme(k)], 'm')
+      call add_numbers(lines, 't_farthest_'//trim(way(k)), [run%extreme_time(k)], 's')
     end do
     do k = 1, 4
-      call add_number(lines, 'peak_N_'//contact_name(k), run%peak(k), 'N')
-      call add_number(lines, 't_peak_'//contact_name(k), run%peak_time(k), 's')
+      call add_numbers(lines, 'peak_N_'//contact_name(k), [run%peak(k)], 'N')
+      call add_numbers(lines, 't_peak_'//contact_name(k), [run%peak_time(k)], 's')
     end do
     if (rigid) then
       do k = 1, 4
-        call add_number(lines, 'peak_P_'//contact_name(k), run%largest_impulse(k), 'N s, in one impact')
-        call add_number(lines, 't_peak_P_'//contact_name(k), run%impulse_time(k), 's')
+        call add_numbers(lines, 'peak_P_'//contact_name(k), [run%largest_impulse(k)], 'N s, in one impact')
+        call add_numbers(lines, 't_peak_P_'//contact_name(k), [run%impulse_time(k)], 's')
       end do
-      call add_number(lines, 'lost', run%loss, 'J, in impacts')
+      call add_numbers(lines, 'lost', [run%loss], 'J, in impacts')
     end if
-    call add_number(lines, 'drift', run%drift, 'J, largest energy drift')
-    call add_number(lines, 'kinetic_energy', run%kinetic_energy, 'J, initial, of lateral, vertical and roll motion')
-    call add_whole(lines, 'steps', run%steps)
-    call add_number(lines, 'step', run%step, 's, at most')
-    call add_whole(lines, 'cuts', run%cuts)
-    call add_whole(lines, 'missed', run%missed)
-    call add_whole(lines, 'evaluations', run%evaluations)
+    call add_numbers(lines, 'drift', [run%drift], 'J, largest energy drift')
+    call add_numbers(lines, 'kinetic_energy', [run%kinetic_energy], 'J, initial, of lateral, vertical and roll motion')
+    call add_value(lines, 'steps', str(run%steps))
+    call add_numbers(lines, 'step', [run%step], 's, at most')
+    call add_value(lines, 'cuts', str(run%cuts))
+    call add_value(lines, 'missed', str(run%missed))
+    call add_value(lines, 'evaluations', str(run%evaluations))
     do k = 1, merge(size(event_kinds), elastic_kinds, rigid)
-      call add_whole(lines, 'n_'//joined(event_kinds(k)), int(run%log%counts(k), int64))
+      call add_value(lines, 'n_'//joined(event_kinds(k)), str(run%log%counts(k)))
     end do
     call add_events(lines, run, abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0)
     lines = lines//'/'//newline
@@ -197,14 +196,6 @@ contains
     end do
   end function joined
 
-  subroutine add_number(lines, name, x, about)
-    character(:), allocatable, intent(inout) :: lines
-    character(*), intent(in) :: name, about
-    real(dp), intent(in) :: x
-
-    lines = lines//'  '//name//' = '//trim(shortest(x))//'  ! '//about//newline
-  end subroutine add_number
-
   subroutine add_numbers(lines, name, x, about)
     character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: name, about
@@ -218,19 +209,11 @@ contains
     lines = lines//'  ! '//about//newline
   end subroutine add_numbers
 
-  subroutine add_whole(lines, name, i)
-    character(:), allocatable, intent(inout) :: lines
-    character(*), intent(in) :: name
-    integer(int64), intent(in) :: i
-
-    lines = lines//'  '//name//' = '//str(i)//newline
-  end subroutine add_whole
-
-  subroutine add_word(lines, name, word)
+  subroutine add_value(lines, name, word)
     character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: name, word
 
-    lines = lines//'  '//name//' = '''//word//''''//newline
-  end subroutine add_word
+    lines = lines//'  '//name//' = '//word//newline
+  end subroutine add_value
 
 end module run_results

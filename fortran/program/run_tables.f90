@@ -51,8 +51,7 @@ contains
     ! All files are read before any table is built, so that a file that is no table is an error at once.
     do k = 1, n
       call table_key(c, setup%wheel(k), setup%rail(k), wanted(k)%key)
-      if (wanted(k)%file /= '') &
-        call load_table(trim(wanted(k)%file), wanted(k)%key, wanted(k)%table, wanted(k)%found, error)
+      if (wanted(k)%file /= '') call load_table(trim(wanted(k)%file), wanted(k)%key, wanted(k)%table, wanted(k)%found, error)
       if (allocated(error)) return
     end do
     do k = 1, n
@@ -129,8 +128,7 @@ contains
       ' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)//' E '//str(c%youngs_modulus)// &
       ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' influence '//trim(c%influence)// &
       ' extent '//str(c%extent%lateral)//' '//str(c%extent%lift)//' '//str(c%extent%drop)//' '//str(c%extent%roll)// &
-      ' '//str(c%extent%depth)//' accuracy '//str(c%accuracy)// &
-      ' points '//str(c%n_lateral)//' '//str(c%n_roll)//' '//str(c%n_depth)
+      ' '//str(c%extent%depth)//' accuracy '//str(c%accuracy)//' points '//str(c%n_lateral)//' '//str(c%n_roll)//' '//str(c%n_depth)
   end subroutine table_key
 
 end module run_tables

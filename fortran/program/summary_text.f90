@@ -100,8 +100,7 @@ contains
 
     lines = lines//'eigenfrequencies at equilibrium [Hz]:'
     do k = 1, setup%modes
-      lines = lines//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' '// &
-        fixed(setup%frequency(k), 4)
+      lines = lines//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' '//fixed(setup%frequency(k), 4)
       if (k < setup%modes) lines = lines//','
     end do
     lines = lines//newline

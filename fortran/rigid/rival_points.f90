@@ -45,8 +45,7 @@ contains
         call find_gap(side, q, contacts%c(other))
       else
         call find_rival(side, q, contacts%scan(found%wheel), contacts%c(own), contacts%c(other))
-        if (abs(found%s - contacts%c(own)%s) > least_distance .and. found%gap < contacts%c(other)%gap) &
-          contacts%c(other) = found
+        if (abs(found%s - contacts%c(own)%s) > least_distance .and. found%gap < contacts%c(other)%gap) contacts%c(other) = found
       end if
     end do
   end subroutine search_rivals
@@ -138,8 +137,7 @@ contains
 
     n = size(c)/2
     do k = 1, n
-      if (c(k)%absent .or. c(n + k)%absent .or. abs(c(k)%s - c(n + k)%s) > least_distance &
-        .or. closed(k) .and. closed(n + k)) cycle
+      if (c(k)%absent .or. c(n + k)%absent .or. abs(c(k)%s - c(n + k)%s) > least_distance .or. closed(k) .and. closed(n + k)) cycle
       call clear_point(c(merge(k, n + k, closed(n + k))))
     end do
   end subroutine drop_merged_rivals

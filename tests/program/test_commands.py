@@ -336,7 +336,7 @@ def test_example(example: Example, place: Path, capsys: pytest.CaptureFixture[st
             file.unlink()
     run_example(text, place)
     said, told = capsys.readouterr()
-    assert "error" not in told and "Traceback" not in told
+    assert "ldbench: error" not in told and "Traceback" not in told
     if found := re.search(rf"{re.escape(PROGRAM)} (\w+) .*-o (\S+)", text):
         assert Path(found[2]).exists(), said
 

@@ -91,7 +91,8 @@ def test_help_lists_the_variables():
     assert len(VARIABLES) == len(BY_NAME) >= 53
     assert set(CALL) < set(BY_NAME)
     assert len(NUMBERS) >= 40 and [v.name for v in WORDS] == [
-        "wheel_flip", "wheel_unit", "rail_flip", "rail_unit", "formulation", "model", "influence", "scheme", "stop_at", "rows"]
+        "wheel_flip", "wheel_unit", "rail_flip", "rail_unit", "roll_link", "formulation", "model", "influence", "scheme", "stop_at",
+        "rows"]
     assert BY_NAME["material", "poisson"].largest < 0.5
     assert BY_NAME["track", "friction"].largest == 1e-7
 
@@ -131,8 +132,7 @@ def test_number_out_of_range(variable, tmp_path):
 
 
 MALFORMED = ["NaN", "Infinity", "-inf", "1e999", "'1.0'", ".true.", "one", "0x10", "1.0m", "1_8", "2*1.0", "1,0",
-             "1.0.0", "1e", "1e+", "1e1.0", "1ee1", "e5", "D2", ".e4", "--1", "+-1", "1-5", "1+2", "-", ".", "",
-             "/", "="]
+             "1.0.0", "1e", "1e+", "1e1.0", "1ee1", "e5", "D2", ".e4", "--1", "+-1", "1-5", "1+2", "-", ".", "", "/", "="]
 
 
 @pytest.mark.parametrize("value", MALFORMED)
@@ -204,10 +204,8 @@ UNPHYSICAL = [
     ("integrator", "dt", "0.0"), ("integrator", "dt", "-1e-5"), ("integrator", "t_end", "0.0"),
     ("integrator", "t_end", "-1.0"), ("integrator", "max_iterations", "0"), ("integrator", "tolerance", "0.0"),
     ("integrator", "energy_tolerance", "-1e-9"), ("integrator", "order", "3"), ("integrator", "order", "1"),
-    ("integrator", "order", "5"),
-    ("output", "interval", "0.0"), ("output", "rows", "'often'"),
-    ("contact", "stiffness_scale", "0.0"), ("contact", "flange_angle", "10.0"), ("profiles", "smoothing_mm", "-1.1"),
-]
+    ("integrator", "order", "5"), ("output", "interval", "0.0"), ("output", "rows", "'often'"),
+    ("contact", "stiffness_scale", "0.0"), ("contact", "flange_angle", "10.0"), ("profiles", "smoothing_mm", "-1.1")]
 
 
 @pytest.mark.parametrize(("group", "name", "value"), UNPHYSICAL)
@@ -237,21 +235,17 @@ def test_the_executable_refuses_in_the_same_words(group, name, value, tmp_path):
     ({"track": {"gauge_depth": 0.05}}, ["&track gauge_depth", "0.05", "arprof.yz"]),
     ({"profiles": {"wheel_profile": REPO / "profiles/arprof.yz", "rail_profile": REPO / "profiles/awprof.yz"}},
      ["awprof.yz: the rail has no gauge face 0.014 m below its top", "&track gauge_depth"]),
-    ({"integrator": {"dt": 1e-3}, "output": {"interval": 1e-4}},
-     ["&output interval", "dt = 0.001 s, found 1.0E-4"]),
-    ({"integrator": {"t_end": 1e-3}, "output": {"interval": 2e-3}},
-     ["&output interval", "t_end = 0.001", "found 0.002"]),
+    ({"integrator": {"dt": 1e-3}, "output": {"interval": 1e-4}}, ["&output interval", "dt = 0.001 s, found 1.0E-4"]),
+    ({"integrator": {"t_end": 1e-3}, "output": {"interval": 2e-3}}, ["&output interval", "t_end = 0.001", "found 0.002"]),
     ({"integrator": {"t_end": 1e3, "dt": 1e-9}, "output": {"interval": 1e1}},
      ["&integrator dt", "1e9 steps between rows", "found 1.0E+10"]),
-    ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}},
-     ["&output interval", "1e7 rows", "found 1.0E+8"]),
+    ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}}, ["&output interval", "1e7 rows", "found 1.0E+8"]),
     ({"integrator": {"order": 4, "gamma": 0.6}}, ["&integrator gamma: expected 0.5 with order = 4, found 0.6"]),
     ({"integrator": {"order": 6, "beta": 0.25}}, ["&integrator order: expected 2 or 4 unless", "beta = 0, found 6"]),
     ({"integrator": {"order": 6, "beta": 0.0, "scheme": "energy"}}, ["&integrator order: expected 2 or 4 unless"]),
     ({"case": {"name": "a/b"}}, ["&case name", "expected a word that can name a file", "a/b"]),
     ({"case": {"name": "two words"}}, ["&case name", "expected a word that can name a file", "two words"]),
-    ({"case": {"name": ""}}, ["&case name", "expected a word that can name a file"]),
-])
+    ({"case": {"name": ""}}, ["&case name", "expected a word that can name a file"])])
 def test_values_that_do_not_fit(changes, words, tmp_path):
     message = refusal(short_case(tmp_path, **changes), tmp_path)
     for word in ["case.nml", *words]:
@@ -262,19 +256,15 @@ def test_values_that_do_not_fit(changes, words, tmp_path):
     ({"initial": {"vY": 20.0}, "integrator": {"t_end": 0.1}}, ["&table ", "expected", "found", "at t = ", "Y = "]),
     ({"initial": {"vY": -20.0}, "integrator": {"t_end": 0.1}}, ["&table ", "expected", "found", "at t = ", "Y = "]),
     ({"initial": {"vZ": -20.0}, "integrator": {"t_end": 0.1}}, ["&table depth", "expected", "found", "at t = "]),
-    ({"initial": {"roll": 0.3}, "table": {"roll": 0.2}},
-     ["&table roll = 0.2 rad", "expected", "found", "roll = 0.3 rad"]),
-    ({"initial": {"roll": -0.3}, "table": {"roll": 0.2}},
-     ["&table roll = 0.2 rad", "expected", "found", "roll = -0.3 rad"]),
+    ({"initial": {"roll": 0.3}, "table": {"roll": 0.2}}, ["&table roll = 0.2 rad", "expected", "found", "roll = 0.3 rad"]),
+    ({"initial": {"roll": -0.3}, "table": {"roll": 0.2}}, ["&table roll = 0.2 rad", "expected", "found", "roll = -0.3 rad"]),
     ({"initial": {"Z": -0.01}}, ["&table depth = 0.0022 m", "expected", "found", "Z = -0.01"]),
-    ({"initial": {"Y": 0.045}, "table": {"lateral": 0.02}}, ["&table ", "expected", "found"]),
-    ({"table": {"depth": 1e-6}},
+    ({"initial": {"Y": 0.045}, "table": {"lateral": 0.02}}, ["&table ", "expected", "found"]), ({"table": {"depth": 1e-6}},
      ["&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found"]),
     ({"wheelset": {"vertical_load": 1e7}, "table": {"depth": 1e-3}},
      ["&wheelset vertical_load = 1.0E+7 N", "&table depth = 0.001 m", "expected", "found"]),
     ({"integrator": {"scheme": "energy", "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
-      "output": {"interval": 2e-3}}, ["&integrator dt = 0.002 s", "expected Newton to converge", "found it does not"]),
-])
+      "output": {"interval": 2e-3}}, ["&integrator dt = 0.002 s", "expected Newton to converge", "found it does not"])])
 def test_leaving_the_table(changes, words, tmp_path):
     message = refusal(short_case(tmp_path, **changes), tmp_path)
     for word in ["case.nml, &", *words]:
@@ -286,28 +276,22 @@ GOOD = "&track\n  gauge = 1.4351\n/\n&wheelset\n  mass = 1568.0\n/\n&contact\n  
 BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
     "unknown group": (GOOD + "&brakes\n/\n", ["line 10, ", "expected one of &case &wheelset &track", "found &brakes"]),
     "group without &": ("track\n gauge = 1.4\n/\n", ["line 1", "expected a group such as &wheelset", "found track"]),
-    "old-style group": ("$track\n gauge = 1.4\n$end\n",
-                        ["line 1", "expected a group such as &wheelset", "found $track"]),
+    "old-style group": ("$track\n gauge = 1.4\n$end\n", ["line 1", "expected a group such as &wheelset", "found $track"]),
     "group without name": ("&\n/\n", ["line 1", "expected one of &case", "found &"]),
     "blank after &": ("& track\n gauge = 1.4\n/\n", ["line 1", "expected one of &case", "found &"]),
-    "unknown variable": (GOOD.replace("mass", "masse"), ["line 5, &wheelset", "expected one of mass roll_inertia",
-                                                         "found masse"]),
-    "variable of another group": (GOOD.replace("mass", "gauge"), ["line 5, &wheelset", "expected one of mass",
-                                                                  "found gauge"]),
-    "indexed variable": (GOOD.replace("mass", "mass(1)"),
-                         ["line 5, &wheelset", "expected one of mass", "found mass(1)"]),
+    "unknown variable": (GOOD.replace("mass", "masse"), ["line 5, &wheelset", "expected one of mass roll_inertia", "found masse"]),
+    "variable of another group": (GOOD.replace("mass", "gauge"), ["line 5, &wheelset", "expected one of mass", "found gauge"]),
+    "indexed variable": (GOOD.replace("mass", "mass(1)"), ["line 5, &wheelset", "expected one of mass", "found mass(1)"]),
     "variable twice": (GOOD.replace("1568.0", "1568.0\n  mass = 1568.0"), ["line 6, &wheelset mass: expected once",
                                                                            "found a second time"]),
-    "variable twice, other case": (GOOD.replace("1568.0", "1568.0\n  MASS = 1.0"),
-                                   ["line 6, &wheelset", "expected once"]),
+    "variable twice, other case": (GOOD.replace("1568.0", "1568.0\n  MASS = 1.0"), ["line 6, &wheelset", "expected once"]),
     "group twice": (GOOD + "&wheelset\n/\n", ["line 10", "expected each group once", "found a second &wheelset"]),
     "group twice, other case": (GOOD + "&Wheelset /\n", ["line 10", "expected each group once"]),
     "no =": (GOOD.replace("mass =", "mass"), ["line 5, &wheelset mass: expected =, found 1568.0"]),
     "two =": (GOOD.replace("mass =", "mass = ="), ["line 5, &wheelset mass: expected a number", "found ="]),
     "no value": (GOOD.replace("1568.0", ""), ["&wheelset mass: expected a number", "found /"]),
     "no name": (GOOD.replace("mass", ""), ["line 5, &wheelset", "expected one of mass", "found ="]),
-    "two values": (GOOD.replace("1568.0", "1568.0, 1568.0"),
-                   ["line 5, &wheelset", "expected one of mass", "found 1568.0"]),
+    "two values": (GOOD.replace("1568.0", "1568.0, 1568.0"), ["line 5, &wheelset", "expected one of mass", "found 1568.0"]),
     "no closing quote": (GOOD.replace("strip'", "strip"),
                          ["line 8, &contact", "model", "expected a closing quote", "found 'strip"]),
     "no opening quote": (GOOD.replace("'strip", "strip"), ["line 8, &contact model: expected one of halfspace strip hertz",
@@ -318,10 +302,8 @@ BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
                                                        "found the end of the file"]),
     "slash in a value": (GOOD.replace("1568.0", "1568/2"), ["line 5: expected a group", "found 2"]),
     "slash twice": (GOOD.replace("1568.0\n/", "1568.0\n/\n/"), ["line 7: expected a group", "found /"]),
-    "stray text in a group": (GOOD.replace("1568.0", "1568.0 kg"),
-                              ["line 5, &wheelset", "expected one of mass", "found kg"]),
-    "stray text between groups": (GOOD.replace("&contact", "and now\n&contact"),
-                                  ["line 7: expected a group", "found and"]),
+    "stray text in a group": (GOOD.replace("1568.0", "1568.0 kg"), ["line 5, &wheelset", "expected one of mass", "found kg"]),
+    "stray text between groups": (GOOD.replace("&contact", "and now\n&contact"), ["line 7: expected a group", "found and"]),
     "stray text at the end": (GOOD + "end\n", ["line 10: expected a group", "found end"]),
     "comment without mark": ("Exercise 1\n" + GOOD, ["line 1: expected a group", "found Exercise"]),
     "wrong comment mark": ("# exercise 1\n" + GOOD, ["line 1: expected a group", "found #"]),
@@ -331,8 +313,7 @@ BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
     "long line": ("&track gauge = 1.4, " + 3000 * "g" + " = 1\n/\n", ["line 1, &track", "expected one of gauge"]),
     "control characters": ("&track\n gauge = \x1b[31m1.4\n/\n", ["line 2, &track gauge: expected a number"]),
     "long group": (40_000*"&case" + "\n/\n", ["line 1, &case&case", "expected one of &case", "found &case&case", "...  ["]),
-    "binary": ("&track\x00\x01\x02\n gauge = 1.4\n/\n", ["line 1", "expected one of &case"]),
-}
+    "binary": ("&track\x00\x01\x02\n gauge = 1.4\n/\n", ["line 1", "expected one of &case"])}
 
 
 @pytest.mark.parametrize("broken", BROKEN_LANGUAGE)
@@ -357,22 +338,17 @@ def test_one_language_many_hands(tmp_path):
     plain = short_case(tmp_path, table={"file": tmp_path / "table"})
     groups = re.findall(r"&\w+\n(?: .*\n)*/\n", plain)
     variants = {
-        "plain": plain,
-        "other order": "".join(groups[::-1]),
+        "plain": plain, "other order": "".join(groups[::-1]),
         "capitals": re.sub(r"^(&?\s*\w+)", lambda m: m[1].upper(), plain, flags=re.M),
-        "one line": plain.replace("\n  ", " ").replace("\n/", " /"),
-        "all on one line": plain.replace("\n", " "),
-        "commas": re.sub(r"(= \S+)$", r"\1,", plain, flags=re.M),
-        "double quotes": plain.replace("'", '"'),
+        "one line": plain.replace("\n  ", " ").replace("\n/", " /"), "all on one line": plain.replace("\n", " "),
+        "commas": re.sub(r"(= \S+)$", r"\1,", plain, flags=re.M), "double quotes": plain.replace("'", '"'),
         "Fortran exponents": plain.replace("1e-05", "1.0D-05").replace("0.5", "+5.d-1"),
-        "no blanks": plain.replace(" = ", "=").replace("  ", ""),
-        "tabs and CRLF": plain.replace("  ", "\t").replace("\n", "\r\n"),
+        "no blanks": plain.replace(" = ", "=").replace("  ", ""), "tabs and CRLF": plain.replace("  ", "\t").replace("\n", "\r\n"),
         "doubled quotes": plain.replace("&initial", "&case title = 'it''s' /\n&initial"),
         "carriage returns": "! a case\r" + plain.replace("\n", "\r"),
         "comments": "! a case\n\n" + re.sub(r"$", "  ! it's so: &track / = ,", plain, flags=re.M),
         "no newline at the end": plain.removesuffix("\n"),
-        "mark of the order of bytes": "\ufeff" + plain,
-    }
+        "mark of the order of bytes": "\ufeff" + plain}
     assert len(set(variants.values())) == len(variants)
     expected = None
     for name, text in variants.items():
@@ -586,17 +562,13 @@ def test_table_is_found_again(table, without, tmp_path):
 
 
 @pytest.mark.parametrize("damage", {
-    "empty": lambda b: b"",
-    "first bytes": lambda b: b[:10],
-    "without the last byte": lambda b: b[:-1],
-    "half": lambda b: b[:len(b) // 2],
-    "another law": lambda b: re.sub(rb"(ldbench )\d+( model)", rb"\g<1>0\g<2>", b, count=1),
+    "empty": lambda b: b"", "first bytes": lambda b: b[:10], "without the last byte": lambda b: b[:-1],
+    "half": lambda b: b[:len(b) // 2], "another law": lambda b: re.sub(rb"(ldbench )\d+( model)", rb"\g<1>0\g<2>", b, count=1),
     "zeros after the key": lambda b: b[:400] + bytes(len(b) - 400),
     "a bit of an axis": lambda b: (lambda k: b[:k] + bytes([b[k] ^ 0x40]) + b[k + 1:])(b.index(b"points") + 100),
     "a bit of a coefficient": lambda b: b[:-5000] + bytes([b[-5000] ^ 0x40]) + b[-4999:],
     "a bit of what a look-up multiplies by": lambda b: (lambda k: b[:k] + bytes([b[k] ^ 0x40]) + b[k + 1:])(
-        b.index(b"points") + 117),
-}.items(), ids=lambda item: item[0])
+        b.index(b"points") + 117)}.items(), ids=lambda item: item[0])
 def test_damaged_table_is_built_again(damage, table, without, tmp_path):
     """... and the results are those without a table file; the next run finds it whole."""
     table.write_bytes(damage[1](table.read_bytes()))
@@ -614,25 +586,12 @@ def test_another_file_is_not_taken_for_a_table(text, tmp_path):
 
 @pytest.mark.parametrize("changes", [
     {"profiles": {"wheel_profile": REPO / "profiles/swprof.yz", "rail_profile": REPO / "profiles/srprof.yz"}},
-    {"profiles": {"smoothing_mm": 0.01}},
-    {"material": {"youngs_modulus": 2.1001e11}},
-    {"material": {"poisson": 0.29}},
-    {"contact": {"model": "strip"}},
-    {"contact": {"influence": "flat"}},
-    {"contact": {"stiffness_scale": 1.01}},
-    {"track": {"gauge": 1.4352}},
-    {"track": {"gauge_depth": 0.0141}},
-    {"wheelset": {"back_to_back": 1.3522}},
-    {"wheelset": {"rolling_radius": 0.458}},
-    {"table": {"accuracy": 3e-3}},
-    {"table": {"n_lateral": 41}},
-    {"table": {"n_roll": 10}},
-    {"table": {"n_depth": 10}},
-    {"table": {"lateral": 0.061}},
-    {"table": {"lift": 0.041}},
-    {"table": {"drop": 0.011}},
-    {"table": {"roll": 0.34}},
-    {"table": {"depth": 0.0023}},
+    {"profiles": {"smoothing_mm": 0.01}}, {"material": {"youngs_modulus": 2.1001e11}}, {"material": {"poisson": 0.29}},
+    {"contact": {"model": "strip"}}, {"contact": {"influence": "flat"}}, {"contact": {"stiffness_scale": 1.01}},
+    {"track": {"gauge": 1.4352}}, {"track": {"gauge_depth": 0.0141}}, {"wheelset": {"back_to_back": 1.3522}},
+    {"wheelset": {"rolling_radius": 0.458}}, {"table": {"accuracy": 3e-3}}, {"table": {"n_lateral": 41}}, {"table": {"n_roll": 10}},
+    {"table": {"n_depth": 10}}, {"table": {"lateral": 0.061}}, {"table": {"lift": 0.041}}, {"table": {"drop": 0.011}},
+    {"table": {"roll": 0.34}}, {"table": {"depth": 0.0023}},
 ], ids=lambda changes: "-".join(f"{g}-{n}" for g, v in changes.items() for n in v))
 def test_table_of_something_else_is_not_used(changes, table, built, tmp_path):
     without = run_with_table(tmp_path, **changes)
@@ -674,8 +633,7 @@ CALL = {
     ("track", "friction"): 0, ("material", "youngs_modulus"): 210000e6, ("material", "poisson"): 0.28,
     ("material", "shear_modulus"): 82000e6, ("initial", "Y"): 0, ("initial", "Z"): 0, ("initial", "roll"): 0,
     ("initial", "pitch"): 0, ("initial", "vX"): 1, ("initial", "vZ"): 0, ("initial", "pitch_rate"): 2.19,
-    ("loading", "lateral_force"): 0, ("contact", "stiffness_scale"): 1,
-}
+    ("loading", "lateral_force"): 0, ("contact", "stiffness_scale"): 1}
 VY = 0.1, 0.5, 1, 2, 0
 ROLL_RATE = 3.33e-3, 16.67e-3, 33.3e-3, 66.7e-3, 0
 
@@ -692,7 +650,7 @@ def test_shipped_input_says_what_the_call_says(case):
     stop_at = "derailment" if exercise == 5 else "return_to_centre"
     words = {("case", "name"): case, ("profiles", "wheel_profile"): f"profiles/{pair}prof.yz",
              ("profiles", "rail_profile"): f"profiles/{pair.replace('w', 'r')}prof.yz",
-             ("contact", "model"): "halfspace", ("integrator", "stop_at"): stop_at,
+             ("contact", "model"): "halfspace", ("integrator", "stop_at"): stop_at, ("initial", "roll_link"): "none",
              ("output", "file"): f"outputs/{case}.txt"}
     for key, word in words.items():
         assert given[key] == f"'{word}'", key
@@ -770,19 +728,13 @@ NAMELIST_MUTATIONS: list[Callable[[random.Random, str], str]] = [
     lambda rng, t: replaced(t, pick(rng, t, r"= +[-+.0-9eE]*([0-9])"), rng.choice("xyzOlq" + GARBAGE), 1),
     lambda rng, t: replaced(t, pick(rng, t, NUMBER), "", 1),
     lambda rng, t: replaced(t, pick(rng, t, "="), rng.choice(["", ":", "==", "=="])),
-    lambda rng, t: replaced(t, pick(rng, t, "'"), rng.choice(["", '"'])),
-    lambda rng, t: replaced(t, pick(rng, t, r"^/\n"), ""),
+    lambda rng, t: replaced(t, pick(rng, t, "'"), rng.choice(["", '"'])), lambda rng, t: replaced(t, pick(rng, t, r"^/\n"), ""),
     lambda rng, t: replaced(t, pick(rng, t, r"^&"), rng.choice(["", "$", "& "])),
-    lambda rng, t: spoil_name(rng, t, r"^&(\w+)", GROUPS),
-    lambda rng, t: spoil_name(rng, t, r"^ +(\w+) +=", NAMES),
-    lambda rng, t: (lambda m: replaced(t, m, 2 * m[0]))(pick(rng, t, ASSIGNMENT)),
-    duplicate_group,
-    truncate,
-    out_of_range,
+    lambda rng, t: spoil_name(rng, t, r"^&(\w+)", GROUPS), lambda rng, t: spoil_name(rng, t, r"^ +(\w+) +=", NAMES),
+    lambda rng, t: (lambda m: replaced(t, m, 2 * m[0]))(pick(rng, t, ASSIGNMENT)), duplicate_group, truncate, out_of_range,
     lambda rng, t: replaced(t, pick(rng, t, "^"), rng.choice(["stray", "1.0", "'text'", "= 1", "~~~", "\x07"]) + "\n"),
     lambda rng, t: replaced(t, pick(rng, t, r"'(halfspace|energy|return_to_centre)'"), rng.choice(["''", "'stripe'", "7"])),
-    lambda rng, t: replaced(t, pick(rng, t, r"^ +\w+ +"), ""),
-]
+    lambda rng, t: replaced(t, pick(rng, t, r"^ +\w+ +"), "")]
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -816,17 +768,13 @@ def with_letter(rng: random.Random, word: str) -> str:
 
 
 PROFILE_MUTATIONS: list[Callable[[random.Random, list[str]], list[str]]] = [
-    spoil_line(lambda rng, y, z: f"{with_letter(rng, y)} {z}"),
-    spoil_line(lambda rng, y, z: f"{y} {with_letter(rng, z)}"),
+    spoil_line(lambda rng, y, z: f"{with_letter(rng, y)} {z}"), spoil_line(lambda rng, y, z: f"{y} {with_letter(rng, z)}"),
     spoil_line(lambda rng, y, z: rng.choice([y, z])),
     spoil_line(lambda rng, y, z: f"{rng.choice(['NaN', 'Inf', '-inf', '1e999', '1e7', '-', '1.2.3', 'x'])} {z}"),
     spoil_line(lambda rng, y, z: f"{y} {rng.choice(['NaN', 'Inf', '-inf', '1e999', '1e7', '-', '1.2.3', 'x'])}"),
     spoil_line(lambda rng, y, z: rng.choice(["end", "y z", "point 7", "&", "1", "(1.0, 2.0)"])),
-    lambda rng, lines: lines[:rng.randrange(10)],
-    lambda rng, lines: rng.sample(lines, 9),
-    lambda rng, lines: [f"{float(y) / 1e4} {float(z) / 1e4}" for y, z in map(str.split, lines)],
-    walk_back,
-]
+    lambda rng, lines: lines[:rng.randrange(10)], lambda rng, lines: rng.sample(lines, 9),
+    lambda rng, lines: [f"{float(y) / 1e4} {float(z) / 1e4}" for y, z in map(str.split, lines)], walk_back]
 
 
 @pytest.mark.parametrize("seed", range(40))

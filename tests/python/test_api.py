@@ -145,6 +145,7 @@ START = {1: "initial lateral velocity 0.1 m/s", 2: "initial lateral velocity 0.5
 @pytest.mark.parametrize(("exercise", "changes", "title"), [
     *((k, {}, words) for k, words in START.items()), (2, {"vY": 0.6}, "initial lateral velocity 0.6 m/s"),
     (2, {"title": "its own"}, "its own"), (1, {"vY": 0}, "initial roll rate 0.00333 rad/s"), (5, {"lateral_ramp": 0}, "at rest"),
+    (1, {"vY": 0, "roll_link": "rails"}, "at rest"),
     (5, {"lateral_force": -1e4, "lateral_ramp": 2e3, "stop_at": "t_end"}, "lateral force -10 kN, lateral force growing by 2 kN/s"),
     (3, {"Y": -0.002, "Z": 1e-4, "initial_roll": 0.01, "vZ": 10}, "initial lateral displacement -0.002 m, initial vertical "
      "displacement 1.0E-4 m, initial roll angle 0.01 rad, initial lateral velocity 1 m/s, initial vertical velocity 10 m/s")])
@@ -156,6 +157,23 @@ def test_a_title_that_nobody_wrote_is_made_from_the_values(exercise, changes, ti
     case = ldbench.Case.exercise(exercise, pair).replace(**changes, **profiles)
     assert case.title == case.case_title == (title if title == "its own" else f"{title}, {words}")
     assert case.namelist()["case"]["title"] == changes.get("title", "") and ldbench.Case.from_namelist(case.to_namelist()) == case
+
+
+def test_vY_can_set_the_roll_rate(table):
+    """As rigid contacts do; so a slow wheelset does not start as if it were fast. The shipped cases keep the call's roll rate."""
+    case = coarse(2, "aw", model="strip", vY=0.1)
+    given, linked = (ldbench.run(case.replace(roll_link=link), table=table) for link in ("none", "rails"))
+    for y in 0.0, 0.004:
+        rates = [ldbench.run(case.replace(formulation=name, roll_link="rails", roll_rate=0.0, Y=y, t_end=1e-4, stop_at="t_end"),
+                             table=None if name == "bilateral" else table).data.roll_rate[0] for name in ("elastic", "bilateral")]
+        assert rates[0] == pytest.approx(rates[1], rel=1e-7) and rates[0] == pytest.approx(0.1*0.03366, rel=1e-3)
+    assert given.data.roll_rate[0] == 0.01667 and linked.data.roll_rate[0] == pytest.approx(0.1*0.03366, rel=1e-3)
+    assert max(linked.peak(tread)[0] for tread in ("LT", "RT")) < 0.98*max(given.peak(tread)[0] for tread in ("LT", "RT"))
+    short = case.replace(roll_link="rails", t_end=1e-3, stop_at="t_end")
+    slow, fast = ldbench.ensemble(short, {"vY": [0.1, 1.0]}, columns=["roll_rate"], tables=[table]).roll_rate.values[:, 0]
+    assert fast == pytest.approx(10*slow, rel=1e-12)
+    with pytest.raises(ldbench.Error, match="m: expected a wheelset on both rails with roll_link = 'rails', found none there"):
+        ldbench.run(case.replace(roll_link="rails", Y=0.05, gauge=1.5, model="hertz"))
 
 
 def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
@@ -193,14 +211,11 @@ def test_a_zero_byte_is_told_where_it_is(text, group, variable, found):
 
 @pytest.mark.parametrize("text", [
     "", "mass = 3\n", "&wheels mass = 3 /", "&wheelset masse = 3 /", "&wheelset\nmass = -3\n/", "&wheelset mass = 3",
-    "&wheelset mass = 1, mass = 2 /", "&wheelset mass = 'heavy' /", "&contact model = 'rigid' /",
-    "&table n_roll = 9.5 /",
+    "&wheelset mass = 1, mass = 2 /", "&wheelset mass = 'heavy' /", "&contact model = 'rigid' /", "&table n_roll = 9.5 /",
     "&integrator order = 3 /", "&output interval = 1e-9 /", "&case title = 'no end /", "&initial vY = 1e999 /",
-    "&profiles wheel_profile = 'nothing.yz' /",
-    "&track gauge = 1.9 /", "&track gauge_depth = 0.05 /",
+    "&profiles wheel_profile = 'nothing.yz' /", "&track gauge = 1.9 /", "&track gauge_depth = 0.05 /",
     "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 / &contact model = 'hertz' /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &contact model = 'hertz' / &initial Z = -0.01 / &integrator t_end = 1e-3 /",
-])
+    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &contact model = 'hertz' / &initial Z = -0.01 / &integrator t_end = 1e-3 /"])
 def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
     """Syntax, values, files, geometry, table and integration: one wording."""
     path = tmp_path / "case.nml"
@@ -217,25 +232,17 @@ REAL, WHOLE, TEXT = "a number from ", "a whole number from ", "a text in quotes 
 
 
 @pytest.mark.parametrize(("change", "place", "expected", "found"), [
-    ({"dt": -1}, "integrator dt", REAL, "-1.0"),
-    ({"dt": float("nan")}, "integrator dt", REAL, "NaN"),
-    ({"dt": "fast"}, "integrator dt", REAL, "'fast'"),
-    ({"dt": True}, "integrator dt", REAL, "True"),
-    ({"n_roll": 9.5}, "table n_roll", "a whole number from 5 to 1000", "9.5"),
-    ({"order": 3}, "integrator order", "2, 4 or 6", "3"),
-    ({"model": "rigid"}, "contact model", "one of halfspace strip hertz", "'rigid'"),
-    ({"title": 3}, "case title", TEXT, "3"),
-    ({"title": 300*"x"}, "case title", TEXT, f"'{300*'x'}'"),
-    ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"),
-    ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"),
-    ({"title": "a\0b"}, "case title", TEXT, "'a?b'"),
+    ({"dt": -1}, "integrator dt", REAL, "-1.0"), ({"dt": float("nan")}, "integrator dt", REAL, "NaN"),
+    ({"dt": "fast"}, "integrator dt", REAL, "'fast'"), ({"dt": True}, "integrator dt", REAL, "True"),
+    ({"n_roll": 9.5}, "table n_roll", "a whole number from 5 to 1000", "9.5"), ({"order": 3}, "integrator order", "2, 4 or 6", "3"),
+    ({"model": "rigid"}, "contact model", "one of halfspace strip hertz", "'rigid'"), ({"title": 3}, "case title", TEXT, "3"),
+    ({"title": 300*"x"}, "case title", TEXT, f"'{300*'x'}'"), ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"),
+    ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"), ({"title": "a\0b"}, "case title", TEXT, "'a?b'"),
     ({"interval": 1e-5}, "output interval", "at least the step", ""),
     ({"order": 2**32 + 4}, "integrator order", WHOLE, f"{2**32 + 4}"),
-    ({"order": 10**400}, "integrator order", WHOLE, f"{10**400}"),
-    ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"),
+    ({"order": 10**400}, "integrator order", WHOLE, f"{10**400}"), ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"),
     ({"vY0": 0.3}, "", "a namelist variable ", "vY0; vY is the nearest"),
-    ({"file": "x"}, "", "table_file or output_file", "file, which is ambiguous"),
-])
+    ({"file": "x"}, "", "table_file or output_file", "file, which is ambiguous")])
 def test_changes_are_refused(change, place, expected, found):
     """The constructor refuses what `replace` refuses."""
     case = ldbench.Case.exercise(1)
@@ -373,10 +380,8 @@ NAN = float("nan")
 
 
 @pytest.mark.parametrize(("values", "words"), [
-    ((1.0,), "expected the values of"),
-    ([None]*len(ldbench.Case.exercise(1).values), "&case name: expected a text"),
-    ([NAN if isinstance(x, float) else x for x in ldbench.Case.exercise(1).values], "expected a number from"),
-])
+    ((1.0,), "expected the values of"), ([None]*len(ldbench.Case.exercise(1).values), "&case name: expected a text"),
+    ([NAN if isinstance(x, float) else x for x in ldbench.Case.exercise(1).values], "expected a number from")])
 def test_values_are_checked_wherever_they_come_from(values, words):
     with pytest.raises(ldbench.Error, match=words):
         ldbench.Case.of_values(tuple(values))
@@ -384,13 +389,9 @@ def test_values_are_checked_wherever_they_come_from(values, words):
 
 LONG_PATH = "a/"*2000 + "x"
 TEXTS = [
-    f"ldbench.Case.exercise(1).check_writable('&output file', {LONG_PATH!r})",
-    f"ldbench.read_columns({LONG_PATH!r})",
-    "ldbench.read_columns('a\\0b')",
-    "ldbench.Case.exercise(1).replace(title='a\\0b')",
-    "ldbench.Case.exercise(1).replace(title='\\ud800')",
-    "ldbench.Case.from_namelist('&case /\\0 &initial vY = 3 /')",
-]
+    f"ldbench.Case.exercise(1).check_writable('&output file', {LONG_PATH!r})", f"ldbench.read_columns({LONG_PATH!r})",
+    "ldbench.read_columns('a\\0b')", "ldbench.Case.exercise(1).replace(title='a\\0b')",
+    "ldbench.Case.exercise(1).replace(title='\\ud800')", "ldbench.Case.from_namelist('&case /\\0 &initial vY = 3 /')"]
 
 
 def test_no_text_ends_the_interpreter():
@@ -464,12 +465,10 @@ def test_a_table_serves_other_runs():
 
 @pytest.mark.parametrize(("change", "place", "expected", "found"), [
     ({"model": "hertz"}, "contact model", "'strip', for which the contact table was made", "'hertz'"),
-    ({"gauge": 1.4352}, "track gauge", "1.4351, for", "1.4352"),
-    ({"n_depth": 11}, "table n_depth", "9, for", "11"),
+    ({"gauge": 1.4352}, "track gauge", "1.4351, for", "1.4352"), ({"n_depth": 11}, "table n_depth", "9, for", "11"),
     ({"table_roll": 0.3}, "table roll", "0.5, for", "0.3"),
     ({"wheel_profile": "profiles/swprof.yz"}, "", "the profile of the contact table", ""),
-    ({"wheel_profile": "nothing.yz"}, "", None, None),
-])
+    ({"wheel_profile": "nothing.yz"}, "", None, None)])
 def test_a_table_that_does_not_fit_is_refused(table, change, place, expected, found):
     with pytest.raises(ldbench.Error) as error:
         ldbench.run(table.case.replace(**change), table=table)
@@ -836,9 +835,7 @@ FOREIGN = {
     "commas, line of units": ("t, ylat, phi\n[s], [mm], [mrad]\n0, 1.5, -2\n0.001, 2.5, -4\n", "ylat", "phi"),
     "semicolons": ("made by X; version 3\nt;ylat;phi\ns;mm;mrad\n0;1.5;-2;\n1e-3;2.5;-4;\n", "ylat", "phi"),
     "tabs, CRLF": ("t\tylat\tphi\r\ns\tmm\tmrad\r\n0\t1.5\t-2\r\n0.001\t2.5\t-4\r\n", "ylat", "phi"),
-    "blanks, units in brackets": ("! a comment\n! t [s]  ylat [mm]  phi [mrad]\n0 1.5 -2\n0.001 2.5 -4\n",
-                                  "ylat", "phi"),
-}
+    "blanks, units in brackets": ("! a comment\n! t [s]  ylat [mm]  phi [mrad]\n0 1.5 -2\n0.001 2.5 -4\n", "ylat", "phi")}
 
 
 @pytest.mark.parametrize("layout", FOREIGN)
@@ -880,8 +877,7 @@ def test_empty_cells_of_open_contacts_are_nan(tmp_path):
 
 @pytest.mark.parametrize("content", [
     "\ufefft;N\r\ns;kN\r\n0,5;1,5\r\n1;\r\n", "t\tN [kN]\n0,5\t1,5\n1\t\n", "t,N\ns,kN\n.5,1.5\n1,\n",
-    "t;N;\ns;kN;\n0.5;1.5;\n1;;\n", "t N\ns kN\n---- ----\n0,5 1,5\n1 nan\n", "t,N [kN]\n0.5,1.5\n1,,\n",
-])
+    "t;N;\ns;kN;\n0.5;1.5;\n1;;\n", "t N\ns kN\n---- ----\n0,5 1,5\n1 nan\n", "t,N [kN]\n0.5,1.5\n1,,\n"])
 def test_files_of_spreadsheets(content, tmp_path):
     """Marks of the order of bytes, decimal commas, empty cells at the ends of rows."""
     (tmp_path / "a.csv").write_bytes(content.encode())
@@ -911,25 +907,18 @@ FACTS = "column, unit, factor, offset"
 
 
 @pytest.mark.parametrize(("content", "columns", "line", "expected", "found"), [
-    ("", None, None, "rows of numbers", "none"),
-    ("0 1\n1 2\n", None, None, "a line with the names of 2 columns", "none"),
-    ("t Y\n0 1\n1 x\n", None, 3, "2 numbers", "'1 x'"),
-    ("t Y\n0 1\n1 2 3\n", None, 3, "2 numbers", "'1 2 3'"),
-    ("t Y\n0 1\n1 2\n3", None, 4, "2 numbers", "'3'"),
-    ("t Y\n0 1\n1 2 end of file\n", None, 3, "2 numbers", "'1 2 end of file'"),
-    ("t Y N\n0 1 2\n1 2\n3 4 5 6\n", None, 3, "3 numbers", "'1 2'"),
-    ("t Y\n0 1x\n1 2\n", None, 2, "2 numbers", "'0 1x'"),
+    ("", None, None, "rows of numbers", "none"), ("0 1\n1 2\n", None, None, "a line with the names of 2 columns", "none"),
+    ("t Y\n0 1\n1 x\n", None, 3, "2 numbers", "'1 x'"), ("t Y\n0 1\n1 2 3\n", None, 3, "2 numbers", "'1 2 3'"),
+    ("t Y\n0 1\n1 2\n3", None, 4, "2 numbers", "'3'"), ("t Y\n0 1\n1 2 end of file\n", None, 3, "2 numbers", "'1 2 end of file'"),
+    ("t Y N\n0 1 2\n1 2\n3 4 5 6\n", None, 3, "3 numbers", "'1 2'"), ("t Y\n0 1x\n1 2\n", None, 2, "2 numbers", "'0 1x'"),
     ("t Y\n# s m\n0 1 1\n1 2\n", None, None, "a line with the names of 3 columns", "none"),
-    ("t;Y\ns;mm\n0,1;1..5\n0,2;2,5\n", None, 3, "2 numbers", "'0,1;1..5'"),
-    ("t,Y\n0,1\n1,1_0\n", None, 3, "2 numbers", "'1,1_0'"),
+    ("t;Y\ns;mm\n0,1;1..5\n0,2;2,5\n", None, 3, "2 numbers", "'0,1;1..5'"), ("t,Y\n0,1\n1,1_0\n", None, 3, "2 numbers", "'1,1_0'"),
     ("t;Y\n0;1.234,5\n1;2\n", None, 2, "2 numbers", "'0;1.234,5'"),
     ("t Y Y\n0 1 2\n", None, None, "one column Y", "2; a map may tell them apart by their numbers"),
-    ("t Y\n0 1\n", {"Y": "ylat"}, None, "a column ylat", "t, Y"),
-    ("t Y\n0 1\n", {"Y": 3}, None, "a column 3", "t, Y"),
+    ("t Y\n0 1\n", {"Y": "ylat"}, None, "a column ylat", "t, Y"), ("t Y\n0 1\n", {"Y": 3}, None, "a column 3", "t, Y"),
     ("t Y\n0 1\n", {"Y": {"column": "Y", "unit": "furlong"}}, None, "a unit among 1, -, s", "furlong"),
     *(("t Y\n0 1\n", {"Y": wrong}, None, FACTS, str(wrong)) for wrong in (
-        2.0, {"name": "Y"}, {"column": "Y", "unit": 1}, {"column": "Y", "factor": "2"}, {"column": "Y", "offset": float("nan")})),
-])
+        2.0, {"name": "Y"}, {"column": "Y", "unit": 1}, {"column": "Y", "factor": "2"}, {"column": "Y", "offset": float("nan")}))])
 def test_unreadable_columns_are_refused(content, columns, line, expected, found, tmp_path):
     (tmp_path / "a.txt").write_text(content)
     with pytest.raises(ldbench.Error) as error:
@@ -1014,8 +1003,7 @@ def test_variables_command(capsys):
     (["table", "case.nml", "-o", "case.nml"], {"file": "case.nml", "group": "output", "variable": "geometry_file"}),
     (["ensemble", "case.nml", "--over", "mass=1:2:3:4"],
      {"expected": "name=1,2,4 or name=1:4:7 after --over", "found": "mass=1:2:3:4"}),
-    (["ensemble", "case.nml", "--over", "mass=1:2", "-n", "2", "--seed", "-1"], {"expected": "a seed from 0", "found": "-1"}),
-])
+    (["ensemble", "case.nml", "--over", "mass=1:2", "-n", "2", "--seed", "-1"], {"expected": "a seed from 0", "found": "-1"})])
 def test_commands_refuse_before_they_write(arguments, fields, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     coarse(1, "aw", t_end=0.01).to_namelist("case.nml")
@@ -1023,6 +1011,8 @@ def test_commands_refuse_before_they_write(arguments, fields, tmp_path, monkeypa
     assert {name: getattr(error, name) for name in fields} == fields, error
     assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
 
+
+# The package
 
 def test_one_version():
     version = re.search(r"version: '(.*?)'", (REPO / "meson.build").read_text())[1]
@@ -1092,8 +1082,7 @@ def test_pip_install_in_an_empty_environment(tmp_path):
     subprocess.run([python, "-m", "pip", "install", "--quiet", REPO], check=True, env=clean, cwd=tmp_path, timeout=HANG)
     script = ("import ldbench; run = ldbench.run(ldbench.Case.exercise(1, 'aw').replace(t_end=0.01)); "
               "print(len(run.data), run.write('columns.txt'), ldbench.__file__)")
-    done = subprocess.run([python, "-c", script], check=True, env=clean, cwd=tmp_path, capture_output=True, text=True,
-                          timeout=HANG)
+    done = subprocess.run([python, "-c", script], check=True, env=clean, cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
     assert done.stdout.startswith("101 columns.txt ") and str(tmp_path / "venv") in done.stdout
     helped = subprocess.run([python, "-m", "ldbench", "run", "--help"], check=True, env=clean, cwd=tmp_path,
                             capture_output=True, text=True, timeout=HANG)

@@ -1,7 +1,7 @@
 """ldbench from Python: cases, runs, the contact table, column files.
 
     import ldbench
-    case = ldbench.Case.exercise(1, "aw").replace(vY=0.3)
+    case = ldbench.Case.exercise(1, "aw").replace(vY=0.3, roll_link="rails")
     run = ldbench.run(case, progress=True)
     run.data.plot("time", "Y")
     other = ldbench.read_run("other_code.csv", map="other_code.toml")

@@ -180,8 +180,7 @@ class CoreRun:
         return path
 
 
-def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = None,
-        table: ContactTable | None = None) -> Run:
+def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
     """Run a case, or a namelist file; nothing is written but the contact table's file, if the case has one.
 
     progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,

@@ -224,22 +224,19 @@ class ContactTable:
         """Elastic energy, shape (...) [J]."""
         return self._evaluate(_flat.potentials, (), (y, z, roll), outside, _number(wheel))
 
-    def force(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
-              outside: Outside = "raise") -> np.ndarray:
+    def force(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both", outside: Outside = "raise") -> np.ndarray:
         """Force of the rails on the wheels, shape (..., 3): F_y, F_z [N], moment M_x about the axle centre [N m].
 
         It is minus the gradient of `potential`.
         """
         return self._evaluate(_flat.forces, (3,), (y, z, roll), outside, _number(wheel))
 
-    def tangent(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
-                outside: Outside = "raise") -> np.ndarray:
+    def tangent(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both", outside: Outside = "raise") -> np.ndarray:
         """Tangent stiffness, shape (..., 3, 3): second derivatives of `potential` in (y, z, roll) [N/m, N, N m]."""
         hessian = self._evaluate(_flat.tangents, (6,), (y, z, roll), outside, _number(wheel))
         return hessian[..., [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
 
-    def forces_by_contact(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike,
-                          outside: Outside = "raise") -> np.ndarray:
+    def forces_by_contact(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, outside: Outside = "raise") -> np.ndarray:
         """`force` of each contact, shape (..., 4, 3): left tread, left flange, right tread, right flange."""
         return self._evaluate(_flat.contact_forces, (4, 3), (y, z, roll), outside)
 
@@ -323,15 +320,12 @@ class ContactTable:
         """What the table says of the rigid and the resting wheelset, for a notebook."""
         case = self.case
         return html_table(f"contact table, {case.model}", [
-            ("profiles", profile_names(case)),
-            ("rigid-axle clearance", self.clearance_words("×") + " mm"),
+            ("profiles", profile_names(case)), ("rigid-axle clearance", self.clearance_words("×") + " mm"),
             ("axle at rest", f"{self.equilibrium:.6f} m above the rails"),
-            ("elastic approach at rest", f"{1e3*self.approach:.4f} mm"),
-            ("load per wheel", f"{1e-3*self.load_per_wheel:.3f} kN"),
+            ("elastic approach at rest", f"{1e3*self.approach:.4f} mm"), ("load per wheel", f"{1e-3*self.load_per_wheel:.3f} kN"),
             ("eigenfrequencies at rest", ", ".join(f"{f:.4f}" for f in self.frequencies) + " Hz"),
             *((f"error, {place}", f"rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN)")
-              for place, error in self.accuracy.items()),
-            ("file", case.table_path() or "not kept in a file")])
+              for place, error in self.accuracy.items()), ("file", case.table_path() or "not kept in a file")])
 
 
 def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:

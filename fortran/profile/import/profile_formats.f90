@@ -264,8 +264,7 @@ contains
     character(:), allocatable :: word
 
     word = lower(adjustl(line))
-    is_miniprof = index(word, 'miniprof') == 1 .or. index(word, '#miniwheelprof') == 1 &
-      .or. index(word, '#minirailprof') == 1
+    is_miniprof = index(word, 'miniprof') == 1 .or. index(word, '#miniwheelprof') == 1 .or. index(word, '#minirailprof') == 1
   end function is_miniprof
 
   !> The first blank line after line i that numbers follow; 1 where there is no such line.

@@ -5,7 +5,7 @@ every combination; with -n that many runs are drawn, each variable from its rang
 Needs xarray, zarr for -o and dask[distributed] for --scheduler: pip install ldbench[ensemble].
 
 examples:
-  python -m ldbench ensemble inputs/ex3_aw.nml --over mass=1200:2000:9 --over vY=0.5,1,2 -o sweep.zarr
+  python -m ldbench ensemble inputs/ex3_aw.nml --set roll_link=rails --over mass=1200:2000:9 --over vY=0.5,1,2 -o sweep.zarr
   python -m ldbench ensemble inputs/ex3_aw.nml --over mass=1200:2000 --over gauge=1.43:1.44 -n 50 --seed 1
   python -m ldbench ensemble inputs/ex3_aw.nml --over mass=1200:2000:99 --scheduler tcp://node1:8786
 """
