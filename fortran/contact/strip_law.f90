@@ -78,24 +78,14 @@ contains
     type(scan_type), intent(in) :: scan
     real(dp), intent(in), contiguous :: k(:)   !! strip moduli from `set_moduli`, unused for 'hertz' [Pa]
     real(dp) :: part, share(2)
-    integer :: i, n
+    integer :: i
 
     energy = 0
     if (model == 'hertz') then
       energy = spring_energy(pair, zone, e_star, roll, scan)
       return
     end if
-    n = 0
-    do i = zone%first, zone%last
-      if (i < zone%last) then
-        if (all(scan%depth(i:i + 1) > 0)) then
-          n = n + 1
-          cycle
-        end if
-      end if
-      energy = energy + pressed_energy(n, pair%s(i - n:i), scan%depth(i - n:i), scan%slope(i - n:i), k(i - n:i))
-      n = 0
-      if (i == zone%last) exit
+    do i = zone%first, zone%last - 1
       call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), k(i:i + 1), part, share)
       energy = energy + part
     end do
@@ -127,32 +117,6 @@ contains
     B = max((8*depth**2.5_dp/(15*half_j))**2, least_ratio*A)
     energy = 0.4_dp*hertz_stiffness(e_star, A, B)*depth**2.5_dp
   end function spring_energy
-
-  !> Energy [J] of n neighbouring intervals that are pressed from end to end: the sum of the first integral of
-  !> `interval_integrals` in closed form, in a loop without branches.
-  pure real(dp) function pressed_energy(n, s, g, dg, k) result(energy)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: s(n + 1), g(n + 1), dg(n + 1), k(n + 1)
-    real(dp), parameter :: w(8) = 1/[1.0_dp, 2.0_dp, 3.0_dp, 4.0_dp, 5.0_dp, 6.0_dp, 7.0_dp, 8.0_dp]
-    real(dp) :: h, c0, c1, c2, c3, k1, k2
-    integer :: i
-
-    energy = 0
-    do i = 1, n
-      h = s(i + 1) - s(i)
-      c0 = g(i)
-      c1 = h*dg(i)
-      c2 = 3*(g(i + 1) - g(i)) - h*(2*dg(i) + dg(i + 1))
-      c3 = 2*(g(i) - g(i + 1)) + h*(dg(i) + dg(i + 1))
-      k1 = k(i)
-      k2 = k(i + 1) - k(i)
-      ! Coefficients of g^2 times the integrals of (k1 + k2 t) t^j, j = 0..6.
-      energy = energy + h/2*(c0**2*(k1*w(1) + k2*w(2)) + 2*c0*c1*(k1*w(2) + k2*w(3)) &
-        + (2*c0*c2 + c1**2)*(k1*w(3) + k2*w(4)) + 2*(c0*c3 + c1*c2)*(k1*w(4) + k2*w(5)) &
-        + (2*c1*c3 + c2**2)*(k1*w(5) + k2*w(6)) + 2*c2*c3*(k1*w(6) + k2*w(7)) &
-        + c3**2*(k1*w(7) + k2*w(8)))
-    end do
-  end function pressed_energy
 
   !> Integrals over the interval between two stations: the energy 1/2 integral of k g+^2 [J], and the force as the
   !> integral of k g+ [N], shared out to the left and right stations.  The depth g is the Hermite cubic.

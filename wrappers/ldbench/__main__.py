@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, NoReturn
 from ._core import leave
 from ._core.calls import version
 from ._core.errors import Error, Usage
-from ._core.wording import tell
 from .commands import COMMANDS
 
 if TYPE_CHECKING:
