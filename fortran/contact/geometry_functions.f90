@@ -63,7 +63,8 @@ contains
     real(dp), parameter :: growth = 2.0_dp
     real(dp), parameter :: largest = 0.2_dp   ! [rad]
     type(scan_type) :: left, right
-    real(dp) :: x(2), f(2), z_left, z_right, f_new, x_new, stride, secant
+    type(bracket_type) :: range
+    real(dp) :: x(2), f(2), z_left, z_right, f_new, stride, secant
     integer :: iter
 
     left = new_scan(side(1)%pair)
@@ -86,25 +87,16 @@ contains
       if (abs(f(2)) < abs(f(1))) secant = abs(f(2)*(x(2) - x(1))/(f(2) - f(1)))
     end do
     if (.not. ok) return
-    ! Regula falsi with halved values (Illinois), and bisection where it creeps.
+    range = bracket_type(x(1), f(1), x(2), f(2))
     do iter = 1, 100
-      if (abs(f(2)) < 1e-13_dp .or. abs(x(2) - x(1)) < 1e-16_dp) exit
-      x_new = x(2) - f(2)*(x(2) - x(1))/(f(2) - f(1))
-      if (iter > 20) x_new = (x(1) + x(2))/2
-      f_new = difference(x_new)
+      roll = range%guess()
+      f_new = difference(roll)
       if (.not. ok) return
-      if (f_new*f(2) < 0) then
-        x(1) = x(2)
-        f(1) = f(2)
-      else
-        f(1) = f(1)/2
-      end if
-      x(2) = x_new
-      f(2) = f_new
+      if (abs(f_new) < 1e-13_dp .or. abs(range%b - range%a) < 1e-16_dp) exit
+      call range%narrow(roll, f_new)
     end do
-    roll = x(2)
     z = (z_left + z_right)/2
-    ok = abs(f(2)) < 1e-9_dp
+    ok = abs(f_new) < 1e-9_dp
 
   contains
 

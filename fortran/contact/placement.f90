@@ -3,6 +3,7 @@
 module placement
   use curve, only: curve_frame, curve_point, curve_type
   use errors, only: error_type, fatal_error
+  use root_bracket, only: bracket_type
   use kinds, only: degree, dp
   use station_scan, only: new_scan, scan_type, touch
   use text, only: str
@@ -77,7 +78,8 @@ contains
     real(dp), intent(in) :: z
     real(dp), intent(out) :: r(2)
     logical, intent(out) :: ok
-    real(dp) :: d1(2), d2(2), s, low, high
+    type(bracket_type) :: range
+    real(dp) :: d1(2), d2(2), s
     integer :: i, iter
 
     do i = 1, rail%n
@@ -86,21 +88,12 @@ contains
     ok = i > 1 .and. i <= rail%n
     if (.not. ok) return
     i = i - 1
-    low = rail%s(i)
-    high = rail%s(i + 1)
-    s = low
-    do iter = 1, 20
+    range = bracket_type(rail%s(i), rail%a(2, 1, i) - z, rail%s(i + 1), rail%a(2, 1, i + 1) - z)
+    do iter = 1, 100
+      s = range%guess()
       call curve_point(rail, s, i, r, d1, d2)
-      s = min(max(s + (z - r(2))/d1(2), low), high)
-    end do
-    call curve_point(rail, s, i, r, d1, d2)
-    if (abs(r(2) - z) < 1e-12_dp) return
-    ! Where the face is no graph over its height, Newton's method may find nothing.
-    do iter = 1, 60
-      s = (low + high)/2
-      call curve_point(rail, s, i, r, d1, d2)
-      if (r(2) > z) high = s
-      if (r(2) <= z) low = s
+      if (abs(r(2) - z) < 1e-15_dp) exit
+      call range%narrow(s, r(2) - z)
     end do
   end subroutine find_gauge_point
 

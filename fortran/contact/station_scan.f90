@@ -5,7 +5,7 @@ module station_scan
   use wheel_rail_pair, only: pair_type
   implicit none
   private
-  public :: scan_type, new_scan, scan_depth, keep_feet, stretch_around, deepest, touch, set_depth
+  public :: scan_type, new_scan, scan_depth, keep_feet, deepest, touch, set_depth
 
   !> Depths of the wheel's stations in one pose.
   type :: scan_type
@@ -84,15 +84,6 @@ contains
       scan%slope(i) = -(scan%normal(1, i)*t(1) + scan%normal(2, i)*t(2))
     end do
   end subroutine scan_depth
-
-  !> The first and the last of the stations first..last that are wanted, and one more on either side.
-  pure function stretch_around(first, last, wanted) result(ends)
-    integer, intent(in) :: first, last
-    logical, intent(in) :: wanted(:)      !! (first..last), true for one station at least
-    integer :: ends(2)
-
-    ends = [max(first, first + findloc(wanted, .true., 1) - 2), min(last, first + findloc(wanted, .true., 1, back=.true.))]
-  end function stretch_around
 
   !> Start a scan of the stations first..last with the feet of another scan.
   pure subroutine keep_feet(source, first, last, scan)

@@ -13,6 +13,7 @@ module strip_law
   use contact_zones, only: zone_type
   use hertz, only: hertz_stiffness, strip_modulus
   use kinds, only: dp
+  use root_bracket, only: bracket_type
   use station_scan, only: deepest, scan_type
   use wheel_rail_pair, only: least_cosine, pair_type, rail_curvature
   implicit none
@@ -160,25 +161,17 @@ contains
       value = c(0) + t*(c(1) + t*(c(2) + t*c(3)))
     end function value
 
-    !> The zero of the cubic between a and b, by Newton's method; by bisection where a step leaves the bracket.
+    !> The zero of the cubic between a and b.
     pure real(dp) function zero(a, b) result(t)
       real(dp), intent(in) :: a, b
-      real(dp) :: lo, hi, f, slope, rising, t_old
+      type(bracket_type) :: range
       integer :: iter
 
-      lo = a
-      hi = b
-      rising = sign(1.0_dp, value(b) - value(a))
-      t = (a*value(b) - b*value(a))/(value(b) - value(a))
-      do iter = 1, 60
-        f = value(t)*rising
-        if (f > 0) hi = t
-        if (f <= 0) lo = t
-        slope = (c(1) + t*(2*c(2) + t*3*c(3)))*rising
-        t_old = t
-        t = t - f/merge(slope, 1.0_dp, slope > 0)
-        if (slope <= 0 .or. t < lo .or. t > hi) t = (lo + hi)/2
-        if (abs(t - t_old) <= 4*epsilon(t)) exit
+      range = bracket_type(a, value(a), b, value(b))
+      do iter = 1, 100
+        t = range%guess()
+        if (abs(value(t)) <= 4*epsilon(t)*maxval(abs(c)) .or. abs(range%b - range%a) <= 4*epsilon(t)) exit
+        call range%narrow(t, value(t))
       end do
     end function zero
 

@@ -11,7 +11,7 @@ module table_error
   use bspline, only: axis_type, spline_2d_at, spline_3d_at
   use contact_zones, only: zone_type
   use strip_law, only: set_moduli, zone_energy
-  use station_scan, only: new_scan, scan_depth, scan_type, stretch_around, touch
+  use station_scan, only: new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: mirror, pair_type, rail_point, rolled
   use kinds, only: dp
   use progress, only: build_share, goes_on, monitor_type
