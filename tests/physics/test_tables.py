@@ -110,12 +110,6 @@ def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], strip_tables:
                     for place, error in accuracy.items()}
 
 
-def test_hertz_states_none(tmp_path: Path):
-    """Hertz's law per zone jumps with the station: what a table misses there is no error of the table."""
-    done = run_case(short_case(tmp_path, contact={"model": "hertz"}), tmp_path)
-    assert done.returncode == 0 and "error" not in done.stdout + header(tmp_path / "columns.txt")
-
-
 def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """A solution that is asked for no error at all is counted; what a table's file counts, contacts that would pull, too, is
     in summary, header and `python -m ldbench table`, and nothing where there is nothing to count."""

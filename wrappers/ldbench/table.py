@@ -132,7 +132,7 @@ class ContactTable:
     @property
     def accuracy(self) -> dict[str, Accuracy]:
         """Measured error of the left wheel's table, where it touches: 'tread', 'flange', 'both' at once, or
-        'going over' a rail. Empty for model 'hertz', whose law jumps, and rigid contacts."""
+        'going over' a rail. Empty for rigid contacts."""
         return self._accuracy(1)
 
     @property
