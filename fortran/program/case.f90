@@ -69,7 +69,7 @@ module case
     real(dp) :: dt = 2e-6_dp
     real(dp) :: t_end = 1
     character(text_length) :: stop_at = 't_end'
-    real(dp) :: energy_tolerance = 0
+    real(dp) :: energy_tolerance = 1e-5_dp
     real(dp) :: tolerance = 1e-10_dp
     integer :: max_iterations = 12
     integer :: max_halvings = 20
