@@ -70,8 +70,8 @@ contains
         n_pairs = n_pairs + 1
         pairs(n_pairs) = new_pair(i, j, grid(i))
       end do
+      table%pairs = pairs(:n_pairs)
     end do
-    table%pairs = pairs(:n_pairs)
   end subroutine add_pairs
 
   type(pair_table) function new_pair(i, j, grid) result(pair)
