@@ -4,13 +4,14 @@ module report_lines
   use contact_table, only: table_type
   use kinds, only: dp
   use profile, only: profile_type
+  use run_monitor, only: run_type
   use run_setup, only: setup_type
   use service_poses, only: rollover_allowance
   use text, only: str, with_zero
   implicit none
   private
-  public :: add_formulation, add_profiles, add_tables, add_warnings, table_points, too_rough, plural, fixed, scientific
-  public :: newline, zone_places
+  public :: add_formulation, add_profiles, add_tables, add_warnings, add_run_warnings, table_points, too_rough, plural, fixed
+  public :: scientific, newline, zone_places
 
   character, parameter :: newline = new_line('a')
   character(10), parameter :: zone_places(4) = [character(10) :: 'tread', 'flange', 'both', 'going over']
@@ -110,6 +111,22 @@ contains
       'wheelset rolls over a rail, reached '//scientific(table%accuracy%rms(4))//'; do not trust the end of a run that '// &
       'derails'//newline
   end subroutine add_warnings
+
+  !> Warn of steps that may be unstable, and of a drift of the energy that makes a run doubtful.
+  subroutine add_run_warnings(lines, run)
+    character(:), allocatable, intent(inout) :: lines
+    type(run_type), intent(in) :: run
+    real(dp), parameter :: largest_drift = 0.01_dp   ! over the largest kinetic energy
+    real(dp), parameter :: rounding = 1e-6_dp        ! of the energy of a wheelset at rest, at most [J]
+
+    if (run%step > run%stable_step) lines = lines//'warning: &integrator dt: expected steps of at most '// &
+      scientific(run%stable_step)//' s, the limit of stability at the highest frequency at rest, found '//scientific(run%step)// &
+      ' s; lower dt'//newline
+    if (run%drift > max(largest_drift*run%largest_energy, rounding)) lines = lines// &
+      'warning: expected an energy drift of at most '// &
+      str(nint(100*largest_drift))//' % of the largest kinetic energy, '//scientific(run%largest_energy)//' J, found '// &
+      scientific(run%drift)//' J; lower &integrator dt or energy_tolerance'//newline
+  end subroutine add_run_warnings
 
   !> Describe a profile in one line, or in a line per side if the sides have different profiles.
   subroutine add_profiles(lines, what, p)

@@ -5,7 +5,7 @@ module run_results
   use contact_table, only: table_type
   use events, only: elastic_kinds, event_kinds
   use kinds, only: dp, version
-  use report_lines, only: add_formulation, add_profiles, add_warnings, newline, table_points, zone_places
+  use report_lines, only: add_formulation, add_profiles, add_run_warnings, add_warnings, newline, table_points, zone_places
   use run_monitor, only: run_type
   use run_setup, only: setup_type
   use text, only: shortest, str
@@ -139,6 +139,7 @@ contains
     end do
     call add_events(lines, run, abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0)
     lines = lines//'/'//newline
+    call add_run_warnings(lines, run)
   end subroutine describe_results
 
   !> A line per event that was kept: the first of each kind.

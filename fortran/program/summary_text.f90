@@ -4,7 +4,8 @@ module summary_text
   use events, only: elastic_kinds, event_kinds, kept
   use kinds, only: degree, dp
   use profile, only: profile_type
-  use report_lines, only: add_formulation, add_profiles, add_tables, fixed, newline, plural, scientific, too_rough
+  use report_lines, only: add_formulation, add_profiles, add_run_warnings, add_tables, fixed, newline, plural, scientific, &
+    too_rough
   use run_monitor, only: run_type
   use run_results, only: ending
   use run_setup, only: setup_type
@@ -16,7 +17,6 @@ module summary_text
 
   integer, parameter :: listed_impacts = 5
   integer, parameter :: width = 100         !! longest line [characters]
-  real(dp), parameter :: largest_drift = 0.01_dp   !! of a run that is not doubtful, over the largest kinetic energy
 
 contains
 
@@ -162,12 +162,7 @@ contains
     if (run%kinetic_energy > 0) lines = lines//', relative to the initial kinetic energy: '// &
       scientific(run%drift/run%kinetic_energy)
     lines = lines//newline
-    if (run%step > run%stable_step) lines = lines//'warning: &integrator dt: expected steps of at most '// &
-      scientific(run%stable_step)//' s, the limit of stability at the highest frequency at rest, found '//scientific(run%step)// &
-      ' s; lower dt'//newline
-    if (run%drift > largest_drift*run%largest_energy) lines = lines//'warning: expected an energy drift of at most '// &
-      str(nint(100*largest_drift))//' % of the largest kinetic energy, '//scientific(run%largest_energy)//' J, found '// &
-      scientific(run%drift)//' J; lower &integrator dt or energy_tolerance'//newline
+    call add_run_warnings(lines, run)
     lines = lines//'steps: '//str(run%steps)//' of at most '//str(run%step)//' s, of which '//str(run%cuts)// &
       trim(merge(' was cut ', ' were cut', run%cuts == 1))
     if (run%missed > 0) lines = lines//', '//str(run%missed)//' over energy_tolerance after '// &

@@ -1,12 +1,14 @@
 """The equations of motion and their integration, against exact answers."""
 import itertools
 import re
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ldbench
+from ldbench.runs import compute
 from probes import (
     MASS,
     MIRROR,
@@ -279,6 +281,32 @@ def test_reversal_of_cut_steps(actual: ldbench.ContactTable):
     start, home = forth.data.iloc[0], back.data.iloc[-1]
     assert home[["Y", "Z", "roll"]].to_numpy() == pytest.approx(start[["Y", "Z", "roll"]].to_numpy(), abs=1e-10)
     assert -home[["vY", "vZ", "roll_rate"]].to_numpy() == pytest.approx(start[["vY", "vZ", "roll_rate"]].to_numpy(), abs=1e-7)
+
+
+@pytest.mark.parametrize(("scheme", "limit"), [({"order": 2}, 2), ({"order": 4}, np.pi), ({"order": 6}, np.pi),
+                                               ({"order": 2, "beta": 0.2}, 20**0.5)])
+def test_steps_beyond_the_limit_of_stability_are_told(scheme: dict, limit: float, actual: ldbench.ContactTable):
+    """A small oscillation stays small up to the limit and grows beyond it; only then the run warns, in Python too."""
+    case = ldbench.Case.exercise(1, "aw").replace(**{"vY": 0.0, "roll_rate": 0.0, "initial_roll": 1e-9, "beta": 0.0,
+                                                     "energy_tolerance": 0.0, "rows": "interval", "stop_at": "t_end"} | scheme)
+    for share, told in (0.98, 0), (1.02, 1):
+        dt = share*limit/(2*np.pi*max(actual.frequencies))
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            done = ldbench.run(case.replace(dt=dt, interval=dt, t_end=60*dt), table=actual)
+        assert (done.data.roll.abs().max() > 3e-9) == bool(told)
+        assert sum("limit of stability" in str(one.message) for one in found) == told and (told or not found)
+        assert done.text.count("warning: &integrator dt: expected steps of at most") == told
+
+
+def test_a_drift_that_makes_a_run_doubtful_is_told(actual: ldbench.ContactTable):
+    """1 % of the largest kinetic energy; the column file says it, too."""
+    case = ldbench.Case.exercise(2, "aw").replace(scheme="newmark", beta=0.25, order=2, energy_tolerance=0.0, rows="interval")
+    for dt, doubtful in (1e-4, False), (2e-3, True):
+        done = compute(case.replace(dt=dt, interval=2e-3), table=actual)
+        most = (0.5*MASS*(done.data.vY**2 + done.data.vZ**2)).max()
+        assert (done.results["drift"] > 0.01*most) == doubtful
+        assert [words.startswith("expected an energy drift of at most 1 %") for words in done.warnings] == [True]*doubtful
 
 
 def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):

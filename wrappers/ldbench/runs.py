@@ -4,6 +4,7 @@ from __future__ import annotations
 import functools
 import os
 import shutil
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from ._core import _flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
-from ._core.errors import Error
+from ._core.errors import Error, Warning
 from ._core.files import DEFAULT_FOLDER, check_written, complete
 from ._core.notebook import html_table
 from ._core.units import Units
@@ -61,6 +62,12 @@ class Run(RunData):
         again = compute(self.case)._source
         assert isinstance(again, CoreRun)
         return again
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is doubtful about the profiles, the contact table and the run, in a line each."""
+        told = [line.removeprefix("warning: ") for line in self._in_core.comments.splitlines() if line.startswith("warning: ")]
+        return tuple(dict.fromkeys([*self.table.warnings, *told]))
 
     def write(self, path: str | os.PathLike[str] | None = None, geometry: str | os.PathLike[str] = "") -> str:
         """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path. Of a
@@ -186,11 +193,12 @@ def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = 
     progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
     with stage 'table' or 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
     building or loading it; Error when it does not fit the case. Ctrl-C stops the run and raises KeyboardInterrupt;
-    so does any exception in `progress`. Other Python threads go on meanwhile. Every line of `run.table.warnings` is a
+    so does any exception in `progress`. Other Python threads go on meanwhile. Every line of `run.warnings` is a
     `ldbench.Warning`.
     """
     done = compute(Case.given(case), progress, table)
-    done.table._warn()
+    for words in done.warnings:
+        warnings.warn(words, Warning, stacklevel=2)
     return done
 
 

@@ -40,7 +40,7 @@ def main(args: argparse.Namespace) -> int:
         result = compute(case, progress=True)
         result.write(output_path(case), case.geometry_file)
         if args.json:
-            print_json(facts(result), result.table.warnings)
+            print_json(facts(result), result.warnings)
         else:
             print("\n"*(number > 0) + result.text, end="")
     return 0
