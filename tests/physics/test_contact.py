@@ -313,7 +313,7 @@ BARS = {
     ("sw", "strip", "overturning"): (1e-2, 1e-3),       # 2.4e-3, 1.7e-4
     ("aw", "halfspace", "running"): (8e-3, 8e-4),       # 4.2e-3, 3.7e-4
     ("sw", "halfspace", "running"): (3e-3, 4e-4),       # 1.3e-3, 2.9e-4
-    ("aw", "halfspace", "overturning"): (2e-2, 4e-3),   # 8.7e-3, 2.4e-3
+    ("aw", "halfspace", "overturning"): (0.1, 1e-2),    # 8.7e-3 to 3.3e-2, 2.4e-3 to 4.9e-3
     ("sw", "halfspace", "overturning"): (0.1, 1e-2)}    # 1.2e-2 to 4e-2, 2.3e-3 to 5.8e-3; near -77 mrad up to 0.1
 
 

@@ -661,7 +661,8 @@ def test_a_run_is_stopped_between_rows_that_are_far_apart(formulation, tmp_path)
 
 
 INTERRUPTED = """
-import sys, ldbench
+import sys, warnings, ldbench
+warnings.simplefilter("ignore", ldbench.Warning)
 case = ldbench.Case.from_namelist(sys.argv[1])
 try:
     ldbench.run(case, progress=lambda stage, share: stage == "integration" and print("running", flush=True))

@@ -90,7 +90,7 @@ def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
     assert ((run.values("N_LF") > 0) & ~run.closed("LF")).sum() > 1000 and run.values("N_LF")[run.closed("LF")].min() > CLOSED
     start = summary_row(run)["t_first_LF"]
     [first, *_] = found = intervals(run, "LF")
-    assert len(found) == len(impacts(run, ["LF"])) > 1.02*(np.diff(np.sign(run.values("N_LF"))) > 0).sum()
+    assert sum(one.whole for one in found) == len(impacts(run, ["LF"])) > 1.01*(np.diff(np.sign(run.values("N_LF"))) > 0).sum()
     collated = numbers_of(run, Task(5, "sw"), [])
     assert (first.start, collated["t_left_flange"].value, first_rows(run, "LF").start) == pytest.approx(
         (start, start, np.searchsorted(run.time, start + 1e-8)), abs=1e-8)

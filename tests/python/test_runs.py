@@ -302,7 +302,7 @@ def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elas
     force, t = other.peak("LF")
     k = int(memory.values("N_LF").argmax())
     assert (force, t) == pytest.approx((memory.values("N_LF")[k], memory.time[k]), rel=1e-9)
-    assert other.first_contact("LF") == pytest.approx(memory.time[np.flatnonzero(memory.values("N_LF") > 0)[0]], rel=1e-9)
+    assert other.first_contact("LF") == pytest.approx(memory.time[np.flatnonzero(memory.closed("LF"))[0]], rel=1e-9)
     for question in ("case", "table", "text"):
         with pytest.raises(ldbench.Error) as error:
             getattr(other, question)

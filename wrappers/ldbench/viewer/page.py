@@ -165,8 +165,8 @@ def event_entries(run: RunData) -> list[dict[str, Any]]:
                 found.append({"t": t, "what": f"{CONTACT_NAMES[contact]} contact, first row", "force": None})
     for contact, words in CONTACT_NAMES.items():
         if peak := run.peak(contact):
-            found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": peak[0]})
-    return sorted(found, key=lambda event: event["t"])
+            found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": number(peak[0])})
+    return sorted((event for event in found if np.isfinite(event["t"])), key=lambda event: event["t"])
 
 
 def unlisted(run: RunData) -> dict[str, int]:
@@ -209,7 +209,8 @@ def shape_entry(outlines: Outlines) -> dict[str, Any]:
 
 def cell_entry(cell: Cell) -> dict[str, Any]:
     """A cell of the summary for the page."""
-    return {"text": cell.text, "run": cell.run, "t": cell.time, "with": cell.beside, "leaning": cell.leaning}
+    time = None if cell.time is None else number(cell.time)
+    return {"text": cell.text, "run": cell.run, "t": time, "with": cell.beside, "leaning": cell.leaning}
 
 
 def number(x: float) -> float | None:
