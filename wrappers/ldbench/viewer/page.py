@@ -157,7 +157,7 @@ def wheel_columns(run: RunData) -> dict[str, np.ndarray]:
 
 def event_entries(run: RunData) -> list[dict[str, Any]]:
     """What happened, in order; where the file does not say, first contacts by its forces. Largest forces too."""
-    found = [{"t": event.t, "what": event.kind, "force": number(event.force)} for event in run.events]
+    found: list[dict[str, Any]] = [{"t": event.t, "what": event.kind, "force": number(event.force)} for event in run.events]
     if not run.events:
         for contact in ("LF", "RF"):
             t = run.first_contact(contact)
