@@ -24,11 +24,10 @@ module geometry_functions
 
 contains
 
-  !> Height z [m] of the axle at which the left wheel's stations first..last touch when the wheel is lowered at lateral
-  !> position y [m] and roll angle [rad]. The scan is fresh, or from touching with these stations at another roll angle.
-  subroutine lower(pair, first, last, y, roll, scan, z, station, ok)
+  !> Height z [m] of the axle at which the left wheel touches when it is lowered at lateral position y [m] and roll
+  !> angle [rad]. The scan is fresh, or from touching at another roll angle.
+  subroutine lower(pair, y, roll, scan, z, station, ok)
     type(pair_type), intent(in) :: pair
-    integer, intent(in) :: first, last
     real(dp), intent(in) :: y, roll
     type(scan_type), intent(inout) :: scan
     real(dp), intent(out) :: z, station
@@ -45,7 +44,7 @@ contains
     else
       start = scan%centre(2) + lever*abs(roll - scan%roll)
     end if
-    call touch(pair, scan, first, last, [y, start], roll, 0.0_dp, z, station, ok)
+    call touch(pair, scan, 1, size(pair%s), [y, start], roll, 0.0_dp, z, station, ok)
     z = z + start
   end subroutine lower
 
@@ -104,8 +103,8 @@ contains
       real(dp), intent(in) :: roll
       logical :: ok_left, ok_right
 
-      call lower(side(1)%pair, 1, size(side(1)%pair%s), y, roll, left, z_left, station(1), ok_left)
-      call lower(side(2)%pair, 1, size(side(2)%pair%s), -y, -roll, right, z_right, station(2), ok_right)
+      call lower(side(1)%pair, y, roll, left, z_left, station(1), ok_left)
+      call lower(side(2)%pair, -y, -roll, right, z_right, station(2), ok_right)
       ok = ok_left .and. ok_right
       difference = z_left - z_right
     end function difference

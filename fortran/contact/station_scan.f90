@@ -176,8 +176,8 @@ contains
     end do
   end subroutine step_foot
 
-  !> The deepest point of the stations first..last of a scan, on the cubic Hermite interpolant of the depth. Two places may be
-  !> as deep to less than the depth between their stations differs from that at them, so every top is looked at.
+  !> The deepest point of the stations first..last of a scan, on the cubic Hermite interpolant of the depth. The deepest
+  !> point need not be beside the deepest station: two places may be as deep as each other within 0.1 um. So all tops count.
   pure subroutine deepest(pair, scan, first, last, depth, station, node)
     type(pair_type), intent(in) :: pair
     type(scan_type), intent(in) :: scan

@@ -177,9 +177,10 @@ contains
     call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
     call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
       'rms error of a wheel''s force that the table may have, relative to max(|F|, 5 kN)')
-    call all%add('table', 'n_lateral', c%n_lateral, 20, 10000, 'most lateral points of the table, per zone')
-    call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'most points of the table over the roll angle')
-    call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'most points of the table over the root of the penetration')
+    call all%add('table', 'n_lateral', c%n_lateral, 20, 10000, &
+      'most lateral points of the strips, and of the ratio of half-spaces to them, per zone')
+    call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'most points of each over the roll angle')
+    call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'most points of each over the root of the penetration')
     call all%add('integrator', 'scheme', c%scheme, 'newmark energy', &
       'Newmark''s family, or average acceleration with a discrete gradient, which keeps the energy')
     call all%add('integrator', 'order', c%order, 2, 6, &

@@ -324,7 +324,8 @@ contains
       step = share_halfspace*maxval([(maxval(middle(i)%overlaps%list%depth), i=1, size(middle))])
     else
       scan = new_scan(request%side%pair)
-      do z = 1, size(carrying)
+      moduli = 0
+      do z = 1, merge(size(carrying), 0, request%model == 'strip')
         call set_moduli(request%side%pair, request%side%zones(z), request%e_star, pose(3), moduli)
       end do
       call press_springs(request, pose, moduli, scan, energy(1), carrying, depth)
