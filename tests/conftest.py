@@ -156,7 +156,8 @@ def read_hertz(hertz_tables: dict[str, Path]) -> Callable[[str], ContactTable]:
     """The contact tables of Hertz's law by the pair of profiles, each read once."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
 
-    return functools.cache(lambda pair: ContactTable(Case.exercise(2, pair).replace(model="hertz", table_file=hertz_tables[pair])))
+    return functools.cache(lambda pair: ContactTable.quiet(
+        Case.exercise(2, pair).replace(model="hertz", table_file=hertz_tables[pair])))
 
 
 @pytest.fixture(scope="session")
@@ -166,7 +167,8 @@ def fine_hertz(common: Path) -> Callable[[str], ContactTable]:
     from ldbench.benchmark.fingerprint import FINE
 
     files = tables_of("hertz", common / "fine_hertz", **FINE)
-    return functools.cache(lambda pair: ContactTable(Case.exercise(2, pair).replace(model="hertz", table_file=files[pair], **FINE)))
+    return functools.cache(lambda pair: ContactTable.quiet(
+        Case.exercise(2, pair).replace(model="hertz", table_file=files[pair], **FINE)))
 
 
 @pytest.fixture

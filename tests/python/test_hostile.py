@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 import imaginary_codes as imaginary
-import ldbench
 from hostile_files import HARMLESS, HOSTILE
 from ldbench import Case
 from ldbench.__main__ import main
 from ldbench.benchmark import check
 from ldbench.benchmark.findings import FAILED
 from ldbench.benchmark.tasks import TASKS, Task
+from ldbench.runs import compute
 
 TASK = Task(4, "aw")
 UNNAMED = ("Traceback", "cannot be used: ")     # an error that nobody foresaw
@@ -25,7 +25,7 @@ NAMES = [task.name for task in TASKS if task != TASK]
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A good file of another code; our own run, by which maps are guessed, is that of every simulation."""
-    run = ldbench.run(Case.exercise(4, "aw").replace(model="hertz", table_file="", n_lateral=60, n_roll=13, n_depth=11))
+    run = compute(Case.exercise(4, "aw").replace(model="hertz", table_file="", n_lateral=60, n_roll=13, n_depth=11))
     file = tmp_path_factory.mktemp("good")/f"{TASK.name}.csv"
     imaginary.write(imaginary.table_of(run, 1e-4), file, imaginary.Dialect(scheme=1))
     before = dict(check._OWN)

@@ -32,6 +32,7 @@ from ldbench.profiles.inspect import inspect as inspect_profile
 from ldbench.results.header import Header, read_any_groups, read_plain_groups
 from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
 from ldbench.results.run_data import read_data
+from ldbench.runs import compute
 from running import HANG, REPO, Run, alike, command_error
 
 # The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
@@ -61,7 +62,7 @@ def both(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 @pytest.fixture(scope="module")
 def elastic(tmp_path_factory: pytest.TempPathFactory) -> tuple[ldbench.Run, ldbench.Run]:
     """Make both of the elastic run alone."""
-    memory = ldbench.run(small())
+    memory = compute(small())
     return memory, ldbench.read_run(memory.write(tmp_path_factory.mktemp("elastic")/"columns.txt"))
 
 
