@@ -33,16 +33,15 @@ contains
     real(dp), intent(out) :: z, station
     logical, intent(out) :: ok
     real(dp), parameter :: lift = 0.03_dp   ! the whole flange is in the air at the start [m]
-    ! Roll changes the height at which the wheel touches by less than this times the roll angle, on flange faces of
-    ! up to 78 degrees [m].
-    real(dp), parameter :: lever = 3
+    ! Roll by d moves a point at r by |r| d at most; the wheel then rises by up to |r| d/cos(contact angle), here 78 degrees.
+    real(dp), parameter :: least_cosine = 0.2_dp
     real(dp) :: start
 
     if (scan%fresh) then
       ! Roll lifts the wheel by its lever arm.
       start = pair%axle_height + lift - roll*pair%r(1, size(pair%s)/2)
     else
-      start = scan%centre(2) + lever*abs(roll - scan%roll)
+      start = scan%centre(2) + norm2(pair%flange_tip)/least_cosine*abs(roll - scan%roll)
     end if
     call touch(pair, scan, 1, size(pair%s), [y, start], roll, 0.0_dp, z, station, ok)
     z = z + start

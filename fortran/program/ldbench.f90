@@ -52,10 +52,11 @@ contains
   subroutine run(argument)
     character(*), intent(in) :: argument
     type(line_type), allocatable :: lines(:)
-    type(case_type) :: c
-    type(setup_type) :: setup
+    type(case_type), allocatable :: c
+    type(setup_type), allocatable :: setup
     character(:), allocatable :: file
 
+    allocate (c, setup)   ! on the heap: stacks may be small
     file = argument
     if (file == '') file = '-'
     call read_lines(file, lines, error)

@@ -11,7 +11,7 @@ module run_tables
   use profile, only: profile_type
   use progress, only: monitor_type
   use run_setup, only: setup_type
-  use service_poses, only: request_type
+  use service_poses, only: fit_extent, request_type
   use table_builder, only: build_table
   use table_error, only: measure
   use table_file, only: load_table, save_table
@@ -102,7 +102,7 @@ contains
     ! The table is the same whatever contacts a case calls the flange's.
     both(1)%threshold = [cos(25*degree), sin(25*degree)]
     call clearance(both, own, ok)
-    if (ok) request%extent%clearance = own
+    if (ok) call fit_extent(own, c%gauge, request%extent)
   end function table_request
 
   !> Free the tables that `prepare_tables` made.

@@ -45,8 +45,8 @@ contains
     class(monitor_type), intent(inout), optional :: watcher
     type(scheme_type) :: scheme
     type(motion_type) :: motion
-    type(rigid_type) :: rigid
-    type(run_monitor_type) :: monitor
+    type(rigid_type), allocatable :: rigid
+    type(run_monitor_type), allocatable :: monitor
     real(dp) :: from, to
     real(dp) :: at, h                      ! time of the next row and the steps up to it [s]
     integer, parameter :: report_steps = 10000
@@ -55,6 +55,7 @@ contains
     logical :: elastic, until_return, until_derailment
 
     call cpu_time(from)
+    allocate (rigid, monitor)
     scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
     substeps = ceiling(c%interval/c%dt*(1 - 1e-9_dp))
     monitor%run%step = c%interval/substeps

@@ -12,8 +12,8 @@ module grid_refinement
   use contact_table, only: table_type
   use zone_tables, only: zone_pose
   use progress, only: goes_on, monitor_type, share_of_round
-  use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, largest_roll, &
-    margin_roll, request_type, roll_lever, service_roll
+  use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, &
+    margin_roll, request_type
   implicit none
   private
   public :: grid_type, gridded_function, rules_type, axis_errors
@@ -186,28 +186,18 @@ contains
 
     changed = .false.
     do z = 1, size(values%grid)
-      associate (g => values%grid(z))
+      associate (g => values%grid(z), service => values%request%extent%service_roll + margin_roll)
         u(z) = g%u
         roll(z) = g%roll
         q(z) = g%q
         call halve_cells(u(z), error(z)%u/scale, spread(g%least(1), 1, g%u%n - 1), rules%most(1), changed(1, z))
-        call halve_cells(roll(z), error(z)%roll/scale, least_cells(g%roll, g%least(2), rules%finer_rollover), &
-          rules%most(2), changed(2, z))
+        call halve_cells(roll(z), error(z)%roll/scale, g%least(2)/merge(rules%finer_rollover, 1.0_dp, &
+          min(abs(roll(z)%x(2:)), abs(roll(z)%x(:roll(z)%n - 1))) > service), rules%most(2), changed(2, z))
         if (values%halve_q) call halve_cells(q(z), error(z)%q/scale, spread(g%least(3), 1, g%q%n - 1), rules%most(3), &
           changed(3, z))
       end associate
     end do
   end subroutine halve_axes
-
-  !> Return the least lengths of the cells of the roll angle, of which `least` is that in service.
-  pure function least_cells(roll, least, finer)
-    type(axis_type), intent(in) :: roll
-    real(dp), intent(in) :: least, finer   !! [rad]; `least` over that in rolling over
-    real(dp) :: least_cells(roll%n - 1)
-
-    least_cells = merge(least/finer, least, &
-      min(abs(roll%x(2:)), abs(roll%x(:roll%n - 1))) > service_roll + margin_roll)
-  end function least_cells
 
   !> Return a grid on axes, with one value at all points, none of which is known.
   pure function new_grid(u, roll, q, least, value) result(grid)
@@ -246,10 +236,10 @@ contains
     integer :: i
 
     x = graded_points(-extent%roll, extent%roll, 0.0_dp, fine, n)
-    i = minloc(abs(x + largest_roll), 1)
+    i = minloc(abs(x + extent%largest_roll), 1)
     if (i > 1 .and. i <= n/2) then
-      x(i) = -largest_roll
-      x(n + 1 - i) = largest_roll
+      x(i) = -extent%largest_roll
+      x(n + 1 - i) = extent%largest_roll
     end if
     axis = new_axis(x)
   end function first_roll
@@ -289,9 +279,10 @@ contains
 
   !> Estimate the errors in the cells along u (u, q, roll), roll (roll, q, u) and q (q, u, roll), if a value of f has a weight
   !> in the force. Slopes change the force by the energy, which is 0.4 p = 0.4 q^2 times the force.
-  subroutine find_cell_errors(g, weight, with_q, of_u, of_roll, of_q)
+  subroutine find_cell_errors(g, weight, lever, with_q, of_u, of_roll, of_q)
     type(grid_type), intent(in) :: g
     real(dp), intent(in) :: weight(:, :, :)   !! (q, u, roll)
+    real(dp), intent(in) :: lever          !! of the force about X [m]
     logical, intent(in) :: with_q          !! or errors along q are left 0
     real(dp), allocatable, dimension(:, :, :), intent(out) :: of_u, of_roll, of_q
     integer :: nq, nu, nr
@@ -302,7 +293,7 @@ contains
     of_u = reshape(cell_errors(g%u, along_u(g%f), along_u(weight), along_u(scaled(weight, 0.4_dp*g%q%x**2))), &
       [nu - 1, nq, nr])
     of_roll = reshape(cell_errors(g%roll, along_roll(g%f), along_roll(weight), &
-      along_roll(scaled(weight, 0.4_dp*g%q%x**2))/roll_lever), [nr - 1, nq, nu])
+      along_roll(scaled(weight, 0.4_dp*g%q%x**2))/lever), [nr - 1, nq, nu])
     allocate (of_q(nq - 1, nu, nr), source=0.0_dp)
     if (with_q) of_q = reshape(cell_errors(g%q, reshape(g%f, [nq, nu*nr]), reshape(weight, [nq, nu*nr]), &
       reshape(scaled(weight, 0.2_dp*g%q%x), [nq, nu*nr])), [nq - 1, nu, nr])

@@ -114,7 +114,7 @@ contains
         force(m, :, :) = estimated_force(this%request%e_star, g%q%x(m)**2)
       end do
       call weigh_errors(this, z, h, force, .false., weight)
-      call find_cell_errors(g, force*weight, this%halve_q, of_u, of_roll, of_q)
+      call find_cell_errors(g, force*weight, this%request%extent%lever, this%halve_q, of_u, of_roll, of_q)
     end associate
     error = largest_errors(of_u, of_roll, of_q)
   end subroutine find_errors

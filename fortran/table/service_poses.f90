@@ -11,11 +11,10 @@ module service_poses
   use zone_tables, only: inside, roll_type, zone_penetration
   implicit none
   private
-  public :: extent_type, request_type, service_roll, margin_roll, small_roll, largest_roll, tread_share, force_floor, &
-    roll_lever, rollover_allowance
-  public :: error_allowance, find_reach, estimated_force
+  public :: extent_type, request_type, margin_roll, tread_share, force_floor, rollover_allowance
+  public :: error_allowance, find_reach, estimated_force, fit_extent
 
-  !> Extent of the table, which a case may change, and the clearance that says which part of it is service.
+  !> Extent of the table, which a case may change, and what says which part of it a run on this track reaches.
   type :: extent_type
     real(dp) :: lateral = 80e-3_dp      !! shift of the wheel to either side [m]
     real(dp) :: lift = 40e-3_dp         !! largest lift of a wheel; higher it cannot touch [m]
@@ -23,6 +22,10 @@ module service_poses
     real(dp) :: roll = 0.5_dp           !! to either side [rad]
     real(dp) :: depth = 2.2e-3_dp       !! largest penetration [m]
     real(dp) :: clearance = 10e-3_dp    !! flange clearance of one side [m]
+    real(dp) :: service_roll = 0.02_dp  !! roll angle in service, to either side [rad]
+    ! A wheelset that rolls over the left rail has roll angles from -largest_roll to small_roll [rad].
+    real(dp) :: small_roll = 0.05_dp, largest_roll = 0.38_dp
+    real(dp) :: lever = 0.75_dp         !! of a wheel's force about X [m]
   end type extent_type
 
   !> What a contact table is to be made for.
@@ -36,10 +39,7 @@ module service_poses
     integer :: most(3) = 0              !! points of u, roll and q, at most
   end type request_type
 
-  ! Service: roll angle to either side, lateral displacement beyond the clearance [rad, m].
-  real(dp), parameter :: service_roll = 0.02_dp, service_shift = 7.5e-3_dp
-  ! A wheelset that rolls over the left rail has roll angles from -largest_roll to small_roll [rad].
-  real(dp), parameter :: small_roll = 0.05_dp, largest_roll = 0.38_dp
+  real(dp), parameter :: service_shift = 7.5e-3_dp   ! lateral displacement in service, beyond the clearance [m]
   real(dp), parameter :: tip_margin = 1e-3_dp   ! derailed: the flange's tip is so far outside the rail's highest point [m]
   real(dp), parameter :: rollover_allowance = 10   ! errors allowed in rolling over, relative to service
   ! Largest penetrations, as shares of the table's depth: of the tread; of the shallower and the deeper of two zones that
@@ -48,12 +48,26 @@ module service_poses
     rollover_share = 0.33_dp
 
   real(dp), parameter :: force_floor = 5e3_dp   ! errors are relative to the force, but at least to this one [N]
-  real(dp), parameter :: roll_lever = 0.75_dp   ! lever of a wheel's force about X [m]
   ! Splines need some points outside the poses that runs reach [rad, m, m].
   real(dp), parameter :: margin_roll = 0.01_dp, margin_shift = 2e-3_dp, margin_height = 6e-3_dp
   real(dp), parameter :: margin_depth = 1.5_dp  ! factor on the depths of zones that touch at once, or in rolling over
 
 contains
+
+  !> Fit what a run reaches to the flange clearance of one side and to the track gauge [m]: the rise of a wheel is the same on
+  !> every track, so roll angles go with 1/gauge; that of a wheelset going over was 0.44, 0.35 and 0.30 rad at 1, 1.4351 and
+  !> 1.668 m.
+  pure subroutine fit_extent(clearance, gauge, extent)
+    real(dp), intent(in) :: clearance, gauge
+    type(extent_type), intent(inout) :: extent
+    real(dp), parameter :: standard = 1.4351_dp   ! gauge of the roll angles and the lever in `extent_type` [m]
+
+    extent%clearance = clearance
+    extent%service_roll = extent%service_roll*(standard/gauge)
+    extent%small_roll = extent%small_roll*(standard/gauge)
+    extent%largest_roll = min(extent%roll, extent%largest_roll*(standard/gauge))
+    extent%lever = extent%lever*(gauge/standard)
+  end subroutine fit_extent
 
   !> Estimate the force [N] of a contact, not known yet, at a penetration [m]: Hertz's force on bodies with a relative radius
   !> of curvature of about 0.3 m.
@@ -76,16 +90,16 @@ contains
     error_allowance = 0
     roll_more = merge(margin_roll, 0.0_dp, with_margin)
     shift_more = merge(margin_shift, 0.0_dp, with_margin)
-    if (abs(pose(3)) <= service_roll + roll_more &
+    if (abs(pose(3)) <= request%extent%service_roll + roll_more &
       .and. abs(pose(1)) <= request%extent%clearance + service_shift + shift_more) then
       error_allowance = 1
-    else if (pose(3) > -largest_roll - roll_more .and. pose(3) <= small_roll + roll_more) then
+    else if (pose(3) > -request%extent%largest_roll - roll_more .and. pose(3) <= request%extent%small_roll + roll_more) then
       ! Neither flange is outside its rail's crown; at larger angles the wheelset turns about the left rail.
       associate (pair => request%side%pair)
         tip = pose(:2) + rolled(pair%flange_tip, pose(3))
         tip_opposite = [-pose(1), pose(2)] + rolled(pair%flange_tip, -pose(3))
         reached = max(tip(1), tip_opposite(1)) - pair%crown < tip_margin + shift_more
-        if (pose(3) < -small_roll - roll_more) reached = reached .and. &
+        if (pose(3) < -request%extent%small_roll - roll_more) reached = reached .and. &
           pose(1) + pair%axle_height*sin(pose(3)) > -shift_more
       end associate
       if (reached) error_allowance = rollover_allowance
@@ -113,7 +127,7 @@ contains
     third_most = third_share*extent%depth*merge(3.0_dp, 1.0_dp, with_margin)
     tread = tread_share*extent%depth
     deepest_other = -1
-    if (abs(pose(3)) > service_roll + margin_roll) then
+    if (abs(pose(3)) > extent%service_roll + margin_roll) then
       tread = rollover_share*extent%depth
       deeper = min(deeper, margin_depth*tread)
       shallower = min(shallower, tread/2)

@@ -16,7 +16,7 @@ module table_builder
   use progress, only: build_share, monitor_type
   use halfspace_correction, only: multiply, solve_ratios
   use patch_grids, only: elements_type
-  use service_poses, only: request_type, roll_lever
+  use service_poses, only: request_type
   use wheel_rail_pair, only: pair_type, rail_point, rolled
   use zone_influence, only: add_pairs
   use table_sampling, only: reference_shift, sample_row
@@ -212,11 +212,11 @@ contains
         end do
       end do
       weight = scaled(weight, 2.5_dp*g%q%x**3)
-      call find_cell_errors(g, weight, this%halve_q, of_u, of_roll, of_q)
+      call find_cell_errors(g, weight, this%request%extent%lever, this%halve_q, of_u, of_roll, of_q)
       error = largest_errors(of_u, of_roll, of_q)
       error%u = max(error%u, maxval(cell_errors(g%u, h, value_h, slope_h), 2))
       error%roll = max(error%roll, maxval(cell_errors(g%roll, transpose(h), transpose(value_h), &
-        transpose(slope_h)/roll_lever), 2))
+        transpose(slope_h)/this%request%extent%lever), 2))
     end associate
   end subroutine find_errors
 

@@ -19,8 +19,7 @@ module table_error
   use patch_grids, only: elements_type
   use contact_table, only: accuracy_type, table_type, find_roll, wheel_potential
   use zone_tables, only: inside, outside_lateral, outside_law, outside_roll, roll_type, zone_pose
-  use service_poses, only: error_allowance, find_reach, force_floor, largest_roll, request_type, service_roll, small_roll, &
-    tread_share
+  use service_poses, only: error_allowance, find_reach, force_floor, request_type, tread_share
   implicit none
   private
   public :: measure, direct_force
@@ -195,8 +194,8 @@ contains
       rim = count(pair%s < pair%s(size(pair%s)) - rim_width)
       z = 1 + mod(i, size(zones))
       station = zones(z)%first + nint(x(1)*(min(zones(z)%last, rim) - zones(z)%first))
-      pose(3) = service_roll*(2*x(2) - 1)
-      if (rolling_over) pose(3) = small_roll - (small_roll + largest_roll)*x(2)
+      pose(3) = extent%service_roll*(2*x(2) - 1)
+      if (rolling_over) pose(3) = extent%small_roll - (extent%small_roll + extent%largest_roll)*x(2)
       depth = extent%depth*merge(1.0_dp, tread_share, zones(z)%flange)*x(3)**2
       call rail_point(pair, pair%angle(station) + pose(3), point, normal, usable)
       if (.not. usable) return

@@ -16,7 +16,6 @@ from ldbench import Case, ContactTable
 from local_cluster import Cluster
 from measure import Form, Section, measure, ratio
 from programs import resources
-from scheduler import measured_costs, simulate
 from sheets import Table
 
 MEMBERS = {Form.SHORT: 8, Form.USUAL: 500, Form.FULL: 1000}
@@ -27,15 +26,7 @@ TEXT = """Exercise 3 in full, actual profiles, with as many masses between 1000 
 and with two threads, and with one and with two worker processes of one thread on a Dask cluster on this machine,
 scheduler and client on the same cores. The contact table is there. Rounds alternate between them. A member: one run with
 its summary. Wall time less that of a sweep with one member, and as it is, with the start: the client connects, each worker
-gets the table. Processor time is that of all processes, and does not depend on what else the machine does.
-
-Tasks are of about a second. Processor time of scheduler and client for a task, and for the record of a member in it, is
-measured with tasks that only bring records. With it a sweep is simulated that takes each worker a minute, in the pieces
-that would be sent: scheduler and client do one thing at a time. Where workers are many, tasks are longer, 200 in a second
-at most; where members are short, the client is what ends it, for it takes in every record."""
-SIMULATED = (2, 10, 100, 300, 1000, 3000)       # workers
-SHORT, LONG = 0.011, 1.0                        # members [s]
-SWEEP = 60.0                                    # of every worker [s]
+gets the table. Processor time is that of all processes, and does not depend on what else the machine does."""
 
 
 def wall(call: Callable[[], object]) -> float:
@@ -48,22 +39,6 @@ def processor_time(cluster: Cluster | None) -> float:
     """The processor time of this process and of a cluster [s]."""
     times = [psutil.Process(process.pid).cpu_times() for process in (cluster.processes if cluster else ())]
     return time.process_time() + sum(x.user + x.system for x in times)
-
-
-def beyond(clusters: list[Cluster], out: Section, case: Case) -> None:
-    """How many workers a scheduler and a client keep at work."""
-    costs = measured_costs(clusters[-1])
-    for what, value in ("scheduler, task", costs.scheduler), ("scheduler, record", costs.scheduler_record), (
-            "client, task", costs.client), ("client, record", costs.client_record):
-        out.measures.append(measure(case.case_name, what, "processor time", "s", value))
-    rows = []
-    for seconds in SHORT, LONG:
-        for workers in SIMULATED:
-            found = simulate(workers, seconds, round(workers*SWEEP/seconds), costs)
-            rows.append([f"{seconds:g}", f"{workers}", f"{100*found.busy:.0f} %", f"{found.rate:.3g}",
-                         f"{100*found.scheduler:.0f} %", f"{100*found.client:.0f} %"])
-    out.tables.append(Table(f"Simulated: {SWEEP:.0f} s of work for every worker", [
-        "member [s]", "workers", "at work", "tasks per second", "scheduler busy", "client busy"], rows))
 
 
 MANY = """
@@ -127,8 +102,6 @@ def section(form: Form) -> Section:
             # Kind, sweep or its start, wall or processor time, round.
             seconds = np.moveaxis([[spent(*each) for each in zip(kinds.values(), owners, strict=True)]
                                    for _ in range(rounds)], 0, -1)
-            if clusters:
-                beyond(clusters, out, case)
             if form is Form.FULL:
                 memory(Path(name), out)
         finally:

@@ -10,7 +10,6 @@ from pypdf import PdfReader
 
 from programs import fortran_test, resources
 from running import FORTRAN_TESTS, LongProgram
-from scheduler import Costs, simulate
 
 PEERS = (FORTRAN_TESTS/"peers").exists()
 Lines = list[dict[str, str]]
@@ -90,17 +89,6 @@ def test_first_page_has_the_five_figures(folder: Path, lines: Lines):
     assert len(medians) == 4 and all(f"{median:.3g}" in text for median in medians)
     compiled = [f"{float(line['median']):.3g}" for line in lines if "SUNDIALS over ours" in line["quantity"]]
     assert any(x in text for x in compiled) or not PEERS
-
-
-def test_what_ends_a_simulated_sweep():
-    """Nothing but the last pieces, if tasks cost nothing; a scheduler that does 50 tasks in a second; a client that takes
-    in 1000 records."""
-    free = simulate(100, 0.01, 100*6000, Costs(0, 0, 0, 0))
-    assert free.busy > 0.99 and 90 < free.rate < 120
-    slow = simulate(1000, 1.0, 20000, Costs(0.02, 0, 0, 0))
-    assert slow.rate == pytest.approx(50, rel=0.1) and slow.scheduler > 0.9 and slow.busy < 0.4
-    narrow = simulate(100, 0.01, 100*600, Costs(0, 0, 0, 1e-3))
-    assert narrow.client > 0.95 and narrow.busy == pytest.approx(0.1, rel=0.1)
 
 
 def test_peak_memory_is_the_programs_own(tmp_path: Path):

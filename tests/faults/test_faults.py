@@ -122,6 +122,13 @@ def test_out_of_memory_is_one_line(case):
 
 
 @pytest.mark.same_build
+def test_a_small_stack_is_enough(case):
+    (case/"pair.table").unlink()
+    done = run(case, preexec_fn=limit(resource.RLIMIT_STACK, 160*1024))
+    assert done.returncode == 0 and "(built)" in done.stdout
+
+
+@pytest.mark.same_build
 def test_a_process_that_is_ended_is_told():
     with pytest.raises(ldbench.Error, match="a process that read or drew was ended"), processes(1, 1) as pool:
         pool.submit(os._exit, 1).result()

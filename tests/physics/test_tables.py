@@ -89,6 +89,20 @@ def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dic
     assert all(0.5 < rms < 2 for rms, _ in figures.values()), figures
 
 
+@pytest.mark.parametrize("gauge", [1.0, 1.668])
+def test_poses_of_other_gauges_are_covered(gauge: float, folder: Path):
+    """A wheelset of metre or broad gauge that goes over is, in its service and until it derails, where its table is made
+    for, with the stated error."""
+    file = folder / f"gauge_{gauge}"
+    case = Case.exercise(5).replace(model="strip", table_file=f"{file}.table", gauge=gauge, back_to_back=gauge - 0.083)
+    run = ldbench.run(case.replace(lateral_ramp=50e3))
+    case.namelist().write(file, force=True)
+    poses = run.data[["Y", "Z", "roll"]].to_numpy()[run.data["N_LF"] > 0][-2000:]
+    place, _, _, error = probe("stated_error", file, 0, stdin=f"{len(poses)}\n" + text(poses + [0, run.table.equilibrium, 0])).T
+    assert 0.2 < -poses[:, 2].min()*gauge < 0.6 and (place > 0).mean() > 0.99
+    assert np.sqrt(np.mean(error[place == 2]**2)) < 2*run.table.accuracy["going over"].rms
+
+
 def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], strip_tables: dict[str, Path], folder: Path,
                                           capsys: pytest.CaptureFixture[str]):
     """Summary, header, the table file as Python reads it, and `python -m ldbench table`."""
