@@ -42,7 +42,7 @@ PYTHON  = .venv/bin/python
 
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
 FOLDERS = support profile contact table dynamics rigid program
-SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90 fortran/$(folder)/*/*.f90)))
+SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90)))
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
@@ -207,8 +207,8 @@ lint: .venv/stamp
 	@folders="$(FOLDERS)"; for folder in $$folders; do \
 	  after=$${folders#*$$folder}; \
 	  for later in $$after; do \
-	    for module in $$(ls fortran/$$later/*.f90 fortran/$$later/*/*.f90 2>/dev/null); do \
-	      if grep -nE "^ *use +$$(basename $$module .f90)\\b" $$(find fortran/$$folder -name '*.f90'); then \
+	    for module in $$(ls fortran/$$later/*.f90); do \
+	      if grep -nE "^ *use +$$(basename $$module .f90)\\b" fortran/$$folder/*.f90; then \
 	        echo "fortran/$$folder uses $$module, which comes after it: see FOLDERS in Makefile" >&2; exit 1; \
 	      fi; \
 	    done; \

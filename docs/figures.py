@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import ldbench
-from ldbench.profiles.outlines import case_outlines, turned
+from ldbench.geometry.outlines import case_outlines, turned
 
 FOLDER = Path(__file__).resolve().parent/"figures"
 STEEL, RAIL, LINE, FORCE, PART, FRAME = "#e6e9ee", "#c9ced6", "#2b3440", "#c2410c", "#2563a8", "#15803d"

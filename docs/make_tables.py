@@ -32,7 +32,7 @@ GROUPS = {
     "wheelset": "Mass, inertia, dimensions and load of the wheelset.",
     "track": "Gauge and friction.",
     "material": "Elastic constants of wheel and rail, which are of one material.",
-    "profiles": "Files of the profiles, and how they are read. [Profiles](profiles.md) explains the formats.",
+    "profiles": "Files of the profiles. [Profiles](profiles.md) explains the formats.",
     "initial": "State of the wheelset at t = 0.",
     "loading": "The lateral force at the centre of gravity, `lateral_force + lateral_ramp*t`.",
     "contact": "Treatment of contact: the formulation, and the law of elastic contact.",

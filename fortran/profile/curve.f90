@@ -9,9 +9,6 @@ module curve
   type :: curve_type
     integer :: n = 0                     !! knots
     real(dp), allocatable :: s(:)        !! station of each knot [m], (0:n+1); s(0) = s(1) = 0, s(n+1) is never reached
-    real(dp) :: noise = 0                !! estimated noise of the points, rms [m]
-    real(dp) :: advised = 0              !! rms distance from the points that suits their noise and waviness [m]
-    real(dp) :: distance = 0             !! rms distance that the curve was allowed to keep from the points [m]
     real(dp), allocatable :: a(:, :, :)  !! cubic coefficients of y and z in (s - s_i), (2, 4, 0:n)
   contains
     procedure :: last => last_station

@@ -40,9 +40,6 @@ module case
     character(text_length) :: wheel_profile = 'profiles/awprof.yz'
     character(text_length) :: rail_profile = 'profiles/arprof.yz'
     character(text_length) :: wheel_profile_right = '', rail_profile_right = ''
-    real(dp) :: smoothing_mm = -1
-    character(text_length) :: wheel_flip = 'auto', wheel_unit = 'auto'
-    character(text_length) :: rail_flip = 'auto', rail_unit = 'auto'
     ! &initial
     real(dp) :: y = 0, z = 0, roll = 0, pitch = 0
     real(dp) :: vx = 1, vy = 0, vz = 0, roll_rate = 0, pitch_rate = 2.19_dp
@@ -127,20 +124,14 @@ contains
     call all%add('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', 'Poisson''s ratio of wheels and rails')
     call all%add('material', 'shear_modulus', c%shear_modulus, 1e6_dp, 1e13_dp, 'Pa', &
       'shear modulus; it is recorded but not used, normal contact needs E and nu')
-    call all%add('profiles', 'wheel_profile', c%wheel_profile, '', 'wheel profile: a file of y z points, MiniProf or SIMPACK')
-    call all%add('profiles', 'rail_profile', c%rail_profile, '', 'rail profile: a file of y z points, MiniProf or SIMPACK')
+    call all%add('profiles', 'wheel_profile', c%wheel_profile, '', &
+      'wheel profile: a file of y z points in mm; Python takes other formats, too')
+    call all%add('profiles', 'rail_profile', c%rail_profile, '', &
+      'rail profile: a file of y z points in mm; Python takes other formats, too')
     call all%add('profiles', 'wheel_profile_right', c%wheel_profile_right, '', &
       'wheel profile on the right; the empty name means as on the left')
     call all%add('profiles', 'rail_profile_right', c%rail_profile_right, '', &
       'rail profile on the right; the empty name means as on the left')
-    call all%add('profiles', 'smoothing_mm', c%smoothing_mm, -1.0_dp, 1.0_dp, 'mm', &
-      'rms distance of the smoothing spline from the points; negative: their noise, if any; 0 interpolates')
-    call all%add('profiles', 'wheel_flip', c%wheel_flip, 'auto none y z yz', &
-      'axes of the wheel files to turn over; auto: as the shape says')
-    call all%add('profiles', 'wheel_unit', c%wheel_unit, 'auto mm m in', 'unit of the wheel files; auto: as the width says')
-    call all%add('profiles', 'rail_flip', c%rail_flip, 'auto none y z yz', &
-      'axes of the rail files to turn over; auto: as the shape says')
-    call all%add('profiles', 'rail_unit', c%rail_unit, 'auto mm m in', 'unit of the rail files; auto: as the width says')
     call all%add('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'initial lateral displacement, positive to the left')
     call all%add('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', &
       'initial vertical displacement from static equilibrium, positive upwards')

@@ -10,7 +10,7 @@ module report_lines
   use text, only: str, with_zero
   implicit none
   private
-  public :: add_formulation, add_profiles, add_tables, add_warnings, add_run_warnings, table_points, too_rough, plural, fixed
+  public :: add_formulation, add_profiles, add_tables, add_warnings, add_run_warnings, table_points, plural, fixed
   public :: scientific, newline, zone_places
 
   character, parameter :: newline = new_line('a')
@@ -150,21 +150,8 @@ contains
     lines = lines//what//' profile: '//p%file//', CRC-32 '//p%checksum
     if (p%reconstruction) lines = lines//', RECONSTRUCTION (not the organisers'' file)'
     if (p%taken /= '') lines = lines//', '//p%taken
-    if (p%mended /= '') lines = lines//'; '//p%mended
-    if (p%curve%distance > 0) lines = lines//'; smoothed by '//fixed(1e3_dp*p%curve%distance, 4)//' mm'
     lines = lines//newline
-    if (too_rough(p)) lines = lines//'warning: '//p%file//': expected &profiles smoothing_mm of at least '// &
-      fixed(1e3_dp*p%curve%advised, 4)//', for noise and waviness of the points, found '// &
-      fixed(1e3_dp*p%curve%distance, 4)//'; -1 lets the points decide'//newline
   end subroutine add_profile
-
-  !> Whether a curve follows its points more closely than their noise and waviness allow.
-  pure logical function too_rough(p)
-    type(profile_type), intent(in) :: p
-    real(dp), parameter :: leeway = 0.8_dp
-
-    too_rough = p%curve%distance < leeway*p%curve%advised
-  end function too_rough
 
   !> The ending of a noun behind a number: none behind 1.
   pure function plural(one) result(ending)

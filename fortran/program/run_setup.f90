@@ -5,8 +5,7 @@ module run_setup
   use errors, only: error_type, fatal_error
   use geometry_functions, only: clearance, rigid_contact
   use kinds, only: dp
-  use profile, only: profile_type, read_profile
-  use profile_orientation, only: is_rail, is_wheel
+  use profile, only: is_rail, is_wheel, profile_type, read_profile
   use rigid_path, only: path_type
   use text, only: str
   use placement, only: place_profiles
@@ -83,11 +82,11 @@ contains
 
       file = c%wheel_profile
       if (of_wheel /= '') file = c%wheel_profile_right
-      call read_profile(trim(file), is_wheel, c%smoothing_mm, trim(c%wheel_flip), trim(c%wheel_unit), wheel, error)
+      call read_profile(trim(file), is_wheel, wheel, error)
       if (failed('wheel_profile'//of_wheel)) return
       file = c%rail_profile
       if (of_rail /= '') file = c%rail_profile_right
-      call read_profile(trim(file), is_rail, c%smoothing_mm, trim(c%rail_flip), trim(c%rail_unit), rail, error)
+      call read_profile(trim(file), is_rail, rail, error)
       if (failed('rail_profile'//of_rail)) return
       call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
         c%rolling_radius, side%pair, error)

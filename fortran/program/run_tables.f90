@@ -122,9 +122,8 @@ contains
     type(profile_type), intent(in) :: wheel, rail
     character(:), allocatable, intent(out) :: key
 
-    key = 'ldbench '//law//' model '//trim(c%model)//' profiles '//wheel%checksum//' '//rail%checksum//' '// &
-      trim(c%wheel_flip)//' '//trim(c%wheel_unit)//' '//trim(c%rail_flip)//' '//trim(c%rail_unit)//' smoothing '// &
-      str(wheel%curve%distance)//' '//str(rail%curve%distance)//' gauge '//str(c%gauge)//' '//str(c%gauge_depth)// &
+    key = 'ldbench '//law//' model '//trim(c%model)//' profiles '//wheel%checksum//' '//rail%checksum// &
+      ' gauge '//str(c%gauge)//' '//str(c%gauge_depth)// &
       ' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)//' E '//str(c%youngs_modulus)// &
       ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' influence '//trim(c%influence)// &
       ' extent '//str(c%extent%lateral)//' '//str(c%extent%lift)//' '//str(c%extent%drop)//' '//str(c%extent%roll)// &

@@ -4,8 +4,7 @@ module summary_text
   use events, only: elastic_kinds, event_kinds, kept
   use kinds, only: degree, dp
   use profile, only: profile_type
-  use report_lines, only: add_formulation, add_profiles, add_run_warnings, add_tables, fixed, newline, plural, scientific, &
-    too_rough
+  use report_lines, only: add_formulation, add_profiles, add_run_warnings, add_tables, fixed, newline, plural, scientific
   use run_monitor, only: run_type
   use run_results, only: ending
   use run_setup, only: setup_type
@@ -106,12 +105,11 @@ contains
     lines = lines//newline
   end subroutine add_frequencies
 
-  !> Whether the summary describes a profile: points were changed on reading, or the sides have different files.
+  !> Whether the summary describes a profile: its file says how it was made, or the sides have different files.
   pure logical function remarkable(p)
     type(profile_type), intent(in) :: p(2)
 
-    remarkable = p(1)%taken//p(1)%mended//p(2)%taken//p(2)%mended /= '' .or. p(1)%file /= p(2)%file .or. &
-      any([p%curve%distance > 0, too_rough(p(1)), too_rough(p(2))])
+    remarkable = p(1)%taken//p(2)%taken /= '' .or. p(1)%file /= p(2)%file
   end function remarkable
 
   !> Lines on events, extremes, peaks, energy drift and steps.

@@ -24,7 +24,8 @@ contains
   pure real(dp) function guess(this) result(x)
     class(bracket_type), intent(in) :: this
 
-    x = this%a - this%fa*(this%b - this%a)/(this%fb - this%fa)
+    x = this%a
+    if (abs(this%fb - this%fa) > 0) x = this%a - this%fa*(this%b - this%a)/(this%fb - this%fa)
     if (this%steps > patience .or. .not. (x > min(this%a, this%b) .and. x < max(this%a, this%b))) x = this%middle()
   end function guess
 

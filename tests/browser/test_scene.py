@@ -9,7 +9,7 @@ import pytest
 
 import ldbench
 from browser import Browser, facts, go
-from ldbench.profiles.pressures import full_row
+from ldbench.geometry.pressures import full_row
 from ldbench.results.run_data import read_data
 from running import Run
 

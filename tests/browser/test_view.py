@@ -14,8 +14,8 @@ import ldbench
 from browser import Browser, facts, go
 from invented import altered
 from ldbench.__main__ import main
+from ldbench.geometry.outlines import case_outlines, pose, run_outlines, turned
 from ldbench.plots.style import ldbench_style
-from ldbench.profiles.outlines import case_outlines, pose, run_outlines, turned
 from ldbench.results.header import read_header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import read_data

@@ -11,10 +11,9 @@ program press_wheel
   use wheel_rail_pair, only: pair_type
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use profile_orientation, only: is_rail, is_wheel
   use halfspace_patches, only: force_between, patches_type, press_patches
   use patch_grids, only: elements_type
-  use profile, only: profile_type, read_profile
+  use profile, only: is_rail, is_wheel, profile_type, read_profile
   implicit none
   save
   type(error_type), allocatable :: error
@@ -30,8 +29,8 @@ program press_wheel
 
   call get_command_argument(1, file(1))
   call get_command_argument(2, file(2))
-  call read_profile(trim(file(1)), is_wheel, 0.0_dp, 'auto', 'auto', wheel, error)
-  if (.not. allocated(error)) call read_profile(trim(file(2)), is_rail, 0.0_dp, 'auto', 'auto', rail, error)
+  call read_profile(trim(file(1)), is_wheel, wheel, error)
+  if (.not. allocated(error)) call read_profile(trim(file(2)), is_rail, rail, error)
   elements = elements_type(8, 32, 1e-4_dp, contact_modulus(c%youngs_modulus, c%poisson), .false.)
   do
     if (allocated(error)) error stop error%message

@@ -8,8 +8,7 @@ program read_profiles
   use contact_zones, only: find_zones
   use errors, only: error_type
   use placement, only: place_profiles
-  use profile_orientation, only: is_rail, is_wheel
-  use profile, only: read_profile
+  use profile, only: is_rail, is_wheel, read_profile
   use geometry_functions, only: clearance
   use run_setup, only: setup_type
   implicit none
@@ -27,8 +26,8 @@ program read_profiles
     if (stat /= 0) exit
     c%wheel_profile = merge(path, other, abs(kind) == is_wheel)
     c%rail_profile = merge(path, other, abs(kind) == is_rail)
-    call read_profile(trim(c%wheel_profile), is_wheel, 0.0d0, 'auto', 'auto', setup%wheel(1), error)
-    if (.not. allocated(error)) call read_profile(trim(c%rail_profile), is_rail, 0.0d0, 'auto', 'auto', setup%rail(1), error)
+    call read_profile(trim(c%wheel_profile), is_wheel, setup%wheel(1), error)
+    if (.not. allocated(error)) call read_profile(trim(c%rail_profile), is_rail, setup%rail(1), error)
     if (.not. allocated(error)) call place_profiles(setup%wheel(1)%curve, setup%rail(1)%curve, &
       setup%wheel(1)%file, setup%rail(1)%file, c%gauge, c%gauge_depth, c%back_to_back, c%rolling_radius, setup%side(1)%pair, error)
     if (.not. allocated(error)) call find_zones(setup%side(1)%pair, setup%side(1)%zones)

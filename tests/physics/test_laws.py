@@ -1,8 +1,8 @@
 """The laws that the contact is built of: Hertz, curves through points, tensor splines."""
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
 
+from ldbench._core import _flat
 from probes import ROLLING_RADIUS, probe, text
 
 E_STAR = 2.1e11/(2*(1 - 0.28**2))     # [Pa]
@@ -79,10 +79,9 @@ def test_strip_integral(ratio: float):
 
 
 # ---- curves --------------------------------------------------------------------------
-def curve(points: np.ndarray, smoothing: float, stations: np.ndarray) -> np.ndarray:
-    """y, z, tangent angle and curvature at stations."""
-    return probe("curve_points", stdin=text([len(points), smoothing]).replace(".0 ", " ") + text(points)
-                 + text(np.reshape(stations, (-1, 1))))
+def curve(points: np.ndarray, stations: np.ndarray) -> np.ndarray:
+    """y, z, tangent angle and curvature at stations; all in metres."""
+    return _flat.curve_frames(1e3*points.T, stations).T
 
 
 def chord_stations(points: np.ndarray) -> np.ndarray:
@@ -96,7 +95,7 @@ def test_circle():
     points = R*np.column_stack([np.sin(t), np.cos(t)])
     s = chord_stations(points)
     middle = (s[25:-26] + s[26:-25])/2        # between the points, away from the free ends
-    y, z, angle, curvature = curve(points, 0, middle).T
+    y, z, angle, curvature = curve(points, middle).T
     # An interpolating cubic errs by f'''' h^4/384 in position, h^2/24 in curvature, relative to R.
     assert np.hypot(y, z) == pytest.approx(R, rel=3*(step/R)**4/384)
     assert angle == pytest.approx(-np.arctan2(y, z), abs=(step/R)**3)
@@ -109,77 +108,45 @@ def test_line():
     s = np.concatenate([[0], s, [0.1]])
     direction = np.array([np.cos(0.3), np.sin(0.3)])
     stations = np.linspace(-0.02, 0.12, 57)
-    y, z, angle, curvature = curve(np.outer(s, direction), 0, stations).T
+    y, z, angle, curvature = curve(np.outer(s, direction), stations).T
     assert np.column_stack([y, z]) == pytest.approx(np.outer(stations, direction), abs=1e-15)
     assert angle == pytest.approx(0.3, abs=1e-11)
     assert curvature == pytest.approx(0, abs=1e-7)
 
 
-def feet(points: np.ndarray, s: np.ndarray, line: np.ndarray) -> np.ndarray:
-    """Arc lengths along a fine polyline of curve stations s at the feet of points."""
-    found = []
-    for point in points:
-        k = int(np.clip(((line - point)**2).sum(axis=1).argmin(), 1, len(line) - 2))
-        way = line[k + 1] - line[k - 1]
-        found.append(s[k] + (point - line[k]) @ way/(way @ way)*(s[k + 1] - s[k - 1]))
-    return np.array(found)
-
-
-def least_variation(points: np.ndarray, s: np.ndarray, intervals: int, distance: float) -> np.ndarray:
-    """Values at s of the cubic spline with the least integral of r'''^2 at an rms distance from points, by dense algebra."""
-    knots = s[0] + (s[-1] - s[0])*np.arange(-3, intervals + 4)/intervals
-    design = BSpline.design_matrix(np.clip(s, s[0], s[-1]), knots, 3).toarray()
-    third = np.diff(np.eye(intervals + 3), 3, axis=0)
-    low, high = -30.0, 40.0
-    while high - low > 1e-10:
-        middle = (low + high)/2
-        f = design @ np.linalg.solve(design.T @ design + np.exp(middle)*third.T @ third, design.T @ points)
-        low, high = (low, middle) if rms(f - points) > distance else (middle, high)
-    return f
-
-
-def rms(distance: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.sum(distance**2, axis=1))))
-
-
-def test_smoothing():
-    """At the rms distance asked for the curve is the one whose curvature varies least; at 0 it interpolates."""
-    noise = 0.02e-3
-    x = np.arange(0, 60.1, 0.25)*1e-3
-    points = np.column_stack([x, 3e-3*np.sin(2*np.pi*x/60e-3)])
-    points += np.random.default_rng(2).normal(0, noise/np.sqrt(2), points.shape)
+def test_the_curve_goes_through_its_points():
+    """The length is that of the chords; where points repeat there is no curve."""
+    points = np.cumsum(np.random.default_rng(2).uniform(0.1e-3, 0.4e-3, (200, 2)), axis=0)
     s = chord_stations(points)
-    assert rms(curve(points, 0, s)[:, :2] - points) < 1e-16
-    for asked in noise, 1.3*noise:
-        fine = np.linspace(0, s[-1], 3001)
-        line = curve(points, asked, fine)[:, :2]
-        length = chord_stations(line)
-        # Stations are arc lengths, up to the one that the curve ends with.
-        inside = length < 0.99*length[-1]
-        assert length[inside] == pytest.approx(fine[inside], abs=1e-3*length[-1])
-        at = feet(points, fine, line)
-        found = np.column_stack([np.interp(at, fine, line[:, 0]), np.interp(at, fine, line[:, 1])])
-        # What is asked for counts the way along the curve from the stations of the round before, too.
-        assert rms(found - points) == pytest.approx(asked, rel=0.06)
-        best = least_variation(points, at, round((at[-1] - at[0])/0.25e-3), rms(found - points))
-        # Along the curve the stations of the last round but one differ.
-        way = np.gradient(best, axis=0)
-        across = ((found - best)*way[:, ::-1]*[-1, 1]).sum(axis=1)/np.hypot(*way.T)
-        assert np.abs(across[8:-8]).max() < 0.15*noise
+    assert curve(points, s)[:, :2] == pytest.approx(points, abs=1e-16)
+    assert _flat.curve_length(1e3*points.T) == pytest.approx(s[-1], rel=1e-14)
+    assert np.isnan(curve(points[[0, 0, 0, 0]], s)).all() and np.isnan(_flat.curve_length(1e3*points[[0, 0, 0, 0]].T))
 
 
-def test_smoothing_follows_the_noise_not_a_smaller_distance():
-    """A distance somewhat below the noise would let the curve follow it: it is raised, by at most a quarter."""
-    noise, R = 0.02e-3, 0.1
-    t = np.arange(-0.3, 0.3, 0.25e-3/R)
-    normal = np.column_stack([np.sin(t), np.cos(t)])
-    points = normal*(R + noise*np.random.default_rng(3).normal(size=(len(t), 1)))
-    s = np.linspace(0.005, 0.055, 400)
-    for asked, worst in (0.5*noise, None), (0.85*noise, 1.0), (noise, 1.0), (1.2*noise, 1.0):
-        _y, _z, _, curvature = curve(points, asked, s).T
-        # The curvature is 10 per metre; an interpolating spline errs by hundreds.
-        error = np.sqrt(np.mean((curvature + 1/R)**2))
-        assert error < worst if worst else error > 1.5
+def noise_of(points: np.ndarray) -> float:
+    return _flat.point_noise(*points.T)
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-7, 1e-6, 2e-5])
+def test_noise_of_points(noise: float):
+    """Points on two arcs, with a corner between them and one at every hundredth point, off the arcs by the noise."""
+    t = np.arange(-0.4, 0.4, 0.25e-3/0.1)
+    arc = 0.1*np.column_stack([np.sin(t), np.cos(t)])
+    points = np.concatenate([arc, arc[-1] - arc[0] + arc[1:]])
+    points[::100, 1] += 5e-5
+    random = np.random.default_rng(3)
+    assert noise_of(points) < 2e-11
+    across = np.concatenate([np.column_stack([np.sin(t), np.cos(t)])]*2)[:len(points)]
+    assert noise_of(points + noise*across*random.normal(size=(len(points), 1))) == pytest.approx(noise, rel=0.2)
+
+
+def test_noise_of_points_far_apart_is_not_known():
+    x = np.arange(0, 100, 1.01)*1e-3
+    points = np.column_stack([x, np.random.default_rng(1).normal(0, 1e-5, len(x))])
+    assert noise_of(points) == 0 and noise_of(points[:5]) == 0
+    near = points*[0.9, 1]
+    assert noise_of(near) == pytest.approx(1e-5, rel=0.2) and noise_of(near[:13]) == 0 and noise_of(near[:14]) > 0
+    assert noise_of(points[[0]*20]) == 0
 
 
 # ---- tensor splines ------------------------------------------------------------------

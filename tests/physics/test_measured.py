@@ -1,4 +1,4 @@
-"""Measured profiles, worn ones, other codes' files: what the program makes of them."""
+"""Measured and worn profiles: what the program makes of them."""
 import itertools
 import random
 import re
@@ -10,28 +10,30 @@ import pytest
 
 import ldbench
 import shapes
-from ldbench.profiles.inspect import inspect
 from probes import table_file
 from running import FORTRAN_TESTS, HANG, REPO, Run, columns, header, refusal, run_case, short_case
 
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
 
 
-def run(folder: Path, wheel: str, rail: str, model: str = "strip", **profiles: object) -> tuple[float, np.ndarray, str]:
-    """Clearance [mm], Y over time [m] and header of a short run with two profile texts.
+def run(folder: Path, wheel: str, rail: str, model: str = "strip",
+        wheel_back: float | None = None) -> tuple[float, np.ndarray, str]:
+    """Clearance [mm], Y over time [m] and header of a short run with two profile texts, as Python converts them.
 
     The model hertz is quick and suits where nobody looks at Y.
     """
     folder.mkdir(exist_ok=True)
-    (folder / "wheel").write_text(wheel)
-    (folder / "rail").write_text(rail)
+    for kind, text in ("wheel", wheel), ("rail", rail):
+        (folder / kind).write_text(text)
+        back = {"wheel_back": wheel_back} if kind == "wheel" else {}
+        ldbench.Profile(folder / kind, kind, **back).write(folder / f"{kind}.yz")
     # Fast enough to reach a flange.
-    text = short_case(folder, profiles={"wheel_profile": folder / "wheel", "rail_profile": folder / "rail"} | profiles,
+    text = short_case(folder, profiles={f"{kind}_profile": folder / f"{kind}.yz" for kind in ("wheel", "rail")},
                       contact={"model": model}, initial={"vY": 2.0, "roll_rate": 0.0667}, integrator={"dt": 1e-4, "t_end": 8e-3})
     done = run_case(text, folder)
     assert done.returncode == 0, done.stderr
     said = header(folder / "columns.txt")
-    for line in re.findall(r"^\w+ profile: .*(?:mended|turned|MiniProf|SIMPACK|in m\b).*$", said, re.M):
+    for line in re.findall(r"^\w+ profile: .*, CRC-32 \w+, .*$", said, re.M):
         assert line in " ".join(done.stdout.split())      # what the header says of a file, the summary says too, in lines of 100
     clearance = float(re.search(r"clearance \[mm\]: 2 x (\S+)", done.stdout)[1])
     return clearance, columns(folder / "columns.txt")["Y"], said
@@ -46,135 +48,11 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, np.ndarray, 
     return run(tmp_path_factory.mktemp("clean"), **files(wheel=WHEEL, rail=RAIL))
 
 
-# ---- the same shapes in other clothes ------------------------------------------------
-@pytest.mark.parametrize("written", shapes.FORMATS)
-def test_format_is_told_by_its_contents(written, clean, tmp_path):
-    write = shapes.FORMATS[written]
-    clearance, y, said = run(tmp_path, write(WHEEL, "wheel"), write(RAIL, "rail"))
-    assert clearance == clean[0]
-    assert y == pytest.approx(clean[1], abs=2e-9)      # points are rounded to 1e-7 mm of another origin
-    if written != "plain":
-        assert f", {written.split()[-1]}" in said
-
-
-CLOTHES = {
-    "z down": (lambda p: p*[1, -1], "z turned over"),
-    "mirrored": (lambda p: p*[-1, 1], "y turned over"),
-    "z down, mirrored": (lambda p: p*[-1, -1], "y and z turned over"),
-    "other direction": (lambda p: p[::-1], ""),
-    "in m": (lambda p: p*1e-3, "in m"),
-    "in inches": (lambda p: p/25.4, "in inches"),
-}
-
-
-@pytest.mark.parametrize("clothes", CLOTHES)
-def test_sides_and_units_are_told_by_the_shape(clothes, clean, tmp_path):
-    put_on, words = CLOTHES[clothes]
-    texts = ("".join(f"{y:.12g} {z:.12g}\n" for y, z in put_on(p)) for p in (WHEEL, RAIL))
-    clearance, y, said = run(tmp_path, *texts)
-    assert clearance == clean[0]
-    assert y == pytest.approx(clean[1], abs=2e-9)
-    lines = re.findall(r"^(?:wheel|rail) profile: .*$", said, re.M)
-    assert all(words in line for line in lines) and len(lines) == 2
-
-
-def test_namelist_overrides_the_shape(clean, tmp_path):
-    """A mirrored rail that is told not to be; a file in an unlikely unit."""
-    right, _, _ = run(tmp_path / "a", **files(wheel=WHEEL, rail=RAIL), model="hertz", rail_flip="none", wheel_flip="none")
-    assert right == clean[0]
-    other, _, said = run(tmp_path / "b", **files(wheel=WHEEL, rail=RAIL*[-1, 1] + [75.6, 0]), model="hertz", rail_flip="none")
-    assert abs(other - right) > 0.05 and "turned over" not in said
-    forced, _y, _ = run(tmp_path / "c", **files(wheel=WHEEL*1e-3, rail=RAIL), model="hertz", wheel_unit="m")
-    assert forced == clean[0]
-    text = short_case(tmp_path, profiles={"wheel_profile": tmp_path / "c" / "wheel", "wheel_unit": "mm"})
-    assert "expected y in millimetres over 10.0 to 1000.0 mm, found a width of 0.135" in refusal(text, tmp_path)
-
-
-def test_faces_are_no_running_surface(clean, tmp_path):
-    """Flange back, chamfer, rim face, underside of the head: the run stays."""
-    wheel, rail = shapes.with_faces(WHEEL), shapes.with_web(RAIL)
-    clearance, y, said = run(tmp_path / "a", **files(wheel=wheel*[1, -1], rail=rail))
-    assert clearance == pytest.approx(clean[0], abs=1e-3)
-    assert y == pytest.approx(clean[1], abs=1e-8)
-    assert said.count("faces beyond the running surface left out") == 2
-
-
-def test_repeated_points_and_small_ways_back_are_mended(clean, tmp_path):
-    """Points twice, two exchanged, a point far off: mended, said, with a run as of the clean file."""
-    wheel = np.repeat(WHEEL, 1 + (np.arange(len(WHEEL)) % 40 == 5), axis=0)
-    rail = RAIL.copy()
-    rail[[300, 301]] = rail[[301, 300]]
-    rail[200] += [0.4, 1.0]
-    clearance, y, said = run(tmp_path, **files(wheel=wheel, rail=rail))
-    assert clearance == pytest.approx(clean[0], abs=2e-3)
-    assert y == pytest.approx(clean[1], abs=1e-7)
-    assert f"points mended: {len(wheel) - len(WHEEL)} repeated dropped" in said
-    off = re.search(r"points mended: 1 off the curve by up to (\S+) mm dropped, 2 that doubled back moved by up to 0.25 mm",
-                    said)
-    assert off and 0.5 < float(off[1]) < 1.1
-
-
-@pytest.mark.parametrize("name", ["awprof", "arprof", "swprof", "srprof", "s1002", "60e1"])
-def test_exact_points_are_interpolated(name):
-    """Points of the shipped files, exact but for their last decimals, need no smoothing."""
-    found = inspect(REPO / "profiles" / f"{name}.yz")
-    assert found.smoothing == 0
-    assert np.array_equal(found.smooth.curvature, found.rough.curvature)
-
-
-@pytest.mark.parametrize("noise", [0.0005, 0.003, 0.02])
-def test_the_curve_keeps_the_noise_of_its_points(noise, tmp_path):
-    """Without a smoothing the curve is smoothed by the noise, neither more nor less; the run tells it."""
-    wheel, rail = (shapes.noisy(shapes.shape(name), noise, seed) for seed, name in enumerate(("awprof", "arprof")))
-    for name, points in ("wheel", wheel), ("rail", rail):
-        (tmp_path / name).write_text(shapes.rows(points))
-        assert inspect(tmp_path / name).smoothing == pytest.approx(noise, rel=0.15)
-    _clearance, _y, said = run(tmp_path / "run", **files(wheel=wheel, rail=rail), model="hertz")
-    told = [float(x) for x in re.findall(r"^\w+ profile: .*; smoothed by (\S+) mm$", said.replace("# ", ""), re.M)]
-    assert told == pytest.approx([noise, noise], rel=0.15, abs=6e-5)
-    assert "smoothing_mm of at least" not in said
-
-
-def wavy(points: np.ndarray, height: float, length: float) -> np.ndarray:
-    """A profile's points with waves of a height and a length [mm] across the curve."""
-    way = np.gradient(points, axis=0)
-    across = way[:, ::-1]*[-1, 1]/np.hypot(*way.T)[:, None]
-    s = np.r_[0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
-    return points + height*np.sin(2*np.pi*s/length)[:, None]*across
-
-
-def test_waves_shorter_than_a_contact_are_smoothed(tmp_path):
-    """Waves of 6 mm have 22 per metre of curvature at 20 um, which would part every patch; those of 40 mm are the shape."""
-    clean = inspect(REPO / "profiles/s1002.yz", "wheel")
-    for name, height, length in ("short", 0.02, 6.0), ("long", 0.02, 40.0):
-        (tmp_path / name).write_text(shapes.rows(wavy(np.loadtxt(REPO / "profiles/s1002.yz"), height, length).round(6)))
-        found = inspect(tmp_path / name, "wheel")
-        tread = (found.smooth.y > 0.06) & (found.smooth.y < 0.11)
-        waves = found.smooth.curvature[tread] - np.interp(found.smooth.y[tread], clean.smooth.y, clean.smooth.curvature)
-        size = np.sqrt(2*np.mean(waves**2))         # amplitude [1/m]
-        if name == "long":
-            assert found.smoothing == 0
-            assert size == pytest.approx(1e-3*height*(2e3*np.pi/length)**2, rel=0.1)
-        else:
-            assert 0.002 < found.smoothing < 0.04
-            assert size < 2
-
-
-def test_less_smoothing_than_the_points_need_is_told(tmp_path):
-    wheel = shapes.rows(shapes.noisy(shapes.shape("awprof"), 0.01, 1))
-    rail = shapes.rows(shapes.shape("arprof"))
-    for smoothing, told in (0.0, True), (0.005, True), (0.01, False), (-1.0, False):
-        # With too little smoothing Hertz's contacts pull.
-        said = run(tmp_path / str(smoothing), wheel, rail, "strip" if told else "hertz", smoothing_mm=smoothing)[2]
-        assert ("wheel: expected &profiles smoothing_mm of at least 0.0" in said) == told
-        assert "rail: expected &profiles smoothing_mm" not in said
-
-
 @pytest.mark.parametrize(("spacing", "noise"), [(0.02, 0.01), (0.02, 0.03), (0.1, 0.03), (0.4, 0.01)])
 def test_noisy_points(spacing, noise, clean, tmp_path):
     """Dense points double back by their noise, sparse ones do not: with smoothing the run is that of the clean file."""
     wheel, rail = (shapes.noisy(shapes.shape(name, spacing), noise, seed) for seed, name in enumerate(("awprof", "arprof")))
-    clearance, y, said = run(tmp_path, **files(wheel=wheel, rail=rail), smoothing_mm=noise)
+    clearance, y, said = run(tmp_path, **files(wheel=wheel, rail=rail))
     assert clearance == pytest.approx(clean[0], abs=2*noise)
     assert y == pytest.approx(clean[1], abs=3e-3*noise)    # of 12 mm, after an impact at 2 m/s
     if spacing == 0.02:
@@ -201,7 +79,7 @@ def test_worn_wheel(worn, tmp_path):
                       shapes.simpack(shapes.side_worn(RAIL), "rail"), "hertz")
     assert again == pytest.approx(clearance, abs=2e-3)
     measured, _, _ = run(tmp_path / "measured", shapes.miniprof_old(shapes.noisy(shapes.with_faces(wheel), 0.01, 3), "wheel"),
-                         shapes.rows(shapes.noisy(shapes.side_worn(RAIL), 0.01, 4)), "hertz", smoothing_mm=0.01)
+                         shapes.rows(shapes.noisy(shapes.side_worn(RAIL), 0.01, 4)), "hertz")
     # Worn shapes conform: where tread ends and flange begins is less certain.
     assert measured == pytest.approx(clearance, abs=0.3)
 
@@ -216,7 +94,7 @@ def test_conforming_profiles(tmp_path):
                                       np.cos(1.2) - np.cos(np.arange(-1.5, 1.2, 0.03))])
     tread = near[-1] + np.outer(np.arange(0.25, 50, 0.25), [1, 0.02])
     wheel = np.concatenate([tip[:-1], low, near, tread])
-    clearance, _, _ = run(tmp_path, **files(wheel=wheel, rail=RAIL))
+    clearance, _, _ = run(tmp_path, **files(wheel=wheel, rail=RAIL), wheel_back=0.0)
     assert 0.05 < clearance < 6
 
 
@@ -243,36 +121,12 @@ def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], 
     assert len(growth) > 20_000 and growth.min() > 0
 
 
-# ---- what cannot be mended -----------------------------------------------------------
+# ---- what is refused -----------------------------------------------------------------
 def test_hopeless_points_are_refused_by_line(tmp_path):
     scattered = WHEEL + np.random.default_rng(1).normal(0, 3, WHEEL.shape)
     (tmp_path / "wheel").write_text("# a wheel\n" + shapes.rows(scattered))
     message = refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel"}), tmp_path)
-    assert re.search(r"wheel(: the curve crosses itself between lines|, line) \d+", message)
-
-
-BROKEN = {
-    "a rail's file for a wheel": (shapes.simpack(RAIL, "rail"), "expected a wheel, found a file that says it is a rail"),
-    "no end of the points": (shapes.simpack(WHEEL, "wheel").split("    point.end")[0],
-                             "expected point.end, found the end of the file"),
-    "points without a spline": ("point.begin\n1 2\npoint.end\n", "line 1: expected the sections header, spline"),
-    "a word among the points": (shapes.simpack(WHEEL, "wheel").replace("    point.end", "abc\n    point.end"),
-                                "expected two numbers, y and z, found \"abc\""),
-    "a turned profile": (shapes.simpack(WHEEL, "wheel").replace("rotate = 0.0", "rotate = 0.1"),
-                         "line 11: expected rotate = 0, found \"0.1\""),
-    "no unit": (shapes.simpack(WHEEL, "wheel").replace("units.len.f = 1000.0", "units.len.f = 0"),
-                "expected units.len.f above 0"),
-    "no columns": (shapes.miniprof_new(WHEEL, "wheel").replace("X,Y,A,C", "A,C"), "line 6: expected columns X and Y"),
-    "no offset": (shapes.miniprof_new(WHEEL, "wheel").replace("XOffset=1.5000", "XOffset=x"),
-                  "line 4: expected a number after xoffset="),
-}
-
-
-@pytest.mark.parametrize("broken", BROKEN)
-def test_broken_format_is_refused(broken, tmp_path):
-    text, words = BROKEN[broken]
-    (tmp_path / "wheel").write_text(text)
-    assert words in refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel"}), tmp_path)
+    assert re.search(r"wheel(: expected a curve that does not cross itself, found a crossing between lines|, line) \d+", message)
 
 
 def mutated(text: str, chance: random.Random) -> str:
@@ -302,11 +156,6 @@ def mutated(text: str, chance: random.Random) -> str:
             lines[k] = lines[k].replace(".", chance.choice([",", "", "..", "0."]), 1)
         lines = lines or [""]
     return "\n".join(lines)
-
-
-def test_a_refused_value_is_told_as_the_file_has_it(tmp_path):
-    (tmp_path / "wheel").write_text(shapes.FORMATS["SIMPACK"](WHEEL, "wheel").replace("type = 1 ", "type = 0, 9 ", 1))
-    assert 'found "0, 9"' in refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel"}), tmp_path)
 
 
 # A stretch of the hollow tread passes beside the rail where the table has its middle, and touches farther out; the half-spaces of
@@ -344,14 +193,12 @@ def test_table_holds_where_faces_of_wheel_and_rail_are_straight(tmp_path):
     assert float(re.search(r"flange (\S+) ", done.stdout)[1]) < 1e-3
 
 
-@pytest.mark.parametrize("written", shapes.FORMATS)
-def test_mutated_files(written, tmp_path):
+def test_mutated_files(tmp_path):
     """A run or one true line of error, for 160 files; `make fuzz` takes as many as wanted."""
     chance = random.Random(7)
     rail = tmp_path / "rail"
     rail.write_text(shapes.rows(shapes.shape("arprof", 1.0)))
-    base = {1: shapes.FORMATS[written](shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"),
-            2: shapes.FORMATS[written](shapes.shape("arprof", 1.0), "rail")}
+    base = {1: shapes.rows(shapes.shape("awprof", 1.0)), 2: shapes.rows(shapes.shape("arprof", 1.0))}
     for kind, other in (1, rail), (2, tmp_path / "wheel"):
         other.write_text(shapes.rows(shapes.shape("arprof" if kind == 1 else "awprof", 1.0)))
         texts = [mutated(base[kind], chance) for _ in range(80)]
@@ -364,7 +211,7 @@ def test_mutated_files(written, tmp_path):
         assert done.returncode == 0, done.stderr
         answers = done.stdout.splitlines()
         assert len(answers) == len(texts)
-        assert 8 < sum(answer == "good" for answer in answers) < 72
+        assert 4 < sum(answer == "good" for answer in answers) < 72
         for path, text, answer in zip(paths, texts, answers, strict=True):
             check_answer(path, text, answer)
 
@@ -378,9 +225,9 @@ def check_answer(path: Path, text: str, answer: str) -> None:
     lines = text.split("\n")
     if found := re.search(rf"{path}, line (\d+): ", answer):
         assert int(found[1]) <= len(lines), answer
-        if quoted := re.search(r'found "([^"?]*)"$', answer):
+        if quoted := re.search(r"found '([^'?]*)'; convert it: ", answer):
             assert quoted[1].strip()[:40] in lines[int(found[1]) - 1].replace("\t", " "), answer
-    if found := re.search(r"over (\S+) to (\S+) mm, found a width of (\S+)", answer):
+    if found := re.search(r"over (\S+) to (\S+) mm, found a width of ([^;]+)", answer):
         least, most, width = map(float, found.groups())
         assert not least <= width <= most, answer
     if found := re.search(r"at least 10 points, found (\d+)", answer):

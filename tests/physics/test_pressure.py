@@ -8,10 +8,10 @@ import pytest
 
 import make_profiles as arcs
 from ldbench import Case, ContactTable, Error
+from ldbench.geometry.outlines import case_outlines, pose
+from ldbench.geometry.pressures import FLANGES, first_pressures, patch_history, run_patches
 from ldbench.plots.pressure_page import save_page
 from ldbench.pressure import CONTACTS, press
-from ldbench.profiles.outlines import case_outlines, pose
-from ldbench.profiles.pressures import FLANGES, first_pressures, patch_history, run_patches
 from ldbench.results.impacts import first_peak
 from ldbench.results.run_data import RunData, read_data
 from ldbench.table import rigid_geometry

@@ -18,7 +18,7 @@ import shapes
 from browser import started
 from ldbench import Case, ContactTable, Error, run
 from ldbench.conicity import equivalent_conicity, linearised_conicity
-from ldbench.profiles.outlines import case_outlines, pose, run_outlines, turned
+from ldbench.geometry.outlines import case_outlines, pose, run_outlines, turned
 from ldbench.results.run_data import RunData, read_data
 from ldbench.viewer import film
 from ldbench.viewer.page import make_page
@@ -312,8 +312,9 @@ def test_right_file_missing_or_bad(variable: str, tmp_path: Path):
     assert f"&profiles {variable}: bad.yz, line 2: expected" in message
     other = {"wheel_profile_right": "arprof", "rail_profile_right": "awprof"}[variable]
     message = refusal(short_case(tmp_path, profiles={variable: REPO / f"profiles/{other}.yz"}), tmp_path)
-    pair = {"wheel_profile_right": "wheel_profile_right, rail_profile", "rail_profile_right": "wheel_profile, rail_profile_right"}
-    assert f"&profiles {pair[variable]}: " in message
+    # The points alone tell that a rail is no wheel; that a wheel is no rail shows on the wheel.
+    place = {"wheel_profile_right": "wheel_profile_right", "rail_profile_right": "wheel_profile, rail_profile_right"}[variable]
+    assert f"&profiles {place}: " in message
 
 
 @pytest.mark.parametrize(("group", "name"), [("output", "file"), ("output", "geometry_file"), ("table", "file")])

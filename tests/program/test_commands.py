@@ -26,8 +26,8 @@ from ldbench import Case, ContactTable
 from ldbench.__main__ import EXAMPLES, PROGRAM, Parser, main
 from ldbench.benchmark.fingerprint import hertz_table
 from ldbench.commands import COMMANDS
-from ldbench.profiles.inspect import inspect, pair
-from ldbench.profiles.pressures import run_patches
+from ldbench.geometry.pair import pair
+from ldbench.geometry.pressures import run_patches
 from running import HANG, LDBENCH, REPO, Run, contents, once
 
 TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
@@ -56,7 +56,8 @@ SHARED = {
     ("--scheduler",): {"study", "ensemble"},
 }
 OWN = {
-    "run": set(), "table": set(), "profile": {"--radii", "--en15302"}, "pressure": {"--at", "--contact"}, "plot": {"--geometry"},
+    "run": set(), "table": set(), "pressure": {"--at", "--contact"}, "plot": {"--geometry"},
+    "profile": {"--smoothing", "--unit", "--flip", "--wheel-back", "--slice", "--radii", "--en15302"},
     "compare": {"--align"}, "check": {"--save-map", "--all"}, "score": {"--all"}, "fingerprint": set(),
     "collate": set(), "study": set(),
     "formulations": set(), "report": {"--inputs", "--force"}, "view": {"--case", "--title", "--from", "--to", "--speed"},
@@ -586,7 +587,7 @@ def test_pressure_says_why_there_is_none(words: list[str], told: str, place: Pat
 
 def test_json_of_profile(place: Path, capsys: pytest.CaptureFixture[str]):
     line, = told(["profile", "profiles/awprof.yz", "profiles/arprof.yz", "-o", "page.png"], capsys)
-    wheel, rail = (inspect(f"profiles/{name}.yz") for name in ("awprof", "arprof"))
+    wheel, rail = (ldbench.Profile(f"profiles/{name}.yz") for name in ("awprof", "arprof"))
     assert line["profiles"] == as_json([wheel.facts(), rail.facts()]) and line["page"] == "page.png"
     assert line["pair"] == as_json(pair(Case(wheel_profile="profiles/awprof.yz", rail_profile="profiles/arprof.yz")).facts())
     assert line["profiles"][0]["Sh"] == wheel.measures["Sh"] and line["profiles"][1]["points"] == len(rail.points)

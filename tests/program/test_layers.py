@@ -68,8 +68,8 @@ end program alone
 
 # ---- the Python package --------------------------------------------------------------
 PACKAGE = Path(ldbench.__file__).parent
-ROOMS = ("_core", "case", "conicity", "pressure", "table", "results", "profiles", "plots", "viewer", "runs", "ensembles", "report",
-         "benchmark", "commands", "__main__")
+ROOMS = ("_core", "case", "conicity", "pressure", "profiles", "table", "results", "geometry", "plots", "profile", "viewer", "runs",
+         "ensembles", "report", "benchmark", "commands", "__main__")
 # Whatever stands for the whole package, to which no room belongs.
 PYTHON = {path: ".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sorted(PACKAGE.rglob("*.py"))
           if path != PACKAGE/"__init__.py"}

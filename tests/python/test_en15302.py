@@ -11,9 +11,9 @@ from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench._core.errors import Usage
 from ldbench.conicity import FINE_PITCH, equivalent_conicity, level_rows, rolled_rows
-from ldbench.profiles.contact_geometry import ContactGeometry
-from ldbench.profiles.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
-from ldbench.profiles.inspect import pair, rigid_geometry
+from ldbench.geometry.contact_geometry import ContactGeometry
+from ldbench.geometry.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
+from ldbench.geometry.pair import pair, rigid_geometry
 from round_profiles import Shape
 from running import REPO, command_error
 
@@ -75,7 +75,7 @@ def test_level_wheelset_has_its_closed_form(shape, tmp_path):
 @pytest.fixture
 def coarse(monkeypatch):
     """Geometry functions of a pair in rows five times as far apart, which serve where no radius difference jumps."""
-    monkeypatch.setattr("ldbench.profiles.inspect.FINE_PITCH", PITCH)
+    monkeypatch.setattr("ldbench.geometry.pair.FINE_PITCH", PITCH)
 
 
 @pytest.mark.usefixtures("coarse")
@@ -153,7 +153,7 @@ def test_wrong_reference_is_refused(words, kind, words_of_error, tmp_path, monke
 
 
 def test_radii_need_a_tape_circle(monkeypatch):
-    monkeypatch.setattr("ldbench.profiles.inspect.TAPE_CIRCLE", 0.2)
+    monkeypatch.setattr("ldbench.geometry.pair.TAPE_CIRCLE", 0.2)
     with pytest.raises(Error, match=r"tape circle, 200 mm from its back, found one from 0\.0 to 135\.0 mm"):
         pair(Case.exercise(1, "aw"), (0.457, 0.456))
 

@@ -22,6 +22,7 @@ from invented import altered, invented_run
 from ldbench import Error, Event, read_columns
 from ldbench.__main__ import main
 from ldbench.commands import plot
+from ldbench.geometry.outlines import Outlines, case_outlines, flange_angle, run_outlines, turned
 from ldbench.plots import document
 from ldbench.plots.contents import arranged, contents_page, entries
 from ldbench.plots.document import Part, bind, case_figures, even_shares, make_plots, save_pages
@@ -39,7 +40,6 @@ from ldbench.plots.style import ldbench_style
 from ldbench.plots.summary import summary_page
 from ldbench.plots.ticks import settle
 from ldbench.plots.times import key_events, time_page
-from ldbench.profiles.outlines import Outlines, case_outlines, flange_angle, run_outlines, turned
 from ldbench.results.header import Header
 from ldbench.results.impacts import impacts
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS

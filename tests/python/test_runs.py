@@ -28,7 +28,7 @@ import ldbench
 from ldbench.case import shortest_name, variables
 from ldbench.plots.series import PAGES
 from ldbench.plots.style import RC, ldbench_style
-from ldbench.profiles.inspect import inspect as inspect_profile
+from ldbench.profile import Profile
 from ldbench.results.header import Header, read_any_groups, read_plain_groups
 from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
 from ldbench.results.run_data import read_data
@@ -394,7 +394,7 @@ def missing(folder: Path) -> dict[str, Callable[[], object]]:
         "map.toml": lambda: ldbench.read_run(folder/"theirs.csv", folder/"map.toml"),
         "wheel.yz": lambda: ldbench.run(case.replace(wheel_profile=folder/"wheel.yz")),
         "rail.yz": lambda: ldbench.ContactTable(case.replace(rail_profile=folder/"rail.yz")),
-        "profile.yz": lambda: inspect_profile(folder/"profile.yz"),
+        "profile.yz": lambda: Profile(folder/"profile.yz"),
     }
 
 

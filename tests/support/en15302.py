@@ -17,7 +17,7 @@ import numpy as np
 import en15302_tables
 from ldbench import Case
 from ldbench.conicity import level_rows
-from ldbench.profiles.inspect import raised_surfaces, rigid_geometry
+from ldbench.geometry.pair import raised_surfaces, rigid_geometry
 
 TAPE_CIRCLES = 1.5          # distance between the tape circles, and between the lines of the rails [m]
 TAPE_CIRCLE = 70.0          # of a wheel, from its back [mm]
@@ -123,12 +123,12 @@ def write(folder: Path) -> dict[str, str]:
 
 
 def case(combination: str, paths: dict[str, str]) -> Case:
-    """The case of a combination, named as in ldbench.profiles.en15302: its right wheel is our left one."""
+    """The case of a combination, named as in ldbench.geometry.en15302: its right wheel is our left one."""
     left, _, right = combination.removesuffix("-918").partition("-")
     return Case.from_namelist("&case /").replace(
         wheel_profile=paths[left], wheel_profile_right=paths[right] if right else "", rail_profile=paths["rail"],
         gauge=gauge(), gauge_depth=1e-3*GAUGE_DEPTH, back_to_back=TAPE_CIRCLES - 2e-3*TAPE_CIRCLE, rolling_radius=RADIUS,
-        table_file="", smoothing_mm=0.0)
+        table_file="")
 
 
 def radii(combination: str) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """Rolling radius differences of EN 15302:2021, annex J, and where its tables are misprinted.
 
-Combinations are named as in ldbench.profiles.en15302. With two wheels alike the tables are odd, and only y >= 0 stands here.
+Combinations are named as in ldbench.geometry.en15302. With two wheels alike the tables are odd, and only y >= 0 stands here.
 """
 from __future__ import annotations
 

@@ -101,7 +101,6 @@ class Child:
     def __init__(self, folder: Path, keep: bool = False) -> None:
         """keep: what the inputs leave."""
         import ldbench  # not where the parent only counts
-        import ldbench.profiles.inspect
 
         self.ldbench = ldbench
         self.folder = folder
@@ -191,7 +190,7 @@ class Child:
 
     def profile(self, rng: random.Random) -> None:
         path = self.mutant(mutate(rng.choice(self.profiles), rng))
-        found = self.ldbench.profiles.inspect.inspect(path, smoothing=rng.choice([0.0, 0.0, 0.02]))
+        found = self.ldbench.Profile(path, smoothing=rng.choice([0.0, None, 0.02]))
         for stations in found.smooth, found.rough:
             assert all(np.isfinite(x).all() for x in (stations.s, stations.y, stations.z, stations.angle, stations.curvature))
 

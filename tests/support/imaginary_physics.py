@@ -20,7 +20,7 @@ import ldbench
 from ldbench import Case
 from ldbench.benchmark.physics_checks import weight_of
 from ldbench.benchmark.tasks import QUANTITIES, Task
-from ldbench.profiles.outlines import case_outlines
+from ldbench.geometry.outlines import case_outlines
 from ldbench.results.derived import cumulative
 
 SIDE = np.array([1.0, 1.0, -1.0, -1.0])     # right wheels are left ones in a mirror

@@ -23,10 +23,10 @@ from matplotlib.figure import Figure
 
 from checks import Check, Section, limit
 from ldbench import Case
+from ldbench.geometry.outlines import case_outlines
 from ldbench.plots.style import BLUE, GREEN, RED, ldbench_style
 from ldbench.pressure import Patch, press
-from ldbench.profiles.inspect import inspect
-from ldbench.profiles.outlines import case_outlines
+from ldbench.profile import Profile
 from ldbench.table import rigid_geometry
 from running import REPO
 from sheets import Table, page
@@ -195,7 +195,7 @@ def groups(found: Sequence[Found], own: bool) -> dict[str, tuple[list[Found], di
 def section(short: bool) -> Section:
     own = os.environ.get(FOLDER)
     files = tuple(Path(own)/name for name in OWN_FILES) if own else SHIPPED
-    wheel = inspect(files[0], "wheel").points
+    wheel = Profile(files[0], "wheel").points
     chosen = [pose for pose in poses() if not short or pose.y_mm in (1.0, 9.0)]
     with tempfile.TemporaryDirectory() as folder:
         found = [solve(pose, wheel, files[1], Path(folder)) for pose in chosen]

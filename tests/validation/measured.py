@@ -10,8 +10,8 @@ from scipy.optimize import fsolve
 import ldbench
 import shapes
 from checks import Check, Section, absolute, limit, relative
+from ldbench.geometry.pair import pair
 from ldbench.pressure import press
-from ldbench.profiles.inspect import pair
 from ldbench.table import rigid_geometry
 from sheets import Table
 from tables import modern
@@ -119,8 +119,7 @@ def section(short: bool) -> Section:
             for noise in NOISES:
                 found = []
                 for sample in range(samples):
-                    case = case_of(folder, shapes.noisy(wheel, noise, 2*sample), shapes.noisy(rail, noise, 2*sample + 1),
-                                   smoothing_mm=noise)
+                    case = case_of(folder, shapes.noisy(wheel, noise, 2*sample), shapes.noisy(rail, noise, 2*sample + 1))
                     found.append((quantities(case, flange, short) - exact)/scale)
                 found = np.array(found)
                 worst[noise] = np.maximum(worst[noise], np.abs(found).max(axis=0))
@@ -144,7 +143,7 @@ def section(short: bool) -> Section:
     return Section(
         "Measured profiles",
         f"The shipped shapes, sampled every 0.25 mm with normally distributed noise along and across, {samples} samples "
-        "of each noise, read with smoothing_mm equal to the noise, against the exact shapes: the clearance; contact angle "
+        "of each noise, smoothed by the noise that is found, against the exact shapes: the clearance; contact angle "
         "0.8 mm beyond it; rolling radius 5 mm from the centre; the forces of tread and flange there, pressed by 0.1 mm. "
         "S1002 on 60E1 against CONTACT's output for the Manchester contact benchmark, which yaws the wheelset by up to "
         "14 mrad and gives the middle of an elastic patch; the benchmark's own rail, points of UIC60, has a crown wider by "

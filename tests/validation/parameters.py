@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 import en15302
 import en15302_tables
 from checks import Check, Section, absolute, limit
+from ldbench.geometry.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
+from ldbench.geometry.pair import Pair, pair
 from ldbench.plots.style import BLACK, BLUE, GREY, SKY, ldbench_style
-from ldbench.profiles.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
-from ldbench.profiles.inspect import Pair, pair
 from sheets import Table, page
 
 SHORT = ("H",)             # the tests of EN 15302 take others, and wheels of two radii

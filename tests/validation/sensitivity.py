@@ -58,6 +58,14 @@ are up to 3 % of twins that start 0.1 nm apart and do not part, and their growth
 
 # Profiles with other radii ----------------------------------------------------------------
 
+def smoothed(folder: Path, pair: str) -> dict[str, Value]:
+    """Write rail and wheel smoothed by 0.02 mm; the case's changes."""
+    paths = {"wheel_profile": folder/f"{pair}_wheel.yz", "rail_profile": folder/f"{pair}_rail.yz"}
+    for (kind, path), name in zip(paths.items(), (f"{pair}prof", f"{pair[0]}rprof"), strict=True):
+        ldbench.Profile(data_folder()/"profiles"/f"{name}.yz", kind.partition("_")[0], smoothing=0.02).write(path)
+    return {kind: str(path) for kind, path in paths.items()} | {"table_file": ""}
+
+
 def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: float = 1.0,
                    corner: float = 14.2875) -> dict[str, Value]:
     """Write rail and wheel with another crown radius [mm] and throat radii times a factor; the case's changes.
@@ -118,7 +126,7 @@ def variants(pair: str, folder: Path, short: bool) -> list[Variant]:
         ("rail crown larger", "crown", lambda: write_profiles(folder, pair, crown=high), None),
         ("throat radii −10 %", "throat", lambda: write_profiles(folder, pair, throat=0.9), None),
         ("throat radii +10 %", "throat", lambda: write_profiles(folder, pair, throat=1.1) | quick, None),
-        ("smoothing 0.02 mm", "smoothing", lambda: {"smoothing_mm": 0.02, "table_file": ""}, None),
+        ("smoothing 0.02 mm", "smoothing", lambda: smoothed(folder, pair), None),
         ("unloaded start", "Z = 0", dict, lambda case, table: {"Z": table.rigid_height - table.equilibrium}),
         *((f"model {m}", "model", lambda m=m: {"contact_model": m, "table_file": f"outputs/{pair}_{m}.table"}, None)
           for m in MODELS[1:]),

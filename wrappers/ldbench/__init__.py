@@ -12,11 +12,13 @@ from ._core.calls import version
 from ._core.errors import Error, Warning
 from .case import Case
 from .ensembles.sweep import ensemble
+from .profile import Profile
 from .results.columns import read_columns
 from .results.events import Event
 from .runs import Run, read_run, run
 from .table import ContactTable
 from .viewer.show import view
 
-__all__ = ["Case", "ContactTable", "Error", "Event", "Run", "Warning", "ensemble", "read_columns", "read_run", "run", "view"]
+__all__ = ["Case", "ContactTable", "Error", "Event", "Profile", "Run", "Warning", "ensemble", "read_columns", "read_run", "run",
+           "view"]
 __version__ = version()

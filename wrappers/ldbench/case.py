@@ -107,7 +107,7 @@ class Case:
     label: str                      # the namelist file, for messages
     folder: Path | None             # the namelist file's folder
 
-    def __init__(self, /, **changes: Value) -> None:
+    def __init__(self, /, **changes: Value | os.PathLike[str]) -> None:
         """A case of the benchmark with other values: `Case(vY=0.3, output_file="fast.txt")`. Error where the core refuses
         a value."""
         vars(self).update(values=defaults(), label="case", folder=None)
@@ -172,7 +172,7 @@ class Case:
         folder = Path(label).resolve().parent if source is None else None
         return cls.of_values(_unpack(numbers, bytes(words)), label, folder)
 
-    def replace(self, **changes: Value) -> Case:
+    def replace(self, **changes: Value | os.PathLike[str]) -> Case:
         """A case with other values: `case.replace(vY=0.3, dt=5e-6, output_file="fast.txt")`."""
         changed = self._with(changes)
         changed._check()
@@ -186,7 +186,7 @@ class Case:
         """Check before a run that the file of a variable such as '&output file' can be written."""
         check(*_flat.check_writable(*map(path_bytes, (self.label, variable, path))))
 
-    def _with(self, changes: Mapping[str, Value]) -> Case:
+    def _with(self, changes: Mapping[str, Value | os.PathLike[str]]) -> Case:
         """A case with other values, before the core has checked them."""
         values = list(self.values)
         for k, value in zip(find_variables(changes), changes.values(), strict=True):
@@ -195,7 +195,7 @@ class Case:
         vars(changed)["values"] = tuple(values)
         return changed
 
-    def _coerced(self, variable: Variable, value: Value) -> Value:
+    def _coerced(self, variable: Variable, value: Value | os.PathLike[str]) -> Value:
         """A value of the variable's kind; its range is left to the core."""
         if variable.kind == "text":
             if isinstance(value, os.PathLike):

@@ -19,6 +19,7 @@ from ._core.units import Units
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
 from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
+from .profiles.profile import core_file
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -343,9 +344,14 @@ def _number(wheel: Wheel) -> int:
     return WHEELS.index(wheel)
 
 
+def core_files(case: Case) -> dict[str, str]:
+    """Paths of the profiles by variable, in files that the core reads."""
+    return {name: core_file(path, name.partition("_")[0]) for name, path in case.profile_files().items()}
+
+
 def located(case: Case) -> bytes:
     """Paths of the case's files, as the core takes them: profiles, those of the right side, contact table."""
-    files = case.profile_files()
+    files = core_files(case)
     paths = *(path_bytes(files.get(name, "")) for name in
               ("wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right")), path_bytes(case.table_path())
     for path in paths:

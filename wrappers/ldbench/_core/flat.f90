@@ -561,89 +561,73 @@ subroutine wheel_contacts(handle, side, n, y, roll, rows)
   end do
 end subroutine wheel_contacts
 
-!> Read a profile as `kind` (1 wheel, 2 rail) or as what its shape says (0).  smoothing [mm], flip and unit are
-!> those of &profiles.
-subroutine inspect_profile(path, kind, smoothing, flip, unit, handle, message, length)
+!> Read a profile of a kind (1 wheel, 2 rail) as a run would.
+subroutine check_profile(path, kind, message, length)
   use errors, only: error_type
-  use handles, only: free_inspected_at, give_error, inspect, inspected_type, new_inspected
+  use handles, only: give_error
+  use profile, only: profile_type, read_profile
   implicit none
-  character(*), intent(in) :: path, flip, unit
+  character(*), intent(in) :: path
   integer, intent(in) :: kind
-  real(8), intent(in) :: smoothing
-  integer(8), intent(out) :: handle
   character(2048), intent(out) :: message
   integer, intent(out) :: length
-  !f2py threadsafe
-  type(inspected_type), pointer :: p
+  type(profile_type) :: p
   type(error_type), allocatable :: error
 
-  call new_inspected(p, handle)
-  call inspect(p, path, kind, smoothing, flip, unit, error)
-  if (allocated(error)) call free_inspected_at(handle)
+  call read_profile(path, kind, p, error)
   call give_error(error, message, length)
-end subroutine inspect_profile
+end subroutine check_profile
 
-subroutine free_profile(handle)
-  use handles, only: free_inspected_at
+!> Noise of the points y, z [m] of a profile, across its curve, rms [m].
+subroutine point_noise(n, y, z, noise)
+  use curve_fit, only: noise_of => point_noise
   implicit none
-  integer(8), intent(in) :: handle
-
-  call free_inspected_at(handle)
-end subroutine free_profile
-
-!> Kind (1 wheel, 2 rail) and number of points; estimated noise of the points, rms distance that the smoothed curve may keep
-!> from them, length of the smoothed curve and of the curve through the points [m]; lines: checksum, how the file was taken, what was mended.
-subroutine profile_facts(handle, sizes, numbers, listing, length)
-  use handles, only: give, inspected_at, inspected_type
-  implicit none
-  integer(8), intent(in) :: handle
-  integer, intent(out) :: sizes(2)
-  real(8), intent(out) :: numbers(4)
-  character(8192), intent(out) :: listing
-  integer, intent(out) :: length
-  type(inspected_type), pointer :: p
-
-  p => inspected_at(handle)
-  sizes = [p%p%kind, size(p%p%points, 2)]
-  numbers = [p%p%curve%noise, p%p%curve%distance, p%p%curve%last(), p%rough%last()]
-  call give(p%p%checksum//new_line('a')//p%p%taken//new_line('a')//p%p%mended, listing, length)
-end subroutine profile_facts
-
-!> The points as taken and mended, y from a wheel's back [mm].
-subroutine profile_points(handle, n, points)
-  use handles, only: inspected_at, inspected_type
-  implicit none
-  integer(8), intent(in) :: handle
   integer, intent(in) :: n
-  real(8), intent(out) :: points(2, n)
-  type(inspected_type), pointer :: p
+  real(8), intent(in) :: y(n), z(n)
+  real(8), intent(out) :: noise
 
-  p => inspected_at(handle)
-  points = p%p%points
-end subroutine profile_points
+  noise = noise_of(y, z)
+end subroutine point_noise
 
-!> The smoothed curve (smoothed = 1) or the curve through the points (0) at stations s [m]: y, z [m], angle of the
-!> tangent [rad], curvature [1/m].
-subroutine profile_frames(handle, smoothed, n, s, frames)
-  use curve, only: curve_frame
-  use handles, only: inspected_at, inspected_type
+!> Length [m] of the curve that a run lays through the points y, z [mm] of a profile; NaN where points repeat.
+subroutine curve_length(n, points, length)
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use curve, only: curve_type
+  use curve_fit, only: interpolate
+  use errors, only: error_type
   implicit none
-  integer(8), intent(in) :: handle
-  integer, intent(in) :: smoothed, n
-  real(8), intent(in) :: s(n)
-  real(8), intent(out) :: frames(4, n)
-  type(inspected_type), pointer :: p
+  integer, intent(in) :: n
+  real(8), intent(in) :: points(2, n)
+  real(8), intent(out) :: length
+  type(curve_type) :: c
+  type(error_type), allocatable :: error
+
+  call interpolate(1d-3*points(1, :), 1d-3*points(2, :), c, error)
+  length = ieee_value(1d0, ieee_quiet_nan)
+  if (.not. allocated(error)) length = c%last()
+end subroutine curve_length
+
+!> That curve at stations s [m]: y, z [m], angle of the tangent [rad], curvature [1/m]; NaN where points repeat.
+subroutine curve_frames(n, points, m, s, frames)
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use curve, only: curve_frame, curve_type
+  use curve_fit, only: interpolate
+  use errors, only: error_type
+  implicit none
+  integer, intent(in) :: n, m
+  real(8), intent(in) :: points(2, n), s(m)
+  real(8), intent(out) :: frames(4, m)
+  type(curve_type) :: c
+  type(error_type), allocatable :: error
   integer :: i
 
-  p => inspected_at(handle)
-  do i = 1, n
-    if (smoothed == 1) then
-      call curve_frame(p%p%curve, s(i), frames(:2, i), frames(3, i), frames(4, i))
-    else
-      call curve_frame(p%rough, s(i), frames(:2, i), frames(3, i), frames(4, i))
-    end if
+  call interpolate(1d-3*points(1, :), 1d-3*points(2, :), c, error)
+  frames = ieee_value(1d0, ieee_quiet_nan)
+  if (allocated(error)) return
+  do i = 1, m
+    if (s(i) < huge(s)) call curve_frame(c, s(i), frames(:2, i), frames(3, i), frames(4, i))
   end do
-end subroutine profile_frames
+end subroutine curve_frames
 
 !> Profiles in their places, zones and clearance of a case, without a contact table.
 subroutine prepare_rigid_case(n, numbers, words, paths, handle, message, length)

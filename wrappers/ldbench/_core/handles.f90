@@ -8,10 +8,9 @@ module handles
   use column_writer, only: column_file
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use curve, only: curve_frame, curve_type
-  use curve_fit, only: fit_curve
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use profile, only: profile_type, read_profile
+  use profile, only: profile_type
   use progress, only: monitor_type
   use files, only: begin_columns, finish_files
   use row_sink, only: row_list
@@ -28,7 +27,6 @@ module handles
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
   public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
-  public :: inspected_type, new_inspected, inspected_at, free_inspected_at, inspect
   public :: export_case, import_case, give, give_error, find_state, outline, wheel_contact
 
   !> A case, ready to be integrated.
@@ -42,12 +40,6 @@ module handles
   type, extends(run_type) :: finished_type
     type(row_list) :: kept
   end type finished_type
-
-  !> A profile as read, with a second curve that is not smoothed.
-  type :: inspected_type
-    type(profile_type) :: p
-    type(curve_type) :: rough              !! through the points, y, z [m]
-  end type inspected_type
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
   type, extends(monitor_type) :: shared_monitor
@@ -206,21 +198,6 @@ contains
     station = s(i) + t*pitch
     z = z + (depth(i) + t*(depth(i + 1) - depth(i - 1))/4)/normal(2, i)
   end subroutine sharpen
-
-  !> Read a profile as `kind` (1 wheel, 2 rail) or as what its shape says (0).  flip and unit are those of &profiles.
-  subroutine inspect(found, path, kind, smoothing, flip, unit, error)
-    type(inspected_type), intent(out) :: found
-    character(*), intent(in) :: path, flip, unit
-    integer, intent(in) :: kind
-    real(dp), intent(in) :: smoothing                !! [mm]
-    type(error_type), allocatable, intent(out) :: error
-
-    call read_profile(path, kind, smoothing, flip, unit, found%p, error)
-    if (allocated(error)) return
-    associate (points => 1e-3_dp*found%p%points)
-      call fit_curve(points(1, :), points(2, :), 0.0_dp, found%rough, error)
-    end associate
-  end subroutine inspect
 
   !> A case with the contact table of another, `from`, which must have the same geometry and
   !> material, and must stay as long as this one.
@@ -385,29 +362,6 @@ contains
     if (p%owns_table) call free_tables(p%setup)
     deallocate (p)
   end subroutine free_prepared_at
-
-  subroutine new_inspected(p, handle)
-    type(inspected_type), pointer, intent(out) :: p
-    integer(int64), intent(out) :: handle
-
-    allocate (p)
-    handle = transfer(c_loc(p), handle)
-  end subroutine new_inspected
-
-  function inspected_at(handle) result(p)
-    integer(int64), intent(in) :: handle
-    type(inspected_type), pointer :: p
-
-    call c_f_pointer(transfer(handle, c_null_ptr), p)
-  end function inspected_at
-
-  subroutine free_inspected_at(handle)
-    integer(int64), intent(in) :: handle
-    type(inspected_type), pointer :: p
-
-    p => inspected_at(handle)
-    deallocate (p)
-  end subroutine free_inspected_at
 
   subroutine new_run(run, handle)
     type(finished_type), pointer, intent(out) :: run

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..case import Case
-from ..profiles.derailment import derailment
+from ..geometry.derailment import derailment
 from ..results.derived import cumulative
 from ..results.quantities import CONTACTS, GRAVITY
 from ..results.run_data import RunData

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from ..case import Case
-from ..profiles.outlines import case_outlines
+from ..geometry.outlines import case_outlines
 from ..results.quantities import CONTACTS
 from ..results.run_data import RunData
 from .findings import Finding, judged, weighted_quantile

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..case import Case
-from ..profiles.derailment import derailment
+from ..geometry.derailment import derailment
 from ..results import impacts
 from ..results.quantities import KN, OUTCOME, Quantity
 from ..results.run_data import RunData

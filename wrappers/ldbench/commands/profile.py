@@ -8,7 +8,8 @@ tangents, the contact positions, roll and conicity. The functions are told of th
 
 examples:
   python -m ldbench profile profiles/awprof.yz
-  python -m ldbench profile wheel.whl rail.ban --set smoothing_mm=0.02 --set gauge=1.435 -o pair.png
+  python -m ldbench profile wheel.whl rail.ban --smoothing 0.02 --set gauge=1.435 -o pair.png
+  python -m ldbench profile wheel.whl -o wheel.yz
   python -m ldbench profile left.whl rail.ban --set wheel_profile_right=right.whl
   python -m ldbench profile wheel.whl rail.ban --radii 0.46,0.459 --en15302 A-918
 """
@@ -20,9 +21,10 @@ from pathlib import Path
 from .._core.errors import Error, Usage
 from .._core.files import check_ending, check_written
 from ..case import Case
+from ..geometry.en15302 import TABLES
+from ..geometry.pair import Pair, pair
 from ..plots.profile_page import save_page
-from ..profiles.en15302 import TABLES
-from ..profiles.inspect import Pair, Profile, inspect_for, pair
+from ..profile import Profile
 from .options import add_json, add_output, add_set, print_json, settings
 
 
@@ -30,11 +32,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.add_argument("files", nargs="+", metavar="PROFILE", help="a wheel or a rail, or one of each")
     add_set(parser)
+    parser.add_argument("--smoothing", type=float, metavar="MM",
+                        help="rms distance that the curve may keep from the points [mm], 0 for none; their noise by default")
+    parser.add_argument("--unit", choices=["auto", "mm", "cm", "m", "in"], default="auto",
+                        help="of the file; as its width says by default")
+    parser.add_argument("--flip", choices=["auto", "none", "y", "z", "yz"], default="auto",
+                        help="axes to turn over; as the shape says by default")
+    parser.add_argument("--wheel-back", type=float, metavar="MM", help="y of the wheel's back in its file [mm]")
+    parser.add_argument("--slice", type=int, metavar="N", help="which profile of a file that has several, from 1")
     parser.add_argument("--radii", type=two_radii, metavar="LEFT,RIGHT",
                         help="radii of the wheels on the tape circle [m], in place of rolling_radius where they touch")
     parser.add_argument("--en15302", choices=TABLES, metavar="CASE",
                         help=f"draw the reference of EN 15302:2021 and its window behind the conicity: {', '.join(TABLES)}")
-    add_output(parser, "the page, .pdf or .png", default="ldbench_profile.pdf")
+    add_output(parser, "the page, .pdf or .png; or, of one profile, the curve .yz that the executable reads",
+               default="ldbench_profile.pdf")
     add_json(parser)
 
 
@@ -51,21 +62,28 @@ def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
     if len(args.files) > 2:
         raise Usage(f"expected a wheel or a rail, or one of each, found {len(args.files)} files")
-    check_ending(args.output, "a page .pdf or .png", ".pdf", ".png")
+    check_ending(args.output, "a page .pdf or .png, or a curve .yz", ".pdf", ".png", ".yz")
     check_written([args.output], map(Path, args.files))
     case = Case(**settings(args.set))
-    profiles = sorted((inspect_for(file, case) for file in args.files), key=lambda profile: profile.kind, reverse=True)
+    profiles = [Profile(file, unit=args.unit, flip=args.flip, wheel_back=args.wheel_back, smoothing=args.smoothing,
+                        slice=args.slice, gauge_depth=case.gauge_depth) for file in args.files]
+    profiles.sort(key=lambda profile: profile.kind, reverse=True)
     found = None
     if len(profiles) == 2:
         if profiles[0].kind == profiles[1].kind:
             raise Error(f"expected a wheel and a rail, found two {profiles[0].kind}s: {', '.join(args.files)}")
-        found = pair(case.replace(wheel_profile=profiles[0].path, rail_profile=profiles[1].path), args.radii)
+        found = pair(case.replace(wheel_profile=profiles[0], rail_profile=profiles[1]), args.radii)
     elif args.radii or args.en15302:
         raise Usage(f"expected a wheel and a rail for {'--radii' if args.radii else '--en15302'}, found one profile")
     right = [Path(file).name for file in (case.wheel_profile_right, case.rail_profile_right) if file]
     note = (f"on the right {', '.join(right)}; " if right else "") + f"gauge {case.gauge:g} m, back-to-back {case.back_to_back:g} m"
     note = note if found else ""
-    save_page(profiles, found, note, args.output, args.en15302)
+    if args.output.suffix == ".yz":
+        if found:
+            raise Usage("expected one profile for a curve .yz, found two")
+        profiles[0].write(args.output)
+    else:
+        save_page(profiles, found, note, args.output, args.en15302)
     blocks: list[Profile | Pair] = [*profiles, *([found] if found else [])]
     if args.json:
         print_json({"profiles": [profile.facts() for profile in profiles], "page": str(args.output)}

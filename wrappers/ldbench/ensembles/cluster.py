@@ -27,7 +27,7 @@ from .._core.errors import Error
 from .._core.files import digest
 from .._core.optional import needed
 from ..case import Case
-from ..table import ContactTable
+from ..table import ContactTable, core_files
 from .members import Batch, Group, Member, Wanted, run_member, stack
 
 if TYPE_CHECKING:
@@ -240,4 +240,4 @@ def table_source(case: Case) -> TableFile:
             raise Error(f"{path}: cannot be opened for reading: {error.strerror}") from None
 
     kept = case.table_path()
-    return TableFile(case, {name: read(file) for name, file in case.profile_files().items()}, tables_at(kept) if kept else {})
+    return TableFile(case, {name: read(file) for name, file in core_files(case).items()}, tables_at(kept) if kept else {})

@@ -4,8 +4,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..profiles.inspect import Profile
 from ..profiles.measures import TAPE_CIRCLE
+from ..profiles.profile import ProfileData
 from ..results.quantities import MM
 from .style import GREY
 
@@ -17,7 +17,7 @@ LEFT = -9.0                         # the dimension line of Sh, from the back of
 ARCS = {"crown_radius": 0.0, "shoulder_radius": 8.5, "corner_radius": 52.0}     # middle of the arc from the rail's axis [°]
 
 
-def wheel_dimensions(profile: Profile) -> dict[str, tuple[Point, Point]]:
+def wheel_dimensions(profile: ProfileData) -> dict[str, tuple[Point, Point]]:
     """Ends of the dimension lines of Sh, Sd and qR [mm]; a measure that the profile lacks has none."""
     sh, sd, qr = (MM*profile.measures[name] for name in ("Sh", "Sd", "qR"))
     tip = MM*float(profile.smooth.z.min())
@@ -31,7 +31,7 @@ def wheel_dimensions(profile: Profile) -> dict[str, tuple[Point, Point]]:
     return found
 
 
-def draw_wheel_dimensions(ax: Axes, profile: Profile) -> None:
+def draw_wheel_dimensions(ax: Axes, profile: ProfileData) -> None:
     """Draw Sh, Sd and qR with lines that lead to the profile, and the tape circle."""
     lines = wheel_dimensions(profile)
     tip = int(np.argmin(profile.smooth.z))
@@ -54,7 +54,7 @@ def draw_wheel_dimensions(ax: Axes, profile: Profile) -> None:
         dimension(ax, first, last, f"{name} {MM*profile.measures[name]:.2f}", below=name == "qR")
 
 
-def draw_rail_dimensions(ax: Axes, profile: Profile) -> None:
+def draw_rail_dimensions(ax: Axes, profile: ProfileData) -> None:
     """Write the radii beside their arcs and mark the gauge point."""
     curve, lean = profile.smooth, profile.measures["inclination"]
     upright = lean if np.isfinite(lean) else 0.0

@@ -17,7 +17,7 @@ from pypdf import PdfReader, PdfWriter
 from .._core.errors import Error
 from .._core.files import check_ending, check_written, complete, failing_as
 from .._core.pools import processes
-from ..profiles.pressures import full_row
+from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import CHAOTIC_NOTE, Chaotic
 from .contents import contents_page, entries, link, number

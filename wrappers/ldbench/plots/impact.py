@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..profiles.pressures import patch_history
+from ..geometry.pressures import patch_history
 from ..results.derived import PARTS, exchange
 from ..results.events import FLANGE_ANGLE
 from ..results.impacts import Impact, impacts

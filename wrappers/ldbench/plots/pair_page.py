@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..profiles.en15302 import AMPLITUDES, window
-from ..profiles.inspect import Pair
-from ..profiles.outlines import Side
+from ..geometry.en15302 import AMPLITUDES, window
+from ..geometry.outlines import Side
+from ..geometry.pair import Pair
 from ..results.quantities import DEG, MM
 from .frame import label_x, label_y, new_page
 from .style import BLACK, BLUE, CONTACT_LINES, GREY, PAGE, RED, SKY, Line

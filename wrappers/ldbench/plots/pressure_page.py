@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
 
 from .._core.files import complete
+from ..geometry.outlines import Outlines, pose, run_outlines, turned
+from ..geometry.pressures import hardest
 from ..pressure import Patch
-from ..profiles.outlines import Outlines, pose, run_outlines, turned
-from ..profiles.pressures import hardest
 from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
 from ..results.run_data import RunData
 from .frame import caption, label_x, label_y, new_page

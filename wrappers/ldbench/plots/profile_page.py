@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,9 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from .._core.files import complete
-from ..profiles.inspect import Pair, Profile
+from ..geometry.pair import Pair
 from ..profiles.measures import PARTS
+from ..profiles.profile import ProfileData
 from ..results.quantities import DEG, MM
 from .dimensions import draw_rail_dimensions, draw_wheel_dimensions
 from .document import save_pages
@@ -23,13 +25,19 @@ from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_s
 DPI = 110       # of a picture
 
 
-def profile_page(profiles: list[Profile], found: Pair | None, note: str) -> Figure:
-    """Profiles in columns: shape, parts and dimensions, tangent angle, curvature; on the right the numbers."""
+def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str) -> Figure:
+    """Profiles in columns: shape, parts and dimensions, distance of the points from the curve where one is smoothed, tangent
+    angle, curvature; on the right the numbers."""
     figure = new_page(" on ".join(Path(p.path).name for p in profiles), note)
-    grid = figure.add_gridspec(3, len(profiles), left=0.06, right=0.735, top=0.905, bottom=0.065, hspace=0.3, wspace=0.2,
-                               height_ratios=[1.7, 1, 1])
+    smoothed = any(profile.smoothing for profile in profiles)
+    heights = [1.7, 0.6, 1, 1] if smoothed else [1.7, 1, 1]
+    grid = figure.add_gridspec(len(heights), len(profiles), left=0.06, right=0.735, top=0.905, bottom=0.065, hspace=0.3, wspace=0.2,
+                               height_ratios=heights)
     for column, profile in enumerate(profiles):
-        shape, angle, curvature = (figure.add_subplot(grid[row, column]) for row in range(3))
+        shape, *distance, angle, curvature = (figure.add_subplot(grid[row, column]) for row in range(len(heights)))
+        if distance:
+            distance[0].plot(profile.points[:, 0], 1e3*profile.distance(), ".", markersize=1.5, color=SKY)
+            distance[0].set_ylabel("distance [µm]")
         draw_shape(shape, profile, found)
         for stations, label, color in ((profile.rough, "through the points", GREY),
                                        (profile.smooth, f"smoothed by {profile.smoothing:.4f} mm", BLACK)):
@@ -49,7 +57,7 @@ def profile_page(profiles: list[Profile], found: Pair | None, note: str) -> Figu
     return figure
 
 
-def draw_shape(ax: Axes, profile: Profile, found: Pair | None) -> None:
+def draw_shape(ax: Axes, profile: ProfileData, found: Pair | None) -> None:
     """Points, curve and parts; of a wheel in a pair the ends of its zones."""
     colors = dict(zip(PARTS, (GREY, RED, ORANGE, BLUE, GREEN, PURPLE, BLUE, GREEN), strict=True))
     c = profile.smooth
@@ -70,7 +78,7 @@ def draw_shape(ax: Axes, profile: Profile, found: Pair | None) -> None:
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.1, columnspacing=1.0)
 
 
-def write_lines(figure: Figure, profiles: list[Profile], found: Pair | None) -> None:
+def write_lines(figure: Figure, profiles: Sequence[ProfileData], found: Pair | None) -> None:
     """The numbers, in a column on the right."""
     blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
     wrapped = []
@@ -79,7 +87,7 @@ def write_lines(figure: Figure, profiles: list[Profile], found: Pair | None) -> 
     figure.text(0.752, 0.905, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45)
 
 
-def save_page(profiles: list[Profile], found: Pair | None, note: str, target: Path, reference: str | None = None) -> None:
+def save_page(profiles: Sequence[ProfileData], found: Pair | None, note: str, target: Path, reference: str | None = None) -> None:
     """Write the pages of profiles and pair, a .pdf, or a .png with one below the other.
 
     reference: the combination of EN 15302 that is drawn behind the conicity.

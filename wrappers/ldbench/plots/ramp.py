@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..profiles.outlines import flange_angle, run_outlines
+from ..geometry.outlines import flange_angle, run_outlines
 from ..results.derived import lateral_over_vertical, nadal_limit, wheel_loads
 from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
 from ..results.run_data import RunData

@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
-from ..profiles.outlines import Outlines, Side, pose, run_outlines, turned
+from ..geometry.outlines import Outlines, Side, pose, run_outlines, turned
 from ..results.impacts import first_peak
 from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
 from ..results.run_data import RunData

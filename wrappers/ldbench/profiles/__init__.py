@@ -1,1 +1,1 @@
-"""Profiles and pairs before a run: what a file is taken for, its measures, outlines in their places."""
+"""Wheels and rails from any file: read, placed, mended, smoothed, measured."""

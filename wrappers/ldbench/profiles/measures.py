@@ -15,6 +15,7 @@ STATION_PITCH = 0.1e-3              # distance between stations [m]
 TAPE_CIRCLE = 70e-3                 # from the wheel's back (EN 13715) [m]
 GENTLE, CHAMFER = np.radians([10, 25])      # tangent angles at which the tread begins and ends [rad]
 STEEP = np.radians(60)              # the sides of a rail are steeper than its head [rad]
+CROWN = 3.0                         # curvature of a rail's crown [1/m]
 LARGEST_INCLINATION = 0.12          # of a rail [rad]
 
 
@@ -40,6 +41,20 @@ def survey(kind: str, length: float, frames: Callable[[np.ndarray], np.ndarray],
     y, z, angle, curvature = frames(s)
     part, measures = survey_wheel(y, z, angle) if kind == "wheel" else survey_rail(s, y, z, angle, gauge_depth)
     return Stations(s, y, z, angle, curvature, part), measures
+
+
+def waviness(stations: Stations) -> float:
+    """By how much the curvature over 2 mm, the size of a contact, differs from that over 8 mm, relative to it or to the crown of a
+    rail: the median where the profile is less steep than 70 degrees."""
+    pitch = stations.s[1] - stations.s[0]
+    near, far = (max(1, round(half/pitch)) for half in (1e-3, 4e-3))
+    angle = np.unwrap(stations.angle)
+    if len(angle) < 4*far:
+        return 0.0
+    inner = slice(far, len(angle) - far)
+    small, large = ((np.roll(angle, -k) - np.roll(angle, k))[inner]/(2*k*pitch) for k in (near, far))
+    wave = np.abs(small - large)/np.maximum(CROWN, np.abs(large)/2)
+    return float(np.median(wave[np.abs(angle[inner]) < np.radians(70)]))
 
 
 def survey_wheel(y: np.ndarray, z: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:

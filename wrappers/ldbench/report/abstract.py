@@ -12,11 +12,11 @@ import numpy as np
 
 from .._core.files import complete
 from .._core.optional import needed
+from ..geometry.pressures import full_row
 from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, impact_figure, motion_figure
 from ..plots.stretches import first_episode
 from ..plots.style import ldbench_style
-from ..profiles.pressures import full_row
 from ..results.columns import time_mean
 from ..results.impacts import first_peak
 from ..results.quantities import GRAVITY, KN, OUTCOME, PAIRS

@@ -11,9 +11,9 @@ from tqdm import tqdm
 
 from .._core.files import write_frame
 from .._core.optional import needed
+from ..geometry.pressures import full_row
 from ..plots.document import drawing
 from ..plots.ramp import is_ramp
-from ..profiles.pressures import full_row
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
 from ..results.summary import Chaotic

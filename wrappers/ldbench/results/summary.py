@@ -9,7 +9,7 @@ import numpy as np
 from .quantities import CONTACTS, OUTCOME
 from .run_data import RunData
 
-# The rows of the table of all runs, by their names in `quantities.OUTCOME`. Pressures come from `profiles.pressures`.
+# The rows of the table of all runs, by their names in `quantities.OUTCOME`. Pressures come from `geometry.pressures`.
 SUMMARY = (
     "t_first_LF", "t_first_RF", "t_first_centre", "t_return", "t_derailment", "F_derailment", "Y_max", "Y_min", "Z_max", "Z_min",
     "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "pmax_LF", "patch_LF", "approach_LF",

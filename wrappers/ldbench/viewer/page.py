@@ -23,7 +23,7 @@ from .._core.calls import version
 from .._core.errors import Error
 from .._core.files import complete
 from ..case import Case
-from ..profiles.outlines import Outlines, Side, run_outlines
+from ..geometry.outlines import Outlines, Side, run_outlines
 from ..results.derived import SIDES, lateral_over_vertical
 from ..results.events import event_kinds
 from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, quantity

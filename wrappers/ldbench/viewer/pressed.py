@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from .._core.errors import Error
+from ..geometry.pressures import run_patches
 from ..pressure import CONTACTS, Patch, reach
-from ..profiles.pressures import run_patches
 from ..results.impacts import first_peak
 from ..results.run_data import RunData
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..profiles.pressures import FLANGES, full_row
+from ..geometry.pressures import FLANGES, full_row
 from ..results.header import read_header
 from ..results.quantities import OUTCOME
 from ..results.run_data import RunData, read_data

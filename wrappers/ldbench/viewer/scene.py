@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from ..case import Case
+from ..geometry.outlines import Outlines, run_outlines, turned
 from ..plots.style import BLACK, CONTACT_LINES, GREY, Line
-from ..profiles.outlines import Outlines, run_outlines, turned
 from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
 from ..results.run_data import CLOSED, RunData
 from .page import checked

@@ -15,7 +15,7 @@ from ..results.impacts import first_peak, first_rows
 from ..results.run_data import RunData
 from ..results.summary import summary_row
 from ..table import rigid_geometry
-from .outlines import fits, pose, stated_profile
+from .outlines import fits, pose
 
 FLANGES = "LF", "RF"
 
@@ -28,7 +28,7 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
     ldbench's header, with profiles that are not there or have changed."""
     case = run.case
     changed = [file for name, file in case.profile_files().items() if Path(file).is_file()
-               and not fits(Path(file), stated_profile(run, name))]
+               and not fits(case, run, name)]
     if changed:
         raise Error(f"{changed[0]}: expected the profile of the run {run.file}, found one that has changed since")
     if run not in _placed:

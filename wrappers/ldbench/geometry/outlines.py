@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import re
-import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,8 +10,9 @@ import numpy as np
 from .._core import _flat
 from .._core.errors import Error
 from ..case import Case
+from ..profiles.profile import checksum
 from ..results.run_data import RunData
-from ..table import rigid_geometry
+from ..table import core_files, rigid_geometry
 
 WHEEL, RAIL = 1, 2      # in the core
 LEFT, RIGHT = 1, 2
@@ -79,7 +79,7 @@ def run_outlines(run: RunData, assumed: RunData | Case | None = None) -> tuple[O
         return None, f"no outlines: {names} cannot be placed"
     if not isinstance(source, RunData):
         return outlines, ""
-    changed = dict.fromkeys(file.name for name, file in files.items() if not fits(file, stated_profile(source, name)))
+    changed = dict.fromkeys(file.name for name, file in files.items() if not fits(case, source, name))
     remark = f"{' and '.join(changed)} changed since the run" if changed else ""
     return replace(outlines, axle=source.result("axle_height"), roll=source.result("axle_roll")), remark
 
@@ -107,13 +107,7 @@ def stated_profile(run: RunData, variable: str) -> str:
     return run.header.profiles.get(f"{side} {what}", run.header.profiles.get(what, ""))
 
 
-def fits(file: Path, described: str) -> bool:
-    """Whether a profile has the checksum that the header gives, before what it says of format and mending."""
-    stated = re.search(r"CRC-32 ([0-9A-F]{8})", described)
-    return not stated or checksum(file) == stated[1]
-
-
-def checksum(file: Path) -> str:
-    """The checksum of a profile's lines, as the core computes it: tabs are blanks, line ends are one newline."""
-    lines = file.read_bytes().replace(b"\t", b" ").splitlines()
-    return f"{zlib.crc32(b''.join(line + bytes([10]) for line in lines)):08X}"
+def fits(case: Case, run: RunData, variable: str) -> bool:
+    """Whether a profile of a run's case, by its variable, has the checksum that the run's header gives."""
+    stated = re.search(r"CRC-32 ([0-9A-F]{8})", stated_profile(run, variable))
+    return not stated or checksum(Path(core_files(case)[variable]).read_bytes()) == stated[1]

@@ -1,91 +1,23 @@
-"""Profiles and pairs before a run: what a file is taken for, its measures, what a wheel does on a rail."""
+"""A wheel on a rail before a run: clearance, zones, conicity, what the wheelset does between its flanges."""
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from .._core import _flat
-from .._core.calls import Handle, check, descriptions, path_bytes, text, text_bytes
+from .._core.calls import Handle, descriptions
 from .._core.errors import Error
 from ..case import Case
 from ..conicity import FINE_PITCH, level_rows, rolled_rows
+from ..profiles.measures import TAPE_CIRCLE
 from ..results.quantities import DEG, MM
 from ..table import rigid_geometry
 from .contact_geometry import AMPLITUDE, CURVE, ContactGeometry
-from .measures import TAPE_CIRCLE, Stations, survey
 from .outlines import Outlines, case_outlines
 
-KINDS = "", "wheel", "rail"
 LEAST_REACH = 10e-3         # of geometry functions to either side of the centre [m]
-# Label of a measure, unit, scale from SI, decimals.
-MEASURES = {
-    "Sh": ("flange height Sh", "mm", MM, 2), "Sd": ("flange thickness Sd", "mm", MM, 2), "qR": ("qR", "mm", MM, 2),
-    "flange_angle": ("flange angle", "°", DEG, 2), "tread_slope": ("tread slope", "", 1.0, 4),
-    "hollow": ("hollow of the tread", "mm", MM, 2),
-    "crown_radius": ("crown radius", "mm", MM, 1), "shoulder_radius": ("shoulder radius", "mm", MM, 1),
-    "corner_radius": ("gauge corner radius", "mm", MM, 2),
-    "gauge_point_y": ("gauge point at y", "mm", MM, 3), "top_y": ("top of rail at y", "mm", MM, 1),
-    "inclination": ("inclination", "rad", 1.0, 4),
-}
-
-
-@dataclass(frozen=True)
-class Profile:
-    """A profile as the program takes it."""
-    path: str
-    kind: str                   # 'wheel' or 'rail'
-    smoothing: float            # rms distance that the curve may keep from the points [mm]; 0 interpolates
-    checksum: str
-    taken: str                  # how, where it says more than y, z in mm
-    mended: str                 # '' where nothing was
-    points: np.ndarray          # (n, 2) [mm], y from a wheel's back
-    rough: Stations             # curve through the points
-    smooth: Stations            # curve that a run uses
-    noise: float                # of the points, estimated [m]
-    measures: dict[str, float]  # SI units; NaN where the profile does not go so far
-
-    def facts(self) -> dict[str, object]:
-        """The numbers, SI units."""
-        return {"path": self.path, "kind": self.kind, "points": len(self.points), "checksum": self.checksum, "taken": self.taken,
-                "mended": self.mended, "noise": self.noise, "smoothing": 1e-3*self.smoothing, **self.measures}
-
-    def lines(self) -> list[str]:
-        """What there is to say, line by line."""
-        found = [f"{self.kind} {Path(self.path).name}: {len(self.points)} points, CRC-32 {self.checksum}"]
-        found += [note for note in (self.taken, self.mended) if note]
-        noise = f"about {MM*self.noise:.3f} mm" if self.noise >= 5e-7 else "below 0.001 mm"
-        curve = f"smoothed by {self.smoothing:.4f} mm" if self.smoothing else "curve through the points"
-        found.append(f"noise of the points {noise}, {curve}")
-        for name, value in self.measures.items():
-            label, unit, scale, digits = MEASURES[name]
-            number = f"{scale*value:.{digits}f}" if np.isfinite(value) else "not on the profile"
-            if name in ("tread_slope", "inclination") and np.isfinite(value) and abs(value) > 1e-4:
-                number += f" (1:{1/value:.1f})"
-            found.append(f"{label} {number} {unit if np.isfinite(value) else ''}".rstrip())
-        return found
-
-
-def inspect(path: str | os.PathLike[str], kind: str = "", smoothing: float = -1.0, flip: str = "auto",
-            unit: str = "auto", gauge_depth: float = 0.014) -> Profile:
-    """Read a profile file; without `kind` its shape says whether it is a wheel or a rail.
-
-    smoothing [mm], flip and unit as in &profiles of a namelist, gauge_depth [m]. Raises Error as a run would.
-    """
-    address, message, length = _flat.inspect_profile(path_bytes(path), KINDS.index(kind), smoothing, text_bytes(flip),
-                                                     text_bytes(unit))
-    check(message, length)
-    handle = Handle(_flat.free_profile, address)
-    (kind_number, n), (noise, distance, smooth_length, rough_length), listing, size = _flat.profile_facts(handle)
-    found = KINDS[kind_number]
-    checksum, taken, mended = text(listing, size).split("\n")
-    rough, _ = survey(found, rough_length, lambda s: _flat.profile_frames(handle, 0, s), gauge_depth)
-    smooth, measures = survey(found, smooth_length, lambda s: _flat.profile_frames(handle, 1, s), gauge_depth)
-    return Profile(os.fspath(path), found, MM*float(distance), checksum, taken, mended, _flat.profile_points(handle, n).T, rough,
-                   smooth, float(noise), measures)
 
 
 @dataclass(frozen=True)
@@ -169,12 +101,3 @@ def tape_radius(case: Case, handle: Handle, side: int) -> float:
         raise Error(f"{case.label}: expected a wheel that reaches the tape circle, {MM*TAPE_CIRCLE:g} mm from its back, "
                     f"found one from {MM*(y[0] - case.back_to_back/2):.1f} to {MM*(y[-1] - case.back_to_back/2):.1f} mm")
     return -float(np.interp(at, y, z))
-
-
-def inspect_for(file: str, case: Case) -> Profile:
-    """A profile as the case would take it, wheel or rail."""
-    found = inspect(file, smoothing=case.smoothing_mm, gauge_depth=case.gauge_depth)
-    flip, unit = ((case.wheel_flip, case.wheel_unit) if found.kind == "wheel" else (case.rail_flip, case.rail_unit))
-    if (flip, unit) != ("auto", "auto"):
-        found = inspect(file, found.kind, case.smoothing_mm, flip, unit, case.gauge_depth)
-    return found

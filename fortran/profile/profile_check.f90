@@ -1,0 +1,159 @@
+!> Conditions that points must satisfy to be a wheel's or a rail's profile.
+module profile_check
+  use errors, only: error_type, fatal_error
+  use kinds, only: degree, dp
+  use text, only: str
+  implicit none
+  private
+  public :: check_points, is_wheel, is_rail
+
+  integer, parameter :: is_wheel = 1, is_rail = 2
+  integer, parameter :: least_points = 10
+  real(dp), parameter :: least_width = 10, largest_width = 1000  !! plausible widths [mm]
+  real(dp), parameter :: least_spacing = 1e-3_dp                 !! nearer points are one point [mm]
+  real(dp), parameter :: largest_turn = 120*degree               !! turn at a point: above, two points are exchanged
+  real(dp), parameter :: near_back = 3                           !! first y of a wheel from its back [mm]
+  real(dp), parameter :: clear = 5                               !! height above or below the middle that is clear [mm]
+
+contains
+
+  !> Fails where the points are too few, too narrow, too wide, in the wrong order, not along one curve, or not of the kind.
+  subroutine check_points(file, kind, strict, points, line, error)
+    character(*), intent(in) :: file
+    integer, intent(in) :: kind                !! is_wheel or is_rail
+    logical, intent(in) :: strict              !! whether faces and gaps are refused, too
+    real(dp), intent(in) :: points(:, :)       !! y, z, (2, n) [mm]
+    integer, intent(in) :: line(:)             !! of each point in the file
+    type(error_type), allocatable, intent(out) :: error
+    integer :: n, tip
+    real(dp) :: middle, height
+
+    n = size(points, 2)
+    if (n < least_points) then
+      call fatal_error(error, file//': expected at least '//str(least_points)//' points, found '//str(n))
+      return
+    end if
+    associate (y => points(1, :), z => points(2, :))
+      if (maxval(y) - minval(y) < least_width .or. maxval(y) - minval(y) > largest_width) then
+        call fatal_error(error, file//': expected y in mm over '//str(least_width)//' to '//str(largest_width)// &
+          ' mm, found a width of '//str(maxval(y) - minval(y)))
+      else if (y(n) <= y(1)) then
+        call fatal_error(error, file//': expected points in the order of increasing y, found the first at y = '//str(y(1))// &
+          ' and the last at y = '//str(y(n)))
+      else
+        call check_curve(file, points, line, error)
+      end if
+      if (allocated(error)) return
+      middle = (minval(y) + maxval(y))/2
+      height = z(minloc(abs(y - middle), 1))
+      tip = minloc(z, 1)
+      if (kind == is_wheel .and. (tip == 1 .or. y(tip) >= middle .or. z(tip) > height - clear)) then
+        call fatal_error(error, file//': expected a wheel, with z up and y from its back: a flange whose tip is below the '// &
+          'middle and nearer to the back, found the lowest point at y = '//str(y(tip))//', '//str(height - z(tip))// &
+          ' mm below the middle')
+      else if (kind == is_rail .and. max(z(1), z(n)) > height + clear) then
+        call fatal_error(error, file//': expected a rail, with z up: ends below the middle, found an end '// &
+          str(max(z(1), z(n)) - height)//' mm above it')
+      else if (strict) then
+        call check_extent(file, kind, points, line, error)
+      end if
+    end associate
+  end subroutine check_points
+
+  !> Fails where a wheel's y does not begin at its back, where a wheel has the face of its back above the tread, or that of its rim, on which no contact lies, and where there
+  !> is a gap between points.
+  subroutine check_extent(file, kind, points, line, error)
+    character(*), intent(in) :: file
+    integer, intent(in) :: kind
+    real(dp), intent(in) :: points(:, :)
+    integer, intent(in) :: line(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: upright = 60*degree, end_length = 2     ! slope of a rim's face, over so many mm
+    real(dp), parameter :: least_gap = 2, times = 8                ! [mm], and over the mean spacing
+    real(dp) :: spacing(size(points, 2) - 1), rim(2)
+    integer :: i, n
+
+    n = size(points, 2)
+    spacing = [(norm2(points(:, i + 1) - points(:, i)), i=1, n - 1)]
+    i = maxloc(spacing, 1)
+    if (spacing(i) > max(least_gap, times*sum(spacing)/(n - 1))) then
+      call fatal_error(error, file//', line '//str(line(i + 1))//': expected points along a curve, found a gap of '// &
+        str(spacing(i))//' mm')
+      return
+    end if
+    if (kind /= is_wheel) return
+    i = n - 1
+    do while (i > 1 .and. norm2(points(:, n) - points(:, i)) < end_length)
+      i = i - 1
+    end do
+    rim = points(:, n) - points(:, i)
+    if (abs(minval(points(1, :))) > near_back) then
+      call fatal_error(error, file//': expected a wheel''s y from its back, at y = 0, found the least y = '// &
+        str(minval(points(1, :))))
+    else if (points(2, 1) > points(2, n) .or. abs(rim(2)) > tan(upright)*abs(rim(1))) then
+      call fatal_error(error, file//': expected a wheel without the faces of its back and of its rim, found one')
+    end if
+  end subroutine check_extent
+
+  !> Fails where points repeat and where the curve through them crosses itself or turns too much at a point.
+  subroutine check_curve(file, points, line, error)
+    character(*), intent(in) :: file
+    real(dp), intent(in) :: points(:, :)
+    integer, intent(in) :: line(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: n, i, j
+
+    n = size(points, 2)
+    do i = 2, n
+      if (norm2(points(:, i) - points(:, i - 1)) >= least_spacing) cycle
+      call fatal_error(error, file//', line '//str(line(i))//': expected a point at least '//str(least_spacing)// &
+        ' mm from the one before, found one at '//str(norm2(points(:, i) - points(:, i - 1))))
+      return
+    end do
+    do i = 1, n - 3
+      do j = i + 2, n - 1
+        ! Bounding boxes first: the exact test runs for near neighbours only.
+        if (min(points(1, i), points(1, i + 1)) > max(points(1, j), points(1, j + 1))) cycle
+        if (max(points(1, i), points(1, i + 1)) < min(points(1, j), points(1, j + 1))) cycle
+        if (.not. crosses(points(:, i:i + 1), points(:, j:j + 1))) cycle
+        call fatal_error(error, file//': expected a curve that does not cross itself, found a crossing between lines '// &
+          str(line(i))//' and '//str(line(j + 1)))
+        return
+      end do
+    end do
+    do i = 2, n - 1
+      if (turn(points(:, i - 1), points(:, i), points(:, i + 1)) <= largest_turn) cycle
+      call fatal_error(error, file//', line '//str(line(i))//': expected a curve that turns by at most '// &
+        str(nint(largest_turn/degree))//' degrees at a point, found '// &
+        str(nint(turn(points(:, i - 1), points(:, i), points(:, i + 1))/degree)))
+      return
+    end do
+  end subroutine check_curve
+
+  !> Angle between the two segments of three points [rad].
+  pure real(dp) function turn(first, second, third)
+    real(dp), intent(in) :: first(2), second(2), third(2)
+    real(dp) :: a(2), b(2)
+
+    a = second - first
+    b = third - second
+    turn = abs(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)))
+  end function turn
+
+  !> Whether two segments cross or touch.
+  pure logical function crosses(a, b)
+    real(dp), intent(in) :: a(2, 2), b(2, 2)   !! two segments, (coordinate, end)
+
+    crosses = side(a, b(:, 1))*side(a, b(:, 2)) <= 0 .and. side(b, a(:, 1))*side(b, a(:, 2)) <= 0 &
+      .and. max(minval(a(2, :)), minval(b(2, :))) <= min(maxval(a(2, :)), maxval(b(2, :))) &
+      .and. max(minval(a(1, :)), minval(b(1, :))) <= min(maxval(a(1, :)), maxval(b(1, :)))
+  end function crosses
+
+  !> Positive where a point is on the left of a segment, negative on the right [mm2].
+  pure real(dp) function side(a, point)
+    real(dp), intent(in) :: a(2, 2), point(2)
+
+    side = (a(1, 2) - a(1, 1))*(point(2) - a(2, 1)) - (a(2, 2) - a(2, 1))*(point(1) - a(1, 1))
+  end function side
+
+end module profile_check

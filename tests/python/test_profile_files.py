@@ -1,0 +1,460 @@
+"""Profile files as people have them: what is read, how it is placed and mended, and what is refused, with line and advice."""
+import random
+import re
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import shapes
+from ldbench import Error
+from ldbench.profiles.formats import Raw, of_array, read_file
+from ldbench.profiles.placing import Placed, place
+from ldbench.profiles.repair import check, mend
+from running import REPO
+
+WHEEL, RAIL = (np.loadtxt(REPO/"profiles"/f"{name}.yz").round(5) for name in ("s1002", "60e1"))
+BOTH = {"wheel": WHEEL, "rail": RAIL}
+DOWN = np.array([1, -1])
+
+
+def rows(points: np.ndarray, between: str = " ", digits: int = 5, after: str = "") -> str:
+    return "".join(f"{y:.{digits}f}{between}{z:.{digits}f}{after}\n" for y, z in points)
+
+
+def written(folder: Path, name: str, text: str | bytes) -> Path:
+    path = folder/name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def placed(folder: Path, name: str, text: str | bytes, number: int | None = None, **how: object) -> tuple[Raw, Placed]:
+    raw = read_file(written(folder, name, text), number)
+    return raw, place(raw, name, **how)
+
+
+def refused(folder: Path, name: str, text: str | bytes, number: int | None = None, **how: object) -> str:
+    with pytest.raises(Error) as caught:
+        placed(folder, name, text, number, **how)
+    message = str(caught.value)
+    assert name in message and "\n" not in message and "; " in message
+    return message
+
+
+def thickness(wheel: np.ndarray) -> float:
+    """Flange thickness Sd [mm]: y of the flange's face 10 mm below the tape circle."""
+    tip = wheel[:, 1].argmin()
+    y, z = wheel[tip:].T
+    level = np.interp(70, y, z) - 10
+    k = np.argmax(z > level)
+    return float(np.interp(level, z[k - 1:k + 1], y[k - 1:k + 1]))
+
+
+# ---- specimens of every format -------------------------------------------------------
+def miniprof(points: np.ndarray, kind: str, ends: str = "\n\n") -> str:
+    return ("ProgramName=MiniProf\nProgramVer=2.4\nStock=%12\nXOffset=1.5\nYOffset=-2.0\nColumnDef=X,Y,A,C\n"
+            f"XYPoints={len(points)}{ends}" + rows(points*DOWN - [1.5, -2], digits=5, after=" 0.1 0.2"))
+
+
+def old_miniprof(points: np.ndarray, kind: str) -> str:
+    heading = f"#Mini{kind.capitalize()}Prof 2003 11\nmeasured by nobody\n32.58 37.11 14.71\n\n"
+    return heading + rows(points*DOWN, "\t", after="\t0.0")
+
+
+def mpt(points: np.ndarray, kind: str) -> str:
+    return "[FileInfo]\nProgramName=Envision\nDate=1.2.2020\n\n[Profile]\nColumnDef=X,Y\n" + rows(points, ",")
+
+
+def simpack(points: np.ndarray, kind: str, unit: float = 1000.0, form: str = ".5f") -> str:
+    """z down, y of a wheel from the tape circle, shifted and mirrored back, one point beyond the bounds."""
+    moved = (points - [70 if kind == "wheel" else 0, 0])*[-1, -1] - [2.5, 0]
+    moved = np.vstack([moved, [300.0, 0.0]])*unit/1000
+    shift, least, most = (f"{x*unit/1000:g}" for x in (2.5, -200, 200))
+    return (f"! a profile\nheader.begin\n  version = 1\n  type = {int(kind == 'wheel')} ! 1 wheel\nheader.end\nspline.begin\n"
+            f"  approx.smooth = 0.0\n  comment = 'none'\n  shift.y = {shift}\n  rotate = 0.0\n  bound.y.min = {least}\n"
+            f"  bound.y.max = {most}\n  mirror.y = 1\n  units.len = 'mm'\n  units.len.f = {unit:g}\n  point.begin\n"
+            + "".join(f"    {y:{form}} {z:{form}} 1.0\n" for y, z in moved) + "  point.end\nspline.end\n")
+
+
+def vampire(points: np.ndarray, kind: str, right: np.ndarray | None = None) -> str:
+    """Both sides; y from the centre of the track, z of a wheel down."""
+    other = points if right is None else right
+    head = "TREADDATUM EUROPEAN\nFLANGEBACK 1360.0" if kind == "wheel" else "GAUGEPOINT EUROPEAN\nGAUGE 1435.0"
+    z = -1 if kind == "wheel" else 1
+    return (f"{kind.upper()}PROFILE\n{kind} of a test\n{head}\n"
+            + "".join(f"{-680 - a:.5f}, {z*b:.5f}, {680 + c:.5f}, {z*d:.5f}\n"
+                      for (a, b), (c, d) in zip(points, other, strict=True)))
+
+
+def gensys(points: np.ndarray, kind: str) -> str:
+    return "# y z\n" + rows((points - [70 if kind == "wheel" else 0, 0])*[-1, -1], "   ")
+
+
+FORMATS: dict[str, tuple[str, Callable[[np.ndarray, str], str | bytes], tuple[str, str], str]] = {
+    # format told, writer, endings of wheel and rail, a note
+    "blanks": ("plain", lambda p, _: rows(p), (".yz", ".yz"), ""),
+    "comma": ("plain", lambda p, _: rows(p, ", "), (".csv", ".csv"), ""),
+    "semicolon": ("plain", lambda p, _: "y;z\n" + rows(p, ";"), (".csv", ".csv"), ""),
+    "tab": ("plain", lambda p, _: rows(p, "\t"), (".txt", ".txt"), ""),
+    "decimal comma": ("plain", lambda p, _: rows(p, ";").replace(".", ","), (".csv", ".csv"), "decimal commas"),
+    "decimal comma, blanks": ("plain", lambda p, _: rows(p).replace(".", ","), (".txt", ".txt"), "decimal commas"),
+    "quoted": ("plain", lambda p, _: '"X","Y"\n' + "".join(f'"{y:.5f}","{z:.5f}"\n' for y, z in p), (".csv", ".csv"), ""),
+    "quoted, decimal comma": ("plain", lambda p, _: "".join(f'"{y:.5f}","{z:.5f}"\n' for y, z in p).replace(".", ","),
+                              (".csv", ".csv"), "decimal commas"),
+    "UTF-8 mark": ("plain", lambda p, _: "\ufeff" + rows(p), (".txt", ".txt"), "byte order mark"),
+    "UTF-16": ("plain", lambda p, _: rows(p).encode("utf-16"), (".txt", ".txt"), "UTF-16"),
+    "CRLF": ("plain", lambda p, _: rows(p).replace("\n", "\r\n"), (".txt", ".txt"), ""),
+    "header lines": ("plain", lambda p, _: "Profile 7\n\ny [mm]; z [mm]\n" + rows(p, ";"), (".txt", ".txt"), ""),
+    "columns swapped": ("plain", lambda p, _: "z, y\n" + rows(p[:, ::-1], ","), (".csv", ".csv"), "columns 2 and 1"),
+    "named in a comment": ("plain", lambda p, _: "# s y z\n" + "".join(f"{k/8} {y:.5f} {z:.5f}\n" for k, (y, z) in enumerate(p)),
+                           (".txt", ".txt"), "columns 2 and 3"),
+    "index named": ("plain", lambda p, _: "n\ty\tz\n" + "".join(f"{k}\t{y:.5f}\t{z:.5f}\n" for k, (y, z) in enumerate(p, 1)),
+                    (".txt", ".txt"), "columns 2 and 3"),
+    "index": ("plain", lambda p, _: "".join(f"{k} {y:.5f} {z:.5f}\n" for k, (y, z) in enumerate(p, 1)), (".txt", ".txt"),
+              "first column, a count, skipped"),
+    "Fortran exponents": ("plain", lambda p, _: "".join(f"{y:.8E} {z:.8E}\n".replace("E", "D") for y, z in p),
+                          (".txt", ".txt"), ""),
+    "MiniProf": ("MiniProf", miniprof, (".whl", ".ban"), ""),
+    "old MiniProf": ("MiniProf", old_miniprof, (".txt", ".txt"), ""),
+    "MiniProf .mpt": ("MiniProf", mpt, (".mpt", ".mpt"), ""),
+    "SIMPACK": ("SIMPACK", simpack, (".prw", ".prr"), "1 outside the bounds"),
+    "SIMPACK in m": ("SIMPACK", lambda p, kind: simpack(p, kind, 1.0, ".8f"), (".prw", ".prr"), "1 outside the bounds"),
+    "VAMPIRE": ("VAMPIRE", vampire, (".whe", ".rai"), "left side"),
+    "GENSYS": ("GENSYS", gensys, (".wheel", ".rail"), ""),
+}
+ORIGINS = {"SIMPACK": "tape circle at y = 0, 70 mm from the back (SIMPACK)",
+           "GENSYS": "tape circle at y = 0, 70 mm from the back (GENSYS)",
+           "VAMPIRE": "back of the wheel at y = 680 mm of the file (VAMPIRE)"}
+
+
+@pytest.mark.parametrize("kind", BOTH)
+@pytest.mark.parametrize("specimen", FORMATS)
+def test_every_format_gives_the_points(specimen, kind, tmp_path):
+    told, write, endings, note = FORMATS[specimen]
+    raw, found = placed(tmp_path, "specimen" + endings[kind == "rail"], write(BOTH[kind], kind))
+    points = found.points - ([680, 0] if told == "VAMPIRE" and kind == "rail" else 0)
+    assert points == pytest.approx(BOTH[kind], abs=2e-5)
+    assert raw.format == told and found.kind == kind
+    assert raw.kind in ("", kind) and (raw.kind or told in ("plain", "MiniProf"))
+    assert (raw.back is not None) == (kind == "wheel" and told in ORIGINS)
+    assert raw.quantum == pytest.approx(1e-5*(1e-3 if "in m" in specimen else 1), rel=1e-9)
+    assert note in "; ".join(raw.notes) and len(raw.notes) == bool(note)
+    assert found.origin == ("as the file has it" if kind == "rail" else ORIGINS.get(told, "back of the wheel at y = 0"))
+    assert np.all(np.diff(found.lines) == found.lines[1] - found.lines[0])
+    mended = mend(found.points, found.lines, "specimen")
+    assert mended.notes == [] and mended.group == 1 and np.array_equal(mended.points, found.points)
+    check(mended.points, mended.lines, "specimen")
+
+
+@pytest.mark.parametrize("kind", BOTH)
+@pytest.mark.parametrize(("unit", "note"), [(1e3, "in m"), (25.4, "in inches"), (10.0, "in cm")])
+def test_units_are_told_by_the_size(kind, unit, note, tmp_path):
+    _, found = placed(tmp_path, "file.txt", rows(BOTH[kind]/unit, digits=9))
+    assert found.points == pytest.approx(BOTH[kind], abs=1e-5) and found.notes == [note]
+    raw, found = placed(tmp_path, "file.txt", f"y [{note[3:5]}] z [{note[3:5]}]\n" + rows(BOTH[kind]/unit, digits=9))
+    assert raw.unit == unit and found.notes == []
+    assert "unit" in refused(tmp_path, "file.txt", rows(BOTH[kind]/unit, digits=9), unit="mm")
+
+
+@pytest.mark.parametrize("kind", BOTH)
+@pytest.mark.parametrize(("signs", "note"), [
+    ((1, -1), "z turned over"), ((-1, 1), "y turned over"), ((-1, -1), "y and z turned over")])
+def test_axes_are_told_by_the_shape(kind, signs, note):
+    for order in 1, -1:
+        found = place(of_array((BOTH[kind]*signs)[::order]), "array")
+        assert found.points == pytest.approx(BOTH[kind]) and found.notes == [note] and found.kind == kind
+        with pytest.raises(Error, match=f"found the {kind} upside down with flip=(none|z); "):
+            place(of_array(BOTH[kind]*signs), "array", flip="none" if signs[1] < 0 else "z")
+    assert place(of_array(RAIL*[-1, 1]), "array", flip="none").points == pytest.approx((RAIL*[-1, 1])[::-1])
+
+
+def test_slices_of_contact_are_asked_by_number(tmp_path):
+    for name, points in ("a.prr", RAIL), ("b.prr", RAIL + [0, -1]):
+        written(tmp_path, name, simpack(points, "rail"))
+    text = ("% slices\n 0.5 1000 % S_OFFSET, S_SCALE\n 2 % NSLC\n 0 0 0 % NFEAT\n 1 % S_METHOD\n"
+            " 0.0 'a.prr'\n 1.0 \"b.prr\"\n")
+    raw, found = placed(tmp_path, "turnout.slcs", text, 2)
+    assert found.points == pytest.approx(RAIL + [0, -1], abs=2e-5) and (raw.format, raw.kind) == ("CONTACT", "rail")
+    assert raw.notes[0] == "slice 2 of 2, at 1500: b.prr, SIMPACK"
+    assert "found 2 slices; ask for one with slice=1 to 2" in refused(tmp_path, "turnout.slcs", text)
+    assert "slice=1 to 2" in refused(tmp_path, "turnout.slcs", text, 3)
+    assert "expected a wheel, found" in refused(tmp_path, "turnout.slcw", text, 1)
+    with pytest.raises(Error, match=r"turnout.slcs, line 7: .*none.prr: cannot be opened for reading"):
+        read_file(written(tmp_path, "turnout.slcs", text.replace("b.prr", "none.prr")), 2)
+    assert "expected offset and scale" in refused(tmp_path, "turnout.slcs", text.replace(" 2 %", " 3 %"), 1)
+
+
+def test_sides_and_sections_are_asked_by_number(tmp_path):
+    right = shapes.bump(WHEEL, 70, 20, 1.0)
+    for number, points in (1, WHEEL), (2, right):
+        raw, found = placed(tmp_path, "worn.whe", vampire(WHEEL, "wheel", right), number)
+        assert found.points == pytest.approx(points, abs=2e-5) and raw.notes == [["left side"], ["right side"]][number - 1]
+    assert "slice=1, the right with slice=2" in refused(tmp_path, "worn.whe", vampire(WHEEL, "wheel", right))
+    two = mpt(RAIL, "rail") + "[Other]\nDate=1\n" + rows(RAIL + [0, 3], ",")
+    assert placed(tmp_path, "two.mpt", two, 2)[1].points == pytest.approx(RAIL + [0, 3], abs=2e-5)
+    assert "found 2 sections with points; ask for one" in refused(tmp_path, "two.mpt", two)
+    assert "leave slice out" in refused(tmp_path, "one.prw", simpack(WHEEL, "wheel"), 2)
+
+
+def test_what_is_announced_and_taken_is_told(tmp_path):
+    short = miniprof(WHEEL, "wheel").replace(f"XYPoints={len(WHEEL)}", "XYPoints=617")
+    assert placed(tmp_path, "a.whl", short)[0].notes == ["615 points of the 617 announced"]
+    assert placed(tmp_path, "a.yz", "# taken: MiniProf, z turned over\n" + rows(WHEEL))[0].taken == "MiniProf, z turned over"
+    assert placed(tmp_path, "a.yz", rows(WHEEL))[0].taken == ""
+
+
+@pytest.mark.parametrize(("text", "quantum"), [
+    (lambda p: rows(p, digits=3), 1e-3), (lambda p: rows(p, digits=6), 1e-5),
+    (lambda p: rows((p/0.025).round()*0.025, digits=4), 0.025),
+    (lambda p: "".join(f"{y:.4E} {z:.4E}\n" for y, z in p), 1e-2)])
+def test_rounding_is_told(text, quantum, tmp_path):
+    assert placed(tmp_path, "a.yz", text(WHEEL))[0].quantum == pytest.approx(quantum, rel=1e-9)
+
+
+# ---- the origin of a wheel -----------------------------------------------------------
+TAPE = WHEEL - [70, 0]
+# y of the first point, from the tape circle: an LM wheel that begins at its chamfer, a coarse S1002.
+BEGINS = {"LM": (-64.5, 1), "coarse": (-59.9, 15)}
+
+
+@pytest.mark.parametrize("begins", BEGINS)
+@pytest.mark.parametrize("ending", [".prw", ".txt", ".wheel"])
+def test_tape_circle_is_the_origin_wherever_the_points_begin(begins, ending, tmp_path):
+    first, step = BEGINS[begins]
+    points = TAPE[TAPE[:, 0] >= first]
+    points = np.r_[points[:1], [[y, np.interp(y, *points.T)] for y in np.arange(-58, 59, 2.0)]] if step > 1 else points
+    text = simpack(points + [70, 0], "wheel") if ending == ".prw" else rows(points)
+    _, found = placed(tmp_path, "lm" + ending, text)
+    assert thickness(found.points) == pytest.approx(32.5, abs=0.3 if step > 1 else 0.005)
+    assert found.origin.startswith("tape circle at y = 0, 70 mm from the back")
+    assert found.points[0, 0] == pytest.approx(points[0, 0] + 70, abs=1e-4)
+
+
+def test_back_is_told_by_its_face_only():
+    faced = shapes.with_faces(WHEEL)
+    for shift, noise in (-70.0, 0.0), (-69.95, 0.01):
+        found = place(of_array(shapes.noisy(faced, noise, 3) + [shift, 0]), "array")
+        assert found.origin == "tape circle at y = 0, 70 mm from the back"
+        assert thickness(found.points) == pytest.approx(102.5 + shift, abs=0.001 + 4*noise)
+    for shift in 33.0, -66.5, 400.0:
+        for noise in 0.0, 0.01:
+            found = place(of_array(shapes.noisy(faced, noise, 3) + [shift, 0]), "array")
+            assert thickness(found.points) == pytest.approx(32.5, abs=0.01 + 4*noise)
+            told = re.fullmatch(r"back of the wheel at y = (\S+) mm of the file", found.origin)
+            assert told and float(told[1]) == pytest.approx(shift, abs=0.001 + 4*noise)
+            assert found.notes == ["faces beyond the running surface left out"]
+    bare = WHEEL[WHEEL[:, 0] > 6] + [33, 0]
+    with pytest.raises(Error, match=r"expected y = 0 on the tread.*; give wheel_back=.*\(the flange ends at 39\.\d+ mm\)"):
+        place(of_array(bare), "array")
+    assert thickness(place(of_array(bare), "array", wheel_back=33.0).points) == pytest.approx(32.5, abs=0.005)
+    assert thickness(place(of_array(-bare), "array", wheel_back=-33.0).points) == pytest.approx(32.5, abs=0.005)
+    for wrong in 300.0, -33.0, 43.0:
+        with pytest.raises(Error, match="correct wheel_back"):
+            place(of_array(bare), "array", wheel_back=wrong)
+
+
+def test_zero_beside_the_flange_is_the_back():
+    for first, told in (0, True), (2.5, True), (3.2, False):
+        wheel = WHEEL[WHEEL[:, 0] >= first]
+        if told:
+            found = place(of_array(wheel), "array")
+            assert found.origin == "back of the wheel at y = 0" and found.points == pytest.approx(wheel)
+        else:
+            with pytest.raises(Error, match="wheel_back="):
+                place(of_array(wheel), "array")
+
+
+def test_convention_that_the_shape_contradicts_is_refused(tmp_path):
+    """A SIMPACK or GENSYS file whose y = 0 is the back; a face elsewhere."""
+    assert "wheel_back=" in refused(tmp_path, "a.wheel", rows(WHEEL))
+    shifted = simpack(shapes.with_faces(WHEEL) - [6, 0], "wheel")
+    assert "found a face of the back at -76 mm" in refused(tmp_path, "a.prw", shifted)
+    found = placed(tmp_path, "a.prw", shifted, wheel_back=-76.0)[1]
+    assert thickness(found.points) == pytest.approx(32.5, abs=0.005) and "wheel_back" in found.origin
+
+
+# ---- what is refused -----------------------------------------------------------------
+def with_line(k: int, line: str) -> str:
+    lines = rows(WHEEL).splitlines()
+    return "\n".join([*lines[:k], line, *lines[k:]]) + "\n"
+
+
+REFUSED: dict[str, tuple[str, str | bytes, str]] = {
+    "empty": ("a.yz", b"", "expected at least 10 points, found 0"),
+    "comments": ("a.yz", "# 1 2\n", "the file begins with \"# 1 2\""),
+    "words": ("a.yz", "y z\nmm mm\n", "expected at least 10 points, found 0"),
+    "nine points": ("a.yz", rows(WHEEL[::72]), "expected at least 10 points, found 9"),
+    "a word": ("a.yz", with_line(300, "12.5 high"), "line 301: expected two numbers, y and z, found \"12.5 high\""),
+    "one number first": ("a.yz", with_line(0, "12.5"), "line 1: expected two numbers"),
+    "NaN": ("a.yz", with_line(7, "NaN 1"), "line 8: expected two numbers"),
+    "infinity": ("a.yz", with_line(7, "1e999 1"), "line 8: expected two numbers"),
+    "an empty field": ("a.csv", rows(WHEEL, ",") + ",1.0\n", "line 616: expected two numbers"),
+    "kilometres": ("a.yz", with_line(615, "12.5 1e7"), "line 616: expected millimetres"),
+    "binary": ("a.yz", random.Random(1).randbytes(20000), "expected two numbers"),
+    "NUL": ("a.yz", rows(WHEEL).encode() + bytes(512), "line 616: expected two numbers"),
+    "one long line": ("a.yz", b"["*20000, "line 1: expected two numbers"),
+    "commas for both": ("a.csv", rows(WHEEL, ",").replace(".", ","), "write semicolons between numbers"),
+    "hardly a flange": ("a.yz", rows(np.column_stack([np.linspace(0, 135, 21), 0.01*np.sin(np.arange(21))])),
+                        "the shape of neither"),
+    "a wide flange": ("a.yz", rows(WHEEL*[1, 6.4]), "expected a flange 15 to 45 mm high, found 12"),
+    "a low flange": ("a.yz", rows(WHEEL*[1, 0.5]), "expected a flange 15 to 45 mm high, found 1"),
+    "a narrow wheel": ("a.yz", rows(WHEEL[WHEEL[:, 0] < 76]), "found a width of 7"),
+    "a wide rail": ("a.ban", rows(RAIL*[1.7, 1]), "over 50 to 110 mm of a rail's head, found a width of 1"),
+    "one point": ("a.yz", "1 1\n"*12, "expected y in millimetres over 80 to 200 mm"),
+    "vertical": ("a.yz", rows(WHEEL*[0, 1]), "expected y in millimetres over 80 to 200 mm"),
+    "half a SIMPACK": ("a.prw", simpack(WHEEL, "wheel").split("  point.end")[0], "expected point.end, found the end of the file"),
+    "points without a spline": ("a.prw", "point.begin\n1 2\npoint.end\n", "line 1: expected the sections header, spline"),
+    "turned SIMPACK": ("a.prw", simpack(WHEEL, "wheel").replace("rotate = 0.0", "rotate = 0.1"),
+                       "line 10: expected rotate = 0, found"),
+    "no unit": ("a.prw", simpack(WHEEL, "wheel").replace("len.f = 1000", "len.f = 0"), "expected units.len.f above 0"),
+    "type": ("a.prw", simpack(WHEEL, "wheel").replace("type = 1", "type = 0, 9"), "found \"0, 9\""),
+    "columns of MiniProf": ("a.whl", miniprof(WHEEL, "wheel").replace("X,Y,A,C", "A,C"), "line 6: expected columns X and Y"),
+    "offset of MiniProf": ("a.whl", miniprof(WHEEL, "wheel").replace("XOffset=1.5", "XOffset=x"),
+                           "line 4: expected a number after xoffset="),
+    "VAMPIRE without datum": ("a.whe", vampire(WHEEL, "wheel").replace("TREADDATUM EUROPEAN\n", ""), "expected WHEELPROFILE or"),
+    "another .rai": ("a.rai", rows(RAIL), "rename a file that is not of VAMPIRE"),
+}
+
+
+@pytest.mark.parametrize("broken", REFUSED)
+def test_broken_file_is_refused(broken, tmp_path):
+    name, text, words = REFUSED[broken]
+    assert words in refused(tmp_path, name, text)
+
+
+def test_no_file_and_a_folder_are_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"none\.yz: cannot be opened for reading") as caught:
+        read_file(tmp_path/"none.yz")
+    assert isinstance(caught.value, Error)
+    with pytest.raises(Error, match="expected a file, found a folder"):
+        read_file(tmp_path)
+
+
+def test_arrays_of_other_shapes_are_refused():
+    assert of_array(WHEEL.T).points == pytest.approx(WHEEL)
+    for wrong in np.zeros(7), np.zeros((5, 3)), "points", WHEEL.tolist()[:5] + [[1.0]]:
+        with pytest.raises(Error, match=r"points: expected .*shape \(n, 2\)"):
+            of_array(wrong)
+    with pytest.raises(Error, match="line 3: expected millimetres"):
+        of_array(np.where(np.arange(615)[:, None] == 2, np.nan, WHEEL))
+
+
+def test_kind_of_the_caller_wins_but_does_not_contradict(tmp_path):
+    assert placed(tmp_path, "a.txt", rows(RAIL), kind="rail")[1].kind == "rail"
+    series = [placed(tmp_path, f"a{ending}", miniprof(points, kind))[1].kind
+              for ending, (kind, points) in zip((".whl", ".ban"), BOTH.items(), strict=True)]
+    assert series == ["wheel", "rail"]
+    said = refused(tmp_path, "a.prr", simpack(RAIL, "rail"), kind="wheel")
+    assert "expected a wheel, found a file that says it is a rail" in said
+    assert "expected a wheel, found the shape of a rail" in refused(tmp_path, "a.txt", rows(RAIL), kind="wheel")
+    assert "expected a rail, found the shape of a wheel" in refused(tmp_path, "a.ban", rows(WHEEL))
+    assert "expected unit" in refused(tmp_path, "a.txt", rows(WHEEL), unit="furlong")
+
+
+def test_a_count_at_the_end_is_dropped_by_its_line(tmp_path):
+    raw, found = placed(tmp_path, "a.yz", rows(WHEEL) + "615 615\n")
+    assert found.points == pytest.approx(WHEEL) and raw.notes == ["line 616, 615 615, is a count of points: dropped"]
+    for stray in "403 250\n", "160.0 40.0\n", "0 0\n":
+        _, found = placed(tmp_path, "a.yz", rows(WHEEL) + stray)
+        assert found.points == pytest.approx(WHEEL)
+        assert found.notes[0].startswith("line 616, ") and "off the profile" in found.notes[0]
+    assert "found a width of 615" in refused(tmp_path, "a.yz", rows(WHEEL) + "615 4\n")
+
+
+# ---- mending -------------------------------------------------------------------------
+def test_dense_points_do_not_repeat():
+    """4,543 points with five digits, 5 um apart on the corners: nothing is dropped or moved."""
+    s = np.r_[0, np.cumsum(np.hypot(*np.diff(RAIL, axis=0).T))]
+    corner = (s > 25) & (s < 35)
+    at = np.sort(np.r_[np.arange(25, 35, 0.005), np.linspace(0, s[-1], 2543)])
+    dense = np.column_stack([np.interp(at, s, RAIL[:, k]) for k in (0, 1)]).round(5)
+    assert corner.any() and len(dense) == 4543
+    found = mend(dense, np.arange(1, 4544), "dense")
+    assert found.notes == [] and len(found.points) == 4543
+    check(found.points, found.lines, "dense")
+
+
+def test_mending_says_what_it_did():
+    points = np.repeat(WHEEL, 1 + (np.arange(615) % 40 == 5), axis=0)
+    twice = len(points) - 615
+    points[[300, 301]] = points[[301, 300]]
+    points[400] += [0.4, 1.0]
+    lines = np.arange(1, len(points) + 1)
+    found = mend(points, lines, "file")
+    assert found.notes[0] == f"{twice} repeated dropped" and found.group == 1
+    assert re.fullmatch(r"1 off the curve by up to (0\.[6-9]|1\.0)\d* mm dropped, line 401", found.notes[1])
+    assert found.notes[2] == "2 that doubled back moved by up to 0.25 mm" and len(found.notes) == 3
+    assert len(found.points) == len(found.lines) == 614 and np.isin(found.points, WHEEL).all()
+    check(found.points, found.lines, "file")
+
+
+@pytest.mark.parametrize(("spacing", "noise"), [(0.02, 0.01), (0.02, 0.03), (0.1, 0.03), (0.4, 0.01)])
+def test_noise_above_the_spacing_puts_points_together(spacing, noise):
+    points = shapes.noisy(shapes.shape("awprof", spacing), noise, 1)
+    found = mend(points, np.arange(len(points)), "noisy")
+    check(found.points, found.lines, "noisy")
+    assert found.group == (4 if spacing == 0.02 and noise == 0.03 else 2 if spacing == 0.02 else 1)
+    assert (f"each {found.group} put together to one" in found.notes) == (found.group > 1)
+    assert len(found.points) > 0.8*len(points)/found.group
+
+
+def test_what_cannot_be_mended_is_refused_by_line():
+    tip = WHEEL[:, 1].argmin()
+    back = np.r_[np.arange(tip - 5), np.arange(tip + 5, tip - 6, -1), np.arange(tip + 6, 615)]
+    with pytest.raises(Error, match=rf"line {tip - 5}: .* crosses itself between lines {tip - 5} and {tip + 7}; "):
+        check(WHEEL[back], np.arange(1, 616), "loop")
+    spike = np.insert(WHEEL, 300, WHEEL[297] + [0, 0.2], axis=0)
+    with pytest.raises(Error, match=r"line \d+: expected a curve that turns by at most 120 degrees at a point, found 1\d\d; "):
+        check(spike, np.arange(1, 617), "spike")
+    scattered = WHEEL + np.random.default_rng(1).normal(0, 3, WHEEL.shape)
+    with pytest.raises(Error, match=r"scattered, line \d+: expected "):
+        found = mend(scattered, np.arange(1, 616), "scattered")
+        check(found.points, found.lines, "scattered")
+
+
+def test_points_off_the_ends_are_dropped():
+    points = WHEEL.copy()
+    points[-1] += [0, -5]
+    found = place(of_array(points), "array")
+    mended = mend(found.points, found.lines, "array")
+    assert found.notes == [] and mended.notes == ["1 off the curve by up to 4.989 mm dropped, line 615"]
+    assert mended.points == pytest.approx(WHEEL[:-1])
+    corner = np.r_[WHEEL, WHEEL[-1:] + [[0.2, 0.2]]]        # a chamfer begins
+    assert len(mend(corner, np.arange(616), "array").points) == 616
+
+
+def test_closed_rail_and_underside_are_cut():
+    whole = shapes.with_web(RAIL)
+    found = place(of_array(whole), "array")
+    assert found.kind == "rail" and found.notes == ["faces beyond the running surface left out"]
+    assert found.points == pytest.approx(RAIL[np.isin(RAIL[:, 0], found.points[:, 0])]) and len(found.points) > 500
+    foot = np.array([whole[-1], whole[-1] + [-2, -90], [112, -160], [112, -172], [-38, -172], [-38, -160],
+                     whole[0] + [2, -90], whole[0]])
+    way = np.r_[0, np.cumsum(np.hypot(*np.diff(foot, axis=0).T))]
+    at = np.arange(0.5, way[-1], 0.5)
+    closed = np.r_[whole, np.column_stack([np.interp(at, way, foot[:, k]) for k in (0, 1)])]
+    for start, signs in (0, 1), (400, 1), (400, DOWN), (1200, [1, 1]):
+        assert place(of_array(np.roll(closed, -start, axis=0)*signs), "array").points == pytest.approx(found.points)
+
+
+@pytest.mark.parametrize("worn", shapes.WORN_WHEELS)
+def test_worn_wheels_are_taken(worn):
+    wheel = shapes.WORN_WHEELS[worn](WHEEL)
+    for points in wheel, shapes.with_faces(wheel)*DOWN:
+        found = place(of_array(points), "array")
+        assert found.kind == "wheel" and found.origin == "back of the wheel at y = 0"
+        assert np.isin(found.points[:, 0], wheel[:, 0]).mean() > 0.96
+
+
+def test_reading_takes_milliseconds(tmp_path):
+    path = written(tmp_path, "a.yz", rows(shapes.shape("awprof")))
+    best = np.inf
+    for _ in range(5):
+        start = time.perf_counter()
+        found = place(read_file(path), "a.yz")
+        mended = mend(found.points, found.lines, "a.yz")
+        check(mended.points, mended.lines, "a.yz")
+        best = min(best, time.perf_counter() - start)
+    assert best < 0.02

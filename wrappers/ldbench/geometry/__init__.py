@@ -1,0 +1,1 @@
+"""What rigid wheels do on rails, and where a wheelset touches."""

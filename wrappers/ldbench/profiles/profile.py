@@ -1,0 +1,305 @@
+"""A wheel's or a rail's profile: read from any file, placed, mended, smoothed, and written as the core reads it."""
+from __future__ import annotations
+
+import atexit
+import functools
+import os
+import shutil
+import tempfile
+import zlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .._core import _flat
+from .._core.calls import path_bytes
+from .._core.errors import Error
+from .._core.files import DEFAULT_FOLDER, complete
+from .formats import of_array, read_file
+from .measures import Stations, survey, waviness
+from .placing import place
+from .repair import check as check_curve, mend
+from .smoothing import FAR, Smoothed, chord_lengths, smooth
+
+MM, DEG = 1e3, 180/np.pi    # in SI units
+KINDS = "wheel", "rail"     # 1 and 2 in the core
+NEGLIGIBLE = 1e-4           # noise that needs no smoothing [mm]: it changes the mean curvature over a patch by less than a tread's
+SURE = 1.3                  # noise by cross-validation over that by neighbours, at most
+MOST_WAVY = 0.25            # of a curve on which a contact is one patch
+LEAST_EVEN, MOST_EVEN = 1e-3, 4e-2      # distances tried for waves [mm]
+MOST_NOISE = 5e-3           # of points that show waves [mm]
+LARGEST_TURN = np.radians(60)           # of a smoothed curve at a knot
+TANGLE, MOST_TANGLES = 2.0, 6           # where points follow no curve, those so near are left out [mm]; places, at most
+MOST_SPACING = 1.0          # of points whose noise can be told from their curve [mm]
+# Label of a measure, unit, scale from SI, decimals.
+MEASURES = {
+    "Sh": ("flange height Sh", "mm", MM, 2), "Sd": ("flange thickness Sd", "mm", MM, 2), "qR": ("qR", "mm", MM, 2),
+    "flange_angle": ("flange angle", "°", DEG, 2), "tread_slope": ("tread slope", "", 1.0, 4),
+    "hollow": ("hollow of the tread", "mm", MM, 2),
+    "crown_radius": ("crown radius", "mm", MM, 1), "shoulder_radius": ("shoulder radius", "mm", MM, 1),
+    "corner_radius": ("gauge corner radius", "mm", MM, 2),
+    "gauge_point_y": ("gauge point at y", "mm", MM, 3), "top_y": ("top of rail at y", "mm", MM, 1),
+    "inclination": ("inclination", "rad", 1.0, 4),
+}
+
+
+class ProfileData:
+    """A wheel or a rail from a file of any known format, or from points; `ldbench.Profile` adds its picture.
+
+    y goes to the field side, from a wheel's back, z up. What the executable reads as it is stays as it is; anything else is
+    turned over, mended where points repeat, lie off the curve or double back, and smoothed by its noise.
+    """
+
+    path: str                   # '' for points
+    kind: str                   # 'wheel' or 'rail'
+    format: str
+    origin: str                 # how y = 0 was found
+    noise: float                # of the points, rms, normal to the curve [mm]; NaN where their distance hides it
+    smoothing: float            # rms distance between curve and points [mm]; 0: the curve goes through the points
+    notes: list[str]            # what was done to the points, and what is doubtful, a line each
+    points: np.ndarray          # placed and mended, (n, 2) [mm]
+    curve: np.ndarray           # points of the curve that a run uses, (m, 2) [mm]: cubic splines go through them
+
+    def __init__(self, source: str | os.PathLike[str] | Sequence[Sequence[float]] | np.ndarray, kind: str = "", *,
+                 unit: str = "auto", flip: str = "auto", wheel_back: float | None = None, smoothing: float | None = None,
+                 slice: int | None = None, gauge_depth: float = 0.014) -> None:
+        """Read a profile; Error, with file and line, where it cannot be one.
+
+        source: a file, or points (n, 2) [mm]. kind: 'wheel' or 'rail'; '' as the file or the shape says. unit: 'mm', 'cm', 'm' or
+        'in'. flip: axes to turn over, 'none', 'y', 'z' or 'yz'. wheel_back: y of the wheel's back in the file [mm]. smoothing:
+        rms distance that the curve may keep from the points [mm], 0 for none, None for their noise. slice: which profile of
+        a file that has several, from 1. gauge_depth: where the gauge of a rail is measured, for `measures` [m].
+        """
+        if kind not in ("", *KINDS):
+            raise ValueError(f"expected kind='wheel', 'rail' or '', found {kind!r}")
+        self._options = (unit, flip, wheel_back, smoothing, slice)
+        self._gauge_depth = gauge_depth
+        self.path = os.fspath(source) if isinstance(source, (str, os.PathLike)) else ""
+        named = isinstance(source, (str, os.PathLike))
+        where = self.path or "the points"
+        raw = read_file(self.path, slice) if named else of_array(source)
+        placed = place(raw, where, kind, unit, flip, wheel_back)
+        self.kind, self.format, self.origin = placed.kind, raw.format, placed.origin
+        self.as_it_is = named and self._default and core_takes(self.path, self.kind) and np.array_equal(placed.points, raw.points)
+        if self.as_it_is:
+            self.points = self.curve = raw.points
+            self.noise, self.smoothing = MM*point_noise(raw.points), 0.0
+            self.notes = [raw.taken] if raw.taken else []
+            return
+        mended = mend(placed.points, placed.lines, where)
+        check_curve(mended.points, mended.lines, where)
+        self.points = mended.points
+        self.notes = [*raw.notes, *placed.notes, *mended.notes]
+        self._smooth(smoothing, raw.quantum*placed.unit/np.sqrt(12*mended.group))
+        self._reconstruction = named and b"reconstruction" in Path(self.path).read_bytes().lower()
+
+    def _smooth(self, distance: float | None, rounding: float) -> None:
+        """Choose the curve. rounding: noise that the decimals of the points alone make [mm]."""
+        self.noise, self.smoothing, self.curve = MM*point_noise(self.points), 0.0, self.points
+        spacing = np.diff(chord_lengths(self.points))
+        usual = float(np.median(spacing))
+        if usual > MOST_SPACING:
+            self.noise = np.nan
+            self.notes.append(f"points {usual:.1f} mm apart: their noise cannot be told from their curve")
+        for k in np.flatnonzero(spacing > np.maximum(2.0, 8*usual)):
+            self.notes.append(f"gap of {spacing[k]:.1f} mm after y = {self.points[k, 0]:.1f} mm")
+        if rounding > NEGLIGIBLE:
+            self.notes.append(f"points rounded: a noise of {1e3*rounding:.1f} µm at least")
+        quiet = distance is None and (np.isnan(self.noise) or max(self.noise, rounding) <= NEGLIGIBLE)
+        if distance == 0 or (quiet and not self._wavy(self.points)):
+            return
+        # What neighbours do not tell of each other is noise; cross-validation takes a step for noise, too.
+        most = SURE*self.noise if self.noise > max(rounding, NEGLIGIBLE) else np.inf
+        found = self._smoothed(distance, rounding, most)
+        self.noise = found.noise
+        even, asked = found, found.distance
+        while distance is None and found.noise < MOST_NOISE and asked < MOST_EVEN and self._wavy(even.points):
+            asked = min(max(LEAST_EVEN, 1.5*asked), MOST_EVEN)
+            even = self._smoothed(asked, rounding, most)
+        if asked > found.distance and self._wavy(even.points):
+            self.notes.append("wavy: contacts fall into several patches")
+        elif asked > found.distance:
+            self.notes.append(f"wavy: smoothed by {1e3*even.distance:.2g} µm everywhere, more than the noise of "
+                              f"{1e3*even.noise:.2g} µm, so that a contact is one patch; smoothing=0 keeps the waves")
+            found = even
+        self.smoothing, self.curve = found.distance, found.points
+        if len(found.far) and found.distance <= FAR*found.noise:
+            places = ", ".join(f"{y:.1f}" for y, _ in found.far[:5])
+            self.notes.append(f"the curve keeps farther from the points than {FAR:.0f} times their noise at y = {places} mm"
+                              + (f" and {len(found.far) - 5} more places" if len(found.far) > 5 else ""))
+
+    def _smoothed(self, distance: float | None, rounding: float, most: float) -> Smoothed:
+        """The smooth curve; where points follow no curve, as those of two scans that disagree, it is laid without them."""
+        for _ in range(MOST_TANGLES):
+            found = smooth(self.points, distance, rounding, most)
+            turns = largest_turns(found.points)
+            if turns.max() <= LARGEST_TURN or (distance is not None and distance < found.noise):
+                return found
+            wild = found.points[1 + turns.argmax()]
+            place = self.points[np.hypot(*(self.points - wild).T).argmin()]
+            off = np.hypot(*(self.points - place).T) < TANGLE
+            self.notes.append(f"{off.sum()} points about y = {place[0]:.1f} mm left out: they do not follow a curve")
+            self.points = self.points[~off]
+        raise Error(f"{self.path or 'the points'}: expected points along a curve, found {MOST_TANGLES} places where they follow "
+                    "none; look whether two scans lie over each other")
+
+    def _wavy(self, curve: np.ndarray) -> bool:
+        """Whether contacts on a curve fall into several patches."""
+        return waviness(self._survey(curve)[0]) > MOST_WAVY
+
+    @property
+    def _default(self) -> bool:
+        return self._options == ("auto", "auto", None, None, None)
+
+    @functools.cached_property
+    def rough(self) -> Stations:
+        """The curve through `points`."""
+        return self._survey(self.points)[0]
+
+    @functools.cached_property
+    def smooth(self) -> Stations:
+        """The curve that a run uses."""
+        return self._survey(self.curve)[0]
+
+    @functools.cached_property
+    def measures(self) -> dict[str, float]:
+        """Measures of workshop and track, SI units; NaN where the profile does not go so far."""
+        return self._survey(self.curve)[1]
+
+    def _survey(self, points: np.ndarray) -> tuple[Stations, dict[str, float]]:
+        return survey(self.kind, *frames_of(points), self._gauge_depth)
+
+    @functools.cached_property
+    def text(self) -> str:
+        """What `write` writes: two columns that the executable reads."""
+        if self.as_it_is:
+            return Path(self.path).read_text()
+        rows = "\n".join(f"{y:.9f} {z:.9f}" for y, z in self.curve.tolist())
+        kept = f"smoothed by {self.smoothing:.4f} mm" if self.smoothing else "curve through the points"
+        return (f"# {self.kind} {Path(self.path).name}\n# taken: {', '.join([self.format, self.origin, *self.notes])}; {kept}\n"
+                + "# reconstruction of another profile\n"*self._reconstruction
+                + "# columns: y z, both in mm, z up, y towards the field side\n" + rows + "\n")
+
+    @property
+    def checksum(self) -> str:
+        """CRC-32 of the lines that the core reads."""
+        return checksum(os.fsencode(self.text))
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the curve for the executable: y and z in mm, z up, y to the field side."""
+        with complete(Path(path)) as scratch:
+            scratch.write_text(self.text)
+
+    def __fspath__(self) -> str:
+        """A path that a case takes: the file itself, or one in outputs/profiles where points or options made another curve."""
+        if self.path and self._default:
+            return self.path
+        target = Path(DEFAULT_FOLDER, "profiles", f"{Path(self.path).stem or self.kind}-{self.checksum}.yz")
+        if not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            self.write(target)
+        return str(target)
+
+    def distance(self) -> np.ndarray:
+        """Distance of every point from the curve, to the left of the walk positive, (n,) [mm]."""
+        y, z = self._fine
+        near = np.argmin((self.points[:, :1] - y)**2 + (self.points[:, 1:] - z)**2, axis=1).clip(1, len(y) - 2)
+        along = np.stack([y[near + 1] - y[near - 1], z[near + 1] - z[near - 1]])
+        off = self.points.T - np.stack([y[near], z[near]])
+        return (along[0]*off[1] - along[1]*off[0])/np.hypot(*along)
+
+    @functools.cached_property
+    def _fine(self) -> np.ndarray:
+        """The curve that a run uses, every 0.02 mm, (2, n) [mm]."""
+        length, frames = frames_of(self.curve)
+        return MM*frames(np.arange(0, length, 0.02e-3))[:2]
+
+    def facts(self) -> dict[str, object]:
+        """The numbers, SI units."""
+        return {"path": self.path, "kind": self.kind, "points": len(self.points), "checksum": self.checksum, "format": self.format,
+                "origin": self.origin, "notes": self.notes, "noise": self.noise/MM if self.noise == self.noise else None,
+                "smoothing": self.smoothing/MM, **self.measures}
+
+    def lines(self) -> list[str]:
+        """What there is to say, line by line."""
+        found = [f"{self.kind} {Path(self.path).name}: {len(self.points)} points, CRC-32 {self.checksum}",
+                 *([] if self.as_it_is else [f"{self.format}, {self.origin}"]), *self.notes]
+        noise = "unknown" if np.isnan(self.noise) else "below 0.0001 mm"
+        if self.noise > NEGLIGIBLE:
+            noise = f"about {self.noise:.4f} mm"
+        curve = f"smoothed by {self.smoothing:.4f} mm" if self.smoothing else "curve through the points"
+        found.append(f"noise of the points {noise}, {curve}")
+        for name, value in self.measures.items():
+            label, unit, scale, digits = MEASURES[name]
+            number = f"{scale*value:.{digits}f}" if np.isfinite(value) else "not on the profile"
+            if name in ("tread_slope", "inclination") and np.isfinite(value) and abs(value) > 1e-4:
+                number += f" (1:{1/value:.1f})"
+            found.append(f"{label} {number} {unit if np.isfinite(value) else ''}".rstrip())
+        return found
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.lines()[0]}>"
+
+
+def largest_turns(points: np.ndarray) -> np.ndarray:
+    """Angles by which a polygon (n, 2) turns at its inner corners, (n - 2,) [rad]."""
+    a, b = np.diff(points, axis=0)[:-1], np.diff(points, axis=0)[1:]
+    return np.abs(np.arctan2(a[:, 0]*b[:, 1] - a[:, 1]*b[:, 0], np.sum(a*b, 1)))
+
+
+def point_noise(points: np.ndarray) -> float:
+    """The noise of points (n, 2) [mm], as the core judges whether it reads them [m]."""
+    return float(_flat.point_noise(*np.ascontiguousarray(points.T/MM)))
+
+
+def frames_of(points: np.ndarray) -> tuple[float, Callable[[np.ndarray], np.ndarray]]:
+    """The length [m] of the splines through points (n, 2) [mm], and what gives their frames at stations [m]."""
+    columns = np.asfortranarray(points.T)
+    return float(_flat.curve_length(columns)), lambda s: _flat.curve_frames(columns, s)
+
+
+def core_takes(path: str, kind: str) -> bool:
+    """Whether the core reads a file as it is."""
+    _, length = _flat.check_profile(path_bytes(path), 1 + KINDS.index(kind))
+    return length == 0
+
+
+def core_file(path: str, kind: str) -> str:
+    """A file that the core reads as a 'wheel' or a 'rail': the profile's own, or what is made of it in a folder that the process
+    removes at its end."""
+    try:
+        state = Path(path).stat()
+    except OSError:
+        return path             # the core tells it
+    return _converted(os.path.realpath(path), kind, state.st_mtime_ns, state.st_size) or path
+
+
+@functools.lru_cache(maxsize=1000)
+def _converted(path: str, kind: str, *state: int) -> str:
+    """The file that is made of a profile; '' where the core reads its own."""
+    profile = ProfileData(path, kind)
+    if profile.as_it_is:
+        return ""
+    target = scratch_folder(os.getpid())/f"{profile.checksum}-{Path(path).name}.yz"
+    profile.write(target)
+    return str(target)
+
+
+@functools.lru_cache(maxsize=1)
+def scratch_folder(process: int) -> Path:
+    """The folder of a process for converted profiles."""
+    folder = tempfile.mkdtemp(prefix="ldbench-")
+
+    @atexit.register
+    def remove() -> None:
+        if os.getpid() == process:          # a fork leaves it to its parent
+            shutil.rmtree(folder, ignore_errors=True)
+
+    return Path(folder)
+
+
+def checksum(data: bytes) -> str:
+    """The checksum of a profile's lines, as the core computes it: tabs are blanks, line ends are one newline."""
+    lines = data.replace(b"\t", b" ").splitlines()
+    return f"{zlib.crc32(b''.join(line + bytes([10]) for line in lines)):08X}"
