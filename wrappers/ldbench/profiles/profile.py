@@ -31,6 +31,7 @@ LEAST_EVEN, MOST_EVEN = 1e-3, 4e-2      # distances tried for waves [mm]
 MOST_NOISE = 5e-3           # of points that show waves [mm]
 LARGEST_TURN = np.radians(60)           # of a smoothed curve at a knot
 TANGLE, MOST_TANGLES = 2.0, 6           # where points follow no curve, those so near are left out [mm]; places, at most
+LEAST_SPACING = 1e-3        # nearer points are one to the core [mm]
 MOST_SPACING = 1.0          # of points whose noise can be told from their curve [mm]
 # Label of a measure, unit, scale from SI, decimals.
 MEASURES = {
@@ -96,8 +97,9 @@ class ProfileData:
 
     def _smooth(self, distance: float | None, rounding: float) -> None:
         """Choose the curve. rounding: noise that the decimals of the points alone make [mm]."""
-        self.noise, self.smoothing, self.curve = MM*point_noise(self.points), 0.0, self.points
         spacing = np.diff(chord_lengths(self.points))
+        self.noise, self.smoothing = MM*point_noise(self.points), 0.0
+        self.curve = self.points[np.r_[True, spacing > LEAST_SPACING]]
         usual = float(np.median(spacing))
         if usual > MOST_SPACING:
             self.noise = np.nan

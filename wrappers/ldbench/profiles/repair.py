@@ -16,7 +16,6 @@ LEAST_MISS = 0.15               # a point that is nearer to the curve stays [mm]
 LEAST_END_MISS = 1.0            # and a first or last point [mm]
 LEAST_SHARE = 0.9               # of the points must be on the curve
 LEAST_POINTS = 10
-REPEATED = 2e-3                 # nearer points are one [mm]
 ENOUGH_POINTS = 200             # points are put together only where there are more
 LARGEST_BACKWARD = 0.03         # share of points that turn back: above, the noise exceeds the spacing
 NEARBY = 20                     # points to either side that tell the usual distance from the curve
@@ -36,12 +35,12 @@ class Mended:
 def mend(points: np.ndarray, lines: np.ndarray, where: str) -> Mended:
     """Repair points of shape (n, 2) [mm] along a curve; `lines`, of shape (n,), are theirs in the file `where`.
 
-    Points within 2 um of the one before are dropped, then points off the curve. Where the noise exceeds the spacing,
+    Points that equal the one before to the last digit are dropped, then points off the curve. Where the noise exceeds the spacing,
     pairs are put together; points that double back by less than 0.3 mm are exchanged or united. Raises Error where more than
     a tenth of the points is off the curve, or fewer than 10 are left.
     """
     notes = []
-    new = np.r_[True, np.hypot(*np.diff(points, axis=0).T) > REPEATED][:len(points)]
+    new = np.r_[True, (points[1:] != points[:-1]).any(axis=1)][:len(points)]
     if not new.all():
         notes.append(f"{(~new).sum()} repeated dropped")
     points, lines = points[new], lines[new]
