@@ -7,7 +7,7 @@ from pathlib import Path
 
 import shapes
 from checks import Check, limit
-from ldbench import Case, ContactTable
+from ldbench import Case, ContactTable, Profile
 from running import REPO
 from sheets import Table
 
@@ -38,8 +38,8 @@ def pairs(folder: Path, short: bool) -> Iterator[tuple[str, Case]]:
     wheel, rail = shapes.shape("awprof"), shapes.shape("arprof")
     for name, points in ("hollow wheel", shapes.hollow(wheel)), ("conforming wheel", shapes.conforming(rail)):
         files = [folder/f"{name} {part}.yz" for part in ("itself", "rail")]
-        for file, shape in zip(files, (points, rail), strict=True):
-            file.write_text(shapes.rows(shape))
+        Profile(points, "wheel", wheel_back=0.0, smoothing=0.0).write(files[0])
+        Profile(rail, "rail", smoothing=0.0).write(files[1])
         yield f"{name}, actual rail", Case.exercise(1, "aw").replace(
             wheel_profile=str(files[0]), rail_profile=str(files[1]), table_file="")
 
