@@ -1,8 +1,12 @@
 """Smoothing of measured points: how near the curve is to the exact shape, by noise, spacing and feature."""
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import ldbench
 import shapes
+from ldbench.geometry.pair import pair
 from ldbench.profiles.smoothing import chord_lengths, smooth
 
 
@@ -89,6 +93,23 @@ def test_waves_and_wear_are_shape():
                   *(np.column_stack([y, z + 0.005*np.sin(2*np.pi*y/length)*(y > 60)]) for length in (40, 6))):
         found = smooth(normal_noise(sampled(exact, 0.25), 0.003, 9))
         assert distances(found.points, exact).max() < 0.009
+
+
+def test_a_written_profile_is_read_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Also one whose back is not in the file, which could not be placed again; by the core, too, which reads no other."""
+    points = normal_noise(sampled(WHEEL, 0.25), 0.003, 4)
+    wheel = ldbench.Profile(points[points[:, 0] > 8], wheel_back=0.0)
+    wheel.write(tmp_path/"wheel.yz")
+    again = ldbench.Profile(tmp_path/"wheel.yz")
+    assert again.as_it_is and again.kind == "wheel" and again.text == wheel.text and again.checksum == wheel.checksum
+    assert again.curve == pytest.approx(wheel.curve, abs=1e-9)
+    case = ldbench.Case(wheel_profile=again)
+    assert case.wheel_profile == str(tmp_path/"wheel.yz")
+    monkeypatch.chdir(tmp_path)             # where the file goes that a case names for a profile of points
+    assert pair(case).clearance == pair(ldbench.Case(wheel_profile=wheel)).clearance
+    (tmp_path/"points.txt").write_text(shapes.rows(points[points[:, 0] > 8]))
+    with pytest.raises(ldbench.Error, match="give wheel_back=, the y of the wheel's back"):
+        ldbench.Profile(tmp_path/"points.txt")
 
 
 def test_the_same_points_give_the_same_curve():

@@ -77,6 +77,8 @@ def read_file(path: str | os.PathLike[str], slice: int | None = None) -> Raw:
         raise Error(f"{name}: expected at least 10 points, found 0; rows of y and z are looked for, the file begins with {shown}")
     taken = next((line[9:].strip() for line in lines if line.startswith("# taken: ")), "")
     kind = raw.kind or ENDINGS.get(suffix, "")
+    if taken and not kind:          # the program begins its files with the kind
+        kind = next((word for word in ("wheel", "rail") if lines[0].startswith(f"# {word} ")), "")
     return replace(raw, kind=kind, back=None if kind == "rail" else raw.back, notes=notes + raw.notes, taken=taken)
 
 

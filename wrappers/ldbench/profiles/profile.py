@@ -80,9 +80,14 @@ class ProfileData:
         named = isinstance(source, (str, os.PathLike))
         where = self.path or "the points"
         raw = read_file(self.path, slice) if named else of_array(source)
-        placed = place(raw, where, kind, unit, flip, wheel_back)
-        self.kind, self.format, self.origin = placed.kind, raw.format, placed.origin
-        self.as_it_is = named and self._default and core_takes(self.path, self.kind) and np.array_equal(placed.points, raw.points)
+        self.format, self.origin, self.kind, self.as_it_is = raw.format, "as the file has it", kind or raw.kind, False
+        if raw.taken and self._default and self.kind:
+            self.as_it_is = core_takes(self.path, self.kind)
+        if not self.as_it_is:
+            placed = place(raw, where, kind, unit, flip, wheel_back)
+            self.kind, self.origin = placed.kind, placed.origin
+            unmoved = named and self._default and np.array_equal(placed.points, raw.points)
+            self.as_it_is = unmoved and core_takes(self.path, self.kind)
         if self.as_it_is:
             self.points = self.curve = raw.points
             self.noise, self.smoothing = MM*point_noise(raw.points), 0.0
