@@ -3,7 +3,7 @@ module curve
   use kinds, only: dp
   implicit none
   private
-  public :: curve_type, extend, curve_point, curve_frame, cubic_point, find_interval, near_interval
+  public :: curve_type, extend, curve_point, curve_frame, find_interval, near_interval
 
   !> A curve of n knots.  The intervals 0 and n are the straight lines beyond its ends.
   type :: curve_type

@@ -183,10 +183,19 @@ class ProfileData:
         if self.as_it_is:
             return Path(self.path).read_text()
         rows = "\n".join(f"{y:.9f} {z:.9f}" for y, z in self.curve.tolist())
-        kept = f"smoothed by {self.smoothing:.4f} mm" if self.smoothing else "curve through the points"
-        return (f"# {self.kind} {Path(self.path).name}\n# taken: {', '.join([self.format, self.origin, *self.notes])}; {kept}\n"
+        # Column files take over this line, and are read by programs that know no other letters.
+        taken = ", ".join([self.format, self.origin, *self.notes, self._kept()]).replace("µm", "um")
+        return (f"# {self.kind} {Path(self.path).name}\n# taken: {taken.encode('ascii', 'replace').decode()}\n"
                 + "# reconstruction of another profile\n"*self._reconstruction
                 + "# columns: y z, both in mm, z up, y towards the field side\n" + rows + "\n")
+
+    def _kept(self) -> str:
+        """The noise of the points, and how near to them the curve is."""
+        noise = "unknown" if np.isnan(self.noise) else "below 0.0001 mm"
+        if self.noise > NEGLIGIBLE:
+            noise = f"about {self.noise:.4f} mm"
+        curve = f"smoothed by {self.smoothing:.4f} mm" if self.smoothing else "curve through the points"
+        return f"noise of the points {noise}, {curve}"
 
     @property
     def checksum(self) -> str:
@@ -232,11 +241,7 @@ class ProfileData:
         """What there is to say, line by line."""
         found = [f"{self.kind} {Path(self.path).name}: {len(self.points)} points, CRC-32 {self.checksum}",
                  *([] if self.as_it_is else [f"{self.format}, {self.origin}"]), *self.notes]
-        noise = "unknown" if np.isnan(self.noise) else "below 0.0001 mm"
-        if self.noise > NEGLIGIBLE:
-            noise = f"about {self.noise:.4f} mm"
-        curve = f"smoothed by {self.smoothing:.4f} mm" if self.smoothing else "curve through the points"
-        found.append(f"noise of the points {noise}, {curve}")
+        found.append(self._kept())
         for name, value in self.measures.items():
             label, unit, scale, digits = MEASURES[name]
             number = f"{scale*value:.{digits}f}" if np.isfinite(value) else "not on the profile"
