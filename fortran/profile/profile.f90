@@ -1,5 +1,5 @@
 !> Reads a wheel's or a rail's profile: lines of y and z in millimetres, z up, y outward to the field side.  A wheel's y begins
-!> at its back.  Blank lines and lines that begin with #, ! or % are comments.
+!> at its back, a rail's at its gauge point.  Blank lines and lines that begin with #, ! or % are comments.
 !>
 !> Python turns other files into this form, mends and smooths them: a file that is refused is refused with the command for it.
 module profile

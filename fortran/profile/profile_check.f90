@@ -12,7 +12,7 @@ module profile_check
   real(dp), parameter :: least_width = 10, largest_width = 1000  !! plausible widths [mm]
   real(dp), parameter :: least_spacing = 1e-3_dp                 !! nearer points are one point [mm]
   real(dp), parameter :: largest_turn = 120*degree               !! turn at a point: above, two points are exchanged
-  real(dp), parameter :: near_back = 3                           !! first y of a wheel from its back [mm]
+  real(dp), parameter :: near_origin = 3                           !! y of a wheel's back, of a gauge point [mm]
   real(dp), parameter :: clear = 5                               !! height above or below the middle that is clear [mm]
 
 contains
@@ -81,19 +81,49 @@ contains
         str(spacing(i))//' mm')
       return
     end if
-    if (kind /= is_wheel) return
+    if (kind == is_rail) then
+      call check_head(file, points, error)
+      return
+    end if
     i = n - 1
     do while (i > 1 .and. norm2(points(:, n) - points(:, i)) < end_length)
       i = i - 1
     end do
     rim = points(:, n) - points(:, i)
-    if (abs(minval(points(1, :))) > near_back) then
+    if (abs(minval(points(1, :))) > near_origin) then
       call fatal_error(error, file//': expected a wheel''s y from its back, at y = 0, found the least y = '// &
         str(minval(points(1, :))))
     else if (points(2, 1) > points(2, n) .or. abs(rim(2)) > tan(upright)*abs(rim(1))) then
       call fatal_error(error, file//': expected a wheel without the faces of its back and of its rim, found one')
     end if
   end subroutine check_extent
+
+  !> Fails where a rail's y is not 0 at its gauge point, as of a right rail, and where more than the head is there.
+  subroutine check_head(file, points, error)
+    character(*), intent(in) :: file
+    real(dp), intent(in) :: points(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: gauge_depth = 14, deepest = 60, undercut = 0.5   ! below the top, way back under the head [mm]
+    real(dp) :: outermost
+    integer :: i, gauge
+
+    associate (y => points(1, :), z => points(2, :))
+      gauge = findloc(z >= maxval(z) - gauge_depth, .true., 1)
+      if (abs(y(gauge)) > near_origin) then
+        call fatal_error(error, file//': expected a rail''s y from its gauge point, '//str(gauge_depth)// &
+          ' mm below the top, at y = 0, found y = '//str(y(gauge))//' there')
+        return
+      end if
+      outermost = y(1)
+      do i = 2, size(y)
+        outermost = max(outermost, y(i))
+        if (y(i) >= outermost - undercut .and. z(i) >= maxval(z) - deepest) cycle
+        call fatal_error(error, file//': expected the head of a rail alone, found points under it at y = '//str(y(i))// &
+          ', z = '//str(z(i)))
+        return
+      end do
+    end associate
+  end subroutine check_head
 
   !> Fails where points repeat and where the curve through them crosses itself or turns too much at a point.
   subroutine check_curve(file, points, line, error)

@@ -101,7 +101,7 @@ def test_a_written_profile_is_read_as_it_is(tmp_path: Path, monkeypatch: pytest.
     wheel = ldbench.Profile(points[points[:, 0] > 8], wheel_back=0.0)
     wheel.write(tmp_path/"wheel.yz")
     again = ldbench.Profile(tmp_path/"wheel.yz")
-    assert again.as_it_is and again.kind == "wheel" and again.text == wheel.text and again.checksum == wheel.checksum
+    assert again.as_it_is and again.kind == "wheel" and again.data == wheel.data and again.checksum == wheel.checksum
     assert again.curve == pytest.approx(wheel.curve, abs=1e-9)
     case = ldbench.Case(wheel_profile=again)
     assert case.wheel_profile == str(tmp_path/"wheel.yz")

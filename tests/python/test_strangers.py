@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import ldbench
+import shapes
 from ldbench import Profile
+from ldbench.profiles.profile import core_takes
 from stranger_profiles import BROKEN, FILE_CHECK, SPECIMENS, Broken, Specimen
 
 # What may pass if a note tells it: a word of the note.
@@ -75,3 +77,31 @@ def test_a_broken_file_is_refused_or_told(broken: Broken, tmp_path: Path):
     with pytest.raises(ldbench.Error) as refused:
         Profile(file, broken.kind)
     assert str(file) in str(refused.value) and "expected" in str(refused.value) and "\n" not in str(refused.value)
+
+
+def agreement() -> dict[str, tuple[str, bytes]]:
+    """Kind and exact points of every specimen, and of shipped profiles as they are, mirrored, moved, with faces or a web."""
+    found = {s.name: (s.kind, s.truth) for s in SPECIMENS}
+    for kind, names, more in ("wheel", ("awprof", "swprof"), shapes.with_faces), (
+            "rail", ("arprof", "srprof", "60e1"), shapes.with_web):
+        for name in names:
+            points = shapes.shape(name)
+            for what, changed in (("", points), ("mirrored", (points*[-1, 1])[::-1]), ("more", more(points)),
+                                  ("moved", points - [35, 0]), ("low", points - [0, 160]),
+                                  ("moved, mirrored", ((points - [35, 0])*[-1, 1])[::-1])):
+                found[f"{name} {what}"] = kind, changed
+    return {name: (kind, shapes.rows(points).encode()) for name, (kind, points) in found.items()}
+
+
+AGREEMENT = agreement()
+
+
+@pytest.mark.parametrize("name", AGREEMENT)
+def test_what_the_core_reads_python_leaves_as_it_is(name: str, tmp_path: Path):
+    """So that the executable and Python never take one file for two curves."""
+    kind, data = AGREEMENT[name]
+    (tmp_path/"a.yz").write_bytes(b"# caf\xe9\n" + data)
+    assert name not in ("awprof ", "swprof ", "arprof ", "srprof ", "60e1 ") or core_takes(str(tmp_path/"a.yz"), kind)
+    if core_takes(str(tmp_path/"a.yz"), kind):
+        profile = Profile(tmp_path/"a.yz", kind)
+        assert profile.as_it_is and profile.data == (tmp_path/"a.yz").read_bytes()

@@ -76,17 +76,18 @@ class ProfileData:
             raise ValueError(f"expected kind='wheel', 'rail' or '', found {kind!r}")
         self._options = (unit, flip, wheel_back, smoothing, slice)
         self._gauge_depth = gauge_depth
-        self.path = os.fspath(source) if isinstance(source, (str, os.PathLike)) else ""
-        named = isinstance(source, (str, os.PathLike))
-        where = self.path or "the points"
-        raw = read_file(self.path, slice) if named else of_array(source)
+        if isinstance(source, (str, os.PathLike)):
+            self.path = where = os.fspath(source)
+            raw = read_file(self.path, slice)
+        else:
+            self.path, where, raw = "", "the points", of_array(source)
         self.format, self.origin, self.kind, self.as_it_is = raw.format, "as the file has it", kind or raw.kind, False
         if raw.taken and self._default and self.kind:
             self.as_it_is = core_takes(self.path, self.kind)
         if not self.as_it_is:
             placed = place(raw, where, kind, unit, flip, wheel_back)
             self.kind, self.origin = placed.kind, placed.origin
-            unmoved = named and self._default and np.array_equal(placed.points, raw.points)
+            unmoved = bool(self.path) and self._default and np.array_equal(placed.points, raw.points)
             self.as_it_is = unmoved and core_takes(self.path, self.kind)
         if self.as_it_is:
             self.points = self.curve = raw.points
@@ -98,7 +99,7 @@ class ProfileData:
         self.points = mended.points
         self.notes = [*raw.notes, *placed.notes, *mended.notes]
         self._smooth(smoothing, raw.quantum*placed.unit/np.sqrt(12*mended.group))
-        self._reconstruction = named and b"reconstruction" in Path(self.path).read_bytes().lower()
+        self._reconstruction = bool(self.path) and b"reconstruction" in Path(self.path).read_bytes().lower()
 
     def _smooth(self, distance: float | None, rounding: float) -> None:
         """Choose the curve. rounding: noise that the decimals of the points alone make [mm]."""
@@ -144,9 +145,9 @@ class ProfileData:
             if turns.max() <= LARGEST_TURN or (distance is not None and distance < found.noise):
                 return found
             wild = found.points[1 + turns.argmax()]
-            place = self.points[np.hypot(*(self.points - wild).T).argmin()]
-            off = np.hypot(*(self.points - place).T) < TANGLE
-            self.notes.append(f"{off.sum()} points about y = {place[0]:.1f} mm left out: they do not follow a curve")
+            near = self.points[np.hypot(*(self.points - wild).T).argmin()]
+            off = np.hypot(*(self.points - near).T) < TANGLE
+            self.notes.append(f"{off.sum()} points about y = {near[0]:.1f} mm left out: they do not follow a curve")
             self.points = self.points[~off]
         raise Error(f"{self.path or 'the points'}: expected points along a curve, found {MOST_TANGLES} places where they follow "
                     "none; look whether two scans lie over each other")
@@ -178,16 +179,16 @@ class ProfileData:
         return survey(self.kind, *frames_of(points), self._gauge_depth)
 
     @functools.cached_property
-    def text(self) -> str:
+    def data(self) -> bytes:
         """What `write` writes: two columns that the executable reads."""
         if self.as_it_is:
-            return Path(self.path).read_text()
+            return Path(self.path).read_bytes()
         rows = "\n".join(f"{y:.9f} {z:.9f}" for y, z in self.curve.tolist())
         # Column files take over this line, and are read by programs that know no other letters.
         taken = ", ".join([self.format, self.origin, *self.notes, self._kept()]).replace("µm", "um")
-        return (f"# {self.kind} {Path(self.path).name}\n# taken: {taken.encode('ascii', 'replace').decode()}\n"
+        return (f"# {self.kind} {Path(self.path).name}\n# taken: {taken}\n"
                 + "# reconstruction of another profile\n"*self._reconstruction
-                + "# columns: y z, both in mm, z up, y towards the field side\n" + rows + "\n")
+                + "# columns: y z, both in mm, z up, y towards the field side\n" + rows + "\n").encode("ascii", "replace")
 
     def _kept(self) -> str:
         """The noise of the points, and how near to them the curve is."""
@@ -200,12 +201,12 @@ class ProfileData:
     @property
     def checksum(self) -> str:
         """CRC-32 of the lines that the core reads."""
-        return checksum(os.fsencode(self.text))
+        return checksum(self.data)
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the curve for the executable: y and z in mm, z up, y to the field side."""
         with complete(Path(path)) as scratch:
-            scratch.write_text(self.text)
+            scratch.write_bytes(self.data)
 
     def __fspath__(self) -> str:
         """A path that a case takes: the file itself, or one in outputs/profiles where points or options made another curve."""
