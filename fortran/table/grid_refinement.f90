@@ -12,13 +12,12 @@ module grid_refinement
   use contact_table, only: table_type
   use zone_tables, only: zone_pose
   use progress, only: goes_on, monitor_type, share_of_round
-  use service_poses, only: error_allowance, estimated_force, extent_type, find_reach, force_floor, &
-    margin_roll, request_type
+  use service_poses, only: estimated_force, extent_type, find_allowance, force_floor, margin_roll, request_type
   implicit none
   private
   public :: grid_type, gridded_function, rules_type, axis_errors
-  public :: adapt, new_grid, first_u, first_roll, weigh_errors, find_cell_errors, cell_errors, largest_errors
-  public :: brackets, keep_values, scaled, united, grading, least_u, least_roll, least_q
+  public :: adapt, new_grid, first_u, first_roll, weigh_errors, find_cell_errors, cell_errors
+  public :: scaled, united, grading, least_u, least_roll, least_q
 
   real(dp), parameter :: grading = 1.25_dp   ! of the first points of q towards 0
   ! Shorter cells are not halved: patches are larger [m, rad, sqrt(m)].
@@ -28,8 +27,10 @@ module grid_refinement
   type :: grid_type
     type(axis_type) :: u, roll, q
     real(dp), allocatable :: f(:, :, :)      !! (q, u, roll)
-    logical, allocatable :: known(:, :, :)   !! computed, or interpolated well enough
+    logical, allocatable :: known(:, :, :)   !! computed
+    real(dp), allocatable :: h(:, :)         !! where the zone touches, (u, roll) [m]
     real(dp) :: least(3) = 0                 !! cells of u, roll, q of less than twice this length are not halved
+    real(dp) :: otherwise = 0                !! the value where none was computed
   end type grid_type
 
   !> When the halving of cells ends.
@@ -51,14 +52,12 @@ module grid_refinement
     type(request_type) :: request
     type(table_type), pointer :: table => null()
     real(dp) :: tolerance = 0                !! error allowed in service, relative to the force
-    real(dp) :: rollover_factor = 1          !! multiplies the error allowance in rolling over
     logical :: halve_q = .true.              !! whether cells of q may be halved in this round
     type(grid_type), allocatable :: grid(:)
   contains
     procedure(sample), deferred :: sample
     procedure(complete), deferred :: complete
     procedure(find_errors), deferred :: find_errors
-    procedure(resize), deferred :: resize
   end type gridded_function
 
   abstract interface
@@ -80,13 +79,6 @@ module grid_refinement
       integer, intent(in) :: z
       type(axis_errors), intent(out) :: error
     end subroutine find_errors
-    !> Give zone z finer axes; known values at common points stay known.
-    subroutine resize(this, z, u, roll, q)
-      import :: axis_type, gridded_function
-      class(gridded_function), intent(inout) :: this
-      integer, intent(in) :: z
-      type(axis_type), intent(in) :: u, roll, q
-    end subroutine resize
   end interface
 
 contains
@@ -170,7 +162,7 @@ contains
     if (.not. finer) return
     !$omp parallel do schedule(dynamic)
     do z = 1, size(values%grid)
-      if (any(changed(:, z))) call values%resize(z, u(z), roll(z), q(z))
+      if (any(changed(:, z))) call resize(values%grid(z), u(z), roll(z), q(z))
     end do
   end subroutine refine
 
@@ -209,8 +201,10 @@ contains
     grid%roll = roll
     grid%q = q
     grid%least = least
+    grid%otherwise = value
     allocate (grid%f(q%n, u%n, roll%n), source=value)
     allocate (grid%known(q%n, u%n, roll%n), source=.false.)
+    allocate (grid%h(u%n, roll%n), source=-1.0_dp)
   end function new_grid
 
   !> Return the first axis of u with n points, fine about 0: in the throat of the flange a shift of 1 mm moves the patch by
@@ -246,16 +240,13 @@ contains
 
   !> Compute the weight of an error of the force at the known points of a zone [1/N]: the error is allowed if its product with
   !> the weight is at most 1. The weight is 0 if no run reaches the point.
-  subroutine weigh_errors(this, z, h, force, with_margin, weight)
+  subroutine weigh_errors(this, z, force, weight)
     class(gridded_function), intent(in) :: this
     integer, intent(in) :: z
-    real(dp), intent(in) :: h(:, :)        !! where the zone touches, (u, roll) [m]
     real(dp), intent(in) :: force(:, :, :) !! (q, u, roll) [N]
-    logical, intent(in) :: with_margin     !! whether the points around the reachable poses count
     real(dp), intent(out) :: weight(:, :, :)   !! (q, u, roll)
-    real(dp) :: depth, deepest_other, pose(3), allowance
+    real(dp) :: depth, deepest_other, allowance
     integer :: i, j, m
-    logical :: reachable
 
     weight = 0
     associate (g => this%grid(z))
@@ -264,12 +255,9 @@ contains
           do m = 2, g%q%n
             if (.not. g%known(m, i, j)) cycle
             depth = g%q%x(m)**2
-            pose = zone_pose(this%table%zones(z), g%u%x(i), h(i, j) - depth, g%roll%x(j))
-            allowance = error_allowance(this%request, pose, with_margin)
-            if (allowance <= 0) cycle
-            if (allowance > 1) allowance = this%rollover_factor*allowance
-            call find_reach(this%table, this%request%extent, z, depth, pose, with_margin, reachable, deepest_other)
-            if (reachable) weight(m, i, j) = 1/(this%tolerance*allowance*max(force(m, i, j), force_floor, &
+            call find_allowance(this%request, this%table, z, depth, zone_pose(this%table%zones(z), g%u%x(i), &
+              g%h(i, j) - depth, g%roll%x(j)), .false., allowance, deepest_other)
+            if (allowance > 0) weight(m, i, j) = 1/(this%tolerance*allowance*max(force(m, i, j), force_floor, &
               estimated_force(this%request%e_star, deepest_other)))
           end do
         end do
@@ -277,44 +265,27 @@ contains
     end associate
   end subroutine weigh_errors
 
-  !> Estimate the errors in the cells along u (u, q, roll), roll (roll, q, u) and q (q, u, roll), if a value of f has a weight
-  !> in the force. Slopes change the force by the energy, which is 0.4 p = 0.4 q^2 times the force.
-  subroutine find_cell_errors(g, weight, lever, with_q, of_u, of_roll, of_q)
+  !> Find the largest errors in the cells of every axis, if a value of f has a weight in the force. Slopes change the force by
+  !> the energy, which is 0.4 p = 0.4 q^2 times the force.
+  subroutine find_cell_errors(g, weight, lever, error)
     type(grid_type), intent(in) :: g
     real(dp), intent(in) :: weight(:, :, :)   !! (q, u, roll)
     real(dp), intent(in) :: lever          !! of the force about X [m]
-    logical, intent(in) :: with_q          !! or errors along q are left 0
-    real(dp), allocatable, dimension(:, :, :), intent(out) :: of_u, of_roll, of_q
-    integer :: nq, nu, nr
+    type(axis_errors), intent(out) :: error
+    integer :: lines(2)
 
-    nq = g%q%n
-    nu = g%u%n
-    nr = g%roll%n
-    of_u = reshape(cell_errors(g%u, along_u(g%f), along_u(weight), along_u(scaled(weight, 0.4_dp*g%q%x**2))), &
-      [nu - 1, nq, nr])
-    of_roll = reshape(cell_errors(g%roll, along_roll(g%f), along_roll(weight), &
-      along_roll(scaled(weight, 0.4_dp*g%q%x**2))/lever), [nr - 1, nq, nu])
-    allocate (of_q(nq - 1, nu, nr), source=0.0_dp)
-    if (with_q) of_q = reshape(cell_errors(g%q, reshape(g%f, [nq, nu*nr]), reshape(weight, [nq, nu*nr]), &
-      reshape(scaled(weight, 0.2_dp*g%q%x), [nq, nu*nr])), [nq - 1, nu, nr])
+    lines = [g%q%n, g%u%n*g%roll%n]
+    error%u = cell_errors(g%u, along_u(g%f), along_u(weight), along_u(scaled(weight, 0.4_dp*g%q%x**2)))
+    error%roll = cell_errors(g%roll, along_roll(g%f), along_roll(weight), along_roll(scaled(weight, 0.4_dp*g%q%x**2))/lever)
+    error%q = cell_errors(g%q, reshape(g%f, lines), reshape(weight, lines), reshape(scaled(weight, 0.2_dp*g%q%x), lines))
   end subroutine find_cell_errors
 
-  !> Return the largest errors in the cells of every axis.
-  pure function largest_errors(of_u, of_roll, of_q) result(error)
-    real(dp), dimension(:, :, :), intent(in) :: of_u, of_roll, of_q   !! as `find_cell_errors` has them
-    type(axis_errors) :: error
-
-    allocate (error%u, source=maxval(maxval(of_u, 3), 2))
-    allocate (error%roll, source=maxval(maxval(of_roll, 3), 2))
-    allocate (error%q, source=maxval(maxval(of_q, 3), 2))
-  end function largest_errors
-
-  !> Estimate what the splines through lines f(n, m) miss in the cells of every line, multiplied by the weights.
+  !> Estimate the most that the splines through lines f(n, m) miss in a cell, multiplied by the weights.
   function cell_errors(axis, f, value_weight, slope_weight) result(error)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: f(:, :)
     real(dp), intent(in) :: value_weight(:, :), slope_weight(:, :)   !! at the points, shape of f
-    real(dp) :: error(size(f, 1) - 1, size(f, 2))
+    real(dp) :: error(size(f, 1) - 1)
     real(dp) :: jump(size(f, 1), size(f, 2)), fourth, d
     integer :: i, j, k
 
@@ -328,20 +299,21 @@ contains
         fourth = abs(jump(k, j))*2/(axis%x(k + 1) - axis%x(k - 1))
         do k = i - 1, i
           d = axis%x(k + 1) - axis%x(k)
-          error(k, j) = max(error(k, j), fourth*d**3*(value_weight(i, j)*d/384 + slope_weight(i, j)*(sqrt(3.0_dp)/216)))
+          error(k) = max(error(k), fourth*d**3*(value_weight(i, j)*d/384 + slope_weight(i, j)*(sqrt(3.0_dp)/216)))
         end do
       end do
     end do
   end function cell_errors
 
   !> Halve the cells whose error exceeds 1, the worst first, if they are at least 2*least long and there are at most `most`
-  !> points. If only a handful of cells errs, and none grossly, the axis stays as it is: kinks of the profiles have no end.
+  !> points. The axis stays as it is if less than a tenth of the cells errs, by less than 10 times: at a kink of h cells err
+  !> however small they are.
   subroutine halve_cells(axis, error, least, most, finer)
     type(axis_type), intent(inout) :: axis
     real(dp), intent(in) :: error(:), least(:)   !! of the cells
     integer, intent(in) :: most
     logical, intent(out) :: finer
-    real(dp), parameter :: handful = 0.03_dp, gross = 10
+    real(dp), parameter :: handful = 0.1_dp, gross = 10
     real(dp) :: points(2*axis%n)
     logical :: halve(axis%n - 1)
     integer :: i, n
@@ -364,41 +336,45 @@ contains
     axis = new_axis(points(:n))
   end subroutine halve_cells
 
-  !> Return the indices of the old points before and behind every point of a finer axis; they are equal at common points.
-  pure function brackets(old, new) result(cell)
+  !> Return the index that every point of a finer axis has on the old one; 0 for new points.
+  pure function common_points(old, new) result(index)
     type(axis_type), intent(in) :: old, new
-    integer :: cell(2, new%n)
+    integer :: index(new%n)
     integer :: i, k
 
     k = 1
+    index = 0
     do i = 1, new%n
-      if (k < old%n) then
-        if (new%x(i) >= old%x(k + 1)) k = k + 1
-      end if
-      cell(:, i) = [k, k + merge(1, 0, new%x(i) > old%x(k))]
+      if (new%x(i) < old%x(k)) cycle
+      index(i) = k
+      k = k + 1
     end do
-  end function brackets
+  end function common_points
 
-  !> Copy the values of a grid at the points that a finer one has in common with it.
-  pure subroutine keep_values(old, new)
-    type(grid_type), intent(in) :: old
-    type(grid_type), intent(inout) :: new
-    integer :: u(2, new%u%n), roll(2, new%roll%n), q(2, new%q%n), i, j, m
+  !> Give a grid finer axes. Known values at common points stay known.
+  pure subroutine resize(grid, u, roll, q)
+    type(grid_type), intent(inout) :: grid
+    type(axis_type), intent(in) :: u, roll, q
+    type(grid_type) :: new
+    integer :: at_u(u%n), at_roll(roll%n), at_q(q%n), i, j, m
 
-    u = brackets(old%u, new%u)
-    roll = brackets(old%roll, new%roll)
-    q = brackets(old%q, new%q)
-    do j = 1, new%roll%n
-      do i = 1, new%u%n
-        if (u(1, i) /= u(2, i) .or. roll(1, j) /= roll(2, j)) cycle
-        do m = 1, new%q%n
-          if (q(1, m) /= q(2, m)) cycle
-          new%f(m, i, j) = old%f(q(1, m), u(1, i), roll(1, j))
-          new%known(m, i, j) = old%known(q(1, m), u(1, i), roll(1, j))
+    new = new_grid(u, roll, q, grid%least, grid%otherwise)
+    at_u = common_points(grid%u, u)
+    at_roll = common_points(grid%roll, roll)
+    at_q = common_points(grid%q, q)
+    do j = 1, roll%n
+      do i = 1, u%n
+        if (at_u(i) == 0 .or. at_roll(j) == 0) cycle
+        new%h(i, j) = grid%h(at_u(i), at_roll(j))
+        do m = 1, q%n
+          if (at_q(m) == 0) cycle
+          new%f(m, i, j) = grid%f(at_q(m), at_u(i), at_roll(j))
+          new%known(m, i, j) = grid%known(at_q(m), at_u(i), at_roll(j))
         end do
       end do
     end do
-  end subroutine keep_values
+    grid = new
+  end subroutine resize
 
   !> Return an axis with the points of two; points of b nearer than least/2 to one of a are left out.
   pure function united(a, b, least) result(axis)

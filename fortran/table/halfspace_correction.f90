@@ -5,7 +5,7 @@
 !> those of S.
 module halfspace_correction
   use grid_refinement, only: adapt, axis_errors, find_cell_errors, first_roll, first_u, grading, gridded_function, &
-    grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, united, weigh_errors
+    grid_type, least_q, least_roll, least_u, new_grid, rules_type, united, weigh_errors
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis, spline_2d_at, spline_3d_at
   use kinds, only: dp
   use patch_grids, only: elements_type
@@ -25,14 +25,14 @@ module halfspace_correction
     procedure :: sample
     procedure :: complete
     procedure :: find_errors
-    procedure :: resize
   end type ratio_type
 
   integer, parameter :: first_points(3) = [29, 21, 7]          ! of u, roll, q
   integer, parameter :: most_rounds = 7, rounds_q = 3
   integer, parameter :: most_values = 700000    ! of which a fifth is solved; twice those of new profiles
-  ! On the tread the lateral stiffness is only gravitational, so noise from smaller cells would be visible [m].
-  real(dp), parameter :: least_tread = 0.1e-3_dp
+  ! Solutions have noise, which is stiffness in small cells. On the tread, where the lateral stiffness is only gravitational,
+  ! it would be visible in larger ones [m].
+  real(dp), parameter :: least_flange = 0.05e-3_dp, least_tread = 0.1e-3_dp
 
 contains
 
@@ -60,7 +60,7 @@ contains
       associate (t => table%zones(z))
         c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%flange, n(1)), first_roll(request%extent, n(2)), &
           new_axis(first_depths(n(3), t%q%high)), &
-          [merge(least_u, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
+          [merge(least_flange, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
       end associate
     end do
     call adapt(c, rules_type(request%most, most_values, most_rounds, rounds_q), share, stopped, watcher)
@@ -76,8 +76,9 @@ contains
 
     solutions = 0
     associate (g => this%grid(z))
-      call sample_ratios(this%request, z, this%elements, this%table, g%roll%x(j), g%u%x, &
-        heights(this%table, z, g%u%x, g%roll%x(j)), g%q%x, g%f(:, :, j), g%known(:, :, j), solutions)
+      g%h(:, j) = heights(this%table, z, g%u%x, g%roll%x(j))
+      call sample_ratios(this%request, z, this%elements, this%table, g%roll%x(j), g%u%x, g%h(:, j), g%q%x, g%f(:, :, j), &
+        g%known(:, :, j), solutions)
     end associate
     !$omp critical
     this%solutions = this%solutions + solutions
@@ -100,36 +101,28 @@ contains
     class(ratio_type), intent(inout) :: this
     integer, intent(in) :: z
     type(axis_errors), intent(out) :: error
-    real(dp), allocatable, dimension(:, :, :) :: force, weight, of_u, of_roll, of_q
-    real(dp), allocatable :: h(:, :)
-    integer :: j, m
+    real(dp), allocatable :: force(:, :, :), weight(:, :, :)
+    integer :: m
 
     associate (g => this%grid(z))
       allocate (force, weight, mold=g%f)
-      allocate (h(g%u%n, g%roll%n))
-      do j = 1, g%roll%n
-        h(:, j) = heights(this%table, z, g%u%x, g%roll%x(j))
-      end do
       do m = 1, g%q%n
         force(m, :, :) = estimated_force(this%request%e_star, g%q%x(m)**2)
       end do
-      call weigh_errors(this, z, h, force, .false., weight)
-      call find_cell_errors(g, force*weight, this%request%extent%lever, this%halve_q, of_u, of_roll, of_q)
+      call weigh_errors(this, z, force, weight)
+      call find_cell_errors(g, force*weight, this%request%extent%lever, error)
     end associate
-    error = largest_errors(of_u, of_roll, of_q)
   end subroutine find_errors
 
-  !> Return h of a zone at many u, rounded to 10 nm. A solution starts from its neighbour's, so that the last digits of the
-  !> spline, which another processor rounds otherwise, would grow along a row until other cells are halved.
+  !> Return h of a zone at many u [m].
   pure function heights(table, z, u, roll) result(h)
     type(table_type), intent(in) :: table
     integer, intent(in) :: z
     real(dp), intent(in) :: u(:), roll
-    real(dp), parameter :: step = 1e-8_dp      ! [m]
     real(dp) :: h(size(u)), line(1, size(u))
 
     call spline_2d_at(table%roll, table%zones(z)%u, table%zones(z)%h, [roll], u, line)
-    h = anint(line(1, :)/step)*step
+    h = line(1, :)
   end function heights
 
   !> Return the first n points of q. The strips' modulus is a mean over more than the smallest patches, so that the ratio
@@ -142,18 +135,6 @@ contains
 
     q = [0.0_dp, 0.06_dp*deepest, (((i - 2)/real(n - 2, dp))**grading*deepest, i=3, n)]
   end function first_depths
-
-  !> Keep the values at common points.
-  subroutine resize(this, z, u, roll, q)
-    class(ratio_type), intent(inout) :: this
-    integer, intent(in) :: z
-    type(axis_type), intent(in) :: u, roll, q
-    type(grid_type) :: new
-
-    new = new_grid(u, roll, q, this%grid(z)%least, 1.0_dp)
-    call keep_values(this%grid(z), new)
-    this%grid(z) = new
-  end subroutine resize
 
   !> Evaluate the ratio at other points: c(q, roll, u).
   subroutine values_at(r, q, roll, u, c)

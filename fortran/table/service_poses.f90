@@ -12,7 +12,7 @@ module service_poses
   implicit none
   private
   public :: extent_type, request_type, margin_roll, tread_share, force_floor, rollover_allowance
-  public :: error_allowance, find_reach, estimated_force, fit_extent
+  public :: error_allowance, find_allowance, estimated_force, fit_extent
 
   !> Extent of the table, which a case may change, and what says which part of it a run on this track reaches.
   type :: extent_type
@@ -106,66 +106,70 @@ contains
     end if
   end function error_allowance
 
-  !> Whether a run can press a zone of the left wheel by `depth` in a pose: only one zone of the left wheel may lie deep inside
-  !> the rail, a second one less, a third one hardly, and the right wheel may not. Poses off the table's roll axis are not reachable.
-  pure subroutine find_reach(table, extent, zone, depth, pose, with_margin, reachable, deepest_other, depths)
+  !> Error allowance at a pose in which a zone of the left wheel is pressed by `depth`: that of the pose, or 0 if no run presses
+  !> the zone so. Only one zone of the left wheel may lie deep inside the rail, a second one less, a third one hardly, and the
+  !> right wheel may not. Poses off the table's roll axis are not reachable.
+  pure subroutine find_allowance(request, table, zone, depth, pose, with_margin, allowance, deepest_other, depths)
+    type(request_type), intent(in) :: request
     type(table_type), intent(in) :: table
-    type(extent_type), intent(in) :: extent
     integer, intent(in) :: zone
     real(dp), intent(in) :: depth, pose(3)     !! [m, rad]
     logical, intent(in) :: with_margin         !! whether the points around the reachable poses count
-    logical, intent(out) :: reachable
+    real(dp), intent(out) :: allowance
     real(dp), intent(out) :: deepest_other     !! largest penetration of the left wheel's other zones [m]; negative if none touches
     !> Penetrations of the zones of the left and right wheel (zone, wheel) [m]; without them the table gives them.
     real(dp), intent(in), optional :: depths(:, :)
     type(roll_type) :: roll, opposite
     real(dp) :: shallower, deeper, tread, third_most, found, third, second, deepest
     integer :: i, status
+    logical :: reachable
 
-    shallower = shallower_share*extent%depth*merge(margin_depth, 1.0_dp, with_margin)
-    deeper = deeper_share*extent%depth*merge(margin_depth, 1.0_dp, with_margin)
-    third_most = third_share*extent%depth*merge(3.0_dp, 1.0_dp, with_margin)
-    tread = tread_share*extent%depth
+    allowance = 0
     deepest_other = -1
-    if (abs(pose(3)) > extent%service_roll + margin_roll) then
-      tread = rollover_share*extent%depth
-      deeper = min(deeper, margin_depth*tread)
-      shallower = min(shallower, tread/2)
-      reachable = depth <= tread*merge(margin_depth, 1.0_dp, with_margin)
-    else
-      reachable = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, with_margin)
-    end if
-    if (.not. reachable) return
-    call find_roll(table, pose(3), .false., roll, opposite, status)
-    reachable = status == inside
-    if (.not. reachable) return
-    deepest = depth
-    second = -1
-    third = -1
-    do i = 1, size(table%zones)
-      if (i == zone) cycle
-      if (present(depths)) then
-        found = depths(i, 1)
+    if (error_allowance(request, pose, with_margin) <= 0) return
+    associate (extent => request%extent)
+      shallower = shallower_share*extent%depth*merge(margin_depth, 1.0_dp, with_margin)
+      deeper = deeper_share*extent%depth*merge(margin_depth, 1.0_dp, with_margin)
+      third_most = third_share*extent%depth*merge(3.0_dp, 1.0_dp, with_margin)
+      tread = tread_share*extent%depth
+      if (abs(pose(3)) > extent%service_roll + margin_roll) then
+        tread = rollover_share*extent%depth
+        deeper = min(deeper, margin_depth*tread)
+        shallower = min(shallower, tread/2)
+        reachable = depth <= tread*merge(margin_depth, 1.0_dp, with_margin)
       else
-        found = zone_penetration(table%zones(i), pose, roll)
+        reachable = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, with_margin)
       end if
-      deepest_other = max(deepest_other, found)
-      third = max(third, min(second, found))
-      second = max(second, min(deepest, found))
-      deepest = max(deepest, found)
-      reachable = second <= shallower .and. (second <= 0 .or. deepest <= deeper) .and. third <= third_most
-      if (.not. table%zones(i)%flange) reachable = reachable .and. found <= tread*merge(1.2_dp, 1.0_dp, with_margin)
       if (.not. reachable) return
-    end do
-    do i = 1, size(table%zones)
-      if (present(depths)) then
-        found = depths(i, 2)
-      else
-        found = zone_penetration(table%zones(i), mirror*pose, opposite)
-      end if
-      reachable = found <= merge(extent%depth, tread, table%zones(i)%flange) + merge(margin_height, 0.0_dp, with_margin)
-      if (.not. reachable) return
-    end do
-  end subroutine find_reach
+      call find_roll(table, pose(3), .false., roll, opposite, status)
+      if (status /= inside) return
+      deepest = depth
+      second = -1
+      third = -1
+      do i = 1, size(table%zones)
+        if (i == zone) cycle
+        if (present(depths)) then
+          found = depths(i, 1)
+        else
+          found = zone_penetration(table%zones(i), pose, roll)
+        end if
+        deepest_other = max(deepest_other, found)
+        third = max(third, min(second, found))
+        second = max(second, min(deepest, found))
+        deepest = max(deepest, found)
+        if (second > shallower .or. (second > 0 .and. deepest > deeper) .or. third > third_most) return
+        if (.not. table%zones(i)%flange .and. found > tread*merge(1.2_dp, 1.0_dp, with_margin)) return
+      end do
+      do i = 1, size(table%zones)
+        if (present(depths)) then
+          found = depths(i, 2)
+        else
+          found = zone_penetration(table%zones(i), mirror*pose, opposite)
+        end if
+        if (found > merge(extent%depth, tread, table%zones(i)%flange) + merge(margin_height, 0.0_dp, with_margin)) return
+      end do
+    end associate
+    allowance = error_allowance(request, pose, with_margin)
+  end subroutine find_allowance
 
 end module service_poses

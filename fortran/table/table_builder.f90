@@ -6,9 +6,8 @@
 !> Rows of one roll angle are sampled in several threads; none depends on another, so that the table is the same for any
 !> number of threads.
 module table_builder
-  use grid_refinement, only: adapt, axis_errors, brackets, cell_errors, find_cell_errors, first_roll, first_u, &
-    grading, gridded_function, grid_type, keep_values, largest_errors, least_q, least_roll, least_u, new_grid, rules_type, &
-    scaled, united, weigh_errors
+  use grid_refinement, only: adapt, axis_errors, cell_errors, find_cell_errors, first_roll, first_u, grading, &
+    gridded_function, grid_type, least_q, least_roll, least_u, new_grid, rules_type, scaled, united, weigh_errors
   use bspline, only: axis_type, fit_2d, fit_3d, new_axis
   use kinds, only: dp
   use contact_table, only: table_type
@@ -24,19 +23,12 @@ module table_builder
   private
   public :: build_table
 
-  !> Heights at which a zone touches.
-  type :: heights_type
-    real(dp), allocatable :: h(:, :)       !! (u, roll) [m]
-  end type heights_type
-
   !> S of strips or of Hertzian contacts, and h.
   type, extends(gridded_function) :: energy_type
-    type(heights_type), allocatable :: touching(:)
   contains
     procedure :: sample
     procedure :: complete
     procedure :: find_errors
-    procedure :: resize
   end type energy_type
 
   integer, parameter :: first_points(3) = [31, 21, 15]          ! of u, roll, q
@@ -46,8 +38,6 @@ module table_builder
   real(dp), parameter :: least_u_strip = least_u/4   ! [m]
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and errs more than is estimated.
   real(dp), parameter :: kink_factor = 3
-  ! Strips are allowed smaller errors in rolling over: the crown and the corner of a rail touch at once there.
-  real(dp), parameter :: rollover_factor = 0.35_dp
   ! Where a wheelset rolls over, contact jumps from the crown of a rail to its corner within some 0.1 mrad. Strips may have
   ! cells of roll so much smaller there. Those of the ratio stay: in smaller ones the noise of its solutions would be stiffness.
   real(dp), parameter :: finer_rollover = 4
@@ -79,12 +69,10 @@ contains
     n = size(request%side%zones)
     halfspace = request%model == 'halfspace'
     table%key = key
-    allocate (table%zones(n), energy%grid(n), energy%touching(n))
+    allocate (table%zones(n), energy%grid(n))
     energy%request = request
     energy%table => table
     energy%tolerance = request%accuracy*share_strip
-    ! With half-spaces the ratio needs the points more.
-    energy%rollover_factor = merge(1.0_dp, rollover_factor, halfspace)
     rules = rules_type(request%most, most_values, most_rounds, rounds_q, &
       common_roll=.true., finer_rollover=finer_rollover)
     do z = 1, n
@@ -137,7 +125,6 @@ contains
       q = new_axis([(((i - 1)/real(n(3) - 1, dp))**grading*sqrt(extent%depth), i=1, n(3))])
     end associate
     energy%grid(z) = new_grid(u, roll, q, [least_u_strip, least_roll, least_q], 0.0_dp)
-    allocate (energy%touching(z)%h(u%n, roll%n), source=-1.0_dp)
   end subroutine start_zone
 
   !> Return u of a zone at roll angle 0 where it touches on the flange's tip at half the steepest angle; huge if the zone, with
@@ -166,8 +153,7 @@ contains
 
     associate (g => this%grid(z))
       known = all(g%known(:, :, j), 1)
-      call sample_row(this%request, z, this%table%zones(z), g%roll%x(j), g%u%x, g%q%x, known, this%touching(z)%h(:, j), &
-        g%f(:, :, j))
+      call sample_row(this%request, z, this%table%zones(z), g%roll%x(j), g%u%x, g%q%x, known, g%h(:, j), g%f(:, :, j))
       g%known(:, :, j) = spread(known, 1, g%q%n)
     end associate
   end subroutine sample
@@ -183,7 +169,7 @@ contains
       associate (t => this%table%zones(z), g => this%grid(z))
         t%u = g%u
         t%q = g%q
-        call fit_2d(g%roll, g%u, transpose(this%touching(z)%h), t%h)
+        call fit_2d(g%roll, g%u, transpose(g%h), t%h)
         call fit_3d(g%q, g%roll, g%u, reshape(g%f, [g%q%n, g%roll%n, g%u%n], order=[1, 3, 2]), t%s)
         call bound_heights(t)
       end associate
@@ -196,15 +182,14 @@ contains
     class(energy_type), intent(inout) :: this
     integer, intent(in) :: z
     type(axis_errors), intent(out) :: error
-    real(dp), allocatable, dimension(:, :, :) :: force, weight, of_u, of_roll, of_q
-    real(dp), allocatable :: value_h(:, :), slope_h(:, :)
+    real(dp), allocatable :: force(:, :, :), weight(:, :, :), value_h(:, :), slope_h(:, :)
     integer :: i, j
 
-    associate (g => this%grid(z), h => this%touching(z)%h)
+    associate (g => this%grid(z), h => this%grid(z)%h)
       allocate (weight, mold=g%f)
       allocate (value_h, slope_h, mold=h)
       force = scaled(g%f, 2.5_dp*g%q%x**3)
-      call weigh_errors(this, z, h, force, .false., weight)
+      call weigh_errors(this, z, force, weight)
       do j = 1, g%roll%n
         do i = 1, g%u%n
           value_h(i, j) = max(0.0_dp, maxval(kink_factor*3.75_dp*g%q%x*g%f(:, i, j)*weight(:, i, j)))
@@ -212,31 +197,11 @@ contains
         end do
       end do
       weight = scaled(weight, 2.5_dp*g%q%x**3)
-      call find_cell_errors(g, weight, this%request%extent%lever, this%halve_q, of_u, of_roll, of_q)
-      error = largest_errors(of_u, of_roll, of_q)
-      error%u = max(error%u, maxval(cell_errors(g%u, h, value_h, slope_h), 2))
-      error%roll = max(error%roll, maxval(cell_errors(g%roll, transpose(h), transpose(value_h), &
-        transpose(slope_h)/this%request%extent%lever), 2))
+      call find_cell_errors(g, weight, this%request%extent%lever, error)
+      error%u = max(error%u, cell_errors(g%u, h, value_h, slope_h))
+      error%roll = max(error%roll, cell_errors(g%roll, transpose(h), transpose(value_h), &
+        transpose(slope_h)/this%request%extent%lever))
     end associate
   end subroutine find_errors
-
-  !> Keep h and S at common points. Where q has new points, S is sampled again.
-  subroutine resize(this, z, u, roll, q)
-    class(energy_type), intent(inout) :: this
-    integer, intent(in) :: z
-    type(axis_type), intent(in) :: u, roll, q
-    type(grid_type) :: new
-    real(dp), allocatable :: h(:, :)
-    integer :: cell_u(2, u%n), cell_roll(2, roll%n)
-
-    new = new_grid(u, roll, q, this%grid(z)%least, 0.0_dp)
-    call keep_values(this%grid(z), new)
-    cell_u = brackets(this%grid(z)%u, u)
-    cell_roll = brackets(this%grid(z)%roll, roll)
-    ! A row that is not known has no use for its h.
-    allocate (h(u%n, roll%n), source=this%touching(z)%h(cell_u(1, :), cell_roll(1, :)))
-    call move_alloc(h, this%touching(z)%h)
-    this%grid(z) = new
-  end subroutine resize
 
 end module table_builder

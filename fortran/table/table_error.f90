@@ -19,7 +19,7 @@ module table_error
   use patch_grids, only: elements_type
   use contact_table, only: accuracy_type, table_type, find_roll, wheel_potential
   use zone_tables, only: inside, outside_lateral, outside_law, outside_roll, roll_type, zone_pose
-  use service_poses, only: error_allowance, find_reach, force_floor, request_type, tread_share
+  use service_poses, only: error_allowance, find_allowance, force_floor, request_type, tread_share
   implicit none
   private
   public :: measure, direct_force
@@ -118,17 +118,16 @@ contains
     real(dp) :: u(2*table%zones(zone)%u%n - 1), roll(2*table%roll%n - 1), q(2*table%zones(zone)%q%n - 1)
     real(dp) :: h(size(roll), 1), s(size(q), size(roll), 1)
     type(roll_type) :: at_roll, opposite
-    real(dp) :: pose(3), deepest_other, energy(2), gradient(3, 2), hessian(6)
+    real(dp) :: pose(3), allowance, deepest_other, energy(2), gradient(3, 2), hessian(6)
     integer :: i, j, m, status
-    logical :: reachable
 
     n = 0
     associate (t => table%zones(zone))
       u = with_middles(t%u)
       roll = with_middles(table%roll)
       q = with_middles(t%q)
-      !$omp parallel do schedule(dynamic) reduction(+:n) private(h, s, pose, at_roll, opposite, deepest_other, energy, &
-      !$omp gradient, hessian, j, m, status, reachable)
+      !$omp parallel do schedule(dynamic) reduction(+:n) private(h, s, pose, at_roll, opposite, allowance, deepest_other, &
+      !$omp energy, gradient, hessian, j, m, status)
       do i = 1, size(u)
         call spline_2d_at(table%roll, t%u, t%h, roll, u(i:i), h)
         call spline_3d_at(t%q, table%roll, t%u, t%s, q, roll, u(i:i), s)
@@ -136,10 +135,9 @@ contains
           do m = 2, size(q)
             if (s(m, j, 1) > 0) cycle
             pose = zone_pose(t, u(i), h(j, 1) - q(m)**2, roll(j))
+            call find_allowance(request, table, zone, q(m)**2, pose, .false., allowance, deepest_other)
             ! The allowance is 1 in service.
-            if (abs(error_allowance(request, pose, .false.) - 1) > 0) cycle
-            call find_reach(table, request%extent, zone, q(m)**2, pose, .false., reachable, deepest_other)
-            if (.not. reachable) cycle
+            if (abs(allowance - 1) > 0) cycle
             call find_roll(table, roll(j), .false., at_roll, opposite, status)
             call wheel_potential(table, pose, at_roll, .false., energy, gradient, hessian, status)
             if (status == outside_law) n = n + 1
@@ -214,7 +212,8 @@ contains
           call direct_penetration(pair, zones(j), outline, merge(pose, mirror*pose, side == 1), scan, depths(j, side), known)
           usable = known
         end do
-        if (usable) call find_reach(table, extent, z, depths(z, 1), pose, .false., usable, deepest_other, depths)
+        if (usable) call find_allowance(request, table, z, depths(z, 1), pose, .false., allowance, deepest_other, depths)
+        usable = usable .and. allowance > 0
       end do
     end associate
   end subroutine draw_pose

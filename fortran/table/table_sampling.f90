@@ -10,7 +10,7 @@ module table_sampling
   use patch_grids, only: elements_type
   use contact_table, only: table_type
   use zone_tables, only: zone_pose, zone_table
-  use service_poses, only: error_allowance, find_reach, request_type
+  use service_poses, only: find_allowance, request_type
   implicit none
   private
   public :: sample_row, sample_ratios, press_zone, reference_shift
@@ -152,9 +152,9 @@ contains
     logical, intent(inout) :: known(:, :)      !! (q, u)
     integer, intent(inout) :: solutions(2)     !! poses solved so far, and those that did not converge
     type(scan_type) :: scan
-    real(dp) :: pose(3), k(size(request%side%pair%s)), strip, energy, deepest_other
+    real(dp) :: pose(3), k(size(request%side%pair%s)), strip, energy, allowance, deepest_other
     integer :: i, m
-    logical :: reachable, ok
+    logical :: ok
 
     if (all(known(2:, :))) return
     scan = new_scan(request%side%pair)
@@ -164,10 +164,9 @@ contains
       do m = size(q), 2, -1
         if (known(m, i)) cycle
         pose = zone_pose(table%zones(z), u(i), h(i) - q(m)**2, roll)
-        if (error_allowance(request, pose, .true.) <= 0) cycle
         ! The point is needed if the cell below it is in reach.
-        call find_reach(table, request%extent, z, q(max(1, m - 2))**2, pose, .true., reachable, deepest_other)
-        if (.not. reachable) cycle
+        call find_allowance(request, table, z, q(max(1, m - 2))**2, pose, .true., allowance, deepest_other)
+        if (allowance <= 0) cycle
         call press_zone(request, z, elements, pose, k, scan, strip, energy, ok)
         if (strip <= 0 .or. energy <= 0) cycle
         solutions = solutions + [1, merge(0, 1, ok)]

@@ -14,7 +14,7 @@ module zone_influence
   use kinds, only: dp
   use patch_grids, only: elements_type
   use progress, only: goes_on, monitor_type
-  use service_poses, only: error_allowance, find_reach, request_type
+  use service_poses, only: find_allowance, request_type
   use station_scan, only: new_scan, scan_depth, scan_type
   use strip_law, only: set_moduli
   use table_sampling, only: press_zone
@@ -96,10 +96,10 @@ contains
     type(scan_type) :: scan
     type(patches_type) :: patches
     type(roll_type) :: roll, opposite
-    real(dp) :: h(grid(1)%u%n), pose(3), deepest_other, k(size(request%side%pair%s))
+    real(dp) :: h(grid(1)%u%n), pose(3), allowance, deepest_other, k(size(request%side%pair%s))
     real(dp) :: c(size(table%zones), size(table%zones))   ! influences of zones on each other [m/N]
     integer :: i, l, v, status
-    logical :: reachable, touching(size(table%zones))
+    logical :: touching(size(table%zones))
 
     call find_roll(table, grid(1)%roll%x(m), .false., roll, opposite, status)
     if (status /= inside) return
@@ -112,9 +112,8 @@ contains
       do v = 1, u%n
         do l = 1, p%n
           pose = zone_pose(table%zones(j), u%x(v), h(v) - p%x(l), roll%angle)
-          if (error_allowance(request, pose, .true.) <= 0) cycle
-          call find_reach(table, request%extent, j, p%x(max(1, l - 2)), pose, .true., reachable, deepest_other)
-          if (.not. reachable .or. deepest_other <= 0) cycle
+          call find_allowance(request, table, j, p%x(max(1, l - 2)), pose, .true., allowance, deepest_other)
+          if (allowance <= 0 .or. deepest_other <= 0) cycle
           touching = [(zone_penetration(table%zones(i), pose, roll) > 0 .or. i == j, i=1, size(touching))]
           if (.not. any(touching(:j - 1))) cycle
           scan%fresh = .true.
