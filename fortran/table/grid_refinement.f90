@@ -12,7 +12,7 @@ module grid_refinement
   use contact_table, only: table_type
   use zone_tables, only: zone_pose
   use progress, only: goes_on, monitor_type, share_of_round
-  use service_poses, only: estimated_force, extent_type, find_allowance, force_floor, margin_roll, request_type
+  use service_poses, only: estimated_force, extent_type, find_allowance, force_floor, request_type
   implicit none
   private
   public :: grid_type, gridded_function, rules_type, axis_errors
@@ -37,9 +37,8 @@ module grid_refinement
   type :: rules_type
     integer :: most(3) = 0                   !! points of u, roll, q, at most
     integer :: most_values = 0               !! points of all zones, at most
-    integer :: rounds = 0, rounds_q = 0      !! of sampling, at most; after the later ones q is not halved
+    integer :: rounds = 0                    !! of sampling, at most
     logical :: common_roll = .false.         !! whether all zones have the same roll axis
-    real(dp) :: finer_rollover = 1           !! so much smaller may cells of roll be where a wheelset rolls over
   end type rules_type
 
   !> Largest errors in the cells of every axis, relative to those allowed.
@@ -52,7 +51,6 @@ module grid_refinement
     type(request_type) :: request
     type(table_type), pointer :: table => null()
     real(dp) :: tolerance = 0                !! error allowed in service, relative to the force
-    logical :: halve_q = .true.              !! whether cells of q may be halved in this round
     type(grid_type), allocatable :: grid(:)
   contains
     procedure(sample), deferred :: sample
@@ -100,7 +98,6 @@ contains
       if (stopped) return
       call values%complete()
       if (round == rules%rounds) exit
-      values%halve_q = round <= rules%rounds_q
       call refine(values, rules, finer)
       if (.not. finer) exit
     end do
@@ -176,17 +173,14 @@ contains
     logical, intent(out) :: changed(:, :)     !! (u, roll or q; zone)
     integer :: z
 
-    changed = .false.
     do z = 1, size(values%grid)
-      associate (g => values%grid(z), service => values%request%extent%service_roll + margin_roll)
+      associate (g => values%grid(z))
         u(z) = g%u
         roll(z) = g%roll
         q(z) = g%q
-        call halve_cells(u(z), error(z)%u/scale, spread(g%least(1), 1, g%u%n - 1), rules%most(1), changed(1, z))
-        call halve_cells(roll(z), error(z)%roll/scale, g%least(2)/merge(rules%finer_rollover, 1.0_dp, &
-          min(abs(roll(z)%x(2:)), abs(roll(z)%x(:roll(z)%n - 1))) > service), rules%most(2), changed(2, z))
-        if (values%halve_q) call halve_cells(q(z), error(z)%q/scale, spread(g%least(3), 1, g%q%n - 1), rules%most(3), &
-          changed(3, z))
+        call halve_cells(u(z), error(z)%u/scale, g%least(1), rules%most(1), changed(1, z))
+        call halve_cells(roll(z), error(z)%roll/scale, g%least(2), rules%most(2), changed(2, z))
+        call halve_cells(q(z), error(z)%q/scale, g%least(3), rules%most(3), changed(3, z))
       end associate
     end do
   end subroutine halve_axes
@@ -310,7 +304,8 @@ contains
   !> however small they are.
   subroutine halve_cells(axis, error, least, most, finer)
     type(axis_type), intent(inout) :: axis
-    real(dp), intent(in) :: error(:), least(:)   !! of the cells
+    real(dp), intent(in) :: error(:)       !! of the cells
+    real(dp), intent(in) :: least
     integer, intent(in) :: most
     logical, intent(out) :: finer
     real(dp), parameter :: handful = 0.1_dp, gross = 10

@@ -28,7 +28,7 @@ module halfspace_correction
   end type ratio_type
 
   integer, parameter :: first_points(3) = [29, 21, 7]          ! of u, roll, q
-  integer, parameter :: most_rounds = 7, rounds_q = 3
+  integer, parameter :: most_rounds = 7
   integer, parameter :: most_values = 700000    ! of which a fifth is solved; twice those of new profiles
   ! Solutions have noise, which is stiffness in small cells. On the tread, where the lateral stiffness is only gravitational,
   ! it would be visible in larger ones [m].
@@ -63,7 +63,7 @@ contains
           [merge(least_flange, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
       end associate
     end do
-    call adapt(c, rules_type(request%most, most_values, most_rounds, rounds_q), share, stopped, watcher)
+    call adapt(c, rules_type(request%most, most_values, most_rounds), share, stopped, watcher)
     solutions = c%solutions
     call move_alloc(c%grid, ratio)
   end subroutine solve_ratios

@@ -32,15 +32,12 @@ module table_builder
   end type energy_type
 
   integer, parameter :: first_points(3) = [31, 21, 15]          ! of u, roll, q
-  integer, parameter :: most_rounds = 11, rounds_q = 4
+  integer, parameter :: most_rounds = 11
   integer, parameter :: most_values = 1800000   ! four and a half times those of new profiles
   ! Where wheel and rail have nearly equal radii a contact runs along millimetres of the wheel within some 0.01 mm of u.
   real(dp), parameter :: least_u_strip = least_u/4   ! [m]
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and errs more than is estimated.
   real(dp), parameter :: kink_factor = 3
-  ! Where a wheelset rolls over, contact jumps from the crown of a rail to its corner within some 0.1 mrad. Strips may have
-  ! cells of roll so much smaller there. Those of the ratio stay: in smaller ones the noise of its solutions would be stiffness.
-  real(dp), parameter :: finer_rollover = 4
   ! Shares of the accuracy that the splines of strips and of the ratio may use up in a cell.
   real(dp), parameter :: share_strip = 0.5_dp, share_ratio = 0.33_dp
   ! Grids over half a patch. The energy has the square of the solver's error.
@@ -73,8 +70,7 @@ contains
     energy%request = request
     energy%table => table
     energy%tolerance = request%accuracy*share_strip
-    rules = rules_type(request%most, most_values, most_rounds, rounds_q, &
-      common_roll=.true., finer_rollover=finer_rollover)
+    rules = rules_type(request%most, most_values, most_rounds, common_roll=.true.)
     do z = 1, n
       call start_zone(energy, z)
     end do
