@@ -36,14 +36,7 @@ module table_error
   ! No run stands on the wheel's rim, where the profile ends [m].
   real(dp), parameter :: rim_width = 3e-3_dp
 
-  !> The rail's height in columns of equal width, which tells soon whether a point of the wheel is inside the rail.
-  type :: outline_type
-    real(dp) :: gauge_side                 !! where the columns begin [m]
-    real(dp), allocatable :: top(:)        !! Z of the highest point in every column, from index 0 [m]
-  end type outline_type
-
-  real(dp), parameter :: column_width = 0.5e-3_dp   ! [m]
-  real(dp), parameter :: too_deep = 10e-3_dp        ! vertical depth that no run reaches [m]
+  real(dp), parameter :: too_deep = 10e-3_dp   ! depth inside the rail that no run reaches [m]
 
 contains
 
@@ -56,7 +49,6 @@ contains
     class(monitor_type), intent(inout), optional :: watcher
     type(elements_type) :: elements
     type(scan_type) :: scan
-    type(outline_type) :: outline
     real(dp), allocatable :: pose(:, :), error(:)
     integer, allocatable :: place(:)       ! of the accuracy: tread, flange, both, rolling over
     logical, allocatable :: touching(:, :), solved(:)
@@ -71,7 +63,6 @@ contains
     wanted = strip_poses
     if (request%model == 'halfspace') wanted = halfspace_poses
     scan = new_scan(request%side%pair)
-    outline = rail_outline(request%side%pair)
     n = sum(wanted)
     allocate (pose(3, n), error(n), place(n), touching(2, n), solved(n))
     drawn = 0
@@ -82,7 +73,7 @@ contains
       k = merge(1, 2, modulo(i/size(table%zones), 2) == 0)
       if (drawn(k) >= wanted(k)) cycle
       n = sum(drawn) + 1
-      call draw_pose(request, table, outline, i, k == 2, scan, pose(:, n), usable, known)
+      call draw_pose(request, table, i, k == 2, scan, pose(:, n), usable, known)
       if (.not. known) failed = failed + 1
       if (.not. usable) cycle
       drawn(k) = drawn(k) + 1
@@ -156,28 +147,11 @@ contains
     x(2::2) = (axis%x(:axis%n - 1) + axis%x(2:))/2
   end function with_middles
 
-  !> Find the rail's highest point in every column.
-  pure function rail_outline(pair) result(outline)
-    type(pair_type), intent(in) :: pair
-    type(outline_type) :: outline
-    integer :: i, column
-
-    associate (y => pair%rail%a(1, 1, :), z => pair%rail%a(2, 1, :))
-      outline%gauge_side = minval(y)
-      allocate (outline%top(0:floor((maxval(y) - outline%gauge_side)/column_width)), source=-1.0_dp)
-      do i = 1, pair%rail%n
-        column = floor((y(i) - outline%gauge_side)/column_width)
-        outline%top(column) = max(outline%top(column), z(i))
-      end do
-    end associate
-  end function rail_outline
-
   !> Compute the i-th pose of the sequence, and whether a run can reach it. That is not known if the search for the height at
   !> which a zone touches found none, although the zone is inside the rail; then the pose is not usable.
-  subroutine draw_pose(request, table, outline, i, rolling_over, scan, pose, usable, known)
+  subroutine draw_pose(request, table, i, rolling_over, scan, pose, usable, known)
     type(request_type), intent(in) :: request
     type(table_type), intent(in) :: table
-    type(outline_type), intent(in) :: outline
     integer, intent(in) :: i
     logical, intent(in) :: rolling_over    !! or in service
     type(scan_type), intent(inout) :: scan !! workspace
@@ -202,14 +176,14 @@ contains
       usable = allowance >= 1 .and. (allowance > 1 .eqv. rolling_over) .and. .not. leaves_table(table, pose)
       if (.not. usable) return
       depths = -1
-      call direct_penetration(pair, zones(z), outline, pose, scan, depths(z, 1), known)
+      call direct_penetration(pair, zones(z), pose, scan, depths(z, 1), known)
       usable = known .and. depths(z, 1) > 0 .and. depths(z, 1) <= extent%depth
       ! The left wheel alone excludes most poses that are out of reach.
       do side = 1, 2
         do j = 1, size(zones)
           if (.not. usable) return
           if (side == 1 .and. j == z) cycle
-          call direct_penetration(pair, zones(j), outline, merge(pose, mirror*pose, side == 1), scan, depths(j, side), known)
+          call direct_penetration(pair, zones(j), merge(pose, mirror*pose, side == 1), scan, depths(j, side), known)
           usable = known
         end do
         if (usable) call find_allowance(request, table, z, depths(z, 1), pose, .false., allowance, deepest_other, depths)
@@ -233,42 +207,23 @@ contains
 
   !> Compute how far a zone of the left wheel lies inside the rail along the zone's normal [m]; -1 if it does not. `known` is
   !> false if the search failed.
-  subroutine direct_penetration(pair, zone, outline, pose, scan, depth, known)
+  subroutine direct_penetration(pair, zone, pose, scan, depth, known)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone
-    type(outline_type), intent(in) :: outline
     real(dp), intent(in) :: pose(3)        !! [m, rad]
     type(scan_type), intent(inout) :: scan !! workspace
     real(dp), intent(out) :: depth
     logical, intent(out) :: known
-    real(dp) :: x(2), y(2), z(2), station
-    integer :: first, last, i, column
+    real(dp) :: station
 
-    depth = -1
     known = .true.
-    y = rolled([1.0_dp, 0.0_dp], pose(3))
-    z = [-y(2), y(1)]
-    first = 0
-    do i = zone%first, zone%last
-      x = pose(:2) + (pair%r(1, i)*y + pair%r(2, i)*z)
-      column = floor((x(1) - outline%gauge_side)/column_width)
-      if (column < 0 .or. column > ubound(outline%top, 1) .or. x(2) >= 0) cycle
-      ! Where the wheel lies too deep for any run, a search for its feet on the rail would take long.
-      if (x(2) < outline%top(column) - too_deep) then
-        depth = too_deep
-        return
-      end if
-      if (first == 0) first = i
-      last = i
-    end do
-    if (first == 0) return
-    first = max(zone%first, first - 1)
-    last = min(zone%last, last + 1)
     scan%fresh = .true.
-    call scan_depth(pair, pose(:2), pose(3), first, last, scan)
+    call scan_depth(pair, pose(:2), pose(3), zone%first, zone%last, scan)
     scan%fresh = .false.
-    if (.not. any(scan%depth(first:last) > 0)) return
-    call touch(pair, scan, first, last, pose(:2), pose(3), zone%alpha, depth, station, known)
+    depth = maxval(scan%depth(zone%first:zone%last))
+    ! Where the wheel lies too deep for any run, a search for the height at which it touches would take long.
+    if (depth <= 0 .or. depth > too_deep) return
+    call touch(pair, scan, zone%first, zone%last, pose(:2), pose(3), zone%alpha, depth, station, known)
     if (.not. known) depth = -1
   end subroutine direct_penetration
 
