@@ -300,7 +300,7 @@ contains
   end function cell_errors
 
   !> Halve the cells whose error exceeds 1, the worst first, if they are at least 2*least long and there are at most `most`
-  !> points. The axis stays as it is if less than a tenth of the cells errs, by less than 10 times: at a kink of h cells err
+  !> points. The axis stays as it is if less than 3 % of the cells err, by less than 10 times: at a kink of h cells err
   !> however small they are.
   subroutine halve_cells(axis, error, least, most, finer)
     type(axis_type), intent(inout) :: axis
@@ -308,7 +308,7 @@ contains
     real(dp), intent(in) :: least
     integer, intent(in) :: most
     logical, intent(out) :: finer
-    real(dp), parameter :: handful = 0.1_dp, gross = 10
+    real(dp), parameter :: handful = 0.03_dp, gross = 10
     real(dp) :: points(2*axis%n)
     logical :: halve(axis%n - 1)
     integer :: i, n

@@ -28,10 +28,10 @@ module halfspace_correction
   end type ratio_type
 
   integer, parameter :: first_points(3) = [29, 21, 7]          ! of u, roll, q
-  integer, parameter :: most_rounds = 7
+  integer, parameter :: most_rounds = 5
   integer, parameter :: most_values = 700000    ! of which a fifth is solved; twice those of new profiles
-  ! Solutions have noise, which is stiffness in small cells. On the tread, where the lateral stiffness is only gravitational,
-  ! it would be visible in larger ones [m].
+  ! Solutions have noise, which would be stiffness in smaller cells. On the tread, where the lateral stiffness is only
+  ! gravitational, it would be visible in larger ones, too [m].
   real(dp), parameter :: least_flange = 0.05e-3_dp, least_tread = 0.1e-3_dp
 
 contains

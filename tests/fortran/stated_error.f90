@@ -15,7 +15,7 @@ program stated_error
   use contact_table, only: find_roll, wheel_potential
   use zone_tables, only: zone_penetration, inside, roll_type
   use run_tables, only: table_request
-  use service_poses, only: error_allowance, find_reach, request_type
+  use service_poses, only: find_allowance, request_type
   use shared, only: integer_argument, read_prepared
   use run_setup, only: setup_type
   implicit none
@@ -62,19 +62,16 @@ contains
     type(roll_type) :: roll, opposite
     real(dp) :: depth, other, allowance
     integer :: status, z
-    logical :: within
 
     place = 0
-    allowance = error_allowance(request, pose, .false.)
-    if (allowance <= 0) return
     associate (table => setup%wheelset%table)
       call find_roll(table, pose(3), .false., roll, opposite, status)
       if (status /= inside) return
       do z = 1, size(table%zones)
         depth = zone_penetration(table%zones(z), pose, roll)
         if (depth <= 0 .or. depth > request%extent%depth) cycle
-        call find_reach(table, request%extent, z, depth, pose, .false., within, other)
-        if (within) place = merge(1, 2, allowance <= 1)
+        call find_allowance(request, table, z, depth, pose, .false., allowance, other)
+        if (allowance > 0) place = merge(1, 2, allowance <= 1)
       end do
     end associate
   end function place_of
