@@ -51,6 +51,7 @@ module grid_refinement
     type(request_type) :: request
     type(table_type), pointer :: table => null()
     real(dp) :: tolerance = 0                !! error allowed in service, relative to the force
+    real(dp) :: rollover_factor = 1          !! multiplies the error allowance in rolling over
     type(grid_type), allocatable :: grid(:)
   contains
     procedure(sample), deferred :: sample
@@ -251,6 +252,7 @@ contains
             depth = g%q%x(m)**2
             call find_allowance(this%request, this%table, z, depth, zone_pose(this%table%zones(z), g%u%x(i), &
               g%h(i, j) - depth, g%roll%x(j)), .false., allowance, deepest_other)
+            if (allowance > 1) allowance = this%rollover_factor*allowance
             if (allowance > 0) weight(m, i, j) = 1/(this%tolerance*allowance*max(force(m, i, j), force_floor, &
               estimated_force(this%request%e_star, deepest_other)))
           end do

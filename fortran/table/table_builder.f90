@@ -38,6 +38,9 @@ module table_builder
   real(dp), parameter :: least_u_strip = least_u/4   ! [m]
   ! Where contact moves from one arc of the profiles to the next h bends sharply, and errs more than is estimated.
   real(dp), parameter :: kink_factor = 3
+  ! Strips are allowed smaller errors in rolling over: the crown and the corner of a rail touch at once there. With half-spaces
+  ! the ratio errs more.
+  real(dp), parameter :: rollover_factor = 0.35_dp
   ! Shares of the accuracy that the splines of strips and of the ratio may use up in a cell.
   real(dp), parameter :: share_strip = 0.5_dp, share_ratio = 0.33_dp
   ! Grids over half a patch. The energy has the square of the solver's error.
@@ -70,6 +73,7 @@ contains
     energy%request = request
     energy%table => table
     energy%tolerance = request%accuracy*share_strip
+    if (.not. halfspace) energy%rollover_factor = rollover_factor
     rules = rules_type(request%most, most_values, most_rounds, common_roll=.true.)
     do z = 1, n
       call start_zone(energy, z)
