@@ -43,7 +43,7 @@ subroutine describe_results(listing, length)
   integer :: k, n
 
   lines = ''
-  call name_columns(.true., columns, n)
+  call name_columns('unilateral', columns, n)
   call add(columns(:n)%name)
   call add(columns(:n)%unit)
   call add(geometry_names)
@@ -236,24 +236,23 @@ subroutine table_accuracy(handle, side, numbers, solutions)
   solutions = [table%solutions, table%accuracy%unsolved]
 end subroutine table_accuracy
 
-!> Lines on the profiles and the contact tables of a prepared case, with warnings.
-subroutine prepared_lines(handle, listing, length)
+!> What the contact tables of a prepared case do not fulfil, in lines.
+subroutine prepared_warnings(handle, listing, length)
   use handles, only: give, prepared_at, prepared_type
-  use report_lines, only: add_profiles, add_tables
+  use results, only: result_list
+  use run_results, only: list_tables
   implicit none
   integer(8), intent(in) :: handle
   character(32768), intent(out) :: listing
   integer, intent(out) :: length
   type(prepared_type), pointer :: p
-  character(:), allocatable :: lines
+  type(result_list) :: told
 
   p => prepared_at(handle)
-  lines = ''
-  call add_profiles(lines, 'wheel', p%setup%wheel)
-  call add_profiles(lines, 'rail', p%setup%rail)
-  call add_tables(lines, p%c, p%setup)
-  call give(lines, listing, length)
-end subroutine prepared_lines
+  told = result_list('', '', '')
+  call list_tables(p%c, p%setup, told)
+  call give(told%warnings, listing, length)
+end subroutine prepared_warnings
 
 !> Integrate a prepared case.
 subroutine simulate_case(prepared, progress, stop_asked, handle, message, length)
@@ -336,7 +335,7 @@ end subroutine run_comments
 !> The text for the terminal.
 subroutine run_summary(prepared, handle, listing, length)
   use handles, only: finished_type, give, prepared_at, prepared_type, run_at
-  use summary_text, only: summary
+  use run_results, only: summary
   implicit none
   integer(8), intent(in) :: prepared, handle
   character(32768), intent(out) :: listing
