@@ -495,7 +495,7 @@ subroutine pressures(handle, side, pose, nx, ns, patches, n, ok, p, point, facts
   integer, intent(in) :: side, nx, ns, patches
   real(8), intent(in) :: pose(3)
   integer, intent(out) :: n, ok
-  real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(16, patches), total(4)
+  real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(10, patches), total(4)
   !f2py threadsafe
   type(prepared_type), pointer :: prepared
   type(pressure_type) :: found

@@ -16,7 +16,7 @@ module handles
   use row_sink, only: row_list
   use run_equilibrium, only: set_wheelset
   use run_monitor, only: run_type
-  use run_setup, only: prepare_geometry, setup_type
+  use run_setup, only: place_sides, setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
   use station_scan, only: scan_type, set_depth, touch
@@ -120,7 +120,7 @@ contains
 
     p%c = c
     call locate(p%c, paths)
-    call prepare_geometry(p%c, p%setup, error)
+    call place_sides(p%c, p%setup, error)
     p%c = c
   end subroutine prepare_rigid
 
