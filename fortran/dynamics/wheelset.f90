@@ -8,7 +8,7 @@ module wheelset
   use wheel_rail_pair, only: mirror
   implicit none
   private
-  public :: wheelset_type, contact_state, closed, contacts, wheel_contacts, total, external_force, settle, hold, &
+  public :: wheelset_type, contact_state, closed, contacts, total, external_force, settle, hold, &
     find_rest, contact_name
   public :: left_tread, left_flange, right_tread, right_flange, other_side
 
@@ -77,22 +77,34 @@ contains
     closed = state%energy > 0 .or. state%rigid
   end function closed
 
-  !> Potential of all contacts, with its Hessian unless `tangent` is false.
-  pure subroutine contacts(this, q, state, tangent)
+  !> Potential of the contacts of both wheels or of one wheel, with its Hessian unless `tangent` is false. The contacts of the
+  !> other wheel are zero.
+  pure subroutine contacts(this, q, state, tangent, wheel)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
     type(contact_state), intent(out) :: state
     logical, intent(in), optional :: tangent
+    integer, intent(in), optional :: wheel   !! 1 left, 2 right; 0 or absent: both
     type(roll_type) :: roll, opposite
     real(dp) :: left(6), right(6)
-    integer :: status
+    integer :: only, status
+    logical :: wanted
 
-    call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
+    wanted = .true.
+    if (present(tangent)) wanted = tangent
+    only = 0
+    if (present(wheel)) only = wheel
+    call find_rolls(this, q(3), wanted, roll, opposite, state%status)
     if (state%status /= inside) return
-    call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), left, state%status)
-    call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), right, status)
-    if (wanted(tangent)) state%hessian = left + right
-    if (status /= inside) state%status = status
+    if (only /= 2) then
+      call wheel_potential(this%table, q, roll, wanted, state%energy(:2), state%slope(:, :2), left, state%status)
+      if (wanted) state%hessian = left
+    end if
+    if (only /= 1) then
+      call right_potential(this%right_table, q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
+      if (wanted) state%hessian = state%hessian + right
+      if (status /= inside) state%status = status
+    end if
     state%gradient = total(state%slope)
   end subroutine contacts
 
@@ -117,33 +129,6 @@ contains
     if (.not. associated(this%right_table, this%table) .and. status == inside) &
       call find_roll(this%right_table, angle, tangent, other, opposite, status)
   end subroutine find_rolls
-
-  pure logical function wanted(option)
-    logical, intent(in), optional :: option
-
-    wanted = .true.
-    if (present(option)) wanted = option
-  end function wanted
-
-  !> Potential of one wheel's contacts; the contacts of the other wheel are zero.
-  pure subroutine wheel_contacts(this, wheel, q, state, tangent)
-    type(wheelset_type), intent(in) :: this
-    integer, intent(in) :: wheel         !! 1 left, 2 right
-    real(dp), intent(in) :: q(3)
-    type(contact_state), intent(out) :: state
-    logical, intent(in), optional :: tangent
-    type(roll_type) :: roll, opposite
-
-    call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
-    if (state%status /= inside) return
-    if (wheel == 1) then
-      call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), state%hessian, state%status)
-    else
-      call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), &
-        state%hessian, state%status)
-    end if
-    state%gradient = sum(state%slope, 2)
-  end subroutine wheel_contacts
 
   !> `wheel_potential` of the right wheel, which is solved as the mirror image of a left one.
   pure subroutine right_potential(t, q, roll, tangent, energy, slope, hessian, status)

@@ -390,8 +390,8 @@ end subroutine write_geometry_file
 !> Elastic energy [J] at n poses: axle centre y, z [m], roll [rad], track frame.  wheel: 0 both, 1 left,
 !> 2 right.  status: 0, or how the pose is outside the table.
 subroutine potentials(handle, wheel, n, y, z, roll, energy, status)
-  use handles, only: find_state, prepared_at, prepared_type
-  use wheelset, only: contact_state
+  use handles, only: prepared_at, prepared_type
+  use wheelset, only: contact_state, contacts
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: wheel, n
@@ -405,7 +405,7 @@ subroutine potentials(handle, wheel, n, y, z, roll, energy, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.false.)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false., wheel=wheel)
     energy(i) = (state%energy(1) + state%energy(2)) + (state%energy(3) + state%energy(4))
     status(i) = state%status
   end do
@@ -413,8 +413,8 @@ end subroutine potentials
 
 !> Force of the rails on the wheels, F_y, F_z [N] and M_x about the axle centre [N m].
 subroutine forces(handle, wheel, n, y, z, roll, force, status)
-  use handles, only: find_state, prepared_at, prepared_type
-  use wheelset, only: contact_state
+  use handles, only: prepared_at, prepared_type
+  use wheelset, only: contact_state, contacts
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: wheel, n
@@ -428,7 +428,7 @@ subroutine forces(handle, wheel, n, y, z, roll, force, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.false.)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false., wheel=wheel)
     force(:, i) = -state%gradient
     status(i) = state%status
   end do
@@ -459,8 +459,8 @@ end subroutine contact_forces
 
 !> Tangent stiffness, the Hessian of the energy: yy, yz, y roll, zz, z roll, roll roll.
 subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
-  use handles, only: find_state, prepared_at, prepared_type
-  use wheelset, only: contact_state
+  use handles, only: prepared_at, prepared_type
+  use wheelset, only: contact_state, contacts
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: wheel, n
@@ -474,7 +474,7 @@ subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.true.)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.true., wheel=wheel)
     hessian(:, i) = state%hessian
     status(i) = state%status
   end do
