@@ -8,7 +8,7 @@ module wheelset
   use wheel_rail_pair, only: mirror
   implicit none
   private
-  public :: wheelset_type, contact_state, closed, contacts, total, external_force, settle, hold, &
+  public :: wheelset_type, contact_state, closed, contacts, total, external_force, settle, &
     find_rest, contact_name
   public :: left_tread, left_flange, right_tread, right_flange, other_side
 
@@ -148,44 +148,30 @@ contains
     if (tangent) hessian = mirror_hessian*hessian
   end subroutine right_potential
 
-  !> Height z of the axle centre at which the centred wheelset, held at a roll angle, is in equilibrium,
-  !> searched downwards from `top`.
-  pure subroutine settle(this, top, roll, z, ok)
+  !> Equilibrium of the wheelset that is held at the lateral position of `q`, where its rigid wheels stand on both rails. A pose
+  !> in which the rails push more than the weight is searched downwards; from there on `hold` finds the equilibrium.
+  pure subroutine settle(this, q, ok)
     type(wheelset_type), intent(in) :: this
-    real(dp), intent(in) :: top          !! rigid touching height [m]
-    real(dp), intent(in) :: roll         !! [rad]
-    real(dp), intent(out) :: z
+    real(dp), intent(inout) :: q(3)      !! y, z [m], roll [rad]
     logical, intent(out) :: ok
     type(contact_state) :: state
-    real(dp) :: low, high, step, residual
-    integer :: iter
+    real(dp) :: high, step, force
 
     ok = .false.
-    high = top + 1e-4_dp
-    low = high
+    high = q(2) + 1e-4_dp
     step = 5e-5_dp
     do while (step > 1e-9_dp .and. .not. ok)
-      low = high - step
-      call contacts(this, [0.0_dp, low, roll], state)
+      q(2) = high - step
+      call contacts(this, q, state)
       if (state%status /= inside) then
         step = step/2
       else if (-state%gradient(2) > this%weight()) then
         ok = .true.
       else
-        high = low
+        high = q(2)
       end if
     end do
-    if (.not. ok) return
-    z = low
-    do iter = 1, 100
-      call contacts(this, [0.0_dp, z, roll], state)
-      residual = -state%gradient(2) - this%weight()
-      if (residual > 0) low = z
-      if (residual <= 0) high = z
-      if (high - low <= epsilon(z) .or. abs(residual) <= 1e-12_dp*this%weight()) exit
-      if (state%hessian(4) > 0) z = z + residual/state%hessian(4)
-      if (.not. (z > low .and. z < high)) z = (low + high)/2
-    end do
+    if (ok) call hold(this, q, force, ok)
   end subroutine settle
 
   !> Height and roll at which the wheelset, held at its lateral position, is in equilibrium: Newton's method from a
@@ -196,7 +182,7 @@ contains
     real(dp), intent(out) :: force       !! force of the rails on the wheelset, to the left [N]
     logical, intent(out) :: ok
     real(dp), parameter :: longest = 2e-5_dp      ! step [m, rad]
-    real(dp), parameter :: balanced = 1e-10_dp    ! of the weight [1, m]
+    real(dp), parameter :: balanced = 1e-12_dp    ! of the weight [1, m]
     type(contact_state) :: state
     real(dp) :: up, moment, det, move(2)
     integer :: iter
@@ -216,6 +202,9 @@ contains
         if (.not. det > 0) return
         move = [up*rr - moment*zr, moment*zz - up*zr]/det
       end associate
+      ! Between stiff wheels the rounding of the pose alone leaves a larger force.
+      ok = maxval(abs(move)) <= epsilon(move)
+      if (ok) return
       q(2:) = q(2:) + move*min(1.0_dp, longest/maxval(abs(move)))
     end do
   end subroutine hold
