@@ -69,7 +69,7 @@ contains
     type(side_type), intent(in) :: side(:)  !! left, right
     real(dp) :: dt, before(2), after(2), force(3)
     logical :: were(4), are(4), hit(4)
-    integer :: k, n
+    integer :: k
 
     log%n_moments = 0
     dt = new%t - old%t
@@ -77,24 +77,22 @@ contains
     are = closed(new%contact)
     hit = are .or. new%contact%struck
     do k = 1, 2
-      if (.not. hit(flange(k)) .or. were(flange(k))) cycle
-      n = log%n
-      call record(log, w, merge(left_flange_contact, right_flange_contact, k == 1), touch(flange(k)))
-      if (log%n > n) log%list(log%n)%angle = max(0.0_dp, contact_angle(new, k))
+      if (hit(flange(k)) .and. .not. were(flange(k))) call record(log, w, &
+        merge(left_flange_contact, right_flange_contact, k == 1), closing(flange(k)), angle=contact_angle(new, k))
     end do
     if (any(were .neqv. are) .or. any(new%contact%struck)) then
       call wheel(left_tread, left_flange, left_lift_off, left_landing)
       call wheel(right_tread, right_flange, right_lift_off, right_landing)
       do k = 1, 4
-        if (are(k) .and. .not. were(k)) call add_moment(log, touch(k))
-        if (were(k) .and. .not. are(k)) call add_moment(log, leave(k))
+        if (are(k) .and. .not. were(k)) call add_moment(log, closing(k))
+        if (were(k) .and. .not. are(k)) call add_moment(log, opening(k))
       end do
     end if
     log%away = log%away .or. abs(old%q(1)) > aside
     if (log%away .and. old%q(1)*new%q(1) <= 0) then
       log%away = .false.
       if (log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0) log%returned = .true.
-      call record(log, w, centre_passage, new%t - dt*new%q(1)/(new%q(1) - old%q(1)))
+      call record(log, w, centre_passage, zero_between(old%q(1), new%q(1)))
     end if
     if (any(new%contact%pulls .and. .not. old%contact%pulls)) call record(log, w, rail_pulls, new%t - dt*share_of_pull(old, new))
     after = over_rail(new%q, side)
@@ -102,7 +100,7 @@ contains
     before = over_rail(old%q, side)
     do k = 1, 2
       if (after(k) > 0 .and. before(k) <= 0) &
-        call record(log, w, merge(left_over_rail, right_over_rail, k == 1), new%t - dt*after(k)/(after(k) - before(k)))
+        call record(log, w, merge(left_over_rail, right_over_rail, k == 1), zero_between(before(k), after(k)))
     end do
     if (log%derailed) return
     after = past_crown(new%q, side)
@@ -111,7 +109,7 @@ contains
     do k = 1, 2
       if (after(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*force(1) < 0) cycle
       log%derailed = .true.
-      call record(log, w, derailment, new%t - dt*after(k)/(after(k) - before(k)))
+      call record(log, w, derailment, zero_between(before(k), after(k)))
     end do
 
   contains
@@ -120,23 +118,30 @@ contains
       integer, intent(in) :: tread, flange, lift_off, landing
 
       if (.not. (were(tread) .or. were(flange))) then
-        if (hit(tread) .or. hit(flange)) call record(log, w, landing, min(touch(tread), touch(flange)))
+        if (hit(tread) .or. hit(flange)) call record(log, w, landing, min(closing(tread), closing(flange)))
       end if
       if (were(tread) .or. were(flange) .or. hit(tread) .or. hit(flange)) then
-        if (.not. (are(tread) .or. are(flange))) call record(log, w, lift_off, max(leave(tread), leave(flange)))
+        if (.not. (are(tread) .or. are(flange))) call record(log, w, lift_off, max(opening(tread), opening(flange)))
       end if
     end subroutine wheel
 
+    !> Time at which a quantity that changes linearly in the step is zero.
+    real(dp) function zero_between(before, after) result(t)
+      real(dp), intent(in) :: before, after
+
+      t = new%t - dt*after/(after - before)
+    end function zero_between
+
     !> Time at which a contact closed that is closed at the end of the step.
-    real(dp) function touch(contact) result(t)
+    real(dp) function closing(contact) result(t)
       integer, intent(in) :: contact
 
       t = new%t
       if (are(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
-    end function touch
+    end function closing
 
     !> Time at which a contact opened that was closed at the start of the step.
-    real(dp) function leave(contact) result(t)
+    real(dp) function opening(contact) result(t)
       integer, intent(in) :: contact
 
       t = old%t
@@ -145,7 +150,7 @@ contains
       else if (were(contact)) then
         t = t + min(dt, lapse(old, contact))
       end if
-    end function leave
+    end function opening
 
     !> Time in which the penetration changes by its own size [s].
     real(dp) function lapse(motion, contact)
@@ -159,16 +164,16 @@ contains
 
   end subroutine watch
 
-  !> Contact angle of the flange on side k [rad]; -1 if the contact has no force.
+  !> Contact angle of the flange on side k [rad]; 0 if the contact has no force.
   pure real(dp) function contact_angle(motion, k) result(angle)
     type(motion_type), intent(in) :: motion
     integer, intent(in) :: k
 
-    angle = -1
+    angle = 0
     associate (slope => motion%contact%slope(:, flange(k)))
-      if (norm2(slope(:2)) > 0) angle = atan2(outwards(k)*slope(1), -slope(2))
       ! A rail that pulls has a force against the normal.
-      if (motion%contact%pulls(flange(k))) angle = atan2(-outwards(k)*slope(1), slope(2))
+      if (norm2(slope(:2)) > 0) angle = max(0.0_dp, merge(atan2(-outwards(k)*slope(1), slope(2)), &
+        atan2(outwards(k)*slope(1), -slope(2)), motion%contact%pulls(flange(k))))
     end associate
   end function contact_angle
 
@@ -188,11 +193,13 @@ contains
     end do
   end function share_of_pull
 
-  subroutine record(log, w, kind, time)
+  !> Count an event, and keep it if it is among the first of a kind.
+  subroutine record(log, w, kind, time, angle, impulse, loss)
     type(event_log), intent(inout) :: log
     type(wheelset_type), intent(in) :: w
     integer, intent(in) :: kind
     real(dp), intent(in) :: time
+    real(dp), intent(in), optional :: angle, impulse(4), loss
     real(dp) :: force(3)
 
     call add_moment(log, time)
@@ -201,6 +208,9 @@ contains
     log%n = log%n + 1
     force = external_force(w, time)
     log%list(log%n) = event_type(kind, time, force(1))
+    if (present(angle)) log%list(log%n)%angle = angle
+    if (present(impulse)) log%list(log%n)%impulse = impulse
+    if (present(loss)) log%list(log%n)%loss = loss
   end subroutine record
 
   subroutine add_moment(log, time)
@@ -217,14 +227,9 @@ contains
     type(event_log), intent(inout) :: log
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old, new
-    integer :: n
 
-    if (.not. any(new%contact%struck)) return
-    n = log%n
-    call record(log, w, impact, new%t)
-    if (log%n == n) return
-    log%list(log%n)%impulse = new%impulse - old%impulse
-    log%list(log%n)%loss = new%loss - old%loss
+    if (any(new%contact%struck)) &
+      call record(log, w, impact, new%t, impulse=new%impulse - old%impulse, loss=new%loss - old%loss)
   end subroutine note_impact
 
   !> How far the tip of each flange is outside the highest point of its rail [m], left and right.

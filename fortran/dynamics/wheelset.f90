@@ -8,7 +8,7 @@ module wheelset
   use wheel_rail_pair, only: mirror
   implicit none
   private
-  public :: wheelset_type, contact_state, closed, contacts, wheel_contacts, total, external_force, settle, hold, &
+  public :: wheelset_type, contact_state, closed, contacts, total, external_force, settle, &
     find_rest, contact_name
   public :: left_tread, left_flange, right_tread, right_flange, other_side
 
@@ -77,22 +77,34 @@ contains
     closed = state%energy > 0 .or. state%rigid
   end function closed
 
-  !> Potential of all contacts, with its Hessian unless `tangent` is false.
-  pure subroutine contacts(this, q, state, tangent)
+  !> Potential of the contacts of both wheels or of one wheel, with its Hessian unless `tangent` is false. The contacts of the
+  !> other wheel are zero.
+  pure subroutine contacts(this, q, state, tangent, wheel)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
     type(contact_state), intent(out) :: state
     logical, intent(in), optional :: tangent
+    integer, intent(in), optional :: wheel   !! 1 left, 2 right; 0 or absent: both
     type(roll_type) :: roll, opposite
     real(dp) :: left(6), right(6)
-    integer :: status
+    integer :: only, status
+    logical :: wanted
 
-    call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
+    wanted = .true.
+    if (present(tangent)) wanted = tangent
+    only = 0
+    if (present(wheel)) only = wheel
+    call find_rolls(this, q(3), wanted, roll, opposite, state%status)
     if (state%status /= inside) return
-    call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), left, state%status)
-    call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), right, status)
-    if (wanted(tangent)) state%hessian = left + right
-    if (status /= inside) state%status = status
+    if (only /= 2) then
+      call wheel_potential(this%table, q, roll, wanted, state%energy(:2), state%slope(:, :2), left, state%status)
+      if (wanted) state%hessian = left
+    end if
+    if (only /= 1) then
+      call right_potential(this%right_table, q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
+      if (wanted) state%hessian = state%hessian + right
+      if (status /= inside) state%status = status
+    end if
     state%gradient = total(state%slope)
   end subroutine contacts
 
@@ -118,33 +130,6 @@ contains
       call find_roll(this%right_table, angle, tangent, other, opposite, status)
   end subroutine find_rolls
 
-  pure logical function wanted(option)
-    logical, intent(in), optional :: option
-
-    wanted = .true.
-    if (present(option)) wanted = option
-  end function wanted
-
-  !> Potential of one wheel's contacts; the contacts of the other wheel are zero.
-  pure subroutine wheel_contacts(this, wheel, q, state, tangent)
-    type(wheelset_type), intent(in) :: this
-    integer, intent(in) :: wheel         !! 1 left, 2 right
-    real(dp), intent(in) :: q(3)
-    type(contact_state), intent(out) :: state
-    logical, intent(in), optional :: tangent
-    type(roll_type) :: roll, opposite
-
-    call find_rolls(this, q(3), wanted(tangent), roll, opposite, state%status)
-    if (state%status /= inside) return
-    if (wheel == 1) then
-      call wheel_potential(this%table, q, roll, wanted(tangent), state%energy(:2), state%slope(:, :2), state%hessian, state%status)
-    else
-      call right_potential(this%right_table, q, opposite, wanted(tangent), state%energy(3:), state%slope(:, 3:), &
-        state%hessian, state%status)
-    end if
-    state%gradient = sum(state%slope, 2)
-  end subroutine wheel_contacts
-
   !> `wheel_potential` of the right wheel, which is solved as the mirror image of a left one.
   pure subroutine right_potential(t, q, roll, tangent, energy, slope, hessian, status)
     type(table_type), intent(in) :: t
@@ -163,44 +148,30 @@ contains
     if (tangent) hessian = mirror_hessian*hessian
   end subroutine right_potential
 
-  !> Height z of the axle centre at which the centred wheelset, held at a roll angle, is in equilibrium,
-  !> searched downwards from `top`.
-  pure subroutine settle(this, top, roll, z, ok)
+  !> Equilibrium of the wheelset that is held at the lateral position of `q`, where its rigid wheels stand on both rails. A pose
+  !> in which the rails push more than the weight is searched downwards; from there on `hold` finds the equilibrium.
+  pure subroutine settle(this, q, ok)
     type(wheelset_type), intent(in) :: this
-    real(dp), intent(in) :: top          !! rigid touching height [m]
-    real(dp), intent(in) :: roll         !! [rad]
-    real(dp), intent(out) :: z
+    real(dp), intent(inout) :: q(3)      !! y, z [m], roll [rad]
     logical, intent(out) :: ok
     type(contact_state) :: state
-    real(dp) :: low, high, step, residual
-    integer :: iter
+    real(dp) :: high, step, force
 
     ok = .false.
-    high = top + 1e-4_dp
-    low = high
+    high = q(2) + 1e-4_dp
     step = 5e-5_dp
     do while (step > 1e-9_dp .and. .not. ok)
-      low = high - step
-      call contacts(this, [0.0_dp, low, roll], state)
+      q(2) = high - step
+      call contacts(this, q, state)
       if (state%status /= inside) then
         step = step/2
       else if (-state%gradient(2) > this%weight()) then
         ok = .true.
       else
-        high = low
+        high = q(2)
       end if
     end do
-    if (.not. ok) return
-    z = low
-    do iter = 1, 100
-      call contacts(this, [0.0_dp, z, roll], state)
-      residual = -state%gradient(2) - this%weight()
-      if (residual > 0) low = z
-      if (residual <= 0) high = z
-      if (high - low <= epsilon(z) .or. abs(residual) <= 1e-12_dp*this%weight()) exit
-      if (state%hessian(4) > 0) z = z + residual/state%hessian(4)
-      if (.not. (z > low .and. z < high)) z = (low + high)/2
-    end do
+    if (ok) call hold(this, q, force, ok)
   end subroutine settle
 
   !> Height and roll at which the wheelset, held at its lateral position, is in equilibrium: Newton's method from a
@@ -211,7 +182,7 @@ contains
     real(dp), intent(out) :: force       !! force of the rails on the wheelset, to the left [N]
     logical, intent(out) :: ok
     real(dp), parameter :: longest = 2e-5_dp      ! step [m, rad]
-    real(dp), parameter :: balanced = 1e-10_dp    ! of the weight [1, m]
+    real(dp), parameter :: balanced = 1e-12_dp    ! of the weight [1, m]
     type(contact_state) :: state
     real(dp) :: up, moment, det, move(2)
     integer :: iter
@@ -231,6 +202,9 @@ contains
         if (.not. det > 0) return
         move = [up*rr - moment*zr, moment*zz - up*zr]/det
       end associate
+      ! Between stiff wheels the rounding of the pose alone leaves a larger force.
+      ok = maxval(abs(move)) <= epsilon(move)
+      if (ok) return
       q(2:) = q(2:) + move*min(1.0_dp, longest/maxval(abs(move)))
     end do
   end subroutine hold

@@ -1,10 +1,8 @@
 !> A case: everything that a namelist file says.
 !>
-!> One list, made by `list_variables`, holds for every namelist variable its group, name,
-!> place, admissible range, unit and meaning.  Reading, checking, the header of the
-!> column files and `--help` all use this list.  Defaults are the benchmark's
-!> values.  They stand in the declaration of `case_type`; the default extent of
-!> the contact table stands in `service_poses`.
+!> `list_variables` lists all namelist variables with group, name, admissible range, unit and meaning. Reading, checking, the
+!> header of the column files and `--help` use this list. Defaults are the benchmark's values. They stand in the declaration of
+!> `case_type`; the default extent of the contact table stands in `service_poses`.
 module case
   use kinds, only: dp
   use service_poses, only: extent_type
@@ -92,7 +90,7 @@ module case
     integer :: n = 0
     type(variable_type) :: list(80)        !! the variables; the first n are set
   contains
-    procedure, private :: begin, add_real, add_integer, add_text
+    procedure, private :: add_real, add_integer, add_text
     generic :: add => add_real, add_integer, add_text
   end type variable_list
 
@@ -196,31 +194,14 @@ contains
     list = all%list(:all%n)
   end subroutine list_variables
 
-  !> Begin the next variable.
-  subroutine begin(this, group, name, unit, meaning)
-    class(variable_list), intent(inout) :: this
-    character(*), intent(in) :: group, name, unit, meaning
-
-    this%n = this%n + 1
-    associate (new => this%list(this%n))
-      new%group = group
-      new%name = name
-      new%unit = unit
-      new%meaning = meaning
-      new%words = ''
-    end associate
-  end subroutine begin
-
   subroutine add_real(this, group, name, x, least, largest, unit, meaning)
     class(variable_list), intent(inout) :: this
     character(*), intent(in) :: group, name, unit, meaning
     real(dp), target, intent(inout) :: x
     real(dp), intent(in) :: least, largest
 
-    call this%begin(group, name, unit, meaning)
-    this%list(this%n)%x => x
-    this%list(this%n)%least = least
-    this%list(this%n)%largest = largest
+    this%n = this%n + 1
+    this%list(this%n) = variable_type(group, name, x=x, least=least, largest=largest, words='', unit=unit, meaning=meaning)
   end subroutine add_real
 
   subroutine add_integer(this, group, name, i, least, largest, meaning)
@@ -229,10 +210,8 @@ contains
     integer, target, intent(inout) :: i
     integer, intent(in) :: least, largest
 
-    call this%begin(group, name, '1', meaning)
-    this%list(this%n)%i => i
-    this%list(this%n)%least = least
-    this%list(this%n)%largest = largest
+    this%n = this%n + 1
+    this%list(this%n) = variable_type(group, name, i=i, least=least, largest=largest, words='', unit='1', meaning=meaning)
   end subroutine add_integer
 
   subroutine add_text(this, group, name, word, words, meaning)
@@ -240,9 +219,8 @@ contains
     character(*), intent(in) :: group, name, words, meaning
     character(text_length), target, intent(inout) :: word
 
-    call this%begin(group, name, '', meaning)
-    this%list(this%n)%text => word
-    this%list(this%n)%words = words
+    this%n = this%n + 1
+    this%list(this%n) = variable_type(group, name, text=word, words=words, unit='', meaning=meaning)
   end subroutine add_text
 
   !> The value of a variable as it would stand in a namelist.

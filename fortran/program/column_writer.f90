@@ -22,7 +22,7 @@ module column_writer
     private
     type(scratch_file) :: file
     character(:), allocatable :: name
-    character(:), allocatable :: waiting   !! text to be written, the first `filled` characters of it
+    character(:), allocatable :: waiting   !! a block of text to be written; the first `filled` characters are set
     integer :: filled = 0
   contains
     procedure :: begin
@@ -30,7 +30,7 @@ module column_writer
     procedure :: finish
     procedure :: place
     procedure :: abandon
-    procedure, private :: add, add_comments, put_blocks
+    procedure, private :: add, add_comments, check
   end type column_file
 
   ! What is written at once [bytes]. Whole blocks that begin at multiples of their length cost the system half the time.
@@ -48,7 +48,7 @@ contains
     character(:), allocatable :: line
 
     this%name = file
-    allocate (character(block + width*size(names) + 1) :: this%waiting)
+    allocate (character(block) :: this%waiting)
     call this%file%begin(file)
     call this%add(cells(names)//new_line('a'))
     call this%add_comments(about)
@@ -65,44 +65,30 @@ contains
     class(column_file), intent(inout) :: this
     real(dp), intent(in) :: row(:)
     type(error_type), allocatable, intent(out) :: error
-    integer :: length
+    character(width*size(row)) :: cells
 
-    length = width*size(row)
-    call write_numbers(size(row), row, this%waiting(this%filled + 1:this%filled + length))
-    this%filled = this%filled + length + 1
-    this%waiting(this%filled:this%filled) = new_line('a')
-    if (this%filled < block) return
-    call this%put_blocks()
-    if (this%file%ok) return
-    call this%abandon()
-    call incomplete(this%name, error)
+    call write_numbers(size(row), row, cells)
+    call this%add(cells//new_line('a'))
+    call this%check(error)
   end subroutine take
 
-  !> Add a text to what waits to be written.
+  !> Add a text, and write the block if it is full.
   subroutine add(this, text)
     class(column_file), intent(inout) :: this
     character(*), intent(in) :: text
     integer :: from, to
 
     from = 1
-    do while (from <= len(text))
+    do
       to = min(len(text), from - 1 + block - this%filled)
       this%waiting(this%filled + 1:this%filled + 1 + to - from) = text(from:to)
       this%filled = this%filled + 1 + to - from
+      if (this%filled < block) exit
+      call this%file%put(this%waiting)
+      this%filled = 0
       from = to + 1
-      call this%put_blocks()
     end do
   end subroutine add
-
-  !> Write what waits as far as it fills a block.
-  subroutine put_blocks(this)
-    class(column_file), intent(inout) :: this
-
-    if (this%filled < block) return
-    call this%file%put(this%waiting(:block))
-    this%filled = this%filled - block
-    this%waiting(:this%filled) = this%waiting(block + 1:block + this%filled)
-  end subroutine put_blocks
 
   !> Write the results after the last row; `place` then gives the file its name.
   subroutine finish(this, results, error)
@@ -112,11 +98,8 @@ contains
 
     call this%add_comments(results)
     call this%file%put(this%waiting(:this%filled))
-    this%filled = 0
     call this%file%complete()
-    if (this%file%ok) return
-    call incomplete(this%name, error)
-    call this%abandon()
+    call this%check(error)
   end subroutine finish
 
   !> Give a complete file its name.
@@ -125,16 +108,18 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call this%file%finish()
-    if (.not. this%file%ok) call incomplete(this%name, error)
+    call this%check(error)
     call this%abandon()
   end subroutine place
 
-  subroutine incomplete(file, error)
-    character(*), intent(in) :: file
-    type(error_type), allocatable, intent(out) :: error
+  subroutine check(this, error)
+    class(column_file), intent(inout) :: this
+    type(error_type), allocatable, intent(inout) :: error
 
-    call fatal_error(error, file//': cannot be written completely')
-  end subroutine incomplete
+    if (this%file%ok) return
+    call fatal_error(error, this%name//': cannot be written completely')
+    call this%abandon()
+  end subroutine check
 
   !> Discard a scratch file that is not complete.
   subroutine abandon(this)

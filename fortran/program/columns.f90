@@ -8,145 +8,111 @@
 !> Rigid contacts have more columns, which tell impacts from contact that lasts: the impulses P of all impacts so far, by
 !> contact, and the energy lost in them. N is negative where a rail pulls.
 module columns
-  use contact_zones, only: side_type
+  use case, only: case_type
   use curve, only: curve_point, near_interval
   use kinds, only: dp, gravity
   use motion_state, only: motion_type
+  use run_setup, only: setup_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use wheel_rail_pair, only: pair_type, rolled, wheel_station
-  use wheelset, only: closed, contact_name, contact_state, external_force, right_tread, wheelset_type
+  use wheelset, only: closed, contact_name, contact_state, external_force, right_tread
   implicit none
   private
-  public :: row_type, column_type, column_width, most_columns, make_row, list_columns, name_columns
+  public :: column_type, column_width, most_columns, energy_type, energies, list_columns, name_columns
 
   integer, parameter :: column_width = 16     !! characters of a name, a unit, a number
   integer, parameter :: most_columns = 64
 
-  !> The quantities of one row.
-  type :: row_type
-    logical :: rigid = .false.       !! impulses and lost energy, too
-    real(dp) :: t = 0                !! [s]
-    real(dp) :: x(5) = 0             !! X, Y, Z from equilibrium [m], roll from equilibrium, pitch [rad]
-    real(dp) :: v(5) = 0             !! rates
-    real(dp) :: a(3) = 0             !! accelerations of Y, Z, roll
-    real(dp) :: contact(7, 4) = 0    !! angle, N, Fy, Fz, y, z, radius, by contact
-    real(dp) :: lateral_force = 0    !! external [N]
-    real(dp) :: gyroscopic = 0       !! moment that the yaw constraint carries [N m]
-    real(dp) :: kinetic(5) = 0       !! longitudinal, lateral, vertical, roll, pitch [J]
-    real(dp) :: gravity = 0, load = 0   !! potential energies [J]
-    real(dp) :: elastic(2) = 0       !! left, right [J]
-    real(dp) :: work = 0             !! work of the lateral force [J]
-    real(dp) :: impulse(4) = 0       !! of impacts, by contact [N s]
-    real(dp) :: loss = 0             !! in impacts [J]
-    real(dp) :: first_energy = 0     !! total energy at the start [J]
-  contains
-    procedure :: total_energy
-  end type row_type
-
-  !> A column.
   type :: column_type
     character(column_width) :: name, unit
   end type column_type
 
+  !> Energies of a motion [J].
+  type :: energy_type
+    real(dp) :: kinetic(5) = 0       !! longitudinal, lateral, vertical, roll, pitch
+    real(dp) :: gravity = 0, load = 0   !! from static equilibrium
+    real(dp) :: elastic(2) = 0       !! left, right
+    real(dp) :: total = 0            !! left and right are added first, so that the mirrored run has the same sum, bit by bit
+  end type energy_type
+
 contains
 
-  !> The row of a motion.
-  pure subroutine make_row(w, side, motion, speed, pitch, pitch_rate, equilibrium, first_energy, rigid, row)
-    type(wheelset_type), intent(in) :: w
-    type(side_type), intent(in) :: side(:) !! left, right
+  pure type(energy_type) function energies(c, setup, motion) result(e)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: motion
-    real(dp), intent(in) :: speed          !! dX/dt [m/s]
-    real(dp), intent(in) :: pitch          !! at t = 0 [rad]
-    real(dp), intent(in) :: pitch_rate     !! constant [rad/s]
-    real(dp), intent(in) :: equilibrium(3) !! y, z [m], roll [rad], from which Z and roll are measured
-    real(dp), intent(in) :: first_energy   !! total energy at the start [J]
-    logical, intent(in) :: rigid
-    type(row_type), intent(out) :: row
-    real(dp) :: force(3), rise
-    integer :: c
+    real(dp) :: rise
 
-    force = external_force(w, motion%t)
-    rise = motion%q(2) - equilibrium(2)
-    row%rigid = rigid
-    row%t = motion%t
-    row%x = [speed*motion%t, motion%q(1), rise, motion%q(3) - equilibrium(3), pitch + pitch_rate*motion%t]
-    row%v = [speed, motion%v, pitch_rate]
-    row%a = (force - motion%contact%gradient)/w%inertia()
-    do c = 1, 4
-      call contact_columns(side(merge(2, 1, c >= right_tread))%pair, motion%q, motion%contact, c, row%contact(:, c))
-    end do
-    row%lateral_force = force(1)
-    row%gyroscopic = w%pitch_inertia*pitch_rate*motion%v(3)
-    row%kinetic = 0.5_dp*[w%mass*speed**2, w%inertia()*motion%v**2, w%pitch_inertia*pitch_rate**2]
-    row%gravity = rise*(w%mass*gravity)
-    row%load = rise*w%vertical_load
-    row%elastic = [sum(motion%contact%energy(:2)), sum(motion%contact%energy(3:))]
-    row%work = motion%work
-    row%impulse = motion%impulse
-    row%loss = motion%loss
-    row%first_energy = first_energy
-  end subroutine make_row
-
-  !> Sum of all energies [J]. Left and right are added first, so that the mirrored run has the same sum, bit by bit.
-  pure real(dp) function total_energy(row)
-    class(row_type), intent(in) :: row
-
-    total_energy = sum([row%kinetic, row%gravity, row%load]) + (row%elastic(1) + row%elastic(2))
-  end function total_energy
+    associate (w => setup%wheelset)
+      rise = motion%q(2) - setup%equilibrium(2)
+      e%kinetic = 0.5_dp*[w%mass*c%vx**2, w%inertia()*motion%v**2, w%pitch_inertia*c%pitch_rate**2]
+      e%gravity = rise*(w%mass*gravity)
+      e%load = rise*w%vertical_load
+    end associate
+    e%elastic = [sum(motion%contact%energy(:2)), sum(motion%contact%energy(3:))]
+    e%total = sum([e%kinetic, e%gravity, e%load]) + (e%elastic(1) + e%elastic(2))
+  end function energies
 
   !> The list of columns: values in order and, if the caller asks for them, names and units. The order is defined here only.
-  subroutine list_columns(row, values, n, columns)
-    type(row_type), intent(in) :: row
+  subroutine list_columns(c, setup, motion, first_energy, values, n, columns)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(motion_type), intent(in) :: motion
+    real(dp), intent(in) :: first_energy   !! total energy at the start [J]
     real(dp), intent(out) :: values(most_columns)
     integer, intent(out) :: n
     type(column_type), intent(out), optional :: columns(most_columns)
-    real(dp) :: total
-    integer :: c
+    type(energy_type) :: e
+    real(dp) :: force(3), acceleration(3), contact(7)
+    integer :: k
 
+    force = external_force(setup%wheelset, motion%t)
+    acceleration = (force - motion%contact%gradient)/setup%wheelset%inertia()
+    e = energies(c, setup, motion)
     n = 0
-    call add('time', 's', row%t)
-    call add('X', 'm', row%x(1))
-    call add('Y', 'm', row%x(2))
-    call add('Z', 'm', row%x(3))
-    call add('roll', 'rad', row%x(4))
-    call add('pitch', 'rad', row%x(5))
-    call add('vX', 'm/s', row%v(1))
-    call add('vY', 'm/s', row%v(2))
-    call add('vZ', 'm/s', row%v(3))
-    call add('roll_rate', 'rad/s', row%v(4))
-    call add('pitch_rate', 'rad/s', row%v(5))
-    call add('aY', 'm/s2', row%a(1))
-    call add('aZ', 'm/s2', row%a(2))
-    call add('roll_acc', 'rad/s2', row%a(3))
-    do c = 1, 4
-      call add('angle', 'rad', row%contact(1, c), c)
-      call add('N', 'N', row%contact(2, c), c)
-      call add('Fy', 'N', row%contact(3, c), c)
-      call add('Fz', 'N', row%contact(4, c), c)
-      call add('y', 'm', row%contact(5, c), c)
-      call add('z', 'm', row%contact(6, c), c)
-      call add('radius', 'm', row%contact(7, c), c)
+    call add('time', 's', motion%t)
+    call add('X', 'm', c%vx*motion%t)
+    call add('Y', 'm', motion%q(1))
+    call add('Z', 'm', motion%q(2) - setup%equilibrium(2))
+    call add('roll', 'rad', motion%q(3) - setup%equilibrium(3))
+    call add('pitch', 'rad', c%pitch + c%pitch_rate*motion%t)
+    call add('vX', 'm/s', c%vx)
+    call add('vY', 'm/s', motion%v(1))
+    call add('vZ', 'm/s', motion%v(2))
+    call add('roll_rate', 'rad/s', motion%v(3))
+    call add('pitch_rate', 'rad/s', c%pitch_rate)
+    call add('aY', 'm/s2', acceleration(1))
+    call add('aZ', 'm/s2', acceleration(2))
+    call add('roll_acc', 'rad/s2', acceleration(3))
+    do k = 1, 4
+      call contact_columns(setup%side(merge(2, 1, k >= right_tread))%pair, motion%q, motion%contact, k, contact)
+      call add('angle', 'rad', contact(1), k)
+      call add('N', 'N', contact(2), k)
+      call add('Fy', 'N', contact(3), k)
+      call add('Fz', 'N', contact(4), k)
+      call add('y', 'm', contact(5), k)
+      call add('z', 'm', contact(6), k)
+      call add('radius', 'm', contact(7), k)
     end do
-    call add('F_ext', 'N', row%lateral_force)
-    call add('M_gyro', 'N.m', row%gyroscopic)
-    call add('KE_long', 'J', row%kinetic(1))
-    call add('KE_lat', 'J', row%kinetic(2))
-    call add('KE_vert', 'J', row%kinetic(3))
-    call add('KE_roll', 'J', row%kinetic(4))
-    call add('KE_pitch', 'J', row%kinetic(5))
-    call add('PE_grav', 'J', row%gravity)
-    call add('PE_load', 'J', row%load)
-    call add('PE_elastic_L', 'J', row%elastic(1))
-    call add('PE_elastic_R', 'J', row%elastic(2))
-    call add('W_ext', 'J', row%work)
-    total = row%total_energy()
-    call add('E_total', 'J', total)
-    call add('E_drift', 'J', total - row%work - row%first_energy + row%loss)
-    if (.not. row%rigid) return
-    do c = 1, 4
-      call add('P', 'N.s', row%impulse(c), c)
+    call add('F_ext', 'N', force(1))
+    call add('M_gyro', 'N.m', setup%wheelset%pitch_inertia*c%pitch_rate*motion%v(3))   ! which the yaw constraint carries
+    call add('KE_long', 'J', e%kinetic(1))
+    call add('KE_lat', 'J', e%kinetic(2))
+    call add('KE_vert', 'J', e%kinetic(3))
+    call add('KE_roll', 'J', e%kinetic(4))
+    call add('KE_pitch', 'J', e%kinetic(5))
+    call add('PE_grav', 'J', e%gravity)
+    call add('PE_load', 'J', e%load)
+    call add('PE_elastic_L', 'J', e%elastic(1))
+    call add('PE_elastic_R', 'J', e%elastic(2))
+    call add('W_ext', 'J', motion%work)
+    call add('E_total', 'J', e%total)
+    call add('E_drift', 'J', e%total - motion%work - first_energy + motion%loss)
+    if (c%formulation == 'elastic') return
+    do k = 1, 4
+      call add('P', 'N.s', motion%impulse(k), k)
     end do
-    call add('E_lost', 'J', row%loss)
+    call add('E_lost', 'J', motion%loss)
 
   contains
 
@@ -164,16 +130,20 @@ contains
 
   end subroutine list_columns
 
-  !> Names and units of the columns.
-  subroutine name_columns(rigid, columns, n)
-    logical, intent(in) :: rigid                 !! impulses and lost energy, too
+  !> Names and units of the columns of a formulation.
+  subroutine name_columns(formulation, columns, n)
+    character(*), intent(in) :: formulation
     type(column_type), intent(out) :: columns(most_columns)
     integer, intent(out) :: n
-    type(row_type) :: row
+    type(case_type) :: c
+    type(setup_type) :: setup
+    type(motion_type) :: motion
     real(dp) :: values(most_columns)
 
-    row%rigid = rigid
-    call list_columns(row, values, n, columns)
+    c%formulation = formulation
+    setup%wheelset%mass = c%mass
+    setup%wheelset%roll_inertia = c%roll_inertia
+    call list_columns(c, setup, motion, 0.0_dp, values, n, columns)
   end subroutine name_columns
 
   !> The quantities of one contact in a row: angle, N, Fy, Fz, y, z, radius.

@@ -4,7 +4,6 @@
 module contact_pressure
   use contact_zones, only: is_flange, side_type
   use curve, only: curve_point, near_interval
-  use halfspace, only: mesh_type
   use halfspace_patches, only: force_between, patches_type, press_patches
   use hertz, only: ellipse
   use kinds, only: dp, pi
@@ -24,12 +23,11 @@ module contact_pressure
     real(dp) :: energy = 0                     !! [J]
     real(dp), allocatable :: p(:, :, :)        !! pressure (nx, ns, patch) [Pa]
     real(dp), allocatable :: point(:, :, :)    !! rows of elements on the wheel, wheelset frame (2, ns, patch) [m]
-    !> Facts of each patch are the length of an element along x and along s, s where the grid begins, half of the pressed
-    !> length along x, first and last s under pressure, largest undeformed interpenetration, and s where it is [m]; relative
-    !> curvatures there along x and along s, halved, so that the gap is A x^2 + B s^2 [1/m]; contact angle there [rad];
-    !> integral of the pressure [N]; semi-axes along x and along s [m] and largest pressure [Pa] of Hertz's ellipse with this
-    !> force and these curvatures, 0 where the surfaces conform; 1 for a contact of the flange, 0 for one of the tread.
-    real(dp) :: facts(16, most_patches) = 0
+    !> Facts of each patch are the length of an element along x and along s, s where the grid begins, largest undeformed
+    !> interpenetration, and s where it is [m]; integral of the pressure [N]; semi-axes along x and along s [m] and largest
+    !> pressure [Pa] of Hertz's ellipse with this force and the curvatures there, 0 where the surfaces conform; 1 for a contact
+    !> of the flange, 0 for one of the tread.
+    real(dp) :: facts(10, most_patches) = 0
   end type pressure_type
 
 contains
@@ -42,8 +40,8 @@ contains
     type(pressure_type), intent(out) :: found
     type(patches_type) :: patches
     type(scan_type) :: scan
-    real(dp) :: force(3), ends(2)
-    integer :: first, last, g
+    real(dp) :: force(3), ends(2), A, B, s, d1(2), d2(2)
+    integer :: first, last, g, i, j
 
     allocate (found%p(elements%nx, elements%ns, most_patches), found%point(2, elements%ns, most_patches), source=0.0_dp)
     first = minval(side%zones%first)
@@ -57,71 +55,43 @@ contains
     do g = 1, patches%n
       associate (mesh => patches%mesh(g))
         found%p(:, :, g) = patches%f(:, :, g)/(mesh%dx*mesh%ds)
-        found%facts(:6, g) = [mesh%dx, mesh%ds, mesh%low, pressed_ends(mesh, patches%f(:, :, g))]
-        call describe_overlap(side%pair, scan, first, last, pose(3), patches%overlaps%list(g), found%facts(7:11, g))
-        found%facts(12, g) = 2*sum(patches%f(:, :, g))
-        call hertz_ellipse(found%facts(12, g), elements%e_star, found%facts(9, g), found%facts(10, g), found%facts(13:15, g))
+        found%facts(:3, g) = [mesh%dx, mesh%ds, mesh%low]
+        found%facts(6, g) = 2*sum(patches%f(:, :, g))
+        call describe_overlap(side%pair, scan, first, last, pose(3), patches%overlaps%list(g), found%facts(4:5, g), A, B)
+        call hertz_ellipse(found%facts(6, g), elements%e_star, A, B, found%facts(7:9, g))
         ends = mesh%low + [0, elements%ns]*mesh%ds
         force = force_between(patches, ends(1), ends(2))
         found%force = found%force + force
-        found%facts(16, g) = merge(1, 0, is_flange(side, force(:2), sum(patches%box(2:, g))/2))
-        call wheel_points(side%pair, mesh%low + 0.5_dp*mesh%ds, mesh%ds, found%point(:, :, g))
+        found%facts(10, g) = merge(1, 0, is_flange(side, force(:2), sum(patches%box(2:, g))/2))
+        do j = 1, elements%ns
+          s = mesh%low + (j - 0.5_dp)*mesh%ds
+          i = near_interval(side%pair%wheel, s)
+          call curve_point(side%pair%wheel, s, i, found%point(:, j, g), d1, d2)
+        end do
       end associate
     end do
   end subroutine press_contact
 
-  !> Half of the pressed length along x, first and last s under pressure [m]: p^2 falls linearly to the edge of the area.
-  pure function pressed_ends(mesh, p) result(ends)
-    type(mesh_type), intent(in) :: mesh
-    real(dp), intent(in) :: p(:, :)            !! pressures or loads (nx, ns)
-    real(dp) :: ends(3)
-    integer :: i, j
-
-    ends = [0.0_dp, real(size(p, 2), dp), 0.0_dp]
-    do i = 1, size(p, 1)
-      j = findloc(p(i, :) > 0, .true., 1)
-      if (j == 0) cycle
-      if (j < size(p, 2)) ends(2) = min(ends(2), j - 0.5_dp - to_edge(p(i, j), p(i, j + 1)))
-      j = findloc(p(i, :) > 0, .true., 1, back=.true.)
-      if (j > 1) ends(3) = max(ends(3), j - 0.5_dp + to_edge(p(i, j), p(i, j - 1)))
-    end do
-    do j = 1, size(p, 2)
-      i = findloc(p(:, j) > 0, .true., 1, back=.true.)
-      if (i > 1) ends(1) = max(ends(1), i - 0.5_dp + to_edge(p(i, j), p(i - 1, j)))
-      if (i == 1) ends(1) = max(ends(1), 1.0_dp)
-    end do
-    ends = [ends(1)*mesh%dx, mesh%low + ends(2:)*mesh%ds]
-
-  contains
-
-    !> Way from the centre of the last pressed element to the edge, in elements, from its load and the inner neighbour's.
-    pure real(dp) function to_edge(last, inner)
-      real(dp), intent(in) :: last, inner
-
-      to_edge = 0.5_dp
-      if (inner > last) to_edge = min(last**2/(inner**2 - last**2), 0.9_dp)
-    end function to_edge
-
-  end function pressed_ends
-
-  !> Largest interpenetration of an overlap and s where it is [m], relative curvatures there, halved [1/m], contact angle.
-  subroutine describe_overlap(pair, scan, first, last, roll, overlap, facts)
+  !> Largest interpenetration of an overlap and s where it is [m]; relative curvatures there along x and along s, halved, so
+  !> that the gap is A x^2 + B s^2 [1/m].
+  subroutine describe_overlap(pair, scan, first, last, roll, overlap, deepest_at, A, B)
     type(pair_type), intent(in) :: pair
     type(scan_type), intent(in) :: scan
     integer, intent(in) :: first, last         !! stations that are pressed
     real(dp), intent(in) :: roll               !! [rad]
     type(overlap_type), intent(in) :: overlap
-    real(dp), intent(out) :: facts(5)
-    real(dp) :: depth, station, angle, r(2), d1(2), d2(2)
+    real(dp), intent(out) :: deepest_at(2), A, B
+    real(dp) :: angle, r(2), d1(2), d2(2)
     integer :: node, low, high, i
 
     low = max(first, count(pair%s < overlap%ends(1)))
     high = min(last, count(pair%s <= overlap%ends(2)) + 1)
-    call deepest(pair, scan, low, high, depth, station, node)
-    i = near_interval(pair%wheel, station)
-    call curve_point(pair%wheel, station, i, r, d1, d2)
+    call deepest(pair, scan, low, high, deepest_at(1), deepest_at(2), node)
+    i = near_interval(pair%wheel, deepest_at(2))
+    call curve_point(pair%wheel, deepest_at(2), i, r, d1, d2)
     angle = atan2(d1(2), d1(1)) + roll
-    facts = [depth, station, cos(angle)/(-2*r(2)), (mean_curvature(pair%wheel, station) + rail_curvature(pair, angle))/2, angle]
+    A = cos(angle)/(-2*r(2))
+    B = (mean_curvature(pair%wheel, deepest_at(2)) + rail_curvature(pair, angle))/2
   end subroutine describe_overlap
 
   !> Hertz's ellipse (K. L. Johnson, Contact Mechanics, 4.25-4.32): semi-axes along x and along s [m], largest pressure [Pa].
@@ -138,20 +108,5 @@ contains
     long = (1.5_dp*force*D/(pi*e_star*min(A, B)))**(1/3.0_dp)
     facts = [merge(long, ratio*long, A <= B), merge(ratio*long, long, A <= B), 1.5_dp*force/(pi*ratio*long**2)]
   end subroutine hertz_ellipse
-
-  !> Points of the wheel at equal steps of s, wheelset frame [m].
-  subroutine wheel_points(pair, start, step, point)
-    type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: start, step        !! of s [m]
-    real(dp), intent(out) :: point(:, :)
-    real(dp) :: s, d1(2), d2(2)
-    integer :: i, j
-
-    do j = 1, size(point, 2)
-      s = start + (j - 1)*step
-      i = near_interval(pair%wheel, s)
-      call curve_point(pair%wheel, s, i, point(:, j), d1, d2)
-    end do
-  end subroutine wheel_points
 
 end module contact_pressure

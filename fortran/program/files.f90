@@ -6,7 +6,7 @@ module files
   use errors, only: error_type, fatal_error
   use geometry_functions, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use kinds, only: dp
-  use report_lines, only: newline
+  use results, only: newline
   use run_monitor, only: run_type
   use run_results, only: describe_results, describe_setup
   use run_setup, only: setup_type
@@ -44,7 +44,7 @@ contains
     character(:), allocatable :: about
     integer :: n
 
-    call name_columns(c%formulation /= 'elastic', list, n)
+    call name_columns(trim(c%formulation), list, n)
     call describe_setup(c, setup, about)
     call columns%begin(file, about, list(:n)%name, list(:n)%unit, error)
   end subroutine begin_columns

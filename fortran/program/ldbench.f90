@@ -9,10 +9,10 @@ program ldbench
   use kinds, only: version
   use files, only: begin_columns, check_writable, finish_files
   use run_monitor, only: run_type
+  use run_results, only: summary
   use run_setup, only: setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
-  use summary_text, only: summary
   use system, only: say, survive_long_files
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines

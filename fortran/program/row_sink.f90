@@ -53,6 +53,7 @@ module row_sink
     procedure :: begin
     procedure :: put
     procedure :: give
+    procedure, private :: move
   end type row_queue
 
 contains
@@ -75,7 +76,7 @@ contains
     real(dp), intent(in) :: row(:)          !! (column)
     integer, intent(in) :: kind             !! on_grid, at_event, at_impact
     real(dp) :: near
-    integer :: i, k
+    integer :: i
 
     near = this%near + 2e-8_dp*row(1)
     if (kind == at_event .and. this%given > 0 .and. row(1) - this%last(1) <= near) return
@@ -85,24 +86,24 @@ contains
         ! The earlier one of two events is kept, as it is in the mirrored run.
         if (kind == at_event .and. (this%kind(i) /= at_event .or. this%row(1, i) <= row(1))) return
         if (this%kind(i) /= at_event) cycle
-        do k = i + 1, this%n
-          this%row(:, k - 1) = this%row(:, k)
-          this%kind(k - 1) = this%kind(k)
-        end do
-        this%n = this%n - 1
+        call this%move(i + 1, -1)
       end do
     end if
-    k = this%n
-    do while (k > 0)
-      if (this%row(1, k) <= row(1)) exit
-      this%row(:, k + 1) = this%row(:, k)
-      this%kind(k + 1) = this%kind(k)
-      k = k - 1
-    end do
-    this%row(:, k + 1) = row
-    this%kind(k + 1) = kind
-    this%n = this%n + 1
+    i = count(this%row(1, :this%n) <= row(1)) + 1
+    call this%move(i, 1)
+    this%row(:, i) = row
+    this%kind(i) = kind
   end subroutine put
+
+  !> Move the rows from one on by some places.
+  pure subroutine move(this, from, by)
+    class(row_queue), intent(inout) :: this
+    integer, intent(in) :: from, by
+
+    this%row(:, from + by:this%n + by) = this%row(:, from:this%n)
+    this%kind(from + by:this%n + by) = this%kind(from:this%n)
+    this%n = this%n + by
+  end subroutine move
 
   !> Pass the rows up to a time on to the row writer.
   subroutine give(this, up_to, error)
@@ -119,11 +120,7 @@ contains
       this%last = this%row(:, i)
       this%given = this%given + 1
     end do
-    do i = n + 1, this%n
-      this%row(:, i - n) = this%row(:, i)
-      this%kind(i - n) = this%kind(i)
-    end do
-    this%n = this%n - n
+    call this%move(n + 1, -n)
   end subroutine give
 
   subroutine take(this, row, error)

@@ -10,7 +10,7 @@ module run_equilibrium
   use run_setup, only: setup_type
   use text, only: str
   use wheel_rail_pair, only: mirror
-  use wheelset, only: find_rest, hold, settle
+  use wheelset, only: find_rest, settle
   implicit none
   private
   public :: set_wheelset
@@ -22,7 +22,6 @@ contains
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: force
     logical :: ok
 
     setup%wheelset%mass = c%mass
@@ -36,8 +35,7 @@ contains
       return
     end if
     setup%equilibrium = setup%centred
-    call settle(setup%wheelset, setup%centred(2), setup%centred(3), setup%equilibrium(2), ok)
-    if (.not. setup%symmetric .and. ok) call hold(setup%wheelset, setup%equilibrium, force, ok)
+    call settle(setup%wheelset, setup%equilibrium, ok)
     if (.not. ok) then
       call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
         ' N: expected an equilibrium within &table depth = '//str(c%extent%depth)//' m, found none')

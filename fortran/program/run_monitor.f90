@@ -1,7 +1,7 @@
 !> Records of a run while it is integrated: rows, events, peaks, extremes, energy balance.
 module run_monitor
   use case, only: case_type
-  use columns, only: list_columns, make_row, most_columns, row_type
+  use columns, only: energies, energy_type, list_columns, most_columns
   use events, only: event_log
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: dp
@@ -47,14 +47,12 @@ module run_monitor
     type(run_type) :: run
     type(row_queue) :: queue
     logical :: event_rows = .true.         !! events and peaks have rows too
-    logical :: rigid = .false.             !! rows have the columns of rigid contacts
     type(motion_type) :: past(2)           !! the motion one and two steps ago
     real(dp) :: forces(4, 3) = 0           !! normal forces two steps ago, one step ago and now [N]
     real(dp) :: first_energy = 0           !! total energy at the start [J]
   contains
     procedure :: start
     procedure :: put
-    procedure, private :: row_of
     procedure :: note_step
     procedure :: note_forces
     procedure :: note_energy
@@ -67,20 +65,19 @@ contains
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
     class(row_taker), target, intent(inout) :: taker   !! receives the rows
-    type(row_type) :: row
+    type(energy_type) :: e
     real(dp) :: values(most_columns)
     integer :: n
 
     this%event_rows = this%c%rows == 'interval_and_events'
-    this%rigid = this%c%formulation /= 'elastic'
     this%forces = spread(normal_forces(motion), 2, 3)
     this%past = motion
     this%run%peak = this%forces(:, 3)
     this%run%extreme = motion%q([1, 1, 2])
-    this%run%kinetic_energy = 0.5_dp*sum(this%setup%wheelset%inertia()*motion%v**2)
-    row = this%row_of(motion)
-    this%first_energy = row%total_energy()
-    call list_columns(row, values, n)
+    e = energies(this%c, this%setup, motion)
+    this%run%kinetic_energy = sum(e%kinetic(2:4))
+    this%first_energy = e%total
+    call list_columns(this%c, this%setup, motion, this%first_energy, values, n)
     call this%queue%begin(n, 1e-6_dp*this%c%interval, taker)
     call this%put(motion, on_grid)
   end subroutine start
@@ -93,21 +90,10 @@ contains
     real(dp) :: values(most_columns)
     integer :: n
 
-    call list_columns(this%row_of(motion), values, n)
+    call list_columns(this%c, this%setup, motion, this%first_energy, values, n)
     call this%queue%put(values(:n), kind)
     call this%note_energy(motion)
   end subroutine put
-
-  pure function row_of(this, motion) result(row)
-    class(run_monitor_type), intent(in) :: this
-    type(motion_type), intent(in) :: motion
-    type(row_type) :: row
-
-    associate (c => this%c, setup => this%setup)
-      call make_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, this%first_energy, &
-        this%rigid, row)
-    end associate
-  end function row_of
 
   !> Record a step from `old` to `new`: farthest displacements, forces of the last three steps, energy.
   subroutine note_step(this, old, new)
@@ -139,18 +125,12 @@ contains
   subroutine note_energy(this, motion)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
-    real(dp) :: kinetic, potential, constant
+    type(energy_type) :: e
 
-    associate (c => this%c, setup => this%setup)
-      kinetic = 0.5_dp*sum(setup%wheelset%inertia()*motion%v**2)
-      potential = (sum(motion%contact%energy(:2)) + sum(motion%contact%energy(3:))) &
-        + setup%wheelset%weight()*(motion%q(2) - setup%equilibrium(2))
-      ! The forward motion and the pitch motion have constant speeds.
-      constant = 0.5_dp*(c%mass*c%vx**2 + c%pitch_inertia*c%pitch_rate**2)
-    end associate
+    e = energies(this%c, this%setup, motion)
     this%run%loss = motion%loss
-    this%run%largest_energy = max(this%run%largest_energy, kinetic)
-    this%run%drift = max(this%run%drift, abs(kinetic + potential - motion%work + motion%loss - (this%first_energy - constant)))
+    this%run%largest_energy = max(this%run%largest_energy, sum(e%kinetic(2:4)))
+    this%run%drift = max(this%run%drift, abs(e%total - motion%work - this%first_energy + motion%loss))
   end subroutine note_energy
 
   !> Farthest displacements: at the end of a step or, where the velocity turns within it, on the cubic through both ends.

@@ -1,18 +1,26 @@
-!> The comments of a column file, as namelist groups: the setup and every variable in force before the rows, the results
-!> after them. Any reader of namelists reads the groups. Numbers have all digits.
+!> What a run tells: the lines before and after the rows of a column file, and the summary on the terminal. The groups `&setup`
+!> and `&results` of the file and the sentences of the summary are prints of one list of results.
 module run_results
-  use case, only: case_title, case_type, list_variables, value_text, variable_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  use case, only: case_title, case_type, list_variables, output_path, value_text, variable_type
   use contact_table, only: table_type
-  use events, only: elastic_kinds, event_kinds
-  use kinds, only: dp, version
-  use report_lines, only: add_formulation, add_profiles, add_run_warnings, add_warnings, newline, table_points, zone_places
+  use events, only: elastic_kinds, event_kinds, event_log, kept
+  use kinds, only: degree, dp, version
+  use profile, only: profile_type
+  use results, only: newline, result_list, rounded
   use run_monitor, only: run_type
   use run_setup, only: setup_type
-  use text, only: shortest, str
+  use service_poses, only: rollover_allowance
+  use text, only: str
   use wheelset, only: contact_name
   implicit none
   private
-  public :: describe_setup, describe_results, ending
+  public :: describe_setup, describe_results, summary, list_tables
+
+  integer, parameter :: listed_impacts = 5
+  character(*), parameter :: scientific = 'es9.2'
+  integer, parameter :: width = 100         !! longest line on the terminal [characters]
+  real(dp), parameter :: milli = 1e3_dp, kilo = 1e-3_dp    ! units on the terminal over SI units
 
 contains
 
@@ -23,6 +31,7 @@ contains
     character(:), allocatable, intent(out) :: lines
     type(case_type), target :: copy
     type(variable_type), allocatable :: list(:)
+    type(result_list) :: told
     character(:), allocatable :: group
     integer :: k
 
@@ -33,7 +42,9 @@ contains
     call add_profiles(lines, 'wheel', setup%wheel)
     call add_profiles(lines, 'rail', setup%rail)
     call add_formulation(lines, c)
-    call add_setup(lines, c, setup)
+    told = result_list('', '', '')
+    call list_setup(c, setup, told)
+    lines = lines//'&setup'//newline//told%entries//'/'//newline//told%warnings
     copy = c
     call list_variables(copy, list)
     group = ''
@@ -48,122 +59,241 @@ contains
     lines = lines//'/'//newline
   end subroutine describe_setup
 
-  !> The group `&setup`: results that follow from the case before the run.
-  subroutine add_setup(lines, c, setup)
-    character(:), allocatable, intent(inout) :: lines
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
-    character(:), allocatable :: warnings
-
-    lines = lines//'&setup'//newline
-    call add_numbers(lines, 'clearance_left', [setup%side(1)%clearance], 'm')
-    call add_numbers(lines, 'clearance_right', [setup%side(2)%clearance], 'm')
-    call add_numbers(lines, 'axle_height', [setup%equilibrium(2)], 'm, at static equilibrium; Z is measured from it')
-    call add_numbers(lines, 'axle_roll', [setup%equilibrium(3)], 'rad, at static equilibrium; roll is measured from it')
-    if (.not. setup%symmetric) then
-      associate (q => setup%rest - setup%equilibrium)
-        call add_numbers(lines, 'rest_Y', [q(1)], 'm, where nothing holds the wheelset')
-        call add_numbers(lines, 'rest_Z', [q(2)], 'm')
-        call add_numbers(lines, 'rest_roll', [q(3)], 'rad')
-      end associate
-    end if
-    call add_numbers(lines, 'eigenfrequencies', setup%frequency(:setup%modes), 'Hz')
-    if (c%formulation == 'elastic') then
-      call add_table(lines, '', setup%wheelset%table)
-      if (.not. setup%symmetric) call add_table(lines, '_right', setup%wheelset%right_table)
-    end if
-    lines = lines//'/'//newline
-    if (c%formulation /= 'elastic') return
-    warnings = ''
-    call add_warnings(warnings, c, 'contact table', setup%wheelset%table)
-    if (.not. setup%symmetric) call add_warnings(warnings, c, 'right contact table', setup%wheelset%right_table)
-    lines = lines//warnings
-  end subroutine add_setup
-
-  subroutine add_table(lines, side, table)
-    character(:), allocatable, intent(inout) :: lines
-    character(*), intent(in) :: side             !! '' or '_right'
-    type(table_type), intent(in) :: table
-    character(:), allocatable :: place
-    integer :: k
-
-    call add_value(lines, 'table_points'//side, ''''//trim(table_points(table))//'''')
-    do k = 1, size(zone_places)
-      if (table%accuracy%poses(k) == 0) cycle
-      place = trim(zone_places(k))
-      if (index(place, ' ') > 0) place(index(place, ' '):index(place, ' ')) = '_'
-      call add_numbers(lines, 'table_error_'//place//side, [table%accuracy%rms(k), table%accuracy%largest(k)], &
-        'rms and largest, of max(|F|, 5 kN)')
-    end do
-  end subroutine add_table
-
   !> Lines after the rows: the group `&results`.
   subroutine describe_results(c, run, lines)
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
     character(:), allocatable, intent(out) :: lines
+    type(result_list) :: told
+
+    told = result_list('', '', '')
+    call list_outcome(c, run, told)
+    lines = '&results'//newline//told%entries//'/'//newline//told%warnings
+  end subroutine describe_results
+
+  !> The text for the terminal.
+  subroutine summary(c, setup, run, lines)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(run_type), intent(in) :: run
+    character(:), allocatable, intent(out) :: lines
+    type(result_list) :: told
+
+    lines = trim(c%name)//': '//trim(case_title(c))//newline
+    call add_formulation(lines, c)
+    if (remarkable(setup%wheel)) call add_profiles(lines, 'wheel', setup%wheel)
+    if (remarkable(setup%rail)) call add_profiles(lines, 'rail', setup%rail)
+    told = result_list('', '', '')
+    call list_setup(c, setup, told)
+    call list_outcome(c, run, told)
+    call told%add('', [setup%table_seconds], '', 'processor time [s]: table #', 'f0.2')
+    call told%add('', [run%seconds], '', merge(' (found)', ' (built)', setup%table_found)//', integration #'//newline, 'f0.2')
+    lines = lines//told%sentences
+    call wrap(lines)
+    lines = lines//'columns: '//trim(output_path(c))//', '//str(run%rows)//' row'//plural(run%rows == 1)//newline
+  end subroutine summary
+
+  !> Results that follow from the case before the run.
+  subroutine list_setup(c, setup, told)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(result_list), intent(inout) :: told
+    character(8), parameter :: motion(3) = [character(8) :: 'lateral', 'vertical', 'roll']
+    character(:), allocatable :: words
+    integer :: k
+
+    associate (left => setup%side(1)%clearance, right => setup%side(2)%clearance)
+      if (setup%symmetric) then
+        call told%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: 2 x #'//newline, 'f0.3', milli)
+        call told%add('clearance_right', [right], 'm')
+      else
+        call told%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: left #', 'f0.3', milli)
+        call told%add('clearance_right', [right], 'm', ', right #'//newline, 'f0.3', milli)
+      end if
+    end associate
+    call told%add('axle_height', [setup%equilibrium(2)], 'm, at static equilibrium; Z is measured from it', &
+      'equilibrium: axle # m above the rails', 'f0.6')
+    call told%add('axle_roll', [setup%equilibrium(3)], 'rad, at static equilibrium; roll is measured from it')
+    call told%add('', [setup%centred(2) - setup%equilibrium(2)], '', ', approach # mm', 'f0.4', milli)
+    call told%add('', [setup%wheelset%weight()/2], '', ', # kN per wheel'// &
+      trim(merge('           ', ' on average', setup%symmetric))//newline, 'f0.3', kilo)
+    if (.not. setup%symmetric) then
+      associate (q => setup%rest - setup%equilibrium)
+        call told%add('rest_Y', [q(1)], 'm, where nothing holds the wheelset', 'at rest off the centre: Y = # m')
+        call told%add('rest_Z', [q(2)], 'm', ', Z = # m')
+        call told%add('rest_roll', [q(3)], 'rad', ', roll = # rad'//newline)
+      end associate
+    end if
+    words = 'eigenfrequencies at equilibrium [Hz]:'
+    do k = 1, setup%modes
+      ! A mode is named after the coordinate with most of the kinetic energy.
+      if (k > 1) words = words//','
+      words = words//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' #'
+    end do
+    call told%add('eigenfrequencies', setup%frequency(:setup%modes), 'Hz', words//newline, 'f0.4')
+    call list_tables(c, setup, told)
+  end subroutine list_setup
+
+  !> Points and errors of the contact tables of a case with elastic contacts.
+  subroutine list_tables(c, setup, told)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(result_list), intent(inout) :: told
+
+    if (c%formulation /= 'elastic') return
+    if (setup%symmetric) then
+      call list_table(c, 'contact table', '', setup%wheelset%table, told)
+    else
+      call list_table(c, 'left contact table', '', setup%wheelset%table, told)
+      call list_table(c, 'right contact table', '_right', setup%wheelset%right_table, told)
+    end if
+  end subroutine list_tables
+
+  !> Points and errors of a contact table, and warnings of what the table does not fulfil: convergence, contacts that push,
+  !> accuracy.
+  subroutine list_table(c, what, side, table, told)
+    type(case_type), intent(in) :: c
+    character(*), intent(in) :: what             !! on the terminal
+    character(*), intent(in) :: side             !! '' or '_right'
+    type(table_type), intent(in) :: table
+    type(result_list), intent(inout) :: told
+    character(10), parameter :: group(4) = [character(10) :: 'tread', 'flange', 'both', 'going over']   ! of poses
+    character(:), allocatable :: points
+    integer :: k
+
+    points = ''
+    do k = 1, size(table%zones)
+      if (k > 1) points = points//' + '
+      points = points//str(table%zones(k)%u%n)//' x '//str(table%roll%n)//' x '//str(table%zones(k)%q%n)
+    end do
+    call told%add('table_points'//side, points, what//': model '//trim(c%model)//', # points'//newline)
+    associate (poses => table%accuracy%poses, rms => table%accuracy%rms, unsolved => table%accuracy%unsolved, &
+      pulling => table%accuracy%pulling)
+      if (any(poses > 0)) call told%say('error of the contact force, rms (largest), relative to max(|F|, 5 kN):'//newline)
+      do k = 1, size(group)
+        if (poses(k) > 0) call told%add('table_error_'//joined(group(k))//side, [rms(k), table%accuracy%largest(k)], &
+          'rms and largest, of max(|F|, 5 kN)', '  '//trim(group(k))//' # (#)'//newline, scientific)
+      end do
+      if (table%solutions(2) > 0) call told%warn(what//': '//str(table%solutions(2))//' of '//str(table%solutions(1))// &
+        ' half-space solutions did not converge; see whether the error is larger than &table accuracy')
+      if (unsolved > 0) call told%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)//' half-space solutions '// &
+        'that its error is measured by did not converge; the stated error leaves them out')
+      if (pulling > 0) call told%warn(what//': expected contacts that push in service, found '//str(pulling)//' point'// &
+        plural(pulling == 1)//' at which the contact would pull, where a run stops; lower &table accuracy or raise n_lateral, '// &
+        'n_roll, n_depth')
+      if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call told%warn(what//': expected an rms error of at most '// &
+        '&table accuracy = '//str(c%accuracy)//' in service, reached '//rounded(maxval(rms(:3)), scientific))
+      if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call told%warn(what//': expected an rms error '// &
+        'of at most '//str(nint(rollover_allowance))//' x &table accuracy while the wheelset rolls over a rail, reached '// &
+        rounded(rms(4), scientific)//'; do not trust the end of a run that derails')
+    end associate
+
+  end subroutine list_table
+
+  !> Events, extremes, peaks, energy balance and steps of a run.
+  subroutine list_outcome(c, run, told)
+    type(case_type), intent(in) :: c
+    type(run_type), intent(in) :: run
+    type(result_list), intent(inout) :: told
     character(5), parameter :: way(3) = [character(5) :: 'left', 'right', 'up']
+    real(dp), parameter :: largest_drift = 0.01_dp   ! over the largest kinetic energy
+    real(dp), parameter :: rounding = 1e-6_dp        ! of the energy of a wheelset at rest, at most [J]
     logical :: rigid
     integer :: k
 
     rigid = c%formulation /= 'elastic'
-    lines = '&results'//newline
-    call add_value(lines, 'end', ''''//trim(ending(c, run))//'''')
-    call add_numbers(lines, 't', [run%last(1)], 's, at the end')
-    call add_value(lines, 'rows', str(run%rows))
-    if (run%changes /= '') call add_value(lines, 'changes', ''''//run%changes//'''')
-    do k = 1, 3
-      call add_numbers(lines, 'farthest_'//trim(way(k)), [run%extreme(k)], 'm')
-      call add_numbers(lines, 't_farthest_'//trim(way(k)), [run%extreme_time(k)], 's')
-    end do
-    do k = 1, 4
-      call add_numbers(lines, 'peak_N_'//contact_name(k), [run%peak(k)], 'N')
-      call add_numbers(lines, 't_peak_'//contact_name(k), [run%peak_time(k)], 's')
-    end do
-    if (rigid) then
-      do k = 1, 4
-        call add_numbers(lines, 'peak_P_'//contact_name(k), [run%largest_impulse(k)], 'N s, in one impact')
-        call add_numbers(lines, 't_peak_P_'//contact_name(k), [run%impulse_time(k)], 's')
-      end do
-      call add_numbers(lines, 'lost', [run%loss], 'J, in impacts')
-    end if
-    call add_numbers(lines, 'drift', [run%drift], 'J, largest energy drift')
-    call add_numbers(lines, 'kinetic_energy', [run%kinetic_energy], 'J, initial, of lateral, vertical and roll motion')
-    call add_value(lines, 'steps', str(run%steps))
-    call add_numbers(lines, 'step', [run%step], 's, at most')
-    call add_value(lines, 'cuts', str(run%cuts))
-    call add_value(lines, 'missed', str(run%missed))
-    call add_value(lines, 'evaluations', str(run%evaluations))
+    if (run%changes /= '') call told%add('changes', run%changes, 'initial conditions follow the constraints: #'//newline)
+    call list_events(c, run%log, told)
+    call told%say('number of events:'//newline)
     do k = 1, merge(size(event_kinds), elastic_kinds, rigid)
-      call add_value(lines, 'n_'//joined(event_kinds(k)), str(run%log%counts(k)))
+      call told%add('n_'//joined(event_kinds(k)), int(run%log%counts(k), int64), &
+        repeat('  '//trim(event_kinds(k))//' #'//newline, min(1, run%log%counts(k))))
     end do
-    call add_events(lines, run, abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0)
-    lines = lines//'/'//newline
-    call add_run_warnings(lines, run)
-  end subroutine describe_results
+    call told%say('farthest [mm]:')
+    do k = 1, 3
+      call told%add('farthest_'//trim(way(k)), [run%extreme(k)], 'm', ' '//trim(way(k))//' #', 'f0.3', milli)
+      call told%add('t_farthest_'//trim(way(k)), [run%extreme_time(k)], 's', ' at # s'//merge(',', newline, k < 3), 'f0.6')
+    end do
+    call list_peaks('peak normal forces [kN]:', 'peak_N_', 't_peak_', run%peak, run%peak_time, 'N', kilo)
+    if (rigid) then
+      call list_peaks('largest impulses [N s]:', 'peak_P_', 't_peak_P_', run%largest_impulse, run%impulse_time, &
+        'N s, in one impact', 1.0_dp)
+      call told%add('lost', [run%loss], 'J, in impacts', 'energy lost in impacts [J]: #'//newline, 'f0.6')
+    end if
+    call told%add('drift', [run%drift], 'J, largest energy drift', 'largest energy drift [J]: #', scientific)
+    call told%add('kinetic_energy', [run%kinetic_energy], 'J, initial, of lateral, vertical and roll motion')
+    if (run%kinetic_energy > 0) call told%add('', [run%drift/run%kinetic_energy], '', &
+      ', relative to the initial kinetic energy: #', scientific)
+    call told%say(newline)
+    if (run%step > run%stable_step) call told%warn('&integrator dt: expected steps of at most '// &
+      rounded(run%stable_step, scientific)//' s, the limit of stability at the highest frequency at rest, found '// &
+      rounded(run%step, scientific)//' s; lower dt')
+    if (run%drift > max(largest_drift*run%largest_energy, rounding)) call told%warn('expected an energy drift of '// &
+      'at most '//str(nint(100*largest_drift))//' % of the largest kinetic energy, '// &
+      rounded(run%largest_energy, scientific)//' J, found '//rounded(run%drift, scientific)// &
+      ' J; lower &integrator dt or energy_tolerance')
+    call told%add('steps', run%steps, 'steps: #')
+    call told%add('step', [run%step], 's, at most', ' of at most # s')
+    call told%add('cuts', run%cuts, ', of which #'//trim(merge(' was cut ', ' were cut', run%cuts == 1)))
+    call told%add('missed', run%missed, repeat(', # over energy_tolerance after '//str(c%max_halvings)//' halving'// &
+      plural(c%max_halvings == 1), count([run%missed > 0])))
+    call told%add('evaluations', run%evaluations, '; contact evaluations: #'//newline)
+    call told%add('t', [run%last(1)], 's, at the end', 'ended at t = # s', 'f0.6')
+    call told%add('end', trim(ending(c, run)), ': #'//newline)
+    call told%add('rows', int(run%rows, int64), '')
 
-  !> A line per event that was kept: the first of each kind.
-  subroutine add_events(lines, run, loaded)
-    character(:), allocatable, intent(inout) :: lines
-    type(run_type), intent(in) :: run
-    logical, intent(in) :: loaded                !! there is a lateral force
+  contains
+
+    !> Largest values by contact, with their times; the terminal has only those of contacts that closed.
+    subroutine list_peaks(title, name, time_name, x, time, unit, factor)
+      character(*), intent(in) :: title, name, time_name, unit
+      real(dp), intent(in) :: x(4), time(4)
+      real(dp), intent(in) :: factor               !! unit on the terminal over SI unit
+
+      call told%say(title//newline)
+      do k = 1, 4
+        call told%add(name//contact_name(k), x(k:k), unit, repeat('  '//contact_name(k)//' #', count(x(k:k) > 0)), 'f0.3', factor)
+        call told%add(time_name//contact_name(k), time(k:k), 's', repeat(' at # s'//newline, count(x(k:k) > 0)), 'f0.6')
+      end do
+    end subroutine list_peaks
+
+  end subroutine list_outcome
+
+  !> The first events of each kind; the terminal has fewer impacts than the file.
+  subroutine list_events(c, log, told)
+    type(case_type), intent(in) :: c
+    type(event_log), intent(in) :: log
+    type(result_list), intent(inout) :: told
     character(:), allocatable :: name
-    integer :: k, i
+    logical :: loaded
+    integer :: k, i, impacts, shown
 
-    do k = 1, run%log%n
-      associate (event => run%log%list(k))
+    loaded = abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0
+    impacts = 0
+    call told%say('events:'//newline)
+    do k = 1, log%n
+      associate (event => log%list(k))
+        if (event_kinds(event%kind) == 'impact') impacts = impacts + 1
+        shown = merge(0, 1, event_kinds(event%kind) == 'impact' .and. impacts > listed_impacts)
         name = 'event('//str(k)//')%'
-        lines = lines//'  '//name//'t = '//trim(shortest(event%t))//', '//name//'kind = '''//trim(event_kinds(event%kind))//''''
-        if (event%angle > 0) lines = lines//', '//name//'angle = '//trim(shortest(event%angle))
-        if (loaded) lines = lines//', '//name//'force = '//trim(shortest(event%force))
-        do i = 1, 4
-          if (abs(event%impulse(i)) > 0) lines = lines//', '//name//'P_'//contact_name(i)//' = '//trim(shortest(event%impulse(i)))
-        end do
-        if (abs(event%loss) > 0) lines = lines//', '//name//'loss = '//trim(shortest(event%loss))
-        lines = lines//newline
+        call told%add(name//'t', [event%t], '', repeat('  t = # s', shown), 'f0.6')
+        call told%add(name//'kind', trim(event_kinds(event%kind)), repeat('  #', shown))
+        if (event%angle > 0) call told%add(name//'angle', [event%angle], '', ' at # degrees', 'f0.1', 1/degree)
+        if (loaded) call told%add(name//'force', [event%force], '', repeat(', lateral force # kN', shown), 'f0.3', kilo)
+        if (any(abs(event%impulse) > 0)) then
+          call told%say(repeat(', impulses [N s]', shown))
+          do i = 1, 4
+            if (abs(event%impulse(i)) > 0) &
+              call told%add(name//'P_'//contact_name(i), event%impulse(i:i), '', repeat(' '//contact_name(i)//' #', shown), 'f0.3')
+          end do
+          call told%add(name//'loss', [event%loss], '', repeat(', energy lost [J] #', shown), 'f0.6')
+        end if
+        call told%say(repeat(newline, shown))
       end associate
     end do
-  end subroutine add_events
+    if (sum(log%counts) > log%n - max(0, impacts - listed_impacts)) call told%say('  (the list has the first '//str(kept)// &
+      ' events of each kind'//repeat(', '//str(listed_impacts)//' impacts', min(1, impacts))//')'//newline)
+  end subroutine list_events
 
   !> Why a run ended.
   function ending(c, run) result(words)
@@ -185,7 +315,74 @@ contains
     end if
   end function ending
 
-  !> A kind of event as a name.
+  !> What a rigid formulation means for the case.
+  subroutine add_formulation(lines, c)
+    character(:), allocatable, intent(inout) :: lines
+    type(case_type), intent(in) :: c
+
+    select case (c%formulation)
+    case ('bilateral')
+      lines = lines//'formulation bilateral: contacts are rigid, and both wheels are held on their rails; a negative N is a '// &
+        'rail that pulls; P is an impulse where contact jumps along the wheel'//newline
+    case ('unilateral')
+      lines = lines//'formulation unilateral: contacts are rigid and only push, restitution '//str(c%restitution)// &
+        '; N is the force of a contact that lasts, P is the sum of the impulses of impacts'//newline
+    case default
+      return
+    end select
+    lines = lines//'this formulation does not use &material, &contact model, &integrator scheme, order, beta, gamma, '// &
+      'tolerance and max_iterations, and &table except lateral, roll and drop, at which a derailed run ends'//newline
+  end subroutine add_formulation
+
+  !> A line per profile, with one line for both sides if they have the same.
+  subroutine add_profiles(lines, what, p)
+    character(:), allocatable, intent(inout) :: lines
+    character(*), intent(in) :: what
+    type(profile_type), intent(in) :: p(2)       !! left, right
+    character(6), parameter :: side(2) = ['left  ', 'right ']
+    integer :: k
+
+    do k = 1, merge(1, 2, p(1)%file == p(2)%file)
+      if (p(1)%file /= p(2)%file) lines = lines//trim(side(k))//' '
+      lines = lines//what//' profile: '//p(k)%file//', CRC-32 '//p(k)%checksum
+      if (p(k)%reconstruction) lines = lines//', RECONSTRUCTION (not the organisers'' file)'
+      if (p(k)%taken /= '') lines = lines//', '//p(k)%taken
+      lines = lines//newline
+    end do
+  end subroutine add_profiles
+
+  !> Whether the summary describes a profile: its file says how it was made, or the sides have different files.
+  pure logical function remarkable(p)
+    type(profile_type), intent(in) :: p(2)
+
+    remarkable = p(1)%taken//p(2)%taken /= '' .or. p(1)%file /= p(2)%file
+  end function remarkable
+
+  !> Break lines that are longer than `width` at blanks, and indent what follows by two more blanks than the line.
+  subroutine wrap(lines)
+    character(:), allocatable, intent(inout) :: lines
+    integer :: start, length, cut, blanks, indent
+    logical :: broken
+
+    start = 1
+    broken = .false.
+    do while (start <= len(lines))
+      length = index(lines(start:), newline) - 1
+      blanks = verify(lines(start:start + length), ' ') - 1
+      if (.not. broken) indent = blanks + 2
+      broken = length > width
+      if (broken) then
+        cut = index(lines(start + blanks:start + width), ' ', back=.true.)
+        if (cut == 0) cut = index(lines(start + blanks:start + length - 1), ' ')      ! a long word
+        broken = cut > 0
+        if (broken) length = blanks + cut - 1
+        if (broken) lines = lines(:start + length - 1)//newline//repeat(' ', indent)//lines(start + length + 1:)
+      end if
+      start = start + length + 1
+    end do
+  end subroutine wrap
+
+  !> Words as a name.
   pure function joined(words) result(name)
     character(*), intent(in) :: words
     character(len_trim(words)) :: name
@@ -197,24 +394,12 @@ contains
     end do
   end function joined
 
-  subroutine add_numbers(lines, name, x, about)
-    character(:), allocatable, intent(inout) :: lines
-    character(*), intent(in) :: name, about
-    real(dp), intent(in) :: x(:)
-    integer :: k
+  !> The ending of a noun behind a number: none behind 1.
+  pure function plural(one) result(ending)
+    logical, intent(in) :: one            !! the number is 1
+    character(count([.not. one])) :: ending
 
-    lines = lines//'  '//name//' = '//trim(shortest(x(1)))
-    do k = 2, size(x)
-      lines = lines//', '//trim(shortest(x(k)))
-    end do
-    lines = lines//'  ! '//about//newline
-  end subroutine add_numbers
-
-  subroutine add_value(lines, name, word)
-    character(:), allocatable, intent(inout) :: lines
-    character(*), intent(in) :: name, word
-
-    lines = lines//'  '//name//' = '//word//newline
-  end subroutine add_value
+    ending = 's'
+  end function plural
 
 end module run_results

@@ -13,7 +13,7 @@ module run_setup
   use wheelset, only: wheelset_type
   implicit none
   private
-  public :: setup_type, prepare_geometry
+  public :: setup_type, place_sides
 
   type :: setup_type
     type(profile_type) :: wheel(2), rail(2)   !! left, right
@@ -33,29 +33,34 @@ module run_setup
 
 contains
 
-  !> Read the profiles and place them on the track: zones of the wheels, flange clearance, centred pose.
-  subroutine prepare_geometry(c, setup, error)
+  !> Read the profiles and place the wheels on the rails: zones of the wheels, flange clearance, centred pose.
+  subroutine place_sides(c, setup, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(out) :: setup
     type(error_type), allocatable, intent(out) :: error
+    character(len(c%wheel_profile)) :: files(2, 2)   ! wheel and rail of left and right side
+    character(19) :: names(2, 2)           ! of their variables
     real(dp) :: station(2)
     integer :: k
     logical :: ok
 
-    call read_side('', '', setup%wheel(1), setup%rail(1), setup%side(1))
+    files = reshape([c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right], [2, 2])
+    names(:, 1) = [character(19) :: 'wheel_profile', 'rail_profile']
+    names(:, 2) = merge(names(:, 1), [character(19) :: 'wheel_profile_right', 'rail_profile_right'], files(:, 2) == '')
+    call place_side(1)
     if (allocated(error)) return
-    if (c%wheel_profile_right == '' .and. c%rail_profile_right == '') then
+    if (all(files(:, 2) == '')) then
       setup%wheel(2) = setup%wheel(1)
       setup%rail(2) = setup%rail(1)
       setup%side(2) = setup%side(1)
     else
-      call read_side(trim(merge('_right', '      ', c%wheel_profile_right /= '')), &
-        trim(merge('_right', '      ', c%rail_profile_right /= '')), setup%wheel(2), setup%rail(2), setup%side(2))
+      where (files(:, 2) == '') files(:, 2) = files(:, 1)
+      call place_side(2)
       if (allocated(error)) return
     end if
     setup%symmetric = same_pair(setup%side(1)%pair, setup%side(2)%pair)
     do k = 1, merge(1, 2, setup%symmetric)
-      ! The right side is the left one of the mirror image. (gfortran never frees the copy of an array by a list of places.)
+      ! The right side is the left one of the mirror image. (gfortran never frees the copy of an array by a list of indices.)
       call clearance(setup%side(k:3 - k:3 - 2*k), setup%side(k)%clearance, ok)
       if (ok) cycle
       call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
@@ -73,37 +78,30 @@ contains
 
   contains
 
-    !> A pair of profiles, from the variables wheel_profile and rail_profile, or those of the right side.
-    subroutine read_side(of_wheel, of_rail, wheel, rail, side)
-      character(*), intent(in) :: of_wheel, of_rail     !! ends of their names: '' or '_right'
-      type(profile_type), intent(out) :: wheel, rail
-      type(side_type), intent(out) :: side
-      character(len(c%wheel_profile)) :: file
+    !> Read wheel and rail of a side and place the wheel on the rail.
+    subroutine place_side(k)
+      integer, intent(in) :: k               !! 1 left, 2 right
+      character(:), allocatable :: faulty    ! the variables that an error is about
 
-      file = c%wheel_profile
-      if (of_wheel /= '') file = c%wheel_profile_right
-      call read_profile(trim(file), is_wheel, wheel, error)
-      if (failed('wheel_profile'//of_wheel)) return
-      file = c%rail_profile
-      if (of_rail /= '') file = c%rail_profile_right
-      call read_profile(trim(file), is_rail, rail, error)
-      if (failed('rail_profile'//of_rail)) return
-      call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
-        c%rolling_radius, side%pair, error)
-      if (.not. allocated(error)) call find_zones(side%pair, side%zones)
-      side%threshold = [cos(c%flange_angle), sin(c%flange_angle)]
-      if (of_wheel//of_rail == '') return
-      if (failed('wheel_profile'//of_wheel//', rail_profile'//of_rail)) return
-    end subroutine read_side
+      associate (wheel => setup%wheel(k), rail => setup%rail(k), side => setup%side(k))
+        faulty = trim(names(1, k))
+        call read_profile(trim(files(1, k)), is_wheel, wheel, error)
+        if (.not. allocated(error)) then
+          faulty = trim(names(2, k))
+          call read_profile(trim(files(2, k)), is_rail, rail, error)
+        end if
+        if (.not. allocated(error)) then
+          faulty = repeat(trim(names(1, 2))//', '//trim(names(2, 2)), k - 1)
+          call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
+            c%rolling_radius, side%pair, error)
+        end if
+        if (allocated(error) .and. faulty /= '') error%message = '&profiles '//faulty//': '//error%message
+        if (allocated(error)) return
+        call find_zones(side%pair, side%zones)
+        side%threshold = [cos(c%flange_angle), sin(c%flange_angle)]
+      end associate
+    end subroutine place_side
 
-    !> Put the names of the variables into an error.
-    logical function failed(names)
-      character(*), intent(in) :: names
-
-      failed = allocated(error)
-      if (failed) error%message = '&profiles '//names//': '//error%message
-    end function failed
-
-  end subroutine prepare_geometry
+  end subroutine place_sides
 
 end module run_setup

@@ -18,9 +18,9 @@ module run_tables
   use text, only: str
   implicit none
   private
-  public :: prepare_tables, free_tables, table_request
+  public :: load_or_build_tables, free_tables, table_request
 
-  !> The table of a side and where it is kept.
+  !> A table and where it is kept.
   type :: wanted_type
     type(table_type), pointer :: table => null()
     character(text_length + 6) :: file = ''
@@ -30,8 +30,8 @@ module run_tables
 
 contains
 
-  !> Find the contact tables of both sides in their files, or build them. Sides with the same profiles share one.
-  subroutine prepare_tables(c, setup, error, watcher)
+  !> Load the contact tables of both sides from their files, or build them. Sides with the same profiles share one.
+  subroutine load_or_build_tables(c, setup, error, watcher)
     type(case_type), intent(in) :: c
     type(setup_type), target, intent(inout) :: setup
     type(error_type), allocatable, intent(out) :: error
@@ -57,33 +57,33 @@ contains
     do k = 1, n
       if (present(watcher)) watcher%from = (k - 1.0_dp)/n
       if (present(watcher)) watcher%to = real(k, dp)/n
-      if (.not. wanted(k)%found) call make_table(table_request(c, setup%side(k)), wanted(k), error, watcher)
+      if (.not. wanted(k)%found) call build(table_request(c, setup%side(k)), wanted(k))
       if (allocated(error)) return
       wanted(k)%table%threshold = setup%side(k)%threshold
     end do
     setup%table_found = all(wanted(:n)%found)
     call cpu_time(to)
     setup%table_seconds = to - from
-  end subroutine prepare_tables
 
-  !> Build the table of a side and keep it in its file.
-  subroutine make_table(request, wanted, error, watcher)
-    type(request_type), intent(in) :: request
-    type(wanted_type), intent(in) :: wanted
-    type(error_type), allocatable, intent(out) :: error
-    class(monitor_type), intent(inout), optional :: watcher
+  contains
 
-    logical :: stopped
+    !> Build a table, measure its error and keep it in its file.
+    subroutine build(request, wanted)
+      type(request_type), intent(in) :: request
+      type(wanted_type), intent(in) :: wanted
+      logical :: stopped
 
-    call build_table(request, wanted%key, wanted%table, stopped, watcher)
-    if (.not. stopped) call measure(request, wanted%table, stopped, watcher)
-    if (stopped) then
-      call fatal_error(error, 'stopped by the user')
-      return
-    end if
-    if (present(watcher)) call watcher%tell('table', 1.0_dp)
-    if (wanted%file /= '') call save_table(trim(wanted%file), wanted%table, error)
-  end subroutine make_table
+      call build_table(request, wanted%key, wanted%table, stopped, watcher)
+      if (.not. stopped) call measure(request, wanted%table, stopped, watcher)
+      if (stopped) then
+        call fatal_error(error, 'stopped by the user')
+        return
+      end if
+      if (present(watcher)) call watcher%tell('table', 1.0_dp)
+      if (wanted%file /= '') call save_table(trim(wanted%file), wanted%table, error)
+    end subroutine build
+
+  end subroutine load_or_build_tables
 
   !> Requirements of the case on the table of a side. The table does not depend on the other side, because it is made for a
   !> wheelset with the same pair on both sides.
@@ -105,7 +105,7 @@ contains
     if (ok) call fit_extent(own, c%gauge, request%extent)
   end function table_request
 
-  !> Free the tables that `prepare_tables` made.
+  !> Free the tables that `load_or_build_tables` made.
   subroutine free_tables(setup)
     type(setup_type), intent(inout) :: setup
 

@@ -1,5 +1,10 @@
-!> A run from case to columns: read the profiles, place them, build or find the tables, settle the wheelset, integrate,
-!> note what happens.
+!> The story of a run.
+!>
+!> 1. `read_case` reads the namelist and `check_case` checks it, before this module is called.
+!> 2. `prepare` places the wheels on the rails, loads the contact tables or builds them, and finds the pose of rest.
+!> 3. `simulate` advances the motion from row to row. A step that changes the energy too much is halved. After each step
+!>    events are watched for, and rows, peaks and the energy balance are noted.
+!> 4. `run_results` tells what the run came to.
 module simulation
   use case, only: case_type
   use elastic_run, only: elastic_step, start_elastic
@@ -13,8 +18,8 @@ module simulation
   use row_sink, only: on_grid, row_taker
   use run_equilibrium, only: set_wheelset
   use run_monitor, only: run_monitor_type, run_type
-  use run_setup, only: prepare_geometry, setup_type
-  use run_tables, only: prepare_tables
+  use run_setup, only: place_sides, setup_type
+  use run_tables, only: load_or_build_tables
   implicit none
   private
   public :: prepare, simulate
@@ -28,10 +33,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
 
-    call prepare_geometry(c, setup, error)
+    call place_sides(c, setup, error)
     if (allocated(error)) return
     setup%modes = merge(3, 1, c%formulation == 'elastic')
-    if (c%formulation == 'elastic') call prepare_tables(c, setup, error, watcher)
+    if (c%formulation == 'elastic') call load_or_build_tables(c, setup, error, watcher)
     if (.not. allocated(error)) call set_wheelset(c, setup, error)
   end subroutine prepare
 

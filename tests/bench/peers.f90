@@ -305,7 +305,7 @@ program peers
   use, intrinsic :: iso_fortran_env, only: iostat_end
   use by_sundials, only: evolve, free_peer, new_peer, peer_type, problem_type
   use case, only: case_type
-  use columns, only: list_columns, make_row, most_columns, row_type
+  use columns, only: list_columns, most_columns
   use errors, only: error_type
   use events, only: event_log, watch
   use kinds, only: dp
@@ -387,7 +387,6 @@ contains
   subroutine solve(once)
     real(dp), intent(out) :: once
     type(peer_type) :: peer
-    type(row_type) :: row
     real(dp) :: values(most_columns), from, to, t
     integer :: columns, i, n
 
@@ -405,8 +404,7 @@ contains
       motion%v = peer%x(4:)
       call contacts(setup%wheelset, motion%q, motion%contact, tangent=.false.)
       problem%evaluations = problem%evaluations + 1
-      call make_row(setup%wheelset, setup%side, motion, c%vx, c%pitch, c%pitch_rate, setup%equilibrium, 0.0_dp, .false., row)
-      call list_columns(row, values, columns)
+      call list_columns(c, setup, motion, 0.0_dp, values, columns)
       call sink%take(values(:columns), error)
     end do
     call cpu_time(to)

@@ -15,7 +15,7 @@ program direct_motion
   use hertz, only: contact_modulus
   use kinds, only: dp, gravity
   use patch_grids, only: elements_type
-  use run_setup, only: prepare_geometry, setup_type
+  use run_setup, only: place_sides, setup_type
   use shared, only: integer_argument
   use station_scan, only: new_scan, scan_depth, scan_type
   use text, only: line_type, read_lines
@@ -97,7 +97,7 @@ contains
     call get_command_argument(1, word)
     call read_lines(trim(word), lines, fault)
     if (.not. allocated(fault)) call read_case(trim(word), lines, c, fault)
-    if (.not. allocated(fault)) call prepare_geometry(c, setup, fault)
+    if (.not. allocated(fault)) call place_sides(c, setup, fault)
     if (allocated(fault)) error stop fault%message
     if (.not. setup%symmetric) error stop 'direct_motion: expected the same profiles on both sides'
     call get_command_argument(2, word)

@@ -8,7 +8,7 @@ program halfspace_direct
   use shared, only: direct_type, new_direct, read_prepared, wheel_contact
   use kinds, only: dp
   use run_setup, only: setup_type
-  use wheelset, only: contact_state, wheel_contacts
+  use wheelset, only: contact_state, contacts
   implicit none
   save
   type(case_type) :: c
@@ -23,7 +23,7 @@ program halfspace_direct
   do
     read (*, *, iostat=stat) pose
     if (stat /= 0) exit
-    call wheel_contacts(setup%wheelset, 1, pose, state)
+    call contacts(setup%wheelset, pose, state, wheel=1)
     if (state%status /= 0) error stop 'a pose is not on the table'
     call wheel_contact(direct, setup, pose, energy, forces)
     write (*, '(12es24.16)') (-state%slope(:, branch), forces(:, branch), branch=1, 2)

@@ -9,7 +9,7 @@ program zone_cuts
   use contact_zones, only: max_zones
   use errors, only: error_type
   use kinds, only: dp
-  use run_setup, only: prepare_geometry, setup_type
+  use run_setup, only: place_sides, setup_type
   use text, only: line_type, read_lines
   implicit none
   save
@@ -24,7 +24,7 @@ program zone_cuts
   call get_command_argument(1, file)
   call read_lines(trim(file), lines, error)
   if (.not. allocated(error)) call read_case(trim(file), lines, c, error)
-  if (.not. allocated(error)) call prepare_geometry(c, setup, error)
+  if (.not. allocated(error)) call place_sides(c, setup, error)
   if (allocated(error)) error stop error%message
   associate (pair => setup%side(1)%pair, zones => setup%side(1)%zones)
     found = 0

@@ -127,7 +127,7 @@ def _top(squares: np.ndarray, k: int) -> float:
 
 
 def reach(column: np.ndarray) -> float:
-    """How many elements from x = 0 on are pressed, and a part of the next one."""
+    """How many elements of a line are pressed up to its last one, and a part of the next one: p² falls linearly to the edge."""
     pressed = np.flatnonzero(column > 0)
     if not pressed.size:
         return 0.0
@@ -185,13 +185,16 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
                     "solution that does not converge")
     found = []
     for k in range(n):
-        dx, ds, low, half_x, first, last, approach, deepest, _, _, _, integral, *hertz, flange = facts[:, k].tolist()
+        dx, ds, low, approach, deepest, integral, *hertz, flange = facts[:, k].tolist()
         if not integral > NEGLIGIBLE*np.hypot(*total[:2]):
             continue
         half = (np.arange(elements//4) + 0.5)*dx
+        pressed = p[:, :, k]
+        half_x = dx*max(map(reach, pressed.T))
+        ends = low + ds*(elements - max(reach(row[::-1]) for row in pressed)), low + ds*max(map(reach, pressed))
         wheel = point[:, :, k].T*[sign, 1]
         found.append(Patch(
             names[int(flange)], np.concatenate([-half[::-1], half]), low + (np.arange(elements) + 0.5)*ds,
-            np.concatenate([p[::-1, :, k], p[:, :, k]]), wheel, wheel @ turn + [y, z], half_x, (first, last), approach, deepest,
+            np.concatenate([pressed[::-1], pressed]), wheel, wheel @ turn + [y, z], half_x, ends, approach, deepest,
             np.nan, np.nan, integral, float(total[3]), Ellipse(*hertz) if hertz[2] > 0 else None))
     return found

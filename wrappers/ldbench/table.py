@@ -160,7 +160,7 @@ class ContactTable:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the profiles and the table do not fulfil, in a line each."""
-        lines = text(*_flat.prepared_lines(self._handle)).splitlines()
+        lines = text(*_flat.prepared_warnings(self._handle)).splitlines()
         return tuple(dict.fromkeys(line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")))
 
     def _warn(self) -> None:

@@ -43,7 +43,7 @@ subroutine describe_results(listing, length)
   integer :: k, n
 
   lines = ''
-  call name_columns(.true., columns, n)
+  call name_columns('unilateral', columns, n)
   call add(columns(:n)%name)
   call add(columns(:n)%unit)
   call add(geometry_names)
@@ -236,24 +236,23 @@ subroutine table_accuracy(handle, side, numbers, solutions)
   solutions = [table%solutions, table%accuracy%unsolved]
 end subroutine table_accuracy
 
-!> Lines on the profiles and the contact tables of a prepared case, with warnings.
-subroutine prepared_lines(handle, listing, length)
+!> What the contact tables of a prepared case do not fulfil, in lines.
+subroutine prepared_warnings(handle, listing, length)
   use handles, only: give, prepared_at, prepared_type
-  use report_lines, only: add_profiles, add_tables
+  use results, only: result_list
+  use run_results, only: list_tables
   implicit none
   integer(8), intent(in) :: handle
   character(32768), intent(out) :: listing
   integer, intent(out) :: length
   type(prepared_type), pointer :: p
-  character(:), allocatable :: lines
+  type(result_list) :: told
 
   p => prepared_at(handle)
-  lines = ''
-  call add_profiles(lines, 'wheel', p%setup%wheel)
-  call add_profiles(lines, 'rail', p%setup%rail)
-  call add_tables(lines, p%c, p%setup)
-  call give(lines, listing, length)
-end subroutine prepared_lines
+  told = result_list('', '', '')
+  call list_tables(p%c, p%setup, told)
+  call give(told%warnings, listing, length)
+end subroutine prepared_warnings
 
 !> Integrate a prepared case.
 subroutine simulate_case(prepared, progress, stop_asked, handle, message, length)
@@ -336,7 +335,7 @@ end subroutine run_comments
 !> The text for the terminal.
 subroutine run_summary(prepared, handle, listing, length)
   use handles, only: finished_type, give, prepared_at, prepared_type, run_at
-  use summary_text, only: summary
+  use run_results, only: summary
   implicit none
   integer(8), intent(in) :: prepared, handle
   character(32768), intent(out) :: listing
@@ -391,8 +390,8 @@ end subroutine write_geometry_file
 !> Elastic energy [J] at n poses: axle centre y, z [m], roll [rad], track frame.  wheel: 0 both, 1 left,
 !> 2 right.  status: 0, or how the pose is outside the table.
 subroutine potentials(handle, wheel, n, y, z, roll, energy, status)
-  use handles, only: find_state, prepared_at, prepared_type
-  use wheelset, only: contact_state
+  use handles, only: prepared_at, prepared_type
+  use wheelset, only: contact_state, contacts
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: wheel, n
@@ -406,7 +405,7 @@ subroutine potentials(handle, wheel, n, y, z, roll, energy, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.false.)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false., wheel=wheel)
     energy(i) = (state%energy(1) + state%energy(2)) + (state%energy(3) + state%energy(4))
     status(i) = state%status
   end do
@@ -414,8 +413,8 @@ end subroutine potentials
 
 !> Force of the rails on the wheels, F_y, F_z [N] and M_x about the axle centre [N m].
 subroutine forces(handle, wheel, n, y, z, roll, force, status)
-  use handles, only: find_state, prepared_at, prepared_type
-  use wheelset, only: contact_state
+  use handles, only: prepared_at, prepared_type
+  use wheelset, only: contact_state, contacts
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: wheel, n
@@ -429,7 +428,7 @@ subroutine forces(handle, wheel, n, y, z, roll, force, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.false.)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false., wheel=wheel)
     force(:, i) = -state%gradient
     status(i) = state%status
   end do
@@ -460,8 +459,8 @@ end subroutine contact_forces
 
 !> Tangent stiffness, the Hessian of the energy: yy, yz, y roll, zz, z roll, roll roll.
 subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
-  use handles, only: find_state, prepared_at, prepared_type
-  use wheelset, only: contact_state
+  use handles, only: prepared_at, prepared_type
+  use wheelset, only: contact_state, contacts
   implicit none
   integer(8), intent(in) :: handle
   integer, intent(in) :: wheel, n
@@ -475,7 +474,7 @@ subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call find_state(p%setup%wheelset, wheel, [y(i), z(i), roll(i)], state, tangent=.true.)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.true., wheel=wheel)
     hessian(:, i) = state%hessian
     status(i) = state%status
   end do
@@ -496,7 +495,7 @@ subroutine pressures(handle, side, pose, nx, ns, patches, n, ok, p, point, facts
   integer, intent(in) :: side, nx, ns, patches
   real(8), intent(in) :: pose(3)
   integer, intent(out) :: n, ok
-  real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(16, patches), total(4)
+  real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(10, patches), total(4)
   !f2py threadsafe
   type(prepared_type), pointer :: prepared
   type(pressure_type) :: found

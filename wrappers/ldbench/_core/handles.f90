@@ -16,18 +16,17 @@ module handles
   use row_sink, only: row_list
   use run_equilibrium, only: set_wheelset
   use run_monitor, only: run_type
-  use run_setup, only: prepare_geometry, setup_type
+  use run_setup, only: place_sides, setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
   use station_scan, only: scan_type, set_depth, touch
   use text, only: checksum, line_type, read_lines
   use wheel_rail_pair, only: pair_type, rolled
-  use wheelset, only: contact_state, contacts, wheel_contacts, wheelset_type
   implicit none
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
   public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
-  public :: export_case, import_case, give, give_error, find_state, outline, wheel_contact
+  public :: export_case, import_case, give, give_error, outline, wheel_contact
 
   !> A case, ready to be integrated.
   type :: prepared_type
@@ -120,7 +119,7 @@ contains
 
     p%c = c
     call locate(p%c, paths)
-    call prepare_geometry(p%c, p%setup, error)
+    call place_sides(p%c, p%setup, error)
     p%c = c
   end subroutine prepare_rigid
 
@@ -266,21 +265,6 @@ contains
     end do
     if (.not. allocated(error)) call finish_files(p%c, p%setup, run%run_type, columns, geometry_file, error)
   end subroutine write_finished
-
-  !> The contacts of one wheel (1 left, 2 right) or of both (0) in a pose.
-  pure subroutine find_state(w, wheel, q, state, tangent)
-    type(wheelset_type), intent(in) :: w
-    integer, intent(in) :: wheel
-    real(dp), intent(in) :: q(3)
-    type(contact_state), intent(out) :: state
-    logical, intent(in) :: tangent             !! whether the Hessian is wanted
-
-    if (wheel == 0) then
-      call contacts(w, q, state, tangent)
-    else
-      call wheel_contacts(w, wheel, q, state, tangent)
-    end if
-  end subroutine find_state
 
   !> The values of a case in the order of the list of variables: numbers, and texts one after
   !> the other.

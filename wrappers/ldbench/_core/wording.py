@@ -4,7 +4,7 @@ from __future__ import annotations
 import sys
 import textwrap
 
-WIDTH = 100         # longest line on the terminal [characters], as in fortran/program/summary_text.f90
+WIDTH = 100         # longest line on the terminal [characters], as in fortran/program/run_results.f90
 
 
 def counted(n: int, noun: str) -> str:
