@@ -13,7 +13,7 @@ program ldbench
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
   use summary_text, only: summary
-  use system, only: say, survive_long_files
+  use system, only: survive_long_files, write_output
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines
   implicit none
@@ -114,7 +114,7 @@ contains
     character(*), intent(in) :: text
     logical :: ok
 
-    call say(text, ok)
+    call write_output(text, ok)
     if (.not. ok) call fatal_error(error, 'standard output: cannot be written completely')
   end subroutine answer
 
