@@ -5,7 +5,7 @@ module case_check
     variable_type
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use system, only: lacks_folder, scratch_file
+  use system, only: lacks_folder, last_slash, scratch_file
   use text, only: lower, str
   implicit none
   private
@@ -29,7 +29,7 @@ contains
         trim(range_text(list(k)))//', found '//value_text(list(k)))
       return
     end do
-    call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/ ') == 0, 'case name', 'a word that can name a file', &
+    call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/\ ') == 0, 'case name', 'a word that can name a file', &
       "'"//trim(c%name)//"'")
     call demand(any(c%order == [2, 4, 6]), 'integrator order', '2, 4 or 6', str(c%order))
     call demand(c%order < 6 .or. c%scheme == 'newmark' .and. c%beta <= 0, 'integrator order', &
@@ -104,11 +104,5 @@ contains
     if (probe%ok) inquire (file=other//probe%ending, exist=same_file)
     call probe%abandon()
   end function same_file
-
-  pure integer function last_slash(path)
-    character(*), intent(in) :: path
-
-    last_slash = index(path, '/', back=.true.)
-  end function last_slash
 
 end module case_check

@@ -6,7 +6,7 @@ module system
   use kinds, only: dp
   implicit none
   private
-  public :: on_terminal, read_file, write_output, survive_long_files, scratch_file, lacks_folder, c_exit
+  public :: on_terminal, read_file, write_output, survive_long_files, scratch_file, lacks_folder, last_slash, c_exit
 
   !> The folder for output files that the case does not name. The program makes no other folder.
   character(*), parameter, public :: default_folder = 'outputs'
@@ -165,9 +165,15 @@ contains
     logical :: there
 
     inquire (file=default_folder, exist=there)
-    lacks_folder = .not. there .and. index(file, default_folder//'/') == 1 .and. &
-      index(file, '/', back=.true.) == len(default_folder) + 1
+    lacks_folder = .not. there .and. index(file, default_folder) == 1 .and. last_slash(file) == len(default_folder) + 1
   end function lacks_folder
+
+  !> Where the name of a file begins, less 1. Windows has two characters between folders.
+  pure integer function last_slash(path)
+    character(*), intent(in) :: path
+
+    last_slash = scan(path, '/\', back=.true.)
+  end function last_slash
 
   !> Whether a path is free or leads to a file that may be replaced: not to a folder, a pipe, a device or a file without
   !> permission to write.
@@ -180,7 +186,7 @@ contains
 
     inquire (file=path, exist=there)
     is_replaceable = .not. there
-    if (is_replaceable .or. path(:index(path, '/', back=.true.)) == devices) return
+    if (is_replaceable .or. path(:last_slash(path)) == devices) return
     file = c_fopen(path//c_null_char, 'rb+'//c_null_char)    ! for both ways: a folder refuses, a pipe does not wait
     if (.not. c_associated(file)) return
     is_replaceable = c_fseek(file, 0_c_long, 0_c_int) == 0   ! a pipe has no positions
