@@ -91,9 +91,6 @@ $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
 
 $(BUILD)/run_tables.o: $(BUILD)/fingerprint.o
 
-# A procedure of this module replaces one of gfortran's library that has more arguments, which LTO would report.
-$(BUILD)/memory.o: FFLAGS += -fno-lto
-
 # The compiler inlines less where other objects may call a procedure, so a table takes a tenth more instructions than in the
 # executable. -fPIE allows the compiler to inline calls between modules, unlike -fPIC for a shared library.
 $(BUILD)/core.o: $(OBJECTS)

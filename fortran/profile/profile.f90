@@ -8,6 +8,7 @@ module profile
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use profile_check, only: check_points, is_rail, is_wheel
+  use system, only: last_slash
   use text, only: checksum, clip, line_type, lower, read_lines, str, to_real
   implicit none
   private
@@ -118,7 +119,7 @@ contains
     integer :: point
 
     point = index(file, '.', back=.true.)
-    if (point <= index(file, '/', back=.true.) + 1) point = len(file) + 1
+    if (point <= last_slash(file) + 1) point = len(file) + 1
     made = file(:point - 1)//'.yz'
     if (made == file) made = file(:point - 1)//'_new.yz'
     call fatal_error(error, error%message//'; '//verb//' it: python -m ldbench profile '//file//' -o '//made)

@@ -6,7 +6,7 @@
 module case
   use kinds, only: dp
   use service_poses, only: extent_type
-  use system, only: default_folder
+  use system, only: default_folder, last_slash
   use text, only: shortest, str
   implicit none
   private
@@ -325,7 +325,7 @@ contains
     character(*), intent(in) :: wheel, rail
     character(len(wheel) + len(rail) + 4) :: words
 
-    words = trim(wheel(index(wheel, '/', back=.true.) + 1:))//' on '//rail(index(rail, '/', back=.true.) + 1:)
+    words = trim(wheel(last_slash(wheel) + 1:))//' on '//rail(last_slash(rail) + 1:)
     if (words == 'awprof.yz on arprof.yz') words = 'actual profiles'
     if (words == 'swprof.yz on srprof.yz') words = 'simplified profiles'
   end function pair_words

@@ -1,11 +1,12 @@
 !> Conditions that a case from a file or from Python must satisfy before it is run.
 module case_check
+  use, intrinsic :: iso_fortran_env, only: input_unit
   use case, only: admissible, case_type, list_variables, output_path, range_text, right_table_path, text_length, value_text, &
     variable_type
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use system, only: same_file
-  use text, only: str
+  use system, only: lacks_folder, last_slash, scratch_file
+  use text, only: lower, str
   implicit none
   private
   public :: check_case
@@ -28,7 +29,7 @@ contains
         trim(range_text(list(k)))//', found '//value_text(list(k)))
       return
     end do
-    call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/ ') == 0, 'case name', 'a word that can name a file', &
+    call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/\ ') == 0, 'case name', 'a word that can name a file', &
       "'"//trim(c%name)//"'")
     call demand(any(c%order == [2, 4, 6]), 'integrator order', '2, 4 or 6', str(c%order))
     call demand(c%order < 6 .or. c%scheme == 'newmark' .and. c%beta <= 0, 'integrator order', &
@@ -84,5 +85,24 @@ contains
       end do
     end do
   end subroutine check_files
+
+  !> Whether a file that is written has the path of another file, which need not be there yet. `other` may be '-', standard
+  !> input. Two paths of one name lead to the same folder if a new file beside one of them is beside the other, too.
+  logical function same_file(written, other)
+    character(*), intent(in) :: written, other
+    type(scratch_file) :: probe
+    integer :: unit
+
+    if (other == '-') then
+      inquire (file=written, number=unit)
+      same_file = unit == input_unit
+      return
+    end if
+    same_file = written == other
+    if (same_file .or. lower(written(last_slash(written) + 1:)) /= lower(other(last_slash(other) + 1:))) return
+    if (.not. lacks_folder(written)) call probe%begin(written)
+    if (probe%ok) inquire (file=other//probe%ending, exist=same_file)
+    call probe%abandon()
+  end function same_file
 
 end module case_check

@@ -1,5 +1,6 @@
 !> The command `ldbench`: one namelist file in, one column file out.
 program ldbench
+  use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
   use case, only: case_type, list_variables, output_path, range_text, right_table_path, value_text, variable_type
   use case_check, only: check_case
@@ -13,7 +14,7 @@ program ldbench
   use run_setup, only: setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
-  use system, only: say, survive_long_files
+  use system, only: c_exit, survive_long_files, write_output
   use terminal, only: terminal_monitor
   use text, only: line_type, read_lines
   implicit none
@@ -44,7 +45,7 @@ program ldbench
   deallocate (argument)
   if (allocated(error)) then
     write (error_unit, '(a)') 'ldbench: error: '//error%message
-    stop 1, quiet=.true.
+    call c_exit(1_c_int)
   end if
 
 contains
@@ -114,7 +115,7 @@ contains
     character(*), intent(in) :: text
     logical :: ok
 
-    call say(text, ok)
+    call write_output(text, ok)
     if (.not. ok) call fatal_error(error, 'standard output: cannot be written completely')
   end subroutine answer
 

@@ -1,5 +1,4 @@
-!> A progress line on standard error, when that is a terminal and the work takes
-!> more than a second.
+!> A progress line on standard error, when that is a terminal and the work takes more than a second.
 module terminal
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use kinds, only: dp
@@ -12,30 +11,20 @@ module terminal
   type, extends(monitor_type) :: terminal_monitor
     logical :: visible = .false.         !! standard error is a terminal
     logical :: shown = .false.           !! there is a line to clear
-    integer(int64) :: started = 0        !! by its clock
-    procedure(clock_time), pointer, nopass :: clock => null()   !! system_time unless `begin` finds another one
+    integer(int64) :: started = 0        !! [ticks of system_clock]
   contains
     procedure :: begin
     procedure :: report
     procedure :: clear
   end type terminal_monitor
 
-  abstract interface
-    subroutine clock_time(now, rate)
-      import :: int64
-      integer(int64), intent(out) :: now, rate   !! [ticks, ticks/s]
-    end subroutine clock_time
-  end interface
-
 contains
 
   subroutine begin(this)
     class(terminal_monitor), intent(inout) :: this
-    integer(int64) :: rate
 
-    if (.not. associated(this%clock)) this%clock => system_time
     this%visible = on_terminal()
-    call this%clock(this%started, rate)
+    call system_clock(this%started)
   end subroutine begin
 
   subroutine report(this, stage, share)
@@ -45,7 +34,7 @@ contains
     integer(int64) :: now, rate
 
     if (.not. this%visible) return
-    call this%clock(now, rate)
+    call system_clock(now, rate)
     if (now - this%started < rate) return
     this%shown = .true.
     write (error_unit, '(a,i3,a)', advance='no') achar(13)//'ldbench: '//stage//' ', nint(100*share), ' %   '
@@ -57,11 +46,5 @@ contains
     if (this%shown) write (error_unit, '(a)', advance='no') achar(13)//repeat(' ', 40)//achar(13)
     this%shown = .false.
   end subroutine clear
-
-  subroutine system_time(now, rate)
-    integer(int64), intent(out) :: now, rate
-
-    call system_clock(now, rate)
-  end subroutine system_time
 
 end module terminal

@@ -231,18 +231,18 @@ contains
 
     name = path
     if (path == '-') name = 'standard input'
-    inquire (file=path//'/.', exist=folder)
-    if (folder) then
-      call fatal_error(error, name//': expected a file, found a folder')
+    call read_file(path, bytes, opened, ok)
+    if (ok) then
+      call split_lines(bytes, lines)
       return
     end if
-    call read_file(path, bytes, opened, ok)
-    if (.not. opened) then
+    inquire (file=path//'/.', exist=folder)    ! only here, because Windows answers so for any file
+    if (folder) then
+      call fatal_error(error, name//': expected a file, found a folder')
+    else if (.not. opened) then
       call fatal_error(error, name//': cannot be opened for reading')
-    else if (.not. ok) then
-      call fatal_error(error, name//': cannot be read completely')
     else
-      call split_lines(bytes, lines)
+      call fatal_error(error, name//': cannot be read completely')
     end if
   end subroutine read_lines
 

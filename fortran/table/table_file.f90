@@ -59,7 +59,7 @@ contains
         call put_numbers(reshape(t%c, [size(t%c)]))
       end associate
     end do
-    call out%put([mix])
+    call out%put(transfer(mix, repeat(' ', 8)))
     call out%finish()
     if (.not. out%ok) call fatal_error(error, '&table file = '//file//': cannot be written')
 
@@ -68,7 +68,7 @@ contains
     subroutine put(words)
       integer(int64), intent(in) :: words(:)
 
-      call out%put(words)
+      call out%put(transfer(words, repeat(' ', 8*size(words))))
       call stir(mix, words)
     end subroutine put
 

@@ -433,8 +433,11 @@ WRITTEN = [("table", "file"), ("output", "file"), ("output", "geometry_file")]
 
 
 @pytest.mark.parametrize(("group", "name"), WRITTEN)
-@pytest.mark.parametrize("victim", ["case.nml", "wheel.yz", "./rail.yz"])
+@pytest.mark.parametrize("victim", ["case.nml", "wheel.yz", "./rail.yz", "{}/wheel.yz", "folder/rail.yz"])
 def test_no_input_is_overwritten(group, name, victim, tmp_path):
+    """Whatever path leads to it: relative, absolute, or over a link to the folder."""
+    victim = victim.format(tmp_path)
+    (tmp_path / "folder").symlink_to(".")
     shutil.copy(REPO / "profiles/awprof.yz", tmp_path / "wheel.yz")
     shutil.copy(REPO / "profiles/arprof.yz", tmp_path / "rail.yz")
     profiles = {"wheel_profile": "./wheel.yz", "rail_profile": "rail.yz"}

@@ -1,14 +1,13 @@
 """Files that are written whole or not at all, and checks before the work that they can be."""
 from __future__ import annotations
 
-import errno
-import fcntl
 import glob
 import hashlib
 import os
 import re
+import secrets
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,6 @@ from .errors import Error
 if TYPE_CHECKING:
     import pandas as pd
 
-WRITERS = 100        # of one file at the same time, at most: the numbers of scratch files have two digits
 DEFAULT_FOLDER = "outputs"        # of outputs that are given no name; no other folder is made
 
 
@@ -27,63 +25,19 @@ def digest(data: bytes) -> str:
 
 @contextmanager
 def complete(target: Path) -> Iterator[Path]:
-    """Give a scratch file to write. On success it takes the name of `target` and the permissions of an earlier file."""
+    """Give a scratch file to write, beside the target. On success it takes the name of the target."""
     check_target(target)
     make_folder(target)
     file = target.resolve()     # that a link leads to
-    mode = file.stat().st_mode & 0o777 if file.exists() else None
-    try:
-        scratch, lock = new_scratch(file, 0o666 if mode is None else mode | 0o600)
-    except OSError as error:
-        raise Error(f"{target}: cannot be written completely: {error.strerror or error}") from None
+    scratch = file.with_name(f"{file.name}.ldbench-part{secrets.token_hex(8)}")
     try:
         with failing_as(target, scratch):
+            scratch.open("xb").close()
             yield scratch
-            if mode is not None:
-                scratch.chmod(mode)
             scratch.replace(file)
     except BaseException:
         scratch.unlink(missing_ok=True)
         raise
-    finally:
-        os.close(lock)          # not before: the name is free from then on
-
-
-def new_scratch(file: Path, mode: int) -> tuple[Path, int]:
-    """Make a scratch file beside `file`; return its path and the descriptor that holds its lock.
-
-    The core names, locks and removes its scratch files in the same way: fortran/system.f90.
-    """
-    found = None
-    for k in range(WRITERS):
-        path = file.with_name(f"{file.name}.ldbench-part{k:02}")
-        remove_left(path)
-        if found:
-            continue
-        with suppress(FileExistsError):
-            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, mode)
-            with suppress(OSError):         # not every file system has locks
-                fcntl.flock(lock, fcntl.LOCK_EX)
-            if os.fstat(lock).st_nlink:
-                found = path, lock
-            else:                           # another writer found it before it was locked, and removed it
-                os.close(lock)
-    if not found:
-        raise OSError(errno.EEXIST, f"{WRITERS} others write it")
-    return found
-
-
-def remove_left(scratch: Path) -> None:
-    """Remove a scratch file that no process has locked, because its process is dead."""
-    with suppress(OSError):
-        lock = os.open(scratch, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # The writer may just have finished this file, and the name may lead to another writer's file.
-            if os.path.samestat(os.fstat(lock), scratch.lstat()):
-                scratch.unlink()
-        finally:
-            os.close(lock)
 
 
 @contextmanager
@@ -122,6 +76,8 @@ def check_target(file: Path) -> None:
     """Refuse a target that is no file or has no folder; the default folder will be made later."""
     if file.exists() and not file.is_file():
         raise Error(f"{file}: expected a file to write, found a {'folder' if file.is_dir() else 'device'}")
+    if file.exists() and not os.access(file, os.W_OK):
+        raise Error(f"{file}: expected a file that may be written, found one that is protected")
     if not file.parent.is_dir() and file.parent != Path(DEFAULT_FOLDER):
         raise Error(f"{file}: expected a folder that is there, found none")
 

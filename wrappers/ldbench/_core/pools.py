@@ -1,7 +1,6 @@
 """Work side by side, in threads or processes of this machine."""
 from __future__ import annotations
 
-import ctypes
 import multiprocessing
 import os
 import queue
@@ -10,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait as wait_for
 from typing import Any, TypeVar
 
 from .calls import Progress
@@ -20,8 +19,6 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 PATIENCE = 0.2              # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
-PARENT_DEATH_SIGNAL = 1     # of Linux's prctl: PR_SET_PDEATHSIG
-LIBC = ctypes.CDLL(None)
 PARENTS = signal.SIGINT, signal.SIGTERM     # that the parent ends its children by
 
 
@@ -71,7 +68,7 @@ class Processes:
         try:
             for _ in range(number):
                 ours, theirs = fork.Pipe()
-                child = fork.Process(target=serve, args=(theirs, os.getpid(), known), daemon=True)
+                child = fork.Process(target=serve, args=(theirs, known), daemon=True)
                 child.start()
                 self.children.append(child)
                 theirs.close()
@@ -108,19 +105,27 @@ class Processes:
             child.join()
 
 
-def serve(asked: Connection, parent: int, known: Sequence[Callable[..., Any]]) -> None:
-    """Serve requests until the parent kills this process, or until the system does so because the parent has died."""
+def serve(asked: Connection, known: Sequence[Callable[..., Any]]) -> None:
+    """Serve requests until the parent kills this process, or has died."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)        # Ctrl-C goes to the parent as well, which says so in one line
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, PARENTS)
-    LIBC.prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)
+    threading.Thread(target=end_with_parent, daemon=True).start()
     with suppress(EOFError, OSError, MemoryError):
-        while os.getppid() == parent:
+        while True:
             work, arguments = asked.recv()
             try:
                 asked.send(((known[work] if isinstance(work, int) else work)(*arguments), None))
             except Exception as error:
                 asked.send((None, error))
+
+
+def end_with_parent() -> None:
+    """End this process when its parent has ended. Each process holds what would tell the earlier ones, so the last ends first."""
+    parent = multiprocessing.parent_process()
+    assert parent
+    wait_for([parent.sentinel])
+    os._exit(1)
 
 
 @contextmanager
