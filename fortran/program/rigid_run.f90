@@ -6,12 +6,11 @@ module rigid_run
   use kinds, only: dp
   use motion_state, only: motion_type
   use newmark, only: energy_change, energy_rounding
-  use rigid_motion, only: advance_rigid, rigid_end, rigid_ok, rigid_stuck, rigid_type, start_rigid
-  use rigid_path, only: path_end
+  use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, start_rigid, step_ok
+  use rigid_steps, only: rule_type
   use row_sink, only: at_event, at_impact
   use run_monitor, only: passed_peak, place, run_monitor_type
   use run_setup, only: setup_type
-  use unilateral, only: rule_type
   implicit none
   private
   public :: start_rigid_run, rigid_step
@@ -27,8 +26,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     associate (c => monitor%c, setup => monitor%setup)
-      call start_rigid(c%formulation == 'bilateral', rule_type(c%restitution, c%energy_tolerance, c%max_halvings), &
-        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%path, setup%equilibrium, rigid, &
+      call start_rigid(rule_type(c%formulation == 'bilateral', c%restitution, c%energy_tolerance, c%max_halvings), &
+        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%equilibrium, c%extent%lateral, rigid, &
         motion, changes, error)
     end associate
   end subroutine start_rigid_run
@@ -52,7 +51,7 @@ contains
       if (monitor%event_rows) rigid_before = rigid
       h = left
       associate (c => monitor%c, setup => monitor%setup, run => monitor%run)
-        call advance_rigid(setup%side, setup%path, rigid, motion, h, evaluations, status)
+        call advance_rigid(setup%side, rigid, motion, h, evaluations, status)
         left = left - h
         run%evaluations = run%evaluations + evaluations
         run%steps = run%steps + 1
@@ -66,7 +65,7 @@ contains
       call monitor%note_step(old, motion)
       call note_rows(rigid, rigid_before, motion, monitor)
       call monitor%queue%give(monitor%past(1)%t, error)
-      if (.not. allocated(error) .and. status /= rigid_ok) call report_failure(monitor%setup, motion, status, error)
+      if (.not. allocated(error) .and. status /= step_ok) call report_failure(monitor%setup, motion, status, error)
       if (allocated(error)) return
     end do
     monitor%run%gone = monitor%run%log%derailed .and. beyond_table(monitor%c, monitor%setup, motion%q)
@@ -109,7 +108,7 @@ contains
         there = monitor%past(1)
         do while (t - there%t > epsilon(t)*t)
           h = t - there%t
-          call advance_rigid(monitor%setup%side, monitor%setup%path, rigid_before, there, h, evaluations, ignored)
+          call advance_rigid(monitor%setup%side, rigid_before, there, h, evaluations, ignored)
           monitor%run%evaluations = monitor%run%evaluations + evaluations
         end do
       end if
@@ -136,10 +135,9 @@ contains
     character(:), allocatable :: reason
 
     select case (status)
-    case (rigid_end)
-      reason = 'formulation = ''bilateral'': expected a path on which both wheels stay on their rails, found its end at '// &
-        trim(path_end(setup%path, motion%q(1) >= 0, setup%equilibrium))//', reached'
-    case (rigid_stuck)
+    case (path_ends)
+      reason = 'formulation = ''bilateral'': expected poses in which both wheels stay on their rails, found the last one'
+    case (no_solution)
       reason = 'formulation = ''unilateral'': expected at most three contacts to close at once, found more or none that can,'
     case default
       reason = 'formulation = ''unilateral'': expected time between impacts, found none'

@@ -1,15 +1,14 @@
 !> Static equilibrium of the wheelset of a case, and small oscillations about it.
 module run_equilibrium
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use both_rails, only: small_motion, stand, to_rest => find_rest
   use case, only: case_type
   use eigenmodes, only: small_oscillations
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use path_points, only: lowest_point, point_type, small_motion
-  use rigid_path, only: follow_path, path_type
   use run_setup, only: setup_type
+  use rigid_steps, only: rigid_state
   use text, only: str
-  use wheel_rail_pair, only: mirror
   use wheelset, only: find_rest, settle
   implicit none
   private
@@ -57,30 +56,26 @@ contains
       'flanges, found none')
   end subroutine no_rest
 
-  !> With rigid contacts the wheelset is in equilibrium at the lowest point of the path on both rails, and oscillates along
-  !> this path.
+  !> With rigid contacts the wheelset is in equilibrium at the lowest pose on both rails, and oscillates from there along
+  !> such poses.
   subroutine set_rigid(c, setup, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
     type(error_type), allocatable, intent(out) :: error
-    type(point_type) :: lowest
-    logical :: ok
+    type(rigid_state) :: state
+    logical :: corner, ok
 
-    call follow_path(setup%side, setup%centred, setup%wheelset%inertia(), c%extent%lateral, setup%path(1))
-    if (setup%symmetric) then
-      setup%path(2) = setup%path(1)
-    else
-      call follow_path(setup%side(2:1:-1), mirror*setup%centred, setup%wheelset%inertia(), c%extent%lateral, setup%path(2))
-    end if
-    setup%equilibrium = [0.0_dp, setup%path(1)%q(2, 1), merge(0.0_dp, setup%path(1)%q(3, 1), setup%symmetric)]
-    call lowest_point(setup%path, lowest, ok)
+    corner = .false.
+    call stand(setup%side, setup%wheelset, setup%centred, state, ok)
+    setup%equilibrium = [0.0_dp, state%motion%q(2), merge(0.0_dp, state%motion%q(3), setup%symmetric)]
+    if (ok .and. .not. setup%symmetric) call to_rest(setup%side, setup%wheelset, c%extent%lateral, state, corner, ok)
     if (.not. ok) then
       call no_rest(error)
       return
     end if
+    setup%rest = state%motion%q
     setup%frequency = ieee_value(1.0_dp, ieee_quiet_nan)
-    call small_motion(setup%path, setup%side, setup%wheelset, lowest, setup%rest, setup%frequency(1), setup%shapes(:, 1))
-    if (c%formulation /= 'bilateral') setup%path = path_type()
+    call small_motion(setup%wheelset, state, corner, setup%frequency(1), setup%shapes(:, 1))
   end subroutine set_rigid
 
 end module run_equilibrium

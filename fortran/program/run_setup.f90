@@ -6,7 +6,6 @@ module run_setup
   use geometry_functions, only: clearance, rigid_contact
   use kinds, only: dp
   use profile, only: is_rail, is_wheel, profile_type, read_profile
-  use rigid_path, only: path_type
   use text, only: str
   use placement, only: place_profiles
   use wheel_rail_pair, only: same_pair
@@ -20,7 +19,6 @@ module run_setup
     type(side_type) :: side(2)         !! left, right
     logical :: symmetric = .true.      !! left and right have the same profiles
     type(wheelset_type) :: wheelset
-    type(path_type) :: path(2)         !! to the left and to the right, with formulation 'bilateral'
     real(dp) :: centred(3) = 0         !! pose of the rigid wheelset on both rails at y = 0
     real(dp) :: equilibrium(3) = 0     !! static, held at y = 0: Z and roll are measured from it [m, m, rad]
     real(dp) :: rest(3) = 0            !! static equilibrium of the free wheelset [m, m, rad]

@@ -10,7 +10,8 @@ module constraint_forces
   use wheelset, only: contact_state, total
   implicit none
   private
-  public :: couplings, convective_acceleration, closing_forces, close_gaps, stop_gaps, set_state, most_closed
+  public :: couplings, convective_acceleration, closing_forces, close_gaps, stop_gaps, set_state, solve_independent, &
+    tangent, most_closed
 
   integer, parameter :: most_closed = 3   !! contacts that three degrees of freedom can keep closed
 
@@ -89,6 +90,20 @@ contains
       v = v + x(i)*c(i)%gradient/inertia
     end do
   end subroutine stop_gaps
+
+  !> Direction of the motion that keeps two contacts closed, on the side of `ahead`, of unit length in the kinetic metric.
+  pure function tangent(inertia, c, ahead) result(t)
+    real(dp), intent(in) :: inertia(3)     !! diagonal of M
+    type(gap_type), intent(in) :: c(2)
+    real(dp), intent(in) :: ahead(3)
+    real(dp) :: t(3)
+
+    associate (a => c(1)%gradient, b => c(2)%gradient)
+      t = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+    end associate
+    t = t/sqrt(sum(inertia*t**2))
+    if (sum(inertia*t*ahead) < 0) t = -t
+  end function tangent
 
   !> Move the pose q by the shortest way in the kinetic metric to where the contacts are closed, and find their points
   !> there.  `ok` is false if there is no such pose nearby.

@@ -1,14 +1,17 @@
-!> Rigid contacts that push and never pull: 0 <= g(q) and 0 <= force, one of them zero, for every contact.
+!> Steps of a wheelset with rigid contacts, from event to event.
 !>
-!> The motion goes from event to event.  Between them some contacts, none to three, stay closed:
+!> Unilateral contacts push and never pull: 0 <= g(q) and 0 <= force, one of them zero, for every contact.  Bilateral ones
+!> hold both wheels on their rails: one contact of each wheel is closed and may pull, and all other gaps are 0 <= g(q).
+!>
+!> Between events some contacts, none to three, stay closed:
 !>
 !>     M q'' = f + J' force,   J q'' + q'.g_qq q' = 0.
 !>
 !> Free flight is exact.  Else the step is the classical Runge-Kutta step of fourth order, after which pose and velocity
-!> are projected onto the closed contacts in the kinetic metric.  A step ends where a gap closes or a force vanishes;
-!> `impacts` says what happens there.
-module unilateral
-  use constraint_forces, only: close_gaps, closing_forces, stop_gaps
+!> are projected onto the closed contacts in the kinetic metric.  A step ends where a gap closes or a force that must not
+!> pull vanishes.  `impacts` resolves a unilateral event, `turn_corner` a bilateral one.
+module rigid_steps
+  use constraint_forces, only: close_gaps, closing_forces, couplings, solve_independent, stop_gaps, tangent
   use contact_zones, only: side_type
   use gap_functions, only: accept_depth, contacts_type, find_gap, gap_type
   use impacts, only: resolve_contacts, set_forces, still, touching
@@ -20,13 +23,22 @@ module unilateral
   use wheelset, only: external_force, wheelset_type
   implicit none
   private
-  public :: rule_type, start_contacts, advance_contacts
+  public :: rule_type, rigid_state, start_contacts, advance_contacts, step_ok, path_ends, no_solution
 
   type :: rule_type
+    logical :: bilateral = .false.     !! both wheels are held on their rails
     real(dp) :: restitution = 1        !! coefficient of restitution, 0 to 1
     real(dp) :: tolerance = 0          !! change of the total energy that a step may make [J]; 0: any
     integer :: halvings = 10           !! how often a step may be halved
   end type rule_type
+
+  !> The state of a wheelset between steps.
+  type :: rigid_state
+    type(motion_type) :: motion
+    type(contacts_type) :: contacts
+    logical, allocatable :: closed(:)  !! which of contacts%c
+    real(dp) :: excess = 0             !! energy that errors of steps have made and the speed has still to lose (bilateral) [J]
+  end type rigid_state
 
   !> Motion and contacts at the start or the end of a step.
   type :: state_type
@@ -34,80 +46,142 @@ module unilateral
     type(motion_type) :: motion
     type(gap_type), allocatable :: c(:)
     logical, allocatable :: closed(:)  !! which of them
+    logical :: bilateral = .false.
     integer :: evaluations = 0         !! number of evaluations of the contacts so far
+    real(dp), allocatable :: half_force(:)   !! forces half way (bilateral) [N]
+    logical :: ended = .false.         !! no pose nearby is on both rails, or a contact is at the end of its zone
   end type state_type
 
   real(dp), parameter :: pierced = 1e-14_dp    ! depth of a gap that has closed within a step [m]
+  real(dp), parameter :: slight = 1e-8_dp      ! pull that is more than rounding, of the weight
   real(dp), parameter :: reach = 1e-4_dp       ! move after which another point of a wheel may be nearest: a search is due [m]
+
+  ! Status of a step: success; the path on both rails ends; the impact or the forces have no solution.
+  integer, parameter :: step_ok = 0, path_ends = 1, no_solution = 2
 
 contains
 
-  !> Start with given pose and velocity: a contact that touches and does not open is closed, after an impact if it
-  !> approaches.
-  subroutine start_contacts(side, w, rule, contacts, closed, motion, ok)
+  !> Start unilateral contacts with given pose and velocity: a contact that touches and does not open is closed, after an
+  !> impact if it approaches.
+  subroutine start_contacts(side, w, rule, state, ok)
     type(side_type), intent(in) :: side(:) !! left, right
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
-    type(contacts_type), intent(inout) :: contacts
-    logical, intent(out) :: closed(:)      !! of contacts%c
-    type(motion_type), intent(inout) :: motion
+    type(rigid_state), intent(inout) :: state
     logical, intent(out) :: ok             !! as `resolve_contacts` returns it
 
-    closed = .false.
-    call search_rivals(side, motion%q, closed, contacts)
-    call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released=0, ok=ok)
+    state%closed = .false.
+    call search_rivals(side, state%motion%q, state%closed, state%contacts)
+    call resolve_contacts(w, rule%restitution, state%contacts%c, state%closed, state%motion, released=0, ok=ok)
   end subroutine start_contacts
 
   !> One step of at most dt, or up to the next event.
-  subroutine advance_contacts(side, w, rule, contacts, closed, motion, before, dt, evaluations, ok)
+  subroutine advance_contacts(side, w, rule, state, before, dt, evaluations, status)
     type(side_type), intent(in) :: side(:) !! left, right
     type(wheelset_type), intent(in) :: w
     type(rule_type), intent(in) :: rule
-    type(contacts_type), intent(inout) :: contacts
-    logical, intent(inout) :: closed(:)    !! of contacts%c
-    type(motion_type), intent(inout) :: motion
+    type(rigid_state), intent(inout) :: state
     type(motion_type), intent(inout) :: before   !! just before the event that ends the step, if one does
     real(dp), intent(inout) :: dt          !! at most; on return the step that was made [s]
     integer, intent(out) :: evaluations    !! number of evaluations of the contacts
-    logical, intent(out) :: ok             !! as `resolve_contacts` returns it
+    integer, intent(out) :: status         !! step_ok, path_ends or no_solution
     type(state_type) :: from, to
     real(dp) :: h
     integer :: event, halved, released
-    logical :: merged
+    logical :: merged, ok
 
-    ok = .true.
-    if (contacts%stale .or. norm2(motion%q(:2) - contacts%searched(:2)) + abs(motion%q(3) - contacts%searched(3)) > reach) &
-      call search_rivals(side, motion%q, closed, contacts)
-    call accept_depth(contacts%c, closed)
-    from = state_type(0.0_dp, motion, contacts%c, closed)
-    to = from
-    h = dt
-    do halved = 0, rule%halvings
-      call move(side, w, from, h, to)
-      if (halved == rule%halvings .or. rule%tolerance <= 0) exit
-      if (abs(energy_change(w, from%motion, to%motion)) <= rule%tolerance) exit
-      h = h/2
-    end do
-    call find_event(side, w, from, dt, to, event, merged)
+    status = step_ok
+    associate (motion => state%motion, contacts => state%contacts, closed => state%closed)
+      if (contacts%stale .or. norm2(motion%q(:2) - contacts%searched(:2)) + abs(motion%q(3) - contacts%searched(3)) > reach) &
+        call search_rivals(side, motion%q, closed, contacts)
+      call accept_depth(contacts%c, closed)
+      from = state_type(0.0_dp, motion, contacts%c, closed, rule%bilateral)
+      to = from
+      h = dt
+      do halved = 0, rule%halvings
+        call move(side, w, from, h, to)
+        if (halved == rule%halvings) exit
+        if (.not. to%ended .and. (rule%tolerance <= 0 .or. &
+          abs(energy_change(w, from%motion, to%motion)) <= rule%tolerance)) exit
+        h = h/2
+      end do
+      if (to%ended) then
+        evaluations = to%evaluations
+        status = path_ends
+        return
+      end if
+      call find_event(side, w, from, dt, to, event, merged)
 
-    dt = to%h
-    evaluations = to%evaluations
-    motion = to%motion
-    contacts%c = to%c
-    ! A jump of the energy may come from another point of a wheel.
-    contacts%stale = halved > 0 .or. merged
-    motion%contact%struck = .false.
-    if (event > 0) then
+      dt = to%h
+      evaluations = to%evaluations
+      motion = to%motion
+      contacts%c = to%c
+      if (rule%bilateral) call correct_speed(w, from%motion, motion, state%excess)
+      ! A jump of the energy may come from another point of a wheel.
+      contacts%stale = halved > 0 .or. merged
+      motion%contact%struck = .false.
+      if (event == 0) then
+        call set_forces(w, contacts%c, closed, motion)
+        return
+      end if
       before = motion
       call set_forces(w, contacts%c, closed, before)
       released = merge(event, 0, closed(event))
-      closed(event) = .false.
+      if (may_open(to, event)) closed(event) = .false.
       call accept_depth(contacts%c, closed)
-      call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released, ok)
-    else
-      call set_forces(w, contacts%c, closed, motion)
-    end if
+      if (.not. rule%bilateral) then
+        call resolve_contacts(w, rule%restitution, contacts%c, closed, motion, released, ok)
+        if (.not. ok) status = no_solution
+      else
+        if (released == 0) call turn_corner(w, contacts%c, event, closed, motion)
+        call set_forces(w, contacts%c, closed, motion)
+      end if
+    end associate
   end subroutine advance_contacts
+
+  !> Take the energy that a step on both rails has made from its speed, which the energy determines.  Where the wheelset turns
+  !> the excess waits for speed.
+  pure subroutine correct_speed(w, old, new, excess)
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: old
+    type(motion_type), intent(inout) :: new
+    real(dp), intent(inout) :: excess      !! of all steps so far [J]
+    real(dp) :: kinetic
+
+    excess = excess + energy_change(w, old, new)
+    kinetic = 0.5_dp*sum(w%inertia()*new%v**2)
+    if (abs(excess) > 0.01_dp*kinetic) return
+    if (kinetic > 0) new%v = new%v*sqrt(1 - excess/kinetic)
+    excess = 0
+  end subroutine correct_speed
+
+  !> Let contact k of a wheel, whose gap has just closed, take the place of the wheel's closed contact.  In this corner of the
+  !> path on both rails the velocity turns to where the old contact opens and keeps its length in the kinetic metric, which is
+  !> the limit of ever finer rounding.  The impulses of the three contacts turn it.
+  subroutine turn_corner(w, c, k, closed, motion)
+    type(wheelset_type), intent(in) :: w
+    type(gap_type), intent(in) :: c(:)
+    integer, intent(in) :: k
+    logical, intent(inout) :: closed(:)
+    type(motion_type), intent(inout) :: motion
+    real(dp) :: inertia(3), turn(3), impulse(3)
+    integer :: on(3), i
+
+    inertia = w%inertia()
+    on = [findloc(closed .and. c%wheel == c(k)%wheel, .true., 1), findloc(closed .and. c%wheel /= c(k)%wheel, .true., 1), k]
+    closed(on(1)) = .false.
+    closed(k) = .true.
+    turn = tangent(inertia, c(on(2:)), c(on(1))%gradient/inertia)*sqrt(sum(inertia*motion%v**2)) - motion%v
+    impulse = [(dot_product(c(on(i))%gradient, turn), i=1, 3)]
+    call solve_independent(couplings(inertia, c(on)), impulse)
+    motion%v = motion%v + turn
+    do i = 1, 3
+      associate (contact => c(on(i))%contact)
+        motion%impulse(contact) = motion%impulse(contact) + impulse(i)
+        motion%contact%struck(contact) = .true.
+      end associate
+    end do
+  end subroutine turn_corner
 
   !> Cut the step to its first event: contact `event` closes, or its force vanishes; 0: there is none.  The event that a
   !> step seems to begin with is located; while an earlier one shows in the shorter step, that one is.
@@ -119,20 +193,19 @@ contains
     type(state_type), intent(inout) :: to  !! end of the step
     integer, intent(out) :: event
     logical, intent(out) :: merged         !! a point has come together with a rival, which goes on from there
-    real(dp) :: h
+    real(dp) :: h, dip
     integer :: k, trials
 
     event = 0
     merged = .false.
     do trials = 1, 3*size(to%c)
-      k = first_broken(w, from, to)
+      call first_broken(w, from, to, k, dip)
       if (k == 0) exit
       event = k
-      if (.not. to%closed(k) .and. to%c(k)%gap > -pierced) then
-        ! The gap may be negative within the step, where it is least.
+      if (dip < to%h) then
         h = to%h
-        call move(side, w, from, dip_time(from, to, k), to)
-        if (to%c(k)%gap > -pierced) then
+        call move(side, w, from, dip, to)
+        if (margin(w, to, k) > -1) then
           call move(side, w, from, h, to)
           event = 0
           exit
@@ -144,36 +217,75 @@ contains
     end do
   end subroutine find_event
 
-  !> The contact that pierces the rail or pulls at the end of the step, or has pierced it within the step: the one that
-  !> does so first, as far as can be told; 0: none.
-  integer function first_broken(w, from, to) result(first)
+  !> The contact that pierces the rail or whose force begins to pull, at the end of the step or within it: the one that does
+  !> so first, as far as can be told; 0: none.
+  subroutine first_broken(w, from, to, first, dip)
     type(wheelset_type), intent(in) :: w
     type(state_type), intent(in) :: from, to
-    real(dp) :: when, earliest, force(size(to%c)), force_before(size(to%c))
+    integer, intent(out) :: first
+    real(dp), intent(out) :: dip           !! time at which its gap or force is least within the step, or the step's end [s]
+    real(dp) :: when, least, earliest, force(size(to%c)), force_before(size(to%c)), fall, bend
     integer :: i
 
     first = 0
+    dip = to%h
     if (to%h <= 0) return
     force = normal_forces(w, to)
+    force_before = normal_forces(w, from)
     earliest = huge(earliest)
     do i = 1, size(to%c)
       when = huge(when)
-      if (to%closed(i)) then
-        if (force(i) < -1e-8_dp*w%weight()) then
-          force_before = normal_forces(w, from)
-          when = to%h*min(1.0_dp, 1/(1 - force(i)/max(force_before(i), 1.0_dp)))
+      least = to%h
+      if (.not. to%closed(i)) then
+        if (to%c(i)%gap < -pierced) then
+          when = to%h*from%c(i)%gap/(from%c(i)%gap - to%c(i)%gap)
+        else if (gap_rate(from, i) < 0 .and. gap_rate(to, i) > 0) then
+          if (lowest_gap(from, to, i) < -pierced) then
+            least = dip_time(from, to, i)
+            when = least
+          end if
         end if
-      else if (to%c(i)%gap < -pierced) then
-        when = to%h*from%c(i)%gap/(from%c(i)%gap - to%c(i)%gap)
-      else if (gap_rate(from, i) < 0 .and. gap_rate(to, i) > 0) then
-        if (lowest_gap(from, to, i) < -pierced) when = dip_time(from, to, i)
+      else if (may_open(to, i) .or. force_before(i) > slight*w%weight()) then
+        if (force(i) < -slight*w%weight()) then
+          when = to%h*min(1.0_dp, 1/(1 - force(i)/max(force_before(i), 1.0_dp)))
+        else if (to%bilateral) then
+          ! The parabola through the forces at the start, half way and at the end.
+          fall = 4*to%half_force(i) - 3*force_before(i) - force(i)
+          bend = 4*(force_before(i) + force(i) - 2*to%half_force(i))
+          if (fall < 0 .and. fall + bend > 0 .and. force_before(i) - fall**2/(2*bend) < -slight*w%weight()) then
+            least = -to%h*fall/bend
+            when = least
+          end if
+        end if
       end if
       if (when < earliest) then
         earliest = when
         first = i
+        dip = least
       end if
     end do
-  end function first_broken
+  end subroutine first_broken
+
+  !> Gap or force of contact k in units of the least that matters: below -1 it has pierced the rail, or the rail pulls.
+  pure real(dp) function margin(w, state, k)
+    type(wheelset_type), intent(in) :: w
+    type(state_type), intent(in) :: state
+    integer, intent(in) :: k
+    real(dp) :: force(size(state%c))
+
+    margin = state%c(k)%gap/pierced
+    if (.not. state%closed(k)) return
+    force = normal_forces(w, state)
+    margin = force(k)/(slight*w%weight())
+  end function margin
+
+  !> Whether a closed contact opens rather than pulls: always, or bilateral beside another closed contact of the wheel.
+  pure logical function may_open(state, i)
+    type(state_type), intent(in) :: state
+    integer, intent(in) :: i
+
+    may_open = .not. state%bilateral .or. count(state%closed .and. state%c%wheel == state%c(i)%wheel) > 1
+  end function may_open
 
   !> Cut the step to the instant at which contact k closes, if it is open, or at which its force vanishes.
   subroutine locate_event(side, w, from, dt, k, to, merged)
@@ -244,8 +356,10 @@ contains
     real(dp), intent(in) :: h              !! [s]
     type(state_type), intent(inout) :: to
     integer :: i, on(count(from%closed))
+    logical :: ok
 
     to%h = h
+    to%ended = .false.
     to%motion = from%motion
     to%c = from%c
     if (size(on) == 0) then
@@ -253,8 +367,12 @@ contains
     else
       ! Two half steps have a sixteenth of the energy error, which is less than the error of an impact.
       on = pack([(i, i=1, size(to%c))], to%closed)
-      call slide(side, w, h/2, on, to%c, to%motion)
-      call slide(side, w, h/2, on, to%c, to%motion)
+      do i = 1, 2
+        call slide(side, w, h/2, on, to%c, to%motion, ok)
+        ok = ok .and. .not. any(to%c(on)%edge .and. .not. to%c(on)%rim)
+        to%ended = to%ended .or. from%bilateral .and. .not. ok
+        if (i == 1 .and. from%bilateral) to%half_force = normal_forces(w, to)
+      end do
       to%evaluations = to%evaluations + 8
     end if
     do i = 1, size(to%c)
@@ -324,19 +442,19 @@ contains
   end subroutine fly
 
   !> A Runge-Kutta step h with the contacts `on` closed, projected onto them.
-  pure subroutine slide(side, w, h, on, c, motion)
+  pure subroutine slide(side, w, h, on, c, motion, ok)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: h
     integer, intent(in) :: on(:)
     type(gap_type), intent(inout) :: c(:)
     type(motion_type), intent(inout) :: motion
+    logical, intent(out) :: ok             !! the contacts are closed
     real(dp), parameter :: node(4) = [0.0_dp, 0.5_dp, 0.5_dp, 1.0_dp]
     real(dp), parameter :: weight(4) = [1.0_dp, 2.0_dp, 2.0_dp, 1.0_dp]/6
     type(gap_type) :: part(size(on))
-    real(dp) :: q(3), v(3), a(3), f(3), inertia(3), dq(3), dv(3), work, force(size(on))
+    real(dp) :: q(3), v(3), a(3), f(3), inertia(3), dq(3), dv(3), force(size(on))
     integer :: stage, i
-    logical :: ok
 
     inertia = w%inertia()
     part = c(on)
@@ -344,7 +462,6 @@ contains
     v = motion%v
     dq = 0
     dv = 0
-    work = 0
     do stage = 1, 4
       if (stage > 1) then
         q = motion%q + node(stage)*h*v
@@ -362,16 +479,18 @@ contains
       a = a/inertia
       dq = dq + weight(stage)*v
       dv = dv + weight(stage)*a
-      work = work + weight(stage)*f(1)*v(1)
     end do
+    f = external_force(w, motion%t + h/2)
+    q = motion%q
+    v = motion%v
     motion%q = motion%q + h*dq
     motion%remainder = 0
     motion%v = motion%v + h*dv
     motion%t = motion%t + h
-    motion%work = motion%work + h*work
     call close_gaps(side, inertia, part, motion%q, ok)
     call stop_gaps(inertia, part, motion%v)
+    motion%work = motion%work + f(1)*(motion%q(1) - q(1)) + w%lateral_ramp*h**2/12*(motion%v(1) - v(1))
     c(on) = part
   end subroutine slide
 
-end module unilateral
+end module rigid_steps
