@@ -24,6 +24,11 @@ else ifneq ($(findstring aarch64,$(FC)),)
   SUFFIX = -arm64
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
   LIBS   = -L $(ARM64)/usr/lib/aarch64-linux-gnu -l:liblapack.so.3 -l:libblas.so.3 -Wl,--allow-shlib-undefined
+else ifneq ($(findstring mingw,$(FC)),)
+  BUILD  = build/windows
+  SUFFIX = .exe
+  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
+  LIBS   = -static -Wl,--stack,$(STACK)
 else
   BUILD  = build/release
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
@@ -65,7 +70,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 lint compiled fuzz report validate bench collation docs wheel reference reference-package yardsticks \
+.PHONY: all wrapper test test-arm64 windows test-windows lint compiled fuzz report validate bench collation docs wheel reference reference-package yardsticks \
         pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
@@ -75,6 +80,15 @@ LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
 # Compiles on all cores, unless -j was given.
 CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
+
+# Windows has no LAPACK, and names of files are UTF-8 only if a manifest says so.
+ifeq ($(SUFFIX),.exe)
+$(EXE): $(BUILD)/lapack.o $(BUILD)/manifest.o
+$(BUILD)/lapack.o: windows/lapack.f90 $(BUILD)/kinds.o
+	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
+$(BUILD)/manifest.o: windows/ldbench.rc windows/ldbench.manifest | $(BUILD)
+	$(FC:gfortran=windres) $< $@
+endif
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
@@ -182,6 +196,22 @@ test-arm64: $(ARM64)/unpacked .venv/stamp
 	chmod +x build/arm64/ldbench
 	LDBENCH=$(CURDIR)/build/arm64/ldbench $(PYTHON) -m pytest -n $(CORES) tests/program/test_arm64.py
 
+# ldbench.exe for Windows, with no library beside it, by Debian's cross compiler: apt-get install gfortran-mingw-w64-x86-64
+STACK = 67108864
+windows:
+	$(call built,ldbench.exe FC=x86_64-w64-mingw32-gfortran)
+
+# Under wine, by hand: apt-get install wine64. The ten inputs against the stored references, the refusals, and paths of Windows.
+WINE = WINEPREFIX=$(CURDIR)/build/windows/wine WINEDEBUG=-all LC_ALL=C.UTF-8
+test-windows: windows .venv/stamp
+	$(call built,$(WRAPPER))
+	printf '#!/bin/sh\nexec wine %s "$$@"\n' $(CURDIR)/ldbench.exe > build/windows/ldbench
+	chmod +x build/windows/ldbench
+	mkdir -p build/windows/wine && $(WINE) wineserver -p && $(WINE) wineboot --init
+	status=0; $(WINE) LDBENCH=$(CURDIR)/build/windows/ldbench $(PYTHON) -m pytest -n $(CORES) tests/program/test_windows.py \
+	  tests/program/test_inputs.py tests/program/test_reference.py::test_run_is_the_stored_one || status=1; \
+	$(WINE) wineserver -k; exit $$status
+
 $(ARM64)/unpacked:
 	mkdir -p $(@D)
 	cd $(@D) && apt-get download $(addsuffix :arm64,libc6 libgcc-s1 libgfortran5 libgomp1 liblapack3 libblas3)
@@ -191,7 +221,7 @@ $(ARM64)/unpacked:
 
 # Comments and docstrings that need the line above them to be understood begin with one of these words.
 FRAGMENT = ("""|\#|//|!+>?) *(The same|Its|Of|Those|Who|What is left)\b
-WORDS    = fortran wrappers tests docs profiles inputs README.md CHANGELOG.md Makefile bootstrap
+WORDS    = fortran windows wrappers tests docs profiles inputs README.md CHANGELOG.md Makefile bootstrap
 
 # Checks Python by the rules of pyproject.toml, spelling, and comments that stand alone. Compiles every Fortran source; a
 # warning is an error.
@@ -297,7 +327,7 @@ pictures:
 	$(STUDY) docs/pictures.py
 
 clean:
-	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang wrappers/ldbench/_core/_flat*.so
+	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang ldbench-arm64 ldbench.exe wrappers/ldbench/_core/_flat*.so
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
@@ -313,6 +343,7 @@ help:
 	@echo 'make docs       the site of the documentation, with the Python and Fortran references: build/docs/index.html'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make test-arm64 the runs of exercises 1 to 4 on arm64, emulated: points of tables, first contacts, ends'
+	@echo 'make windows    ldbench.exe, by the cross compiler gfortran-mingw-w64-x86-64; make test-windows tries it under wine'
 	@echo 'make reference  run the ten cases and store compact references and all pictures in outputs/reference'
 	@echo 'make reference-package  outputs/ldbench_reference.zip: the ten solutions as exact as they can be, impulses, horizons'
 	@echo 'make yardsticks measure the horizons and spreads that scores are judged by: wrappers/ldbench/benchmark/yardsticks.json'

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from ldbench import Case, Error
-from running import CASES, LDBENCH, REPO, namelist, refusal, rows, run_case, short_case
+from running import CASES, LDBENCH, REPO, WINDOWS, namelist, refusal, rows, run_case, short_case
 
 
 @dataclass
@@ -447,6 +447,7 @@ def test_no_input_is_overwritten(group, name, victim, tmp_path):
     assert (tmp_path / "wheel.yz").read_bytes() == (REPO / "profiles/awprof.yz").read_bytes()
 
 
+@pytest.mark.skipif(WINDOWS, reason="wine does not know the name of a file that it inherits")
 @pytest.mark.parametrize("victim", ["case.nml", "link.nml", "hard.nml"])
 @pytest.mark.parametrize(("group", "name"), WRITTEN)
 def test_the_file_behind_standard_input_is_not_overwritten(group, name, victim, tmp_path):
@@ -462,6 +463,7 @@ def test_the_file_behind_standard_input_is_not_overwritten(group, name, victim, 
     assert (tmp_path / "case.nml").read_text() == text and not (tmp_path / "columns.txt").exists()
 
 
+@pytest.mark.skipif(WINDOWS, reason="wine has no paths above 260 characters")
 def test_a_namelist_with_a_long_path_is_not_overwritten(tmp_path):
     """The path is longer than any name in a namelist can be."""
     folder = tmp_path / ("x"*150) / ("y"*150)
@@ -476,6 +478,7 @@ def test_files_of_a_run_are_different(tmp_path):
         in refusal(text, tmp_path)
 
 
+@pytest.mark.skipif(WINDOWS, reason="Windows has no /dev/fd")
 def test_an_input_comes_from_anywhere(tmp_path):
     """A file, standard input, a pipe: the same columns; nothing at all: one line."""
     text = short_case(tmp_path) + "! " + 3*2**16*"long " + "\n"

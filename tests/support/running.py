@@ -26,6 +26,7 @@ REPO = Path(__file__).resolve().parents[2]
 LDBENCH = Path(os.environ.get("LDBENCH", REPO / "ldbench")).resolve()
 FORTRAN_TESTS = Path(os.environ.get("LDBENCH_TESTS", REPO / "build/release/tests")).resolve()
 MODULES = REPO / "tests/support", REPO / "profiles"     # folders of Python modules that are no package
+WINDOWS = LDBENCH.parent.name == "windows"              # under wine: make test-windows
 PAIRS = "aw", "sw"
 CASES = [f"ex{exercise}_{pair}" for exercise in range(1, 6) for pair in PAIRS]
 
