@@ -432,7 +432,7 @@ contains
     integer, intent(in) :: on(:)
     type(gap_type), intent(inout) :: c(:)
     type(motion_type), intent(inout) :: motion
-    logical, intent(out) :: ok             !! the contacts are closed
+    logical, intent(out) :: ok             !! the contacts are closed, by a move that is short beside the step
     real(dp), parameter :: node(4) = [0.0_dp, 0.5_dp, 0.5_dp, 1.0_dp]
     real(dp), parameter :: weight(4) = [1.0_dp, 2.0_dp, 2.0_dp, 1.0_dp]/6
     type(gap_type) :: part(size(on))
@@ -466,11 +466,13 @@ contains
       work = work + weight(stage)*f(1)*v(1)
     end do
     motion%q = motion%q + h*dq
+    q = motion%q
     motion%remainder = 0
     motion%v = motion%v + h*dv
     motion%t = motion%t + h
     motion%work = motion%work + h*work
     call close_gaps(side, inertia, part, motion%q, ok)
+    ok = ok .and. norm2(motion%q - q) < 0.3_dp*norm2(h*dq) + 1e-9_dp
     call stop_gaps(inertia, part, motion%v)
     c(on) = part
   end subroutine slide
