@@ -136,7 +136,7 @@ contains
 
     select case (status)
     case (path_ends)
-      reason = 'formulation = ''bilateral'': expected poses in which both wheels stay on their rails, found the last one'
+      reason = 'formulation = ''bilateral'': expected a path on which both wheels stay on their rails, found its end'
     case (no_solution)
       reason = 'formulation = ''unilateral'': expected at most three contacts to close at once, found more or none that can,'
     case default

@@ -71,7 +71,7 @@ contains
       if (here%motion%q(2) >= z) exit
     end do
     ok = allocated(state%closed)
-    state%motion%v = 0
+    state%motion = motion_type(q=state%motion%q)
   end subroutine stand_at
 
   !> Lowest pose downhill from a pose on both rails: there the wheelset is in static equilibrium.
@@ -88,7 +88,6 @@ contains
     here = state
     here%motion%v = tangent_of(w, state, [0.0_dp, -1.0_dp, 0.0_dp])
     call follow(side, w, farthest, 'slope', 0.0_dp, here, state, corner, ok)
-    state%motion%v = 0
   end subroutine find_rest
 
   !> Follow the path from `here`, which moves on, to the next pose at which y is as given or the path is level.
@@ -116,7 +115,7 @@ contains
     free%vertical_load = -w%mass*gravity
     free%lateral_force = 0
     free%lateral_ramp = 0
-    rule = rule_type(bilateral=.true., tolerance=1e-9_dp*sum(w%inertia()*here%motion%v**2))
+    rule = rule_type(bilateral=.true.)
     corner = .false.
     ok = .false.
     do steps = 1, most_steps

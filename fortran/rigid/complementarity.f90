@@ -14,26 +14,13 @@ contains
     real(dp), intent(in) :: a(:, :), b(:)
     real(dp), intent(out) :: x(size(b))
     logical, intent(out) :: ok
-    integer :: n, i, j, k
+    integer :: chosen, choice, i
 
-    n = size(b)
-    call try_choice([integer ::], a, b, x, ok)
-    do i = 1, n
-      if (ok) return
-      call try_choice([i], a, b, x, ok)
-    end do
-    do i = 1, n
-      do j = i + 1, n
+    do chosen = 0, min(3, size(b))
+      do choice = 0, 2**size(b) - 1
+        if (popcnt(choice) /= chosen) cycle
+        call try_choice(pack([(i, i=1, size(b))], [(btest(choice, i - 1), i=1, size(b))]), a, b, x, ok)
         if (ok) return
-        call try_choice([i, j], a, b, x, ok)
-      end do
-    end do
-    do i = 1, n
-      do j = i + 1, n
-        do k = j + 1, n
-          if (ok) return
-          call try_choice([i, j, k], a, b, x, ok)
-        end do
       end do
     end do
   end subroutine solve_complementarity

@@ -37,7 +37,6 @@ module rigid_steps
     type(motion_type) :: motion
     type(contacts_type) :: contacts
     logical, allocatable :: closed(:)  !! which of contacts%c
-    real(dp) :: excess = 0             !! energy that errors of steps have made and the speed has still to lose (bilateral) [J]
   end type rigid_state
 
   !> Motion and contacts at the start or the end of a step.
@@ -116,7 +115,6 @@ contains
       evaluations = to%evaluations
       motion = to%motion
       contacts%c = to%c
-      if (rule%bilateral) call correct_speed(w, from%motion, motion, state%excess)
       ! A jump of the energy may come from another point of a wheel.
       contacts%stale = halved > 0 .or. merged
       motion%contact%struck = .false.
@@ -138,22 +136,6 @@ contains
       end if
     end associate
   end subroutine advance_contacts
-
-  !> Take the energy that a step on both rails has made from its speed, which the energy determines.  Where the wheelset turns
-  !> the excess waits for speed.
-  pure subroutine correct_speed(w, old, new, excess)
-    type(wheelset_type), intent(in) :: w
-    type(motion_type), intent(in) :: old
-    type(motion_type), intent(inout) :: new
-    real(dp), intent(inout) :: excess      !! of all steps so far [J]
-    real(dp) :: kinetic
-
-    excess = excess + energy_change(w, old, new)
-    kinetic = 0.5_dp*sum(w%inertia()*new%v**2)
-    if (abs(excess) > 0.01_dp*kinetic) return
-    if (kinetic > 0) new%v = new%v*sqrt(1 - excess/kinetic)
-    excess = 0
-  end subroutine correct_speed
 
   !> Let contact k of a wheel, whose gap has just closed, take the place of the wheel's closed contact.  In this corner of the
   !> path on both rails the velocity turns to where the old contact opens and keeps its length in the kinetic metric, which is
@@ -245,7 +227,8 @@ contains
             when = least
           end if
         end if
-      else if (may_open(to, i) .or. force_before(i) > slight*w%weight()) then
+      else if (may_open(to, i) .or. w%weight() > 0 .and. force_before(i) > slight*w%weight()) then
+        ! Pulls of a weightless wheelset, which only follows its path, do not matter.
         if (force(i) < -slight*w%weight()) then
           when = to%h*min(1.0_dp, 1/(1 - force(i)/max(force_before(i), 1.0_dp)))
         else if (to%bilateral) then
@@ -449,11 +432,11 @@ contains
     integer, intent(in) :: on(:)
     type(gap_type), intent(inout) :: c(:)
     type(motion_type), intent(inout) :: motion
-    logical, intent(out) :: ok             !! the contacts are closed
+    logical, intent(out) :: ok             !! the contacts are closed, by a move that is short beside the step
     real(dp), parameter :: node(4) = [0.0_dp, 0.5_dp, 0.5_dp, 1.0_dp]
     real(dp), parameter :: weight(4) = [1.0_dp, 2.0_dp, 2.0_dp, 1.0_dp]/6
     type(gap_type) :: part(size(on))
-    real(dp) :: q(3), v(3), a(3), f(3), inertia(3), dq(3), dv(3), force(size(on))
+    real(dp) :: q(3), v(3), a(3), f(3), inertia(3), dq(3), dv(3), work, force(size(on))
     integer :: stage, i
 
     inertia = w%inertia()
@@ -462,6 +445,7 @@ contains
     v = motion%v
     dq = 0
     dv = 0
+    work = 0
     do stage = 1, 4
       if (stage > 1) then
         q = motion%q + node(stage)*h*v
@@ -479,17 +463,17 @@ contains
       a = a/inertia
       dq = dq + weight(stage)*v
       dv = dv + weight(stage)*a
+      work = work + weight(stage)*f(1)*v(1)
     end do
-    f = external_force(w, motion%t + h/2)
-    q = motion%q
-    v = motion%v
     motion%q = motion%q + h*dq
+    q = motion%q
     motion%remainder = 0
     motion%v = motion%v + h*dv
     motion%t = motion%t + h
+    motion%work = motion%work + h*work
     call close_gaps(side, inertia, part, motion%q, ok)
+    ok = ok .and. norm2(motion%q - q) < 0.3_dp*norm2(h*dq) + 1e-9_dp
     call stop_gaps(inertia, part, motion%v)
-    motion%work = motion%work + f(1)*(motion%q(1) - q(1)) + w%lateral_ramp*h**2/12*(motion%v(1) - v(1))
     c(on) = part
   end subroutine slide
 
