@@ -84,9 +84,9 @@ built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstri
 # Windows has no LAPACK, and names of files are UTF-8 only if a manifest says so.
 ifeq ($(SUFFIX),.exe)
 $(EXE): $(BUILD)/lapack.o $(BUILD)/manifest.o
-$(BUILD)/lapack.o: windows/lapack.f90 $(BUILD)/kinds.o
+$(BUILD)/lapack.o: fortran/support/windows/lapack.f90 $(BUILD)/kinds.o
 	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
-$(BUILD)/manifest.o: windows/ldbench.rc windows/ldbench.manifest | $(BUILD)
+$(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/ldbench.manifest | $(BUILD)
 	$(FC:gfortran=windres) $< $@
 endif
 
@@ -221,7 +221,7 @@ $(ARM64)/unpacked:
 
 # Comments and docstrings that need the line above them to be understood begin with one of these words.
 FRAGMENT = ("""|\#|//|!+>?) *(The same|Its|Of|Those|Who|What is left)\b
-WORDS    = fortran windows wrappers tests docs profiles inputs README.md CHANGELOG.md Makefile bootstrap
+WORDS    = fortran wrappers tests docs profiles inputs README.md CHANGELOG.md Makefile bootstrap
 
 # Checks Python by the rules of pyproject.toml, spelling, and comments that stand alone. Compiles every Fortran source; a
 # warning is an error.
