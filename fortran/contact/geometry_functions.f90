@@ -6,7 +6,7 @@ module geometry_functions
   use contact_zones, only: is_flange, side_type
   use curve, only: curve_frame
   use station_scan, only: new_scan, scan_type, touch
-  use wheel_rail_pair, only: pair_type, rolled, same_pair
+  use wheel_rail_pair, only: pair_type, rolled
   use kinds, only: dp, pi
   implicit none
   private
@@ -20,7 +20,6 @@ module geometry_functions
     'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
   !> Distance between the rows of the geometry file [m].
   real(dp), parameter :: geometry_pitch = 1e-4_dp
-  integer, parameter :: phases = 200   ! points of a period
 
 contains
 
@@ -119,17 +118,18 @@ contains
     real(dp), parameter :: widest = 0.05_dp, stride = 0.5e-3_dp, close = 1e-12_dp    ! [m]
     real(dp) :: low, high
 
-    low = 0
     y = 0
-    ok = .not. touches_flange(0.0_dp)
+    low = 0
     high = stride
-    do while (ok .and. high <= widest)
+    ok = .not. touches_flange(low)
+    do while (ok)
       if (touches_flange(high)) exit
       low = high
       high = high + stride
+      ok = high <= widest
     end do
-    ok = ok .and. high <= widest
     if (.not. ok) return
+    ! Bisection, because the contact may jump to the flange.
     do while (high - low > close)
       y = (low + high)/2
       if (touches_flange(y)) then
@@ -142,7 +142,7 @@ contains
 
   contains
 
-    !> Whether the wheelset stands on the left flange, or on the treads no more.
+    !> Whether the left wheel stands on its flange, or the wheelset does not stand on both rails.
     logical function touches_flange(y)
       real(dp), intent(in) :: y
       real(dp) :: roll, z, station(2), r(2), angle, curvature
@@ -165,98 +165,67 @@ contains
     real(dp), intent(in) :: amplitude      !! [m]
     real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
     real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
-    real(dp) :: tau, centre
-    integer :: i
-
-    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
-    call find_centre(amplitude, y, delta_r, centre)
-    if (ieee_is_nan(centre)) return
-    conicity = 0
-    do i = 1, phases
-      tau = 2*pi*(i - 0.5_dp)/phases
-      conicity = conicity + interpolated(centre + amplitude*sin(tau), y, delta_r)/2*sin(tau)*2/(phases*amplitude)
-    end do
-  end function conicity
-
-  !> Centre of the harmonic motion over which the mean of delta_r is zero; NaN where this motion leaves the range of y.
-  pure subroutine find_centre(amplitude, y, delta_r, centre)
-    real(dp), intent(in) :: amplitude, y(:), delta_r(:)
-    real(dp), intent(out) :: centre
     real(dp), parameter :: rounding = 1e-12_dp    ! largest mean where both sides are the same [m]
     type(bracket_type) :: range
-    real(dp) :: start, last, f, old
+    real(dp) :: centre, means(2)
     integer :: iter
 
+    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
     centre = 0
-    start = mean(0.0_dp)
-    if (abs(start) <= rounding) return
-    f = start
-    old = centre
-    last = f
-    do while (f*start > 0)
-      old = centre
-      last = f
-      centre = centre - sign(y(2) - y(1), start)
-      if (centre - amplitude < y(1) .or. centre + amplitude > y(size(y))) then
-        centre = ieee_value(1.0_dp, ieee_quiet_nan)
-        return
-      end if
-      f = mean(centre)
-    end do
-    range = bracket_type(old, last, centre, f)
-    do iter = 1, 60
-      if (abs(f) <= 1e-3_dp*rounding) exit
-      centre = range%guess()
-      f = mean(centre)
-      call range%narrow(centre, f)
-    end do
+    means = period_means(centre)
+    if (abs(means(1)) > rounding) then
+      range = bracket_type(centre, means(1), centre, means(1))
+      do while (range%fb*range%fa > 0)
+        range = bracket_type(range%b, range%fb, range%b - sign(y(2) - y(1), range%fb), 0.0_dp)
+        if (range%b - amplitude < y(1) .or. range%b + amplitude > y(size(y))) return
+        means = period_means(range%b)
+        range%fb = means(1)
+      end do
+      do iter = 1, 60
+        if (abs(means(1)) <= 1e-3_dp*rounding) exit
+        centre = range%guess()
+        means = period_means(centre)
+        call range%narrow(centre, means(1))
+      end do
+    end if
+    conicity = means(2)
 
   contains
 
-    pure real(dp) function mean(c)
+    !> Means over a period about the centre c: of delta_r [m], and of delta_r sin(tau) over the amplitude.
+    pure function period_means(c) result(means)
       real(dp), intent(in) :: c
-      integer :: i
+      real(dp) :: means(2)
+          integer, parameter :: phases = 200   ! points of the period
+      real(dp) :: wave, position, share
+      integer :: i, j
 
-      mean = 0
+      means = 0
       do i = 1, phases
-        mean = mean + interpolated(c + amplitude*sin(2*pi*(i - 0.5_dp)/phases), y, delta_r)/phases
+        wave = sin(2*pi*(i - 0.5_dp)/phases)
+        position = 1 + (c + amplitude*wave - y(1))/(y(2) - y(1))
+        j = max(1, min(int(position), size(y) - 1))
+        share = position - j
+        means = means + ((1 - share)*delta_r(j) + share*delta_r(j + 1))*[1.0_dp, wave]/[1.0_dp*phases, phases*amplitude]
       end do
-    end function mean
+    end function period_means
 
-  end subroutine find_centre
-
-  !> The value at x of a function with the given values at the evenly spaced y, by linear interpolation.
-  pure real(dp) function interpolated(x, y, values)
-    real(dp), intent(in) :: x, y(:), values(:)
-    real(dp) :: position, share
-    integer :: j
-
-    position = 1 + (x - y(1))/(y(2) - y(1))
-    j = max(1, min(int(position), size(y) - 1))
-    share = position - j
-    interpolated = (1 - share)*values(j) + share*values(j + 1)
-  end function interpolated
+  end function conicity
 
   !> Rows -last..last of the geometry file, as far as the rigid wheelset stands on both rails; last is -1 where it stands
-  !> nowhere.  Rows to the right are the mirror images of rows to the left with the sides exchanged.
+  !> nowhere.
   subroutine geometry_table(side, height, n, rows, last)
     type(side_type), intent(in) :: side(:)  !! left, right
     real(dp), intent(in) :: height          !! height of the axle centre at Z = 0 [m]
     integer, intent(in) :: n                !! largest possible `last`
     real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
     integer, intent(out) :: last
-    real(dp) :: row(12)
     integer :: i
-    logical :: ok, same
 
-    same = same_pair(side(1)%pair, side(2)%pair)
+    call geometry_at(side, height, geometry_pitch*[(i, i=-n, n)], rows(:12, :))
     last = -1
     do i = 0, n
-      call geometry_row(side, height, i*geometry_pitch, rows(:12, i), ok)
-      row = rows(:12, i)
-      if (ok .and. .not. same) call geometry_row(side(2:1:-1), height, i*geometry_pitch, row, ok)
-      if (.not. ok) exit
-      rows(:12, -i) = mirrored(row)
+      if (any(ieee_is_nan(rows(1, [-i, i])))) exit
       last = i
     end do
     if (last < 1) return
@@ -266,54 +235,28 @@ contains
   end subroutine geometry_table
 
   !> Rows of the geometry file, without the conicity, at any y; NaN where the rigid wheelset does not stand on both rails.
-  !> Where both sides are the same and y is as long to both sides of 0, one half of the rows is computed and mirrored.
   subroutine geometry_at(side, height, y, rows)
     type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: height         !! height of the axle centre at Z = 0 [m]
     real(dp), intent(in) :: y(:)           !! [m]
     real(dp), intent(out) :: rows(:, :)    !! (column, y)
-    integer :: i, other
-    logical :: ok, same
+    real(dp) :: roll, z, station(2), r(2), x(2, 2), angle(2), radius(2), curvature
+    integer :: i, k
+    logical :: ok
 
-    same = same_pair(side(1)%pair, side(2)%pair)
+    rows = ieee_value(1.0_dp, ieee_quiet_nan)
     do i = 1, size(y)
-      other = size(y) + 1 - i
-      if (same .and. other < i .and. abs(y(i) + y(other)) <= 0) then
-        rows(:, i) = mirrored(rows(:, other))
-      else
-        call geometry_row(side, height, y(i), rows(:, i), ok)
-        if (.not. ok) rows(:, i) = ieee_value(1.0_dp, ieee_quiet_nan)
-      end if
+      call rigid_contact(side, y(i), roll, z, station, ok)
+      if (.not. ok) cycle
+      do k = 1, 2
+        call curve_frame(side(k)%pair%wheel, station(k), r, angle(k), curvature)
+        radius(k) = -r(2)
+        x(:, k) = rolled(r, merge(roll, -roll, k == 1))
+        angle(k) = angle(k) + merge(roll, -roll, k == 1)
+      end do
+      rows(:, i) = [y(i), roll, z - height, angle, radius, radius(1) - radius(2), &
+        y(i) + x(1, 1), z + x(2, 1), y(i) - x(1, 2), z + x(2, 2)]
     end do
   end subroutine geometry_at
-
-  !> The row of the mirror image: y and roll to the other side, the wheels exchanged.
-  pure function mirrored(row)
-    real(dp), intent(in) :: row(12)
-    real(dp) :: mirrored(12)
-
-    mirrored = [-1, -1, 1, 1, 1, 1, 1, -1, -1, 1, -1, 1]*row([1, 2, 3, 5, 4, 7, 6, 8, 11, 12, 9, 10])
-  end function mirrored
-
-  !> One row of the geometry file, without the conicity.
-  subroutine geometry_row(side, height, y, row, ok)
-    type(side_type), intent(in) :: side(:)
-    real(dp), intent(in) :: height, y
-    real(dp), intent(out) :: row(12)
-    logical, intent(out) :: ok
-    real(dp) :: roll, z, station(2), r(2), x(2, 2), angle(2), radius(2), curvature
-    integer :: k
-
-    call rigid_contact(side, y, roll, z, station, ok)
-    if (.not. ok) return
-    do k = 1, 2
-      call curve_frame(side(k)%pair%wheel, station(k), r, angle(k), curvature)
-      radius(k) = -r(2)
-      x(:, k) = rolled(r, merge(roll, -roll, k == 1))
-      angle(k) = angle(k) + merge(roll, -roll, k == 1)
-    end do
-    row = [y, roll, z - height, angle, radius, radius(1) - radius(2), &
-      y + x(1, 1), z + x(2, 1), y - x(1, 2), z + x(2, 2)]
-  end subroutine geometry_row
 
 end module geometry_functions
