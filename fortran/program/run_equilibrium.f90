@@ -73,7 +73,7 @@ contains
       call no_rest(error)
       return
     end if
-    setup%rest = state%motion%q
+    setup%rest = merge(setup%equilibrium, state%motion%q, setup%symmetric)
     setup%frequency = ieee_value(1.0_dp, ieee_quiet_nan)
     call small_motion(setup%wheelset, state, corner, setup%frequency(1), setup%shapes(:, 1))
   end subroutine set_rigid

@@ -1,18 +1,18 @@
 !> The motion of a wheelset with rigid contacts, bilateral or unilateral: how it starts, and how it steps.
 !>
-!> The mirror image of a case gives the mirror image of its results, to the last digit: contacts have an order, left and
-!> right do not.  So a case is mirrored before it is integrated if it starts to the right, and the results are mirrored
-!> back.
+!> The mirror image of a case gives the mirror image of its results, to the last digit: runs that start to the right are
+!> integrated as their mirror images, so that ties break alike.
 module rigid_motion
   use both_rails, only: stand_at
   use constraint_forces, only: tangent
   use contact_zones, only: side_type
   use errors, only: error_type, fatal_error
   use gap_functions, only: new_contacts, search_stations
-  use impacts, only: set_forces, touching
+  use impacts, only: resolve_contacts, set_forces, touching
   use kinds, only: dp
   use motion_state, only: motion_type
-  use rigid_steps, only: advance_contacts, no_solution, path_ends, rigid_state, rule_type, start_contacts, step_ok
+  use rigid_steps, only: advance_contacts, no_solution, path_ends, rigid_state, rule_type, step_ok
+  use rival_points, only: search_rivals
   use text, only: str
   use wheel_rail_pair, only: mirror
   use wheelset, only: other_side, wheelset_type
@@ -124,15 +124,19 @@ contains
       associate (own => r%own)
         t = tangent(r%w%inertia(), pack(own%contacts%c, own%closed), [1.0_dp, 0.0_dp, 0.0_dp])
         ok = abs(t(1)) > 1e-6_dp*norm2(t)
-        if (ok) own%motion%v = t*rate(1)/t(1)
+        if (.not. ok) return
+        own%motion%v = t*rate(1)/t(1)
         ! At rest in a corner of the path both contacts of a wheel carry.
         if (abs(rate(1)) <= 0) own%closed = own%contacts%c%gap <= touching
       end associate
     end if
-    if (.not. r%rule%bilateral) then
-      if (ok) call start_contacts(side, r%w, r%rule, r%own, ok)
-    else
+    if (r%rule%bilateral) then
       call set_forces(r%w, r%own%contacts%c, r%own%closed, r%own%motion)
+    else
+      ! A contact that touches and does not open is closed, after an impact if it approaches.
+      r%own%closed = .false.
+      call search_rivals(side, r%own%motion%q, r%own%closed, r%own%contacts)
+      call resolve_contacts(r%w, r%rule%restitution, r%own%contacts%c, r%own%closed, r%own%motion, released=0, ok=ok)
     end if
   end subroutine start_own
 

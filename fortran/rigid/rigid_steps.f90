@@ -23,8 +23,9 @@ module rigid_steps
   use wheelset, only: external_force, wheelset_type
   implicit none
   private
-  public :: rule_type, rigid_state, start_contacts, advance_contacts, step_ok, path_ends, no_solution
+  public :: rule_type, rigid_state, advance_contacts, step_ok, path_ends, no_solution
 
+  !> What happens at events, and how exact a step is.
   type :: rule_type
     logical :: bilateral = .false.     !! both wheels are held on their rails
     real(dp) :: restitution = 1        !! coefficient of restitution, 0 to 1
@@ -53,26 +54,12 @@ module rigid_steps
 
   real(dp), parameter :: pierced = 1e-14_dp    ! depth of a gap that has closed within a step [m]
   real(dp), parameter :: slight = 1e-8_dp      ! pull that is more than rounding, of the weight
-  real(dp), parameter :: reach = 1e-4_dp       ! move after which another point of a wheel may be nearest: a search is due [m]
+  real(dp), parameter :: search_distance = 1e-4_dp   ! move after which another point of a wheel may be nearest: a search is due [m]
 
   ! Status of a step: success; the path on both rails ends; the impact or the forces have no solution.
   integer, parameter :: step_ok = 0, path_ends = 1, no_solution = 2
 
 contains
-
-  !> Start unilateral contacts with given pose and velocity: a contact that touches and does not open is closed, after an
-  !> impact if it approaches.
-  subroutine start_contacts(side, w, rule, state, ok)
-    type(side_type), intent(in) :: side(:) !! left, right
-    type(wheelset_type), intent(in) :: w
-    type(rule_type), intent(in) :: rule
-    type(rigid_state), intent(inout) :: state
-    logical, intent(out) :: ok             !! as `resolve_contacts` returns it
-
-    state%closed = .false.
-    call search_rivals(side, state%motion%q, state%closed, state%contacts)
-    call resolve_contacts(w, rule%restitution, state%contacts%c, state%closed, state%motion, released=0, ok=ok)
-  end subroutine start_contacts
 
   !> One step of at most dt, or up to the next event.
   subroutine advance_contacts(side, w, rule, state, before, dt, evaluations, status)
@@ -85,14 +72,14 @@ contains
     integer, intent(out) :: evaluations    !! number of evaluations of the contacts
     integer, intent(out) :: status         !! step_ok, path_ends or no_solution
     type(state_type) :: from, to
-    real(dp) :: h
+    real(dp) :: h, moved(3)
     integer :: event, halved, released
     logical :: merged, ok
 
     status = step_ok
     associate (motion => state%motion, contacts => state%contacts, closed => state%closed)
-      if (contacts%stale .or. norm2(motion%q(:2) - contacts%searched(:2)) + abs(motion%q(3) - contacts%searched(3)) > reach) &
-        call search_rivals(side, motion%q, closed, contacts)
+      moved = abs(motion%q - contacts%searched)
+      if (contacts%stale .or. norm2(moved(:2)) + moved(3) > search_distance) call search_rivals(side, motion%q, closed, contacts)
       call accept_depth(contacts%c, closed)
       from = state_type(0.0_dp, motion, contacts%c, closed, rule%bilateral)
       to = from
@@ -100,8 +87,7 @@ contains
       do halved = 0, rule%halvings
         call move(side, w, from, h, to)
         if (halved == rule%halvings) exit
-        if (.not. to%ended .and. (rule%tolerance <= 0 .or. &
-          abs(energy_change(w, from%motion, to%motion)) <= rule%tolerance)) exit
+        if (.not. to%ended .and. (rule%tolerance <= 0 .or. abs(energy_change(w, from%motion, to%motion)) <= rule%tolerance)) exit
         h = h/2
       end do
       if (to%ended) then
@@ -165,8 +151,8 @@ contains
     end do
   end subroutine turn_corner
 
-  !> Cut the step to its first event: contact `event` closes, or its force vanishes; 0: there is none.  The event that a
-  !> step seems to begin with is located; while an earlier one shows in the shorter step, that one is.
+  !> Cut the step to its first event: contact `event` closes, or its force vanishes; 0: there is none.  The earliest
+  !> event that shows is located, which shortens the step, and again the earliest event of the shortened step.
   subroutine find_event(side, w, from, dt, to, event, merged)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w

@@ -142,7 +142,7 @@ def test_a_wheelset_rests_in_a_corner():
     corner = y[1] + (z[2] - z[1] - slopes[1]*2e-9)/(slopes[0] - slopes[1])
     still = run(case.replace(Y=corner)).data
     assert slopes[0] < 2e4/WEIGHT < slopes[1]
-    assert (still.Y - corner).abs().max() < 1e-15 and still.vY.abs().max() < 1e-15
+    assert (still.Y - corner).abs().max() < 1e-14 and still.vY.abs().max() < 1e-12
     # The three contacts push, and carry the weight and the force.
     assert (still[["N_LT", "N_LF", "N_RT"]] > 1e3).all(axis=None)
     for axis, force in ("y", -2e4), ("z", WEIGHT):
@@ -151,6 +151,24 @@ def test_a_wheelset_rests_in_a_corner():
     # A micrometre beside it, it comes back to where it was.
     moved = run(case.replace(Y=corner - 1e-6)).data
     assert moved.Y.max() > corner and (moved.Y - corner).abs().max() < 1.001e-6
+
+
+@pytest.mark.parametrize("right", ["", "s1002"])
+def test_rest_and_frequency_are_those_of_the_geometry_functions(right: str):
+    """At rest the height is least. W Z'' = omega^2 (m + m Z'^2 + I roll'^2) over Y, by differences."""
+    profile = str(REPO / f"profiles/{right}.yz") if right else ""
+    case = Case.exercise(1).replace(formulation="bilateral", wheel_profile_right=profile, table_file="", t_end=1e-3)
+    done = run(case)
+    y, z, roll = done.table.rest
+    step = 2e-5
+    near = done.table.geometry(y + step*np.arange(-1, 2))
+    heights, rolls = near["Z"].to_numpy(), near["roll"].to_numpy()
+    assert heights[1] == pytest.approx(z - done.table.equilibrium, abs=1e-12) and rolls[1] == pytest.approx(roll, abs=1e-12)
+    slope, bend = (heights[2] - heights[0])/(2*step), (heights[2] - 2*heights[1] + heights[0])/step**2
+    turn = (rolls[2] - rolls[0])/(2*step)
+    omega = np.sqrt(WEIGHT*bend/(MASS*(1 + slope**2) + ROLL_INERTIA*turn**2))
+    assert abs(slope) < 1e-6 and (y == 0) == (right == "")
+    assert done.table.frequencies[0] == pytest.approx(omega/(2*np.pi), rel=1e-4)
 
 
 def cone_case(folder: Path, amplitude: float) -> tuple[Case, object]:
