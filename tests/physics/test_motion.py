@@ -227,12 +227,12 @@ def pose(run: ldbench.Run) -> np.ndarray:
 def test_cut_steps_are_worth_their_price(actual: ldbench.ContactTable):
     """Where contacts open and close uniform steps lose their order; cut ones reach the same error for a quarter.
 
-    And the error follows the energy's tolerance: five powers of ten, from 1e-4 to 1e-9 J, are at least three.
+    And the error follows the energy's tolerance: six powers of ten, from 1e-3 to 1e-9 J, are at least four.
     """
     exact = pose(cut_run(actual, dt=5e-6, energy_tolerance=1e-11))
     error = {tolerance: np.abs(pose(cut_run(actual, energy_tolerance=tolerance)) - exact).max()
-             for tolerance in (1e-4, 1e-8, 1e-9)}
-    assert error[1e-9] < error[1e-4]/1000
+             for tolerance in (1e-3, 1e-8, 1e-9)}
+    assert error[1e-9] < error[1e-3]/10000
     assert error[1e-8] < 3e-9
     cut, uniform = cut_run(actual, energy_tolerance=1e-7), cut_run(actual, dt=1e-5, energy_tolerance=0)
     assert cut.results["cuts"] > 50 and uniform.results["cuts"] == 0

@@ -34,6 +34,7 @@ FLANGE_ANGLE = np.radians(25)   # of a contact of the flange; smaller angles are
 JUST_AFTER = 2e-5               # a contact has closed, its angle is told [s]
 SAMPLES = 1e-5, 1e-7            # in which the peaks of DOP853's forces are looked for [s]
 BETWEEN = 0.02                  # distance of the contacts of tread and flange, at least [m]
+LARGEST_FACTOR = 1.5            # of the influence of two zones over that of their loads, as `match_energy` of zone_influence allows
 NEARBY = 1e-7                   # for differences of forces [m, rad]
 
 COORDINATES = ("Y", "m"), ("Z", "m"), ("roll", "rad")
@@ -171,7 +172,8 @@ def touch_error(reference: Reference, table: ContactTable, contact: str, t: floa
     y, z, roll = motion[:, :3].T
     force = table.forces_by_contact(y, table.equilibrium + z, roll)[:, CONTACTS.index(contact)]
     closing = np.abs(np.sum(force*motion[:, 3:], axis=1))/np.hypot(force[:, 0], force[:, 1])
-    lowering = np.gradient(normal_force(table, contact[0] + "T", motion), late)*half_space_softness(table.case)/BETWEEN
+    influence = LARGEST_FACTOR*half_space_softness(table.case)/BETWEEN
+    lowering = np.gradient(normal_force(table, contact[0] + "T", motion), late)*influence
     return np.max(np.abs(bend*late**2/(rate + 2*bend*late))) + np.max(np.abs(lowering/closing)*late)
 
 
