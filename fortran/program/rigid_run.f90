@@ -5,7 +5,7 @@ module rigid_run
   use events, only: note_impact, watch
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: energy_change, energy_rounding
+  use newmark, only: energy_rounding
   use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, start_rigid, step_ok
   use rigid_steps, only: rule_type
   use row_sink, only: at_event, at_impact
@@ -57,8 +57,8 @@ contains
         run%steps = run%steps + 1
         call watch(run%log, setup%wheelset, old, motion, setup%side)
         call note_impact(run%log, setup%wheelset, old, motion)
-        if (c%energy_tolerance > 0 .and. abs(energy_change(setup%wheelset, old, motion) + motion%loss - old%loss) > &
-          max(c%energy_tolerance, energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
+        if (c%energy_tolerance > 0 .and. abs(rigid%own%error) > max(c%energy_tolerance, &
+          energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
         where (motion%impulse - old%impulse > run%largest_impulse) run%impulse_time = motion%t
         run%largest_impulse = max(run%largest_impulse, motion%impulse - old%impulse)
       end associate

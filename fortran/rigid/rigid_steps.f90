@@ -8,16 +8,18 @@
 !>     M q'' = f + J' force,   J q'' + q'.g_qq q' = 0.
 !>
 !> Free flight is exact.  Else the step is the classical Runge-Kutta step of fourth order, after which pose and velocity
-!> are projected onto the closed contacts in the kinetic metric.  A step ends where a gap closes or a force that must not
-!> pull vanishes.  `impacts` resolves a unilateral event, `turn_corner` a bilateral one.
+!> are projected onto the closed contacts in the kinetic metric.  A wheelset held on both rails has one degree of freedom,
+!> whose speed is then projected onto the energy, too (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration,
+!> IV.4).  A step ends where a gap closes or a force that must not pull vanishes.  `impacts` resolves a unilateral event,
+!> `turn_corner` a bilateral one.
 module rigid_steps
-  use constraint_forces, only: close_gaps, closing_forces, couplings, solve_independent, stop_gaps, tangent
+  use constraint_forces, only: close_gaps, closing_forces, couplings, most_closed, solve_independent, stop_gaps, tangent
   use contact_zones, only: side_type
   use gap_functions, only: accept_depth, contacts_type, find_gap, gap_type
   use impacts, only: resolve_contacts, set_forces, still, touching
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: energy_change
+  use newmark, only: energy_change, energy_rounding
   use rival_points, only: drop_merged_rivals, search_rivals
   use root_bracket, only: bracket_type
   use wheelset, only: external_force, wheelset_type
@@ -38,6 +40,8 @@ module rigid_steps
     type(motion_type) :: motion
     type(contacts_type) :: contacts
     logical, allocatable :: closed(:)  !! which of contacts%c
+    real(dp) :: error = 0              !! change of the total energy in the last step, before the speed was corrected [J]
+    real(dp) :: excess = 0             !! energy that the speed has still to be corrected for (bilateral) [J]
   end type rigid_state
 
   !> Motion and contacts at the start or the end of a step.
@@ -48,11 +52,13 @@ module rigid_steps
     logical, allocatable :: closed(:)  !! which of them
     logical :: bilateral = .false.
     integer :: evaluations = 0         !! number of evaluations of the contacts so far
+    real(dp) :: error = 0, excess = 0  !! as in `rigid_state` [J]
     real(dp), allocatable :: half_force(:)   !! forces half way (bilateral) [N]
     logical :: ended = .false.         !! no pose nearby is on both rails, or a contact is at the end of its zone
   end type state_type
 
   real(dp), parameter :: pierced = 1e-14_dp    ! depth of a gap that has closed within a step [m]
+  real(dp), parameter :: uncorrected = 1e-3_dp ! energy that a slow wheelset may have in excess, of the tolerance
   real(dp), parameter :: slight = 1e-8_dp      ! pull that is more than rounding, of the weight
   real(dp), parameter :: search_distance = 1e-4_dp   ! move after which another point of a wheel may be nearest: a search is due [m]
 
@@ -81,13 +87,14 @@ contains
       moved = abs(motion%q - contacts%searched)
       if (contacts%stale .or. norm2(moved(:2)) + moved(3) > search_distance) call search_rivals(side, motion%q, closed, contacts)
       call accept_depth(contacts%c, closed)
-      from = state_type(0.0_dp, motion, contacts%c, closed, rule%bilateral)
+      from = state_type(0.0_dp, motion, contacts%c, closed, rule%bilateral, excess=state%excess)
       to = from
       h = dt
       do halved = 0, rule%halvings
         call move(side, w, from, h, to)
         if (halved == rule%halvings) exit
-        if (.not. to%ended .and. (rule%tolerance <= 0 .or. abs(energy_change(w, from%motion, to%motion)) <= rule%tolerance)) exit
+        if (.not. to%ended .and. (rule%tolerance <= 0 .or. abs(to%error) <= rule%tolerance .and. &
+          abs(to%excess) <= max(uncorrected*rule%tolerance, energy_rounding(w, from%motion)))) exit
         h = h/2
       end do
       if (to%ended) then
@@ -101,6 +108,8 @@ contains
       evaluations = to%evaluations
       motion = to%motion
       contacts%c = to%c
+      state%error = to%error
+      state%excess = to%excess
       ! A jump of the energy may come from another point of a wheel.
       contacts%stale = halved > 0 .or. merged
       motion%contact%struck = .false.
@@ -333,6 +342,11 @@ contains
     to%c = from%c
     if (size(on) == 0) then
       call fly(w, h, to%motion)
+    else if (size(on) == most_closed) then
+      ! No motion is left.
+      to%motion%t = to%motion%t + h
+      to%motion%v = 0
+      to%half_force = normal_forces(w, to)
     else
       ! Two half steps have a sixteenth of the energy error, which is less than the error of an impact.
       on = pack([(i, i=1, size(to%c))], to%closed)
@@ -344,12 +358,29 @@ contains
       end do
       to%evaluations = to%evaluations + 8
     end if
+    to%error = energy_change(w, from%motion, to%motion)
+    if (from%bilateral) call correct_speed(w, from%excess + to%error, to)
     do i = 1, size(to%c)
       if (.not. to%closed(i)) call find_gap(side, to%motion%q, to%c(i))
     end do
     call drop_merged_rivals(to%closed, to%c)
     to%evaluations = to%evaluations + 1
   end subroutine move
+
+  !> Take energy that the wheelset has in excess out of its speed, or leave it to a later step where the wheelset is too slow.
+  pure subroutine correct_speed(w, excess, state)
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: excess         !! [J]
+    type(state_type), intent(inout) :: state
+    real(dp), parameter :: slow = 100         ! least kinetic energy, relative to the excess
+    real(dp) :: kinetic
+
+    kinetic = sum(w%inertia()*state%motion%v**2)/2
+    state%excess = excess
+    if (kinetic <= slow*abs(excess) .or. abs(excess) <= energy_rounding(w, state%motion)/4) return
+    state%motion%v = state%motion%v*sqrt(1 - excess/kinetic)
+    state%excess = 0
+  end subroutine correct_speed
 
   !> Rate of the gap of contact i [m/s].
   pure real(dp) function gap_rate(state, i)

@@ -87,7 +87,7 @@ def test_path_passes_over_hollows():
     assert len(c) > 300 and c.Y.max() > 1.05*done.table.clearance
     for column in "Z", "roll":
         assert np.abs(geometry[column].to_numpy() - c[column].to_numpy()).max() < 2e-9
-    assert done.results["drift"] < 1e-9*done.results["kinetic_energy"]
+    assert done.results["drift"] < 1e-11*done.results["kinetic_energy"]
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.5, 0.0])
@@ -126,8 +126,9 @@ def test_lifting_over_the_flange_takes_more_than_exercise_3_has():
 
 @pytest.mark.parametrize("name", FREE)
 def test_bilateral_energy_is_kept(name: str):
+    """To 1e-11 of the kinetic energy: the speed is corrected by what a step errs."""
     done = exercise(name, "bilateral")
-    assert done.results["drift"] < 1e-9*done.results["kinetic_energy"]
+    assert done.results["drift"] < 1e-11*done.results["kinetic_energy"]
 
 
 def test_a_wheelset_rests_in_a_corner():
@@ -142,7 +143,7 @@ def test_a_wheelset_rests_in_a_corner():
     corner = y[1] + (z[2] - z[1] - slopes[1]*2e-9)/(slopes[0] - slopes[1])
     still = run(case.replace(Y=corner)).data
     assert slopes[0] < 2e4/WEIGHT < slopes[1]
-    assert (still.Y - corner).abs().max() < 1e-14 and still.vY.abs().max() < 1e-12
+    assert (still.Y == still.Y.iloc[0]).all() and (still.vY == 0).all()
     # The three contacts push, and carry the weight and the force.
     assert (still[["N_LT", "N_LF", "N_RT"]] > 1e3).all(axis=None)
     for axis, force in ("y", -2e4), ("z", WEIGHT):
@@ -463,9 +464,8 @@ def test_motions_are_the_stored_ones(name: str, stored: pd.DataFrame):
 def test_exercise_5_ends_as_stored(pair: str, formulation: str):
     """And keeps its energy up to there: up to 59 kJ of work. With impacts that lose energy, the wheelset rolls over the edge
     of the rail's crown at the end, where contact jumps over hollows of the spline; bilateral, the wheelset falls back from
-    the flange some thousand times, each time with an error that &integrator energy_tolerance allows, and the work is a few
-    hundred J. `make validate` takes
-    both pairs of profiles with every formulation."""
+    the flange some thousand times, and the work is a few hundred J. `make validate` takes both pairs of profiles with every
+    formulation."""
     done = rigid_reference.ramp(pair, formulation)
     assert done.results["derailed"] == (formulation != "bilateral")
     assert done.results["drift"] < rigid_reference.DRIFTS[formulation]*done.data.W_ext.abs().max()

@@ -33,8 +33,7 @@ RAMP_END = 0.9                  # of exercise 5: the core's settings have parted
 FLANGE_ANGLE = np.radians(25)   # of a contact of the flange; smaller angles are those of its root
 JUST_AFTER = 2e-5               # a contact has closed, its angle is told [s]
 SAMPLES = 1e-5, 1e-7            # in which the peaks of DOP853's forces are looked for [s]
-BETWEEN = 0.02                  # distance of the contacts of tread and flange, at least [m]
-LARGEST_FACTOR = 1.5            # of the influence of two zones over that of their loads, as `match_energy` of zone_influence allows
+LARGEST_FACTOR = 1.5            # of the influence of two contacts over that of their loads: `match_energy` in zone_influence
 NEARBY = 1e-7                   # for differences of forces [m, rad]
 
 COORDINATES = ("Y", "m"), ("Z", "m"), ("roll", "rad")
@@ -160,11 +159,21 @@ def longest_step(run: Run, t: float) -> float:
             state = middle
 
 
-def touch_error(reference: Reference, table: ContactTable, contact: str, t: float, h: float) -> float:
+def distance(run: Run, contact: str, t: float) -> tuple[float, float]:
+    """Of a flange's contact that closes at t from where the tread was in contact [m], and its rate [m/s]; NaN if it was not."""
+    tread = run.data[run.data["time"] <= t].iloc[-1]
+    rows = run.data[(run.data["time"] > t) & (run.data[f"N_{contact}"] > 0)].iloc[:2]
+    r = np.hypot(*(rows[f"{axis}_{contact}"].to_numpy() - tread[f"{axis}_{contact[0]}T"] for axis in "yz"))
+    return r[0], (r[1] - r[0])/np.diff(rows["time"])[0]
+
+
+def touch_error(reference: Reference, run: Run, contact: str, t: float, h: float) -> float:
     """The error of the time at which a contact touched, found from p and p' up to h later, N ~ p^1.5 [s].
 
-    The core takes the rate p' of the undeformed surface. That of the surface which the tread's load lowers is another one, by a
-    share of which the error is as large."""
+    The core takes the rate p' of the undeformed surface. That of the surface which the tread's load N lowers by c N is another
+    one, by a share of which the error is as large. It is c N', and half of c' N: the core's force on a contact has the other
+    half. The influence c goes with the inverse of their distance."""
+    table = run.table
     late = np.linspace(h/20, h, 20)
     motion = reference.state(t + late)
     p = normal_force(table, contact, motion)**(2/3)
@@ -172,8 +181,10 @@ def touch_error(reference: Reference, table: ContactTable, contact: str, t: floa
     y, z, roll = motion[:, :3].T
     force = table.forces_by_contact(y, table.equilibrium + z, roll)[:, CONTACTS.index(contact)]
     closing = np.abs(np.sum(force*motion[:, 3:], axis=1))/np.hypot(force[:, 0], force[:, 1])
-    influence = LARGEST_FACTOR*half_space_softness(table.case)/BETWEEN
-    lowering = np.gradient(normal_force(table, contact[0] + "T", motion), late)*influence
+    load = normal_force(table, contact[0] + "T", motion)
+    r, rate_of_r = distance(run, contact, t)
+    influence = LARGEST_FACTOR*half_space_softness(table.case)/r
+    lowering = np.nan_to_num(influence*(np.abs(np.gradient(load, late)) + load/2*abs(rate_of_r)/r))
     return np.max(np.abs(bend*late**2/(rate + 2*bend*late))) + np.max(np.abs(lowering/closing)*late)
 
 
@@ -276,7 +287,7 @@ def event_checks(found: Trajectories, run: Run, references: list[Reference]) -> 
             t = fine.touches[contact]
             checks.append(absolute(f"{found.name} first {side} flange contact [s]", ours[0], t,
                                    "DOP853's event location, bar rule within the step + motion's bar/speed",
-                                   touch_error(fine, run.table, contact, t, longest_step(run, t)) + motion_bar(t)
+                                   touch_error(fine, run, contact, t, longest_step(run, t)) + motion_bar(t)
                                    + abs(t - coarse.touches[contact])))
     ours = [e.t for e in run.events if e.kind == "centre passage"]
     for k, (a, b, c) in enumerate(zip(ours, fine.passages, coarse.passages, strict=False), 1):

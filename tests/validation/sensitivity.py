@@ -48,12 +48,13 @@ half, in 5 an eighth of the shipped ones.
 
 Twins on either side must part alike while the motion is linear in the distance: the sum of their two differences from
 the motion between them, over the smaller one, has two bars. The force goes with the 3/2 power of the penetration p, so
-a distance d makes a second-order part of d/(4 p) in each impact; 10 d/p, with the largest distance so far and the
-approach at rest, allows for 40 impacts as large as the last. Rounding parts motions as well, and so do steps that are
-cut for one and not for the other: four probes that start 1e-15 m or rad apart show how far. The sum has six times the
-variance of one motion's error, the distance of a probe twice; four times the largest of the four covers that. Twins are
-compared until one is a thousandth of the approach away. They start far enough apart: some 1e-12 m of rounding at the end
-are up to 3 % of twins that start 0.1 nm apart and do not part, and their growth is less certain than that."""
+a distance d makes a second-order part of d/(4 p) in each impact, and in each period of the vertical oscillation, since
+the frequency depends on the amplitude; d is the largest distance so far and p the approach at rest. Rounding parts
+motions as well, and so do steps that are cut for one and not for the other: four probes that start 1e-15 m or rad
+apart show how far. The sum has six times the variance of one motion's error, the distance of a probe twice; four times
+the largest of the four covers that. Twins are compared until one is a thousandth of the approach away. They start far
+enough apart: some 1e-12 m of rounding at the end are up to 3 % of twins that start 0.1 nm apart and do not part, and
+their growth is less certain than that."""
 
 
 # Profiles with other radii ----------------------------------------------------------------
@@ -255,9 +256,10 @@ def divergence(exercise: int, pair: str, table: ContactTable) -> Divergence:
     row = int(np.searchsorted(np.maximum.accumulate(twins.max(axis=1)), LINEAR*approach)) - 1
     least = twins[row].reshape(2, 2).min(axis=1)
     sums = np.linalg.norm(apart[:len(TWINS), row].reshape(2, 2, -1).sum(axis=1), axis=1)
-    bars = 10*twins[:row + 1].max()/approach + 4*probes[:row + 1].max()/least
-    worst = int((sums/least/bars).argmax())
     t = base.data["time"].to_numpy()[:rows]
+    second_order = (impacts + t[row]*table.frequencies[1])/4*twins[:row + 1].max()/approach
+    bars = second_order + 4*probes[:row + 1].max()/least
+    worst = int((sums/least/bars).argmax())
     return Divergence(case.case_name, t, twins/twins[0], impacts, t[row], sums[worst]/least[worst], bars[worst])
 
 
@@ -449,7 +451,7 @@ def release_checks(pair: str, tables: dict[str, ContactTable]) -> list[Check]:
 def divergence_checks(found: list[Divergence]) -> list[Check]:
     """Twins on either side part alike while the motion is linear in the distance."""
     return [limit(f"{d.name} twins on either side, to {d.compared:.3f} s: sum of their differences, over the smaller [1]",
-                  d.uneven, "linear divergence; bar 10 largest distance/approach + 4 probes/distance", d.bar)
+                  d.uneven, "linear divergence; bar (impacts + periods)/4 largest distance/approach + 4 probes/distance", d.bar)
             for d in found]
 
 
