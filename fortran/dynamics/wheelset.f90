@@ -1,15 +1,16 @@
 !> The wheelset on its two rails: inertia, loads, and the elastic potential of all
 !> four contacts as a function of the pose q = (y, z, roll).
 module wheelset
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use kinds, only: dp, gravity, pi
   use root_bracket, only: bracket_type
-  use kinds, only: dp, gravity
   use contact_table, only: table_type, find_roll, wheel_potential
   use zone_tables, only: inside, roll_type
   use wheel_rail_pair, only: mirror
   implicit none
   private
-  public :: wheelset_type, contact_state, closed, contacts, total, external_force, settle, &
-    find_rest, contact_name
+  public :: wheelset_type, contact_state, closed, contacts, total, external_force, symmetric, settle, find_rest, &
+    small_oscillations, contact_name
   public :: left_tread, left_flange, right_tread, right_flange, other_side
 
   type :: wheelset_type
@@ -30,6 +31,17 @@ module wheelset
   integer, parameter :: left_tread = 1, left_flange = 2, right_tread = 3, right_flange = 4
   integer, parameter :: other_side(4) = [right_tread, right_flange, left_tread, left_flange]   !! by contact
   character(2), parameter :: contact_name(4) = ['LT', 'LF', 'RT', 'RF']
+
+  interface
+    subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+      import :: dp
+      character, intent(in) :: jobz, uplo
+      integer, intent(in) :: n, lda, lwork
+      real(dp), intent(inout) :: a(lda, *)
+      real(dp), intent(out) :: w(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dsyev
+  end interface
 
   !> The contacts in one pose.
   type :: contact_state
@@ -107,6 +119,16 @@ contains
     end if
     state%gradient = total(state%slope)
   end subroutine contacts
+
+  !> The matrix of a Hessian yy, yz, y roll, zz, z roll, roll roll.
+  pure function symmetric(h) result(a)
+    real(dp), intent(in) :: h(6)
+    real(dp) :: a(3, 3)
+
+    a(:, 1) = h(1:3)
+    a(:, 2) = [h(2), h(4), h(5)]
+    a(:, 3) = [h(3), h(5), h(6)]
+  end function symmetric
 
   !> Sum over the contacts. Left and right are summed apart, so that the mirrored run rounds in the same way.
   pure function total(slope)
@@ -241,5 +263,30 @@ contains
       call range%narrow(q(1), force)
     end do
   end subroutine find_rest
+
+  !> Small oscillations about an equilibrium, K x = omega^2 M x with the exact tangent K of the contact potential:
+  !> frequencies [Hz], ascending (an unstable one as minus its growth rate/2 pi), and the modes y, z, roll in the columns
+  !> of `shapes`, of unit modal mass.
+  subroutine small_oscillations(w, q, frequency, shapes)
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: q(3)           !! y, z [m], roll [rad]
+    real(dp), intent(out) :: frequency(3), shapes(3, 3)
+    type(contact_state) :: state
+    real(dp) :: root(3), work(15)
+    integer :: info, i
+
+    call contacts(w, q, state)
+    shapes = symmetric(state%hessian)
+    root = sqrt(w%inertia())
+    do i = 1, 3
+      shapes(:, i) = shapes(:, i)/(root*root(i))
+    end do
+    call dsyev('V', 'U', 3, shapes, 3, frequency, work, size(work), info)
+    if (info /= 0) frequency = ieee_value(1.0_dp, ieee_quiet_nan)
+    frequency = sign(sqrt(abs(frequency)), frequency)/(2*pi)
+    do i = 1, 3
+      shapes(:, i) = shapes(:, i)/root
+    end do
+  end subroutine small_oscillations
 
 end module wheelset

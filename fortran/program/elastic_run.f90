@@ -4,10 +4,9 @@ module elastic_run
   use geometry_functions, only: geometry_at
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll
   use errors, only: error_type, fatal_error
-  use events, only: watch
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: advance, energy_change, energy_rounding, scheme_type, start_motion, step_diverged, step_ok
+  use newmark, only: advance, energy_change, energy_rounding, scheme_type, evaluate_contacts, step_diverged, step_ok
   use row_sink, only: at_event
   use run_monitor, only: normal_forces, passed_peak, place, run_monitor_type
   use text, only: str
@@ -25,21 +24,23 @@ contains
     real(dp) :: row(12, 1), slope(2)
     integer :: status
 
-    associate (c => monitor%c)
-      motion%q = monitor%setup%equilibrium + [c%y, c%z, c%roll]
+    associate (c => monitor%c, setup => monitor%setup)
+      motion%q = setup%equilibrium + [c%y, c%z, c%roll]
       motion%v = [c%vy, c%vz, c%roll_rate]
       if (c%roll_link == 'rails') then
         ! Neither contact point of the rigid wheelset that stands on both rails moves along its normal.
-        call geometry_at(monitor%setup%side, 0.0_dp, [c%y], row)
+        call geometry_at(setup%side, 0.0_dp, [c%y], row)
         slope = tan(row(4:5, 1))
         motion%v(3) = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
       end if
-      if (ieee_is_nan(motion%v(3))) call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails '// &
-        'with roll_link = ''rails'', found none there')
-      if (allocated(error)) return
+      if (ieee_is_nan(motion%v(3))) then
+        call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails with roll_link = ''rails'', '// &
+          'found none there')
+        return
+      end if
+      call evaluate_contacts(setup%wheelset, motion, status)
+      if (status /= step_ok) call report_failure(monitor, motion, c%dt, status, error)
     end associate
-    call start_motion(monitor%setup%wheelset, motion, status)
-    if (status /= step_ok) call report_failure(monitor, motion, monitor%c%dt, status, error)
   end subroutine start_elastic
 
   !> Make one step. If the step fails, or if the total energy changes by more than the tolerance, two, four or more equal
@@ -81,8 +82,6 @@ contains
         end do
         return
       end if
-      run%steps = run%steps + 1
-      call watch(run%log, w, motion, new, monitor%setup%side)
     end associate
     call monitor%note_step(motion, new)
     motion = new

@@ -3,13 +3,12 @@ module run_equilibrium
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use both_rails, only: small_motion, stand, to_rest => find_rest
   use case, only: case_type
-  use eigenmodes, only: small_oscillations
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use run_setup, only: setup_type
   use rigid_steps, only: rigid_state
   use text, only: str
-  use wheelset, only: find_rest, settle
+  use wheelset, only: find_rest, settle, small_oscillations
   implicit none
   private
   public :: set_wheelset

@@ -2,8 +2,8 @@
 module run_monitor
   use case, only: case_type
   use columns, only: energies, energy_type, list_columns, most_columns
-  use events, only: event_log
   use, intrinsic :: iso_fortran_env, only: int64
+  use events, only: event_log, watch
   use kinds, only: dp
   use motion_state, only: motion_type
   use row_sink, only: on_grid, row_queue, row_taker
@@ -95,12 +95,16 @@ contains
     call this%note_energy(motion)
   end subroutine put
 
-  !> Record a step from `old` to `new`: farthest displacements, forces of the last three steps, energy.
+  !> Record a step from `old` to `new`: events, farthest displacements, impulses, forces of the last three steps, energy.
   subroutine note_step(this, old, new)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: old, new
 
+    this%run%steps = this%run%steps + 1
+    call watch(this%run%log, this%setup%wheelset, old, new, this%setup%side)
     call note_extremes(this%run, old, new)
+    where (new%impulse - old%impulse > this%run%largest_impulse) this%run%impulse_time = new%t
+    this%run%largest_impulse = max(this%run%largest_impulse, new%impulse - old%impulse)
     this%past(2) = this%past(1)
     this%past(1) = old
     this%forces(:, 1) = this%forces(:, 2)

@@ -310,7 +310,7 @@ program peers
   use events, only: event_log, watch
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: advance, energy_change, energy_rounding, scheme_type, start_motion, step_ok
+  use newmark, only: advance, energy_change, energy_rounding, scheme_type, evaluate_contacts, step_ok
   use no_rows, only: discarded_rows
   use shared, only: read_prepared
   use run_monitor, only: run_type
@@ -428,7 +428,7 @@ contains
     motion%q = setup%equilibrium + [c%y, c%z, c%roll]
     motion%v = [c%vy, c%vz, c%roll_rate]
     call cpu_time(from)
-    call start_motion(setup%wheelset, motion, status)
+    call evaluate_contacts(setup%wheelset, motion, status)
     ok = status == step_ok
     piece = t_end/n/substeps
     do row = 1, n
