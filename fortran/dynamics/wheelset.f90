@@ -97,24 +97,31 @@ contains
     type(contact_state), intent(out) :: state
     logical, intent(in), optional :: tangent
     integer, intent(in), optional :: wheel   !! 1 left, 2 right; 0 or absent: both
-    type(roll_type) :: roll, opposite
+    type(roll_type) :: roll, opposite, unused
     real(dp) :: left(6), right(6)
-    integer :: only, status
+    real(dp), parameter :: mirror_hessian(6) = [1, -1, 1, 1, -1, 1]
+    integer :: only, status, i
     logical :: wanted
 
     wanted = .true.
     if (present(tangent)) wanted = tangent
     only = 0
     if (present(wheel)) only = wheel
-    call find_rolls(this, q(3), wanted, roll, opposite, state%status)
+    call find_roll(this%table, q(3), wanted, roll, opposite, state%status)
+    if (.not. associated(this%right_table, this%table) .and. state%status == inside) &
+      call find_roll(this%right_table, q(3), wanted, unused, opposite, state%status)
     if (state%status /= inside) return
     if (only /= 2) then
       call wheel_potential(this%table, q, roll, wanted, state%energy(:2), state%slope(:, :2), left, state%status)
       if (wanted) state%hessian = left
     end if
     if (only /= 1) then
-      call right_potential(this%right_table, q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
-      if (wanted) state%hessian = state%hessian + right
+      ! The right wheel is solved as the mirror image of a left one.
+      call wheel_potential(this%right_table, mirror*q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
+      do i = 3, 4
+        state%slope(:, i) = mirror*state%slope(:, i)
+      end do
+      if (wanted) state%hessian = state%hessian + mirror_hessian*right
       if (status /= inside) state%status = status
     end if
     state%gradient = total(state%slope)
@@ -137,38 +144,6 @@ contains
 
     total = (slope(:, left_tread) + slope(:, left_flange)) + (slope(:, right_tread) + slope(:, right_flange))
   end function total
-
-  !> Prepare a roll angle for the table of the left wheel and for that of the right wheel.
-  pure subroutine find_rolls(this, angle, tangent, roll, opposite, status)
-    type(wheelset_type), intent(in) :: this
-    real(dp), intent(in) :: angle
-    logical, intent(in) :: tangent
-    type(roll_type), intent(out) :: roll, opposite
-    integer, intent(out) :: status
-    type(roll_type) :: other
-
-    call find_roll(this%table, angle, tangent, roll, opposite, status)
-    if (.not. associated(this%right_table, this%table) .and. status == inside) &
-      call find_roll(this%right_table, angle, tangent, other, opposite, status)
-  end subroutine find_rolls
-
-  !> `wheel_potential` of the right wheel, which is solved as the mirror image of a left one.
-  pure subroutine right_potential(t, q, roll, tangent, energy, slope, hessian, status)
-    type(table_type), intent(in) :: t
-    real(dp), intent(in) :: q(3)
-    type(roll_type), intent(in) :: roll    !! of -q(3)
-    logical, intent(in) :: tangent
-    real(dp), intent(out) :: energy(2), slope(3, 2), hessian(6)
-    integer, intent(out) :: status
-    real(dp), parameter :: mirror_hessian(6) = [1, -1, 1, 1, -1, 1]
-    integer :: i
-
-    call wheel_potential(t, mirror*q, roll, tangent, energy, slope, hessian, status)
-    do i = 1, 2
-      slope(:, i) = mirror*slope(:, i)
-    end do
-    if (tangent) hessian = mirror_hessian*hessian
-  end subroutine right_potential
 
   !> Equilibrium of the wheelset that is held at the lateral position of `q`, where its rigid wheels stand on both rails. A pose
   !> in which the rails push more than the weight is searched downwards; from there on `hold` finds the equilibrium.

@@ -19,22 +19,14 @@ module column_writer
   integer, parameter :: width = column_width
 
   type, extends(row_taker) :: column_file
-    private
     type(scratch_file) :: file
-    character(:), allocatable :: name
-    character(:), allocatable :: waiting   !! a block of text to be written; the first `filled` characters are set
-    integer :: filled = 0
   contains
     procedure :: begin
     procedure :: take
-    procedure :: finish
-    procedure :: place
-    procedure :: abandon
-    procedure, private :: add, add_comments, check
+    procedure :: complete
+    procedure :: publish
+    procedure, private :: put_comments, check
   end type column_file
-
-  ! What is written at once [bytes]. Whole blocks that begin at multiples of their length cost the system half the time.
-  integer, parameter :: block = 2**18
 
 contains
 
@@ -45,19 +37,17 @@ contains
     character(*), intent(in) :: about          !! lines ended by newline
     character(*), intent(in) :: names(:), units(:)
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: line
+    character(width*size(units)) :: line
 
-    this%name = file
-    allocate (character(block) :: this%waiting)
     call this%file%begin(file)
-    call this%add(cells(names)//new_line('a'))
-    call this%add_comments(about)
+    call this%check('cannot be written', error)
+    if (allocated(error)) return
+    call this%file%put(cells(names)//new_line('a'))
+    call this%put_comments(about)
     line = cells(units)
     line(1:1) = '#'
-    call this%add(line//new_line('a'))
-    if (this%file%ok) return
-    call this%abandon()
-    call fatal_error(error, file//': cannot be written')
+    call this%file%put(line//new_line('a'))
+    call this%check('cannot be written completely', error)
   end subroutine begin
 
   !> Write a row.
@@ -68,70 +58,43 @@ contains
     character(width*size(row)) :: cells
 
     call write_numbers(size(row), row, cells)
-    call this%add(cells//new_line('a'))
-    call this%check(error)
+    call this%file%put(cells//new_line('a'))
+    call this%check('cannot be written completely', error)
   end subroutine take
 
-  !> Add a text, and write the block if it is full.
-  subroutine add(this, text)
-    class(column_file), intent(inout) :: this
-    character(*), intent(in) :: text
-    integer :: from, to
-
-    from = 1
-    do
-      to = min(len(text), from - 1 + block - this%filled)
-      this%waiting(this%filled + 1:this%filled + 1 + to - from) = text(from:to)
-      this%filled = this%filled + 1 + to - from
-      if (this%filled < block) exit
-      call this%file%put(this%waiting)
-      this%filled = 0
-      from = to + 1
-    end do
-  end subroutine add
-
-  !> Write the results after the last row; `place` then gives the file its name.
-  subroutine finish(this, results, error)
+  !> Write the results after the last row; `publish` then gives the file its name.
+  subroutine complete(this, results, error)
     class(column_file), intent(inout) :: this
     character(*), intent(in) :: results        !! lines ended by newline
     type(error_type), allocatable, intent(out) :: error
 
-    call this%add_comments(results)
-    call this%file%put(this%waiting(:this%filled))
+    call this%put_comments(results)
     call this%file%complete()
-    call this%check(error)
-  end subroutine finish
+    call this%check('cannot be written completely', error)
+  end subroutine complete
 
   !> Give a complete file its name.
-  subroutine place(this, error)
+  subroutine publish(this, error)
     class(column_file), intent(inout) :: this
     type(error_type), allocatable, intent(out) :: error
 
     call this%file%finish()
-    call this%check(error)
-    call this%abandon()
-  end subroutine place
+    call this%check('cannot be written completely', error)
+  end subroutine publish
 
-  subroutine check(this, error)
+  !> Discard a file that could not be written.
+  subroutine check(this, failure, error)
     class(column_file), intent(inout) :: this
+    character(*), intent(in) :: failure
     type(error_type), allocatable, intent(inout) :: error
 
     if (this%file%ok) return
-    call fatal_error(error, this%name//': cannot be written completely')
-    call this%abandon()
+    call fatal_error(error, this%file%name//': '//failure)
+    call this%file%abandon()
   end subroutine check
 
-  !> Discard a scratch file that is not complete.
-  subroutine abandon(this)
-    class(column_file), intent(inout) :: this
-
-    call this%file%abandon()
-    if (allocated(this%waiting)) deallocate (this%waiting)
-    this%filled = 0
-  end subroutine abandon
-
   !> Write lines as comments.
-  subroutine add_comments(this, lines)
+  subroutine put_comments(this, lines)
     class(column_file), intent(inout) :: this
     character(*), intent(in) :: lines          !! ended by newline
     integer :: from, to
@@ -139,10 +102,10 @@ contains
     from = 1
     do while (from <= len(lines))
       to = from + index(lines(from:), new_line('a')) - 2
-      call this%add(trim('# '//lines(from:to))//new_line('a'))
+      call this%file%put(trim('# '//lines(from:to))//new_line('a'))
       from = to + 2
     end do
-  end subroutine add_comments
+  end subroutine put_comments
 
   !> Names or units, aligned with the numbers below them.
   pure function cells(words) result(line)

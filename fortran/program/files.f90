@@ -62,16 +62,16 @@ contains
     character(:), allocatable :: results
 
     call describe_results(c, run, results)
-    call columns%finish(results, error)
+    call columns%complete(results, error)
     if (.not. allocated(error) .and. geometry_file /= '') call write_geometry(c, setup, geometry_file, geometry, error)
-    if (.not. allocated(error)) call columns%place(error)
-    if (.not. allocated(error) .and. geometry_file /= '') call geometry%place(error)
-    call columns%abandon()
-    call geometry%abandon()
+    if (.not. allocated(error)) call columns%publish(error)
+    if (.not. allocated(error) .and. geometry_file /= '') call geometry%publish(error)
+    call columns%file%abandon()
+    call geometry%file%abandon()
   end subroutine finish_files
 
   !> Write the geometry functions over the lateral displacements at which the wheelset stands on both rails.
-  !> `place` gives the file its name later.
+  !> `publish` gives the file its name later.
   subroutine write_geometry(c, setup, file, columns, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
@@ -96,7 +96,7 @@ contains
     do i = -last, last
       if (.not. allocated(error)) call columns%take(rows(:, i), error)
     end do
-    if (.not. allocated(error)) call columns%finish('', error)
+    if (.not. allocated(error)) call columns%complete('', error)
   end subroutine write_geometry
 
 end module files

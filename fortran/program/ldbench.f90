@@ -9,13 +9,13 @@ program ldbench
   use errors, only: error_type, fatal_error
   use kinds, only: version
   use files, only: begin_columns, check_writable, finish_files
+  use progress, only: terminal_monitor
   use run_monitor, only: run_type
   use run_results, only: summary
   use run_setup, only: setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
   use system, only: c_exit, survive_long_files, write_output
-  use terminal, only: terminal_monitor
   use text, only: line_type, read_lines
   implicit none
   type(error_type), allocatable :: error
@@ -90,7 +90,7 @@ contains
     if (allocated(error)) return
     call simulate(c, setup, columns, result, error, watcher)
     if (allocated(error)) then
-      call columns%abandon()
+      call columns%file%abandon()
       return
     end if
     call finish_files(c, setup, result, columns, trim(c%geometry_file), error)

@@ -4,7 +4,7 @@ module run_results
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_title, case_type, list_variables, output_path, value_text, variable_type
   use contact_table, only: table_type
-  use events, only: elastic_kinds, event_kinds, event_log, kept
+  use events, only: elastic_kinds, event_kinds, event_log, impact, kept
   use kinds, only: degree, dp, version
   use profile, only: profile_type
   use results, only: newline, result_list, rounded
@@ -182,10 +182,10 @@ contains
         plural(pulling == 1)//' at which the contact would pull, where a run stops; lower &table accuracy or raise n_lateral, '// &
         'n_roll, n_depth')
       if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call told%warn(what//': expected an rms error of at most '// &
-        '&table accuracy = '//str(c%accuracy)//' in service, reached '//rounded(maxval(rms(:3)), scientific))
+        '&table accuracy = '//str(c%accuracy)//' in service, reached '//trim(rounded(maxval(rms(:3)), scientific)))
       if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call told%warn(what//': expected an rms error '// &
         'of at most '//str(nint(rollover_allowance))//' x &table accuracy while the wheelset rolls over a rail, reached '// &
-        rounded(rms(4), scientific)//'; do not trust the end of a run that derails')
+        trim(rounded(rms(4), scientific))//'; do not trust the end of a run that derails')
     end associate
 
   end subroutine list_table
@@ -226,11 +226,11 @@ contains
       ', relative to the initial kinetic energy: #', scientific)
     call told%say(newline)
     if (run%step > run%stable_step) call told%warn('&integrator dt: expected steps of at most '// &
-      rounded(run%stable_step, scientific)//' s, the limit of stability at the highest frequency at rest, found '// &
-      rounded(run%step, scientific)//' s; lower dt')
+      trim(rounded(run%stable_step, scientific))//' s, the limit of stability at the highest frequency at rest, found '// &
+      trim(rounded(run%step, scientific))//' s; lower dt')
     if (run%drift > max(largest_drift*run%largest_energy, rounding)) call told%warn('expected an energy drift of '// &
       'at most '//str(nint(100*largest_drift))//' % of the largest kinetic energy, '// &
-      rounded(run%largest_energy, scientific)//' J, found '//rounded(run%drift, scientific)// &
+      trim(rounded(run%largest_energy, scientific))//' J, found '//trim(rounded(run%drift, scientific))// &
       ' J; lower &integrator dt or energy_tolerance')
     call told%add('steps', run%steps, 'steps: #')
     call told%add('step', [run%step], 's, at most', ' of at most # s')
@@ -273,8 +273,8 @@ contains
     call told%say('events:'//newline)
     do k = 1, log%n
       associate (event => log%list(k))
-        if (event_kinds(event%kind) == 'impact') impacts = impacts + 1
-        shown = merge(0, 1, event_kinds(event%kind) == 'impact' .and. impacts > listed_impacts)
+        if (event%kind == impact) impacts = impacts + 1
+        shown = merge(0, 1, event%kind == impact .and. impacts > listed_impacts)
         name = 'event('//str(k)//')%'
         call told%add(name//'t', [event%t], '', repeat('  t = # s', shown), 'f0.6')
         call told%add(name//'kind', trim(event_kinds(event%kind)), repeat('  #', shown))

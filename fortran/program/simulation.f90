@@ -17,9 +17,8 @@ module simulation
   use rigid_run, only: rigid_step
   use rigid_steps, only: rule_type
   use row_sink, only: on_grid, row_taker
-  use run_equilibrium, only: set_wheelset
   use run_monitor, only: run_monitor_type, run_type
-  use run_setup, only: place_sides, setup_type
+  use run_setup, only: place_sides, set_wheelset, setup_type
   use run_tables, only: load_or_build_tables
   implicit none
   private

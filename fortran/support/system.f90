@@ -15,7 +15,7 @@ module system
   !> the earlier one when it is complete. A process that is killed leaves its scratch file behind.
   type :: scratch_file
     private
-    character(:), allocatable :: name             !! path of the complete file
+    character(:), allocatable, public :: name     !! path of the complete file
     character(:), allocatable, public :: ending   !! of the scratch file, whose path is name//ending; allocated while it exists
     type(c_ptr) :: stream = c_null_ptr
     logical, public :: ok = .false.               !! whether all went well so far
@@ -202,13 +202,13 @@ contains
     real(dp) :: draws(2)
     character(16) :: number
 
+    this%name = file
     this%ok = is_replaceable(file)
     if (.not. this%ok) return
     if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, all_may)
     call random_seed()       ! by the system: other processes and threads draw other numbers
     call random_number(draws)
     write (number, '(2z8.8)') int(draws*huge(1))
-    this%name = file
     this%stream = c_fopen(file//'.ldbench-part'//number//c_null_char, 'wb'//c_null_char)
     this%ok = c_associated(this%stream)
     if (this%ok) this%ending = '.ldbench-part'//number

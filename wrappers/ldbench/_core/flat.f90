@@ -383,7 +383,7 @@ subroutine write_geometry_file(prepared, path, message, length)
 
   p => prepared_at(prepared)
   call write_geometry(p%c, p%setup, path, file, error)
-  if (.not. allocated(error)) call file%place(error)
+  if (.not. allocated(error)) call file%publish(error)
   call give_error(error, message, length)
 end subroutine write_geometry_file
 
@@ -482,10 +482,10 @@ end subroutine tangents
 
 !> Pressures of the wheel of a side (1 left, 2 right) in a pose: axle centre y, z [m], roll [rad]. The right side is given as
 !> its mirror image. Grids have nx by ns elements to a patch; n patches, at most `patches`, are filled. point: rows of
-!> elements on the wheel, wheelset frame [m]. facts: see `pressure_type`. total: F_y, F_z [N], M_x about the axle centre [N m],
+!> elements on the wheel, wheelset frame [m]. facts: see `press_contact`. total: F_y, F_z [N], M_x about the axle centre [N m],
 !> energy [J].
 subroutine pressures(handle, side, pose, nx, ns, patches, n, ok, p, point, facts, total)
-  use contact_pressure, only: most_patches, press_contact, pressure_type
+  use contact_pressure, only: press_contact
   use handles, only: prepared_at, prepared_type
   use hertz, only: contact_modulus
   use patch_grids, only: elements_type
@@ -498,25 +498,16 @@ subroutine pressures(handle, side, pose, nx, ns, patches, n, ok, p, point, facts
   real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(10, patches), total(4)
   !f2py threadsafe
   type(prepared_type), pointer :: prepared
-  type(pressure_type) :: found
-  integer :: kept
+  logical :: converged
 
   prepared => prepared_at(handle)
   associate (c => prepared%c)
     call press_contact(prepared%setup%side(side), elements_type(nx, ns, 1d-6, &
       c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), c%influence == 'flat'), &
-      merge(pose, mirror*pose, side == 1), found)
+      merge(pose, mirror*pose, side == 1), n, converged, p, point, facts, total)
   end associate
-  n = min(found%n, patches)
-  ok = merge(1, 0, found%ok)
-  kept = min(patches, most_patches)
-  p = 0
-  point = 0
-  facts = 0
-  p(:, :, :kept) = found%p(:, :, :kept)
-  point(:, :, :kept) = found%point(:, :, :kept)
-  facts(:, :kept) = found%facts(:, :kept)
-  total = [found%force, found%energy]
+  n = min(n, patches)
+  ok = merge(1, 0, converged)
 end subroutine pressures
 
 !> Geometry functions, without the conicity, at lateral displacements y [m]; NaN where the rigid wheelset does not stand

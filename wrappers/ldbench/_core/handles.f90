@@ -14,9 +14,8 @@ module handles
   use progress, only: monitor_type
   use files, only: begin_columns, finish_files
   use row_sink, only: row_list
-  use run_equilibrium, only: set_wheelset
   use run_monitor, only: run_type
-  use run_setup, only: place_sides, setup_type
+  use run_setup, only: place_sides, set_wheelset, setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
   use station_scan, only: scan_type, set_depth, touch
