@@ -68,10 +68,12 @@ contains
         end if
       else if (c%energy_tolerance > 0) then
         change = energy_change(w, motion, new)
-        if (abs(change) > c%energy_tolerance) then
-          allowed = max(c%energy_tolerance, energy_rounding(w, motion), energy_rounding(w, new))
-          more = min(halvings_for(change, allowed, c%order), c%max_halvings - halvings)
-          if (more == 0 .and. abs(change) > allowed) run%missed = run%missed + 1
+        allowed = c%energy_tolerance
+        if (abs(change) > allowed) allowed = max(allowed, energy_rounding(w, motion), energy_rounding(w, new))
+        if (abs(change) > allowed) then
+          ! The change goes with dt^(order + 1).
+          more = min(max(1, (exponent(change/allowed) + c%order)/(c%order + 1)), c%max_halvings - halvings)
+          if (more == 0) run%missed = run%missed + 1
         end if
       end if
       if (more > 0) then
@@ -88,15 +90,6 @@ contains
     call note_between(scheme, motion, monitor)
     call monitor%queue%give(monitor%past(1)%t, error)
   end subroutine elastic_step
-
-  !> Halvings of a step after which the energy's change, which goes with dt^(order + 1), is within the tolerance.
-  pure integer function halvings_for(change, tolerance, order) result(halvings)
-    real(dp), intent(in) :: change, tolerance    !! [J]
-    integer, intent(in) :: order
-
-    halvings = 0
-    if (abs(change) > tolerance) halvings = max(1, (exponent(change/tolerance) + order)/(order + 1))
-  end function halvings_for
 
   !> Write rows between the ends of steps: at the events of the last step, and at the peak of a force that has passed.
   subroutine note_between(scheme, motion, monitor)

@@ -58,15 +58,12 @@ module row_sink
 
 contains
 
-  subroutine begin(this, columns, near, taker)
+  subroutine begin(this, near, taker)
     class(row_queue), intent(out) :: this
-    integer, intent(in) :: columns
     real(dp), intent(in) :: near            !! [s]
     class(row_taker), target, intent(inout) :: taker
 
     this%taker => taker
-    allocate (this%row(columns, most), this%last(columns))
-    this%last = 0
     this%near = near
   end subroutine begin
 
@@ -78,6 +75,7 @@ contains
     real(dp) :: near
     integer :: i
 
+    if (.not. allocated(this%row)) allocate (this%row(size(row), most), this%last(size(row)), source=0.0_dp)
     near = this%near + 2e-8_dp*row(1)
     if (kind == at_event .and. this%given > 0 .and. row(1) - this%last(1) <= near) return
     if (kind /= at_impact) then

@@ -66,8 +66,6 @@ contains
     type(motion_type), intent(in) :: motion
     class(row_taker), target, intent(inout) :: taker   !! receives the rows
     type(energy_type) :: e
-    real(dp) :: values(most_columns)
-    integer :: n
 
     this%event_rows = this%c%rows == 'interval_and_events'
     this%forces = spread(normal_forces(motion), 2, 3)
@@ -77,8 +75,7 @@ contains
     e = energies(this%c, this%setup, motion)
     this%run%kinetic_energy = sum(e%kinetic(2:4))
     this%first_energy = e%total
-    call list_columns(this%c, this%setup, motion, this%first_energy, values, n)
-    call this%queue%begin(n, 1e-6_dp*this%c%interval, taker)
+    call this%queue%begin(1e-6_dp*this%c%interval, taker)
     call this%put(motion, on_grid)
   end subroutine start
 
