@@ -10,11 +10,11 @@ module case_reader
 
   integer, parameter :: nothing = 0, plain = 1, quoted = 2, mark = 3   ! kinds of words
 
-  !> The place that the reader has reached, and the last word.
+  !> The position that the reader has reached, and the last word.
   type :: reader_type
     character(:), allocatable :: file      !! for messages
     type(line_type), allocatable :: lines(:)
-    integer :: line = 1, column = 1        !! place of the next character
+    integer :: line = 1, column = 1        !! position of the next character
     character(:), allocatable :: group     !! the open group, or ''
     integer :: kind = nothing
     character(:), allocatable :: word      !! without quotes
@@ -214,15 +214,15 @@ contains
     class(reader_type), intent(in) :: this
     character(*), intent(in) :: name, expected, found
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: place, quote
+    character(:), allocatable :: position, quote
     integer :: at
 
     at = min(this%line, size(this%lines))
     quote = trim(adjustl(this%lines(at)%text))
-    place = this%file//', line '//str(at)
-    if (this%group /= '') place = place//', &'//clip(this%group)
-    if (name /= '') place = place//' '//name
-    call fatal_error(error, place//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
+    position = this%file//', line '//str(at)
+    if (this%group /= '') position = position//', &'//clip(this%group)
+    if (name /= '') position = position//' '//name
+    call fatal_error(error, position//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
   end subroutine fail
 
 end module case_reader

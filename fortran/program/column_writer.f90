@@ -8,7 +8,7 @@ module column_writer
   use columns, only: column_width
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use row_sink, only: row_taker
+  use row_sink, only: row_writer
   use system, only: scratch_file
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
@@ -18,11 +18,11 @@ module column_writer
 
   integer, parameter :: width = column_width
 
-  type, extends(row_taker) :: column_file
+  type, extends(row_writer) :: column_file
     type(scratch_file) :: file
   contains
     procedure :: begin
-    procedure :: take
+    procedure :: write_row
     procedure :: complete
     procedure :: publish
     procedure, private :: put_comments, check
@@ -51,7 +51,7 @@ contains
   end subroutine begin
 
   !> Write a row.
-  subroutine take(this, row, error)
+  subroutine write_row(this, row, error)
     class(column_file), intent(inout) :: this
     real(dp), intent(in) :: row(:)
     type(error_type), allocatable, intent(out) :: error
@@ -60,7 +60,7 @@ contains
     call write_numbers(size(row), row, cells)
     call this%file%put(cells//new_line('a'))
     call this%check('cannot be written completely', error)
-  end subroutine take
+  end subroutine write_row
 
   !> Write the results after the last row; `publish` then gives the file its name.
   subroutine complete(this, results, error)

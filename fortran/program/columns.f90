@@ -18,7 +18,7 @@ module columns
   use wheelset, only: closed, contact_name, contact_state, external_force, right_tread
   implicit none
   private
-  public :: column_type, column_width, most_columns, energy_type, energies, list_columns, name_columns
+  public :: column_type, column_width, most_columns, energy_type, energies, list_columns
 
   integer, parameter :: column_width = 16     !! characters of a name, a unit, a number
   integer, parameter :: most_columns = 64
@@ -129,22 +129,6 @@ contains
     end subroutine add
 
   end subroutine list_columns
-
-  !> Names and units of the columns of a formulation.
-  subroutine name_columns(formulation, columns, n)
-    character(*), intent(in) :: formulation
-    type(column_type), intent(out) :: columns(most_columns)
-    integer, intent(out) :: n
-    type(case_type) :: c
-    type(setup_type) :: setup
-    type(motion_type) :: motion
-    real(dp) :: values(most_columns)
-
-    c%formulation = formulation
-    setup%wheelset%mass = c%mass
-    setup%wheelset%roll_inertia = c%roll_inertia
-    call list_columns(c, setup, motion, 0.0_dp, values, n, columns)
-  end subroutine name_columns
 
   !> The quantities of one contact in a row: angle, N, Fy, Fz, y, z, radius.
   pure subroutine contact_columns(pair, q, state, c, row)

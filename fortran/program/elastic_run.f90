@@ -8,7 +8,7 @@ module elastic_run
   use motion_state, only: motion_type
   use newmark, only: advance, energy_change, energy_rounding, scheme_type, evaluate_contacts, step_diverged, step_ok
   use row_sink, only: at_event
-  use run_monitor, only: normal_forces, passed_peak, place, run_monitor_type
+  use run_monitor, only: normal_forces, passed_peak, instant, run_monitor_type
   use text, only: str
   implicit none
   private
@@ -88,7 +88,7 @@ contains
     call monitor%note_step(motion, new)
     motion = new
     call note_between(scheme, motion, monitor)
-    call monitor%queue%give(monitor%past(1)%t, error)
+    call monitor%queue%pass_rows(monitor%past(1)%t, error)
   end subroutine elastic_step
 
   !> Write rows between the ends of steps: at the events of the last step, and at the peak of a force that has passed.
@@ -190,7 +190,7 @@ contains
     case default
       reason = 'the step failed'
     end select
-    reason = reason//trim(place(motion, monitor%setup%equilibrium))
+    reason = reason//trim(instant(motion, monitor%setup%equilibrium))
     if (step > monitor%run%stable_step) reason = reason//'; &integrator dt must be less than '//str(monitor%run%stable_step)// &
       ' s to be stable'
     call fatal_error(error, reason)

@@ -2,10 +2,11 @@
 module files
   use case, only: case_type
   use column_writer, only: column_file
-  use columns, only: column_type, most_columns, name_columns
+  use columns, only: column_type, list_columns, most_columns
   use errors, only: error_type, fatal_error
   use geometry_functions, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use kinds, only: dp
+  use motion_state, only: motion_type
   use results, only: newline
   use run_monitor, only: run_type
   use run_results, only: describe_results, describe_setup
@@ -41,10 +42,12 @@ contains
     type(column_file), intent(inout) :: columns
     type(error_type), allocatable, intent(out) :: error
     type(column_type) :: list(most_columns)
+    type(motion_type) :: motion            ! any
+    real(dp) :: values(most_columns)
     character(:), allocatable :: about
     integer :: n
 
-    call name_columns(trim(c%formulation), list, n)
+    call list_columns(c, setup, motion, 0.0_dp, values, n, list)
     call describe_setup(c, setup, about)
     call columns%begin(file, about, list(:n)%name, list(:n)%unit, error)
   end subroutine begin_columns
@@ -94,7 +97,7 @@ contains
     end if
     call columns%begin(file, about//newline, geometry_names, geometry_units, error)
     do i = -last, last
-      if (.not. allocated(error)) call columns%take(rows(:, i), error)
+      if (.not. allocated(error)) call columns%write_row(rows(:, i), error)
     end do
     if (.not. allocated(error)) call columns%complete('', error)
   end subroutine write_geometry

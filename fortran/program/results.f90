@@ -1,4 +1,4 @@
-!> Results with name, value, unit and words. Each is given once and told twice: with all digits as an entry of a namelist
+!> Results with name, value, unit and words. Each is given once and items twice: with all digits as an entry of a namelist
 !> group, for the comments of a column file, and in a sentence on the terminal.
 module results
   use, intrinsic :: iso_fortran_env, only: int64
@@ -19,14 +19,14 @@ module results
     procedure, private :: add_numbers, add_count, add_text
     generic :: add => add_numbers, add_count, add_text
     procedure, private :: add_entry
-    procedure :: say
+    procedure :: append
     procedure :: warn
   end type result_list
 
 contains
 
   !> Add numbers. On the terminal they stand where `words` has marks #, in a format such as 'f0.3', or else with all digits.
-  !> A result without a name or without words is told only once.
+  !> A result without a name or without words is items only once.
   subroutine add_numbers(this, name, x, unit, words, form, factor)
     class(result_list), intent(inout) :: this
     character(*), intent(in) :: name
@@ -47,12 +47,12 @@ contains
       if (mark == 0) cycle
       shown = x(k)
       if (present(factor)) shown = factor*x(k)
-      if (present(form)) call this%say(rest(:mark), rounded(shown, form))
-      if (.not. present(form)) call this%say(rest(:mark), shortest(shown))
+      if (present(form)) call this%append(rest(:mark), rounded(shown, form))
+      if (.not. present(form)) call this%append(rest(:mark), shortest(shown))
       rest = rest(mark + 1:)
     end do
     call this%add_entry(name, value(3:), unit)
-    call this%say(rest)
+    call this%append(rest)
   end subroutine add_numbers
 
   subroutine add_count(this, name, n, words)
@@ -61,7 +61,7 @@ contains
     integer(int64), intent(in) :: n
 
     call this%add_entry(name, str(n), '')
-    call this%say(words, str(n))
+    call this%append(words, str(n))
   end subroutine add_count
 
   subroutine add_text(this, name, text, words)
@@ -69,7 +69,7 @@ contains
     character(*), intent(in) :: name, text, words
 
     call this%add_entry(name, "'"//text//"'", '')
-    call this%say(words, text)
+    call this%append(words, text)
   end subroutine add_text
 
   !> Add an entry to the group. The components of an event stand in one line.
@@ -88,7 +88,7 @@ contains
   end subroutine add_entry
 
   !> Add words on the terminal, with a value in the place of the mark #.
-  subroutine say(this, words, value)
+  subroutine append(this, words, value)
     class(result_list), intent(inout) :: this
     character(*), intent(in) :: words
     character(*), intent(in), optional :: value
@@ -100,14 +100,14 @@ contains
     else
       this%sentences = this%sentences//words(:mark - 1)//trim(value)//words(mark + 1:)
     end if
-  end subroutine say
+  end subroutine append
 
   subroutine warn(this, words)
     class(result_list), intent(inout) :: this
     character(*), intent(in) :: words
 
     this%warnings = this%warnings//'warning: '//words//newline
-    call this%say('warning: '//words//newline)
+    call this%append('warning: '//words//newline)
   end subroutine warn
 
   !> A number in a format such as 'f0.3'.

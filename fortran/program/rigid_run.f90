@@ -6,7 +6,7 @@ module rigid_run
   use newmark, only: energy_rounding
   use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, step_ok
   use row_sink, only: at_event, at_impact
-  use run_monitor, only: passed_peak, place, run_monitor_type
+  use run_monitor, only: passed_peak, instant, run_monitor_type
   use run_setup, only: setup_type
   implicit none
   private
@@ -41,7 +41,7 @@ contains
       end associate
       call monitor%note_step(old, motion)
       call note_rows(rigid, rigid_before, motion, monitor)
-      call monitor%queue%give(monitor%past(1)%t, error)
+      call monitor%queue%pass_rows(monitor%past(1)%t, error)
       if (.not. allocated(error) .and. status /= step_ok) call report_failure(monitor%setup, motion, status, error)
       if (allocated(error)) return
     end do
@@ -113,7 +113,7 @@ contains
     case default
       reason = 'formulation = ''unilateral'': expected time between impacts, found none'
     end select
-    call fatal_error(error, reason//place(motion, setup%equilibrium))
+    call fatal_error(error, reason//instant(motion, setup%equilibrium))
   end subroutine report_failure
 
 end module rigid_run

@@ -5,21 +5,21 @@ module row_sink
   use text, only: str
   implicit none
   private
-  public :: row_taker, row_list, row_queue, on_grid, at_event, at_impact
+  public :: row_writer, row_list, row_queue, on_grid, at_event, at_impact
 
   !> Receives the rows of a run in the order of time.
-  type, abstract :: row_taker
+  type, abstract :: row_writer
   contains
-    procedure(take_row), deferred :: take
-  end type row_taker
+    procedure(write_row_to), deferred :: write_row
+  end type row_writer
 
   abstract interface
-    subroutine take_row(this, row, error)
-      import :: dp, error_type, row_taker
-      class(row_taker), intent(inout) :: this
+    subroutine write_row_to(this, row, error)
+      import :: dp, error_type, row_writer
+      class(row_writer), intent(inout) :: this
       real(dp), intent(in) :: row(:)
       type(error_type), allocatable, intent(out) :: error
-    end subroutine take_row
+    end subroutine write_row_to
   end interface
 
   enum, bind(c)
@@ -30,11 +30,11 @@ module row_sink
   integer, parameter :: most = 64
 
   !> All rows, in memory.
-  type, extends(row_taker) :: row_list
+  type, extends(row_writer) :: row_list
     integer :: n = 0
     real(dp), allocatable :: values(:, :)   !! (column, row), the first n of them
   contains
-    procedure :: take
+    procedure :: write_row
   end type row_list
 
   !> Rows in order of time that wait for rows before them: the peak of a force is known one step after it.
@@ -42,28 +42,28 @@ module row_sink
   !> Rows at equal intervals and rows before and after impacts are always given. A row at another event is left out
   !> where its time could not be told from that of a neighbour in nine digits.
   type :: row_queue
-    integer :: given = 0                    !! number of rows that have been given
+    integer :: passed = 0                    !! number of rows that have been given
     real(dp), allocatable :: last(:)        !! the last of them, (column)
     integer, private :: n = 0
     integer, private :: kind(most) = 0
     real(dp), private :: near = 0           ! rows within this time are one, besides nine digits [s]
     real(dp), allocatable, private :: row(:, :)   ! (column, row), the first n of them
-    class(row_taker), pointer, private :: taker => null()
+    class(row_writer), pointer, private :: writer => null()
   contains
     procedure :: begin
     procedure :: put
-    procedure :: give
+    procedure :: pass_rows
     procedure, private :: move
   end type row_queue
 
 contains
 
-  subroutine begin(this, near, taker)
+  subroutine begin(this, near, writer)
     class(row_queue), intent(out) :: this
     real(dp), intent(in) :: near            !! [s]
-    class(row_taker), target, intent(inout) :: taker
+    class(row_writer), target, intent(inout) :: writer
 
-    this%taker => taker
+    this%writer => writer
     this%near = near
   end subroutine begin
 
@@ -77,7 +77,7 @@ contains
 
     if (.not. allocated(this%row)) allocate (this%row(size(row), most), this%last(size(row)), source=0.0_dp)
     near = this%near + 2e-8_dp*row(1)
-    if (kind == at_event .and. this%given > 0 .and. row(1) - this%last(1) <= near) return
+    if (kind == at_event .and. this%passed > 0 .and. row(1) - this%last(1) <= near) return
     if (kind /= at_impact) then
       do i = this%n, 1, -1
         if (abs(this%row(1, i) - row(1)) > near) cycle
@@ -104,7 +104,7 @@ contains
   end subroutine move
 
   !> Pass the rows up to a time on to the row writer.
-  subroutine give(this, up_to, error)
+  subroutine pass_rows(this, up_to, error)
     class(row_queue), intent(inout) :: this
     real(dp), intent(in) :: up_to           !! [s]
     type(error_type), allocatable, intent(out) :: error
@@ -113,15 +113,15 @@ contains
     if (this%n == 0) return
     n = count(this%row(1, :this%n) <= up_to)
     do i = 1, n
-      call this%taker%take(this%row(:, i), error)
+      call this%writer%write_row(this%row(:, i), error)
       if (allocated(error)) return
       this%last = this%row(:, i)
-      this%given = this%given + 1
+      this%passed = this%passed + 1
     end do
     call this%move(n + 1, -n)
-  end subroutine give
+  end subroutine pass_rows
 
-  subroutine take(this, row, error)
+  subroutine write_row(this, row, error)
     class(row_list), intent(inout) :: this
     real(dp), intent(in) :: row(:)
     type(error_type), allocatable, intent(out) :: error
@@ -140,6 +140,6 @@ contains
     end if
     this%n = this%n + 1
     this%values(:, this%n) = row
-  end subroutine take
+  end subroutine write_row
 
 end module row_sink

@@ -6,12 +6,12 @@ module run_monitor
   use events, only: event_log, watch
   use kinds, only: dp
   use motion_state, only: motion_type
-  use row_sink, only: on_grid, row_queue, row_taker
+  use row_sink, only: on_grid, row_queue, row_writer
   use run_setup, only: setup_type
   use text, only: str
   implicit none
   private
-  public :: run_type, run_monitor_type, passed_peak, normal_forces, place
+  public :: run_type, run_monitor_type, passed_peak, normal_forces, instant
 
   !> The outcome of a run.
   type :: run_type
@@ -61,10 +61,10 @@ module run_monitor
 contains
 
   !> Record the initial motion.
-  subroutine start(this, motion, taker)
+  subroutine start(this, motion, writer)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
-    class(row_taker), target, intent(inout) :: taker   !! receives the rows
+    class(row_writer), target, intent(inout) :: writer   !! receives the rows
     type(energy_type) :: e
 
     this%event_rows = this%c%rows == 'interval_and_events'
@@ -75,7 +75,7 @@ contains
     e = energies(this%c, this%setup, motion)
     this%run%kinetic_energy = sum(e%kinetic(2:4))
     this%first_energy = e%total
-    call this%queue%begin(1e-6_dp*this%c%interval, taker)
+    call this%queue%begin(1e-6_dp*this%c%interval, writer)
     call this%put(motion, on_grid)
   end subroutine start
 
@@ -177,13 +177,13 @@ contains
   end function normal_forces
 
   !> The time that a run has reached, for messages.
-  function place(motion, equilibrium)
+  function instant(motion, equilibrium)
     type(motion_type), intent(in) :: motion
     real(dp), intent(in) :: equilibrium(3)
-    character(160) :: place
+    character(160) :: instant
 
-    place = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
+    instant = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
       str(motion%q(2) - equilibrium(2))//' m, roll = '//str(motion%q(3) - equilibrium(3))//' rad'
-  end function place
+  end function instant
 
 end module run_monitor

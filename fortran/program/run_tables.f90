@@ -85,7 +85,7 @@ contains
     type(side_type), target, intent(in) :: side
     type(request_type) :: request
     type(side_type) :: both(2)
-    real(dp) :: own
+    real(dp) :: clearance_here
     logical :: ok
 
     request = request_type(side, c%model(:9), c%influence(:5), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
@@ -94,8 +94,8 @@ contains
     both(2) = side
     ! The table is the same whatever contacts a case calls the flange's.
     both(1)%threshold = [cos(25*degree), sin(25*degree)]
-    call clearance(both, own, ok)
-    if (ok) call fit_extent(own, c%gauge, request%extent)
+    call clearance(both, clearance_here, ok)
+    if (ok) call fit_extent(clearance_here, c%gauge, request%extent)
   end function table_request
 
   !> Free the tables that `load_or_build_tables` made.

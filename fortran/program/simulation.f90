@@ -16,7 +16,7 @@ module simulation
   use rigid_motion, only: rigid_type, start_rigid
   use rigid_run, only: rigid_step
   use rigid_steps, only: rule_type
-  use row_sink, only: on_grid, row_taker
+  use row_sink, only: on_grid, row_writer
   use run_monitor, only: run_monitor_type, run_type
   use run_setup, only: place_sides, set_wheelset, setup_type
   use run_tables, only: load_or_build_tables
@@ -41,10 +41,10 @@ contains
   end subroutine prepare
 
   !> Integrate from the initial conditions to the stop condition.
-  subroutine simulate(c, setup, taker, run, error, watcher)
+  subroutine simulate(c, setup, writer, run, error, watcher)
     type(case_type), target, intent(in) :: c
     type(setup_type), target, intent(in) :: setup
-    class(row_taker), target, intent(inout) :: taker   !! receives the rows
+    class(row_writer), target, intent(inout) :: writer   !! receives the rows
     type(run_type), intent(out) :: run
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
@@ -80,7 +80,7 @@ contains
         motion, monitor%run%changes, error)
     end if
     if (allocated(error)) return
-    call monitor%start(motion, taker)
+    call monitor%start(motion, writer)
     rows: do row = 1, last_row
       at = row*c%interval
       h = monitor%run%step
@@ -96,13 +96,13 @@ contains
           call rigid_step(rigid, motion, monitor, h, error)
         end if
         if (allocated(error)) exit rows
-        if (mod(i, report_steps) == 0) call look_up((row - 1 + real(i, dp)/substeps)/last_row)
+        if (mod(i, report_steps) == 0) call report_progress((row - 1 + real(i, dp)/substeps)/last_row)
         if (monitor%run%cancelled) exit rows
       end do
       if (monitor%run%gone) exit
       motion%t = at
       call monitor%put(motion, on_grid)
-      if (mod(row, report_rows) == 0) call look_up(row/real(last_row, dp))
+      if (mod(row, report_rows) == 0) call report_progress(row/real(last_row, dp))
       if ((c%stop_at == 'derailment' .and. monitor%run%log%derailed) .or. &
         (c%stop_at == 'return_to_centre' .and. monitor%run%log%returned) .or. monitor%run%cancelled) exit
     end do rows
@@ -111,10 +111,10 @@ contains
       if (.not. monitor%run%log%derailed) return
       monitor%run%gone = .true.
     end if
-    call monitor%queue%give(huge(at), error)
+    call monitor%queue%pass_rows(huge(at), error)
     if (allocated(error)) return
     run = monitor%run
-    run%rows = monitor%queue%given
+    run%rows = monitor%queue%passed
     run%last = monitor%queue%last
     run%extreme(3) = run%extreme(3) - setup%equilibrium(2)
     call cpu_time(to)
@@ -123,13 +123,13 @@ contains
   contains
 
     !> Tell the watcher how far the run is, and learn whether the run is to stop.
-    subroutine look_up(share)
+    subroutine report_progress(share)
       real(dp), intent(in) :: share
 
       if (.not. present(watcher)) return
       call watcher%report('integration', share)
       monitor%run%cancelled = watcher%stop
-    end subroutine look_up
+    end subroutine report_progress
 
   end subroutine simulate
 

@@ -196,8 +196,8 @@ contains
   pure subroutine split_lines(text, lines)
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
-    character(*), parameter :: newline = achar(10), return = achar(13), mark = char(239)//char(187)//char(191)
-    integer :: n, from, to, pass
+    character(*), parameter :: newline = achar(10), return = achar(13), tab = achar(9), mark = char(239)//char(187)//char(191)
+    integer :: n, from, to, pass, i
 
     do pass = 1, 2
       if (pass == 2) allocate (lines(n))
@@ -207,24 +207,17 @@ contains
         to = from - 1 + scan(text(from:), newline//return)
         if (to < from) to = len(text) + 1
         n = n + 1
-        if (pass == 2) lines(n)%text = blanked(text(from:to - 1))
+        if (pass == 2) then
+          lines(n)%text = text(from:to - 1)
+          do i = from, to - 1
+            if (text(i:i) == tab) lines(n)%text(i - from + 1:i - from + 1) = ' '
+          end do
+        end if
         from = to + 1
         if (text(to:min(from, len(text))) == return//newline) from = from + 1
       end do
     end do
   end subroutine split_lines
-
-  !> A line with blanks for its tabs.
-  pure function blanked(line)
-    character(*), intent(in) :: line
-    character(len(line)) :: blanked
-    integer :: i
-
-    blanked = line
-    do i = 1, len(line)
-      if (iachar(line(i:i)) == 9) blanked(i:i) = ' '
-    end do
-  end function blanked
 
   !> CRC-32 (ISO 3309) of some lines, tabs counted as blanks and line ends as one newline, as
   !> eight hexadecimal digits.

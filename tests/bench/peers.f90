@@ -278,26 +278,26 @@ end module by_sundials
 module no_rows
   use errors, only: error_type
   use kinds, only: dp
-  use row_sink, only: row_taker
+  use row_sink, only: row_writer
   implicit none
   private
   public :: discarded_rows
 
-  type, extends(row_taker) :: discarded_rows
+  type, extends(row_writer) :: discarded_rows
     real(dp) :: total = 0                  !! of Y: keeps the rows alive
   contains
-    procedure :: take
+    procedure :: write_row
   end type discarded_rows
 
 contains
 
-  subroutine take(this, row, error)
+  subroutine write_row(this, row, error)
     class(discarded_rows), intent(inout) :: this
     real(dp), intent(in) :: row(:)
     type(error_type), allocatable, intent(out) :: error
 
     this%total = this%total + row(3)
-  end subroutine take
+  end subroutine write_row
 
 end module no_rows
 program peers
@@ -405,7 +405,7 @@ contains
       call contacts(setup%wheelset, motion%q, motion%contact, tangent=.false.)
       problem%evaluations = problem%evaluations + 1
       call list_columns(c, setup, motion, 0.0_dp, values, columns)
-      call sink%take(values(:columns), error)
+      call sink%write_row(values(:columns), error)
     end do
     call cpu_time(to)
     once = to - from

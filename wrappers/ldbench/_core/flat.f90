@@ -30,20 +30,30 @@ end subroutine describe_variables
 !> Names and units of the columns, of the geometry columns; then the kinds of
 !> events, one per line; then the program's version.
 subroutine describe_results(listing, length)
-  use columns, only: column_type, most_columns, name_columns
+  use case, only: case_type
+  use columns, only: column_type, list_columns, most_columns
   use events, only: event_kinds
   use handles, only: give
   use kinds, only: version
   use geometry_functions, only: geometry_names, geometry_units
+  use motion_state, only: motion_type
+  use run_setup, only: setup_type
   implicit none
   character(8192), intent(out) :: listing
   integer, intent(out) :: length
+  type(case_type) :: c
+  type(setup_type) :: setup
+  type(motion_type) :: motion
   type(column_type) :: columns(most_columns)
+  real(8) :: values(most_columns)
   character(:), allocatable :: lines
   integer :: k, n
 
   lines = ''
-  call name_columns('unilateral', columns, n)
+  c%formulation = 'unilateral'         ! which has all columns
+  setup%wheelset%mass = c%mass
+  setup%wheelset%roll_inertia = c%roll_inertia
+  call list_columns(c, setup, motion, 0d0, values, n, columns)
   call add(columns(:n)%name)
   call add(columns(:n)%unit)
   call add(geometry_names)
@@ -246,12 +256,12 @@ subroutine prepared_warnings(handle, listing, length)
   character(32768), intent(out) :: listing
   integer, intent(out) :: length
   type(prepared_type), pointer :: p
-  type(result_list) :: told
+  type(result_list) :: items
 
   p => prepared_at(handle)
-  told = result_list('', '', '')
-  call list_tables(p%c, p%setup, told)
-  call give(told%warnings, listing, length)
+  items = result_list('', '', '')
+  call list_tables(p%c, p%setup, items)
+  call give(items%warnings, listing, length)
 end subroutine prepared_warnings
 
 !> Integrate a prepared case.

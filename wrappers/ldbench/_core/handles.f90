@@ -260,7 +260,7 @@ contains
 
     call begin_columns(p%c, p%setup, path, columns, error)
     do i = 1, run%rows
-      if (.not. allocated(error)) call columns%take(run%kept%values(:, i), error)
+      if (.not. allocated(error)) call columns%write_row(run%kept%values(:, i), error)
     end do
     if (.not. allocated(error)) call finish_files(p%c, p%setup, run%run_type, columns, geometry_file, error)
   end subroutine write_finished
