@@ -3,12 +3,11 @@ program ldbench
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
   use case, only: case_type, list_variables, output_path, range_text, right_table_path, value_text, variable_type
-  use case_check, only: check_case
+  use case_check, only: check_case, check_writable
   use case_reader, only: read_case
-  use column_writer, only: column_file
   use errors, only: error_type, fatal_error
   use kinds, only: version
-  use files, only: begin_columns, check_writable, finish_files
+  use files, only: begin_columns, column_file, finish_files
   use progress, only: terminal_monitor
   use run_monitor, only: run_type
   use run_results, only: summary

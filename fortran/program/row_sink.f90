@@ -1,11 +1,10 @@
 !> Transfer of the rows of a run to a file, which grows with them, or to memory.
 module row_sink
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type
   use kinds, only: dp
-  use text, only: str
   implicit none
   private
-  public :: row_writer, row_list, row_queue, on_grid, at_event, at_impact
+  public :: row_writer, row_queue, on_grid, at_event, at_impact
 
   !> Receives the rows of a run in the order of time.
   type, abstract :: row_writer
@@ -28,14 +27,6 @@ module row_sink
 
   ! Two steps can add this many rows. Each has at most eleven events, four peaks, two rows of an impact and one grid row.
   integer, parameter :: most = 64
-
-  !> All rows, in memory.
-  type, extends(row_writer) :: row_list
-    integer :: n = 0
-    real(dp), allocatable :: values(:, :)   !! (column, row), the first n of them
-  contains
-    procedure :: write_row
-  end type row_list
 
   !> Rows in order of time that wait for rows before them: the peak of a force is known one step after it.
   !>
@@ -120,26 +111,5 @@ contains
     end do
     call this%move(n + 1, -n)
   end subroutine pass_rows
-
-  subroutine write_row(this, row, error)
-    class(row_list), intent(inout) :: this
-    real(dp), intent(in) :: row(:)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: grown(:, :)
-    integer :: stat
-
-    if (.not. allocated(this%values)) allocate (this%values(size(row), 1024))
-    if (this%n == size(this%values, 2)) then
-      allocate (grown(size(row), 2*this%n), stat=stat)
-      if (stat /= 0) then
-        call fatal_error(error, 'expected memory for '//str(2*this%n)//' rows, found less')
-        return
-      end if
-      grown(:, :this%n) = this%values
-      call move_alloc(grown, this%values)
-    end if
-    this%n = this%n + 1
-    this%values(:, this%n) = row
-  end subroutine write_row
 
 end module row_sink

@@ -378,9 +378,8 @@ end subroutine write_run
 
 subroutine write_geometry_file(prepared, path, message, length)
   use errors, only: error_type
-  use column_writer, only: column_file
   use handles, only: give_error, prepared_at, prepared_type
-  use files, only: write_geometry
+  use files, only: column_file, write_geometry
   implicit none
   integer(8), intent(in) :: prepared
   character(*), intent(in) :: path
@@ -724,7 +723,7 @@ end subroutine linearised_conicities
 subroutine check_writable(file, variable, path, message, length)
   use errors, only: error_type
   use handles, only: give_error
-  use files, only: check => check_writable
+  use case_check, only: check => check_writable
   implicit none
   character(*), intent(in) :: file, variable, path
   character(2048), intent(out) :: message
