@@ -39,8 +39,8 @@ contains
       'frame: X forward, Y left, Z up; Z and roll from static equilibrium at Y = 0; SI units, radians'//newline// &
       'contacts: LT left tread, LF left flange, RT right tread, RF right flange; '// &
       'forces of the rail on the wheel, track frame'//newline
-    call add_profiles(lines, 'wheel', setup%wheel)
-    call add_profiles(lines, 'rail', setup%rail)
+    call add_profiles(lines, 'wheel', setup%wheel, only_remarkable=.false.)
+    call add_profiles(lines, 'rail', setup%rail, only_remarkable=.false.)
     call add_formulation(lines, c)
     items = result_list('', '', '')
     call list_setup(c, setup, items)
@@ -81,8 +81,8 @@ contains
 
     lines = trim(c%name)//': '//trim(case_title(c))//newline
     call add_formulation(lines, c)
-    if (remarkable(setup%wheel)) call add_profiles(lines, 'wheel', setup%wheel)
-    if (remarkable(setup%rail)) call add_profiles(lines, 'rail', setup%rail)
+    call add_profiles(lines, 'wheel', setup%wheel, only_remarkable=.true.)
+    call add_profiles(lines, 'rail', setup%rail, only_remarkable=.true.)
     items = result_list('', '', '')
     call list_setup(c, setup, items)
     call list_outcome(c, run, items)
@@ -90,7 +90,7 @@ contains
     call items%add('', [run%seconds], '', merge(' (found)', ' (built)', setup%table_found)//', integration #'//newline, 'f0.2')
     lines = lines//items%sentences
     call wrap(lines)
-    lines = lines//'columns: '//trim(output_path(c))//', '//str(run%rows)//' row'//plural(run%rows == 1)//newline
+    lines = lines//'columns: '//trim(output_path(c))//', '//str(run%rows)//' row'//trim(merge(' ', 's', run%rows == 1))//newline
   end subroutine summary
 
   !> Results that follow from the case before the run.
@@ -179,8 +179,8 @@ contains
       if (unsolved > 0) call items%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)//' half-space solutions '// &
         'that its error is measured by did not converge; the stated error leaves them out')
       if (pulling > 0) call items%warn(what//': expected contacts that push in service, found '//str(pulling)//' point'// &
-        plural(pulling == 1)//' at which the contact would pull, where a run stops; lower &table accuracy or raise n_lateral, '// &
-        'n_roll, n_depth')
+        trim(merge(' ', 's', pulling == 1))//' at which the contact would pull, where a run stops; lower &table accuracy or '// &
+        'raise n_lateral, n_roll, n_depth')
       if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call items%warn(what//': expected an rms error of at most '// &
         '&table accuracy = '//str(c%accuracy)//' in service, reached '//trim(rounded(maxval(rms(:3)), scientific)))
       if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call items%warn(what//': expected an rms error '// &
@@ -236,7 +236,7 @@ contains
     call items%add('step', [run%step], 's, at most', ' of at most # s')
     call items%add('cuts', run%cuts, ', of which #'//trim(merge(' was cut ', ' were cut', run%cuts == 1)))
     call items%add('missed', run%missed, repeat(', # over energy_tolerance after '//str(c%max_halvings)//' halving'// &
-      plural(c%max_halvings == 1), count([run%missed > 0])))
+      trim(merge(' ', 's', c%max_halvings == 1)), count([run%missed > 0])))
     call items%add('evaluations', run%evaluations, '; contact evaluations: #'//newline)
     call items%add('t', [run%last(1)], 's, at the end', 'ended at t = # s', 'f0.6')
     call items%add('end', trim(ending(c, run)), ': #'//newline)
@@ -334,14 +334,17 @@ contains
       'tolerance and max_iterations, and &table except lateral, roll and drop, at which a derailed run ends'//newline
   end subroutine add_formulation
 
-  !> A line per profile, with one line for both sides if they have the same.
-  subroutine add_profiles(lines, what, p)
+  !> A line per profile, with one line for both sides if they have the same. A profile is remarkable if its file says how it
+  !> was made, or if the sides have different files.
+  subroutine add_profiles(lines, what, p, only_remarkable)
     character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: what
     type(profile_type), intent(in) :: p(2)       !! left, right
+    logical, intent(in) :: only_remarkable
     character(6), parameter :: side(2) = ['left  ', 'right ']
     integer :: k
 
+    if (only_remarkable .and. p(1)%taken//p(2)%taken == '' .and. p(1)%file == p(2)%file) return
     do k = 1, merge(1, 2, p(1)%file == p(2)%file)
       if (p(1)%file /= p(2)%file) lines = lines//trim(side(k))//' '
       lines = lines//what//' profile: '//p(k)%file//', CRC-32 '//p(k)%checksum
@@ -350,13 +353,6 @@ contains
       lines = lines//newline
     end do
   end subroutine add_profiles
-
-  !> Whether the summary describes a profile: its file says how it was made, or the sides have different files.
-  pure logical function remarkable(p)
-    type(profile_type), intent(in) :: p(2)
-
-    remarkable = p(1)%taken//p(2)%taken /= '' .or. p(1)%file /= p(2)%file
-  end function remarkable
 
   !> Break lines that are longer than `width` at blanks, and indent what follows by two more blanks than the line.
   subroutine wrap(lines)
@@ -393,13 +389,5 @@ contains
       if (scan(name(k:k), ' -') > 0) name(k:k) = '_'
     end do
   end function joined
-
-  !> The ending of a noun behind a number: none behind 1.
-  pure function plural(one) result(ending)
-    logical, intent(in) :: one            !! the number is 1
-    character(count([.not. one])) :: ending
-
-    ending = 's'
-  end function plural
 
 end module run_results

@@ -51,7 +51,7 @@ end module listener
 program progress_reports
   use case, only: case_type
   use case_reader, only: read_case
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type
   use listener, only: counted_rows, listening_monitor
   use shared, only: integer_argument
   use run_monitor, only: run_type
