@@ -7,7 +7,7 @@
 !> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
 !> inside. This is a separate event, after which the run goes on.
 !>
-!> A flange touches its rail when a contact closes whose contact angle is at least the threshold of the case, or when the
+!> A flange met its rail when a contact closes whose contact angle is at least the threshold of the case, or when the
 !> angle of a closed contact passes the threshold: then the contact of the flange closes in the state of the contacts.
 !>
 !> Times of events lie within the steps. The time at which an elastic contact closes or opens follows from the contact's
@@ -67,29 +67,30 @@ contains
     type(motion_type), intent(in) :: old, new
     type(side_type), intent(in) :: side(:)  !! left, right
     real(dp) :: dt
-    logical :: were(4), are(4), hit(4), was_on, meets
+    logical :: was_closed(4), is_closed(4), met(4), wheel_was_on, wheel_met
     integer :: k
 
     log%n_moments = 0
     dt = new%t - old%t
-    were = closed(old%contact)
-    are = closed(new%contact)
-    hit = are .or. new%contact%struck
+    was_closed = closed(old%contact)
+    is_closed = closed(new%contact)
+    met = is_closed .or. new%contact%struck      ! contacts that have a force at the end of the step, or an impulse
     do k = 1, 2
-      if (hit(flange(k)) .and. .not. were(flange(k))) &
+      if (met(flange(k)) .and. .not. was_closed(flange(k))) &
         call record(log, w, event_type(flange_contact(k), closing(flange(k)), angle=contact_angle(new, k)))
     end do
-    if (any(were .neqv. are) .or. any(new%contact%struck)) then
+    if (any(was_closed .neqv. is_closed) .or. any(new%contact%struck)) then
       do k = 1, 2
-        was_on = were(tread(k)) .or. were(flange(k))
-        meets = hit(tread(k)) .or. hit(flange(k))
-        if (meets .and. .not. was_on) call record(log, w, event_type(landing(k), min(closing(tread(k)), closing(flange(k)))))
-        if ((meets .or. was_on) .and. .not. (are(tread(k)) .or. are(flange(k)))) &
+        wheel_was_on = was_closed(tread(k)) .or. was_closed(flange(k))
+        wheel_met = met(tread(k)) .or. met(flange(k))
+        if (wheel_met .and. .not. wheel_was_on) &
+          call record(log, w, event_type(landing(k), min(closing(tread(k)), closing(flange(k)))))
+        if ((wheel_met .or. wheel_was_on) .and. .not. (is_closed(tread(k)) .or. is_closed(flange(k)))) &
           call record(log, w, event_type(lift_off(k), max(opening(tread(k)), opening(flange(k)))))
       end do
       do k = 1, 4
-        if (are(k) .and. .not. were(k)) call add_moment(log, closing(k))
-        if (were(k) .and. .not. are(k)) call add_moment(log, opening(k))
+        if (is_closed(k) .and. .not. was_closed(k)) call add_moment(log, closing(k))
+        if (was_closed(k) .and. .not. is_closed(k)) call add_moment(log, opening(k))
       end do
     end if
     log%away = log%away .or. abs(old%q(1)) > aside
@@ -109,20 +110,20 @@ contains
     !> Flanges over the rail: outside the gauge line and higher than the head's shoulders. Derailment: outside the crown.
     subroutine watch_flange_tips()
       real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
-      real(dp) :: tip(2, 2), before(2, 2), over(2), over_before(2), past(2), past_before(2), force(3)
+      real(dp) :: tip(2, 2), tip_before(2, 2), over(2), over_before(2), past(2), past_before(2), force(3)
 
       tip = flange_tips(new%q, side)
       over = min(tip(2, :) + shoulder, tip(1, :) - side%pair%gauge_face)
       if (all(over <= 0)) return
-      before = flange_tips(old%q, side)
-      over_before = min(before(2, :) + shoulder, before(1, :) - side%pair%gauge_face)
+      tip_before = flange_tips(old%q, side)
+      over_before = min(tip_before(2, :) + shoulder, tip_before(1, :) - side%pair%gauge_face)
       do k = 1, 2
         if (over(k) > 0 .and. over_before(k) <= 0) &
           call record(log, w, event_type(over_rail(k), zero_between(over_before(k), over(k))))
       end do
       if (log%derailed) return
       past = tip(1, :) - side%pair%crown
-      past_before = min(before(1, :) - side%pair%crown, 0.0_dp)
+      past_before = min(tip_before(1, :) - side%pair%crown, 0.0_dp)
       force = external_force(w, new%t)
       do k = 1, 2
         if (past(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*force(1) < 0) cycle
@@ -143,7 +144,7 @@ contains
       integer, intent(in) :: contact
 
       t = new%t
-      if (are(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
+      if (is_closed(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
     end function closing
 
     !> Time at which a contact opened that was closed at the start of the step.
@@ -153,7 +154,7 @@ contains
       t = old%t
       if (old%contact%rigid(contact) .or. new%contact%struck(contact)) then
         t = new%t
-      else if (were(contact)) then
+      else if (was_closed(contact)) then
         t = t + min(dt, lapse(old, contact))
       end if
     end function opening

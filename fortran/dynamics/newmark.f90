@@ -220,7 +220,7 @@ contains
       if (status == step_ok) exit
     end do
     evaluations = min(evaluations, scheme%max_iterations)
-    if (status == step_ok) call carry(new%contact, -move)
+    if (status == step_ok) call extrapolate(new%contact, -move)
     ! The acceleration follows from the balance of forces, because (q - predicted)/(beta dt^2) would magnify round-off.
     new%a = (f - new%contact%gradient)/m
     new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
@@ -271,7 +271,7 @@ contains
       new%v = 2*d/dt - old%v
       new%a = (new%v - old%v)/dt
       new%jerk = 2*(new%a - old%a)/(old%dt + dt)
-      call carry(new%contact, -move)
+      call extrapolate(new%contact, -move)
     end if
     if (middle%status /= inside) status = middle%status
     if (new%contact%status /= inside) status = new%contact%status
@@ -279,7 +279,7 @@ contains
 
   !> Update a contact state to first order by the last Newton correction, which is smaller than the
   !> tolerance.
-  pure subroutine carry(contact, move)
+  pure subroutine extrapolate(contact, move)
     type(contact_state), intent(inout) :: contact
     real(dp), intent(in) :: move(3)
     real(dp) :: h(3, 3)
@@ -287,7 +287,7 @@ contains
     h = symmetric(contact%hessian)
     contact%energy = contact%energy + matmul(move, contact%slope)
     contact%gradient = contact%gradient + matmul(h, move)
-  end subroutine carry
+  end subroutine extrapolate
 
   pure function diagonal(d) result(a)
     real(dp), intent(in) :: d(3)

@@ -209,7 +209,7 @@ contains
   !> Pose of rest of the free wheelset, found downhill from the equilibrium at the track's centre.
   pure subroutine find_rest(this, centred, q, ok)
     type(wheelset_type), intent(in) :: this
-    real(dp), intent(in) :: centred(3)   !! of `hold`
+    real(dp), intent(in) :: centred(3)   !! equilibrium of the wheelset that is held at y = 0
     real(dp), intent(out) :: q(3)
     logical, intent(out) :: ok
     real(dp), parameter :: stride = 1e-4_dp, farthest = 0.05_dp   ! [m]

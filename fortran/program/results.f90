@@ -1,4 +1,4 @@
-!> Results with name, value, unit and words. Each is given once and items twice: with all digits as an entry of a namelist
+!> A list of results with name, value, unit and words. Each result is printed twice: with all digits as an entry of a namelist
 !> group, for the comments of a column file, and in a sentence on the terminal.
 module results
   use, intrinsic :: iso_fortran_env, only: int64
@@ -26,7 +26,7 @@ module results
 contains
 
   !> Add numbers. On the terminal they stand where `words` has marks #, in a format such as 'f0.3', or else with all digits.
-  !> A result without a name or without words is items only once.
+  !> A result without a name or without words is printed only once.
   subroutine add_numbers(this, name, x, unit, words, form, factor)
     class(result_list), intent(inout) :: this
     character(*), intent(in) :: name

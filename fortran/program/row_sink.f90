@@ -1,4 +1,4 @@
-!> Transfer of the rows of a run to a file, which grows with them, or to memory.
+!> Passes the rows of a run in the order of time to a file, which grows with them, or to memory.
 module row_sink
   use errors, only: error_type
   use kinds, only: dp

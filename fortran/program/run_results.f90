@@ -1,5 +1,5 @@
-!> What a run tells: the lines before and after the rows of a column file, and the summary on the terminal. The groups `&setup`
-!> and `&results` of the file and the sentences of the summary are prints of one list of results.
+!> Texts about a run: the lines before and after the rows of a column file, and the summary on the terminal. The groups `&setup`
+!> and `&results` of the file and the sentences of the summary are printed from one list of results.
 module run_results
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_title, case_type, list_variables, output_path, value_text, variable_type

@@ -1,4 +1,5 @@
-!> A watcher of a long computation is told how far the computation is, and may ask it to stop.
+!> A watcher of a long computation learns how far the computation is, and may ask it to stop. The watcher of the executable
+!> shows the progress on the terminal.
 module progress
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use kinds, only: dp
@@ -12,7 +13,7 @@ module progress
 
   type, abstract :: monitor_type
     logical :: stop = .false.            !! set it to end the computation early
-    real(dp) :: from = 0, to = 1         !! the share of the stage that is under way
+    real(dp) :: from = 0, to = 1         !! the part of the stage to which the reported shares belong
   contains
     procedure(report), deferred :: report
     procedure :: tell
@@ -27,7 +28,7 @@ module progress
     end subroutine report
   end interface
 
-  !> Shows a line on standard error if that is a terminal and the work takes more than a second.
+  !> Shows a line on standard error if standard error is a terminal and the work takes more than a second.
   type, extends(monitor_type) :: terminal_monitor
     logical :: visible = .false.         !! standard error is a terminal
     logical :: shown = .false.           !! there is a line to clear
@@ -40,7 +41,7 @@ module progress
 
 contains
 
-  !> Report the completed share of the stage that is under way.
+  !> Report a share of the part of the stage that is under way.
   subroutine tell(this, stage, share)
     class(monitor_type), intent(inout) :: this
     character(*), intent(in) :: stage

@@ -158,7 +158,7 @@ contains
     word = decimal(i)
   end function str_long
 
-  !> A text for a message, at most 80 characters of it.
+  !> The first 80 characters of a text, for a message.
   pure function clip(text) result(short)
     character(*), intent(in) :: text
     character(min(len_trim(text), 80)) :: short
