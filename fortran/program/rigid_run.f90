@@ -57,7 +57,7 @@ contains
         run%steps = run%steps + 1
         call watch(run%log, setup%wheelset, old, motion, setup%side)
         call note_impact(run%log, setup%wheelset, old, motion)
-        if (c%energy_tolerance > 0 .and. abs(rigid%own%error) > max(c%energy_tolerance, &
+        if (c%energy_tolerance > 0 .and. abs(rigid%state%error) > max(c%energy_tolerance, &
           energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
         where (motion%impulse - old%impulse > run%largest_impulse) run%impulse_time = motion%t
         run%largest_impulse = max(run%largest_impulse, motion%impulse - old%impulse)
