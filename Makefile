@@ -349,7 +349,7 @@ help:
 	@echo 'make yardsticks measure the horizons and spreads that scores are judged by: wrappers/ldbench/benchmark/yardsticks.json'
 	@echo 'make pictures   the pictures of README and docs alone'
 	@echo 'make clean      remove everything that make made'
-	@echo 'LDBENCH_SLOW=1  with make test: what takes minutes too: stores and reports killed 50 times, 1,000 tables freed, pip from nothing'
+	@echo 'LDBENCH_SLOW=1  with make test: also run the slow tests, which take minutes each'
 	@echo 'DEBUG=1         with make, test, report, validate: run-time checks and floating-point traps'
 	@echo 'FC=flang-new-19 with make, test: the executable ldbench-flang by another compiler'
 	@echo 'SANITIZE=1      with make, test: every access to memory and every leak is looked at'

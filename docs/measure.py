@@ -164,6 +164,7 @@ def of_validation() -> Values:
         values[f"angle_limit.{pair}.{kind} [deg]"] = float(row["contact angle [deg]"])
         if kind == "rigid":
             values |= {f"b_c.{pair} [mm]": float(row["b [mm]"]), f"h_c.{pair} [mm]": float(row["h [mm]"])}
+    values |= of_unknown_profiles(rows("unknown", "How far the numbers move"))
     for pair in PAIRS:
         values[f"F_limit.{pair}.difference [%]"] = 100*abs(
             values[f"F_limit.{pair}.elastic [kN]"]/values[f"F_limit.{pair}.rigid [kN]"] - 1)
@@ -192,6 +193,28 @@ def of_validation() -> Values:
         values[f"checks.{section}"] = sum(check["section"] == section for check in checks)
     values["checks.all"] = len(checks)
     return values
+
+
+def of_unknown_profiles(rows: Iterable[dict[str, str]]) -> Values:
+    """How far other wheels and other arcs move the answers [%], least and largest change of each group."""
+    values: Values = {}
+    for row in rows:
+        exercise, _, answer = row["actual profiles"].partition(": ")
+        name = {"first": "contact", "peak": "peak", "lateral": "force"}.get(answer.split()[0])
+        for group, cell in (list(row.items())[2:] if name else ()):
+            span, _, note = cell.partition(" (")
+            least, _, largest = span.partition(" to ")
+            if "without contact" in note:
+                values[f"unknown.{exercise}.{name}.{group}.without contact"] = float(note.split()[0])
+            values[f"unknown.{exercise}.{name}.{group}.least [%]"] = float(least)
+            values[f"unknown.{exercise}.{name}.{group}.largest [%]"] = float(largest or least)
+
+    def of(name: str, exercises: str) -> list[float]:
+        return [x for key, x in values.items() if key.split(".")[2] == name and key.split(".")[1][2:] in exercises and "[%]" in key]
+
+    contacts, peaks = of("contact", "1234"), of("peak", "1234")
+    return values | {"unknown.contact.early [%]": -min(contacts), "unknown.contact.late [%]": max(contacts),
+                     "unknown.peak.fall [%]": -min(peaks), "unknown.peak.rise [%]": max(peaks)}
 
 
 # Runs of this program ---------------------------------------------------------------------

@@ -23,6 +23,8 @@ PLACES = "tread", "flange", "both", "going over"
 SHAPES = {"aw": "actual", "sw": "simplified", "S1002 on 60E1": "S1002 on 60E1",
           "hollow wheel, actual rail": "actual, worn hollow by 1.5 mm",
           "conforming wheel, actual rail": "wheel of the shape of the actual rail"}
+UNKNOWN = {"APTA 140M": "APTA 140M", "APTA 240": "APTA 240", "throat radii x 0.75 to 1.25": "throat radii × 0.75 to 1.25",
+           "gauge corner 9.5 to 15.9 mm": "gauge corner 9.5 to 15.9 mm"}
 FORMULATIONS = {"unilateral, e = 1": "`unilateral`, $e = 1$", "unilateral, e = 0.5": "`unilateral`, $e = 0.5$",
                 "unilateral, e = 0": "`unilateral`, $e = 0$"}
 
@@ -165,6 +167,27 @@ def accuracy_table() -> str:
                  rows)
 
 
+def unknown_table() -> str:
+    """How far the answers move with wheels and arcs that the call allows."""
+    v = measured()
+
+    def change(x: float) -> str:
+        return f"{x:+.1f}".replace("-", "−")
+
+    words = {"contact": "first left flange contact", "peak": "peak of the left flange", "force": "lateral force at derailment"}
+    rows = []
+    for name, exercises in ("contact", (1, 2, 3, 4)), ("peak", (1, 2, 3, 4)), ("force", (5,)):
+        for exercise in exercises:
+            row = [f"{words[name]}, exercise {exercise}"]
+            for group in UNKNOWN:
+                least, largest = (change(v[f"unknown.ex{exercise}.{name}.{group}.{end} [%]"]) for end in ("least", "largest"))
+                without = v.get(f"unknown.ex{exercise}.{name}.{group}.without contact")
+                row.append((least if least == largest else f"{least} to {largest}")
+                           + (f", {without:.0f} without contact" if without else ""))
+            rows.append(row)
+    return table(("number", *UNKNOWN.values()), rows)
+
+
 def force_table() -> str:
     """The forces of exercise 5 at which something ends."""
     v = measured()
@@ -198,5 +221,6 @@ def force_table() -> str:
 TABLES = {
     "drift": drift_table, "integration": integration_table, "laws": law_table, "influence": influence_table,
     "errors of half-space tables": lambda: error_table("halfspace"), "errors of strip tables": lambda: error_table("strip"),
-    "frequencies": frequency_table, "accuracies": accuracy_table, "forces of exercise 5": force_table,
+    "frequencies": frequency_table, "accuracies": accuracy_table, "unknown profiles": unknown_table,
+    "forces of exercise 5": force_table,
 }

@@ -36,7 +36,7 @@ contains
         call advance_rigid(setup%side, rigid, motion, h, evaluations, status)
         left = left - h
         run%evaluations = run%evaluations + evaluations
-        if (c%energy_tolerance > 0 .and. abs(rigid%own%error) > max(c%energy_tolerance, &
+        if (c%energy_tolerance > 0 .and. abs(rigid%state%error) > max(c%energy_tolerance, &
           energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
       end associate
       call monitor%note_step(old, motion)

@@ -7,7 +7,7 @@
 !>     g_qq = d_qq - d_qs d_sq/d_ss    at the wheel's point s that is nearest.
 !>
 !> The second derivatives of d follow from kappa/(1 + kappa g) along the rail's tangent (kappa: the rail's curvature,
-!> convex positive) and from the wheel's own.  The accelerations of closed contacts need them.
+!> convex positive) and from the wheel's curvature.  The accelerations of closed contacts need them.
 module gap_functions
   use contact_zones, only: is_flange, side_type
   use curve, only: curve_point, near_interval
@@ -73,15 +73,15 @@ contains
     type(side_type), intent(in) :: side(:)    !! left, right
     real(dp), intent(in) :: q(3)              !! axle centre y, z [m], roll [rad]
     type(contacts_type), intent(inout) :: contacts
-    real(dp) :: depth, own(3)
+    real(dp) :: depth, pose(3)
     integer :: k, wheel, node, first, last
 
     do wheel = 1, 2
-      own = merge(q, mirror*q, wheel == 1)
+      pose = merge(q, mirror*q, wheel == 1)
       first = minval(contacts%c%first, contacts%c%wheel == wheel)
       last = maxval(contacts%c%last, contacts%c%wheel == wheel)
       associate (scan => contacts%scan(wheel), pair => side(wheel)%pair)
-        call scan_depth(pair, own(:2), own(3), first, last, scan)
+        call scan_depth(pair, pose(:2), pose(3), first, last, scan)
         scan%fresh = .false.
         do k = 1, contacts%n
           if (contacts%c(k)%wheel /= wheel) cycle
@@ -109,26 +109,26 @@ contains
     real(dp), parameter :: close = 1e-9_dp     ! the last step [m]: Newton's method squares the error once more
     integer, parameter :: patience = 12        ! number of steps in which Newton's method converges if it does
     real(dp), dimension(2) :: r, r1, r2, x, x1, x2, f, f1, f2, e, t, n
-    real(dp) :: own(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, before, reach, last_step, &
+    real(dp) :: pose(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, before, limit, last_step, &
       ends(2), spin(3), shear(3)
     integer :: iter, i
 
     if (c%absent) return
-    own = q
-    if (c%wheel == 2) own = mirror*q
+    pose = q
+    if (c%wheel == 2) pose = mirror*q
     ends = side(c%wheel)%pair%s([c%first, c%last])
     c%edge = .false.
     c%rim = .false.
     last_step = longest
-    reach = longest
+    limit = longest
     before = 0
     do iter = 1, 60
       call curve_point(side(c%wheel)%pair%wheel, c%s, c%at_wheel, r, r1, r2)
       call curve_point(side(c%wheel)%pair%rail, c%foot, c%at_rail, f, f1, f2)
-      x = rolled(r, own(3))
-      x1 = rolled(r1, own(3))
-      x2 = rolled(r2, own(3))
-      e = own(:2) + x - f
+      x = rolled(r, pose(3))
+      x1 = rolled(r1, pose(3))
+      x2 = rolled(r2, pose(3))
+      e = pose(:2) + x - f
       unit = 1/norm2(f1)
       t = unit*f1
       n = [-t(2), t(1)]
@@ -159,9 +159,9 @@ contains
         df = -(along + dot_product(x1, f1)*ds)/a12
       end if
       ! Newton's steps may alternate for ever over a jump of curvature: a step back is at most half of the last one.
-      if (iter > patience .and. ds*before < 0) reach = min(reach, abs(before)/2)
-      if (reach < longest .and. abs(ds) > reach) df = -(along + dot_product(x1, f1)*sign(reach, ds))/a12
-      ds = max(-reach, min(ds, reach))
+      if (iter > patience .and. ds*before < 0) limit = min(limit, abs(before)/2)
+      if (limit < longest .and. abs(ds) > limit) df = -(along + dot_product(x1, f1)*sign(limit, ds))/a12
+      ds = max(-limit, min(ds, limit))
       before = ds
       df = max(-longest, min(df, longest))
       if ((c%s <= ends(1) .and. ds < 0) .or. (c%s >= ends(2) .and. ds > 0)) then

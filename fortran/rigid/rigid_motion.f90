@@ -24,7 +24,7 @@ module rigid_motion
   type :: rigid_type
     type(wheelset_type) :: w
     type(rule_type) :: rule
-    type(rigid_state) :: own               !! what is integrated, maybe the mirror image of the case
+    type(rigid_state) :: state             !! what is integrated, maybe the mirror image of the case
     type(motion_type) :: before            !! the case's motion just before the last impact
     logical :: mirrored = .false.          !! the mirror image of the case is integrated
     integer :: idle = 0                    !! events in a row without time between them
@@ -80,7 +80,7 @@ contains
         trim(merge('bilateral ', 'unilateral', rule%bilateral))//''', found none there')
       return
     end if
-    motion = to_case(r%own%motion, r%mirrored)
+    motion = to_case(r%state%motion, r%mirrored)
     if (r%mirrored) given = mirror*given
     changes = ''
     call compare('Z', given(2) - equilibrium(2), motion%q(2) - equilibrium(2), 'm')
@@ -112,31 +112,31 @@ contains
     real(dp), parameter :: air = 1e-9_dp          ! gap of a wheelset that is not on the rails [m]
     real(dp) :: t(3)
 
-    r%own%motion%q = given
-    r%own%motion%v = rate
-    r%own%contacts = new_contacts(side)
-    r%own%closed = spread(.false., 1, size(r%own%contacts%c))
-    call search_stations(side, given, r%own%contacts)
+    r%state%motion%q = given
+    r%state%motion%v = rate
+    r%state%contacts = new_contacts(side)
+    r%state%closed = spread(.false., 1, size(r%state%contacts%c))
+    call search_stations(side, given, r%state%contacts)
     ok = .true.
-    if (r%rule%bilateral .or. any(r%own%contacts%c%gap < air)) then
-      call stand_at(side, r%w, centred, farthest, given(1), given(2), r%own, ok)
+    if (r%rule%bilateral .or. any(r%state%contacts%c%gap < air)) then
+      call stand_at(side, r%w, centred, farthest, given(1), given(2), r%state, ok)
       if (.not. ok) return
-      associate (own => r%own)
-        t = tangent(r%w%inertia(), pack(own%contacts%c, own%closed), [1.0_dp, 0.0_dp, 0.0_dp])
+      associate (state => r%state)
+        t = tangent(r%w%inertia(), pack(state%contacts%c, state%closed), [1.0_dp, 0.0_dp, 0.0_dp])
         ok = abs(t(1)) > 1e-6_dp*norm2(t)
         if (.not. ok) return
-        own%motion%v = t*rate(1)/t(1)
+        state%motion%v = t*rate(1)/t(1)
         ! At rest in a corner of the path both contacts of a wheel carry.
-        if (abs(rate(1)) <= 0) own%closed = own%contacts%c%gap <= touching
+        if (abs(rate(1)) <= 0) state%closed = state%contacts%c%gap <= touching
       end associate
     end if
     if (r%rule%bilateral) then
-      call set_forces(r%w, r%own%contacts%c, r%own%closed, r%own%motion)
+      call set_forces(r%w, r%state%contacts%c, r%state%closed, r%state%motion)
     else
       ! A contact that touches and does not open is closed, after an impact if it approaches.
-      r%own%closed = .false.
-      call search_rivals(side, r%own%motion%q, r%own%closed, r%own%contacts)
-      call resolve_contacts(r%w, r%rule%restitution, r%own%contacts%c, r%own%closed, r%own%motion, released=0, ok=ok)
+      r%state%closed = .false.
+      call search_rivals(side, r%state%motion%q, r%state%closed, r%state%contacts)
+      call resolve_contacts(r%w, r%rule%restitution, r%state%contacts%c, r%state%closed, r%state%motion, released=0, ok=ok)
     end if
   end subroutine start_own
 
@@ -153,33 +153,33 @@ contains
 
     asked = dt
     k = merge(2, 1, r%mirrored)
-    call advance_contacts(side(k:3 - k:3 - 2*k), r%w, r%rule, r%own, r%before, dt, evaluations, status)
+    call advance_contacts(side(k:3 - k:3 - 2*k), r%w, r%rule, r%state, r%before, dt, evaluations, status)
     r%idle = merge(r%idle + 1, 0, dt <= epsilon(dt)*asked)
     if (r%idle > most_idle) status = impacts_crowd
-    motion = to_case(r%own%motion, r%mirrored)
+    motion = to_case(r%state%motion, r%mirrored)
     if (any(motion%contact%struck)) r%before = to_case(r%before, r%mirrored)
   end subroutine advance_rigid
 
   !> The motion of the case, from the motion that is integrated.
-  pure function to_case(own, mirrored) result(motion)
-    type(motion_type), intent(in) :: own
+  pure function to_case(integrated, mirrored) result(motion)
+    type(motion_type), intent(in) :: integrated
     logical, intent(in) :: mirrored
     type(motion_type) :: motion
     integer :: k
 
-    motion = own
+    motion = integrated
     if (.not. mirrored) return
-    motion%q = mirror*own%q
-    motion%v = mirror*own%v
-    motion%impulse = own%impulse(other_side)
-    associate (c => motion%contact, mine => own%contact)
+    motion%q = mirror*integrated%q
+    motion%v = mirror*integrated%v
+    motion%impulse = integrated%impulse(other_side)
+    associate (c => motion%contact, image => integrated%contact)
       do k = 1, 4
-        c%slope(:, k) = mirror*mine%slope(:, other_side(k))
+        c%slope(:, k) = mirror*image%slope(:, other_side(k))
       end do
-      c%gradient = mirror*mine%gradient
-      c%rigid = mine%rigid(other_side)
-      c%struck = mine%struck(other_side)
-      c%pulls = mine%pulls(other_side)
+      c%gradient = mirror*image%gradient
+      c%rigid = image%rigid(other_side)
+      c%struck = image%struck(other_side)
+      c%pulls = image%pulls(other_side)
     end associate
   end function to_case
 

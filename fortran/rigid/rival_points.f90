@@ -28,24 +28,25 @@ contains
     logical, intent(in) :: closed(:)       !! points that carry a force, (2 n)
     type(contacts_type), intent(inout) :: contacts
     type(gap_type) :: held(2*contacts%n), found
-    integer :: k, own, other
+    integer :: k, nearest, second
 
     held = contacts%c
     call search_stations(side, q, contacts)
     do k = 1, contacts%n
-      own = merge(contacts%n + k, k, closed(contacts%n + k) .and. .not. closed(k))
-      other = 2*k + contacts%n - own
+      nearest = merge(contacts%n + k, k, closed(contacts%n + k) .and. .not. closed(k))
+      second = 2*k + contacts%n - nearest
       found = contacts%c(k)
-      if (closed(own)) then
-        contacts%c(own) = held(own)
-        call find_gap(side, q, contacts%c(own))
+      if (closed(nearest)) then
+        contacts%c(nearest) = held(nearest)
+        call find_gap(side, q, contacts%c(nearest))
       end if
-      if (closed(other)) then
-        contacts%c(other) = held(other)
-        call find_gap(side, q, contacts%c(other))
+      if (closed(second)) then
+        contacts%c(second) = held(second)
+        call find_gap(side, q, contacts%c(second))
       else
-        call find_rival(side, q, contacts%scan(found%wheel), contacts%c(own), contacts%c(other))
-        if (abs(found%s - contacts%c(own)%s) > least_distance .and. found%gap < contacts%c(other)%gap) contacts%c(other) = found
+        call find_rival(side, q, contacts%scan(found%wheel), contacts%c(nearest), contacts%c(second))
+        if (abs(found%s - contacts%c(nearest)%s) > least_distance .and. found%gap < contacts%c(second)%gap) &
+          contacts%c(second) = found
       end if
     end do
   end subroutine search_rivals
@@ -59,13 +60,13 @@ contains
     type(gap_type), intent(in) :: c
     type(gap_type), intent(out) :: rival   !! absent if there is none
     type(gap_type) :: p
-    real(dp) :: own(3), ends(2), slope, before
+    real(dp) :: pose(3), ends(2), slope, before
     integer :: i, way
 
     rival = c
     call clear_point(rival)
     if (c%gap > near) return
-    own = merge(q, mirror*q, c%wheel == 1)
+    pose = merge(q, mirror*q, c%wheel == 1)
     associate (pair => side(c%wheel)%pair)
       ends = pair%s([c%first, c%last])
       do way = -1, 1, 2
@@ -76,7 +77,7 @@ contains
           before = slope
           p%s = c%s + way*i*stride
           if (p%s <= ends(1) .or. p%s >= ends(2)) exit
-          call find_slope(pair, own, p, slope)
+          call find_slope(pair, pose, p, slope)
           if (way*before < 0 .and. way*slope >= 0) call take_lower(p)
         end do
       end do
@@ -108,9 +109,9 @@ contains
   end subroutine find_rival
 
   !> Growth of the distance from the rail along the wheel at the point p%s; p%foot becomes the nearest point of the rail.
-  pure subroutine find_slope(pair, own, p, slope)
+  pure subroutine find_slope(pair, pose, p, slope)
     type(pair_type), intent(in) :: pair
-    real(dp), intent(in) :: own(3)         !! pose, mirrored for the right wheel
+    real(dp), intent(in) :: pose(3)        !! y, z [m], roll [rad]; mirrored for the right wheel
     type(gap_type), intent(inout) :: p
     real(dp), intent(out) :: slope
     real(dp), dimension(2) :: r, r1, r2, e, f, f1, f2
@@ -118,14 +119,14 @@ contains
     integer :: iter
 
     call curve_point(pair%wheel, p%s, p%at_wheel, r, r1, r2)
-    e = own(:2) + rolled(r, own(3))
+    e = pose(:2) + rolled(r, pose(3))
     do iter = 1, 20
       call curve_point(pair%rail, p%foot, p%at_rail, f, f1, f2)
       step = dot_product(e - f, f1)/max(dot_product(f1, f1) - dot_product(e - f, f2), 0.2_dp)
       if (abs(step) < 1e-9_dp) exit
       p%foot = p%foot + step
     end do
-    r1 = rolled(r1, own(3))
+    r1 = rolled(r1, pose(3))
     slope = (f1(1)*r1(2) - f1(2)*r1(1))/norm2(f1)
   end subroutine find_slope
 

@@ -47,8 +47,10 @@ class Study:
     bar: dict[str, float] = field(default_factory=dict)         # of the clearance [m]
 
     def moved(self, exercise: int, name: str, variant: str) -> float:
-        """Change of an answer over ours; NaN where the run ends otherwise, or either has no such answer."""
+        """Change of an answer over ours; NaN where the run ends otherwise, or either has no such answer or contact."""
         of = self.answers[exercise]
+        if name == "N_LF" and not of[variant][name] > 0:
+            return np.nan
         if name in ("t_end", "F") and self.derails[exercise][variant] != self.derails[exercise]["ours"]:
             return np.nan
         return of[variant][name]/of["ours"][name] - 1
@@ -111,7 +113,9 @@ def spread_table(study: Study) -> Table:
                 low, high = spread(study, exercise, name, group)
                 others = [v for v in of if v.startswith(group) and study.derails[exercise][v] != study.derails[exercise]["ours"]]
                 words = "" if np.isnan(low) else f"{100*low:+.2f}" if low == high else f"{100*low:+.2f} to {100*high:+.2f}"
-                row.append(words + (f" ({len(others)} end otherwise)" if others and name in ("t_end", "F") else ""))
+                without = sum(v.startswith(group) and not answer["N_LF"] > 0 for v, answer in of.items())
+                row.append(words + (f" ({len(others)} end otherwise)" if others and name in ("t_end", "F") else "")
+                           + (f" ({without} without contact)" if without and name == "N_LF" else ""))
             rows.append(row)
     return Table("How far the numbers move with the wheel and its arcs [%]", [
         "actual profiles", "ours", "APTA 140M", "APTA 240", "throat radii x 0.75 to 1.25", "gauge corner 9.5 to 15.9 mm"], rows)

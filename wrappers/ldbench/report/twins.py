@@ -1,4 +1,4 @@
-"""Which results are sensitive: each case runs once more from a start one micrometre aside.
+"""Which results are sensitive: each case runs once more with the start moved by 1 µm.
 
 A result that such a twin changes by more than a thousandth depends on more than any measurement tells; many impacts in a
 row have multiplied the difference, and the result is one sample of a chaotic motion. Tables have it in italics, with the digits

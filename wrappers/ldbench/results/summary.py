@@ -17,9 +17,9 @@ SUMMARY = (
     "n_left_wheel_lift_off", "n_right_wheel_lift_off", "drift", "drift_relative", "step", "t")
 
 
-#: By case and result, how far a start one micrometre aside moves the chaotic results, SI; infinite where one comes or goes.
+#: By case and result, how far a start moved by 1 µm changes the chaotic results, SI; infinite where one comes or goes.
 Chaotic = Mapping[str, Mapping[str, float]]
-CHAOTIC_NOTE = ("italics: chaotic, one sample; a start one micrometre aside changes the number by more than 0.1 %, and its last "
+CHAOTIC_NOTE = ("italics: chaotic, one sample; a start moved by 1 µm changes the number by more than 0.1 %, and its last "
                 "digit by three at most, or makes it come or go")
 
 
