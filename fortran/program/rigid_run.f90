@@ -58,8 +58,10 @@ contains
     type(rigid_type), intent(inout) :: rigid_before !! at the start of the step
     type(motion_type), intent(in) :: motion
     type(run_monitor_type), intent(inout) :: monitor
+    type(motion_type) :: there
+    real(dp) :: t, h
+    integer :: i, k, evaluations, ignored
     logical :: struck
-    integer :: i, k
 
     struck = any(motion%contact%struck)
     if (struck) call monitor%note_forces(rigid%before)
@@ -72,30 +74,16 @@ contains
       call monitor%put(motion, at_impact)
     end if
     do i = 1, monitor%run%log%n_moments
-      call put_at(monitor%run%log%moments(i))
-    end do
-
-  contains
-
-    !> A row at a time t within the last step, or at its end.
-    subroutine put_at(t)
-      real(dp), intent(in) :: t            !! [s]
-      type(motion_type) :: there
-      real(dp) :: h
-      integer :: evaluations, ignored
-
+      t = monitor%run%log%moments(i)
       there = motion
-      if (t < motion%t) then
-        there = monitor%past(1)
-        do while (t - there%t > epsilon(t)*t)
-          h = t - there%t
-          call advance_rigid(monitor%setup%side, rigid_before, there, h, evaluations, ignored)
-          monitor%run%evaluations = monitor%run%evaluations + evaluations
-        end do
-      end if
+      if (t < motion%t) there = monitor%past(1)
+      do while (t - there%t > epsilon(t)*t)
+        h = t - there%t
+        call advance_rigid(monitor%setup%side, rigid_before, there, h, evaluations, ignored)
+        monitor%run%evaluations = monitor%run%evaluations + evaluations
+      end do
       call monitor%put(there, at_event)
-    end subroutine put_at
-
+    end do
   end subroutine note_rows
 
   subroutine report_failure(setup, motion, status, error)
