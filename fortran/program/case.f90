@@ -86,135 +86,142 @@ module case
     character(:), allocatable :: unit, meaning
   end type variable_type
 
+  type :: variable_list
+    integer :: n = 0
+    type(variable_type) :: list(80)        !! the variables; the first n are set
+  contains
+    procedure, private :: add_real, add_integer, add_text
+    generic :: add => add_real, add_integer, add_text
+  end type variable_list
+
 contains
 
   !> The list of all variables, pointing into `c`.
   subroutine list_variables(c, list)
     type(case_type), target, intent(inout) :: c
     type(variable_type), allocatable, intent(out) :: list(:)
-    type(variable_type) :: all(80)           ! the first n are set
-    integer :: n
+    type(variable_list) :: all
 
-    n = 0
-    call text('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
-    call text('case', 'title', c%title, '', 'one line that header and plots repeat; made from the values if empty')
-    call number('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
-    call number('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
+    call all%add('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
+    call all%add('case', 'title', c%title, '', 'one line that header and plots repeat; made from the values if empty')
+    call all%add('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
+    call all%add('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the longitudinal axis')
-    call number('wheelset', 'pitch_inertia', c%pitch_inertia, 0.0_dp, 1e6_dp, 'kg m2', &
+    call all%add('wheelset', 'pitch_inertia', c%pitch_inertia, 0.0_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the axle; it enters the gyroscopic moment only')
-    call number('wheelset', 'rolling_radius', c%rolling_radius, 0.05_dp, 2.0_dp, 'm', &
+    call all%add('wheelset', 'rolling_radius', c%rolling_radius, 0.05_dp, 2.0_dp, 'm', &
       'rolling radius at the contact point of the centred wheelset')
-    call number('wheelset', 'back_to_back', c%back_to_back, 0.3_dp, 3.0_dp, 'm', 'distance between the backs of the wheels')
-    call number('wheelset', 'vertical_load', c%vertical_load, 0.0_dp, 1e7_dp, 'N', &
+    call all%add('wheelset', 'back_to_back', c%back_to_back, 0.3_dp, 3.0_dp, 'm', 'distance between the backs of the wheels')
+    call all%add('wheelset', 'vertical_load', c%vertical_load, 0.0_dp, 1e7_dp, 'N', &
       'constant vertical load at the centre of gravity, without inertia')
-    call number('track', 'gauge', c%gauge, 0.3_dp, 3.0_dp, 'm', 'track gauge')
-    call number('track', 'gauge_depth', c%gauge_depth, 1e-3_dp, 0.05_dp, 'm', &
+    call all%add('track', 'gauge', c%gauge, 0.3_dp, 3.0_dp, 'm', 'track gauge')
+    call all%add('track', 'gauge_depth', c%gauge_depth, 1e-3_dp, 0.05_dp, 'm', &
       'depth below the top of the rails at which the gauge is measured')
-    call number('track', 'friction', c%friction, 0.0_dp, 1e-7_dp, '1', 'friction coefficient; it is taken as exactly zero')
-    call number('material', 'youngs_modulus', c%youngs_modulus, 1e6_dp, 1e13_dp, 'Pa', 'Young''s modulus of wheels and rails')
-    call number('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', 'Poisson''s ratio of wheels and rails')
-    call number('material', 'shear_modulus', c%shear_modulus, 1e6_dp, 1e13_dp, 'Pa', &
+    call all%add('track', 'friction', c%friction, 0.0_dp, 1e-7_dp, '1', 'friction coefficient; it is taken as exactly zero')
+    call all%add('material', 'youngs_modulus', c%youngs_modulus, 1e6_dp, 1e13_dp, 'Pa', 'Young''s modulus of wheels and rails')
+    call all%add('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', 'Poisson''s ratio of wheels and rails')
+    call all%add('material', 'shear_modulus', c%shear_modulus, 1e6_dp, 1e13_dp, 'Pa', &
       'shear modulus; it is recorded but not used, normal contact needs E and nu')
-    call text('profiles', 'wheel_profile', c%wheel_profile, '', &
+    call all%add('profiles', 'wheel_profile', c%wheel_profile, '', &
       'wheel profile: a file of y z points in mm; Python takes other formats, too')
-    call text('profiles', 'rail_profile', c%rail_profile, '', &
+    call all%add('profiles', 'rail_profile', c%rail_profile, '', &
       'rail profile: a file of y z points in mm; Python takes other formats, too')
-    call text('profiles', 'wheel_profile_right', c%wheel_profile_right, '', &
+    call all%add('profiles', 'wheel_profile_right', c%wheel_profile_right, '', &
       'wheel profile on the right; the empty name means as on the left')
-    call text('profiles', 'rail_profile_right', c%rail_profile_right, '', &
+    call all%add('profiles', 'rail_profile_right', c%rail_profile_right, '', &
       'rail profile on the right; the empty name means as on the left')
-    call number('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'initial lateral displacement, positive to the left')
-    call number('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', &
+    call all%add('initial', 'Y', c%y, -0.05_dp, 0.05_dp, 'm', 'initial lateral displacement, positive to the left')
+    call all%add('initial', 'Z', c%z, -0.05_dp, 0.05_dp, 'm', &
       'initial vertical displacement from static equilibrium, positive upwards')
-    call number('initial', 'roll', c%roll, -0.3_dp, 0.3_dp, 'rad', 'initial roll angle; a positive one lifts the left wheel')
-    call number('initial', 'pitch', c%pitch, -1e3_dp, 1e3_dp, 'rad', 'initial pitch angle')
-    call number('initial', 'vX', c%vx, -100.0_dp, 100.0_dp, 'm/s', 'forward velocity, constant')
-    call number('initial', 'vY', c%vy, -20.0_dp, 20.0_dp, 'm/s', 'initial lateral velocity')
-    call number('initial', 'vZ', c%vz, -20.0_dp, 20.0_dp, 'm/s', 'initial vertical velocity')
-    call number('initial', 'roll_rate', c%roll_rate, -20.0_dp, 20.0_dp, 'rad/s', 'initial roll rate')
-    call text('initial', 'roll_link', c%roll_link, 'none rails', &
+    call all%add('initial', 'roll', c%roll, -0.3_dp, 0.3_dp, 'rad', 'initial roll angle; a positive one lifts the left wheel')
+    call all%add('initial', 'pitch', c%pitch, -1e3_dp, 1e3_dp, 'rad', 'initial pitch angle')
+    call all%add('initial', 'vX', c%vx, -100.0_dp, 100.0_dp, 'm/s', 'forward velocity, constant')
+    call all%add('initial', 'vY', c%vy, -20.0_dp, 20.0_dp, 'm/s', 'initial lateral velocity')
+    call all%add('initial', 'vZ', c%vz, -20.0_dp, 20.0_dp, 'm/s', 'initial vertical velocity')
+    call all%add('initial', 'roll_rate', c%roll_rate, -20.0_dp, 20.0_dp, 'rad/s', 'initial roll rate')
+    call all%add('initial', 'roll_link', c%roll_link, 'none rails', &
       'what sets the initial roll rate: roll_rate, or vY so that both wheels move along their rails, and roll_rate is not used')
-    call number('initial', 'pitch_rate', c%pitch_rate, -1e3_dp, 1e3_dp, 'rad/s', 'pitch rate, constant')
-    call number('loading', 'lateral_force', c%lateral_force, -1e7_dp, 1e7_dp, 'N', &
+    call all%add('initial', 'pitch_rate', c%pitch_rate, -1e3_dp, 1e3_dp, 'rad/s', 'pitch rate, constant')
+    call all%add('loading', 'lateral_force', c%lateral_force, -1e7_dp, 1e7_dp, 'N', &
       'lateral force at the centre of gravity at t = 0, in the track frame')
-    call number('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', 'growth rate of the lateral force')
-    call text('contact', 'formulation', c%formulation, 'elastic bilateral unilateral', &
+    call all%add('loading', 'lateral_ramp', c%lateral_ramp, -1e9_dp, 1e9_dp, 'N/s', 'growth rate of the lateral force')
+    call all%add('contact', 'formulation', c%formulation, 'elastic bilateral unilateral', &
       'elastic contact, or rigid: wheels held on the rails (bilateral) or contacts that only push (unilateral)')
-    call number('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
+    call all%add('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
       'coefficient of restitution of impacts with formulation = ''unilateral''')
-    call text('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
-    call text('contact', 'influence', c%influence, 'local flat apart', &
+    call all%add('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
+    call all%add('contact', 'influence', c%influence, 'local flat apart', &
       'how places of one wheel press each other with model = ''halfspace'': along their own normals, as on a plane, not at all')
-    call number('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
+    call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
       'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
-    call number('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')
-    call text('table', 'file', c%table_file, '', 'file that keeps the contact table for later runs; none if empty')
-    call number('table', 'lateral', c%extent%lateral, 0.02_dp, 0.1_dp, 'm', 'the table covers this shift of a wheel to either side')
-    call number('table', 'lift', c%extent%lift, 0.03_dp, 0.1_dp, 'm', &
+    call all%add('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')
+    call all%add('table', 'file', c%table_file, '', 'file that keeps the contact table for later runs; none if empty')
+    call all%add('table', 'lateral', c%extent%lateral, 0.02_dp, 0.1_dp, 'm', &
+      'the table covers this shift of a wheel to either side')
+    call all%add('table', 'lift', c%extent%lift, 0.03_dp, 0.1_dp, 'm', &
       'the table covers this lift of a wheel; higher it cannot touch')
-    call number('table', 'drop', c%extent%drop, 1e-3_dp, 0.03_dp, 'm', &
+    call all%add('table', 'drop', c%extent%drop, 1e-3_dp, 0.03_dp, 'm', &
       'the table covers this drop of a wheel below its running height')
-    call number('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
-    call number('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
-    call number('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
+    call all%add('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
+    call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
+    call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
       'rms error of a wheel''s force that the table may have, relative to max(|F|, 5 kN)')
-    call whole('table', 'n_lateral', c%n_lateral, 20, 10000, &
+    call all%add('table', 'n_lateral', c%n_lateral, 20, 10000, &
       'most lateral points of the strips, and of the ratio of half-spaces to them, per zone')
-    call whole('table', 'n_roll', c%n_roll, 5, 1000, 'most points of each over the roll angle')
-    call whole('table', 'n_depth', c%n_depth, 5, 1000, 'most points of each over the root of the penetration')
-    call text('integrator', 'scheme', c%scheme, 'newmark energy', &
+    call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'most points of each over the roll angle')
+    call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'most points of each over the root of the penetration')
+    call all%add('integrator', 'scheme', c%scheme, 'newmark energy', &
       'Newmark''s family, or average acceleration with a discrete gradient, which keeps the energy')
-    call whole('integrator', 'order', c%order, 2, 6, &
+    call all%add('integrator', 'order', c%order, 2, 6, &
       'order of the scheme: 2, 4 or, explicit only, 6; the higher ones by composition')
-    call number('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'parameter beta of Newmark''s method; 0 is explicit')
-    call number('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'parameter gamma of Newmark''s method')
-    call number('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', &
+    call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'parameter beta of Newmark''s method; 0 is explicit')
+    call all%add('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'parameter gamma of Newmark''s method')
+    call all%add('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', &
       'longest step; the interval between rows is a whole number of steps')
-    call number('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', 'end of the run, at the latest')
-    call text('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
+    call all%add('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', 'end of the run, at the latest')
+    call all%add('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
       'what ends the run; a derailed wheelset that leaves &table ends it too')
-    call number('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
+    call all%add('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
       'a step that changes the total energy by more is cut; 0 cuts no step')
-    call number('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', 'largest Newton correction at convergence')
-    call whole('integrator', 'max_iterations', c%max_iterations, 1, 1000, 'most Newton iterations per step')
-    call whole('integrator', 'max_halvings', c%max_halvings, 0, 30, 'most halvings of a step that is cut')
-    call text('output', 'file', c%output_file, '', 'column file; outputs/NAME.txt if empty')
-    call number('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'time between rows')
-    call text('output', 'rows', c%rows, 'interval_and_events interval', &
+    call all%add('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', 'largest Newton correction at convergence')
+    call all%add('integrator', 'max_iterations', c%max_iterations, 1, 1000, 'most Newton iterations per step')
+    call all%add('integrator', 'max_halvings', c%max_halvings, 0, 30, 'most halvings of a step that is cut')
+    call all%add('output', 'file', c%output_file, '', 'column file; outputs/NAME.txt if empty')
+    call all%add('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'time between rows')
+    call all%add('output', 'rows', c%rows, 'interval_and_events interval', &
       'rows at equal intervals, and also at events, changes of contact and peaks of force')
-    call text('output', 'geometry_file', c%geometry_file, '', 'file of the geometry functions; none if empty')
-    list = all(:n)
-
-  contains
-
-    subroutine number(group, name, x, least, largest, unit, meaning)
-      character(*), intent(in) :: group, name, unit, meaning
-      real(dp), target, intent(inout) :: x
-      real(dp), intent(in) :: least, largest
-
-      n = n + 1
-      all(n) = variable_type(group, name, x=x, least=least, largest=largest, words='', unit=unit, meaning=meaning)
-    end subroutine number
-
-    subroutine whole(group, name, i, least, largest, meaning)
-      character(*), intent(in) :: group, name, meaning
-      integer, target, intent(inout) :: i
-      integer, intent(in) :: least, largest
-
-      n = n + 1
-      all(n) = variable_type(group, name, i=i, least=least, largest=largest, words='', unit='1', meaning=meaning)
-    end subroutine whole
-
-    subroutine text(group, name, value, words, meaning)
-      character(*), intent(in) :: group, name, words, meaning
-      character(text_length), target, intent(inout) :: value
-
-      n = n + 1
-      all(n) = variable_type(group, name, text=value, words=words, unit='', meaning=meaning)
-    end subroutine text
-
+    call all%add('output', 'geometry_file', c%geometry_file, '', 'file of the geometry functions; none if empty')
+    list = all%list(:all%n)
   end subroutine list_variables
+
+  subroutine add_real(this, group, name, x, least, largest, unit, meaning)
+    class(variable_list), intent(inout) :: this
+    character(*), intent(in) :: group, name, unit, meaning
+    real(dp), target, intent(inout) :: x
+    real(dp), intent(in) :: least, largest
+
+    this%n = this%n + 1
+    this%list(this%n) = variable_type(group, name, x=x, least=least, largest=largest, words='', unit=unit, meaning=meaning)
+  end subroutine add_real
+
+  subroutine add_integer(this, group, name, i, least, largest, meaning)
+    class(variable_list), intent(inout) :: this
+    character(*), intent(in) :: group, name, meaning
+    integer, target, intent(inout) :: i
+    integer, intent(in) :: least, largest
+
+    this%n = this%n + 1
+    this%list(this%n) = variable_type(group, name, i=i, least=least, largest=largest, words='', unit='1', meaning=meaning)
+  end subroutine add_integer
+
+  subroutine add_text(this, group, name, word, words, meaning)
+    class(variable_list), intent(inout) :: this
+    character(*), intent(in) :: group, name, words, meaning
+    character(text_length), target, intent(inout) :: word
+
+    this%n = this%n + 1
+    this%list(this%n) = variable_type(group, name, text=word, words=words, unit='', meaning=meaning)
+  end subroutine add_text
 
   !> The value of a variable as it would stand in a namelist.
   function value_text(variable) result(word)
