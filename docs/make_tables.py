@@ -18,11 +18,11 @@ from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
 
 from ldbench import Case, run
 from ldbench._core.calls import descriptions
-from ldbench.benchmark.horizon import yardsticks
 from ldbench.case import shortest_name, variables
 from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
+from ldbench_round.horizon import yardsticks
 
 DOCS = Path(__file__).resolve().parent
 CONTACT = "C"       # stands for LT, LF, RT, RF

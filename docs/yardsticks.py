@@ -1,4 +1,4 @@
-"""Measure the horizons and spreads of the ten simulations, by which scores are judged: wrappers/ldbench/benchmark/yardsticks.json.
+"""Measure the horizons and spreads of the ten simulations, by which scores are judged: wrappers/ldbench_round/yardsticks.json.
 
     python docs/yardsticks.py [SIMULATION ...]      as ex2_aw; all ten without a name, in some minutes
 
@@ -13,10 +13,10 @@ from typing import Any
 
 from independent import displacements
 from ldbench._core.files import complete
-from ldbench.benchmark.horizon import FILE
-from ldbench.benchmark.spread import measured_yardstick, rounded
-from ldbench.benchmark.tasks import TASKS, task_named
 from ldbench.table import ContactTable
+from ldbench_round.horizon import FILE
+from ldbench_round.spread import measured_yardstick, rounded
+from ldbench_round.tasks import TASKS, task_named
 
 
 def main(names: list[str]) -> int:

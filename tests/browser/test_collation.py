@@ -8,11 +8,11 @@ import pytest
 import imaginary_round
 from browser import Browser
 from imaginary_round import CODES, Runs
-from ldbench.benchmark import check
-from ldbench.benchmark.collation import Collation, collate
-from ldbench.benchmark.collation_html import make_page
-from ldbench.benchmark.collation_pdf import signed_percent, text
-from ldbench.benchmark.tasks import Task
+from ldbench_round import check
+from ldbench_round.collation import Collation, collate
+from ldbench_round.collation_html import make_page
+from ldbench_round.collation_pdf import signed_percent, text
+from ldbench_round.tasks import Task
 
 FAST, OTHER = Task(4, "aw"), Task(3, "aw")
 INK = """const c = document.querySelectorAll("canvas")[arguments[0]];

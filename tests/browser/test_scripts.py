@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import ldbench
-from ldbench.benchmark import collation_html
 from ldbench.plots.series import ratio_curve
 from ldbench.viewer.pack import FINE_LEVELS, LEVELS, Packed, pack
 from ldbench.viewer.page import SCRIPTS, wheel_columns
+from ldbench_round import collation_html
 from running import HANG, Run
 
 NODE = shutil.which("node")

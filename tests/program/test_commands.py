@@ -24,10 +24,10 @@ import ldbench
 import shapes
 from ldbench import Case, ContactTable
 from ldbench.__main__ import EXAMPLES, PROGRAM, Parser, main
-from ldbench.benchmark.fingerprint import hertz_table
-from ldbench.commands import COMMANDS
+from ldbench.commands import COMMANDS, module_of
 from ldbench.geometry.pair import pair
 from ldbench.geometry.pressures import run_patches
+from ldbench_round.fingerprint import hertz_table
 from running import HANG, LDBENCH, REPO, Run, contents, once
 
 TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
@@ -36,7 +36,7 @@ TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
 # ---- options -------------------------------------------------------------------------
 def parser_of(command: str) -> argparse.ArgumentParser:
     parser = Parser(prog=f"{PROGRAM} {command}")
-    importlib.import_module(f"ldbench.commands.{command}").add_arguments(parser)
+    module_of(command).add_arguments(parser)
     return parser
 
 
@@ -200,7 +200,7 @@ def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(folder)
     monkeypatch.setattr("ldbench.case.data_folder", lambda: folder)
     # Tables of these cases are not those of the shipped ones, which other tests ask for.
-    monkeypatch.setattr("ldbench.benchmark.fingerprint.hertz_table", functools.cache(hertz_table.__wrapped__))
+    monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", functools.cache(hertz_table.__wrapped__))
     draw_few(monkeypatch, "ldbench.plots.document", "case_figures", 1)
     draw_few(monkeypatch, "ldbench.report.compare", "comparison_figures", 4)
     return folder
@@ -219,7 +219,7 @@ def examples_of_help() -> Iterator[Example]:
         if line.startswith(f"  {PROGRAM}"):
             yield Example("help", line.strip())
     for command in COMMANDS:
-        told = importlib.import_module(f"ldbench.commands.{command}").__doc__ or ""
+        told = module_of(command).__doc__ or ""
         for line in told.partition("\n\nexamples:\n")[2].splitlines():
             yield Example(f"help of {command}", line.strip())
 

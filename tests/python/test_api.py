@@ -27,9 +27,9 @@ import ldbench
 from ldbench.__main__ import main
 from ldbench._core import _flat
 from ldbench._core.calls import STAGES, Shared, watched
-from ldbench.benchmark.check import column_findings
 from ldbench.case import variables
 from ldbench.results.header import read_header
+from ldbench_round.check import column_findings
 from running import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, alike, command_error
 
 COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}

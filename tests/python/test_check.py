@@ -15,14 +15,14 @@ import imaginary_physics as physics
 import ldbench
 from ldbench import Case, ContactTable, Error
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.column_names import meanings
-from ldbench.benchmark.findings import DOUBTFUL, FAILED, PASSED, Finding
-from ldbench.benchmark.map_guess import find_time
-from ldbench.benchmark.tasks import QUANTITIES, TASKS, Task, task_of
 from ldbench.results.columns import RawTable
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData
+from ldbench_round import check
+from ldbench_round.column_names import meanings
+from ldbench_round.findings import DOUBTFUL, FAILED, PASSED, Finding
+from ldbench_round.map_guess import find_time
+from ldbench_round.tasks import QUANTITIES, TASKS, Task, task_of
 from running import Run
 
 TASK = Task(2, "aw")

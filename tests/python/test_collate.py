@@ -21,19 +21,19 @@ from imaginary_round import CODES, Runs
 from ldbench import Error
 from ldbench.__main__ import main
 from ldbench._core.files import write_frame
-from ldbench.benchmark import check, collation, kept_entries, round_numbers
-from ldbench.benchmark.collation import Collation, collate, write_csv
-from ldbench.benchmark.kept_entries import SCORED_AS_ELASTIC
-from ldbench.benchmark.metrics import score
-from ldbench.benchmark.round_grades import GRADED, KINDS, Graded, find_references, read_reference
-from ldbench.benchmark.round_numbers import NUMBERS, SI, names_of, numbers_of
-from ldbench.benchmark.submissions import find_submissions, printable
-from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.plots.style import CODE_LINES
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.impacts import impacts
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
+from ldbench_round import check, collation, kept_entries, round_numbers
+from ldbench_round.collation import Collation, collate, write_csv
+from ldbench_round.kept_entries import SCORED_AS_ELASTIC
+from ldbench_round.metrics import score
+from ldbench_round.round_grades import GRADED, KINDS, Graded, find_references, read_reference
+from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
+from ldbench_round.submissions import find_submissions, printable
+from ldbench_round.tasks import TASKS, Task
 from running import Run, once
 
 FAST, SLOW = Task(4, "aw"), Task(2, "aw")
@@ -447,7 +447,7 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
 
 def test_the_page_holds_the_curves(collated: tuple[Collation, Path]):
     """Whole numbers bring back the curve within a ten-thousandth of its range."""
-    from ldbench.benchmark.collation_html import packed_curve
+    from ldbench_round.collation_html import packed_curve
 
     t, x = collated[0].entries["Bora", FAST].curves["N_LF"]
     packed = packed_curve(t, x)
@@ -637,7 +637,7 @@ def test_a_code_with_a_map_is_a_reference(graded: GradedRound):
 def test_rows_behind_the_horizon_are_not_needed(graded: GradedRound, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A reference is cut behind the horizon, and every score stays as it is."""
     for module in "round_grades", "metrics":
-        monkeypatch.setattr(f"ldbench.benchmark.{module}.horizon", lambda task: 0.03)
+        monkeypatch.setattr(f"ldbench_round.{module}.horizon", lambda task: 0.03)
     shutil.copy(graded.codes/"Near"/f"{FAST.name}.csv", tmp_path)
     with (tmp_path/f"{FAST.name}.csv").open("a") as opened:
         opened.write("\n")           # other bytes, which have not been read before

@@ -13,23 +13,23 @@ import pytest
 import imaginary_codes as imaginary
 import imaginary_physics as physics
 import ldbench
-import ldbench.benchmark.fingerprint as fingerprints
+import ldbench_round.fingerprint as fingerprints
 from imaginary_physics import Physics
 from ldbench import Case
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.blows import Blow
-from ldbench.benchmark.estimate import Estimate, combined, untold
-from ldbench.benchmark.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, plus_minus
-from ldbench.benchmark.lattice import Bends, bends, digit_noise, find_lattice
-from ldbench.benchmark.physics_checks import LEAST_FORCE
-from ldbench.benchmark.stiffness import BY_DEPTH, BY_RATE, NONE, fit_law
-from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.header import Header
 from ldbench.results.impacts import closed_intervals
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
+from ldbench_round import check
+from ldbench_round.blows import Blow
+from ldbench_round.estimate import Estimate, combined, untold
+from ldbench_round.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, plus_minus
+from ldbench_round.lattice import Bends, bends, digit_noise, find_lattice
+from ldbench_round.physics_checks import LEAST_FORCE
+from ldbench_round.stiffness import BY_DEPTH, BY_RATE, NONE, fit_law
+from ldbench_round.tasks import TASKS, Task
 from running import Run
 
 AW, SW = Task(2, "aw"), Task(2, "sw")

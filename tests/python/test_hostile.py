@@ -12,10 +12,10 @@ import imaginary_codes as imaginary
 from hostile_files import HARMLESS, HOSTILE
 from ldbench import Case
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.findings import FAILED
-from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.runs import compute
+from ldbench_round import check
+from ldbench_round.findings import FAILED
+from ldbench_round.tasks import TASKS, Task
 
 TASK = Task(4, "aw")
 UNNAMED = ("Traceback", "cannot be used: ")     # an error that nobody foresaw

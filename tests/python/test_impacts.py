@@ -10,14 +10,14 @@ import pytest
 import ldbench
 from invented import invented_run
 from ldbench import Event
-from ldbench.benchmark.round_numbers import numbers_of
-from ldbench.benchmark.tasks import Task
 from ldbench.plots.impact import chosen_impacts
 from ldbench.results.header import Header
 from ldbench.results.impacts import first_peak, first_rows, impacts, intervals
 from ldbench.results.run_data import CLOSED, RunData
 from ldbench.results.summary import summary_row
 from ldbench.viewer.page import FOLDER
+from ldbench_round.round_numbers import numbers_of
+from ldbench_round.tasks import Task
 from running import Run
 
 PULSE, TOP = 0.004, 8e5         # length [s] and peak [N] of a half-sine

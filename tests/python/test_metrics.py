@@ -16,19 +16,19 @@ import ldbench
 from independent import displacements
 from ldbench import Case, ContactTable, Error
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.contact_intervals import closed_at, pairs, passages
-from ldbench.benchmark.exact_runs import exact
-from ldbench.benchmark.horizon import ASIDE, GROWN, base, growth, growth_seen, horizon, yardsticks
-from ldbench.benchmark.metrics import LEAST, score
-from ldbench.benchmark.scores import GRADES, KINDS, Scores, grade
-from ldbench.benchmark.spread import measured_yardstick, rounded
-from ldbench.benchmark.tasks import MOTION, TASKS, Task
 from ldbench.results.header import Header
 from ldbench.results.impacts import intervals
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.runs import compute
+from ldbench_round import check
+from ldbench_round.contact_intervals import closed_at, pairs, passages
+from ldbench_round.exact_runs import exact
+from ldbench_round.horizon import ASIDE, GROWN, base, growth, growth_seen, horizon, yardsticks
+from ldbench_round.metrics import LEAST, score
+from ldbench_round.scores import GRADES, KINDS, Scores, grade
+from ldbench_round.spread import measured_yardstick, rounded
+from ldbench_round.tasks import MOTION, TASKS, Task
 from running import Run
 
 TASK = Task(2, "aw")

@@ -10,13 +10,12 @@ import re
 import signal
 import sys
 import threading
-from importlib import import_module
 from typing import TYPE_CHECKING, NoReturn
 
 from ._core import leave
 from ._core.calls import version
 from ._core.errors import Error, Usage
-from .commands import COMMANDS
+from .commands import COMMANDS, module_of
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -60,7 +59,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     for name, purpose in COMMANDS.items():
         command = commands.add_parser(name, help=purpose, formatter_class=argparse.RawDescriptionHelpFormatter)
         if name in arguments[:1]:            # the others need not be imported
-            module = import_module(f".commands.{name}", __package__)
+            module = module_of(name)
             command.description, _, command.epilog = (module.__doc__ or "").partition("\n\nexamples:")
             command.epilog = command.epilog and "examples:" + command.epilog
             module.add_arguments(command)
@@ -97,8 +96,7 @@ def run_command(arguments: list[str] | None) -> int:
         if sys.stdout is None:
             raise Error("standard output: expected one that can be written, found it closed")
         args = parse(sys.argv[1:] if arguments is None else arguments)
-        command = import_module(f".commands.{args.command}", __package__)
-        status = command.main(args)
+        status = module_of(args.command).main(args)
         sys.stdout.flush()
         return status
     except Usage as error:
