@@ -17,14 +17,15 @@ import pytest
 from pypdf import PdfReader
 
 from invented import altered
-from ldbench import Case, Error, Event, run
+from ldbench import Case, Error, Event, _core, run
 from ldbench.__main__ import main
+from ldbench._core.kept import PACKAGE, is_up_to_date, program_digest, stamp_of, write_stamp
 from ldbench._core.pools import in_threads, processes
 from ldbench.case import data_folder
 from ldbench.commands import report
 from ldbench.plots.series import PAGES
 from ldbench.report import abstract, authors, formulations, jobs, stretches, submission, twins
-from ldbench.report.jobs import Job, case_job, is_up_to_date, run_jobs, run_stale, stamp_of, write_stamp
+from ldbench.report.jobs import Job, case_job, run_jobs, run_stale
 from ldbench.report.submission import geometry_jobs, make_report
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
@@ -160,6 +161,13 @@ def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, 
     columns = project/"outputs/ex3_aw.txt"
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))
     assert remake(project) == {"ex3_aw.txt"}      # the same columns again: the rest still holds
+    # A change of the page's scripts, in a copy of the package.
+    package = Path(shutil.copytree(PACKAGE, tmp_path/"package", ignore=shutil.ignore_patterns("__pycache__")))
+    script = package/"viewer/static/scene.js"
+    script.write_text(script.read_text() + "// changed")
+    monkeypatch.setattr(_core.kept, "program_digest", lambda: program_digest.__wrapped__(package))
+    assert "ldbench_results.html" in remake(project)
+    assert remake(project) == set()
 
 
 @pytest.fixture(scope="module")
@@ -270,15 +278,10 @@ def job(root: Path, name: str, table: str = "", **integrator: float) -> Job:
 
 
 def test_everything_a_run_depends_on_makes_it_run_again(tmp_path: Path, log: list[str], monkeypatch: pytest.MonkeyPatch):
-    class Core:
-        __file__ = str(tmp_path/"core.so")
-
-    (tmp_path/"core.so").write_text("the core")
-    monkeypatch.setattr(jobs, "_flat", Core)
     one = job(tmp_path, "one")
     assert run_stale([one], 1) == [one] and taken(log) == ["one runs"]
     assert run_stale([one], 1) == [] and taken(log) == []
-    for change in (tmp_path/"wheel.yz", tmp_path/"rail.yz", tmp_path/"core.so", one.product):
+    for change in (tmp_path/"wheel.yz", tmp_path/"rail.yz", one.product):
         change.write_text(change.read_text() + "\n# changed\n")
         assert run_stale([one], 1) == [one], change
         assert run_stale([one], 1) == []
@@ -288,6 +291,24 @@ def test_everything_a_run_depends_on_makes_it_run_again(tmp_path: Path, log: lis
     one.product.unlink()
     assert run_stale([one], 1) == [one]
     assert run_stale([one], 1, force=True) == [one]
+    monkeypatch.setattr(_core.kept, "program_digest", lambda: "another program")
+    assert run_stale([one], 1) == [one]
+
+
+@pytest.mark.parametrize("changed", ["viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py"])
+def test_a_change_of_the_program_makes_its_products_again(changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Any file counts: scripts of the page, modules, the compiled core. What Python keeps of its own does not."""
+    package, product = tmp_path/"package", tmp_path/"page.html"
+    for name in ("viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py", "viewer/__pycache__/page.pyc"):
+        (package/name).parent.mkdir(parents=True, exist_ok=True)
+        (package/name).write_text("before")
+    monkeypatch.setattr(_core.kept, "program_digest", lambda: program_digest.__wrapped__(package))
+    product.write_text("page")
+    write_stamp(product, {})
+    (package/"viewer/__pycache__/page.pyc").write_text("after")
+    assert is_up_to_date(product, {})
+    (package/changed).write_text("after")
+    assert not is_up_to_date(product, {})
 
 
 def test_touching_a_file_is_not_a_change(tmp_path: Path):

@@ -11,20 +11,18 @@ import re
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ldbench import Case, Error, __version__
+from ldbench import Case, Error
 from ldbench.plots.stretches import thin
 from ldbench.results.run_data import RunData
-from ldbench.tools import complete, digest
+from ldbench.tools import complete, digest, program_digest
 
 from .check import findings_of, read_submitted
 from .findings import DOUBTFUL, FAILED
-from .horizon import FILE as YARDSTICKS
 from .physics_checks import energy_balance, has
 from .rigid_reference import is_rigid
 from .round_grades import GRADED, Graded, Reference, digest_of, graded, read_reference
@@ -65,14 +63,9 @@ def failed_entry(task: Task, key: str, error: str) -> Entry:
     return Entry(key, {name: Number(np.nan, error) for name in names_of(task)}, error=error)
 
 
-@lru_cache
 def program() -> str:
-    """What stands for this program: its version, and the sources that the entries depend on."""
-    packages = Path(__file__).resolve().parents[1]
-    sources = sorted(path for room in ("ldbench_round", "ldbench/results") for path in (packages/room).glob("*.py")
-                     if not path.stem.startswith("collation"))
-    sources.append(YARDSTICKS)
-    return digest("".join([__version__, *(digest(path.read_bytes()) for path in sources)]).encode())
+    """The digest of this program, on which all entries depend."""
+    return program_digest(Path(__file__).parent.resolve())
 
 
 def key_of(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float, reference: Reference | None = None) -> str:

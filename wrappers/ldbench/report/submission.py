@@ -10,6 +10,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from .._core.files import write_frame
+from .._core.kept import hashes, inside, is_up_to_date, stamped, write_stamp
 from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import drawing
@@ -17,24 +18,9 @@ from ..plots.ramp import is_ramp
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
 from ..results.summary import Chaotic
-from ..viewer import page, results
+from ..viewer import results
 from . import abstract, authors, formulations, stretches, twins
-from .jobs import (
-    Job,
-    case_job,
-    find_namelists,
-    find_stale,
-    hashes,
-    inside,
-    is_up_to_date,
-    run_stale,
-    stamped,
-    with_values,
-    write_stamp,
-)
-
-PACKAGE = Path(__file__).resolve().parents[1]
-READERS = "results", "profiles", "plots"        # rooms of the package on which every product depends
+from .jobs import Job, case_job, find_namelists, find_stale, run_stale, with_values
 
 
 def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Path]:
@@ -67,15 +53,10 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
         kept = [outputs/"formulations.json", outputs/"twins.json"]
-        code = [*(Path(str(module.__file__)) for module in (formulations, stretches, twins)),
-                *(file for room in READERS for file in sorted((PACKAGE/room).glob("*.py")))]
         variants = results.find_variants(files)
         sources = {
-            plotted: [*files, *geometry, *kept, *code],
-            summary: [*files, kept[1], *code, Path(__file__)],
-            written: [*files, *kept, root/authors.FILE, *code, Path(authors.__file__), Path(abstract.__file__),
-                      *sorted(abstract.TEMPLATE.parent.glob("*"))],
-            shown: [*files, *variants, kept[1], *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
+            plotted: [*files, *geometry, *kept], summary: [*files, kept[1]], written: [*files, *kept, root/authors.FILE],
+            shown: [*files, *variants, kept[1]]}
         known = {file: stamped(file, root) if file in files else hashes([file], root)
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
