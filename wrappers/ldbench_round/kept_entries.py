@@ -30,7 +30,6 @@ from .round_numbers import NUMBERS, Contact, Number, first_impact, names_of, num
 from .submissions import complaint, printable, quiet
 from .tasks import Task
 
-STORE = ".collated"             # the folder of what is kept, beside the results
 COLUMNS = 300                   # of a curve over the whole run: of each the smallest and the largest value are kept
 CLOSE = -1e-3, 14e-3            # around the first contact of a flange, in which every row is kept [s]
 CLOSE_COLUMNS = 600

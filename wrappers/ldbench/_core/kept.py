@@ -8,6 +8,7 @@ from pathlib import Path
 
 from .files import complete, digest
 
+KEPT = ".ldbench"         # the folder, beside results, of what saves time
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -37,9 +38,14 @@ def inside(path: Path, root: Path) -> str:
         return str(path.resolve())
 
 
+def kept_in(folder: Path) -> Path:
+    """The folder of what is kept beside the results in a folder; it may be that folder itself."""
+    return folder if folder.name == KEPT else folder/KEPT
+
+
 def stamp_of(product: Path) -> Path:
     """The path of the stamp of a product: the digests of the program, of the files that it was made from, and of the product."""
-    return product.with_name(product.name + ".stamp")
+    return kept_in(product.parent)/f"{product.name}.stamp"
 
 
 def is_up_to_date(product: Path, sources: Mapping[str, str]) -> bool:
@@ -57,6 +63,7 @@ def stamped(product: Path, root: Path) -> dict[str, str]:
 
 def write_stamp(product: Path, sources: Mapping[str, str]) -> None:
     """Write the stamp of a product that was made from these sources."""
+    stamp_of(product).parent.mkdir(exist_ok=True)
     with complete(stamp_of(product)) as scratch:
         scratch.write_text(json.dumps(stamp(product, sources), indent=1) + "\n")
 

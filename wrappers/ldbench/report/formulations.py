@@ -22,7 +22,7 @@ from tqdm import tqdm
 
 from .._core.calls import Progress
 from .._core.files import complete, write_frame
-from .._core.kept import hashes, is_up_to_date, write_stamp
+from .._core.kept import hashes, is_up_to_date, kept_in, write_stamp
 from .._core.pools import in_threads
 from ..case import Case
 from ..plots.document import Chapter, bind, save_parts
@@ -435,15 +435,20 @@ def sources(inputs: Path, root: Path) -> dict[str, str]:
     return hashes([*files, *sorted(profiles)], root)
 
 
+def kept_file(outputs: Path) -> Path:
+    """The file that keeps the outcomes."""
+    return kept_in(outputs)/"formulations.json"
+
+
 def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False,
                   submitted: Callable[[], Sequence[RunData]] = tuple) -> list[Outcome]:
     """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`; `submitted` reads
     the column files of elastic runs."""
-    kept = outputs/"formulations.json"
+    kept = kept_file(outputs)
     depends = sources(inputs, root)
     if not force and is_up_to_date(kept, depends):
         return [Outcome(**o) for o in json.loads(kept.read_text())]
-    outputs.mkdir(parents=True, exist_ok=True)
+    kept.parent.mkdir(parents=True, exist_ok=True)
     with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
         found = outcomes(inputs, jobs, bar.update, submitted())
     with complete(kept) as scratch:

@@ -10,7 +10,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from .._core.files import write_frame
-from .._core.kept import hashes, inside, is_up_to_date, stamped, write_stamp
+from .._core.kept import hashes, inside, is_up_to_date, kept_in, stamped, write_stamp
 from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import drawing
@@ -28,10 +28,10 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
     needed("typst", "report")        # before the work, not after it
     namelists = find_namelists(inputs)
     signed = authors.read_authors(root/authors.FILE)
-    outputs.mkdir(parents=True, exist_ok=True)
+    kept_in(outputs).mkdir(parents=True, exist_ok=True)
     cases = [case_job(file, outputs, root) for file in namelists]
     with tqdm(desc="report", disable=None) as bar:
-        shapes = geometry_jobs(cases, outputs)
+        shapes = geometry_jobs(cases, kept_in(outputs))
         bar.total = len(shapes) + 2*len(cases) + len(shapes) + 2
 
         def tell(job: Job, ran: bool) -> None:
@@ -52,7 +52,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         geometry = [job.product for job in shapes]
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
-        kept = [outputs/"formulations.json", outputs/"twins.json"]
+        kept = [formulations.kept_file(outputs), twins.kept_file(outputs)]
         variants = results.find_variants(files)
         sources = {
             plotted: [*files, *geometry, *kept], summary: [*files, kept[1]], written: [*files, *kept, root/authors.FILE],
@@ -87,7 +87,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
     return files + products
 
 
-def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
+def geometry_jobs(cases: Sequence[Job], folder: Path) -> list[Job]:
     """One job per pair of profiles, a run of a single interval that writes the geometry functions."""
     found: dict[tuple[str, ...], Job] = {}
     for job in cases:
@@ -96,7 +96,7 @@ def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
         name = f"geometry_{job.name.partition('_')[2] or len(found)}"
         if pair in found:
             continue
-        product, columns = outputs/f"{name}.txt", outputs/f"{name}_columns.txt"
+        product, columns = folder/f"{name}.txt", folder/f"{name}_columns.txt"
         values = {"integrator": {"t_end": job.value("output", "interval", 1e-4), "stop_at": "t_end"},
                   "output": {"file": inside(columns, job.root), "geometry_file": inside(product, job.root)}}
         found[pair] = Job(name, with_values(job.text, values), product, job.root, litter=columns)

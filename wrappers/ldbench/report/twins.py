@@ -15,7 +15,7 @@ import numpy as np
 
 from .._core.calls import Progress
 from .._core.files import complete
-from .._core.kept import is_up_to_date, stamped, write_stamp
+from .._core.kept import is_up_to_date, kept_in, stamped, write_stamp
 from .._core.pools import in_threads
 from ..case import Case
 from ..results.run_data import RunData
@@ -59,9 +59,14 @@ def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
     return {job.name: found[job.name] for job in jobs}
 
 
+def kept_file(outputs: Path) -> Path:
+    """The file that keeps the results of the twins."""
+    return kept_in(outputs)/"twins.json"
+
+
 def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
     """The results of the twins, run anew where something they depend on has changed since they were kept in `outputs`."""
-    kept = outputs/"twins.json"
+    kept = kept_file(outputs)
     depends = {name: x for job in jobs for name, x in stamped(job.product, job.root).items()}
     if not force and is_up_to_date(kept, depends):
         rows: dict[str, dict[str, Any]] = json.loads(kept.read_text())
