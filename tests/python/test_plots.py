@@ -28,7 +28,7 @@ from ldbench.plots.contents import arranged, contents_page, entries
 from ldbench.plots.document import Part, bind, case_figures, even_shares, make_plots, save_pages
 from ldbench.plots.frame import label_x, label_y
 from ldbench.plots.geometry import geometry_page
-from ldbench.plots.impact import HEADS, Stretch, draw_table, hardest_page, impact_page, table_rows
+from ldbench.plots.impact import HEADS, Recomputed, draw_impacts, hardest_page, impact_page, table_rows
 from ldbench.plots.overview import first_contacts, overview_figures, side_by_side
 from ldbench.plots.pdf_file import Pages
 from ldbench.plots.phase import energy_page
@@ -41,7 +41,6 @@ from ldbench.plots.summary import summary_page
 from ldbench.plots.ticks import settle
 from ldbench.plots.times import key_events, time_page
 from ldbench.results.header import Header
-from ldbench.results.impacts import impacts
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
@@ -479,7 +478,7 @@ def test_steepest_angle_of_the_flange(thrown: tuple[RunData, Path]):
 
 def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path], impact: Figure):
     run, _ = thrown
-    first, = impacts(run, ("LF",))
+    first, = run.impacts(("LF",))
     row, = table_rows(run, [first])
     assert len(row) == len(HEADS) and row[0] == "left flange"
     assert row[3] == f"{1e-3*run.values('N_LF').max():.1f} kN"
@@ -494,7 +493,7 @@ def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path], i
 def test_impacts_of_the_root_of_a_flange_are_told(thrown: tuple[RunData, Path]):
     """By a contact angle below 25 degrees; an unknown angle tells nothing."""
     run, _ = thrown
-    first, = impacts(run, ("LF",))
+    first, = run.impacts(("LF",))
     angles = {24.9: "left flange, root", -24.9: "left flange, root", 25.1: "left flange", np.nan: "left flange"}
     rows = table_rows(run, [first._replace(angle=np.radians(angle)) for angle in angles])
     assert [row[0] for row in rows] == list(angles.values())
@@ -508,7 +507,7 @@ def test_impacts_of_the_root_of_a_flange_are_told(thrown: tuple[RunData, Path]):
 def figure_of(run: RunData) -> Figure:
     """A page with the table of impacts alone."""
     figure = Figure()
-    draw_table(figure, run, 0.9)
+    draw_impacts(figure, run, 0.9)
     return figure
 
 
@@ -562,7 +561,7 @@ def test_stretch_of_full_resolution_lies_on_the_rows_of_the_run(thrown: tuple[Ru
     later = altered(run, data=run.data.iloc[k:].reset_index(drop=True))
     later.data["time"] -= run.time[k]
     coarse = altered(run, data=run.data.iloc[::7].reset_index(drop=True))
-    ax = hardest_page(coarse, Stretch(later, float(run.time[k]))).axes[0]
+    ax = hardest_page(coarse, Recomputed(later, float(run.time[k]))).axes[0]
     curve, dots = curves_of(ax)["left flange"], ax.get_lines()[-1]
     assert ax.get_xlim()[0] == pytest.approx(1e3*run.time[k]) and dots.get_linestyle() == "None"
     known = np.interp(dots.get_xdata(), curve.get_xdata(), curve.get_ydata())

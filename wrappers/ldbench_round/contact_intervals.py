@@ -5,13 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ldbench.results.impacts import Impact
+from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.run_data import RunData
 
 CROSSED = 1e-4          # share of the largest |Y| beyond which the wheelset is on one side
 
 
-def closed_at(found: Sequence[Impact], t: np.ndarray) -> np.ndarray:
+def closed_at(found: Sequence[ContactInterval], t: np.ndarray) -> np.ndarray:
     """Whether a contact is closed at times that ascend, by its intervals."""
     starts, ends = np.array([one.start for one in found]), np.array([one.end for one in found])
     k = np.searchsorted(starts, t, "right") - 1

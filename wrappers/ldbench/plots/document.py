@@ -22,7 +22,7 @@ from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import CHAOTIC_NOTE, Chaotic
 from .contents import contents_page, entries, link, number
 from .geometry import geometry_page
-from .impact import HARDEST, Stretch, hardest_page, impact_page
+from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .overview import overview_figures
 from .pdf_file import Pages
 from .phase import energy_page
@@ -49,11 +49,10 @@ TOGETHER = 3    # chapters, about, that a process draws into one file, in which 
 LONG_COST = 1.5     # to draw a long run or the comparison of formulations, over that of a short run
 SPARED = 1_000_000      # objects that a process that only draws may leave to the system at its end: about 50 pages, 200 MB
 
-# Around the first and the hardest contact of the left flange, computed again.
-Stretches = tuple[Stretch, Stretch]
+Fine = tuple[Recomputed, Recomputed]        # around the first and the hardest contact of the left flange
 
 
-def case_figures(run: RunData, fine: Stretches | None = None) -> Iterator[tuple[str, Figure]]:
+def case_figures(run: RunData, fine: Fine | None = None) -> Iterator[tuple[str, Figure]]:
     """The pages of a run: of what it has columns for."""
     if "time" not in run.data:
         return
@@ -129,7 +128,7 @@ def share_parts(chapters: Iterable[Chapter], target: Path) -> list[Part]:
     return parts
 
 
-def run_chapter(run: RunData, fine: Stretches | None = None) -> Chapter:
+def run_chapter(run: RunData, fine: Fine | None = None) -> Chapter:
     """The pages of a run, which are drawn when they are asked for."""
     return run.heading, case_figures(run, fine)
 
@@ -179,11 +178,11 @@ def plot_runs(runs: Sequence[RunData], target: Path) -> int:
 @contextmanager
 def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
             done: Callable[[], None] = lambda: None, further: Sequence[Chapter] = (),
-            fine: Mapping[str, Stretches] | None = None,
+            fine: Mapping[str, Fine] | None = None,
             chaotic: Chaotic | None = None) -> Iterator[Callable[[], int]]:
     """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
     for them and writes the document.  `further`: last chapters, which are drawn there too; to draw them builds no contact
-    tables: OpenMP's threads do not outlive a fork.  `fine`: stretches of runs with more rows, by the names of the runs;
+    tables: OpenMP's threads do not outlive a fork.  `fine`: parts of runs with more rows, by the names of the runs;
     `chaotic`: their results that the summary has in italics."""
     chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
     costs = [LONG_COST if is_long(run) else 1.0 for run in runs] + [LONG_COST]*len(further)

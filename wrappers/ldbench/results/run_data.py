@@ -17,15 +17,10 @@ from .._core.optional import needed
 from .._core.pools import processes
 from ..case import Case, Value
 from .columns import read_columns, read_own_columns
-from .events import FLANGE_ANGLE, Event, count_name
+from .contact_intervals import LARGEST, ContactInterval, find_intervals, is_closed
+from .events import Event, count_name
 from .header import Header, read_header
-from .quantities import CONTACT_NAMES, PAIR_FILES, PAIRS
-
-# A contact with a larger force is closed, in every file [N]. The smallest weight on a wheel is near 1e5 N, and a contact of steel
-# that opens has 1 N for 0.2 us at most. A row of ours at which a contact closes or opens has some tenths of a newton, because its
-# time is rounded, and other codes leave residues of iterations: a limit of zero joins contacts that are apart.
-CLOSED = 1.0
-LARGEST = 1e30          # force of a file that is taken as it stands; integrals of larger ones overflow [N]
+from .quantities import CONTACT_NAMES, CONTACTS, PAIR_FILES, PAIRS
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -228,17 +223,51 @@ class RunData:
         return found if found[0] > 0 else None
 
     def first_contact(self, contact: str) -> float | None:
-        """Time [s] at which a contact first closes: of the event, or of the first closed row.
+        """Time [s] at which a contact first closes, of a flange not at its root: of the event, or of the rows' first interval."""
+        if event := self.first(CONTACT_NAMES[contact] + " contact"):
+            return event.t
+        one = self.first_interval(contact)
+        return one.start if one else None
 
-        A row counts as a contact of the flange if its contact angle, where the file has one, is at least 25 degrees.
+    def first_interval(self, contact: str) -> ContactInterval | None:
+        """The first interval of the rows in which a contact is closed, of a flange not at its root; None without one.
+
+        It is that of the first contact among the events, where the file lists events. In files of other codes the contact angle
+        tells the root, which is below 25 degrees.
         """
         event = self.first(CONTACT_NAMES[contact] + " contact")
-        if event:
-            return event.t
-        closed = self.closed(contact)
-        if contact in ("LF", "RF") and f"angle_{contact}" in self.data:
-            closed &= np.abs(self.values(f"angle_{contact}")) >= FLANGE_ANGLE
-        return float(self.time[closed.argmax()]) if closed.any() else None
+        begin = event.t - 1e-9 if event else -np.inf        # the times of rows are rounded
+        return next((one for one in self.intervals(contact, rigid=False) or [] if self.time[one.rows.stop - 1] >= begin
+                     and (event or not one.at_root)), None)
+
+    def intervals(self, contact: str, until: float = np.inf, rigid: bool = True) -> list[ContactInterval] | None:
+        """The intervals in which a contact is closed, in the rows up to a time [s]; None where the file has no force of it.
+
+        With `rigid`, jumps of the column P of rigid impacts count too.
+        """
+        force = self.normal_force(contact)
+        jumps = self.values(f"P_{contact}") if rigid and f"P_{contact}" in self.data else None
+        if force is None and jumps is None:
+            return None
+        rows = int(np.searchsorted(self.time, until, "right"))
+        blows = np.zeros(rows)
+        if jumps is not None and rows:
+            blows[1:] = np.diff(np.clip(np.nan_to_num(jumps[:rows]), -LARGEST, LARGEST))
+        angle = self.values(f"angle_{contact}") if f"angle_{contact}" in self.data else np.full(rows, np.nan)
+        return find_intervals(contact, self.time[:rows], np.zeros(rows) if force is None else force[:rows], blows, angle,
+                              self.setting("output", "rows") == "interval_and_events")
+
+    def impacts(self, contacts: Sequence[str] = CONTACTS) -> list[ContactInterval]:
+        """All impacts of some contacts in order of time: start, end, largest force, impulse and contact angle of each.
+
+        An impact is a set of successive closed rows between two open rows. A contact that is closed in the first or last row of
+        the file is left out there, because its length is unknown, and so is a contact that also pulls. A run with rigid contacts
+        adds the impacts among its events, of which the file lists a hundred.
+        """
+        found = [one for contact in contacts for one in self.intervals(contact, rigid=False) or [] if one.is_impact]
+        found += [ContactInterval(contact, event.t, event.t, np.nan, event.t, impulse, np.nan) for event in self.events
+                  for contact, impulse in event.impulses.items() if contact in contacts]
+        return sorted(found, key=lambda one: (one.start, CONTACTS.index(one.contact)))
 
     def first_flange(self) -> float | None:
         """Time [s] at which a flange first touches; None where none does."""
@@ -255,9 +284,9 @@ class RunData:
         return np.clip(np.nan_to_num(force, nan=0.0, posinf=0.0, neginf=0.0), -LARGEST, LARGEST)
 
     def closed(self, contact: str) -> np.ndarray:
-        """Whether a contact is closed, (rows,): its normal force, of either sign, is above CLOSED. None is without a column."""
+        """Whether a contact is closed, (rows,): its normal force, of either sign, is above 1 N. None is without a column."""
         force = self.normal_force(contact)
-        return np.zeros(len(self.data), bool) if force is None else np.abs(force) > CLOSED
+        return np.zeros(len(self.data), bool) if force is None else np.asarray(is_closed(force))
 
     def passages(self) -> list[float]:
         """Times [s] of the passages of the centre after the left flange's first contact, of those that are listed."""

@@ -162,7 +162,7 @@ def event_entries(run: RunData) -> list[dict[str, Any]]:
         for contact in ("LF", "RF"):
             t = run.first_contact(contact)
             if t is not None:
-                found.append({"t": t, "what": f"{CONTACT_NAMES[contact]} contact, first row", "force": None})
+                found.append({"t": t, "what": f"{CONTACT_NAMES[contact]} contact, by its force", "force": None})
     for contact, words in CONTACT_NAMES.items():
         if peak := run.peak(contact):
             found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": number(peak[0])})
