@@ -53,17 +53,17 @@ def of_report() -> Values:
     """Results of the ten runs and of the formulations, and the sizes of files."""
     runs = read_all([OUTPUTS/f"{case}.txt" for case in CASES], 1)
     values = of_runs(runs)
-    kept = json.loads((OUTPUTS/"formulations.json").read_text())
+    kept = json.loads(formulations.kept_file(OUTPUTS).read_text())
     values |= of_formulations([formulations.Outcome(**outcome) for outcome in kept])
 
     def megabytes(files: Iterable[Path]) -> float:
         return sum(file.stat().st_size for file in files)/1e6
 
     tables = [OUTPUTS/f"{pair}_halfspace.table" for pair in PAIRS]
-    products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv", "formulations.json"
+    products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv"
     values["size.report [MB]"] = megabytes([
-        *(OUTPUTS/f"{case}.txt" for case in CASES), *(OUTPUTS/f"geometry_{pair}.txt" for pair in PAIRS),
-        *tables, *(OUTPUTS/name for name in products)])
+        *(OUTPUTS/f"{case}.txt" for case in CASES), *tables, *(OUTPUTS/name for name in products),
+        *(file for file in formulations.kept_file(OUTPUTS).parent.iterdir() if file.suffix != ".stamp")])
     values["size.ex5 [MB]"] = megabytes(OUTPUTS.glob("ex5_?w.txt"))
     values["size.ex5_aw [MB]"] = megabytes([OUTPUTS/"ex5_aw.txt"])
     values["size.tables [MB]"] = megabytes(tables)

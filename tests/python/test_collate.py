@@ -18,7 +18,7 @@ import ldbench
 from browser import facts
 from hostile_files import HARMLESS, HOSTILE
 from imaginary_round import CODES, Runs
-from ldbench import Error
+from ldbench import Error, _core
 from ldbench.__main__ import main
 from ldbench._core.files import write_frame
 from ldbench.plots.style import CODE_LINES
@@ -257,6 +257,20 @@ def test_a_late_submission_costs_its_own_files_alone(codes: Path, own: None, tmp
     file.write_text(text)
     assert collate(codes, store).computed == (("Elastra", FAST),)
     assert table(collate(codes, store), tmp_path/"again.csv") == after
+
+
+def test_another_program_or_core_keeps_no_entry(codes: Path, own: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    for folder in codes.iterdir():
+        if folder.name != "Elastra":
+            shutil.rmtree(folder)
+    assert collate(codes, tmp_path).computed == (("Elastra", FAST),) and collate(codes, tmp_path).computed == ()
+    core = next(file for file in _core.kept.files_of(_core.kept.PACKAGE) if file.suffix == ".so")
+    read = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda file: b"another core" if file == core else read(file))
+    _core.kept.program_digest.cache_clear()
+    again = collate(codes, tmp_path).computed
+    _core.kept.program_digest.cache_clear()
+    assert again == (("Elastra", FAST),)
 
 
 def test_what_is_kept_comes_back_and_a_damaged_file_of_it_is_computed_again(collated: tuple[Collation, Path], written: Path,

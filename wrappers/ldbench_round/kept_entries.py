@@ -11,20 +11,18 @@ import re
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ldbench import Case, Error, __version__
+from ldbench import Case, Error
 from ldbench.plots.stretches import thin
 from ldbench.results.run_data import RunData
-from ldbench.tools import complete, digest
+from ldbench.tools import complete, digest, program_digest
 
 from .check import findings_of, read_submitted
 from .findings import DOUBTFUL, FAILED
-from .horizon import FILE as YARDSTICKS
 from .physics_checks import energy_balance, has
 from .rigid_reference import is_rigid
 from .round_grades import GRADED, Graded, Reference, digest_of, graded, read_reference
@@ -32,7 +30,6 @@ from .round_numbers import NUMBERS, Number, first_impact, names_of, numbers_of, 
 from .submissions import complaint, printable, quiet
 from .tasks import Task
 
-STORE = ".collated"             # the folder of what is kept, beside the results
 COLUMNS = 300                   # of a curve over the whole run: of each the smallest and the largest value are kept
 CLOSE = -1e-3, 14e-3            # around the first contact of a flange, in which every row is kept [s]
 CLOSE_COLUMNS = 600
@@ -65,14 +62,9 @@ def failed_entry(task: Task, key: str, error: str) -> Entry:
     return Entry(key, {name: Number(np.nan, error) for name in names_of(task)}, error=error)
 
 
-@lru_cache
 def program() -> str:
-    """What stands for this program: its version, and the sources that the entries depend on."""
-    packages = Path(__file__).resolve().parents[1]
-    sources = sorted(path for room in ("ldbench_round", "ldbench/results") for path in (packages/room).glob("*.py")
-                     if not path.stem.startswith("collation"))
-    sources.append(YARDSTICKS)
-    return digest("".join([__version__, *(digest(path.read_bytes()) for path in sources)]).encode())
+    """The digest of this program, on which all entries depend."""
+    return program_digest(Path(__file__).parent.resolve())
 
 
 def key_of(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float, reference: Reference | None = None) -> str:

@@ -2,7 +2,7 @@
 
 examples:
   python -m ldbench table inputs/ex1_aw.nml
-  python -m ldbench table inputs/ex1_aw.nml -o outputs/aw_geometry.txt
+  python -m ldbench table inputs/ex1_aw.nml -o outputs/geometry_aw.txt
 """
 from __future__ import annotations
 

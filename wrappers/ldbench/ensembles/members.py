@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from .._core import _flat
 from .._core.calls import Progress, descriptions
 from .._core.errors import Error
 from .._core.files import digest
+from .._core.kept import program_digest
 from ..case import Case, Value, Variable, find_variable, find_variables, variables
 from ..results.events import Event, event_kinds
 from ..runs import Run, compute
@@ -188,7 +188,7 @@ def matters(name: str) -> bool:
 def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
     """The key of each member; it changes with anything that the result depends on."""
     table = TableKeys()
-    tail = json.dumps([core_digest(), wanted.columns, wanted.rows])
+    tail = json.dumps([program_digest(), wanted.columns, wanted.rows])
 
     def key(member: Member) -> str:
         case = member.unchecked()
@@ -235,12 +235,6 @@ def _first_case(members: Iterable[Member], files: dict[str, TableKey], table: Ta
             continue
         return case if files.setdefault(case.table_file, table) == table else case.replace(table_file="")
     return None
-
-
-@functools.cache
-def core_digest() -> str:
-    """The digest of the compiled core: results of another build are computed anew."""
-    return digest(Path(_flat.__file__).read_bytes())
 
 
 # One run ----------------------------------------------------------------------------------

@@ -19,16 +19,15 @@ import pandas as pd
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from .._core import _flat
 from .._core.calls import Progress
 from .._core.files import complete, write_frame
+from .._core.kept import hashes, is_up_to_date, kept_in, write_stamp
 from .._core.pools import in_threads
 from ..case import Case
 from ..plots.document import Chapter, bind, save_parts
 from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
 from ..plots.tables import draw_table
-from ..results import run_data
 from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
 from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
@@ -36,7 +35,7 @@ from ..results.run_data import RunData
 from ..results.summary import drift_reference
 from ..runs import compute
 from ..table import ContactTable
-from .jobs import find_namelists, hashes, is_up_to_date, write_stamp
+from .jobs import find_namelists
 
 FORMULATIONS: dict[str, dict[str, Any]] = {
     "elastic": {},
@@ -417,22 +416,27 @@ def figures(found: Sequence[Outcome], inputs: Path) -> Iterator[tuple[str, Figur
 # Files ------------------------------------------------------------------------------------
 
 def sources(inputs: Path, root: Path) -> dict[str, str]:
-    """Hashes of what the outcomes depend on."""
+    """Hashes of what the outcomes depend on besides the program."""
     files = find_namelists(inputs)
     cases = [Case.from_namelist(file) for file in files]
     profiles = {Path(file) for case in cases for file in case.profile_files().values()}
-    return hashes([*files, *sorted(profiles), Path(__file__), Path(run_data.__file__), Path(_flat.__file__)], root)
+    return hashes([*files, *sorted(profiles)], root)
+
+
+def kept_file(outputs: Path) -> Path:
+    """The file that keeps the outcomes."""
+    return kept_in(outputs)/"formulations.json"
 
 
 def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False,
                   submitted: Callable[[], Sequence[RunData]] = tuple) -> list[Outcome]:
     """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`; `submitted` reads
     the column files of elastic runs."""
-    kept = outputs/"formulations.json"
+    kept = kept_file(outputs)
     depends = sources(inputs, root)
     if not force and is_up_to_date(kept, depends):
         return [Outcome(**o) for o in json.loads(kept.read_text())]
-    outputs.mkdir(parents=True, exist_ok=True)
+    kept.parent.mkdir(parents=True, exist_ok=True)
     with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
         found = outcomes(inputs, jobs, bar.update, submitted())
     with complete(kept) as scratch:

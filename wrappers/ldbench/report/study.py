@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from .._core.files import write_frame
+from .._core.kept import inside
 from ..plots.document import Part, bind, save_pages
 from ..plots.frame import label_y, new_page
 from ..plots.style import SERIES, ldbench_style
@@ -21,7 +22,7 @@ from ..results.quantities import KN, MM, quantity
 from ..results.run_data import RunData, read_data
 from .compare_pages import quantity_page
 from .differences import Comparison, compare, event_times, peaks
-from .jobs import Job, find_namelists, inside, run_stale, with_values
+from .jobs import Job, find_namelists, run_stale, with_values
 
 VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
     "fine": {},

@@ -6,7 +6,7 @@ Files of other codes are read by the map, a table [map] or the name of a file, o
 With --reference every file is scored as `score` does, and graded. A code that tells its restitution has rigid contacts: where
 the reference is elastic, it is scored against our own run with rigid contacts and this restitution.
 Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. What was read and computed of a
-code is kept in DIR/.collated, so that a late submission costs its own files alone. Whatever a code sends, the others are
+code is kept in DIR/.ldbench, so that a late submission costs its own files alone. Whatever a code sends, the others are
 collated; what could not be used is printed, a line each.
 
 examples:
@@ -21,11 +21,11 @@ from pathlib import Path
 
 from ldbench import Error
 from ldbench.commands.options import add_folder, add_jobs, add_reference
+from ldbench.tools import kept_in
 
 from ..collation import collate, write_csv
 from ..collation_html import make_page
 from ..collation_pdf import make_document
-from ..kept_entries import STORE
 from ..round_grades import find_references
 
 
@@ -46,8 +46,9 @@ def main(args: argparse.Namespace) -> int:
     if not any(path.is_dir() and not path.name.startswith(".") for path in args.folder.iterdir()):
         raise Error(f"{args.folder}: expected a folder for each code, found none")
     references = find_references(args.reference) if args.reference else None
-    (args.output/STORE).mkdir(parents=True, exist_ok=True)
-    found = collate(args.folder, args.output/STORE, args.jobs, args.output, references=references)
+    store = kept_in(args.output)
+    store.mkdir(parents=True, exist_ok=True)
+    found = collate(args.folder, store, args.jobs, args.output, references=references)
     for line in found.lines():
         print(line)
     if not found.used:
