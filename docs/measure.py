@@ -218,7 +218,7 @@ def of_variants() -> Values:
     with tempfile.TemporaryDirectory() as folder:
         for name in CASES:
             page = Path(folder)/f"{name}.html"
-            view([str(OUTPUTS/f"{name}.txt")]).write(page)
+            view(OUTPUTS/f"{name}.txt").write(page)
             values[f"page.{name} [MB]"] = page.stat().st_size/1e6
     sizes = [values[f"page.{name} [MB]"] for name in CASES if "ex5" not in name]
     values["page.free.least [MB]"], values["page.free.largest [MB]"] = min(sizes), max(sizes)

@@ -1,7 +1,9 @@
 """The document: pages of every run, drawn side by side and bound under bookmarks."""
 from __future__ import annotations
 
+import base64
 import gc
+import io
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
@@ -48,6 +50,21 @@ LISTED = 8      # pages from which on a document has a contents page
 TOGETHER = 3    # chapters, about, that a process draws into one file, in which they share the fonts; for any number of processes
 LONG_COST = 1.5     # to draw a long run or the comparison of formulations, over that of a short run
 SPARED = 1_000_000      # objects that a process that only draws may leave to the system at its end: about 50 pages, 200 MB
+
+class Figures(tuple[Figure, ...]):
+    """Figures of matplotlib, which a notebook shows one below the other."""
+
+    def _repr_html_(self) -> str:
+        return "".join(f'<img alt="" src="data:image/png;base64,{base64.b64encode(png(figure)).decode()}">' for figure in self)
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as a PNG file."""
+    file = io.BytesIO()
+    with ldbench_style():
+        figure.savefig(file, format="png", dpi=100, metadata={"Software": None})
+    return file.getvalue()
+
 
 Fine = tuple[Recomputed, Recomputed]        # around the first and the hardest contact of the left flange
 
@@ -163,6 +180,14 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
     runs = read_all(files, jobs) if map is None else [read_data(file, map) for file in files]
     with drawing(runs, target, geometry, jobs, done) as finish:
         return finish()
+
+
+def drawn(run: RunData) -> Figures:
+    """The pages of a run as figures; Error where it has no columns to draw."""
+    with ldbench_style():
+        pages = list(case_figures(run))
+    check_drawn([Part(run.name, run.file, tuple(title for title, _ in pages))], [run])
+    return Figures(figure for _, figure in pages)
 
 
 def plot_runs(runs: Sequence[RunData], target: Path) -> int:

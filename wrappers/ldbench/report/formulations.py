@@ -100,7 +100,7 @@ def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
             return outcome(known[case.case_name] if case.case_name in known else compute(case, tell, tabled(case)), name)
         if case.stop_at == "derailment":
             case = case.replace(interval=LONG_INTERVAL, dt=LONG_STEP)
-        return outcome(compute(case.replace(**FORMULATIONS[name]), tell), name)
+        return outcome(compute(case.replace(FORMULATIONS[name]), tell), name)
 
     def keep(task: tuple[Case, str], found: Outcome) -> None:
         results[task] = found

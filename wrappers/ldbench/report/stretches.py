@@ -18,7 +18,7 @@ def around(job: Job, whole: RunData, t: float) -> Recomputed:
     """The run about the time t [s], from the state of one of its rows on."""
     k = max(int(np.searchsorted(whole.time, t - BEFORE*LENGTH, "right")) - 1, 0)
     case = RootedCase.of_values(whole.case.values, "namelist", job.root).replace(
-        **{f"initial_{name}": float(whole.values(name)[k]) for name in STATE}, lateral_force=float(whole.values("F_ext")[k]),
+        {f"initial_{name}": float(whole.values(name)[k]) for name in STATE}, lateral_force=float(whole.values("F_ext")[k]),
         t_end=LENGTH, interval=INTERVAL, dt=INTERVAL, stop_at="t_end", rows="interval_and_events", roll_link="none")
     return Recomputed(compute(case), float(whole.time[k]))
 

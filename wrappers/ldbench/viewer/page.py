@@ -147,9 +147,10 @@ def wheel_columns(run: RunData) -> dict[str, np.ndarray]:
     """Vertical and lateral force of the rail on each wheel, and L/V. The page makes them of the columns where it has rows, see
     derived.js."""
     found: dict[str, np.ndarray] = {}
-    for side, contacts in SIDES.items():
+    for wheel, contacts in SIDES.items():
+        side = contacts[0][0]
         if all(f"{kind}_{contact}" in run.data for kind in ("Fy", "Fz") for contact in contacts):
-            found[f"LV_{side}"] = lateral_over_vertical(run, side)
+            found[f"LV_{side}"] = lateral_over_vertical(run, wheel)
             found |= {f"{kind}_{side}": np.sum([run.values(f"{kind}_{contact}") for contact in contacts], axis=0)
                       for kind in ("Fz", "Fy")}
     return found

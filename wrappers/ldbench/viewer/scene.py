@@ -14,6 +14,7 @@ from ..case import Case
 from ..geometry.outlines import Outlines, run_outlines, turned
 from ..plots.style import BLACK, CONTACT_LINES, GREY, Line
 from ..results.contact_intervals import is_closed
+from ..results.derived import SIDES
 from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
 from ..results.run_data import RunData
 from .page import checked
@@ -66,9 +67,9 @@ class Actor:
         return f"{found}  (ended at {1e3*self.time[-1]:.1f} ms)" if t > self.time[-1] else found
 
     def force_words(self, side: str, t: float) -> str:
-        """Normal forces and contact angles of the closed contacts of a side, 'L' or 'R', at time t [s]."""
+        """Normal forces and contact angles of the closed contacts of a side, 'left' or 'right', at time t [s]."""
         found = []
-        for contact in (c for c in CONTACTS if c[0] == side):
+        for contact in SIDES[side]:
             force, angle = self.at(f"N_{contact}", t), self.at(f"angle_{contact}", t)
             if np.isfinite(force) and is_closed(force):
                 digits = 0 if abs(force) >= 1e5 else 1
