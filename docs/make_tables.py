@@ -19,8 +19,10 @@ from pathlib import Path
 from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
 
 from ldbench import Case, case, run
+from ldbench.__main__ import make_parser
 from ldbench._core.calls import descriptions
 from ldbench.case import shortest_name, variables
+from ldbench.commands import COMMANDS
 from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
@@ -230,6 +232,19 @@ def result_table() -> str:
     return table(("result", "unit", "meaning"), rows)
 
 
+def command_table() -> str:
+    """Every command with its arguments and options, less those that all have."""
+    common = {"-h", "-q", "-v"}
+    rows = []
+    for name, parser in make_parser(COMMANDS).commands.items():
+        actions = [action for action in parser._actions if not common & set(action.option_strings)]
+        arguments = [str(action.metavar or "|".join(action.choices)) for action in actions if not action.option_strings]
+        options = [" ".join(filter(None, (*action.option_strings[:1], action.metavar))) for action in actions
+                   if action.option_strings]
+        rows.append((f"`{name}`", COMMANDS[name], *(", ".join(f"`{word}`" for word in words) for words in (arguments, options))))
+    return table(("command", "what it does", "arguments", "options"), rows)
+
+
 def event_list() -> str:
     return ", ".join(f"`{kind}`" for kind in event_kinds()) + ".\n"
 
@@ -261,6 +276,7 @@ def horizon_table() -> str:
 PAGES: dict[str, dict[str, Callable[[], str]]] = {
     "input.md": {"variables": variable_tables},
     "output.md": {"columns": column_table, "results": result_table, "events": event_list},
+    "commands.md": {"commands": command_table},
     "compare.md": {"units": unit_list},
     "accuracy.md": MEASURED_TABLES,
     "benchmark.md": {"horizons": horizon_table},

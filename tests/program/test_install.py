@@ -28,6 +28,7 @@ PROJECT = read_toml(REPO/"pyproject.toml")["project"]
     ("xarray", "ensemble", ["ensemble", "case.nml", "--over", "mass=1400,1500"]),
     ("zarr", "ensemble", ["ensemble", "case.nml", "--over", "mass=1400,1500", "-o", "made"]),
     ("distributed", "ensemble", ["ensemble", "case.nml", "--over", "mass=1400,1500", "--scheduler", "tcp://127.0.0.1:9"]),
+    ("shtab", "completion", ["--completion", "bash"]),
     ("imageio_ffmpeg", "view", ["view", str(REPO/"outputs/reference/ex1_aw.txt"), "-o", "made.mp4"]),
 ])
 def test_missing_package_is_one_line_with_the_command(module, extra, command, tmp_path, monkeypatch, capsys):

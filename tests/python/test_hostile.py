@@ -91,7 +91,7 @@ def test_score_goes_on(good: Path, folders: dict[Path, dict[str, str]], tmp_path
         assert {one["grade"] for one in scored[good.name]["scores"]} == {1e-3}
         assert status == int(bool(facts["failures"]))
         for name, kind in kinds.items():
-            lines = [line for line in facts["failures"] if name in line]
+            lines = [line for line in (*facts["failures"], *facts["left_out"]) if name in line]
             assert len(lines) + (name in scored) == 1, (kind, lines)
             assert all(is_a_line(line, folder) for line in lines), (kind, lines)
 

@@ -18,7 +18,7 @@ from ldbench.results.header import Header, read_header
 from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData, read_data
 
-from .findings import DOUBTFUL, FAILED, PASSED, Finding, listed
+from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, listed
 from .map_guess import AXES, SURE, Guess, guess_map
 from .physics_checks import law_findings
 from .submissions import complaint, find_files, is_device, quiet
@@ -35,9 +35,9 @@ class Checked:
     findings: tuple[Finding, ...]
 
     @property
-    def failed(self) -> int:
-        """The number of checks that failed."""
-        return sum(finding.verdict == FAILED for finding in self.findings)
+    def doubt(self) -> bool:
+        """Whether the guess of the map is doubtful."""
+        return bool(self.guess and unlike(self.guess))
 
     def facts(self) -> dict[str, Any]:
         """The findings for other programs."""
@@ -124,14 +124,14 @@ def own_run(task: Task) -> RunData:
 def check_folder(folder: Path, map: Any = None) -> tuple[list[Checked], list[Finding]]:
     """Check the files of a folder whose names speak of a simulation, and say which of the ten are missing.
 
-    A file that cannot be read is a finding and does not stop the others.
+    A file that cannot be read is a finding and does not stop the others; files that are left out are told and do not fail.
     """
-    strange: list[str] = []
-    found = find_files(folder, strange)
+    left_out: list[str] = []
+    found = find_files(folder, left_out)
     missing = [task.words for task in TASKS if task not in found]
     folder_findings = [Finding("ten files", FAILED if missing else PASSED, len(found), len(TASKS),
                                hint=f"missing: {listed(missing)}" if missing else ""),
-                       *(Finding("file", FAILED, hint=line) for line in strange)]
+                       *(Finding("file", UNKNOWN, hint=line) for line in left_out)]
     checked = []
     for task, file in found.items():
         try:
@@ -159,13 +159,18 @@ def map_findings(guess: Guess) -> Iterator[Finding]:
         else:
             yield Finding(f"{words} axis", DOUBTFUL if most else PASSED,
                           hint=f"positive {sense}; the call has the opposite" if most else "")
-    # Codes touch the right flange at other times and with other forces, and exercise 5 hardly ever: the laws judge its columns.
-    unlike = [m.name for column, m in matches.items() if m.likeness < SURE and not column.endswith("_RF")]
-    yield Finding("columns behave as their names say", DOUBTFUL if unlike else PASSED, len(unlike), 0,
-                  hint=f"recognised by the name alone: {listed(unlike)}" if unlike else "")
+    by_name = unlike(guess)
+    yield Finding("columns behave as their names say", DOUBTFUL if by_name else PASSED, len(by_name), 0,
+                  hint=f"recognised by the name alone: {listed(by_name)}" if by_name else "")
     if matches["time"].offset:
         yield Finding("zero of time", DOUBTFUL, -matches["time"].offset, 0,
                       hint="the first row is not at t = 0; the map shifts the time")
+
+
+def unlike(guess: Guess) -> list[str]:
+    """Columns that were recognised by their names alone. Codes touch the right flange at other times and with other forces, and
+    exercise 5 hardly ever: the laws judge its columns."""
+    return [m.name for column, m in guess.matches.items() if m.likeness < SURE and not column.endswith("_RF")]
 
 
 FRAME = {"lateral": "to the right", "vertical": "downwards", "roll": "for a wheelset whose left wheel goes down"}

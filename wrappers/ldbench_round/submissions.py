@@ -29,6 +29,7 @@ FACTS = {"code": "code", "version": "version", "authors": "authors", "formulatio
          "restitution": "restitution of rigid contacts", "law": "law of the normal force", "step": "time step [s]",
          "machine": "machine", "processor_time": "processor time [s]"}
 MAP = "map"
+TASK_NAMES = {task.name for task in TASKS}
 
 
 @dataclass(frozen=True)
@@ -222,9 +223,9 @@ def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mappi
 
 
 def find_files(folder: Path, remarks: list[str]) -> dict[Task, Path]:
-    """The file of each simulation; of two the first by name is taken."""
+    """The file of each simulation; of two that of the shipped input's name is taken, or the first by name."""
     files: dict[Task, Path] = {}
-    for path in sorted(folder.iterdir()):
+    for path in sorted(folder.iterdir(), key=lambda path: (path.stem not in TASK_NAMES, path.name)):
         if path.suffix.lower() not in ENDINGS or path.name.startswith("."):
             continue
         task, shown = task_of(path), printable(path.name, 80)

@@ -57,15 +57,3 @@ def task_named(word: str) -> Task:
     if found is None:
         raise Error(f"expected a simulation among {', '.join(task.name for task in TASKS)}, found {word}")
     return found
-
-
-def files_of(folder: Path) -> dict[Task, Path]:
-    """The files of a folder by the simulation that their names speak of; Error where two speak of the same one."""
-    found: dict[Task, Path] = {}
-    for file in sorted(folder.iterdir()):
-        task = task_of(file) if file.suffix.lower() in ENDINGS else None
-        if task in found:
-            raise Error(f"{file}: expected one file for {task.words}, found {found[task].name}, too")
-        if task is not None:
-            found[task] = file
-    return found

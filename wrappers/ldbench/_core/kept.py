@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
-from .files import complete, digest
+from .files import LOG, complete, digest
 
 KEPT = ".ldbench"         # the folder, beside results, of what saves time
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -51,9 +51,13 @@ def stamp_of(product: Path) -> Path:
 def is_up_to_date(product: Path, sources: Mapping[str, str]) -> bool:
     """Whether a product is there, untouched, and made by this program from just these sources."""
     try:
-        return bool(json.loads(stamp_of(product).read_text()) == stamp(product, sources))
-    except (OSError, ValueError):
+        before, now = dict(json.loads(stamp_of(product).read_text())), stamp(product, sources)
+    except (OSError, ValueError, TypeError):
+        LOG.info("%s: is missing, or was not kept", product)
         return False
+    if changed := [what for what in now if before.get(what) != now[what]]:
+        LOG.info("%s: has another %s than before", product, " and other ".join(changed))
+    return not changed
 
 
 def stamped(product: Path, root: Path) -> dict[str, str]:

@@ -54,6 +54,19 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
             raise
 
 
+def one_of_each(tasks: Iterable[Task], what: Callable[[Task], object]) -> list[list[Task]]:
+    """Tasks in two batches: one for everything that tasks share, as a contact table that the first of them makes, then the rest.
+    `what` tells it, or nothing."""
+    first: dict[object, Task] = {}
+    rest = []
+    for task in tasks:
+        if (shared := what(task)) and shared not in first:
+            first[shared] = task
+        else:
+            rest.append(task)
+    return [list(first.values()), rest]
+
+
 class Processes:
     """Worker processes, each served by a separate thread of this process."""
 

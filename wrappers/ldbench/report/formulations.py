@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from .._core.calls import Progress
-from .._core.files import complete, write_frame
+from .._core.files import complete, make_results_folder, write_frame
 from .._core.kept import hashes, is_up_to_date, kept_in, write_stamp
 from .._core.pools import in_threads
 from ..case import Case
@@ -436,7 +436,8 @@ def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: boo
     depends = sources(inputs, root)
     if not force and is_up_to_date(kept, depends):
         return [Outcome(**o) for o in json.loads(kept.read_text())]
-    kept.parent.mkdir(parents=True, exist_ok=True)
+    make_results_folder(outputs)
+    kept.parent.mkdir(exist_ok=True)
     with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
         found = outcomes(inputs, jobs, bar.update, submitted())
     with complete(kept) as scratch:

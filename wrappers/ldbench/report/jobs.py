@@ -17,7 +17,7 @@ from .._core.calls import Progress
 from .._core.errors import Error
 from .._core.files import DEFAULT_FOLDER, digest
 from .._core.kept import hashes, inside, is_up_to_date, write_stamp
-from .._core.pools import in_threads
+from .._core.pools import in_threads, one_of_each
 from ..case import Case, data_folder
 from ..runs import compute, output_path
 
@@ -166,11 +166,9 @@ def run_stale(jobs: Sequence[Job], workers: int, force: bool = False,
     for job in jobs:
         if job not in stale:
             done(job, False)
-    first: dict[Path, Job] = {}
-    for job in sorted(stale, key=lambda job: job.cost):
-        if job.table and not job.table.is_file():
-            first.setdefault(job.table, job)
-    rest = [job for job in stale if job not in first.values()]
-    for batch in (list(first.values()), rest):
+    def lacking(job: Job) -> Path | None:
+        return job.table if job.table and not job.table.is_file() else None
+
+    for batch in one_of_each(sorted(stale, key=lambda job: job.cost), lacking):
         run_jobs(batch, workers, lambda job: done(job, True))
     return stale

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from .._core.files import write_frame
+from .._core.files import make_results_folder, write_frame
 from .._core.kept import inside
 from ..plots.document import Part, bind, save_pages
 from ..plots.frame import label_y, new_page
@@ -157,7 +157,8 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
     """Run what is not up to date; write the PDF and the CSV file of the study."""
     namelists = find_namelists(inputs)
     folder = outputs/"study"
-    folder.mkdir(parents=True, exist_ok=True)
+    make_results_folder(outputs)
+    folder.mkdir(exist_ok=True)
     jobs = {file.stem: study_jobs(file, folder, root, ramp_end) for file in namelists}
     flat = [job for variants in jobs.values() for job in variants.values()]
     rows, pages = [], []

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 from tqdm import tqdm
 
-from .._core.files import write_frame
+from .._core.files import make_results_folder, write_frame
 from .._core.kept import hashes, inside, is_up_to_date, kept_in, stamped, write_stamp
 from .._core.optional import needed
 from ..geometry.pressures import full_row
@@ -28,7 +28,8 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
     needed("typst", "report")        # before the work, not after it
     namelists = find_namelists(inputs)
     signed = authors.read_authors(root/authors.FILE)
-    kept_in(outputs).mkdir(parents=True, exist_ok=True)
+    make_results_folder(outputs)
+    kept_in(outputs).mkdir(exist_ok=True)
     cases = [case_job(file, outputs, root) for file in namelists]
     with tqdm(desc="report", disable=None) as bar:
         shapes = geometry_jobs(cases, kept_in(outputs))

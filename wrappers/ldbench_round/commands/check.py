@@ -3,7 +3,8 @@
 A folder holds the files of one code, of which the names say the simulation, as ex2_aw.csv or exercise3_simplified.txt.
 No reference is needed: kinematics, momentum and energy have to close, contacts push along the normal, and the motion is
 that of the exercise. Files of other codes need no map of their columns: it is guessed from names and from agreement with a
-run of our own, and printed for confirmation. A finding is passed, doubtful or failed; one failure makes the status 1.
+run of our own, and printed where that is in doubt. A finding is passed, doubtful or failed; one failure makes the status 1.
+Files whose names speak of no simulation are told and left out.
 
 examples:
   python -m ldbench check outputs
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("path", type=Path, metavar="FILE|FOLDER", help="a column file, or a folder of them")
     add_simulation(parser)
     parser.add_argument("--save-map", type=Path, metavar="TOML", help="write the map that was guessed for a file")
+    parser.add_argument("--show-map", action="store_true", help="print the map that was guessed, as it is where it is doubtful")
     parser.add_argument("--all", action="store_true", help="print what passed, too")
     add_map(parser)
     add_json(parser)
@@ -52,7 +54,8 @@ def main(args: argparse.Namespace) -> int:
             print_findings(folder, args.all)
         for one in checked:
             print(f"{one.file}: {one.task.words}; {counts(one.findings)}")
-            if one.guess and not args.save_map:
+            if one.guess and (args.show_map or (one.doubt and not args.save_map)):
+                print(f"  the map of its columns, guessed{' with doubt' if one.doubt else ''}:")
                 print("".join(f"  {line}\n" for line in one.guess.toml().splitlines()), end="")
             print_findings(one.findings, args.all)
     return int(any(finding.verdict == FAILED for findings in (folder, *(one.findings for one in checked)) for finding in findings))

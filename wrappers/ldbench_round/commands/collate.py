@@ -21,7 +21,7 @@ from pathlib import Path
 
 from ldbench import Error
 from ldbench.commands.options import add_folder, add_jobs, add_reference
-from ldbench.tools import kept_in
+from ldbench.tools import kept_in, make_results_folder
 
 from ..collation import collate, write_csv
 from ..collation_html import make_page
@@ -41,13 +41,12 @@ def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
     if not args.folder.is_dir():
         raise Error(f"{args.folder}: expected a folder that holds a folder for each code, found none")
-    if args.output.exists() and not args.output.is_dir():
-        raise Error(f"{args.output}: expected a folder for the results, found a file")
     if not any(path.is_dir() and not path.name.startswith(".") for path in args.folder.iterdir()):
         raise Error(f"{args.folder}: expected a folder for each code, found none")
     references = find_references(args.reference) if args.reference else None
     store = kept_in(args.output)
-    store.mkdir(parents=True, exist_ok=True)
+    make_results_folder(args.output)
+    store.mkdir(exist_ok=True)
     found = collate(args.folder, store, args.jobs, args.output, references=references)
     for line in found.lines():
         print(line)

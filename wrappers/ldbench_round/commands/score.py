@@ -29,7 +29,7 @@ from ..metrics import score
 from ..physics_checks import start_findings
 from ..scores import KINDS, Score, Scores
 from ..submissions import complaint, find_files
-from ..tasks import TASKS, Task, files_of, task_named, task_of
+from ..tasks import TASKS, Task, task_named, task_of
 
 SHOWN = 5       # impacts without a partner
 
@@ -48,7 +48,8 @@ def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
     found: list[tuple[Path, Scores, list[str]]] = []
     failures: list[str] = []
-    for task, file, reference in files(args.path, args.reference, args.simulation, failures):
+    left_out: list[str] = []
+    for task, file, reference in files(args.path, args.reference, args.simulation, left_out):
         try:
             runs = read_submitted(file, task, args.map).run, read_submitted(reference, task).run
             strange = [line for run in runs for line in doubts(run, task)]
@@ -59,23 +60,25 @@ def main(args: argparse.Namespace) -> int:
             failures.append(complaint(error, file))
     if args.json:
         print_json({"files": [{"file": str(file), **scores.facts(), "doubts": strange} for file, scores, strange in found],
-                    "failures": failures})
+                    "failures": failures, "left_out": left_out})
     else:
         for file, scores, strange in found:
             print("\n".join([f"{file}: {heading(scores)}", *(f"  doubtful: {line}" for line in strange), *lines(scores, args.all)]))
         for line in failures:
             print(f"not scored: {line}")
+        for line in left_out:
+            print(f"left out: {line}")
     return int(bool(failures))
 
 
-def files(path: Path, reference: Path, name: str | None, failures: list[str]) -> Iterator[tuple[Task, Path, Path]]:
-    """Simulations, files and references that belong together; Error where there are none. What cannot be used of a folder is
-    added to `failures`."""
-    known = files_of(reference) if reference.is_dir() else None
+def files(path: Path, reference: Path, name: str | None, left_out: list[str]) -> Iterator[tuple[Task, Path, Path]]:
+    """Simulations, files and references that belong together; Error where there are none. What a folder holds besides is
+    added to `left_out`."""
+    known = find_files(reference, []) if reference.is_dir() else None
     if path.is_dir():
         if known is None or name:
             raise Error(f"{path}: expected a file, for --reference FILE and for --simulation, found a folder")
-        own = find_files(path, failures)
+        own = find_files(path, left_out)
         if not own.keys() & known.keys():
             raise Error(f"{path}: expected files of the simulations in {reference}, found none")
         yield from ((task, file, known[task]) for task, file in own.items() if task in known)
