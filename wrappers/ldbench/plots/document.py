@@ -7,12 +7,13 @@ import io
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from pypdf import PdfReader, PdfWriter
 
@@ -26,7 +27,6 @@ from .contents import contents_page, entries, link, number
 from .geometry import geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .overview import overview_figures
-from .pdf_file import Pages
 from .phase import energy_page
 from .ramp import is_ramp, ramp_page
 from .series import IMPULSES, LAST, PAGES
@@ -91,10 +91,10 @@ def case_figures(run: RunData, fine: Fine | None = None) -> Iterator[tuple[str, 
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
     """Write figures as the pages of a PDF; returns their titles."""
     titles = []
-    with failing_as(path, path), closing(Pages(path)) as pdf, no_collection():
+    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
         for title, figure in figures:
             settle(figure)
-            pdf.add(figure)
+            pdf.savefig(figure)
             titles.append(title)
     return tuple(titles)
 
