@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import re
 import shutil
@@ -591,5 +592,7 @@ def test_no_more_processes_and_threads_than_tasks():
     done: list[int] = []
     in_threads(lambda task, tell: task, [1, 2], 10**6, lambda task, result: done.append(result))
     assert sorted(done) == [1, 2]
-    with processes(10**6, 2) as pool:
-        assert len(pool.children) == 2
+    before = len(multiprocessing.active_children())
+    with processes(10**6, 2):
+        assert len(multiprocessing.active_children()) == before + 2
+    assert len(multiprocessing.active_children()) == before

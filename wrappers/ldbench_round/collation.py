@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from ldbench import Error
 from ldbench.results.header import read_header
-from ldbench.tools import processes, write_frame
+from ldbench.tools import PROCESS_DIED, processes, write_frame
 
 from .check import own_run
 from .kept_entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
@@ -174,6 +175,8 @@ def result_or_error(result: Callable[[], Any]) -> Any:
     """A result, or the Error instead of it."""
     try:
         return result()
+    except BrokenExecutor:
+        return Error(PROCESS_DIED)
     except Error as error:
         return error
 

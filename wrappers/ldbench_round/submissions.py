@@ -242,6 +242,17 @@ def find_files(folder: Path, remarks: list[str]) -> dict[Task, Path]:
     return {task: files[task] for task in TASKS if task in files}
 
 
+def reference_files(folder: Path) -> dict[Task, Path]:
+    """The file of each simulation in a folder that others are scored against. Error where nothing tells which of two is meant."""
+    found = find_files(folder, [])
+    for path in sorted(folder.iterdir()):
+        task = task_of(path) if path.suffix.lower() in ENDINGS else None
+        taken = found.get(task, path) if task else path
+        if task and taken != path and (taken.stem in TASK_NAMES) == (path.stem in TASK_NAMES):
+            raise Error(f"{path}: expected one file for {task.words}, found {taken.name}, too")
+    return found
+
+
 def is_file(path: Path) -> bool:
     """Whether there is a file to read; a link to itself is none."""
     try:
