@@ -13,7 +13,7 @@ from pypdf import PdfReader
 import shapes
 from ldbench import Case, Error, Profile
 from ldbench.__main__ import main
-from ldbench._core.errors import MissingFile, Usage
+from ldbench._core.errors import BadValue, MissingFile, Usage
 from ldbench.commands import profile
 from ldbench.conicity import equivalent_conicity, linearised_conicity
 from ldbench.geometry.pair import pair
