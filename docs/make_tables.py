@@ -3,6 +3,8 @@
     python docs/make_tables.py             writes the tables and the numbers
     python docs/make_tables.py --check     fails where a page has other ones
 
+It writes the types of the variables of a case, `wrappers/ldbench/_core/case_types.pyi`, too.
+
 A table stands between the comments `<!-- table: NAME -->` and `<!-- end of table -->`. Names, units, defaults and ranges
 are the program's; it is an error when a column or a result is not explained here, or explained and unknown to it. Measured
 results are those of docs/measured.json; `quotes.py` says how a page quotes them.
@@ -14,7 +16,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from ldbench import Case, run
+from ldbench import Case, case, run
 from ldbench.__main__ import make_parser
 from ldbench._core.calls import descriptions
 from ldbench.case import shortest_name, variables
@@ -26,6 +28,7 @@ from ldbench_round.horizon import yardsticks
 from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
 
 DOCS = Path(__file__).resolve().parent
+TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"
 CONTACT = "C"       # stands for LT, LF, RT, RF
 
 GROUPS = {
@@ -122,6 +125,10 @@ RESULTS = {
 def main(words: list[str]) -> int:
     stale = []
     values = measured()
+    if TYPES.read_text() != case_types():
+        stale.append(TYPES.name)
+        if "--check" not in words:
+            TYPES.write_text(case_types())
     for path in (DOCS.parent/"README.md", *sorted(DOCS.glob("*.md"))):
         page = path.name
         old = path.read_text()
@@ -158,6 +165,21 @@ def variable_tables() -> str:
                 for k, variable in enumerate(variables()) if variable.group == group]
         found.append(f"### &{group}\n\n{GROUPS[group]}\n\n" + table(("name", "default", "unit", "range", "meaning"), rows))
     return "\n".join(found)
+
+
+def case_types() -> str:
+    """The stub by which type checkers know the variables of a case."""
+    kinds = {"real": "float", "integer": "int"}
+    attributes, arguments = [], []
+    for k, variable in enumerate(variables()):
+        choices = variable.range.startswith("one of ")
+        for name in dict.fromkeys((shortest_name(k), f"{variable.group}_{variable.name}")):
+            attributes.append(f"    {name}: Final[{kinds.get(variable.kind, 'str')}]")
+            arguments.append(f"    {name}: {kinds.get(variable.kind, 'str' if choices else 'str | PathLike[str]')}")
+    return "\n".join([
+        '"""Types of the variables of a case, for type checkers. docs/make_tables.py makes this file of the core\'s list."""',
+        "from os import PathLike", "from typing import Final, TypedDict", "", "class Variables:", *attributes, "",
+        "class Values(TypedDict, total=False):", *arguments, ""])
 
 
 def unit(name: str) -> str:

@@ -30,7 +30,6 @@ import ldbench
 from ldbench import Case, ContactTable, view
 from ldbench._core.files import complete
 from ldbench.report import abstract, formulations
-from ldbench.results.impacts import first_peak
 from ldbench.results.run_data import RunData, read_all
 from ldbench.results.summary import summary_row
 
@@ -219,7 +218,7 @@ def of_variants() -> Values:
     with tempfile.TemporaryDirectory() as folder:
         for name in CASES:
             page = Path(folder)/f"{name}.html"
-            view([str(OUTPUTS/f"{name}.txt")]).write(page)
+            view(OUTPUTS/f"{name}.txt").write(page)
             values[f"page.{name} [MB]"] = page.stat().st_size/1e6
     sizes = [values[f"page.{name} [MB]"] for name in CASES if "ex5" not in name]
     values["page.free.least [MB]"], values["page.free.largest [MB]"] = min(sizes), max(sizes)
@@ -234,7 +233,7 @@ def of_accuracies(exercises: Iterable[int]) -> dict[int, tuple[list[float], list
         for exercise, (peaks, returns) in found.items():
             case = Case.exercise(exercise, "aw").replace(table_file="", accuracy=accuracy)
             run = ldbench.run(case, table=table.for_case(case))
-            peaks.append(1e-3*float(run.values("N_LF")[first_peak(run, "LF")]))
+            peaks.append(1e-3*run.first_interval("LF").peak)
             returns.append(1e3*run.passages()[-1])
     return found
 

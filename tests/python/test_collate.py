@@ -23,7 +23,6 @@ from ldbench.__main__ import main
 from ldbench._core.files import write_frame
 from ldbench.plots.style import CODE_LINES
 from ldbench.results.events import FLANGE_ANGLE
-from ldbench.results.impacts import impacts
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
 from ldbench_round import check, collation, kept_entries, own_runs, round_numbers
@@ -94,8 +93,8 @@ def test_planted_numbers_come_back(code: imaginary_round.Code, collated: tuple[C
     found, _ = collated
     submission = next(one for one in found.codes if one.name == code.name)
     run = runs.of(code, FAST)
-    first = next(one for one in impacts(run, ["LF"]) if one.angle > FLANGE_ANGLE)
-    right = next(one for one in impacts(run, ["RF"]) if one.angle > FLANGE_ANGLE)
+    first = next(one for one in run.impacts(["LF"]) if one.angle > FLANGE_ANGLE)
+    right = next(one for one in run.impacts(["RF"]) if one.angle > FLANGE_ANGLE)
     value = {name: found.value(submission, FAST, name) for name in NUMBERS}
     assert found.lines() == []
     # The file has a row every 0.1 ms, where the run has events, too.

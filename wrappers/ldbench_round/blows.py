@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.derived import cumulative
-from ldbench.results.events import FLANGE_ANGLE
-from ldbench.results.impacts import closed_intervals
 from ldbench.results.run_data import RunData
 
 NEEDED = "Y", "Z", "vY", "vZ", "roll_rate"
@@ -22,18 +21,15 @@ NEAREST = 5e-3          # distance of tread and flange contact in which a load i
 
 @dataclass(frozen=True)
 class Blow:
-    """One closed interval of a contact; arrays over its closed rows, (rows,)."""
+    """The motion in an interval in which a contact is closed; arrays over its closed rows, (rows,)."""
 
-    contact: str            # 'LF', ...
-    start: float            # when it closes [s]
-    end: float              # when it opens [s]
+    interval: ContactInterval
     time: np.ndarray        # [s]
     force: np.ndarray       # normal [N]
     closing: np.ndarray     # rate of the approach [m/s]
     approach: np.ndarray    # since the contact closed [m]
     angle: np.ndarray       # contact angle [rad]
     lowered: np.ndarray     # how far the load of the wheel's tread lowers the surface here [m]
-    first: int              # row of the file in which it is first closed
 
     @property
     def peak(self) -> float:
@@ -44,7 +40,7 @@ class Blow:
     def energy(self) -> tuple[float, float]:
         """Energy that goes into the contact while it closes, and that comes back [J]."""
         power = np.concatenate([[0.0], self.force*self.closing, [0.0]])
-        t = np.concatenate([[self.start], self.time, [self.end]])
+        t = np.concatenate([[self.interval.start], self.time, [self.interval.end]])
         # The power bends where it changes its sign, but its integral over both branches is that of a smooth function.
         put_in = float(cumulative(t, np.maximum(power, 0))[-1])
         return put_in, put_in - float(smooth_integral(t, power)[-1])
@@ -90,20 +86,20 @@ def blows(run: RunData, contact: str, height: float, least: float, softness: flo
     found = []
     closing, lowered = closing_velocity(run, contact, height), lowering(run, contact, softness)
     time, force, angle = run.time, np.nan_to_num(run.values(f"N_{contact}")), np.abs(run.values(f"angle_{contact}"))
-    for one in closed_intervals(run, contact):
+    for one in run.intervals(contact, rigid=False) or []:
+        if not one.is_impact or one.at_root:
+            continue
+        rows = np.arange(one.rows.start, one.rows.stop)
+        rows = rows[np.isfinite(closing[rows])]
         # Rows at equal times, as at an event, count once.
-        rows = np.arange(np.searchsorted(time, one.start), np.searchsorted(time, one.end, "right"))
-        rows = rows[run.closed(contact)[rows] & (force[rows] > 0) & np.isfinite(closing[rows])]
         rows = rows[np.append(np.diff(time[rows]) > 0, True)] if rows.size else rows
         if not rows.size or force[rows].max() < least:
-            continue
-        if contact[1] == "F" and angle[rows[force[rows].argmax()]] < FLANGE_ANGLE:
             continue
         t, v, low = time[rows], closing[rows], lowered[rows]
         approach = max(t[0] - one.start, 0.0)*v[0] + smooth_integral(t, v) - (low - low[0])
         v = v - (np.gradient(low, t) if t.size > 1 else 0.0)
-        found.append(Blow(contact, one.start, one.end, t, force[rows], v, approach, angle[rows], low, int(rows[0])))
-    return sorted(found, key=lambda blow: blow.start)
+        found.append(Blow(one, t, force[rows], v, approach, angle[rows], low))
+    return sorted(found, key=lambda blow: blow.interval.start)
 
 
 def smooth_integral(t: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -16,7 +16,8 @@ from matplotlib.patches import Rectangle
 from ldbench.plots.document import Part, bind, save_parts
 from ldbench.plots.frame import label_x, label_y, new_page
 from ldbench.plots.style import ldbench_style, plain
-from ldbench.report.compare_pages import paged, short
+from ldbench.plots.tables import paged
+from ldbench.report.compare_pages import short
 from ldbench.results.quantities import CONTACT_NAMES, KN, quantity
 from ldbench.tools import check_ending, check_written, processes
 

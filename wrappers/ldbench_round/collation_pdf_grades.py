@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from ldbench.report.compare_pages import paged
+from ldbench.plots.tables import paged
 from ldbench.results.quantities import quantity
 
 from .collation import Collation

@@ -102,7 +102,7 @@ def plus_minus(x: Estimate, factor: float = 1.0) -> str:
 @cache
 def hertz_table(profiles: str) -> ContactTable:
     """Our contact by Hertz's law for a pair of profiles."""
-    return ContactTable.quiet(Case.exercise(2, profiles).replace(model="hertz", table_file="", **FINE))
+    return ContactTable.quiet(Case.exercise(2, profiles).replace(FINE, model="hertz", table_file=""))
 
 
 @quiet()
@@ -115,7 +115,7 @@ def fingerprint(run: RunData, task: Task) -> Fingerprint:
     step = step_of(run)
     timed = centred(run, step)
     all_blows, lowered = (sorted((blow for c in contacts for blow in blows(timed, c, height, LEAST_FORCE, softness)),
-                                 key=lambda blow: blow.start) for softness in (0.0, half_space_softness(case)))
+                                 key=lambda blow: blow.interval.start) for softness in (0.0, half_space_softness(case)))
     found = jumps(run, case)
     kind, because = kind_of(run, [blow for blow in all_blows if blow.time.size >= TELLING_ROWS], found, missing)
     pitch = pitch_of(run, step)
@@ -131,7 +131,7 @@ def fingerprint(run: RunData, task: Task) -> Fingerprint:
         return law(no, no, no, no, np.nan, no, no, no, no, "")
     # Rows between steps tell nothing that the steps do not.
     interval = np.nanmax([typical_interval(run), step.value])
-    used, pressed = ([blow for blow in some if blow.time.size >= LEAST_ROWS and (blow.end - blow.start)/interval >= LEAST_ROWS
+    used, pressed = ([blow for blow in some if blow.time.size >= LEAST_ROWS and blow.interval.duration/interval >= LEAST_ROWS
                       and approach_share(blow) > GIVES][:USED] for some in (all_blows, lowered))
     if not used:
         no = untold(f"no blow of a flange has {LEAST_ROWS} rows or steps")
@@ -243,8 +243,8 @@ def loss_of(blow: Blow) -> Estimate:
     """Share of the energy that a blow takes; what half the rows would give tells the uncertainty."""
     put_in, back = blow.energy
     thin = slice(blow.time.size % 2, None, 2)
-    fewer = Blow(blow.contact, blow.start, blow.end, blow.time[thin], blow.force[thin], blow.closing[thin], blow.approach[thin],
-                 blow.angle[thin], blow.lowered[thin], blow.first)
+    fewer = Blow(blow.interval, blow.time[thin], blow.force[thin], blow.closing[thin], blow.approach[thin], blow.angle[thin],
+                 blow.lowered[thin])
     if put_in <= 0 or fewer.energy[0] <= 0:
         return untold("no energy in the blow")
     loss, rough = 1 - back/put_in, 1 - fewer.energy[1]/fewer.energy[0]
@@ -261,7 +261,8 @@ def hertz_ratio(run: RunData, blow: Blow, law: Law, task: Task) -> tuple[float, 
     Codes sink in differently at rest, and zeros of displacements differ by micrometres. So least squares find two numbers: the
     ratio, and by how much the motion is moved along the normal.
     """
-    table, contact, out = hertz_table(task.profiles), CONTACTS.index(blow.contact), 1.0 if blow.contact[0] == "L" else -1.0
+    name = blow.interval.contact
+    table, contact, out = hertz_table(task.profiles), CONTACTS.index(name), 1.0 if name[0] == "L" else -1.0
     rows = np.searchsorted(run.time, blow.time)
     y, z, roll = (run.values(name)[rows] for name in ("Y", "Z", "roll"))
     elastic = law.without_damping(blow)
@@ -302,8 +303,8 @@ def pitch_of(run: RunData, step: Estimate) -> Estimate:
     for contact in CONTACTS:
         if f"angle_{contact}" not in run.data or f"N_{contact}" not in run.data:
             continue
-        angle, n = run.values(f"angle_{contact}"), np.nan_to_num(run.values(f"N_{contact}"))
-        closed = np.flatnonzero((n > 0) & np.isfinite(angle))
+        angle = run.values(f"angle_{contact}")
+        closed = np.flatnonzero(run.closed(contact) & np.isfinite(angle))
         noise = digit_noise(angle)
         stretches = np.split(closed, np.flatnonzero(np.diff(closed) > 1) + 1)
         groups += [bends(y[rows], angle[rows], noise) for rows in stretches if rows.size >= LEAST_ROWS]

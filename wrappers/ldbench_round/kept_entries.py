@@ -27,7 +27,7 @@ from .findings import DOUBTFUL, FAILED
 from .jumps import is_rigid
 from .physics_checks import energy_balance, has
 from .round_grades import Graded, Reference, digest_of, graded, read_reference
-from .round_numbers import Contact, Number, first_impact, names_of, numbers_of, verdict_counts
+from .round_numbers import Number, first_impact, names_of, numbers_of, verdict_counts
 from .submissions import complaint, printable, quiet
 from .tasks import Task
 
@@ -119,7 +119,7 @@ def curves_of(run: RunData, task: Task) -> dict[str, Curve]:
         found[name] = single(*thin(t, x, COLUMNS))
     for name in IMPACTS:
         impact = first_impact(run, name[2])
-        if isinstance(impact, Contact) and has(run, name):
+        if not isinstance(impact, str) and has(run, name):
             rows = slice(max(int(np.searchsorted(t, impact.start + CLOSE[0])) - 1, 0),
                          int(np.searchsorted(t, impact.start + CLOSE[1], "right")) + 1)
             if rows.stop - rows.start > 1:

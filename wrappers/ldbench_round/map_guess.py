@@ -15,7 +15,6 @@ import numpy as np
 
 from ldbench import Error
 from ldbench.results.columns import UNITS, RawTable, read_raw
-from ldbench.results.impacts import first_rows
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
@@ -178,13 +177,11 @@ def likely_matches(raw: RawTable, t: np.ndarray, ours: RunData, time: int) -> It
 def contact_window(ours: RunData, side: str) -> tuple[float, float]:
     """From shortly before the first contact of a flange to shortly after its end [s]."""
     contact = side + "F"
-    begin = ours.first_contact(contact)
-    if begin is None:
+    first = ours.first_interval(contact)
+    if first is None:
         return 0.0, float(ours.time[-1])
-    rows = first_rows(ours, contact)
-    end = float(ours.time[-1 if rows is None or rows.stop == len(ours.time) else rows.stop])
-    spare = 0.2*(end - begin)
-    return begin - spare, end + spare
+    spare = 0.2*first.duration
+    return first.start - spare, first.end + spare
 
 
 def units_that_fit(x: np.ndarray, t: np.ndarray, said: str, ours: RunData, column: str,

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ldbench import Error
-from ldbench.results.impacts import Impact, intervals
+from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
@@ -61,9 +61,9 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
     if end <= begin:
         raise Error(f"{run.file}: expected times in common with {reference.file} before the horizon {limit:.4g} s, found none")
     left_out: dict[str, str] = {}
-    known: dict[str, tuple[list[Impact], list[Impact]]] = {}
+    known: dict[str, tuple[list[ContactInterval], list[ContactInterval]]] = {}
     for contact in CONTACTS:
-        mine, theirs = (intervals(one, contact, MATCHED_BEYOND*limit) for one in (run, reference))
+        mine, theirs = (one.intervals(contact, MATCHED_BEYOND*limit) for one in (run, reference))
         if mine is None or theirs is None:
             left_out[contact] = f"no force of this contact in the {'run' if mine is None else 'reference'}"
         else:
@@ -102,7 +102,7 @@ def with_spreads(scores: Scores, known: Mapping[str, Mapping[str, float]]) -> Sc
 
 # Motion -----------------------------------------------------------------------------------
 
-def share_of_time(known: Iterable[tuple[Sequence[Impact], Sequence[Impact]]], begin: float, end: float) -> float:
+def share_of_time(known: Iterable[tuple[Sequence[ContactInterval], Sequence[ContactInterval]]], begin: float, end: float) -> float:
     """The share of the time from `begin` to `end` [s] in which both files have the same contacts closed."""
     both = list(known)
     changes = [time for pair in both for found in pair for one in found for time in (one.start, one.end)]
@@ -142,8 +142,8 @@ def relative(value: float, expected: float, size: float | None = None) -> float:
 
 # Contacts ---------------------------------------------------------------------------------
 
-def contact_scores(contact: str, mine: Sequence[Impact], theirs: Sequence[Impact], matched: Sequence[tuple[int, int]],
-                   limit: float) -> Iterator[Score]:
+def contact_scores(contact: str, mine: Sequence[ContactInterval], theirs: Sequence[ContactInterval],
+                   matched: Sequence[tuple[int, int]], limit: float) -> Iterator[Score]:
     """Times at which a contact closes and opens, and the impacts: those that both files have, before the horizon."""
     largest = max((one.impulse for one in theirs if one.whole and one.end <= limit), default=0.0)
     partner = dict(matched)
@@ -169,8 +169,8 @@ def event_score(name: str, value: float, expected: float) -> Score:
     return Score("event", name, relative(value, expected), expected, value)
 
 
-def without_partner(contact: str, mine: Sequence[Impact], theirs: Sequence[Impact], matched: Sequence[tuple[int, int]],
-                    end: float) -> Iterator[Unmatched]:
+def without_partner(contact: str, mine: Sequence[ContactInterval], theirs: Sequence[ContactInterval],
+                    matched: Sequence[tuple[int, int]], end: float) -> Iterator[Unmatched]:
     """The intervals that only one file has, before the end of both and the horizon."""
     for where, own, taken in (("reference", theirs, {k for k, _ in matched}), ("run", mine, {i for _, i in matched})):
         for k, one in enumerate(own):
@@ -189,7 +189,7 @@ def passage_scores(mine: Sequence[float], theirs: Sequence[float], limit: float,
         alone += [Unmatched(where, PASSAGE, time, 0.0) for k, time in enumerate(own) if k not in taken and time <= end]
 
 
-def unmatched_score(alone: Sequence[Unmatched], theirs: Sequence[Impact], end: float) -> Score:
+def unmatched_score(alone: Sequence[Unmatched], theirs: Sequence[ContactInterval], end: float) -> Score:
     """The impulse of impacts that only one file has, over the impulse of all impacts of the reference."""
     whole = sum(one.impulse for one in theirs if one.whole and one.end <= end)
     lost = sum(one.impulse for one in alone)
@@ -199,7 +199,7 @@ def unmatched_score(alone: Sequence[Unmatched], theirs: Sequence[Impact], end: f
 
 # Partners ---------------------------------------------------------------------------------
 
-def closed_at(found: Sequence[Impact], t: np.ndarray) -> np.ndarray:
+def closed_at(found: Sequence[ContactInterval], t: np.ndarray) -> np.ndarray:
     """Whether a contact is closed at times that ascend, by its intervals."""
     starts, ends = np.array([one.start for one in found]), np.array([one.end for one in found])
     k = np.searchsorted(starts, t, "right") - 1

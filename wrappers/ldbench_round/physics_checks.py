@@ -274,10 +274,8 @@ def row_finding(run: RunData) -> Finding:
     for contact in ("LF", "RF"):
         if not has(run, f"N_{contact}"):
             continue
-        n = np.nan_to_num(run.values(f"N_{contact}"))
-        closed = np.flatnonzero(run.closed(contact))
-        stretches = np.split(closed, np.flatnonzero(np.diff(closed) > 1) + 1) if closed.size else []
-        rows += [(stretch.size, int(stretch[0]) + 1) for stretch in stretches if n[stretch].max() > LEAST_FORCE]
+        rows += [(one.rows.stop - one.rows.start, one.rows.start + 1) for one in run.intervals(contact, rigid=False) or []
+                 if one.peak > LEAST_FORCE]
     if not rows:
         return Finding(what, UNKNOWN, hint="no impact")
     rows.sort()

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from ldbench import Case, ContactTable, Error, __version__
-from ldbench.results.impacts import intervals
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import drift_reference
@@ -204,7 +203,7 @@ def impulse_rows(found: Solution) -> list[dict[str, Any]]:
     """The impacts of every contact up to the horizon, in order of time."""
     rows = []
     for contact in CONTACTS:
-        whole = [one for one in intervals(found.run, contact, 1.1*found.until) or [] if one.whole and one.end <= found.until]
+        whole = [one for one in found.run.intervals(contact, 1.1*found.until) or [] if one.whole and one.end <= found.until]
         rows += [{"simulation": found.task.name, "contact": contact, "number": k, "closes [s]": one.start, "opens [s]": one.end,
                   "impulse [N s]": one.impulse, "largest force [N]": one.peak} for k, one in enumerate(whole, 1)]
     return sorted(rows, key=lambda row: (row["closes [s]"], row["contact"]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ldbench import Case
 from ldbench.geometry.derailment import derailment
-from ldbench.results import impacts
+from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.quantities import KN, OUTCOME, Quantity
 from ldbench.results.run_data import RunData
 
@@ -46,17 +46,6 @@ class Number(NamedTuple):
     reason: str = ""                # where the value is NaN
 
 
-class Contact(NamedTuple):
-    """The first impact of a flange."""
-
-    start: float                    # [s]
-    end: float                      # [s]
-    peak: float                     # [N]; NaN of an impact without duration
-    impulse: float                  # [N s]
-    before: float                   # lateral velocity [m/s]
-    after: float                    # [m/s]
-
-
 def names_of(task: Task) -> list[str]:
     """The numbers that a simulation has."""
     left_out = {"t_right_flange", "t_return"} if task.exercise == 5 else {"F_derailment"}
@@ -76,8 +65,8 @@ def numbers_of(run: RunData, task: Task, findings: Iterable[Finding], seconds: f
                                        else "no lateral displacement in the file")
     else:
         right = first_impact(run, "R")
-        found["t_right_flange"] = Number(right.start) if isinstance(right, Contact) else Number(np.nan, right)
-        found["t_return"] = return_time(run, right.start if isinstance(right, Contact) else np.nan)
+        found["t_right_flange"] = Number(right.start) if isinstance(right, ContactInterval) else Number(np.nan, right)
+        found["t_return"] = return_time(run, right.start if isinstance(right, ContactInterval) else np.nan)
     energy = next((one for one in findings if one.what == "energy closes"), None)
     found["energy_error"] = Number(np.nan, "not checked") if energy is None else Number(
         energy.number, energy.hint if np.isnan(energy.number) else "")
@@ -92,44 +81,43 @@ def finite(number: Number) -> Number:
     return Number(np.nan, number.reason or "the rows give no number that can be")
 
 
-def impact_numbers(run: RunData, left: Contact | str) -> dict[str, Number]:
+def impact_numbers(run: RunData, left: ContactInterval | str) -> dict[str, Number]:
     """The numbers of the first impact of the left flange, or why there are none."""
     if isinstance(left, str):
         return {name: Number(np.nan, left) for name in ("t_left_flange", "peak", "impulse", "duration", "rebound")}
     sudden = "the impact takes no time"
-    rebound = Number(-left.after/left.before) if abs(left.before) > 0 else Number(np.nan, "no lateral velocity before the impact")
-    if not has(run, "vY"):
-        rebound = Number(np.nan, "no lateral velocity in the file")
+    rebound = Number(np.nan, "no lateral velocity in the file")
+    if has(run, "vY"):
+        v = run.values("vY")
+        before, after = np.interp([left.start, left.end], run.time, v) if left.duration > 0 else v[left.top - 1:left.top + 1]
+        rebound = Number(-after/before) if abs(before) > 0 else Number(np.nan, "no lateral velocity before the impact")
     return {"t_left_flange": Number(left.start), "peak": Number(left.peak, sudden),
             "impulse": Number(left.impulse, f"{sudden}, and the file does not tell its impulse"),
-            "duration": Number(left.end - left.start), "rebound": rebound}
+            "duration": Number(left.duration), "rebound": rebound}
 
 
-def first_impact(run: RunData, side: str) -> Contact | str:
+def first_impact(run: RunData, side: str) -> ContactInterval | str:
     """The first impact of a flange, 'L' or 'R'; words that say why there is none.
 
     It is the first closed interval of the contact, not of its root, or, where the lateral velocity turns from one row to
     the next without a force that explains it, an impact without duration, as codes with constraints have it.
     """
     lasting, sudden = first_interval(run, f"{side}F"), sudden_impact(run, side)
-    if isinstance(sudden, Contact) and (isinstance(lasting, str) or sudden.start <= lasting.start + CLOSE_ROWS):
+    if sudden and (isinstance(lasting, str) or sudden.start <= lasting.start + CLOSE_ROWS):
         return sudden
     return lasting
 
 
-def first_interval(run: RunData, contact: str) -> Contact | str:
-    """The first closed interval of a flange, with the lateral velocities at its ends."""
+def first_interval(run: RunData, contact: str) -> ContactInterval | str:
+    """The first closed interval of a flange, where it begins and ends in the rows; words that say why there is none."""
     flange = "left flange" if contact[0] == "L" else "right flange"
     if not has(run, f"N_{contact}"):
         return f"no normal force of the {flange} in the file"
-    one = impacts.first_impact(run, contact)
-    if one is None:
-        return f"no impact of the {flange} begins and ends in the rows"
-    before, after = np.interp([one.start, one.end], run.time, run.values("vY")) if has(run, "vY") else (np.nan, np.nan)
-    return Contact(one.start, one.end, one.peak, one.impulse, float(before), float(after))
+    one = run.first_interval(contact)
+    return one if one and one.is_impact else f"no impact of the {flange} begins and ends in the rows"
 
 
-def sudden_impact(run: RunData, side: str) -> Contact | None:
+def sudden_impact(run: RunData, side: str) -> ContactInterval | None:
     """The first impact of a flange that takes no time: the lateral velocity towards it drops from one row to the next."""
     # Without forces nothing tells such an impact from one that lasts.
     if not has(run, "vY", "Y", f"N_{side}F") or len(run.time) < 2:
@@ -148,7 +136,7 @@ def sudden_impact(run: RunData, side: str) -> Contact | None:
     k = int(found.argmax())
     told = next((event.impulses[f"{side}F"] for event in run.events
                  if f"{side}F" in event.impulses and abs(event.t - t[k + 1]) <= CLOSE_ROWS), np.nan)
-    return Contact(float(t[k + 1]), float(t[k + 1]), np.nan, told, towards*float(v[k]), towards*float(v[k + 1]))
+    return ContactInterval(f"{side}F", float(t[k + 1]), float(t[k + 1]), np.nan, float(t[k + 1]), told, np.nan, top=k + 1)
 
 
 def return_time(run: RunData, right: float) -> Number:

@@ -81,7 +81,7 @@ def show(result: Run, number: int, as_json: bool) -> None:
 
 def chosen(namelist: str, changes: dict[str, Value], output: str | None) -> Case:
     """Make the case that the arguments describe; a changed case needs a column file of its own."""
-    case = Case.from_namelist(namelist).replace(**changes)
+    case = Case.from_namelist(namelist).replace(changes)
     if output:
         return case.replace(output_file=output)
     check_own_file(case, "-o FILE with --set")

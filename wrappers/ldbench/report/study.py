@@ -15,13 +15,12 @@ from .._core.files import make_results_folder, write_frame
 from .._core.kept import inside
 from ..plots.document import Part, bind, save_pages
 from ..plots.frame import label_y, new_page
-from ..plots.stretches import first_episode
 from ..plots.style import SERIES, ldbench_style
+from ..plots.tables import table_page
 from ..results.columns import time_mean
-from ..results.impacts import first_peak
 from ..results.quantities import KN, MM, quantity
 from ..results.run_data import RunData, read_data
-from .compare_pages import quantity_page, table_page
+from .compare_pages import quantity_page
 from .differences import Comparison, compare, event_times, peaks
 from .jobs import Job, find_namelists, run_stale, with_values
 
@@ -60,8 +59,8 @@ def study_jobs(namelist: Path, folder: Path, root: Path, ramp_end: float = SHORT
 def study_row(found: Comparison, variant: str) -> dict[str, Any]:
     """What a variant changes in one exercise: up to the end of the first flange contact, and overall."""
     reference, other = found.runs
-    episode = first_episode(reference, "LF")
-    early = found.time <= (episode[1] if episode else found.time[-1])
+    first = reference.first_interval("LF")
+    early = found.time <= (first.end if first else found.time[-1])
     row: dict[str, Any] = {"case": reference.name, "variant": variant}
     for column in ("Y", "Z", "roll", "N_LF", "N_LT"):
         d, x = found.difference(1, column), found.values[0][column]
@@ -81,8 +80,8 @@ def study_row(found: Comparison, variant: str) -> dict[str, Any]:
 
 def first_force(run: RunData) -> float:
     """Largest normal force [N] of the first contact of the left flange."""
-    row = first_peak(run, "LF")
-    return np.nan if row is None else float(run.values("N_LF")[row])
+    first = run.first_interval("LF")
+    return first.peak if first else np.nan
 
 
 def relative(reference: float, value: float) -> float:
