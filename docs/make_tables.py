@@ -16,8 +16,6 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
-
 from ldbench import Case, case, run
 from ldbench.__main__ import make_parser
 from ldbench._core.calls import descriptions
@@ -27,6 +25,7 @@ from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
 from ldbench_round.horizon import yardsticks
+from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
 
 DOCS = Path(__file__).resolve().parent
 TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"

@@ -18,7 +18,7 @@ from ldbench.__main__ import main
 from ldbench.results.columns import RawTable
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData
-from ldbench_round import check
+from ldbench_round import check, own_runs
 from ldbench_round.column_names import meanings
 from ldbench_round.findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
 from ldbench_round.map_guess import find_time
@@ -36,7 +36,7 @@ PLAIN = imaginary.Dialect(length="mm", force="kN", scheme=2)
 def own(shipped: dict[str, Run]) -> None:
     """Our own runs, by which maps are guessed: the shipped ones."""
     for task in TASKS:
-        check._OWN[task] = ldbench.read_run(shipped[task.name].file)
+        own_runs._OWN[task] = ldbench.read_run(shipped[task.name].file)
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ from ldbench.plots.style import CODE_LINES
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
-from ldbench_round import check, collation, kept_entries, round_numbers
+from ldbench_round import check, collation, kept_entries, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
 from ldbench_round.kept_entries import SCORED_AS_ELASTIC
 from ldbench_round.metrics import score
@@ -41,11 +41,11 @@ FAST, SLOW = Task(4, "aw"), Task(2, "aw")
 @pytest.fixture(scope="module")
 def own(runs: Runs) -> Iterator[None]:
     """Our own runs, by which maps are guessed."""
-    before = dict(check._OWN)
-    check._OWN.update({task: runs.of(CODES[0], task) for task in (FAST, SLOW)})
+    before = dict(own_runs._OWN)
+    own_runs._OWN.update({task: runs.of(CODES[0], task) for task in (FAST, SLOW)})
     yield
-    check._OWN.clear()
-    check._OWN.update(before)
+    own_runs._OWN.clear()
+    own_runs._OWN.update(before)
 
 
 @pytest.fixture(scope="module")

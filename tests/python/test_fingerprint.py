@@ -22,7 +22,7 @@ from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
-from ldbench_round import check
+from ldbench_round import own_runs
 from ldbench_round.blows import Blow
 from ldbench_round.estimate import Estimate, combined, untold
 from ldbench_round.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, plus_minus
@@ -306,7 +306,7 @@ def test_estimates_are_combined_by_their_uncertainties_and_their_spread():
 def test_the_command_tells_a_file_of_another_code(tmp_path: Path, shipped: dict[str, Run], capsys: pytest.CaptureFixture[str],
                                                   monkeypatch: pytest.MonkeyPatch):
     """The map is guessed, as for check; units, signs and names are those of another code."""
-    monkeypatch.setitem(check._OWN, AW, ldbench.read_run(shipped["ex2_aw"].file))
+    monkeypatch.setitem(own_runs._OWN, AW, ldbench.read_run(shipped["ex2_aw"].file))
     file = tmp_path/"ex2_aw.csv"
     dialect = imaginary.Dialect(lateral=-1, vertical=-1, length="mm", angle="mrad", force="kN", scheme=2)
     imaginary.write(physics.simulate(AW, Physics(hunt_crossley=0.1), FIRST), file, dialect)

@@ -20,15 +20,14 @@ from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.runs import compute
-from ldbench_round import check
-from ldbench_round.contact_intervals import closed_at, pairs, passages
-from ldbench_round.exact_runs import exact
-from ldbench_round.horizon import ASIDE, GROWN, base, growth, growth_seen, horizon, yardsticks
-from ldbench_round.metrics import LEAST, score
+from ldbench_round import own_runs
+from ldbench_round.horizon import horizon, yardsticks
+from ldbench_round.metrics import LEAST, closed_at, pairs, passages, score
+from ldbench_round.own_runs import exact
 from ldbench_round.scores import GRADES, KINDS, Scores, grade
-from ldbench_round.spread import measured_yardstick, rounded
 from ldbench_round.tasks import MOTION, TASKS, Task
 from running import Run
+from yardsticks import ASIDE, GROWN, base, growth, growth_seen, measured_yardstick, rounded
 
 TASK = Task(2, "aw")
 HERTZ = {"model": "hertz", "table_file": ""}
@@ -430,7 +429,7 @@ def test_the_command_scores_folders(folders: tuple[Path, Path], hertz: dict[str,
 def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: dict[str, ldbench.Run], tmp_path: Path,
                                               monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """Guessed, or given: other names, units, signs and an interval of 0.1 ms."""
-    monkeypatch.setitem(check._OWN, TASK, hertz["ex2_aw"])
+    monkeypatch.setitem(own_runs._OWN, TASK, hertz["ex2_aw"])
     dialect = imaginary.Dialect(lateral=-1, roll=-1, length="mm", force="kN", scheme=2)
     imaginary.write(imaginary.table_of(hertz["ex2_aw"], 1e-4), tmp_path/"other.csv", dialect)
     words = ["score", str(tmp_path/"other.csv"), "--reference", str(folders[1]), "--simulation", "ex2_aw"]

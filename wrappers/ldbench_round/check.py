@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ldbench import Case, Error, runs
+from ldbench import Case, Error
 from ldbench.results.columns import converted, read_raw
 from ldbench.results.header import Header, read_header
 from ldbench.results.quantities import quantity
@@ -20,6 +20,7 @@ from ldbench.results.run_data import RunData, read_data
 
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, listed
 from .map_guess import AXES, SURE, Guess, guess_map
+from .own_runs import own_run
 from .physics_checks import law_findings
 from .submissions import complaint, find_files, is_device, quiet
 from .tasks import QUANTITIES, TASKS, Task, task_of
@@ -104,21 +105,6 @@ def findings_of(one: SubmittedFile) -> tuple[Finding, ...]:
     """All findings about a file that was read."""
     case = Case.exercise(one.task.exercise, one.task.profiles)
     return (*(map_findings(one.guess) if one.guess else ()), *column_findings(one.run), *law_findings(one.run, case, one.task))
-
-
-_OWN: dict[Task, RunData] = {}
-
-
-def own_run(task: Task) -> RunData:
-    """Our run of a simulation, by strips, which is near enough for a map; exercise 5 for its first seconds."""
-    if task not in _OWN:
-        case = Case.exercise(task.exercise, task.profiles).replace(model="strip", table_file="", output_file="")
-        if task.exercise == 5:
-            case = case.replace(t_end=1.0)
-        table = next((other.table for known, other in _OWN.items() if known.profiles == task.profiles
-                      and isinstance(other, runs.Run)), None)
-        _OWN[task] = runs.compute(case, table=table)
-    return _OWN[task]
 
 
 def check_folder(folder: Path, map: Any = None) -> tuple[list[Checked], list[Finding]]:

@@ -14,9 +14,9 @@ from ldbench import Error
 from ldbench.results.header import read_header
 from ldbench.tools import PROCESS_DIED, processes, write_frame
 
-from .check import own_run
+from .jumps import is_rigid
 from .kept_entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
-from .rigid_reference import is_rigid, write_rigid_run
+from .own_runs import own_run, write_rigid_run
 from .round_grades import ROWS, Graded, Reference, read_reference, reference_of, split_row
 from .round_numbers import NUMBERS, SI, VERDICTS, names_of
 from .submissions import Submission, find_submissions, printable

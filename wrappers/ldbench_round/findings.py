@@ -32,10 +32,3 @@ def listed(items: Sequence[str]) -> str:
     """The first few of many items."""
     more = len(items) - SHOWN
     return ", ".join(items[:SHOWN]) + (f" and {more} more" if more > 0 else "")
-
-
-def weighted_quantile(x: np.ndarray, weight: np.ndarray, share: float) -> float:
-    """The number that `share` of the weight does not exceed."""
-    order = np.argsort(x)
-    reached = np.cumsum(weight[order])
-    return float(x[order][min(int(np.searchsorted(reached, share*reached[-1])), x.size - 1)])

@@ -7,11 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ldbench import Case
+from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .estimate import Estimate, combined, untold
 from .lattice import Bends, bends, digit_noise, find_lattice
+from .submissions import quiet
+from .tasks import Task
 
+IMPULSES = tuple(f"P_{contact}" for contact in CONTACTS)
 VELOCITIES, ACCELERATIONS = ("vY", "vZ", "roll_rate"), ("aY", "aZ", "roll_acc")
 LARGE = 0.1             # of the largest velocity, in the kinetic norm, from which a jump is one
 NEARLY = 0.1            # share of a change of velocity that accelerations may leave unexplained, where nothing jumps
@@ -70,6 +74,22 @@ def jumps(run: RunData, case: Case) -> list[Jump]:
         if np.isfinite(tried).all():
             found.append(Jump(int(k), tried[1], float(np.ptp(tried)), float(size[k])))
     return found
+
+
+def tells_impulses(run: RunData) -> bool:
+    """Whether a file has the impulses of rigid impacts."""
+    return any(name in run.data for name in IMPULSES)
+
+
+def leaps(run: RunData, case: Case) -> bool:
+    """Whether velocities jump between rows that are so near that no elastic impact fits between them."""
+    return typical_interval(run) <= SHORT and bool(jumps(run, case))
+
+
+@quiet()
+def is_rigid(run: RunData, task: Task) -> bool:
+    """Whether a file has rigid contacts: columns of their impulses, or velocities that jump from one row to the next."""
+    return tells_impulses(run) or leaps(run, Case.exercise(task.exercise, task.profiles))
 
 
 def jump_intervals(run: RunData, case: Case) -> np.ndarray:

@@ -6,11 +6,12 @@ costs its own column alone.
 """
 from __future__ import annotations
 
+import gzip
 import json
 import re
-import zipfile
+import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +24,10 @@ from ldbench.tools import complete, digest, program_digest
 
 from .check import findings_of, read_submitted
 from .findings import DOUBTFUL, FAILED
+from .jumps import is_rigid
 from .physics_checks import energy_balance, has
-from .rigid_reference import is_rigid
-from .round_grades import GRADED, Graded, Reference, digest_of, graded, read_reference
-from .round_numbers import NUMBERS, Number, first_impact, names_of, numbers_of, verdict_counts
+from .round_grades import Graded, Reference, digest_of, graded, read_reference
+from .round_numbers import Number, first_impact, names_of, numbers_of, verdict_counts
 from .submissions import complaint, printable, quiet
 from .tasks import Task
 
@@ -136,46 +137,25 @@ def single(t: np.ndarray, x: np.ndarray) -> Curve:
 # ---- what is kept --------------------------------------------------------------------
 def kept_file(store: Path, name: str) -> Path:
     """The file that keeps the entries of a code; any name of a folder gives one."""
-    return store/f"{re.sub('[^A-Za-z0-9]+', '_', name)[:40]}-{digest(name.encode(errors='replace'))[:12]}.npz"
+    return store/f"{re.sub('[^A-Za-z0-9]+', '_', name)[:40]}-{digest(name.encode(errors='replace'))[:12]}.json.gz"
 
 
 def keep(store: Path, name: str, entries: Mapping[Task, Entry]) -> None:
     """Write the entries of a code; equal entries give equal bytes."""
-    facts: dict[str, Any] = {}
-    arrays: dict[str, np.ndarray] = {}
-    for task, entry in entries.items():
-        facts[task.name] = {
-            "key": entry.key,
-            "numbers": {word: [x.value if np.isfinite(x.value) else None, x.reason] for word, x in entry.numbers.items()},
-            "verdict": dict(entry.verdict), "findings": entry.findings, "rows": entry.rows, "error": entry.error,
-            "curves": list(entry.curves), "unscored": entry.unscored,
-            "grades": {word: [*(x if np.isfinite(x) else None for x in one[:2]), *one[2:]] for word, one in entry.grades.items()}}
-        for word, curve in entry.curves.items():
-            arrays[f"{task.name}.{word}"] = np.stack(curve)
-    text = json.dumps(facts, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    with complete(kept_file(store, name)) as scratch, open(scratch, "wb") as opened:
-        np.savez_compressed(opened, facts=np.frombuffer(text.encode(), np.uint8), **arrays)     # type: ignore[arg-type]
+    facts = {task.name: asdict(entry) | {"curves": {word: np.stack(curve).tolist() for word, curve in entry.curves.items()}}
+             for task, entry in entries.items()}
+    with complete(kept_file(store, name)) as scratch:
+        scratch.write_bytes(gzip.compress(json.dumps(facts).encode(), mtime=0))
 
 
 def kept(store: Path, name: str, tasks: Mapping[Task, Path]) -> dict[Task, Entry]:
     """The entries that are kept of a code; none where the file is missing or damaged."""
-    found: dict[Task, Entry] = {}
     try:
-        with np.load(kept_file(store, name), allow_pickle=False) as read:
-            facts = json.loads(read["facts"].tobytes())
-            for task in tasks:
-                if one := facts.get(task.name):
-                    numbers = {word: Number(np.nan if value is None else float(value), str(why))
-                               for word, (value, why) in one["numbers"].items() if word in NUMBERS}
-                    curves = {word: tuple(read[f"{task.name}.{word}"]) for word in one["curves"]}
-                    grades = {word: kept_grade(*values) for word, values in one["grades"].items() if word in GRADED}
-                    found[task] = Entry(one["key"], numbers, one["verdict"], tuple(one["findings"]), curves, one["rows"],
-                                        one["error"], grades, one["unscored"])
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile):
+        facts = json.loads(gzip.decompress(kept_file(store, name).read_bytes()))
+        return {task: Entry(**facts[task.name] | {
+            "numbers": {word: Number(*x) for word, x in facts[task.name]["numbers"].items()},
+            "grades": {word: Graded(*x) for word, x in facts[task.name]["grades"].items()},
+            "curves": {word: tuple(np.array(x, np.float32)) for word, x in facts[task.name]["curves"].items()},
+            "findings": tuple(facts[task.name]["findings"])}) for task in tasks if task.name in facts}
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zlib.error):
         return {}
-    return found
-
-
-def kept_grade(difference: float | None, of_spread: float | None, name: str, why: str) -> Graded:
-    """A difference from the reference as it is kept, where NaN is None."""
-    return Graded(np.nan if difference is None else float(difference), np.nan if of_spread is None else float(of_spread), name, why)

@@ -5,13 +5,14 @@ from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from ldbench import Case
 from ldbench.geometry.outlines import case_outlines
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
-from .findings import Finding, judged, weighted_quantile
+from .findings import Finding, judged
 
 LIGHT = 3e5             # force with a patch short enough for one direction of the profile [N]; heavier ones span an arc
 LOADED = 0.02           # of the largest force of a contact, from which its rows count
@@ -41,6 +42,11 @@ def axle_height(case: Case) -> float:
     return case_outlines(case).axle
 
 
+def most(x: np.ndarray, weight: np.ndarray) -> float:
+    """The number that MOST of the weight does not exceed."""
+    return float(np.quantile(x, MOST, weights=weight/weight.max(), method="inverted_cdf"))
+
+
 def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
     """Contact points lie on the rail, and contact angles are those of its profile there."""
     rail, slope = rail_of(case)
@@ -56,10 +62,10 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
         rows = rows[::max(1, rows.size // ROWS)]
         outward = 1 if contact[0] == "L" else -1
         points = np.column_stack([outward*y[rows], z[rows]])
-        foot, distance = nearest(points, rail)
+        distance, foot = KDTree(rail).query(points)
         beyond = np.maximum(distance - 1.5*(n[rows]/MODULUS)**(2/3), 0.0)
         worst = int(rows[beyond.argmax()]) + 1
-        yield judged(f"contact point of {contact} lies on the rail", weighted_quantile(beyond, n[rows], MOST), *AWAY, worst,
+        yield judged(f"contact point of {contact} lies on the rail", most(beyond, n[rows]), *AWAY, worst,
                      "[m]; positions of another origin or of another frame, or another profile")
         if f"angle_{contact}" not in run.data:
             continue
@@ -70,14 +76,5 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
         angle = run.values(f"angle_{contact}")[rows]
         # Either sign is in use.
         error = min((np.nan_to_num(np.abs(sign*angle - slope[foot])) for sign in (1, -1)), key=lambda e: float(np.median(e)))
-        yield judged(f"angle_{contact} is that of the rail at the contact point", weighted_quantile(error, n[rows], MOST), *TURNED,
+        yield judged(f"angle_{contact} is that of the rail at the contact point", most(error, n[rows]), *TURNED,
                      int(rows[error.argmax()]) + 1, "[rad]; the force is not normal to the profile where it is said to act")
-
-
-def nearest(points: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The nearest of the points of a line for each point, (n,), and its distance [m]."""
-    found = np.empty(len(points), int)
-    for start in range(0, len(points), 500):
-        part = points[start:start + 500]
-        found[start:start + 500] = np.argmin((part[:, :1] - line[:, 0])**2 + (part[:, 1:] - line[:, 1])**2, axis=1)
-    return found, np.hypot(*(points - line[found]).T)

@@ -23,9 +23,9 @@ from ldbench.results.summary import drift_reference
 from ldbench.runs import Run, compute
 from ldbench.tools import check_ending, complete, digest
 
-from .exact_runs import exact
 from .horizon import DISPLACEMENTS, FILE, Yardstick, yardsticks
 from .metrics import scored
+from .own_runs import exact
 from .scores import GRADES
 from .tasks import TASKS, Task
 
@@ -37,6 +37,7 @@ DATE = 1980, 1, 1, 0, 0, 0
 AGREED = 1e-9               # of displacements, as a share of their largest values
 LICENCES = "LICENSE", "CITATION.cff"
 SUMS = "SHA256SUMS"
+README = Path(__file__).resolve().parent/"static/reference_readme.md"
 
 
 @dataclass(frozen=True)
@@ -253,53 +254,6 @@ def readme(exactness: Sequence[dict[str, Any]]) -> str:
         until = ", ".join(f"{row['simulation']} up to {row['displacements within 1e-9 until [s]']:.3f} s" for row in ramp)
         said.append(f"In exercise 5, displacements are known to 1e-9 for a while ({until}). Up to the horizon,\nthey have changed "
                     f"by {largest(ramp, 'displacements')}. What comes after the horizon is one sample of a chaotic motion.")
-    return README.format(exactness="\n".join(said), version=__version__, drift=largest(exactness, "drift, relative"),
-                         interval=INTERVAL, ramp=RAMP_INTERVAL, dense=RAMP_DENSE, sparse=RAMP_SPARSE, count=len(exactness))
-
-
-README = """# Reference solutions of the LD benchmark
-
-The FRA/DTT "Call for Simulations: Dynamic Wheel/Rail Benchmark, Single Wheelset without Friction" asks for ten simulations. This
-package holds {count} of them, solved by ldbench {version} with elastic half-spaces (`&contact model = 'halfspace'`), and what
-scores need.
-
-| file | what it has |
-|---|---|
-| `columns/ex1_aw.txt` ... | the solutions: labelled columns, SI units, X forward, Y left, Z up; case and results in comments |
-| `events.csv` | first contacts, passages of the centre, lift-offs, derailment: the first five of each kind |
-| `impulses.csv` | every impact up to the horizon: when the contact closes and opens, impulse, largest force |
-| `horizons.csv` | the horizon of each simulation, also by another integrator, how much a difference has grown, and the grades |
-| `yardsticks.json` | the same, and what Hertz's law and rigid contacts change in each score |
-| `exactness.csv` | what half the step and twice the rows change, and the drift of energy |
-| `namelists/` | the inputs: `ldbench namelists/ex1_aw.nml`, started in the folder of this file, writes `ex1_aw.txt` there |
-| `profiles/` | the profiles; `profiles/README.md` says that they are reconstructions |
-| `LICENSE`, `CITATION.cff` | licence and citation |
-| `SHA256SUMS` | `sha256sum -c SHA256SUMS` checks the files |
-
-## How exact they are
-
-Steps are explicit and of sixth order. The energy drifts by {drift} of the initial kinetic energy, or of the work of the lateral
-force, at most.
-
-{exactness}
-
-Shorter steps do not bring the numbers of displacements and events down: they are rounding errors, which impacts multiply. Those
-of impulses are mostly errors of the trapezoidal rule over the rows. `exactness.csv` has all of them for every simulation; those of
-impacts leave out the ones whose impulse is below a thousandth of the largest one of their contact.
-
-The numbers say how well the equations of ldbench are solved. They do not say how well these describe a wheelset: the law of
-contact is interpolated in a table, whose error the comments of every column file tell, near 1e-3 of a force, and other
-laws give other solutions (`yardsticks.json`).
-
-## Rows
-
-Rows stand {interval:g} s apart, and at every event, change of a contact and peak of a force. In exercise 5 they stand
-{ramp:g} s apart up to {dense:g} times the horizon. After that, only the rows {sparse:g} s apart and the last one are kept, so that
-the package stays small; `rows` in the comments counts all of them.
-
-## Horizon
-
-The horizon of a simulation is the first time at which a difference of 1e-9 of the start has grown to 1e-3 of the motion. No score
-counts beyond it. `python -m ldbench score FILE --reference columns/ex2_aw.txt` scores another solution; docs/benchmark.md of
-ldbench defines every number.
-"""
+    return README.read_text(encoding="utf-8").format(
+        exactness="\n".join(said), version=__version__, drift=largest(exactness, "drift, relative"), interval=INTERVAL,
+        ramp=RAMP_INTERVAL, dense=RAMP_DENSE, sparse=RAMP_SPARSE, count=len(exactness))
