@@ -268,7 +268,7 @@ def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
 
 def test_files_that_cannot_be_scored_are_refused(reference: RunData, frame: pd.DataFrame):
     for columns, told in ((frame.iloc[:1], "two times"), (frame.assign(time=frame.time + 9), "times in common"),
-                          (frame.iloc[::-1], "ascending"), (frame.drop(columns="time"), "found time")):
+                          (frame.iloc[::-1], "ascending"), (frame.drop(columns="time"), "column time")):
         with pytest.raises(Error, match=told):
             score(made(columns.reset_index(drop=True)), reference, TASK)
 
