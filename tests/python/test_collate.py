@@ -450,8 +450,11 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
     assert before == after, [name for name in before if before[name] != after[name]]
     reader = PdfReader(out/"collation.pdf")
     titles = [item.title for item in reader.outline if not isinstance(item, list)]
-    assert titles == ["Contents", "Matrix", "Codes", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
-    matrix = reader.pages[1].extract_text()
+    assert titles == ["Matrix", "Codes", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
+    # Curves, and all tables of the four codes on a page.
+    tables = [text for page in reader.pages if "Numbers, scores and findings" in (text := page.extract_text())]
+    assert len(tables) == 2 and all("Numbers\n" in text and "Findings\n" in text for text in tables)
+    matrix = reader.pages[0].extract_text()
     assert all(code.name in matrix for code in CODES[:4]) and "cannot" in matrix
     told = facts(out/"collation.html")
     assert [code["name"] for code in told["codes"]] == ["Adams", "Bora", "Contura", "Dynarail"]
@@ -690,5 +693,7 @@ def test_the_document_has_the_grades(graded: GradedRound, tmp_path: Path):
     pages = [page.extract_text() for page in reader.pages]
     matrix = next(page for page in pages if "Grades against the reference" in page and "grade 0.001" in page)
     assert all(code in matrix for code in SCALED) and "0.005" in matrix and "0.05" in matrix
-    assert sum("Scores, exercise 4, actual profiles" in page for page in pages) == 1
-    assert not any("Scores, exercise 2" in page for page in pages)      # which has no reference
+    chapters = [page for page in pages if "Numbers, scores and findings, exercise" in page]
+    scored = [page for page in chapters if "Scores, reference: " in page]
+    assert len(scored) == 1 and "exercise 4, actual profiles" in scored[0] and "of spread" in scored[0]
+    assert any("findings, exercise 2" in page for page in chapters)     # which has no reference

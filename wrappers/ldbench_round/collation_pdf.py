@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pickle
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -16,15 +16,15 @@ from matplotlib.patches import Rectangle
 from ldbench.plots.document import Part, bind, save_parts
 from ldbench.plots.frame import label_x, label_y, new_page
 from ldbench.plots.style import ldbench_style, plain
-from ldbench.plots.tables import paged
+from ldbench.plots.tables import LINES, draw_listing, paged
 from ldbench.report.compare_pages import short
 from ldbench.results.quantities import CONTACT_NAMES, KN, quantity
 from ldbench.tools import check_ending, check_written, processes
 
 from .collation import Collation
-from .collation_pdf_grades import grade_pages, score_pages
+from .collation_pdf_grades import grade_pages, score_table
 from .collation_pdf_matrix import new_matrix
-from .collation_style import CODES_ON_PAGE, capital, cut, line_of
+from .collation_style import BELOW, CODES_ON_PAGE, Table, capital, cut, line_of
 from .kept_entries import CLOSE, IMPACTS, Entry
 from .round_numbers import NUMBERS, names_of
 from .submissions import FACTS, Submission
@@ -45,7 +45,6 @@ CURVES_NOTE = (
     "that of the first row; it dips while a flange stores energy\n"
     "forces of the flanges: each code from the moment at which its contact closes; an impact of rigid contacts takes no time and "
     "has no force to show; exercise 5: the panels over time are fitted to what comes before the derailment")
-CODES_IN_TABLE = 20
 WIDE = "t_return", "energy_error", "processor_time"     # numbers whose columns need more room
 FAR = 3.0           # ranges of the median code, beyond which a curve leaves its panel
 MANY = 10.0         # a relative difference that is told as a factor
@@ -146,9 +145,8 @@ def chapter(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
     if not any(entry and not entry.error for code in found.codes for entry in [found.entry(code, task)]):
         return
     yield "curves", curves_page(found, task)
-    yield from number_pages(found, task)
-    yield from score_pages(found, task)
-    yield from finding_pages(found, task)
+    tables = number_table(found, task), score_table(found, task), finding_table(found, task)
+    yield from stacked(f"numbers, scores and findings, {task.words}", f"all codes, {task.name}", tables)
 
 
 def curves_page(found: Collation, task: Task) -> Figure:
@@ -265,24 +263,23 @@ def draw(ax: Axes, found: Collation, task: Task, name: str, time_scale: float, s
     return drawn
 
 
-def number_pages(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
+def number_table(found: Collation, task: Task) -> Table:
     """The numbers of all codes, each with its distance from the median."""
     names = [name for name in names_of(task) if np.isfinite(found.median(task, name))]
     header = ["", *(NUMBERS[name].short for name in names), "checks"]
     units = ["", *(f"[{NUMBERS[name].unit}]" if NUMBERS[name].unit else "" for name in names), "passed / doubtful / failed"]
     medians = ["median", *(text(name, found.median(task, name)) for name in names), ""]
-    submitted = [(code, entry) for code in found.codes if (entry := found.entry(code, task))]
-    for start in range(0, len(submitted), CODES_IN_TABLE):
-        rows: list[list[str]] = [] if start else [medians, spread_row(found, task, names)]
-        for code, entry in submitted[start:start + CODES_IN_TABLE]:
-            if entry.error:
-                rows.append([code.name, *["–"]*len(names), "cannot be used"])
-                continue
-            counts = " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
-            rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
-            rows.append(["    from the median", *(distance(found, code, task, name) for name in names), ""])
-        yield from paged(f"numbers, {task.words}", f"all codes, {task.name}", header, rows,
-                         [1.3, *(1.25 if name in WIDE else 1.0 for name in names), 1.75], (0,), TABLE_NOTE, units)
+    rows: list[list[str]] = [medians, spread_row(found, task, names)]
+    for code in found.codes:
+        if not (entry := found.entry(code, task)):
+            continue
+        if entry.error:
+            rows.append([code.name, *["–"]*len(names), "cannot be used"])
+            continue
+        counts = " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
+        rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
+        rows.append([BELOW, *(distance(found, code, task, name) for name in names), ""])
+    return Table("Numbers", header, rows, [1.3, *(1.25 if name in WIDE else 1.0 for name in names), 1.75], (0,), TABLE_NOTE, units)
 
 
 def distance(found: Collation, code: Submission, task: Task, name: str) -> str:
@@ -309,12 +306,35 @@ def spread_row(found: Collation, task: Task, names: Sequence[str]) -> list[str]:
     return cells
 
 
-def finding_pages(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
+def finding_table(found: Collation, task: Task) -> Table:
     """What the checks found, a line each."""
     rows = [[code.name, line] for code in found.codes if (entry := found.entry(code, task))
             for line in ([entry.error] if entry.error else entry.findings)]
-    yield from paged(f"findings, {task.words}", f"all codes, {task.name}",
-                     ["code", "what failed or is doubtful"], rows, [0.15, 1], (0, 1))
+    return Table("Findings", ["code", "what failed or is doubtful"], rows, [0.15, 1], (0, 1))
+
+
+def stacked(title: str, facts: str, tables: Iterable[Table]) -> Iterator[tuple[str, Figure]]:
+    """Tables one below the other, on as few pages as hold them; a table that is longer than a page is continued."""
+    page: list[Table] = []
+    for part in (part for table in tables for part in table.parts()):
+        if sum(one.lines for one in (*page, part)) > LINES:
+            yield title, stack(title, facts, page)
+            page = []
+        page.append(part)
+    if page:
+        yield title, stack(title, facts, page)
+
+
+def stack(title: str, facts: str, tables: Sequence[Table]) -> Figure:
+    """A page with tables one below the other."""
+    figure = new_page(capital(title), facts, "\n".join(table.note for table in tables if table.note))
+    above = 0
+    for table in tables:
+        name = [table.name, *[""]*(len(table.header) - 1)]
+        heads = [table.header, *([list(table.second)] if table.second else [])]
+        draw_listing(figure, name, [*heads, *table.rows], table.widths, table.left, 1 + len(heads), above)
+        above += table.lines
+    return figure
 
 
 # ---- the document --------------------------------------------------------------------

@@ -7,12 +7,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from ldbench.plots.tables import paged
 from ldbench.results.quantities import quantity
 
 from .collation import Collation
 from .collation_pdf_matrix import new_matrix
-from .collation_style import CODES_ON_PAGE
+from .collation_style import CODES_ON_PAGE, Table
 from .round_grades import KINDS, Graded
 from .scores import GRADES
 from .submissions import Submission
@@ -106,19 +105,16 @@ def draw_key(figure: Figure) -> None:
 
 
 # ---- a chapter -----------------------------------------------------------------------
-def score_pages(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
+def score_table(found: Collation, task: Task) -> Table:
     """The scores of a simulation, a line for each code; none without a reference."""
-    if task not in found.referred:
-        return
     header, second = ["", "other contacts"], ["", "[share of time]"]
     for kind in KINDS:
         header += [kind, "", "", "", ""]
         second += ["median", "grade", "of spread", "worst", ""]
     rows = [[f"{code.name} (rigid)" if found.against(code, task) else code.name, *cells(found, code, task)] for code in found.codes
-            if (entry := found.entry(code, task)) and not entry.error]
+            if task in found.referred and (entry := found.entry(code, task)) and not entry.error]
     widths = [1.5, 1.2, *[0.75, 0.65, 0.85, 0.75, 1.4]*(len(KINDS) - 1), 0.85, 0.65, 0.85, 0.75, 0.7]
-    yield from paged(f"scores, {task.words}", f"all codes, {task.name}, reference: {found.reference}", header, rows,
-                     widths, (0,), SCORES_NOTE, second)
+    return Table(f"Scores, reference: {found.reference}", header, rows, widths, (0,), SCORES_NOTE, second)
 
 
 def cells(found: Collation, code: Submission, task: Task) -> Iterator[str]:
