@@ -143,8 +143,8 @@ def map_findings(guess: Guess) -> Iterator[Finding]:
             yield Finding(f"{words} axis", FAILED, len(odd), 0,
                           hint=f"{listed(odd)}: the sign is another one than that of the other columns")
         else:
-            yield Finding(f"{words} axis", DOUBTFUL if most else PASSED,
-                          hint=f"positive {sense}; the call has the opposite" if most else "")
+            yield Finding(f"{words} axis", DOUBTFUL if most and sense else PASSED,
+                          hint=f"positive {sense}; the call has the opposite" if most and sense else "")
     by_name = unlike(guess)
     yield Finding("columns behave as their names say", DOUBTFUL if by_name else PASSED, len(by_name), 0,
                   hint=f"recognised by the name alone: {listed(by_name)}" if by_name else "")
@@ -159,7 +159,9 @@ def unlike(guess: Guess) -> list[str]:
     return [m.name for column, m in guess.matches.items() if m.likeness < SURE and not column.endswith("_RF")]
 
 
-FRAME = {"lateral": "to the right", "vertical": "downwards", "roll": "for a wheelset whose left wheel goes down"}
+FRAME = {"lateral": "to the right", "vertical": "downwards", "roll": "for a wheelset whose left wheel goes down",
+         # Forces of the wheel on the rail, and the signs of contact angles, are conventions that the call leaves open.
+         "lateral force": "", "vertical force": "", "left contact angle": "", "right contact angle": ""}
 
 
 def column_findings(run: RunData) -> Iterator[Finding]:

@@ -2,8 +2,10 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from functools import lru_cache
 
+from ldbench.results.columns import UNITS
 from ldbench.results.quantities import CONTACTS
 
 LATERAL, VERTICAL = r"(?:y|lat(?:eral)?|transv(?:erse)?)", r"(?:z|vert(?:ical)?)"
@@ -21,9 +23,10 @@ MOTION = {
     "time": r"t|time|temps|zeit|tempo",
     "Y": around(SHIFT, LATERAL, alone=True) + "|ylat|yaxle|ywheelset", "Z": around(SHIFT, VERTICAL, alone=True) + "|zaxle|height",
     "roll": ANGULAR + r"|" + around(r"(?:angle|disp(?:lacement)?)", ANGULAR),
-    "vY": around(SPEED, LATERAL), "vZ": around(SPEED, VERTICAL),
-    "roll_rate": around(SPEED, ANGULAR) + "|omegax|wx",
-    "aY": around(GROWTH, LATERAL), "aZ": around(GROWTH, VERTICAL), "roll_acc": around(GROWTH, ANGULAR) + "|alphax",
+    "vY": around(SPEED, LATERAL) + "|dydt", "vZ": around(SPEED, VERTICAL) + "|dzdt",
+    "roll_rate": around(SPEED, ANGULAR) + f"|omegax|wx|d{ANGULAR}dt",
+    "aY": around(GROWTH, LATERAL) + "|d2ydt2", "aZ": around(GROWTH, VERTICAL) + "|d2zdt2",
+    "roll_acc": around(GROWTH, ANGULAR) + f"|alphax|d2{ANGULAR}dt2",
 }
 FORCE, PLACE = r"(?:f|force)", r"(?:pos(?:ition)?|cp|c|p|contact|point)"
 OF_CONTACT = {
@@ -35,6 +38,12 @@ OF_CONTACT = {
 }
 SIDES = {"L": r"left|li|lh|l", "R": r"right|re|rh|r"}
 PLACES = {"T": r"tread|tr|t", "F": r"flange|fl|f"}
+
+
+#: SI unit of every column that may be named, as `UNITS` writes it.
+SI = {"Y": "m", "Z": "m", "roll": "rad", "vY": "m/s", "vZ": "m/s", "roll_rate": "rad/s", "aY": "m/s2", "aZ": "m/s2",
+      "roll_acc": "rad/s2"} | {f"{base}_{contact}": unit for contact in CONTACTS for base, unit in (
+          ("N", "N"), ("Fy", "N"), ("Fz", "N"), ("angle", "rad"), ("y", "m"), ("z", "m"), ("radius", "m"))}
 
 
 def plain(name: str) -> str:
@@ -53,13 +62,95 @@ def patterns() -> dict[str, re.Pattern[str]]:
     return found
 
 
+# What words mean, in English, French and German. Longer words stand before those that they begin with.
+WORDS = {
+    "radius": r"rolling ?radius|roll ?radius|rollradius|laufkreisradius|rayon(?: ?de ?roulement)?|radius",
+    "other": r"energy|energie|pitch|nick|tangage|yaw|gier|lacet|longitudinal|laengs|moment|creep|work|total|sum|power|stiffness|"
+             r"derailment",
+    "wheelset": r"wheelset|radsatz|essieu|axle|achse|centre|center",
+    "flange": r"flange|spurkranz|boudin|mentonnet", "tread": r"tread|laufflaeche|laufflache|table(?: ?de ?roulement)?|bande",
+    "left": r"left|links|linkes|linker|linke|gauche", "right": r"right|rechts|rechtes|rechter|rechte|droite?",
+    "wheel-load": r"radkraft|radlast|wheel ?load",
+    "normal": r"normalkraft|normale?", "force": r"force|effort|kraft|load|last|charge",
+    "acceleration": r"acceleration|beschl(?:eunigung)?|accel|acc", "velocity": r"velocity|geschw(?:indigkeit)?|vitesse|speed|veloc|vel|rate",
+    "place": r"contact ?point|point ?de ?contact|kontaktpunkt|beruehrpunkt|beruhrpunkt|position|punkt|lage|point|pos",
+    "displacement": r"displacement|verschiebung|deplacement|disp|shift|weg",
+    "contact angle": r"contact ?angle|angle ?de ?contact|kontaktwinkel|beruehrwinkel|beruhrwinkel",
+    "roll": r"wankwinkel|wank|roulis|roll", "angle": r"angle|winkel|angular|gamma|delta",
+    "lateral": r"lateral|quer|transverse|transv|lat", "vertical": r"vertikal|vertical|hoehe|hohe|height|vert|hub",
+    "": r"wheel|rad|roue|rail|schiene|contact|kontakt|patch|coordinate|koordinate|axis|component"}
+LETTERS = {letters: words.split() for letters, words in {
+    "l": "left", "r": "right", "lh": "left", "rh": "right", "li": "left", "re": "right", "lef": "left", "rig": "right",
+    "wl": "left", "wr": "right", "f": "flange", "t": "tread", "fl": "flange", "tr": "tread", "lt": "left tread", "lf": "left flange",
+    "rt": "right tread", "rf": "right flange", "n": "normal", "fn": "normal", "q": "wheel-load", "fy": "force lateral",
+    "fz": "force vertical", "y": "lateral", "z": "vertical", "cp": "place", "ycp": "place lateral", "zcp": "place vertical",
+    "rr": "radius", "cang": "angle", "a": "acceleration", "v": "velocity", "vy": "velocity lateral", "vz": "velocity vertical",
+    "ay": "acceleration lateral", "az": "acceleration vertical", "phi": "roll", "al": "roll", "omega": "velocity",
+    "dot": "derivative", "vit": "velocity", "dep": "displacement", "ang": "angle"}.items()}
+_WORD = re.compile("|".join(f"(?P<w{k}>{words})" for k, words in enumerate(WORDS.values())))
+AXIS = ("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")
+NOTHING_OF_OURS = frozenset({"another quantity"})
+
+
+def words_of(name: str) -> set[str]:
+    """What the words of a name mean; words in one, as in German, are told apart."""
+    flat = unicodedata.normalize("NFKD", name.lower().replace("ß", "ss").replace("ä", "ae").replace("ö", "oe").replace("ü", "ue"))
+    flat = re.sub(r"[^a-z0-9]+", " ", "".join(c for c in flat if not unicodedata.combining(c))).strip()
+    found = {word for letters in re.findall("[a-z]+", flat) for word in LETTERS.get(letters, ())}
+    for match in _WORD.finditer(flat):
+        if match.lastgroup:
+            found.add(list(WORDS)[int(match.lastgroup[1:])])
+    return found - {""}
+
+
+def by_words(name: str) -> set[str]:
+    """The columns of ours that the words of a name describe. Words may also say that a column is none of ours."""
+    words = words_of(name)
+    if "other" in words:
+        return set(NOTHING_OF_OURS)
+    side = {"left": "L", "right": "R"}.get(next(iter(words & {"left", "right"}), ""), "")
+    place = {"flange": "F", "tread": "T"}.get(next(iter(words & {"flange", "tread"}), ""), "")
+    if side and place:
+        if "normal" in words:
+            kinds = {"N"}
+        elif "radius" in words:
+            kinds = {"radius"}
+        elif words & {"contact angle", "angle"}:
+            kinds = {"angle"}
+        elif "wheel-load" in words:
+            kinds = {"Fz"}
+        elif words & {"lateral", "vertical"}:
+            force, point = ("Fy", "y") if "lateral" in words else ("Fz", "z")
+            kinds = {force} if "force" in words else {point} if words & {"place", "displacement"} else {force, point}
+        else:
+            return set()
+        return {f"{kind}_{side}{place}" for kind in kinds}
+    if side or place or words & {"force", "normal", "radius", "contact angle"}:
+        return set()                        # a contact whose place the name does not say, or a sum over a wheel
+    turning = {"velocity", "derivative"} <= words
+    rate = "acceleration" if "acceleration" in words or turning else "velocity" if "velocity" in words else ""
+    if "roll" in words:
+        return {{"acceleration": "roll_acc", "velocity": "roll_rate", "": "roll"}[rate]}
+    for axis, letter in ("lateral", "Y"), ("vertical", "Z"):
+        if axis in words and (rate or words & {"displacement", "place", "wheelset"}):
+            return {{"acceleration": f"a{letter}", "velocity": f"v{letter}", "": letter}[rate]}
+    return set()
+
+
 @lru_cache
 def _known() -> dict[str, re.Pattern[str]]:
     return patterns()
 
 
-def meanings(name: str) -> set[str]:
-    """The columns of ours that a name of another code may stand for."""
+@lru_cache
+def meanings(name: str, unit: str = "") -> frozenset[str]:
+    """The columns of ours that a name of another code may stand for; with a unit, those of its kind."""
     word = plain(name)
     exact = {column for column in _known() if plain(column) == word}
-    return exact or {column for column, pattern in _known().items() if pattern.fullmatch(word)}
+    found = exact or {column for column, pattern in _known().items() if pattern.fullmatch(word)} or by_words(name)
+    kind = UNITS.get(unit, ("",))[0]
+    fitting = {column for column in found if column == "time" or not kind or column not in SI or SI[column] == kind}
+    if found and not fitting:
+        # The unit tells whether a displacement, a velocity or an acceleration is meant.
+        fitting = {column for axis in AXIS for column in axis if found & set(axis) and SI[column] == kind}
+    return frozenset(fitting or (NOTHING_OF_OURS if found else ()))

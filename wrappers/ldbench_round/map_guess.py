@@ -121,7 +121,7 @@ def tell_normal_from_vertical(raw: RawTable, taken: dict[str, Match]) -> None:
     """Exchange N and Fz of a tread whose names say nothing, if Fz is the larger one: they differ by a thousandth."""
     for contact in CONTACTS:
         pair = [taken.get(f"{name}_{contact}") for name in ("N", "Fz")]
-        if None in pair or any(meanings(match.name) for match in pair if match):
+        if None in pair or any(meanings(match.name, match.said) for match in pair if match):
             continue
         normal, vertical = (match for match in pair if match)
         sizes = [np.nanmean(np.abs(raw.numbers[:, match.number - 1])) for match in (normal, vertical)]
@@ -155,7 +155,7 @@ def likely_matches(raw: RawTable, t: np.ndarray, ours: RunData, time: int) -> It
     """Every column of the file with every one of ours that it may stand for, with a weight."""
     windows = {side: contact_window(ours, side) for side in ("L", "R")}
     for k, (name, said) in enumerate(zip(raw.names, raw.units, strict=True)):
-        meant = meanings(name)
+        meant = meanings(name, said)
         x = raw.numbers[:, k]
         # A column without a name that never changes tells nothing by its numbers.
         if k + 1 == time or not (meant or np.nanmax(x) > np.nanmin(x)):
@@ -196,7 +196,7 @@ def units_that_fit(x: np.ndarray, t: np.ndarray, said: str, ours: RunData, colum
     for unit, (kind, factor) in UNITS.items():
         if kind != si or unit in SYNONYMS or (unit in UNUSUAL and unit != said):
             continue
-        for sign in (1, -1):
+        for sign in (1,) if column.startswith("radius") else (1, -1):
             offset = likeness = 0.0
             if compared is not None:
                 y, there = sign*factor*compared[0], compared[1]
@@ -246,9 +246,10 @@ def while_closed(x: np.ndarray, ours: RunData, column: str) -> tuple[np.ndarray,
 
 
 # What columns have in common: the direction of an axis, and the unit of a quantity.
-AXES = {"lateral": ("Y", "vY", "aY", *(f"{n}_{c}" for n in ("Fy", "y") for c in CONTACTS)),
-        "vertical": ("Z", "vZ", "aZ", *(f"{n}_{c}" for n in ("Fz", "z") for c in CONTACTS)),
-        "roll": ("roll", "roll_rate", "roll_acc")}
+AXES = {"lateral": ("Y", "vY", "aY", *(f"y_{c}" for c in CONTACTS)), "vertical": ("Z", "vZ", "aZ", *(f"z_{c}" for c in CONTACTS)),
+        "roll": ("roll", "roll_rate", "roll_acc"), "lateral force": tuple(f"Fy_{c}" for c in CONTACTS),
+        "vertical force": tuple(f"Fz_{c}" for c in CONTACTS),
+        "left contact angle": ("angle_LT", "angle_LF"), "right contact angle": ("angle_RT", "angle_RF")}
 CLEAR = 0.6         # by how much a column has to be likelier with a sign of its own
 
 

@@ -21,6 +21,7 @@ MOST = 0.9              # of the impulse of a contact that has to be where it is
 AWAY = 0.3e-3, 2e-3     # from the rail, beyond the elastic approach: doubtful, wrong [m]
 TURNED = 0.05, 0.2      # from the normal of the profile: doubtful, wrong [rad]
 MODULUS = 9e10          # force over approach to the power 3/2 of steel wheels on rails, roughly [N/m^1.5]
+RADIUS = 0.3e-3, 1.5e-3 # from the distance of the contact from the axle, beyond the elastic approach: doubtful, wrong [m]
 ARC = 1e-3              # to either side over which the direction of the profile is taken [m]: patches are longer
 
 
@@ -67,6 +68,8 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
         worst = int(rows[beyond.argmax()]) + 1
         yield judged(f"contact point of {contact} lies on the rail", most(beyond, n[rows]), *AWAY, worst,
                      "[m]; positions of another origin or of another frame, or another profile")
+        if {"Y", "Z", "roll", f"radius_{contact}"} <= set(run.data):
+            yield radius_finding(run, case, contact, rows)
         if f"angle_{contact}" not in run.data:
             continue
         light = n[rows] <= LIGHT
@@ -78,3 +81,18 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
         error = min((np.nan_to_num(np.abs(sign*angle - slope[foot])) for sign in (1, -1)), key=lambda e: float(np.median(e)))
         yield judged(f"angle_{contact} is that of the rail at the contact point", most(error, n[rows]), *TURNED,
                      int(rows[error.argmax()]) + 1, "[rad]; the force is not normal to the profile where it is said to act")
+
+
+def radius_finding(run: RunData, case: Case, contact: str, rows: np.ndarray) -> Finding:
+    """Whether a rolling radius is the distance of the contact from the axle in these rows, in which the contact is closed."""
+    n, y, z, said = (run.values(f"{name}_{contact}")[rows] for name in ("N", "y", "z", "radius"))
+    roll = run.values("roll")[rows]
+    distance = (y - run.values("Y")[rows])*np.sin(roll) - (z - run.values("Z")[rows] - axle_height(case))*np.cos(roll)
+    error = np.nan_to_num(np.abs(said - distance), nan=np.inf)
+    beyond = np.maximum(error - 1.5*(n/MODULUS)**(2/3), 0.0)
+    ratio = float(np.median(said/distance))
+    cause = ("a diameter" if abs(ratio - 2) < 0.02 else "another sign" if abs(ratio + 1) < 0.02 else
+             "another unit than the name says" if not 0.1 < abs(ratio) < 10 else
+             "the radius of another wheel, or of a wheelset of another size")
+    return judged(f"radius_{contact} is the distance from the axle", most(beyond, n), *RADIUS, int(rows[beyond.argmax()]) + 1,
+                  f"[m]; expected {float(np.median(distance)):.4f} m, found {float(np.median(said)):.4f} m: {cause}")

@@ -1,6 +1,7 @@
 """Column files: ours, and other codes' labelled columns."""
 from __future__ import annotations
 
+import csv
 import os
 import re
 import sys
@@ -49,6 +50,9 @@ def time_mean(time: np.ndarray, x: np.ndarray) -> float:
 
 
 COMMENT_MARKS = "#%!;*"
+EMPTY = {"n/a", "na", "none", "null", "-", "--"}     # words of a cell without a number
+MISSING = -999.0, -9999.0, -99999.0, 1e30, -1e30, 1e33     # numbers that codes write where they have none
+EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}(?!\d))")   # where Fortran leaves out the letter of an exponent of three digits
 SEPARATORS = ";", "\t", ",", ""          # the last one stands for blanks
 UNIT_IN_BRACKETS = re.compile(r"(.*?\S)\s*[\[(](.*)[\])]")
 
@@ -108,7 +112,9 @@ def read_raw(path: Path) -> RawTable:
     """Read a file of labelled columns without a change of units."""
     lines = read_text(path).split("\n")
     layout = _find_layout(path, lines)
-    return RawTable(layout.names, layout.units, _read_numbers(path, lines, layout), _thousands(lines, layout))
+    numbers = _read_numbers(path, lines, layout)
+    numbers[np.isin(numbers, MISSING)] = np.nan
+    return RawTable(layout.names, layout.units, numbers, _thousands(lines, layout))
 
 
 def _thousands(lines: Sequence[str], layout: Layout) -> str:
@@ -160,12 +166,19 @@ def read_own_columns(path: Path) -> pd.DataFrame:
 
 
 def read_text(path: Path) -> str:
-    """A text file of anybody's, with line feeds as the ends of lines; spreadsheets begin theirs with a mark of its order
-    of bytes."""
+    """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in Latin-1."""
     try:
-        return path.read_text(encoding="utf-8-sig", errors="replace")
+        data = path.read_bytes()
     except (OSError, ValueError):           # a name with a zero byte
         raise error_of(f"{path}: cannot be opened for reading") from None
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = data.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
@@ -211,8 +224,10 @@ def _separator(line: str) -> str | None:
 
 
 def _is_number(word: str, separator: str) -> bool:
+    if word.lower() in EMPTY:
+        return True
     try:
-        float(_plain_number(word, separator))
+        float(EXPONENT.sub("e", _plain_number(word, separator)))
     except ValueError:
         return False
     return word.isascii() and "_" not in word
@@ -236,14 +251,19 @@ def _is_comment(line: str, separator: str) -> bool:
 def _heading_words(line: str, separator: str) -> list[str]:
     """Words of a heading without comment mark; a unit in brackets stays with the name before it."""
     line = line.strip().lstrip(COMMENT_MARKS)
+    if separator and line.startswith('"'):
+        return [word.strip() for word in next(csv.reader([line.rstrip(separator)], delimiter=separator))]
     if not separator:
         line = re.sub(r"(?<=[^\s\])])\s+(?=[\[(]\S*[\])])", "", line)
     return [word.strip("\"'") for word in _cells(line.rstrip(separator or None), separator)]
 
 
 def _plain_unit(unit: str) -> str:
-    """'[m/s^2]' as 'm/s2'."""
-    return unit.strip("[]() ").replace("^", "").replace("²", "2").replace("·", ".").replace("*", ".")
+    """'[m/s^2]', 'm.s-2' and 'm/s**2' as 'm/s2', degrees as 'deg'."""
+    plain = unit.strip("[]() ").replace("^", "").replace("²", "2").replace("⁻", "-").replace("**", "").replace("·", ".")
+    plain = plain.replace("*", ".").replace("/s/s", "/s2").replace("°", "deg")
+    plain = re.sub(r"[. ]?s-1", "/s", re.sub(r"[. ]?s-2", "/s2", plain))
+    return {"degrees": "deg", "degree": "deg"}.get(plain, plain)
 
 
 def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarray:
@@ -259,7 +279,7 @@ def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarra
             cells.pop()
         if len(cells) != count:
             raise _wrong_row(path, k, lines, count)
-        rows[k] = " ".join([cell or "nan" for cell in cells]) if mark else line
+        rows[k] = " ".join(["nan" if not cell or cell.lower() in EMPTY else cell for cell in cells])
     table = _numbers(rows.values(), mark)
     if table.size != count*len(rows):
         raise _wrong_row(path, next(k for k, row in rows.items() if _numbers([row], mark).size != count), lines, count)
@@ -270,10 +290,13 @@ def _numbers(rows: Iterable[str], separator: str) -> np.ndarray:
     """The numbers of rows; none where there is something else."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)      # numpy's way of saying: not a number
-        try:
-            return np.fromstring(_plain_number("\n".join(rows), separator), sep=" ")
-        except (DeprecationWarning, ValueError):
-            return np.empty(0)
+        text = _plain_number("\n".join(rows), separator)
+        for words in (lambda: text), (lambda: EXPONENT.sub("e", text)):
+            try:
+                return np.fromstring(words(), sep=" ")
+            except (DeprecationWarning, ValueError):
+                continue
+        return np.empty(0)
 
 
 def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:
