@@ -29,6 +29,7 @@ else ifneq ($(findstring mingw,$(FC)),)
   SUFFIX = .exe
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
   LIBS   = -static -Wl,--stack,$(STACK)
+  OWN    = $(BUILD)/lapack.o
 else
   BUILD  = build/release
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
@@ -39,6 +40,11 @@ ifneq ($(findstring gfortran,$(FC)),)
   SCALAR := -nostdinc -fintrinsic-modules-path $(shell $(FC) -print-file-name=finclude)
   # An internal procedure that is passed on as an argument would need an executable stack, which systems refuse.
   FFLAGS += -Werror=trampolines
+endif
+# With LAPACK=own the executable has the four routines of LAPACK that the core calls from our own sources, as wheels have.
+ifeq ($(LAPACK),own)
+  LIBS =
+  OWN  = $(BUILD)/lapack.o
 endif
 # -frecursive makes no local variable static, so that several threads may run.
 # -ffp-contract=off makes results independent of inlining.
@@ -70,7 +76,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 windows test-windows lint compiled fuzz report validate bench collation docs wheel reference reference-package yardsticks \
+.PHONY: all wrapper test test-arm64 windows test-windows lint compiled fuzz report validate bench collation docs wheel install reference reference-package yardsticks \
         pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
@@ -81,16 +87,17 @@ LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
 CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
 
-# Windows has no LAPACK, and names of files are UTF-8 only if a manifest says so.
-ifeq ($(SUFFIX),.exe)
-$(EXE): $(BUILD)/lapack.o $(BUILD)/manifest.o
-$(BUILD)/lapack.o: fortran/support/windows/lapack.f90 $(BUILD)/kinds.o
+$(BUILD)/lapack.o: fortran/support/lapack/lapack.f90 $(BUILD)/kinds.o
 	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
+
+# On Windows names of files are UTF-8 only if a manifest says so.
+ifeq ($(SUFFIX),.exe)
+$(EXE): $(BUILD)/manifest.o
 $(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/ldbench.manifest | $(BUILD)
 	$(FC:gfortran=windres) $< $@
 endif
 
-$(EXE): $(BUILD)/ldbench.o $(OBJECTS)
+$(EXE): $(BUILD)/ldbench.o $(OBJECTS) $(OWN)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
 
 $(BUILD)/%.o: %.f90 Makefile | $(BUILD)
@@ -165,9 +172,9 @@ build/sources: FORCE
 	@echo $(SOURCES) | cmp -s - $@ || echo $(SOURCES) > $@
 FORCE:
 
-build/wrapper/build.ninja: meson.build build/sources .venv/stamp
+build/wrapper/build.ninja: meson.build meson.options build/sources .venv/stamp
 	rm -rf build/wrapper
-	PATH="$(CURDIR)/.venv/bin:$$PATH" meson setup build/wrapper
+	PATH="$(CURDIR)/.venv/bin:$$PATH" meson setup -Dwheel=false build/wrapper
 
 .venv/stamp:
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
@@ -305,6 +312,17 @@ wheel: .venv/stamp
 	mv build/plain/*.tar.gz dist
 	$(STUDY) tests/support/try_wheel.py dist/*.whl
 
+# Package systems install under DESTDIR what will run from PREFIX. The Python package is installed by pip.
+PREFIX = /usr/local
+SHARE  = $(DESTDIR)$(PREFIX)/share/ldbench
+install:
+	$(call built,$(EXE))
+	install -d "$(DESTDIR)$(PREFIX)/bin" "$(SHARE)/inputs" "$(SHARE)/profiles"
+	install $(EXE) "$(DESTDIR)$(PREFIX)/bin"
+	install -m 644 inputs/*.nml "$(SHARE)/inputs"
+	install -m 644 profiles/*.yz "$(SHARE)/profiles"
+	install -m 644 LICENSE CITATION.cff "$(SHARE)"
+
 reference:
 	$(call built,$(EXE) $(WRAPPER))
 	$(if $(SUFFIX),$(error references are those of the release build))$(STUDY) tests/support/reference.py --store
@@ -342,6 +360,7 @@ help:
 	@echo 'make collation  twelve codes that do not exist, in FOLDER=build/collation, and time and memory of their collation'
 	@echo 'make docs       the site of the documentation, with the Python and Fortran references: build/docs/index.html'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
+	@echo 'make install    the executable, inputs and profiles, below PREFIX=/usr/local; packages are made with DESTDIR=...'
 	@echo 'make test-arm64 the runs of exercises 1 to 4 on arm64, emulated: points of tables, first contacts, ends'
 	@echo 'make windows    ldbench.exe, by the cross compiler gfortran-mingw-w64-x86-64; make test-windows tries it under wine'
 	@echo 'make reference  run the ten cases and store compact references and all pictures in outputs/reference'

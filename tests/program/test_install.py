@@ -1,6 +1,7 @@
 """What an installation holds and asks for: optional packages, data files, the version."""
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -16,7 +17,7 @@ from ldbench._core.optional import needed
 from ldbench.report import abstract
 from ldbench.results.columns import read_toml
 from ldbench.viewer import page
-from running import HANG, LDBENCH, REPO, environment
+from running import CASES, HANG, LDBENCH, REPO, environment, short_case
 
 PROJECT = read_toml(REPO/"pyproject.toml")["project"]
 
@@ -69,6 +70,17 @@ def test_version_is_that_of_the_executable(capsys):
     assert capsys.readouterr().out == subprocess.run([LDBENCH, "--version"], capture_output=True, text=True).stdout
 
 
+def test_version_has_one_place():
+    """The core says it and Meson reads it there; copies in files that cannot read agree."""
+    version = subprocess.run([LDBENCH, "--version"], capture_output=True, text=True).stdout.split()[1]
+    built = json.loads((REPO/"build/wrapper/meson-info/intro-projectinfo.json").read_text())
+    assert built["version"] == version and PROJECT["dynamic"] == ["version"]
+    for file, place in (("CITATION.cff", rf"^version: {version}$"), ("CHANGELOG.md", rf"\A# Changelog\n\n## {version}\b"),
+                        ("fortran/support/windows/ldbench.manifest", rf'name="ldbench" version="{version}\.0"'),
+                        (".ci/recipe/meta.yaml", rf'set version = "{version}"')):
+        assert re.search(place, (REPO/file).read_text(), re.MULTILINE), file
+
+
 def test_data_files_are_installed():
     """Inputs and profiles; every file of the package, the page's scripts and the abstract's words among them; the license."""
     build = (REPO/"meson.build").read_text()
@@ -82,6 +94,18 @@ def test_data_files_are_installed():
     assert {str(Path(name)) for name in listed} == there
     assert {str(file.relative_to(package)) for file in (abstract.TEMPLATE, page.FOLDER/"page.html", package/"py.typed")} <= there
     assert PROJECT["license-files"] == ["LICENSE"] and (REPO/"LICENSE").is_file()
+
+
+@pytest.mark.same_build
+def test_install_below_a_folder_of_packages(tmp_path):
+    """make install puts what will run from PREFIX below DESTDIR; the installed executable runs an installed case there."""
+    root = tmp_path/"two words"
+    subprocess.run(["make", "install", f"DESTDIR={root}", "PREFIX=/usr"], cwd=REPO, check=True, stdout=subprocess.DEVNULL)
+    share = root/"usr/share/ldbench"
+    assert sorted(path.stem for path in (share/"inputs").iterdir()) == sorted(CASES)
+    case = short_case(Path("outputs"), profiles={"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"})
+    done = subprocess.run([root/"usr/bin/ldbench"], input=case, cwd=share, capture_output=True, text=True)
+    assert done.returncode == 0 and (share/"outputs/columns.txt").is_file(), done.stderr
 
 
 def test_shipped_inputs_are_found_from_any_folder(tmp_path, monkeypatch):

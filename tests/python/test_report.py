@@ -19,6 +19,7 @@ from pypdf import PdfReader
 from invented import altered
 from ldbench import Case, Error, Event, run
 from ldbench.__main__ import main
+from ldbench._core import pools
 from ldbench._core.pools import in_threads, processes
 from ldbench.case import data_folder
 from ldbench.commands import report
@@ -570,3 +571,15 @@ def test_no_more_processes_and_threads_than_tasks():
     assert sorted(done) == [1, 2]
     with processes(10**6, 2) as pool:
         assert len(pool.children) == 2
+
+
+def test_work_of_processes_is_done_here_where_the_system_has_no_fork(monkeypatch):
+    """Results come in the order of the tasks, and an error comes with the result that is asked for."""
+    monkeypatch.setattr(pools, "FORKS", False)
+    seen: list[int] = []
+    with processes(4, 3, [lambda n: seen.append(n) or 10*n]) as pool:
+        asked = [pool.submit(0, n) for n in (1, 2)] + [pool.submit(int, "no number")]
+        assert seen == [1, 2] and [future.result() for future in asked[:2]] == [10, 20]
+        assert list(pool.map(abs, [-1, -2])) == [1, 2]
+        with pytest.raises(ValueError, match="no number"):
+            asked[2].result()

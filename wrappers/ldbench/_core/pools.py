@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import queue
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -19,6 +20,7 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 PATIENCE = 0.2              # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
+FORKS = sys.platform == "linux"     # Windows has no fork; libraries of macOS, Accelerate among them, may hang in a forked process
 PARENTS = signal.SIGINT, signal.SIGTERM     # that the parent ends its children by
 
 
@@ -52,6 +54,26 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
                 stop.set()
             pool.shutdown(cancel_futures=True)
             raise
+
+
+class HereAndNow:
+    """Stands for worker processes where the system has none that are forked: this thread does each work as it is handed in."""
+
+    def __init__(self, known: Sequence[Callable[..., Any]]) -> None:
+        self.known = known
+
+    def submit(self, work: Callable[..., Result] | int, *arguments: object) -> Future[Result]:
+        future: Future[Result] = Future()
+        try:
+            future.set_result((self.known[work] if isinstance(work, int) else work)(*arguments))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    map = staticmethod(map)
+
+    def end(self) -> None:
+        """Nothing goes on."""
 
 
 class Processes:
@@ -129,9 +151,9 @@ def end_with_parent() -> None:
 
 
 @contextmanager
-def processes(jobs: int | None, tasks: int, known: Sequence[Callable[..., Any]] = ()) -> Iterator[Processes]:
+def processes(jobs: int | None, tasks: int, known: Sequence[Callable[..., Any]] = ()) -> Iterator[Processes | HereAndNow]:
     """Start worker processes, one per core by default, but no more than there are tasks. known: see `Processes`."""
-    pool = Processes(max(1, min(jobs or usable_cores(), tasks)), known)
+    pool = Processes(max(1, min(jobs or usable_cores(), tasks)), known) if FORKS else HereAndNow(known)
     try:
         yield pool
     finally:
