@@ -76,7 +76,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 windows test-windows lint compiled fuzz report validate bench collation docs wheel install reference reference-package yardsticks \
+.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz report validate bench collation docs wheel install reference reference-package yardsticks \
         pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
@@ -192,6 +192,13 @@ endif
 test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
+
+# The package under each of these Pythons that is here, with old and new numpy and pandas.
+PYTHONS = python3.10 python3.11 python3.12 python3.13 python3.14
+test-matrix:
+	@status=0; for python in $(PYTHONS); do \
+	  if $$python -c '' 2>/dev/null; then $$python tests/support/matrix.py || status=1; else echo "$$python: not here"; fi; \
+	done; exit $$status
 
 # The ten runs on an emulated processor, compiled by Debian's cross compiler with Debian's libraries for arm64. As root:
 #   dpkg --add-architecture arm64 && apt-get update && apt-get install gfortran-12-aarch64-linux-gnu qemu-user-static
@@ -362,6 +369,7 @@ help:
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make install    the executable, inputs and profiles, below PREFIX=/usr/local; packages are made with DESTDIR=...'
 	@echo 'make test-arm64 the runs of exercises 1 to 4 on arm64, emulated: points of tables, first contacts, ends'
+	@echo 'make test-matrix  two runs under Python 3.10 to 3.14, those of PYTHONS that are here, with old and new numpy and pandas'
 	@echo 'make windows    ldbench.exe, by the cross compiler gfortran-mingw-w64-x86-64; make test-windows tries it under wine'
 	@echo 'make reference  run the ten cases and store compact references and all pictures in outputs/reference'
 	@echo 'make reference-package  outputs/ldbench_reference.zip: the ten solutions as exact as they can be, impulses, horizons'
