@@ -259,7 +259,7 @@ lint: .venv/stamp
 
 compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)
 
-$(BUILD)/flat.o: $(BUILD)/handles.o
+$(BUILD)/flat.o: $(BUILD)/contact_pressure.o $(BUILD)/handles.o
 
 $(BUILD)/%.o: wrappers/ldbench/_core/%.f90 $(OBJECTS)
 	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<

@@ -1,7 +1,7 @@
 !> Zones of a wheel: stretches that carry one contact patch each.
 !>
-!> The wheel is cut where it cannot touch, in the middle of the arcs whose curvature relative to the rail's point with
-!> the same normal is negative. A zone then holds one patch that moves smoothly, which makes the elastic energy
+!> The wheel is cut at places that cannot touch, in the middle of the arcs whose curvature relative to the rail's point with
+!> the same normal is negative. So a zone holds one patch that moves smoothly, which makes the elastic energy
 !> smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
 !> is another question, which `is_flange` answers.
 module contact_zones
@@ -42,7 +42,7 @@ module contact_zones
 
 contains
 
-  !> Cut the wheel into zones, from the field side of the tread to the flange.
+  !> Cut the wheel into zones, at places that cannot touch, from the field side of the tread to the flange.
   pure subroutine find_zones(pair, zones)
     type(pair_type), intent(in) :: pair
     type(zone_type), allocatable, intent(out) :: zones(:)
@@ -92,13 +92,11 @@ contains
       if (curvature < 0) then
         if (start == 0) start = i
         turn = turn - curvature*(pair%s(i + 1) - pair%s(i))
-        cycle
-      end if
-      if (start > 0) then
+      else if (start > 0) then
         if (pair%s(start) - pair%s(i) > least_gap) call add_gap(pair, gap_type(start, (start + i)/2, turn), gaps)
+        start = 0
+        turn = 0
       end if
-      start = 0
-      turn = 0
     end do
   end subroutine find_gaps
 
@@ -180,7 +178,7 @@ contains
     end do
     zone%pole = middle + [a(2, 2)*b(1) - a(1, 2)*b(2), a(1, 1)*b(2) - a(2, 1)*b(1)] &
       /(a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1))
-    ! The rail cannot be reached from this direction behind the flange tip.
+    ! Stations behind the flange tip whose normals point away from the rail do not touch in this zone.
     do while (zone%first < pair%steepest .and. pair%angle(zone%first) < zone%alpha - 80*degree)
       zone%first = zone%first + 1
     end do

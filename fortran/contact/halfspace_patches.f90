@@ -24,7 +24,6 @@ module halfspace_patches
   type :: patches_type
     integer :: n = 0
     logical :: ok = .true.                     !! whether loads and grids converged
-    integer :: rounds = 0, iterations = 0      !! of the search for grids; of the solver
     real(dp) :: energy = 0                     !! [J]
     type(overlaps_type) :: overlaps            !! one for every patch
     real(dp) :: box(3, most_patches) = 0       !! pressed area: half of its length along x, first and last s [m]
@@ -89,7 +88,6 @@ contains
       end do
       if (fits) exit
     end do
-    patches%rounds = round
     do round = 1, most_rounds
       call press_grids(pair, elements, first, last, centre, roll, scan, patches)
       fits = .true.
@@ -134,7 +132,7 @@ contains
     type(scan_type), intent(in) :: scan
     type(patches_type), intent(inout) :: patches
     real(dp) :: depth(elements%nx, elements%ns, patches%n), share
-    integer :: g, iterations
+    integer :: g
 
     if (allocated(patches%f)) then
       if (size(patches%f) /= size(depth)) deallocate (patches%f, patches%r, patches%influence, patches%angle, &
@@ -153,21 +151,20 @@ contains
     end do
     call set_influence(elements%nx, elements%ns, patches%mesh(:patches%n), merge(0.0_dp, patches%angle, elements%flat), &
       elements%e_star, patches%influence)
-    call solve_flat(patches%influence, depth, elements%tolerance, patches%f, patches%r, patches%ok, iterations)
-    patches%iterations = patches%iterations + iterations
+    call solve_flat(patches%influence, depth, elements%tolerance, patches%f, patches%r, patches%ok)
     share = 1/(1 + grid_error/elements%ns**2)
     patches%energy = sum(patches%f*(depth + patches%r))*share
     patches%f = patches%f*share
   end subroutine press_grids
 
   !> `solve_loads` for loads by grid.
-  pure subroutine solve_flat(A, depth, tolerance, f, r, ok, iterations)
+  pure subroutine solve_flat(A, depth, tolerance, f, r, ok)
     real(dp), intent(in), contiguous :: A(:, :)
     real(dp), intent(in) :: depth(size(A, 1)), tolerance
     real(dp), intent(inout) :: f(size(A, 1))
     real(dp), intent(out) :: r(size(A, 1))
     logical, intent(out) :: ok
-    integer, intent(out) :: iterations
+    integer :: iterations
 
     call solve_loads(A, depth, tolerance, f, r, ok, iterations)
   end subroutine solve_flat

@@ -45,10 +45,9 @@ contains
     pair%rail%a(2, 1, :) = pair%rail%a(2, 1, :) - top
     pair%wheel%a(1, 1, :) = pair%wheel%a(1, 1, :) + back_to_back/2
     pair%gauge_face = gauge/2
-    pair%crown = pair%rail%a(1, 1, maxloc(pair%rail%a(2, 1, :), 1) - 1 + lbound(pair%rail%a, 3))
+    pair%crown = pair%rail%a(1, 1, maxloc(pair%rail%a(2, 1, 1:), 1))
     call set_stations(pair)
-    call set_rail_angles(pair)
-    call set_rail_curvatures(pair)
+    call set_rail_curves(pair)
 
     ! The centred wheel is lowered until it touches.  Its contact point is then at the rolling radius.
     scan = new_scan(pair)
@@ -116,7 +115,7 @@ contains
   pure subroutine set_stations(pair)
     type(pair_type), intent(inout) :: pair
     real(dp), parameter :: largest_spacing = 0.26e-3_dp, least_spacing = 0.1e-3_dp   ! distances of stations [m]
-    real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), previous, r(2), d1(2), d2(2)
+    real(dp) :: s(ceiling(pair%wheel%last()/least_spacing) + 2*pair%wheel%n), previous, d2(2)
     integer :: n, i, j, k, cuts
 
     n = 1
@@ -134,42 +133,30 @@ contains
     allocate (pair%r(2, n), pair%t(2, n), pair%angle(n), pair%curvature(n))
     k = 1
     do i = 1, n
-      call curve_point(pair%wheel, pair%s(i), k, r, d1, d2)
-      pair%r(:, i) = r
-      pair%t(:, i) = d1
-      pair%angle(i) = atan2(d1(2), d1(1))
+      call curve_point(pair%wheel, pair%s(i), k, pair%r(:, i), pair%t(:, i), d2)
+      pair%angle(i) = atan2(pair%t(2, i), pair%t(1, i))
       pair%curvature(i) = mean_curvature(pair%wheel, pair%s(i))
     end do
   end subroutine set_stations
 
-  !> The tangent angles at the rail's knots, made to fall from the gauge side to the field side.
-  pure subroutine set_rail_angles(pair)
-    type(pair_type), intent(inout) :: pair
-    real(dp) :: r(2), d1(2), d2(2)
-    integer :: i, k
-
-    allocate (pair%rail_angle(pair%rail%n))
-    k = 1
-    do i = 1, pair%rail%n
-      call curve_point(pair%rail, pair%rail%s(i), k, r, d1, d2)
-      pair%rail_angle(i) = atan2(d1(2), d1(1))
-      if (i > 1) pair%rail_angle(i) = min(pair%rail_angle(i), pair%rail_angle(i - 1))
-    end do
-  end subroutine set_rail_angles
-
-  !> The rail's curvature as a continuous function of the tangent angle. The arc's curvature jumps where an angle belongs to a
+  !> The tangent angles at the rail's knots, made to fall from the gauge side to the field side, and the rail's curvature as a
+  !> continuous function of the tangent angle. The arc's curvature jumps where an angle belongs to a
   !> whole stretch, as on a straight gauge face: the strip modulus of all wheel stations with that angle would jump at one roll
   !> angle, and with it the force. So the curvature is averaged over angles too, with weights that fall linearly to 0 at
   !> twice `half`.
-  pure subroutine set_rail_curvatures(pair)
+  pure subroutine set_rail_curves(pair)
     type(pair_type), intent(inout) :: pair
     real(dp), parameter :: half = 0.1_dp*degree
-    integer, parameter :: reach = nint(half/angle_step)
+    integer, parameter :: steps = nint(half/angle_step)
     real(dp) :: low
     real(dp), allocatable :: x(:), mean(:)
     integer :: i, n, round
 
-    low = pair%rail_angle(size(pair%rail_angle))
+    pair%rail_angle = atan2(pair%rail%a(2, 2, 1:), pair%rail%a(1, 2, 1:))
+    do i = 2, pair%rail%n
+      pair%rail_angle(i) = min(pair%rail_angle(i), pair%rail_angle(i - 1))
+    end do
+    low = pair%rail_angle(pair%rail%n)
     n = max(2, ceiling((pair%rail_angle(1) - low)/angle_step) + 1)
     allocate (x(n), mean(n))
     do i = 1, n
@@ -177,13 +164,13 @@ contains
     end do
     do round = 1, 2
       do i = 1, n
-        associate (from => max(1, i - reach), to => min(n, i + reach))
+        associate (from => max(1, i - steps), to => min(n, i + steps))
           mean(i) = sum(x(from:to))/(to - from + 1)
         end associate
       end do
       x = mean
     end do
     pair%rail_curvature = x
-  end subroutine set_rail_curvatures
+  end subroutine set_rail_curves
 
 end module placement

@@ -15,7 +15,7 @@ module station_scan
     real(dp), allocatable :: normal(:, :)  !! the rail's outward normal at the foot, (2, n)
     real(dp), allocatable :: foot(:)       !! station on the rail of the nearest point [m]
     integer, allocatable :: interval(:)    !! knot interval of the foot
-    real(dp), allocatable :: rate(:)       !! way of the foot over the way of the wheel's station along the rail
+    real(dp), allocatable :: rate(:)       !! d(foot)/d(displacement of the wheel's station along the rail's tangent)
     real(dp), allocatable :: step(:)       !! last Newton step of the foot [m]
     real(dp) :: centre(2) = 0, roll = 0    !! pose of the scan [m, rad]
     logical :: fresh = .true.              !! no feet are known yet
@@ -30,17 +30,9 @@ contains
     integer :: n
 
     n = size(pair%s)
-    allocate (scan%point(2, n), scan%depth(n), scan%slope(n), scan%normal(2, n), scan%foot(n), scan%interval(n), &
-      scan%rate(n), scan%step(n))
-    scan%point = 0
-    scan%depth = 0
-    scan%slope = 0
-    scan%normal = 0
-    scan%foot = 0
-    scan%interval = 1
-    scan%rate = 1
-    scan%step = 0
-    scan%fresh = .true.
+    allocate (scan%point(2, n), scan%normal(2, n), scan%depth(n), scan%slope(n), scan%foot(n), scan%step(n), source=0.0_dp)
+    allocate (scan%rate(n), source=1.0_dp)
+    allocate (scan%interval(n), source=1)
   end function new_scan
 
   !> Depth inside the rail of the wheel's stations first..last, in a pose.  The feet of an earlier scan start the
@@ -50,7 +42,7 @@ contains
     real(dp), intent(in) :: centre(2), roll   !! position of the axle, track frame, and roll angle [m, rad]
     integer, intent(in) :: first, last
     type(scan_type), intent(inout) :: scan
-    real(dp) :: y(2), z(2), t(2)
+    real(dp) :: y(2), z(2), t(2), move(2)
     integer :: i
 
     y = [cos(roll), sin(roll)]
@@ -71,11 +63,13 @@ contains
           scan%normal(:, i), scan%rate(i), scan%step(i))
       end do
     else
-      call move_feet(scan, centre - scan%centre, first, last)
-      i = last - first + 1
-      call set_depth(pair%rail, i, scan%point(:, first:last), scan%foot(first:last), scan%interval(first:last), &
-        scan%depth(first:last), scan%normal(:, first:last), scan%rate(first:last), &
-        scan%step(first:last))
+      ! The feet are expected to move along the rail with the wheel.
+      move = centre - scan%centre
+      do i = first, last
+        scan%foot(i) = scan%foot(i) + (move(1)*scan%normal(2, i) - move(2)*scan%normal(1, i))*scan%rate(i)
+      end do
+      call set_depth(pair%rail, last - first + 1, scan%point(:, first:last), scan%foot(first:last), scan%interval(first:last), &
+        scan%depth(first:last), scan%normal(:, first:last), scan%rate(first:last), scan%step(first:last))
     end if
     scan%centre = centre
     scan%roll = roll
@@ -99,18 +93,6 @@ contains
     scan%interval(first:last) = source%interval(first:last)
     scan%rate(first:last) = source%rate(first:last)
   end subroutine keep_feet
-
-  !> Move the feet to where they are expected after a move [m] of the wheel.
-  pure subroutine move_feet(scan, move, first, last)
-    type(scan_type), intent(inout) :: scan
-    real(dp), intent(in) :: move(2)
-    integer, intent(in) :: first, last
-    integer :: i
-
-    do i = first, last
-      scan%foot(i) = scan%foot(i) + (move(1)*scan%normal(2, i) - move(2)*scan%normal(1, i))*scan%rate(i)
-    end do
-  end subroutine move_feet
 
   !> Depths [m] of n points inside a rail and the rail's outward normals at their feet.  The foot of a point p is where
   !> p is nearest to the rail's curve r(s): there p - r(s) is normal to the curve.  On entry `foot` and `interval` belong to
@@ -184,7 +166,7 @@ contains
     integer, intent(in) :: first, last
     real(dp), intent(out) :: depth, station   !! [m]
     integer, intent(out) :: node              !! index of the last station before the point
-    real(dp) :: h, t, g
+    real(dp) :: h, a, b, da, db, c2, c3, t, top
     integer :: i
 
     node = first - 1 + maxloc(scan%depth(first:last), 1)
@@ -193,29 +175,23 @@ contains
     do i = first, last - 1
       if (scan%slope(i) <= 0 .or. scan%slope(i + 1) >= 0) cycle
       h = pair%s(i + 1) - pair%s(i)
-      call hermite_top(scan%depth(i), h*scan%slope(i), scan%depth(i + 1), h*scan%slope(i + 1), t, g)
-      if (g > depth) then
-        depth = g
+      a = scan%depth(i)
+      b = scan%depth(i + 1)
+      da = h*scan%slope(i)
+      db = h*scan%slope(i + 1)
+      c2 = 3*(b - a) - 2*da - db
+      c3 = 2*(a - b) + da + db
+      t = max(0.0_dp, min(da/(sqrt(max(c2**2 - 3*c3*da, 0.0_dp)) - c2), 1.0_dp))
+      top = a + t*(da + t*(c2 + t*c3))
+      if (top > depth) then
+        depth = top
         station = pair%s(i) + t*h
         node = i
       end if
     end do
   end subroutine deepest
 
-  !> Maximum of the Hermite cubic with values a, b and slopes da > 0 > db on [0, 1].
-  pure subroutine hermite_top(a, da, b, db, t, top)
-    real(dp), intent(in) :: a, da, b, db
-    real(dp), intent(out) :: t, top
-    real(dp) :: c2, c3, disc
-
-    c2 = 3*(b - a) - 2*da - db
-    c3 = 2*(a - b) + da + db
-    disc = sqrt(max(c2**2 - 3*c3*da, 0.0_dp))
-    t = max(0.0_dp, min(da/(disc - c2), 1.0_dp))
-    top = a + t*(da + t*(c2 + t*c3))
-  end subroutine hermite_top
-
-  !> Move the wheel along (-sin alpha, cos alpha) from `centre` until the stations first..last just touch the rail.
+  !> Move the wheel along (-sin alpha, cos alpha) from `centre` until the deepest of the stations first..last is on the rail.
   !> `ok` is false where they pass beside the rail.
   pure subroutine touch(pair, scan, first, last, centre, roll, alpha, shift, station, ok)
     type(pair_type), intent(in) :: pair

@@ -20,9 +20,9 @@ module strip_law
   private
   public :: set_moduli, zone_energy, stiffest
 
-  !> Largest energy of half-spaces, relative to that of strips.  A patch of the tread that reaches over the cut to the
-  !> flange leaves a sliver there.  In the whole patch the sliver has the pressure of an edge, next to nothing; a
-  !> half-space that is pressed in by the sliver alone is up to 60 times stiffer than the strips.
+  !> Largest energy of half-spaces, relative to that of strips.  Where a zone holds only the edge of a patch, as when a patch of
+  !> the tread extends over the cut to the flange, the half-space of that zone alone is up to 60 times stiffer than the strips,
+  !> while in the whole patch the edge carries almost no pressure.  So the ratio is capped.
   real(dp), parameter :: stiffest = 1.5_dp
 
   real(dp), parameter :: least_ratio = 0.02_dp    ! B/A: longer patches are line contacts
@@ -78,46 +78,31 @@ contains
     real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
     type(scan_type), intent(in) :: scan
     real(dp), intent(in), contiguous :: k(:)   !! strip moduli from `set_moduli`, unused for 'hertz' [Pa]
-    real(dp) :: part, share(2)
-    integer :: i
-
-    energy = 0
-    if (model == 'hertz') then
-      energy = spring_energy(pair, zone, e_star, roll, scan)
-      return
-    end if
-    do i = zone%first, zone%last - 1
-      call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), k(i:i + 1), part, share)
-      energy = energy + part
-    end do
-  end function zone_energy
-
-  !> Energy [J] of a zone's spring in the pose of a scan.
-  pure real(dp) function spring_energy(pair, zone, e_star, roll, scan) result(energy)
-    type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zone
-    real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
-    type(scan_type), intent(in) :: scan
-    real(dp), parameter :: one(2) = 1
-    real(dp) :: depth, station, half_j, part, share(2), area, moment, A, B
+    real(dp) :: depth, station, modulus(2), part, share(2), area, moment, power, A, B
     integer :: i, node
+    logical :: spring
 
+    spring = model == 'hertz'
+    modulus = 1
     energy = 0
-    call deepest(pair, scan, zone%first, zone%last, depth, station, node)
-    if (depth <= 0) return
-    half_j = 0
     area = 0
     moment = 0
     do i = zone%first, zone%last - 1
-      call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), one, part, share)
-      half_j = half_j + part
+      if (.not. spring) modulus = k(i:i + 1)
+      call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), modulus, part, share)
+      energy = energy + part
+      if (.not. spring) cycle
       area = area + sum(share)
       moment = moment + share(1)*rolling_curvature(pair, i, roll) + share(2)*rolling_curvature(pair, i + 1, roll)
     end do
+    if (.not. spring .or. energy <= 0) return
+    ! For the spring the loop has summed up J/2.
+    call deepest(pair, scan, zone%first, zone%last, depth, station, node)
     A = moment/area
-    B = max((8*depth**2.5_dp/(15*half_j))**2, least_ratio*A)
-    energy = 0.4_dp*hertz_stiffness(e_star, A, B)*depth**2.5_dp
-  end function spring_energy
+    power = max(depth, 0.0_dp)**2.5_dp
+    B = max((8*power/(15*energy))**2, least_ratio*A)
+    energy = 0.4_dp*hertz_stiffness(e_star, A, B)*power
+  end function zone_energy
 
   !> Integrals over the interval between two stations: the energy 1/2 integral of k g+^2 [J], and the force as the
   !> integral of k g+ [N], shared out to the left and right stations.  The depth g is the Hermite cubic.

@@ -46,16 +46,9 @@ contains
   pure logical function same_pair(a, b) result(same)
     type(pair_type), intent(in) :: a, b
 
-    same = same_curve(a%wheel, b%wheel)
-    if (same) same = same_curve(a%rail, b%rail)
+    same = size(a%wheel%a) == size(b%wheel%a) .and. size(a%rail%a) == size(b%rail%a)
+    if (same) same = all(abs(a%wheel%a - b%wheel%a) <= 0) .and. all(abs(a%rail%a - b%rail%a) <= 0)
   end function same_pair
-
-  pure logical function same_curve(a, b) result(same)
-    type(curve_type), intent(in) :: a, b
-
-    same = a%n == b%n
-    if (same) same = all(abs(a%s(:a%n) - b%s(:b%n)) <= 0) .and. all(abs(a%a - b%a) <= 0)
-  end function same_curve
 
   !> A vector of the wheelset frame in the track frame.
   pure function rolled(r, roll) result(x)
@@ -70,20 +63,27 @@ contains
   pure real(dp) function wheel_station(pair, angle) result(s)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
-    integer :: low, high, mid
 
-    low = pair%steepest
-    high = pair%tread_end
+    s = pair%s(first_below(pair%angle, pair%steepest, pair%tread_end, angle))
+  end function wheel_station
+
+  !> Index after `first` of the first of falling values that is not above x, by bisection; `last` where all others are above.
+  pure integer function first_below(values, first, last, x) result(high)
+    real(dp), intent(in) :: values(:), x
+    integer, intent(in) :: first, last
+    integer :: low, middle
+
+    low = first
+    high = last
     do while (high - low > 1)
-      mid = (low + high)/2
-      if (pair%angle(mid) < angle) then
-        high = mid
+      middle = (low + high)/2
+      if (values(middle) > x) then
+        low = middle
       else
-        low = mid
+        high = middle
       end if
     end do
-    s = pair%s(high)
-  end function wheel_station
+  end function first_below
 
   !> Curvature [1/m] of the rail where its tangent angle is `angle` [rad], convex positive; the first or last one where the
   !> rail has no such angle.
@@ -122,21 +122,12 @@ contains
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: angle
     real(dp) :: share
-    integer :: low, high, mid
+    integer :: i
 
-    low = 1
-    high = size(pair%rail_angle)
-    do while (high - low > 1)
-      mid = (low + high)/2
-      if (pair%rail_angle(mid) > angle) then
-        low = mid
-      else
-        high = mid
-      end if
-    end do
-    share = (pair%rail_angle(low) - angle)/max(pair%rail_angle(low) - pair%rail_angle(high), 1e-12_dp)
+    i = first_below(pair%rail_angle, 1, size(pair%rail_angle), angle)
+    share = (pair%rail_angle(i - 1) - angle)/max(pair%rail_angle(i - 1) - pair%rail_angle(i), 1e-12_dp)
     share = max(0.0_dp, min(share, 1.0_dp))
-    station = pair%rail%s(low) + share*(pair%rail%s(high) - pair%rail%s(low))
+    station = pair%rail%s(i - 1) + share*(pair%rail%s(i) - pair%rail%s(i - 1))
   end function rail_station
 
   !> d(angle)/ds [1/m], mean over a window about station s [m]: on a finer scale the curvature of profiles that were

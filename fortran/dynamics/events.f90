@@ -7,7 +7,7 @@
 !> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
 !> inside. This is a separate event, after which the run goes on.
 !>
-!> A flange touches its rail when a contact closes whose contact angle is at least the threshold of the case, or when the
+!> A flange met its rail when a contact closes whose contact angle is at least the threshold of the case, or when the
 !> angle of a closed contact passes the threshold: then the contact of the flange closes in the state of the contacts.
 !>
 !> Times of events lie within the steps. The time at which an elastic contact closes or opens follows from the contact's
@@ -20,24 +20,23 @@ module events
   use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
   private
-  public :: event_log, watch, note_impact, event_kinds, elastic_kinds, kept
+  public :: event_log, watch, event_kinds, elastic_kinds, impact, kept
 
-  enum, bind(c)
-    enumerator :: left_flange_contact = 1, right_flange_contact, left_lift_off, left_landing, &
-      right_lift_off, right_landing, centre_passage, left_over_rail, right_over_rail, derailment, impact, rail_pulls
-  end enum
   character(24), parameter :: event_kinds(12) = [character(24) :: 'left flange contact', &
     'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
     'right wheel landing', 'centre passage', 'left flange over rail', 'right flange over rail', 'derailment', 'impact', &
     'rail pulls']
+  ! Positions in `event_kinds`; two numbers are of the left and of the right side.
+  integer, parameter :: flange_contact(2) = [1, 2], lift_off(2) = [3, 5], landing(2) = [4, 6], centre_passage = 7, &
+    over_rail(2) = [8, 9], derailment = 10, impact = 11, rail_pulls = 12
   integer, parameter :: elastic_kinds = 10  !! number of kinds that elastic contacts have: the first ones
 
   integer, parameter :: outwards(2) = [1, -1]   !! sign of Y on the left and on the right side
+  integer, parameter :: tread(2) = [left_tread, right_tread], flange(2) = [left_flange, right_flange]
   integer, parameter :: kept = 5            !! events of a kind that are recorded; later ones are counted
   integer, parameter :: kept_impacts = 100  !! impacts that are recorded
   integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
-  real(dp), parameter :: aside = 1e-6_dp   !! from the centre, before a passage counts [m]
-  integer, parameter :: flange(2) = [left_flange, right_flange]
+  real(dp), parameter :: aside = 1e-6_dp    !! from the centre, before a passage counts [m]
 
   type :: event_type
     integer :: kind = 0
@@ -67,63 +66,71 @@ contains
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old, new
     type(side_type), intent(in) :: side(:)  !! left, right
-    real(dp) :: dt, before(2), after(2), force(3)
-    logical :: were(4), are(4), hit(4)
+    real(dp) :: dt
+    logical :: was_closed(4), is_closed(4), met(4), wheel_was_on, wheel_met
     integer :: k
 
     log%n_moments = 0
     dt = new%t - old%t
-    were = closed(old%contact)
-    are = closed(new%contact)
-    hit = are .or. new%contact%struck
+    was_closed = closed(old%contact)
+    is_closed = closed(new%contact)
+    met = is_closed .or. new%contact%struck      ! contacts that have a force at the end of the step, or an impulse
     do k = 1, 2
-      if (hit(flange(k)) .and. .not. were(flange(k))) call record(log, w, &
-        merge(left_flange_contact, right_flange_contact, k == 1), closing(flange(k)), angle=contact_angle(new, k))
+      if (met(flange(k)) .and. .not. was_closed(flange(k))) &
+        call record(log, w, event_type(flange_contact(k), closing(flange(k)), angle=contact_angle(new, k)))
     end do
-    if (any(were .neqv. are) .or. any(new%contact%struck)) then
-      call wheel(left_tread, left_flange, left_lift_off, left_landing)
-      call wheel(right_tread, right_flange, right_lift_off, right_landing)
+    if (any(was_closed .neqv. is_closed) .or. any(new%contact%struck)) then
+      do k = 1, 2
+        wheel_was_on = was_closed(tread(k)) .or. was_closed(flange(k))
+        wheel_met = met(tread(k)) .or. met(flange(k))
+        if (wheel_met .and. .not. wheel_was_on) &
+          call record(log, w, event_type(landing(k), min(closing(tread(k)), closing(flange(k)))))
+        if ((wheel_met .or. wheel_was_on) .and. .not. (is_closed(tread(k)) .or. is_closed(flange(k)))) &
+          call record(log, w, event_type(lift_off(k), max(opening(tread(k)), opening(flange(k)))))
+      end do
       do k = 1, 4
-        if (are(k) .and. .not. were(k)) call add_moment(log, closing(k))
-        if (were(k) .and. .not. are(k)) call add_moment(log, opening(k))
+        if (is_closed(k) .and. .not. was_closed(k)) call add_moment(log, closing(k))
+        if (was_closed(k) .and. .not. is_closed(k)) call add_moment(log, opening(k))
       end do
     end if
     log%away = log%away .or. abs(old%q(1)) > aside
     if (log%away .and. old%q(1)*new%q(1) <= 0) then
       log%away = .false.
-      if (log%counts(left_flange_contact) > 0 .and. log%counts(right_flange_contact) > 0) log%returned = .true.
-      call record(log, w, centre_passage, zero_between(old%q(1), new%q(1)))
+      log%returned = log%returned .or. all(log%counts(flange_contact) > 0)
+      call record(log, w, event_type(centre_passage, zero_between(old%q(1), new%q(1))))
     end if
-    if (any(new%contact%pulls .and. .not. old%contact%pulls)) call record(log, w, rail_pulls, new%t - dt*share_of_pull(old, new))
-    after = over_rail(new%q, side)
-    if (all(after <= 0)) return
-    before = over_rail(old%q, side)
-    do k = 1, 2
-      if (after(k) > 0 .and. before(k) <= 0) &
-        call record(log, w, merge(left_over_rail, right_over_rail, k == 1), zero_between(before(k), after(k)))
-    end do
-    if (log%derailed) return
-    after = past_crown(new%q, side)
-    before = min(past_crown(old%q, side), 0.0_dp)
-    force = external_force(w, new%t)
-    do k = 1, 2
-      if (after(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*force(1) < 0) cycle
-      log%derailed = .true.
-      call record(log, w, derailment, zero_between(before(k), after(k)))
-    end do
+    if (any(new%contact%pulls .and. .not. old%contact%pulls)) &
+      call record(log, w, event_type(rail_pulls, new%t - dt*share_of_pull(old, new)))
+    call watch_flange_tips()
+    if (any(new%contact%struck)) &
+      call record(log, w, event_type(impact, new%t, impulse=new%impulse - old%impulse, loss=new%loss - old%loss))
 
   contains
 
-    subroutine wheel(tread, flange, lift_off, landing)
-      integer, intent(in) :: tread, flange, lift_off, landing
+    !> Flanges over the rail: outside the gauge line and higher than the head's shoulders. Derailment: outside the crown.
+    subroutine watch_flange_tips()
+      real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
+      real(dp) :: tip(2, 2), tip_before(2, 2), over(2), over_before(2), past(2), past_before(2), force(3)
 
-      if (.not. (were(tread) .or. were(flange))) then
-        if (hit(tread) .or. hit(flange)) call record(log, w, landing, min(closing(tread), closing(flange)))
-      end if
-      if (were(tread) .or. were(flange) .or. hit(tread) .or. hit(flange)) then
-        if (.not. (are(tread) .or. are(flange))) call record(log, w, lift_off, max(opening(tread), opening(flange)))
-      end if
-    end subroutine wheel
+      tip = flange_tips(new%q, side)
+      over = min(tip(2, :) + shoulder, tip(1, :) - side%pair%gauge_face)
+      if (all(over <= 0)) return
+      tip_before = flange_tips(old%q, side)
+      over_before = min(tip_before(2, :) + shoulder, tip_before(1, :) - side%pair%gauge_face)
+      do k = 1, 2
+        if (over(k) > 0 .and. over_before(k) <= 0) &
+          call record(log, w, event_type(over_rail(k), zero_between(over_before(k), over(k))))
+      end do
+      if (log%derailed) return
+      past = tip(1, :) - side%pair%crown
+      past_before = min(tip_before(1, :) - side%pair%crown, 0.0_dp)
+      force = external_force(w, new%t)
+      do k = 1, 2
+        if (past(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*force(1) < 0) cycle
+        log%derailed = .true.
+        call record(log, w, event_type(derailment, zero_between(past_before(k), past(k))))
+      end do
+    end subroutine watch_flange_tips
 
     !> Time at which a quantity that changes linearly in the step is zero.
     real(dp) function zero_between(before, after) result(t)
@@ -137,7 +144,7 @@ contains
       integer, intent(in) :: contact
 
       t = new%t
-      if (are(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
+      if (is_closed(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
     end function closing
 
     !> Time at which a contact opened that was closed at the start of the step.
@@ -147,7 +154,7 @@ contains
       t = old%t
       if (old%contact%rigid(contact) .or. new%contact%struck(contact)) then
         t = new%t
-      else if (were(contact)) then
+      else if (was_closed(contact)) then
         t = t + min(dt, lapse(old, contact))
       end if
     end function opening
@@ -193,24 +200,20 @@ contains
     end do
   end function share_of_pull
 
-  !> Count an event, and keep it if it is among the first of a kind.
-  subroutine record(log, w, kind, time, angle, impulse, loss)
+  !> Count an event, and keep it with the lateral force if it is among the first of its kind.
+  subroutine record(log, w, event)
     type(event_log), intent(inout) :: log
     type(wheelset_type), intent(in) :: w
-    integer, intent(in) :: kind
-    real(dp), intent(in) :: time
-    real(dp), intent(in), optional :: angle, impulse(4), loss
+    type(event_type), intent(in) :: event
     real(dp) :: force(3)
 
-    call add_moment(log, time)
-    log%counts(kind) = log%counts(kind) + 1
-    if (log%counts(kind) > merge(kept_impacts, kept, kind == impact)) return
+    call add_moment(log, event%t)
+    log%counts(event%kind) = log%counts(event%kind) + 1
+    if (log%counts(event%kind) > merge(kept_impacts, kept, event%kind == impact)) return
     log%n = log%n + 1
-    force = external_force(w, time)
-    log%list(log%n) = event_type(kind, time, force(1))
-    if (present(angle)) log%list(log%n)%angle = angle
-    if (present(impulse)) log%list(log%n)%impulse = impulse
-    if (present(loss)) log%list(log%n)%loss = loss
+    log%list(log%n) = event
+    force = external_force(w, event%t)
+    log%list(log%n)%force = force(1)
   end subroutine record
 
   subroutine add_moment(log, time)
@@ -222,40 +225,8 @@ contains
     log%moments(log%n_moments) = time
   end subroutine add_moment
 
-  !> Record an impact of rigid contacts at the end of a step, from the increments of the impulses and of the loss.
-  subroutine note_impact(log, w, old, new)
-    type(event_log), intent(inout) :: log
-    type(wheelset_type), intent(in) :: w
-    type(motion_type), intent(in) :: old, new
-
-    if (any(new%contact%struck)) &
-      call record(log, w, impact, new%t, impulse=new%impulse - old%impulse, loss=new%loss - old%loss)
-  end subroutine note_impact
-
-  !> How far the tip of each flange is outside the highest point of its rail [m], left and right.
-  pure function past_crown(q, side) result(past)
-    real(dp), intent(in) :: q(3)            !! axle centre y, z [m], roll [rad]
-    type(side_type), intent(in) :: side(2)  !! left, right
-    real(dp) :: past(2), tip(2, 2)
-
-    tip = tips(q, side)
-    past = tip(1, :) - side%pair%crown
-  end function past_crown
-
-  !> How far the tip of each flange is over its rail [m], left and right: outside the gauge line and higher than
-  !> the head's shoulders, the smaller of both distances.
-  pure function over_rail(q, side) result(over)
-    real(dp), intent(in) :: q(3)
-    type(side_type), intent(in) :: side(2)
-    real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
-    real(dp) :: over(2), tip(2, 2)
-
-    tip = tips(q, side)
-    over = min(tip(2, :) + shoulder, tip(1, :) - side%pair%gauge_face)
-  end function over_rail
-
   !> Positions of the flanges' tips: outwards from the track's centre and upwards from top of rail [m], by side.
-  pure function tips(q, side) result(tip)
+  pure function flange_tips(q, side) result(tip)
     real(dp), intent(in) :: q(3)
     type(side_type), intent(in) :: side(2)
     real(dp) :: tip(2, 2), r(2)
@@ -266,6 +237,6 @@ contains
       tip(1, k) = outwards(k)*(q(1) - r(2)*sin(q(3))) + r(1)*cos(q(3))
       tip(2, k) = q(2) + outwards(k)*r(1)*sin(q(3)) + r(2)*cos(q(3))
     end do
-  end function tips
+  end function flange_tips
 
 end module events

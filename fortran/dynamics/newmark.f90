@@ -20,11 +20,11 @@ module newmark
   use kinds, only: dp
   use motion_state, only: motion_type
   use zone_tables, only: inside
-  use wheelset, only: contact_state, contacts, external_force, total, wheelset_type
+  use wheelset, only: contact_state, contacts, external_force, symmetric, total, wheelset_type
   implicit none
   private
-  public :: scheme_type, stability_limit, start_motion, advance, energy_change, energy_rounding, step_ok, step_diverged, kick_4, &
-    drift_4, symmetric
+  public :: scheme_type, stability_limit, evaluate_contacts, advance, energy_change, energy_rounding, step_ok, step_diverged, &
+    kick_4, drift_4
 
   type :: scheme_type
     character(16) :: name = 'newmark'  !! or 'energy'
@@ -58,18 +58,8 @@ module newmark
 
 contains
 
-  !> Complete a motion whose t, q and v are given by the contacts and the accelerations.
-  pure subroutine start_motion(w, motion, status)
-    type(wheelset_type), intent(in) :: w
-    type(motion_type), intent(inout) :: motion
-    integer, intent(out) :: status
-
-    call evaluate(w, motion, status)
-    motion%work = 0
-  end subroutine start_motion
-
   !> Contacts and accelerations of a motion.
-  pure subroutine evaluate(w, motion, status)
+  pure subroutine evaluate_contacts(w, motion, status)
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(inout) :: motion
     integer, intent(out) :: status
@@ -77,7 +67,7 @@ contains
     call contacts(w, motion%q, motion%contact, tangent=.false.)
     status = motion%contact%status
     motion%a = (external_force(w, motion%t) - motion%contact%gradient)/w%inertia()
-  end subroutine evaluate
+  end subroutine evaluate_contacts
 
   !> Largest stable omega*dt of a linear oscillation with the angular frequency omega. Beyond it the trace of the step's matrix is
   !> beyond +-2. In narrow bands below it, from 3.14 on, compositions grow by 0.2 % a step at most.
@@ -172,7 +162,7 @@ contains
       new%work = new%work + force(1)*move(1)
       new%q = new%q + move
       new%t = new%t + drift(i)*dt
-      call evaluate(w, new, status)
+      call evaluate_contacts(w, new, status)
       evaluations = evaluations + 1
       if (status /= inside) return
     end do
@@ -196,7 +186,7 @@ contains
       call advance_newmark(w, scheme, old, dt, new, evaluations, status)
     else
       new%q = old%q + dt*old%v + 0.5_dp*dt**2*old%a
-      call evaluate(w, new, status)
+      call evaluate_contacts(w, new, status)
       new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
       evaluations = 1
     end if
@@ -230,7 +220,7 @@ contains
       if (status == step_ok) exit
     end do
     evaluations = min(evaluations, scheme%max_iterations)
-    if (status == step_ok) call carry(new%contact, -move)
+    if (status == step_ok) call extrapolate(new%contact, -move)
     ! The acceleration follows from the balance of forces, because (q - predicted)/(beta dt^2) would magnify round-off.
     new%a = (f - new%contact%gradient)/m
     new%v = old%v + dt*((1 - scheme%gamma)*old%a + scheme%gamma*new%a)
@@ -281,7 +271,7 @@ contains
       new%v = 2*d/dt - old%v
       new%a = (new%v - old%v)/dt
       new%jerk = 2*(new%a - old%a)/(old%dt + dt)
-      call carry(new%contact, -move)
+      call extrapolate(new%contact, -move)
     end if
     if (middle%status /= inside) status = middle%status
     if (new%contact%status /= inside) status = new%contact%status
@@ -289,7 +279,7 @@ contains
 
   !> Update a contact state to first order by the last Newton correction, which is smaller than the
   !> tolerance.
-  pure subroutine carry(contact, move)
+  pure subroutine extrapolate(contact, move)
     type(contact_state), intent(inout) :: contact
     real(dp), intent(in) :: move(3)
     real(dp) :: h(3, 3)
@@ -297,17 +287,7 @@ contains
     h = symmetric(contact%hessian)
     contact%energy = contact%energy + matmul(move, contact%slope)
     contact%gradient = contact%gradient + matmul(h, move)
-  end subroutine carry
-
-  !> The matrix of a Hessian yy, yz, y roll, zz, z roll, roll roll.
-  pure function symmetric(h) result(a)
-    real(dp), intent(in) :: h(6)
-    real(dp) :: a(3, 3)
-
-    a(:, 1) = h(1:3)
-    a(:, 2) = [h(2), h(4), h(5)]
-    a(:, 3) = [h(3), h(5), h(6)]
-  end function symmetric
+  end subroutine extrapolate
 
   pure function diagonal(d) result(a)
     real(dp), intent(in) :: d(3)

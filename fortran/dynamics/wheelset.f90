@@ -1,15 +1,16 @@
 !> The wheelset on its two rails: inertia, loads, and the elastic potential of all
 !> four contacts as a function of the pose q = (y, z, roll).
 module wheelset
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use kinds, only: dp, gravity, pi
   use root_bracket, only: bracket_type
-  use kinds, only: dp, gravity
   use contact_table, only: table_type, find_roll, wheel_potential
   use zone_tables, only: inside, roll_type
   use wheel_rail_pair, only: mirror
   implicit none
   private
-  public :: wheelset_type, contact_state, closed, contacts, total, external_force, settle, &
-    find_rest, contact_name
+  public :: wheelset_type, contact_state, closed, contacts, total, external_force, symmetric, settle, find_rest, &
+    small_oscillations, contact_name
   public :: left_tread, left_flange, right_tread, right_flange, other_side
 
   type :: wheelset_type
@@ -30,6 +31,17 @@ module wheelset
   integer, parameter :: left_tread = 1, left_flange = 2, right_tread = 3, right_flange = 4
   integer, parameter :: other_side(4) = [right_tread, right_flange, left_tread, left_flange]   !! by contact
   character(2), parameter :: contact_name(4) = ['LT', 'LF', 'RT', 'RF']
+
+  interface
+    subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+      import :: dp
+      character, intent(in) :: jobz, uplo
+      integer, intent(in) :: n, lda, lwork
+      real(dp), intent(inout) :: a(lda, *)
+      real(dp), intent(out) :: w(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dsyev
+  end interface
 
   !> The contacts in one pose.
   type :: contact_state
@@ -85,28 +97,45 @@ contains
     type(contact_state), intent(out) :: state
     logical, intent(in), optional :: tangent
     integer, intent(in), optional :: wheel   !! 1 left, 2 right; 0 or absent: both
-    type(roll_type) :: roll, opposite
+    type(roll_type) :: roll, opposite, unused
     real(dp) :: left(6), right(6)
-    integer :: only, status
+    real(dp), parameter :: mirror_hessian(6) = [1, -1, 1, 1, -1, 1]
+    integer :: only, status, i
     logical :: wanted
 
     wanted = .true.
     if (present(tangent)) wanted = tangent
     only = 0
     if (present(wheel)) only = wheel
-    call find_rolls(this, q(3), wanted, roll, opposite, state%status)
+    call find_roll(this%table, q(3), wanted, roll, opposite, state%status)
+    if (.not. associated(this%right_table, this%table) .and. state%status == inside) &
+      call find_roll(this%right_table, q(3), wanted, unused, opposite, state%status)
     if (state%status /= inside) return
     if (only /= 2) then
       call wheel_potential(this%table, q, roll, wanted, state%energy(:2), state%slope(:, :2), left, state%status)
       if (wanted) state%hessian = left
     end if
     if (only /= 1) then
-      call right_potential(this%right_table, q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
-      if (wanted) state%hessian = state%hessian + right
+      ! The right wheel is solved as the mirror image of a left one.
+      call wheel_potential(this%right_table, mirror*q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
+      do i = 3, 4
+        state%slope(:, i) = mirror*state%slope(:, i)
+      end do
+      if (wanted) state%hessian = state%hessian + mirror_hessian*right
       if (status /= inside) state%status = status
     end if
     state%gradient = total(state%slope)
   end subroutine contacts
+
+  !> The matrix of a Hessian yy, yz, y roll, zz, z roll, roll roll.
+  pure function symmetric(h) result(a)
+    real(dp), intent(in) :: h(6)
+    real(dp) :: a(3, 3)
+
+    a(:, 1) = h(1:3)
+    a(:, 2) = [h(2), h(4), h(5)]
+    a(:, 3) = [h(3), h(5), h(6)]
+  end function symmetric
 
   !> Sum over the contacts. Left and right are summed apart, so that the mirrored run rounds in the same way.
   pure function total(slope)
@@ -115,38 +144,6 @@ contains
 
     total = (slope(:, left_tread) + slope(:, left_flange)) + (slope(:, right_tread) + slope(:, right_flange))
   end function total
-
-  !> Prepare a roll angle for the table of the left wheel and for that of the right wheel.
-  pure subroutine find_rolls(this, angle, tangent, roll, opposite, status)
-    type(wheelset_type), intent(in) :: this
-    real(dp), intent(in) :: angle
-    logical, intent(in) :: tangent
-    type(roll_type), intent(out) :: roll, opposite
-    integer, intent(out) :: status
-    type(roll_type) :: other
-
-    call find_roll(this%table, angle, tangent, roll, opposite, status)
-    if (.not. associated(this%right_table, this%table) .and. status == inside) &
-      call find_roll(this%right_table, angle, tangent, other, opposite, status)
-  end subroutine find_rolls
-
-  !> `wheel_potential` of the right wheel, which is solved as the mirror image of a left one.
-  pure subroutine right_potential(t, q, roll, tangent, energy, slope, hessian, status)
-    type(table_type), intent(in) :: t
-    real(dp), intent(in) :: q(3)
-    type(roll_type), intent(in) :: roll    !! of -q(3)
-    logical, intent(in) :: tangent
-    real(dp), intent(out) :: energy(2), slope(3, 2), hessian(6)
-    integer, intent(out) :: status
-    real(dp), parameter :: mirror_hessian(6) = [1, -1, 1, 1, -1, 1]
-    integer :: i
-
-    call wheel_potential(t, mirror*q, roll, tangent, energy, slope, hessian, status)
-    do i = 1, 2
-      slope(:, i) = mirror*slope(:, i)
-    end do
-    if (tangent) hessian = mirror_hessian*hessian
-  end subroutine right_potential
 
   !> Equilibrium of the wheelset that is held at the lateral position of `q`, where its rigid wheels stand on both rails. A pose
   !> in which the rails push more than the weight is searched downwards; from there on `hold` finds the equilibrium.
@@ -212,7 +209,7 @@ contains
   !> Pose of rest of the free wheelset, found downhill from the equilibrium at the track's centre.
   pure subroutine find_rest(this, centred, q, ok)
     type(wheelset_type), intent(in) :: this
-    real(dp), intent(in) :: centred(3)   !! of `hold`
+    real(dp), intent(in) :: centred(3)   !! equilibrium of the wheelset that is held at y = 0
     real(dp), intent(out) :: q(3)
     logical, intent(out) :: ok
     real(dp), parameter :: stride = 1e-4_dp, farthest = 0.05_dp   ! [m]
@@ -241,5 +238,30 @@ contains
       call range%narrow(q(1), force)
     end do
   end subroutine find_rest
+
+  !> Small oscillations about an equilibrium, K x = omega^2 M x with the exact tangent K of the contact potential:
+  !> frequencies [Hz], ascending (an unstable one as minus its growth rate/2 pi), and the modes y, z, roll in the columns
+  !> of `shapes`, of unit modal mass.
+  subroutine small_oscillations(w, q, frequency, shapes)
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: q(3)           !! y, z [m], roll [rad]
+    real(dp), intent(out) :: frequency(3), shapes(3, 3)
+    type(contact_state) :: state
+    real(dp) :: root(3), work(15)
+    integer :: info, i
+
+    call contacts(w, q, state)
+    shapes = symmetric(state%hessian)
+    root = sqrt(w%inertia())
+    do i = 1, 3
+      shapes(:, i) = shapes(:, i)/(root*root(i))
+    end do
+    call dsyev('V', 'U', 3, shapes, 3, frequency, work, size(work), info)
+    if (info /= 0) frequency = ieee_value(1.0_dp, ieee_quiet_nan)
+    frequency = sign(sqrt(abs(frequency)), frequency)/(2*pi)
+    do i = 1, 3
+      shapes(:, i) = shapes(:, i)/root
+    end do
+  end subroutine small_oscillations
 
 end module wheelset

@@ -46,7 +46,11 @@ contains
 
     i = max(0, min(i, c%n))
     call find_interval(c%s, s, i)
-    call cubic_point(c%a(:, :, i), s - c%s(i), r, d1, d2)
+    associate (a => c%a(:, :, i), t => s - c%s(i))
+      r = a(:, 1) + t*(a(:, 2) + t*(a(:, 3) + t*a(:, 4)))
+      d1 = a(:, 2) + t*(2*a(:, 3) + t*3*a(:, 4))
+      d2 = 2*a(:, 3) + 6*t*a(:, 4)
+    end associate
   end subroutine curve_point
 
   !> The knot interval i of station x [m] on a curve with the knots s.  On entry i is a guess from 0 to n.
@@ -70,16 +74,6 @@ contains
 
     i = 1 + int((c%n - 1)*s/c%last())
   end function near_interval
-
-  !> Value and first two derivatives of a cubic at t.
-  pure subroutine cubic_point(a, t, r, d1, d2)
-    real(dp), intent(in) :: a(2, 4), t
-    real(dp), intent(out) :: r(2), d1(2), d2(2)
-
-    r = a(:, 1) + t*(a(:, 2) + t*(a(:, 3) + t*a(:, 4)))
-    d1 = a(:, 2) + t*(2*a(:, 3) + t*3*a(:, 4))
-    d2 = 2*a(:, 3) + 6*t*a(:, 4)
-  end subroutine cubic_point
 
   !> Position [m], tangent angle to the y axis [rad] and signed curvature d(angle)/ds [1/m] at station s [m].
   pure subroutine curve_frame(c, s, r, angle, curvature)

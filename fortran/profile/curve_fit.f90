@@ -82,10 +82,10 @@ contains
   pure real(dp) function point_noise(y, z) result(noise)
     real(dp), intent(in) :: y(:), z(:)     !! [m], in the order of the walk along the curve
     real(dp), parameter :: widest = 1e-3_dp    ! largest spacing [m]
-    integer, parameter :: fewest = 10, halvings = 60
+    integer, parameter :: fewest = 10              ! points
     real(dp), parameter :: deviation = 1.4826_dp   ! standard deviation of normal noise, over the median of its absolute value
     integer, parameter :: others(4) = [-2, -1, 1, 2]
-    real(dp) :: s(size(y)), off(size(y)), weight(4), rest(3), away(2), way(2), low, middle
+    real(dp) :: s(size(y)), off(size(y)), weight(4), rest(3), away(2), way(2)
     integer :: i, j, n
 
     noise = 0
@@ -106,17 +106,7 @@ contains
       off(n) = abs(way(1)*away(2) - way(2)*away(1))/norm2(way)/sqrt(1 + sum(weight**2))
     end do
     if (n < fewest) return
-    low = 0
-    noise = maxval(off(:n))
-    do j = 1, halvings
-      middle = (low + noise)/2
-      if (2*count(off(:n) <= middle) >= n) then
-        noise = middle
-      else
-        low = middle
-      end if
-    end do
-    noise = deviation*noise
+    noise = deviation*minval(off(:n), [(2*count(off(:n) <= off(i)) >= n, i=1, n)])
   end function point_noise
 
 end module curve_fit

@@ -12,7 +12,7 @@ module profile_check
   real(dp), parameter :: least_width = 10, largest_width = 1000  !! plausible widths [mm]
   real(dp), parameter :: least_spacing = 1e-3_dp                 !! nearer points are one point [mm]
   real(dp), parameter :: largest_turn = 120*degree               !! turn at a point: above, two points are exchanged
-  real(dp), parameter :: near_origin = 3                           !! y of a wheel's back, of a gauge point [mm]
+  real(dp), parameter :: near_origin = 3                         !! y of a wheel's back, of a gauge point [mm]
   real(dp), parameter :: clear = 5                               !! height above or below the middle that is clear [mm]
 
 contains
@@ -60,8 +60,8 @@ contains
     end associate
   end subroutine check_points
 
-  !> Fails where a wheel's y does not begin at its back, where a wheel has the face of its back above the tread, or that of its rim, on which no contact lies, and where there
-  !> is a gap between points.
+  !> Fails where there is a gap between points, where a wheel's y does not begin at its back, and where a wheel has the face of
+  !> its back above the tread or that of its rim, on which no contact lies.
   subroutine check_extent(file, kind, points, line, error)
     character(*), intent(in) :: file
     integer, intent(in) :: kind

@@ -281,7 +281,7 @@ contains
     end if
   end function admissible
 
-  !> The title that the user wrote; if he wrote none, what moves the wheelset, and the profiles.
+  !> The title of the user, or one made of the quantities that move the wheelset and of the names of the profiles.
   function case_title(c) result(title)
     type(case_type), intent(in) :: c
     character(6*text_length) :: title

@@ -5,11 +5,11 @@ module case_check
     variable_type
   use errors, only: error_type, fatal_error
   use kinds, only: dp
-  use system, only: lacks_folder, last_slash, scratch_file
+  use system, only: default_folder, lacks_folder, last_slash, scratch_file
   use text, only: lower, str
   implicit none
   private
-  public :: check_case
+  public :: check_case, check_writable
 
 contains
 
@@ -104,5 +104,21 @@ contains
     if (probe%ok) inquire (file=other//probe%ending, exist=same_file)
     call probe%abandon()
   end function same_file
+
+  !> Check before the computation that a file can be written.
+  subroutine check_writable(file, variable, path, error)
+    character(*), intent(in) :: file, variable   !! for the message
+    character(*), intent(in) :: path
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: first         ! that is written
+    type(scratch_file) :: probe
+
+    if (path == '') return
+    first = path
+    if (lacks_folder(path)) first = default_folder
+    call probe%begin(first)
+    call probe%abandon()
+    if (.not. probe%ok) call fatal_error(error, file//', '//variable//': expected a path that can be written, found '//path)
+  end subroutine check_writable
 
 end module case_check

@@ -10,11 +10,11 @@ module case_reader
 
   integer, parameter :: nothing = 0, plain = 1, quoted = 2, mark = 3   ! kinds of words
 
-  !> The place that the reader has reached, and the last word.
+  !> The position that the reader has reached, and the last word.
   type :: reader_type
     character(:), allocatable :: file      !! for messages
     type(line_type), allocatable :: lines(:)
-    integer :: line = 1, column = 1        !! place of the next character
+    integer :: line = 1, column = 1        !! position of the next character
     character(:), allocatable :: group     !! the open group, or ''
     integer :: kind = nothing
     character(:), allocatable :: word      !! without quotes
@@ -155,6 +155,7 @@ contains
   subroutine next(this, error)
     class(reader_type), intent(inout) :: this
     type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: t
     integer :: from
 
     this%kind = nothing
@@ -162,35 +163,28 @@ contains
     this%shown = 'the end of the file'
     do
       if (this%line > size(this%lines)) return
-      if (this%column > len(this%lines(this%line)%text)) then
-        this%line = this%line + 1
-        this%column = 1
-      else if (this%lines(this%line)%text(this%column:this%column) == '!') then
-        this%column = len(this%lines(this%line)%text) + 1
-      else if (this%lines(this%line)%text(this%column:this%column) == ' ') then
-        this%column = this%column + 1
-      else
-        exit
-      end if
+      t = this%lines(this%line)%text//'!'           ! every line ends with a comment
+      from = this%column - 1 + verify(t(this%column:), ' ')
+      if (t(from:from) /= '!') exit
+      this%line = this%line + 1
+      this%column = 1
     end do
-    associate (t => this%lines(this%line)%text)
-      from = this%column
-      if (scan(t(from:from), '=,/') == 1) then
-        this%kind = mark
-        this%word = t(from:from)
-        this%column = from + 1
-      else if (scan(t(from:from), '''"') == 1) then
-        call this%next_quoted(t, error)
-        if (allocated(error)) return
-      else
-        this%kind = plain
-        this%column = scan(t(from:), ' =,/!''"')
-        if (this%column == 0) this%column = len(t) - from + 2
-        this%column = from + this%column - 1
-        this%word = t(from:this%column - 1)
-      end if
-      this%shown = t(from:this%column - 1)
-    end associate
+    this%column = from
+    select case (t(from:from))
+    case ('=', ',', '/')
+      this%kind = mark
+      this%column = from + 1
+      this%word = t(from:from)
+    case ('''', '"')
+      this%kind = quoted
+      call this%next_quoted(t(:len(t) - 1), error)
+      if (allocated(error)) return
+    case default
+      this%kind = plain
+      this%column = from - 1 + scan(t(from:), ' =,/!''"')
+      this%word = t(from:this%column - 1)
+    end select
+    this%shown = t(from:this%column - 1)
   end subroutine next
 
   !> Go to the end of a text in quotes. Two quotes in a row stand for one quote in the text.
@@ -201,7 +195,6 @@ contains
     character :: quote
     integer :: from, length
 
-    this%kind = quoted
     from = this%column
     quote = t(from:from)
     do
@@ -221,15 +214,15 @@ contains
     class(reader_type), intent(in) :: this
     character(*), intent(in) :: name, expected, found
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: place, quote
+    character(:), allocatable :: position, quote
     integer :: at
 
     at = min(this%line, size(this%lines))
     quote = trim(adjustl(this%lines(at)%text))
-    place = this%file//', line '//str(at)
-    if (this%group /= '') place = place//', &'//clip(this%group)
-    if (name /= '') place = place//' '//name
-    call fatal_error(error, place//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
+    position = this%file//', line '//str(at)
+    if (this%group /= '') position = position//', &'//clip(this%group)
+    if (name /= '') position = position//' '//name
+    call fatal_error(error, position//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
   end subroutine fail
 
 end module case_reader

@@ -18,7 +18,7 @@ module columns
   use wheelset, only: closed, contact_name, contact_state, external_force, right_tread
   implicit none
   private
-  public :: column_type, column_width, most_columns, energy_type, energies, list_columns, name_columns
+  public :: column_type, column_width, most_columns, energy_type, energies, list_columns
 
   integer, parameter :: column_width = 16     !! characters of a name, a unit, a number
   integer, parameter :: most_columns = 64
@@ -130,22 +130,6 @@ contains
 
   end subroutine list_columns
 
-  !> Names and units of the columns of a formulation.
-  subroutine name_columns(formulation, columns, n)
-    character(*), intent(in) :: formulation
-    type(column_type), intent(out) :: columns(most_columns)
-    integer, intent(out) :: n
-    type(case_type) :: c
-    type(setup_type) :: setup
-    type(motion_type) :: motion
-    real(dp) :: values(most_columns)
-
-    c%formulation = formulation
-    setup%wheelset%mass = c%mass
-    setup%wheelset%roll_inertia = c%roll_inertia
-    call list_columns(c, setup, motion, 0.0_dp, values, n, columns)
-  end subroutine name_columns
-
   !> The quantities of one contact in a row: angle, N, Fy, Fz, y, z, radius.
   pure subroutine contact_columns(pair, q, state, c, row)
     type(pair_type), intent(in) :: pair
@@ -153,7 +137,7 @@ contains
     type(contact_state), intent(in) :: state
     integer, intent(in) :: c
     real(dp), intent(out) :: row(7)
-    real(dp) :: force(3), own(2), roll, side, s, r(2), d1(2), d2(2), x(2), miss, slope
+    real(dp) :: force(3), in_wheel(2), roll, side, s, r(2), d1(2), d2(2), x(2), miss, slope
     real(dp) :: push
     logical :: shut(4)
     integer :: i, iter
@@ -173,14 +157,14 @@ contains
     row(3) = push*side*force(1)
     row(4) = push*force(2)
 
-    ! The wheel's point about which the resultant has no moment, in the wheel's frame.
-    own = rolled(force(:2), -roll)
+    ! The point of the wheel about which the resultant has no moment. `in_wheel` is the resultant in the frame of the wheel.
+    in_wheel = rolled(force(:2), -roll)
     s = wheel_station(pair, row(1) - roll)
     i = near_interval(pair%wheel, s)
     do iter = 1, 30
       call curve_point(pair%wheel, s, i, r, d1, d2)
-      miss = r(1)*own(2) - r(2)*own(1) - force(3)
-      slope = d1(1)*own(2) - d1(2)*own(1)
+      miss = r(1)*in_wheel(2) - r(2)*in_wheel(1) - force(3)
+      slope = d1(1)*in_wheel(2) - d1(2)*in_wheel(1)
       if (slope <= 0.1_dp*row(2)) exit
       if (abs(miss) <= 1e-10_dp*row(2)) exit
       s = s - max(-5e-3_dp, min(miss/slope, 5e-3_dp))

@@ -4,12 +4,11 @@ module elastic_run
   use geometry_functions, only: geometry_at
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll
   use errors, only: error_type, fatal_error
-  use events, only: watch
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: advance, energy_change, energy_rounding, scheme_type, start_motion, step_diverged, step_ok
+  use newmark, only: advance, energy_change, energy_rounding, scheme_type, evaluate_contacts, step_diverged, step_ok
   use row_sink, only: at_event
-  use run_monitor, only: normal_forces, passed_peak, place, run_monitor_type
+  use run_monitor, only: normal_forces, passed_peak, instant, run_monitor_type
   use text, only: str
   implicit none
   private
@@ -25,21 +24,23 @@ contains
     real(dp) :: row(12, 1), slope(2)
     integer :: status
 
-    associate (c => monitor%c)
-      motion%q = monitor%setup%equilibrium + [c%y, c%z, c%roll]
+    associate (c => monitor%c, setup => monitor%setup)
+      motion%q = setup%equilibrium + [c%y, c%z, c%roll]
       motion%v = [c%vy, c%vz, c%roll_rate]
       if (c%roll_link == 'rails') then
         ! Neither contact point of the rigid wheelset that stands on both rails moves along its normal.
-        call geometry_at(monitor%setup%side, 0.0_dp, [c%y], row)
+        call geometry_at(setup%side, 0.0_dp, [c%y], row)
         slope = tan(row(4:5, 1))
         motion%v(3) = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
       end if
-      if (ieee_is_nan(motion%v(3))) call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails '// &
-        'with roll_link = ''rails'', found none there')
-      if (allocated(error)) return
+      if (ieee_is_nan(motion%v(3))) then
+        call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails with roll_link = ''rails'', '// &
+          'found none there')
+        return
+      end if
+      call evaluate_contacts(setup%wheelset, motion, status)
+      if (status /= step_ok) call report_failure(monitor, motion, c%dt, status, error)
     end associate
-    call start_motion(monitor%setup%wheelset, motion, status)
-    if (status /= step_ok) call report_failure(monitor, motion, monitor%c%dt, status, error)
   end subroutine start_elastic
 
   !> Make one step. If the step fails, or if the total energy changes by more than the tolerance, two, four or more equal
@@ -67,10 +68,12 @@ contains
         end if
       else if (c%energy_tolerance > 0) then
         change = energy_change(w, motion, new)
-        if (abs(change) > c%energy_tolerance) then
-          allowed = max(c%energy_tolerance, energy_rounding(w, motion), energy_rounding(w, new))
-          more = min(halvings_for(change, allowed, c%order), c%max_halvings - halvings)
-          if (more == 0 .and. abs(change) > allowed) run%missed = run%missed + 1
+        allowed = c%energy_tolerance
+        if (abs(change) > allowed) allowed = max(allowed, energy_rounding(w, motion), energy_rounding(w, new))
+        if (abs(change) > allowed) then
+          ! The change goes with dt^(order + 1).
+          more = min(max(1, (exponent(change/allowed) + c%order)/(c%order + 1)), c%max_halvings - halvings)
+          if (more == 0) run%missed = run%missed + 1
         end if
       end if
       if (more > 0) then
@@ -81,23 +84,12 @@ contains
         end do
         return
       end if
-      run%steps = run%steps + 1
-      call watch(run%log, w, motion, new, monitor%setup%side)
     end associate
     call monitor%note_step(motion, new)
     motion = new
     call note_between(scheme, motion, monitor)
-    call monitor%queue%give(monitor%past(1)%t, error)
+    call monitor%queue%pass_rows(monitor%past(1)%t, error)
   end subroutine elastic_step
-
-  !> Halvings of a step after which the energy's change, which goes with dt^(order + 1), is within the tolerance.
-  pure integer function halvings_for(change, tolerance, order) result(halvings)
-    real(dp), intent(in) :: change, tolerance    !! [J]
-    integer, intent(in) :: order
-
-    halvings = 0
-    if (abs(change) > tolerance) halvings = max(1, (exponent(change/tolerance) + order)/(order + 1))
-  end function halvings_for
 
   !> Write rows between the ends of steps: at the events of the last step, and at the peak of a force that has passed.
   subroutine note_between(scheme, motion, monitor)
@@ -198,7 +190,7 @@ contains
     case default
       reason = 'the step failed'
     end select
-    reason = reason//trim(place(motion, monitor%setup%equilibrium))
+    reason = reason//trim(instant(motion, monitor%setup%equilibrium))
     if (step > monitor%run%stable_step) reason = reason//'; &integrator dt must be less than '//str(monitor%run%stable_step)// &
       ' s to be stable'
     call fatal_error(error, reason)

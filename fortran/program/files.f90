@@ -1,37 +1,43 @@
-!> The files of a run: columns and geometry functions.
+!> The files of a run: columns, and geometry functions.
+!>
+!> A column file has a line of names, comment lines about the run, a line of units, fixed-width numbers, and comment lines
+!> with the results.
+!>
+!> The names come first because numpy.genfromtxt(names=True) and pandas.read_csv(comment='#') expect them there. Both skip
+!> comment lines wherever they stand. Everything is written once, in this order, to a scratch file beside the column file.
+!> The scratch file gets the name of the column file only when it is complete.
 module files
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type
-  use column_writer, only: column_file
-  use columns, only: column_type, most_columns, name_columns
+  use columns, only: column_type, column_width, list_columns, most_columns
   use errors, only: error_type, fatal_error
   use geometry_functions, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use kinds, only: dp
+  use motion_state, only: motion_type
   use results, only: newline
+  use row_sink, only: row_writer
   use run_monitor, only: run_type
   use run_results, only: describe_results, describe_setup
   use run_setup, only: setup_type
-  use system, only: default_folder, lacks_folder, scratch_file
+  use system, only: scratch_file
   implicit none
   private
-  public :: begin_columns, finish_files, write_geometry, check_writable
+  public :: column_file, begin_columns, finish_files, write_geometry
+
+  integer, parameter :: width = column_width
+
+  type, extends(row_writer) :: column_file
+    type(scratch_file) :: file
+  contains
+    procedure :: begin
+    procedure :: write_row
+    procedure :: complete
+    procedure :: publish
+    procedure, private :: put_comments, check
+  end type column_file
 
 contains
-
-  !> Check before the computation that a file can be written.
-  subroutine check_writable(file, variable, path, error)
-    character(*), intent(in) :: file, variable   !! for the message
-    character(*), intent(in) :: path
-    type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: first         ! that is written
-    type(scratch_file) :: probe
-
-    if (path == '') return
-    first = path
-    if (lacks_folder(path)) first = default_folder
-    call probe%begin(first)
-    call probe%abandon()
-    if (.not. probe%ok) call fatal_error(error, file//', '//variable//': expected a path that can be written, found '//path)
-  end subroutine check_writable
 
   !> Begin the column file that receives the rows of a run.
   subroutine begin_columns(c, setup, file, columns, error)
@@ -41,10 +47,12 @@ contains
     type(column_file), intent(inout) :: columns
     type(error_type), allocatable, intent(out) :: error
     type(column_type) :: list(most_columns)
+    type(motion_type) :: motion            ! any
+    real(dp) :: values(most_columns)
     character(:), allocatable :: about
     integer :: n
 
-    call name_columns(trim(c%formulation), list, n)
+    call list_columns(c, setup, motion, 0.0_dp, values, n, list)
     call describe_setup(c, setup, about)
     call columns%begin(file, about, list(:n)%name, list(:n)%unit, error)
   end subroutine begin_columns
@@ -62,16 +70,16 @@ contains
     character(:), allocatable :: results
 
     call describe_results(c, run, results)
-    call columns%finish(results, error)
+    call columns%complete(results, error)
     if (.not. allocated(error) .and. geometry_file /= '') call write_geometry(c, setup, geometry_file, geometry, error)
-    if (.not. allocated(error)) call columns%place(error)
-    if (.not. allocated(error) .and. geometry_file /= '') call geometry%place(error)
-    call columns%abandon()
-    call geometry%abandon()
+    if (.not. allocated(error)) call columns%publish(error)
+    if (.not. allocated(error) .and. geometry_file /= '') call geometry%publish(error)
+    call columns%file%abandon()
+    call geometry%file%abandon()
   end subroutine finish_files
 
   !> Write the geometry functions over the lateral displacements at which the wheelset stands on both rails.
-  !> `place` gives the file its name later.
+  !> `publish` gives the file its name later.
   subroutine write_geometry(c, setup, file, columns, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
@@ -94,9 +102,147 @@ contains
     end if
     call columns%begin(file, about//newline, geometry_names, geometry_units, error)
     do i = -last, last
-      if (.not. allocated(error)) call columns%take(rows(:, i), error)
+      if (.not. allocated(error)) call columns%write_row(rows(:, i), error)
     end do
-    if (.not. allocated(error)) call columns%finish('', error)
+    if (.not. allocated(error)) call columns%complete('', error)
   end subroutine write_geometry
+
+  !> Begin a file: names, comments, units.
+  subroutine begin(this, file, about, names, units, error)
+    class(column_file), intent(inout) :: this
+    character(*), intent(in) :: file
+    character(*), intent(in) :: about          !! lines ended by newline
+    character(*), intent(in) :: names(:), units(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(width*size(units)) :: line
+
+    call this%file%begin(file)
+    call this%check('cannot be written', error)
+    if (allocated(error)) return
+    call this%file%put(cells(names)//newline)
+    call this%put_comments(about)
+    line = cells(units)
+    line(1:1) = '#'
+    call this%file%put(line//newline)
+    call this%check('cannot be written completely', error)
+  end subroutine begin
+
+  !> Write a row.
+  subroutine write_row(this, row, error)
+    class(column_file), intent(inout) :: this
+    real(dp), intent(in) :: row(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(width*size(row)) :: cells
+
+    call write_numbers(size(row), row, cells)
+    call this%file%put(cells//newline)
+    call this%check('cannot be written completely', error)
+  end subroutine write_row
+
+  !> Write the results after the last row; `publish` then gives the file its name.
+  subroutine complete(this, results, error)
+    class(column_file), intent(inout) :: this
+    character(*), intent(in) :: results        !! lines ended by newline
+    type(error_type), allocatable, intent(out) :: error
+
+    call this%put_comments(results)
+    call this%file%complete()
+    call this%check('cannot be written completely', error)
+  end subroutine complete
+
+  !> Give a complete file its name.
+  subroutine publish(this, error)
+    class(column_file), intent(inout) :: this
+    type(error_type), allocatable, intent(out) :: error
+
+    call this%file%finish()
+    call this%check('cannot be written completely', error)
+  end subroutine publish
+
+  !> Discard a file that could not be written.
+  subroutine check(this, failure, error)
+    class(column_file), intent(inout) :: this
+    character(*), intent(in) :: failure
+    type(error_type), allocatable, intent(inout) :: error
+
+    if (this%file%ok) return
+    call fatal_error(error, this%file%name//': '//failure)
+    call this%file%abandon()
+  end subroutine check
+
+  !> Write lines as comments.
+  subroutine put_comments(this, lines)
+    class(column_file), intent(inout) :: this
+    character(*), intent(in) :: lines          !! ended by newline
+    integer :: from, to
+
+    from = 1
+    do while (from <= len(lines))
+      to = from + index(lines(from:), newline) - 2
+      call this%file%put(trim('# '//lines(from:to))//newline)
+      from = to + 2
+    end do
+  end subroutine put_comments
+
+  !> Names or units, aligned with the numbers below them.
+  pure function cells(words) result(line)
+    character(*), intent(in) :: words(:)
+    character(width*size(words)) :: line
+    character(width) :: cell
+    integer :: i
+
+    do i = 1, size(words)
+      cell = words(i)
+      line(1 + (i - 1)*width:i*width) = adjustr(cell)
+    end do
+  end function cells
+
+  !> Write numbers as es16.8 would, in a twentieth of the time. Numbers too small for a two-digit exponent are written as
+  !> zero.
+  pure subroutine write_numbers(n, x, cells)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: x(n)
+    character(width), intent(out) :: cells(n)
+    integer :: i, k, binary, decade, digits, first, high, low
+    integer, parameter :: most = 99
+    real(dp), parameter :: power(-most:most + 8) = [(10.0_dp**i, i=-most, most + 8)]
+    character(2), parameter :: pairs(0:99) = [((achar(48 + i)//achar(48 + k), k=0, 9), i=0, 9)]
+    character(4), parameter :: fours(0:9999) = [((pairs(i)//pairs(k), k=0, 99), i=0, 99)]
+    character(4), parameter :: exponents(-most:most) = [('E-'//pairs(-i), i=-most, -1), ('E+'//pairs(i), i=0, most)]
+    character(4), parameter :: firsts(0:19) = [('  '//achar(48 + i)//'.', i=0, 9), (' -'//achar(48 + i)//'.', i=0, 9)]
+    real(dp) :: magnitude
+    integer(int64) :: bits
+
+    do k = 1, n
+      bits = transfer(x(k), bits)
+      binary = int(ibits(bits, 52, 11)) - 1022      ! the exponent: magnitude < 2**binary
+      magnitude = abs(x(k))
+      if (abs(binary) >= 325) then
+        ! This test comes first, because a comparison with NaN traps in the debug build.
+        if (ieee_is_nan(x(k))) then
+          cells(k) = '             NaN'
+          cycle
+        end if
+        if (magnitude < 1e-98_dp .or. magnitude >= 1e98_dp) then
+          cells(k) = '  0.00000000E+00'
+          if (magnitude > 1) write (cells(k), '(es16.8e3)') x(k)
+          cycle
+        end if
+      end if
+      ! The power of ten follows from the power of two, and may exceed the result by one. 1233/4096 approximates log10(2).
+      decade = shifta((binary - 1)*1233, 12)
+      if (magnitude*power(8 - decade) + 0.5_dp >= 1e9_dp) decade = decade + 1
+      digits = int(magnitude*power(8 - decade) + 0.5_dp)
+      high = digits/10000
+      low = digits - 10000*high
+      first = high/10000
+      high = high - 10000*first
+      if (bits < 0) first = first + 10
+      cells(k)(1:4) = firsts(first)
+      cells(k)(5:8) = fours(high)
+      cells(k)(9:12) = fours(low)
+      cells(k)(13:16) = exponents(decade)
+    end do
+  end subroutine write_numbers
 
 end module files

@@ -3,44 +3,44 @@ program ldbench
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
   use case, only: case_type, list_variables, output_path, range_text, right_table_path, value_text, variable_type
-  use case_check, only: check_case
+  use case_check, only: check_case, check_writable
   use case_reader, only: read_case
-  use column_writer, only: column_file
   use errors, only: error_type, fatal_error
   use kinds, only: version
-  use files, only: begin_columns, check_writable, finish_files
+  use files, only: begin_columns, column_file, finish_files
+  use progress, only: terminal_monitor
   use run_monitor, only: run_type
   use run_results, only: summary
   use run_setup, only: setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
   use system, only: c_exit, survive_long_files, write_output
-  use terminal, only: terminal_monitor
   use text, only: line_type, read_lines
   implicit none
   type(error_type), allocatable :: error
   character(:), allocatable :: argument, text
+  integer :: length
   type(terminal_monitor) :: watcher
   character, parameter :: nl = new_line('a')
 
   call survive_long_files()
   call watcher%begin()
-  call get_argument(1, argument)
-  select case (argument)
-  case ('--help', '-h')
+  call get_command_argument(1, length=length)
+  allocate (character(length) :: argument)
+  if (length > 0) call get_command_argument(1, argument)
+  if (argument == '--help' .or. argument == '-h') then
     call help(text)
     call answer(text)
-  case ('--version')
+  else if (argument == '--version') then
     call answer('ldbench '//version//nl)
-  case default
-    if (command_argument_count() > 1) then
-      call fatal_error(error, 'expected at most one argument, a namelist file; see ldbench --help')
-    else if (len(argument) > 1 .and. argument(1:1) == '-') then
-      call fatal_error(error, 'unknown option '//argument//'; see ldbench --help')
-    else
-      call run(argument)
-    end if
-  end select
+  else if (command_argument_count() > 1) then
+    call fatal_error(error, 'expected at most one argument, a namelist file; see ldbench --help')
+  else if (len(argument) > 1 .and. index(argument, '-') == 1) then
+    call fatal_error(error, 'unknown option '//argument//'; see ldbench --help')
+  else
+    if (argument == '') argument = '-'
+    call run(argument)
+  end if
   if (allocated(text)) deallocate (text)
   deallocate (argument)
   if (allocated(error)) then
@@ -50,65 +50,40 @@ program ldbench
 
 contains
 
-  subroutine run(argument)
-    character(*), intent(in) :: argument
+  !> Read, check and run a case, and write the files.
+  subroutine run(path)
+    character(*), intent(in) :: path           !! '-' for standard input
     type(line_type), allocatable :: lines(:)
     type(case_type), allocatable :: c
     type(setup_type), allocatable :: setup
+    type(column_file) :: columns
+    type(run_type) :: result
     character(:), allocatable :: file
 
     allocate (c, setup)   ! on the heap: stacks may be small
-    file = argument
-    if (file == '') file = '-'
-    call read_lines(file, lines, error)
-    if (allocated(error)) return
-    if (file == '-') file = 'standard input'
-    call read_case(file, lines, c, error)
-    if (allocated(error)) return
-    call check_case(file, c, error)
-    if (allocated(error)) return
-    call check_writable(file, '&output file', trim(output_path(c)), error)
+    file = path
+    if (path == '-') file = 'standard input'
+    call read_lines(path, lines, error)
+    if (.not. allocated(error)) call read_case(file, lines, c, error)
+    if (.not. allocated(error)) call check_case(file, c, error)
+    if (.not. allocated(error)) call check_writable(file, '&output file', trim(output_path(c)), error)
     if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
     if (allocated(error)) return
-    call compute(c, setup)
-    call free_tables(setup)
-    call watcher%clear()
-    if (allocated(error)) error%message = file//merge(', ', ': ', index(error%message, '&') == 1)//error%message
-  end subroutine run
-
-  !> Run a checked case and write the files.
-  subroutine compute(c, setup)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(inout) :: setup
-    type(column_file) :: columns
-    type(run_type) :: result
-
     call prepare(c, setup, error, watcher)
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
-    if (allocated(error)) return
-    call simulate(c, setup, columns, result, error, watcher)
-    if (allocated(error)) then
-      call columns%abandon()
-      return
-    end if
-    call finish_files(c, setup, result, columns, trim(c%geometry_file), error)
-    if (allocated(error)) return
+    if (.not. allocated(error)) call simulate(c, setup, columns, result, error, watcher)
+    if (.not. allocated(error)) call finish_files(c, setup, result, columns, trim(c%geometry_file), error)
+    call columns%file%abandon()
     call watcher%clear()
-    call summary(c, setup, result, text)
-    call answer(text)
-  end subroutine compute
-
-  subroutine get_argument(i, value)
-    integer, intent(in) :: i
-    character(:), allocatable, intent(out) :: value
-    integer :: length
-
-    call get_command_argument(i, length=length)
-    allocate (character(length) :: value)
-    if (length > 0) call get_command_argument(i, value)
-  end subroutine get_argument
+    if (.not. allocated(error)) then
+      call summary(c, setup, result, text)
+      call answer(text)
+    end if
+    call free_tables(setup)
+    if (allocated(error)) error%message = file//merge(', ', ': ', index(error%message, '&') == 1)//error%message
+  end subroutine run
 
   !> Write a text to standard output.
   subroutine answer(text)

@@ -1,4 +1,4 @@
-!> Results with name, value, unit and words. Each is given once and told twice: with all digits as an entry of a namelist
+!> A list of results with name, value, unit and words. Each result is printed twice: with all digits as an entry of a namelist
 !> group, for the comments of a column file, and in a sentence on the terminal.
 module results
   use, intrinsic :: iso_fortran_env, only: int64
@@ -19,14 +19,14 @@ module results
     procedure, private :: add_numbers, add_count, add_text
     generic :: add => add_numbers, add_count, add_text
     procedure, private :: add_entry
-    procedure :: say
+    procedure :: append
     procedure :: warn
   end type result_list
 
 contains
 
   !> Add numbers. On the terminal they stand where `words` has marks #, in a format such as 'f0.3', or else with all digits.
-  !> A result without a name or without words is told only once.
+  !> A result without a name or without words is printed only once.
   subroutine add_numbers(this, name, x, unit, words, form, factor)
     class(result_list), intent(inout) :: this
     character(*), intent(in) :: name
@@ -34,24 +34,25 @@ contains
     character(*), intent(in) :: unit               !! and meaning
     character(*), intent(in), optional :: words, form
     real(dp), intent(in), optional :: factor       !! unit on the terminal over SI unit
-    character(:), allocatable :: value, sentence
+    character(:), allocatable :: value, rest
     real(dp) :: shown
     integer :: k, mark
 
     value = ''
-    sentence = ''
-    if (present(words)) sentence = words
+    rest = ''
+    if (present(words)) rest = words
     do k = 1, size(x)
       value = value//', '//trim(shortest(x(k)))
-      mark = index(sentence, '#')
+      mark = index(rest, '#')
       if (mark == 0) cycle
       shown = x(k)
       if (present(factor)) shown = factor*x(k)
-      if (present(form)) sentence = sentence(:mark - 1)//rounded(shown, form)//sentence(mark + 1:)
-      if (.not. present(form)) sentence = sentence(:mark - 1)//str(shown)//sentence(mark + 1:)
+      if (present(form)) call this%append(rest(:mark), rounded(shown, form))
+      if (.not. present(form)) call this%append(rest(:mark), shortest(shown))
+      rest = rest(mark + 1:)
     end do
     call this%add_entry(name, value(3:), unit)
-    call this%say(sentence)
+    call this%append(rest)
   end subroutine add_numbers
 
   subroutine add_count(this, name, n, words)
@@ -60,7 +61,7 @@ contains
     integer(int64), intent(in) :: n
 
     call this%add_entry(name, str(n), '')
-    if (words /= '') call this%say(words(:index(words, '#') - 1)//str(n)//words(index(words, '#') + 1:))
+    call this%append(words, str(n))
   end subroutine add_count
 
   subroutine add_text(this, name, text, words)
@@ -68,7 +69,7 @@ contains
     character(*), intent(in) :: name, text, words
 
     call this%add_entry(name, "'"//text//"'", '')
-    if (words /= '') call this%say(words(:index(words, '#') - 1)//text//words(index(words, '#') + 1:))
+    call this%append(words, text)
   end subroutine add_text
 
   !> Add an entry to the group. The components of an event stand in one line.
@@ -86,23 +87,31 @@ contains
     this%entries = this%entries//newline
   end subroutine add_entry
 
-  !> Add words on the terminal.
-  subroutine say(this, words)
+  !> Add words on the terminal, with a value in the place of the mark #.
+  subroutine append(this, words, value)
     class(result_list), intent(inout) :: this
     character(*), intent(in) :: words
+    character(*), intent(in), optional :: value
+    integer :: mark
 
-    this%sentences = this%sentences//words
-  end subroutine say
+    mark = index(words, '#')
+    if (mark == 0 .or. .not. present(value)) then
+      this%sentences = this%sentences//words
+    else
+      this%sentences = this%sentences//words(:mark - 1)//trim(value)//words(mark + 1:)
+    end if
+  end subroutine append
 
   subroutine warn(this, words)
     class(result_list), intent(inout) :: this
     character(*), intent(in) :: words
 
     this%warnings = this%warnings//'warning: '//words//newline
-    call this%say('warning: '//words//newline)
+    call this%append('warning: '//words//newline)
   end subroutine warn
 
-  pure function in_format(x, form) result(word)
+  !> A number in a format such as 'f0.3'.
+  pure function rounded(x, form) result(word)
     real(dp), intent(in) :: x
     character(*), intent(in) :: form
     character(40) :: word
@@ -110,15 +119,6 @@ contains
     write (word, '('//form//')') x
     word = with_zero(adjustl(word))
     if (word(1:1) == '-' .and. verify(word, '-0. ') == 0) word = word(2:)      ! a small negative number, rounded to zero
-  end function in_format
-
-  !> A number in a format such as 'f0.3'.
-  pure function rounded(x, form) result(word)
-    real(dp), intent(in) :: x
-    character(*), intent(in) :: form
-    character(len_trim(in_format(x, form))) :: word
-
-    word = in_format(x, form)
   end function rounded
 
 end module results

@@ -1,36 +1,18 @@
 !> Steps of a run with rigid contacts.
 module rigid_run
-  use case, only: case_type
   use errors, only: error_type, fatal_error
-  use events, only: note_impact, watch
   use kinds, only: dp
   use motion_state, only: motion_type
   use newmark, only: energy_rounding
-  use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, start_rigid, step_ok
-  use rigid_steps, only: rule_type
+  use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, step_ok
   use row_sink, only: at_event, at_impact
-  use run_monitor, only: passed_peak, place, run_monitor_type
+  use run_monitor, only: passed_peak, instant, run_monitor_type
   use run_setup, only: setup_type
   implicit none
   private
-  public :: start_rigid_run, rigid_step
+  public :: rigid_step
 
 contains
-
-  !> The initial motion of the case, changed to what the constraints allow; `changes` says how, in words.
-  subroutine start_rigid_run(monitor, rigid, motion, changes, error)
-    type(run_monitor_type), intent(in) :: monitor
-    type(rigid_type), intent(out) :: rigid
-    type(motion_type), intent(out) :: motion
-    character(:), allocatable, intent(out) :: changes
-    type(error_type), allocatable, intent(out) :: error
-
-    associate (c => monitor%c, setup => monitor%setup)
-      call start_rigid(rule_type(c%formulation == 'bilateral', c%restitution, c%energy_tolerance, c%max_halvings), &
-        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%equilibrium, c%extent%lateral, rigid, &
-        motion, changes, error)
-    end associate
-  end subroutine start_rigid_run
 
   !> Make a step in pieces from event to event. The formulation itself cuts pieces by their energy error. Pieces that still
   !> miss the tolerance are counted.
@@ -54,21 +36,20 @@ contains
         call advance_rigid(setup%side, rigid, motion, h, evaluations, status)
         left = left - h
         run%evaluations = run%evaluations + evaluations
-        run%steps = run%steps + 1
-        call watch(run%log, setup%wheelset, old, motion, setup%side)
-        call note_impact(run%log, setup%wheelset, old, motion)
         if (c%energy_tolerance > 0 .and. abs(rigid%state%error) > max(c%energy_tolerance, &
           energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
-        where (motion%impulse - old%impulse > run%largest_impulse) run%impulse_time = motion%t
-        run%largest_impulse = max(run%largest_impulse, motion%impulse - old%impulse)
       end associate
       call monitor%note_step(old, motion)
       call note_rows(rigid, rigid_before, motion, monitor)
-      call monitor%queue%give(monitor%past(1)%t, error)
+      call monitor%queue%pass_rows(monitor%past(1)%t, error)
       if (.not. allocated(error) .and. status /= step_ok) call report_failure(monitor%setup, motion, status, error)
       if (allocated(error)) return
     end do
-    monitor%run%gone = monitor%run%log%derailed .and. beyond_table(monitor%c, monitor%setup, motion%q)
+    ! The run of a derailed wheelset ends outside what a contact table would cover.
+    associate (q => motion%q, extent => monitor%c%extent, height => monitor%setup%equilibrium(2))
+      monitor%run%gone = monitor%run%log%derailed .and. (abs(q(1) + height*sin(q(3))) > extent%lateral &
+        .or. abs(q(3)) > extent%roll .or. q(2) < height - extent%drop)
+    end associate
   end subroutine rigid_step
 
   !> Write rows at the events of the last step and at peaks of forces. A peak is the force at the end of a step.
@@ -77,8 +58,10 @@ contains
     type(rigid_type), intent(inout) :: rigid_before !! at the start of the step
     type(motion_type), intent(in) :: motion
     type(run_monitor_type), intent(inout) :: monitor
+    type(motion_type) :: there
+    real(dp) :: t, h
+    integer :: i, k, evaluations, ignored
     logical :: struck
-    integer :: i, k
 
     struck = any(motion%contact%struck)
     if (struck) call monitor%note_forces(rigid%before)
@@ -91,41 +74,17 @@ contains
       call monitor%put(motion, at_impact)
     end if
     do i = 1, monitor%run%log%n_moments
-      call put_at(monitor%run%log%moments(i))
-    end do
-
-  contains
-
-    !> A row at a time t within the last step, or at its end.
-    subroutine put_at(t)
-      real(dp), intent(in) :: t            !! [s]
-      type(motion_type) :: there
-      real(dp) :: h
-      integer :: evaluations, ignored
-
+      t = monitor%run%log%moments(i)
       there = motion
-      if (t < motion%t) then
-        there = monitor%past(1)
-        do while (t - there%t > epsilon(t)*t)
-          h = t - there%t
-          call advance_rigid(monitor%setup%side, rigid_before, there, h, evaluations, ignored)
-          monitor%run%evaluations = monitor%run%evaluations + evaluations
-        end do
-      end if
+      if (t < motion%t) there = monitor%past(1)
+      do while (t - there%t > epsilon(t)*t)
+        h = t - there%t
+        call advance_rigid(monitor%setup%side, rigid_before, there, h, evaluations, ignored)
+        monitor%run%evaluations = monitor%run%evaluations + evaluations
+      end do
       call monitor%put(there, at_event)
-    end subroutine put_at
-
+    end do
   end subroutine note_rows
-
-  !> Whether a pose is outside what a contact table would cover: there the run of a derailed rigid wheelset ends.
-  pure logical function beyond_table(c, setup, q)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
-    real(dp), intent(in) :: q(3)                 !! y, z [m], roll [rad]
-
-    beyond_table = abs(q(1) + setup%equilibrium(2)*sin(q(3))) > c%extent%lateral .or. abs(q(3)) > c%extent%roll &
-      .or. q(2) < setup%equilibrium(2) - c%extent%drop
-  end function beyond_table
 
   subroutine report_failure(setup, motion, status, error)
     type(setup_type), intent(in) :: setup
@@ -142,7 +101,7 @@ contains
     case default
       reason = 'formulation = ''unilateral'': expected time between impacts, found none'
     end select
-    call fatal_error(error, reason//place(motion, setup%equilibrium))
+    call fatal_error(error, reason//instant(motion, setup%equilibrium))
   end subroutine report_failure
 
 end module rigid_run

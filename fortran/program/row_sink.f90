@@ -1,25 +1,24 @@
-!> Transfer of the rows of a run to a file, which grows with them, or to memory.
+!> Passes the rows of a run in the order of time to a file, which grows with them, or to memory.
 module row_sink
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type
   use kinds, only: dp
-  use text, only: str
   implicit none
   private
-  public :: row_taker, row_list, row_queue, on_grid, at_event, at_impact
+  public :: row_writer, row_queue, on_grid, at_event, at_impact
 
   !> Receives the rows of a run in the order of time.
-  type, abstract :: row_taker
+  type, abstract :: row_writer
   contains
-    procedure(take_row), deferred :: take
-  end type row_taker
+    procedure(write_row_to), deferred :: write_row
+  end type row_writer
 
   abstract interface
-    subroutine take_row(this, row, error)
-      import :: dp, error_type, row_taker
-      class(row_taker), intent(inout) :: this
+    subroutine write_row_to(this, row, error)
+      import :: dp, error_type, row_writer
+      class(row_writer), intent(inout) :: this
       real(dp), intent(in) :: row(:)
       type(error_type), allocatable, intent(out) :: error
-    end subroutine take_row
+    end subroutine write_row_to
   end interface
 
   enum, bind(c)
@@ -29,44 +28,33 @@ module row_sink
   ! Two steps can add this many rows. Each has at most eleven events, four peaks, two rows of an impact and one grid row.
   integer, parameter :: most = 64
 
-  !> All rows, in memory.
-  type, extends(row_taker) :: row_list
-    integer :: n = 0
-    real(dp), allocatable :: values(:, :)   !! (column, row), the first n of them
-  contains
-    procedure :: take
-  end type row_list
-
   !> Rows in order of time that wait for rows before them: the peak of a force is known one step after it.
   !>
   !> Rows at equal intervals and rows before and after impacts are always given. A row at another event is left out
   !> where its time could not be told from that of a neighbour in nine digits.
   type :: row_queue
-    integer :: given = 0                    !! number of rows that have been given
+    integer :: passed = 0                    !! number of rows that have been given
     real(dp), allocatable :: last(:)        !! the last of them, (column)
     integer, private :: n = 0
     integer, private :: kind(most) = 0
     real(dp), private :: near = 0           ! rows within this time are one, besides nine digits [s]
     real(dp), allocatable, private :: row(:, :)   ! (column, row), the first n of them
-    class(row_taker), pointer, private :: taker => null()
+    class(row_writer), pointer, private :: writer => null()
   contains
     procedure :: begin
     procedure :: put
-    procedure :: give
+    procedure :: pass_rows
     procedure, private :: move
   end type row_queue
 
 contains
 
-  subroutine begin(this, columns, near, taker)
+  subroutine begin(this, near, writer)
     class(row_queue), intent(out) :: this
-    integer, intent(in) :: columns
     real(dp), intent(in) :: near            !! [s]
-    class(row_taker), target, intent(inout) :: taker
+    class(row_writer), target, intent(inout) :: writer
 
-    this%taker => taker
-    allocate (this%row(columns, most), this%last(columns))
-    this%last = 0
+    this%writer => writer
     this%near = near
   end subroutine begin
 
@@ -78,8 +66,9 @@ contains
     real(dp) :: near
     integer :: i
 
+    if (.not. allocated(this%row)) allocate (this%row(size(row), most), this%last(size(row)), source=0.0_dp)
     near = this%near + 2e-8_dp*row(1)
-    if (kind == at_event .and. this%given > 0 .and. row(1) - this%last(1) <= near) return
+    if (kind == at_event .and. this%passed > 0 .and. row(1) - this%last(1) <= near) return
     if (kind /= at_impact) then
       do i = this%n, 1, -1
         if (abs(this%row(1, i) - row(1)) > near) cycle
@@ -106,7 +95,7 @@ contains
   end subroutine move
 
   !> Pass the rows up to a time on to the row writer.
-  subroutine give(this, up_to, error)
+  subroutine pass_rows(this, up_to, error)
     class(row_queue), intent(inout) :: this
     real(dp), intent(in) :: up_to           !! [s]
     type(error_type), allocatable, intent(out) :: error
@@ -115,33 +104,12 @@ contains
     if (this%n == 0) return
     n = count(this%row(1, :this%n) <= up_to)
     do i = 1, n
-      call this%taker%take(this%row(:, i), error)
+      call this%writer%write_row(this%row(:, i), error)
       if (allocated(error)) return
       this%last = this%row(:, i)
-      this%given = this%given + 1
+      this%passed = this%passed + 1
     end do
     call this%move(n + 1, -n)
-  end subroutine give
-
-  subroutine take(this, row, error)
-    class(row_list), intent(inout) :: this
-    real(dp), intent(in) :: row(:)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: grown(:, :)
-    integer :: stat
-
-    if (.not. allocated(this%values)) allocate (this%values(size(row), 1024))
-    if (this%n == size(this%values, 2)) then
-      allocate (grown(size(row), 2*this%n), stat=stat)
-      if (stat /= 0) then
-        call fatal_error(error, 'expected memory for '//str(2*this%n)//' rows, found less')
-        return
-      end if
-      grown(:, :this%n) = this%values
-      call move_alloc(grown, this%values)
-    end if
-    this%n = this%n + 1
-    this%values(:, this%n) = row
-  end subroutine take
+  end subroutine pass_rows
 
 end module row_sink

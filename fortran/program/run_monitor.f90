@@ -2,16 +2,16 @@
 module run_monitor
   use case, only: case_type
   use columns, only: energies, energy_type, list_columns, most_columns
-  use events, only: event_log
   use, intrinsic :: iso_fortran_env, only: int64
+  use events, only: event_log, watch
   use kinds, only: dp
   use motion_state, only: motion_type
-  use row_sink, only: on_grid, row_queue, row_taker
+  use row_sink, only: on_grid, row_queue, row_writer
   use run_setup, only: setup_type
   use text, only: str
   implicit none
   private
-  public :: run_type, run_monitor_type, passed_peak, normal_forces, place
+  public :: run_type, run_monitor_type, passed_peak, normal_forces, instant
 
   !> The outcome of a run.
   type :: run_type
@@ -61,13 +61,11 @@ module run_monitor
 contains
 
   !> Record the initial motion.
-  subroutine start(this, motion, taker)
+  subroutine start(this, motion, writer)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
-    class(row_taker), target, intent(inout) :: taker   !! receives the rows
+    class(row_writer), target, intent(inout) :: writer   !! receives the rows
     type(energy_type) :: e
-    real(dp) :: values(most_columns)
-    integer :: n
 
     this%event_rows = this%c%rows == 'interval_and_events'
     this%forces = spread(normal_forces(motion), 2, 3)
@@ -77,8 +75,7 @@ contains
     e = energies(this%c, this%setup, motion)
     this%run%kinetic_energy = sum(e%kinetic(2:4))
     this%first_energy = e%total
-    call list_columns(this%c, this%setup, motion, this%first_energy, values, n)
-    call this%queue%begin(n, 1e-6_dp*this%c%interval, taker)
+    call this%queue%begin(1e-6_dp*this%c%interval, writer)
     call this%put(motion, on_grid)
   end subroutine start
 
@@ -95,12 +92,16 @@ contains
     call this%note_energy(motion)
   end subroutine put
 
-  !> Record a step from `old` to `new`: farthest displacements, forces of the last three steps, energy.
+  !> Record a step from `old` to `new`: events, farthest displacements, impulses, forces of the last three steps, energy.
   subroutine note_step(this, old, new)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: old, new
 
+    this%run%steps = this%run%steps + 1
+    call watch(this%run%log, this%setup%wheelset, old, new, this%setup%side)
     call note_extremes(this%run, old, new)
+    where (new%impulse - old%impulse > this%run%largest_impulse) this%run%impulse_time = new%t
+    this%run%largest_impulse = max(this%run%largest_impulse, new%impulse - old%impulse)
     this%past(2) = this%past(1)
     this%past(1) = old
     this%forces(:, 1) = this%forces(:, 2)
@@ -176,13 +177,13 @@ contains
   end function normal_forces
 
   !> The time that a run has reached, for messages.
-  function place(motion, equilibrium)
+  function instant(motion, equilibrium)
     type(motion_type), intent(in) :: motion
     real(dp), intent(in) :: equilibrium(3)
-    character(160) :: place
+    character(160) :: instant
 
-    place = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
+    instant = ' at t = '//str(motion%t)//' s, Y = '//str(motion%q(1))//' m, Z = '// &
       str(motion%q(2) - equilibrium(2))//' m, roll = '//str(motion%q(3) - equilibrium(3))//' rad'
-  end function place
+  end function instant
 
 end module run_monitor

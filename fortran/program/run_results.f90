@@ -1,10 +1,10 @@
-!> What a run tells: the lines before and after the rows of a column file, and the summary on the terminal. The groups `&setup`
-!> and `&results` of the file and the sentences of the summary are prints of one list of results.
+!> Texts about a run: the lines before and after the rows of a column file, and the summary on the terminal. The groups `&setup`
+!> and `&results` of the file and the sentences of the summary are printed from one list of results.
 module run_results
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_title, case_type, list_variables, output_path, value_text, variable_type
   use contact_table, only: table_type
-  use events, only: elastic_kinds, event_kinds, event_log, kept
+  use events, only: elastic_kinds, event_kinds, event_log, impact, kept
   use kinds, only: degree, dp, version
   use profile, only: profile_type
   use results, only: newline, result_list, rounded
@@ -31,7 +31,7 @@ contains
     character(:), allocatable, intent(out) :: lines
     type(case_type), target :: copy
     type(variable_type), allocatable :: list(:)
-    type(result_list) :: told
+    type(result_list) :: items
     character(:), allocatable :: group
     integer :: k
 
@@ -39,12 +39,12 @@ contains
       'frame: X forward, Y left, Z up; Z and roll from static equilibrium at Y = 0; SI units, radians'//newline// &
       'contacts: LT left tread, LF left flange, RT right tread, RF right flange; '// &
       'forces of the rail on the wheel, track frame'//newline
-    call add_profiles(lines, 'wheel', setup%wheel)
-    call add_profiles(lines, 'rail', setup%rail)
+    call add_profiles(lines, 'wheel', setup%wheel, only_remarkable=.false.)
+    call add_profiles(lines, 'rail', setup%rail, only_remarkable=.false.)
     call add_formulation(lines, c)
-    told = result_list('', '', '')
-    call list_setup(c, setup, told)
-    lines = lines//'&setup'//newline//told%entries//'/'//newline//told%warnings
+    items = result_list('', '', '')
+    call list_setup(c, setup, items)
+    lines = lines//'&setup'//newline//items%entries//'/'//newline//items%warnings
     copy = c
     call list_variables(copy, list)
     group = ''
@@ -64,11 +64,11 @@ contains
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
     character(:), allocatable, intent(out) :: lines
-    type(result_list) :: told
+    type(result_list) :: items
 
-    told = result_list('', '', '')
-    call list_outcome(c, run, told)
-    lines = '&results'//newline//told%entries//'/'//newline//told%warnings
+    items = result_list('', '', '')
+    call list_outcome(c, run, items)
+    lines = '&results'//newline//items%entries//'/'//newline//items%warnings
   end subroutine describe_results
 
   !> The text for the terminal.
@@ -77,51 +77,51 @@ contains
     type(setup_type), intent(in) :: setup
     type(run_type), intent(in) :: run
     character(:), allocatable, intent(out) :: lines
-    type(result_list) :: told
+    type(result_list) :: items
 
     lines = trim(c%name)//': '//trim(case_title(c))//newline
     call add_formulation(lines, c)
-    if (remarkable(setup%wheel)) call add_profiles(lines, 'wheel', setup%wheel)
-    if (remarkable(setup%rail)) call add_profiles(lines, 'rail', setup%rail)
-    told = result_list('', '', '')
-    call list_setup(c, setup, told)
-    call list_outcome(c, run, told)
-    call told%add('', [setup%table_seconds], '', 'processor time [s]: table #', 'f0.2')
-    call told%add('', [run%seconds], '', merge(' (found)', ' (built)', setup%table_found)//', integration #'//newline, 'f0.2')
-    lines = lines//told%sentences
+    call add_profiles(lines, 'wheel', setup%wheel, only_remarkable=.true.)
+    call add_profiles(lines, 'rail', setup%rail, only_remarkable=.true.)
+    items = result_list('', '', '')
+    call list_setup(c, setup, items)
+    call list_outcome(c, run, items)
+    call items%add('', [setup%table_seconds], '', 'processor time [s]: table #', 'f0.2')
+    call items%add('', [run%seconds], '', merge(' (found)', ' (built)', setup%table_found)//', integration #'//newline, 'f0.2')
+    lines = lines//items%sentences
     call wrap(lines)
-    lines = lines//'columns: '//trim(output_path(c))//', '//str(run%rows)//' row'//plural(run%rows == 1)//newline
+    lines = lines//'columns: '//trim(output_path(c))//', '//str(run%rows)//' row'//trim(merge(' ', 's', run%rows == 1))//newline
   end subroutine summary
 
   !> Results that follow from the case before the run.
-  subroutine list_setup(c, setup, told)
+  subroutine list_setup(c, setup, items)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
-    type(result_list), intent(inout) :: told
+    type(result_list), intent(inout) :: items
     character(8), parameter :: motion(3) = [character(8) :: 'lateral', 'vertical', 'roll']
     character(:), allocatable :: words
     integer :: k
 
     associate (left => setup%side(1)%clearance, right => setup%side(2)%clearance)
       if (setup%symmetric) then
-        call told%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: 2 x #'//newline, 'f0.3', milli)
-        call told%add('clearance_right', [right], 'm')
+        call items%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: 2 x #'//newline, 'f0.3', milli)
+        call items%add('clearance_right', [right], 'm')
       else
-        call told%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: left #', 'f0.3', milli)
-        call told%add('clearance_right', [right], 'm', ', right #'//newline, 'f0.3', milli)
+        call items%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: left #', 'f0.3', milli)
+        call items%add('clearance_right', [right], 'm', ', right #'//newline, 'f0.3', milli)
       end if
     end associate
-    call told%add('axle_height', [setup%equilibrium(2)], 'm, at static equilibrium; Z is measured from it', &
+    call items%add('axle_height', [setup%equilibrium(2)], 'm, at static equilibrium; Z is measured from it', &
       'equilibrium: axle # m above the rails', 'f0.6')
-    call told%add('axle_roll', [setup%equilibrium(3)], 'rad, at static equilibrium; roll is measured from it')
-    call told%add('', [setup%centred(2) - setup%equilibrium(2)], '', ', approach # mm', 'f0.4', milli)
-    call told%add('', [setup%wheelset%weight()/2], '', ', # kN per wheel'// &
+    call items%add('axle_roll', [setup%equilibrium(3)], 'rad, at static equilibrium; roll is measured from it')
+    call items%add('', [setup%centred(2) - setup%equilibrium(2)], '', ', approach # mm', 'f0.4', milli)
+    call items%add('', [setup%wheelset%weight()/2], '', ', # kN per wheel'// &
       trim(merge('           ', ' on average', setup%symmetric))//newline, 'f0.3', kilo)
     if (.not. setup%symmetric) then
       associate (q => setup%rest - setup%equilibrium)
-        call told%add('rest_Y', [q(1)], 'm, where nothing holds the wheelset', 'at rest off the centre: Y = # m')
-        call told%add('rest_Z', [q(2)], 'm', ', Z = # m')
-        call told%add('rest_roll', [q(3)], 'rad', ', roll = # rad'//newline)
+        call items%add('rest_Y', [q(1)], 'm, where nothing holds the wheelset', 'at rest off the centre: Y = # m')
+        call items%add('rest_Z', [q(2)], 'm', ', Z = # m')
+        call items%add('rest_roll', [q(3)], 'rad', ', roll = # rad'//newline)
       end associate
     end if
     words = 'eigenfrequencies at equilibrium [Hz]:'
@@ -130,33 +130,33 @@ contains
       if (k > 1) words = words//','
       words = words//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' #'
     end do
-    call told%add('eigenfrequencies', setup%frequency(:setup%modes), 'Hz', words//newline, 'f0.4')
-    call list_tables(c, setup, told)
+    call items%add('eigenfrequencies', setup%frequency(:setup%modes), 'Hz', words//newline, 'f0.4')
+    call list_tables(c, setup, items)
   end subroutine list_setup
 
   !> Points and errors of the contact tables of a case with elastic contacts.
-  subroutine list_tables(c, setup, told)
+  subroutine list_tables(c, setup, items)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
-    type(result_list), intent(inout) :: told
+    type(result_list), intent(inout) :: items
 
     if (c%formulation /= 'elastic') return
     if (setup%symmetric) then
-      call list_table(c, 'contact table', '', setup%wheelset%table, told)
+      call list_table(c, 'contact table', '', setup%wheelset%table, items)
     else
-      call list_table(c, 'left contact table', '', setup%wheelset%table, told)
-      call list_table(c, 'right contact table', '_right', setup%wheelset%right_table, told)
+      call list_table(c, 'left contact table', '', setup%wheelset%table, items)
+      call list_table(c, 'right contact table', '_right', setup%wheelset%right_table, items)
     end if
   end subroutine list_tables
 
   !> Points and errors of a contact table, and warnings of what the table does not fulfil: convergence, contacts that push,
   !> accuracy.
-  subroutine list_table(c, what, side, table, told)
+  subroutine list_table(c, what, side, table, items)
     type(case_type), intent(in) :: c
     character(*), intent(in) :: what             !! on the terminal
     character(*), intent(in) :: side             !! '' or '_right'
     type(table_type), intent(in) :: table
-    type(result_list), intent(inout) :: told
+    type(result_list), intent(inout) :: items
     character(10), parameter :: group(4) = [character(10) :: 'tread', 'flange', 'both', 'going over']   ! of poses
     character(:), allocatable :: points
     integer :: k
@@ -166,35 +166,35 @@ contains
       if (k > 1) points = points//' + '
       points = points//str(table%zones(k)%u%n)//' x '//str(table%roll%n)//' x '//str(table%zones(k)%q%n)
     end do
-    call told%add('table_points'//side, points, what//': model '//trim(c%model)//', # points'//newline)
+    call items%add('table_points'//side, points, what//': model '//trim(c%model)//', # points'//newline)
     associate (poses => table%accuracy%poses, rms => table%accuracy%rms, unsolved => table%accuracy%unsolved, &
       pulling => table%accuracy%pulling)
-      if (any(poses > 0)) call told%say('error of the contact force, rms (largest), relative to max(|F|, 5 kN):'//newline)
+      if (any(poses > 0)) call items%append('error of the contact force, rms (largest), relative to max(|F|, 5 kN):'//newline)
       do k = 1, size(group)
-        if (poses(k) > 0) call told%add('table_error_'//joined(group(k))//side, [rms(k), table%accuracy%largest(k)], &
+        if (poses(k) > 0) call items%add('table_error_'//joined(group(k))//side, [rms(k), table%accuracy%largest(k)], &
           'rms and largest, of max(|F|, 5 kN)', '  '//trim(group(k))//' # (#)'//newline, scientific)
       end do
-      if (table%solutions(2) > 0) call told%warn(what//': '//str(table%solutions(2))//' of '//str(table%solutions(1))// &
+      if (table%solutions(2) > 0) call items%warn(what//': '//str(table%solutions(2))//' of '//str(table%solutions(1))// &
         ' half-space solutions did not converge; see whether the error is larger than &table accuracy')
-      if (unsolved > 0) call told%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)//' half-space solutions '// &
+      if (unsolved > 0) call items%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)//' half-space solutions '// &
         'that its error is measured by did not converge; the stated error leaves them out')
-      if (pulling > 0) call told%warn(what//': expected contacts that push in service, found '//str(pulling)//' point'// &
-        plural(pulling == 1)//' at which the contact would pull, where a run stops; lower &table accuracy or raise n_lateral, '// &
-        'n_roll, n_depth')
-      if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call told%warn(what//': expected an rms error of at most '// &
-        '&table accuracy = '//str(c%accuracy)//' in service, reached '//rounded(maxval(rms(:3)), scientific))
-      if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call told%warn(what//': expected an rms error '// &
+      if (pulling > 0) call items%warn(what//': expected contacts that push in service, found '//str(pulling)//' point'// &
+        trim(merge(' ', 's', pulling == 1))//' at which the contact would pull, where a run stops; lower &table accuracy or '// &
+        'raise n_lateral, n_roll, n_depth')
+      if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call items%warn(what//': expected an rms error of at most '// &
+        '&table accuracy = '//str(c%accuracy)//' in service, reached '//trim(rounded(maxval(rms(:3)), scientific)))
+      if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call items%warn(what//': expected an rms error '// &
         'of at most '//str(nint(rollover_allowance))//' x &table accuracy while the wheelset rolls over a rail, reached '// &
-        rounded(rms(4), scientific)//'; do not trust the end of a run that derails')
+        trim(rounded(rms(4), scientific))//'; do not trust the end of a run that derails')
     end associate
 
   end subroutine list_table
 
   !> Events, extremes, peaks, energy balance and steps of a run.
-  subroutine list_outcome(c, run, told)
+  subroutine list_outcome(c, run, items)
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
-    type(result_list), intent(inout) :: told
+    type(result_list), intent(inout) :: items
     character(5), parameter :: way(3) = [character(5) :: 'left', 'right', 'up']
     real(dp), parameter :: largest_drift = 0.01_dp   ! over the largest kinetic energy
     real(dp), parameter :: rounding = 1e-6_dp        ! of the energy of a wheelset at rest, at most [J]
@@ -202,45 +202,45 @@ contains
     integer :: k
 
     rigid = c%formulation /= 'elastic'
-    if (run%changes /= '') call told%add('changes', run%changes, 'initial conditions follow the constraints: #'//newline)
-    call list_events(c, run%log, told)
-    call told%say('number of events:'//newline)
+    if (run%changes /= '') call items%add('changes', run%changes, 'initial conditions follow the constraints: #'//newline)
+    call list_events(c, run%log, items)
+    call items%append('number of events:'//newline)
     do k = 1, merge(size(event_kinds), elastic_kinds, rigid)
-      call told%add('n_'//joined(event_kinds(k)), int(run%log%counts(k), int64), &
+      call items%add('n_'//joined(event_kinds(k)), int(run%log%counts(k), int64), &
         repeat('  '//trim(event_kinds(k))//' #'//newline, min(1, run%log%counts(k))))
     end do
-    call told%say('farthest [mm]:')
+    call items%append('farthest [mm]:')
     do k = 1, 3
-      call told%add('farthest_'//trim(way(k)), [run%extreme(k)], 'm', ' '//trim(way(k))//' #', 'f0.3', milli)
-      call told%add('t_farthest_'//trim(way(k)), [run%extreme_time(k)], 's', ' at # s'//merge(',', newline, k < 3), 'f0.6')
+      call items%add('farthest_'//trim(way(k)), [run%extreme(k)], 'm', ' '//trim(way(k))//' #', 'f0.3', milli)
+      call items%add('t_farthest_'//trim(way(k)), [run%extreme_time(k)], 's', ' at # s'//merge(',', newline, k < 3), 'f0.6')
     end do
     call list_peaks('peak normal forces [kN]:', 'peak_N_', 't_peak_', run%peak, run%peak_time, 'N', kilo)
     if (rigid) then
       call list_peaks('largest impulses [N s]:', 'peak_P_', 't_peak_P_', run%largest_impulse, run%impulse_time, &
         'N s, in one impact', 1.0_dp)
-      call told%add('lost', [run%loss], 'J, in impacts', 'energy lost in impacts [J]: #'//newline, 'f0.6')
+      call items%add('lost', [run%loss], 'J, in impacts', 'energy lost in impacts [J]: #'//newline, 'f0.6')
     end if
-    call told%add('drift', [run%drift], 'J, largest energy drift', 'largest energy drift [J]: #', scientific)
-    call told%add('kinetic_energy', [run%kinetic_energy], 'J, initial, of lateral, vertical and roll motion')
-    if (run%kinetic_energy > 0) call told%add('', [run%drift/run%kinetic_energy], '', &
+    call items%add('drift', [run%drift], 'J, largest energy drift', 'largest energy drift [J]: #', scientific)
+    call items%add('kinetic_energy', [run%kinetic_energy], 'J, initial, of lateral, vertical and roll motion')
+    if (run%kinetic_energy > 0) call items%add('', [run%drift/run%kinetic_energy], '', &
       ', relative to the initial kinetic energy: #', scientific)
-    call told%say(newline)
-    if (run%step > run%stable_step) call told%warn('&integrator dt: expected steps of at most '// &
-      rounded(run%stable_step, scientific)//' s, the limit of stability at the highest frequency at rest, found '// &
-      rounded(run%step, scientific)//' s; lower dt')
-    if (run%drift > max(largest_drift*run%largest_energy, rounding)) call told%warn('expected an energy drift of '// &
+    call items%append(newline)
+    if (run%step > run%stable_step) call items%warn('&integrator dt: expected steps of at most '// &
+      trim(rounded(run%stable_step, scientific))//' s, the limit of stability at the highest frequency at rest, found '// &
+      trim(rounded(run%step, scientific))//' s; lower dt')
+    if (run%drift > max(largest_drift*run%largest_energy, rounding)) call items%warn('expected an energy drift of '// &
       'at most '//str(nint(100*largest_drift))//' % of the largest kinetic energy, '// &
-      rounded(run%largest_energy, scientific)//' J, found '//rounded(run%drift, scientific)// &
+      trim(rounded(run%largest_energy, scientific))//' J, found '//trim(rounded(run%drift, scientific))// &
       ' J; lower &integrator dt or energy_tolerance')
-    call told%add('steps', run%steps, 'steps: #')
-    call told%add('step', [run%step], 's, at most', ' of at most # s')
-    call told%add('cuts', run%cuts, ', of which #'//trim(merge(' was cut ', ' were cut', run%cuts == 1)))
-    call told%add('missed', run%missed, repeat(', # over energy_tolerance after '//str(c%max_halvings)//' halving'// &
-      plural(c%max_halvings == 1), count([run%missed > 0])))
-    call told%add('evaluations', run%evaluations, '; contact evaluations: #'//newline)
-    call told%add('t', [run%last(1)], 's, at the end', 'ended at t = # s', 'f0.6')
-    call told%add('end', trim(ending(c, run)), ': #'//newline)
-    call told%add('rows', int(run%rows, int64), '')
+    call items%add('steps', run%steps, 'steps: #')
+    call items%add('step', [run%step], 's, at most', ' of at most # s')
+    call items%add('cuts', run%cuts, ', of which #'//trim(merge(' was cut ', ' were cut', run%cuts == 1)))
+    call items%add('missed', run%missed, repeat(', # over energy_tolerance after '//str(c%max_halvings)//' halving'// &
+      trim(merge(' ', 's', c%max_halvings == 1)), count([run%missed > 0])))
+    call items%add('evaluations', run%evaluations, '; contact evaluations: #'//newline)
+    call items%add('t', [run%last(1)], 's, at the end', 'ended at t = # s', 'f0.6')
+    call items%add('end', trim(ending(c, run)), ': #'//newline)
+    call items%add('rows', int(run%rows, int64), '')
 
   contains
 
@@ -250,48 +250,48 @@ contains
       real(dp), intent(in) :: x(4), time(4)
       real(dp), intent(in) :: factor               !! unit on the terminal over SI unit
 
-      call told%say(title//newline)
+      call items%append(title//newline)
       do k = 1, 4
-        call told%add(name//contact_name(k), x(k:k), unit, repeat('  '//contact_name(k)//' #', count(x(k:k) > 0)), 'f0.3', factor)
-        call told%add(time_name//contact_name(k), time(k:k), 's', repeat(' at # s'//newline, count(x(k:k) > 0)), 'f0.6')
+        call items%add(name//contact_name(k), x(k:k), unit, repeat('  '//contact_name(k)//' #', count(x(k:k) > 0)), 'f0.3', factor)
+        call items%add(time_name//contact_name(k), time(k:k), 's', repeat(' at # s'//newline, count(x(k:k) > 0)), 'f0.6')
       end do
     end subroutine list_peaks
 
   end subroutine list_outcome
 
   !> The first events of each kind; the terminal has fewer impacts than the file.
-  subroutine list_events(c, log, told)
+  subroutine list_events(c, log, items)
     type(case_type), intent(in) :: c
     type(event_log), intent(in) :: log
-    type(result_list), intent(inout) :: told
+    type(result_list), intent(inout) :: items
     character(:), allocatable :: name
     logical :: loaded
     integer :: k, i, impacts, shown
 
     loaded = abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0
     impacts = 0
-    call told%say('events:'//newline)
+    call items%append('events:'//newline)
     do k = 1, log%n
       associate (event => log%list(k))
-        if (event_kinds(event%kind) == 'impact') impacts = impacts + 1
-        shown = merge(0, 1, event_kinds(event%kind) == 'impact' .and. impacts > listed_impacts)
+        if (event%kind == impact) impacts = impacts + 1
+        shown = merge(0, 1, event%kind == impact .and. impacts > listed_impacts)
         name = 'event('//str(k)//')%'
-        call told%add(name//'t', [event%t], '', repeat('  t = # s', shown), 'f0.6')
-        call told%add(name//'kind', trim(event_kinds(event%kind)), repeat('  #', shown))
-        if (event%angle > 0) call told%add(name//'angle', [event%angle], '', ' at # degrees', 'f0.1', 1/degree)
-        if (loaded) call told%add(name//'force', [event%force], '', repeat(', lateral force # kN', shown), 'f0.3', kilo)
+        call items%add(name//'t', [event%t], '', repeat('  t = # s', shown), 'f0.6')
+        call items%add(name//'kind', trim(event_kinds(event%kind)), repeat('  #', shown))
+        if (event%angle > 0) call items%add(name//'angle', [event%angle], '', ' at # degrees', 'f0.1', 1/degree)
+        if (loaded) call items%add(name//'force', [event%force], '', repeat(', lateral force # kN', shown), 'f0.3', kilo)
         if (any(abs(event%impulse) > 0)) then
-          call told%say(repeat(', impulses [N s]', shown))
+          call items%append(repeat(', impulses [N s]', shown))
           do i = 1, 4
             if (abs(event%impulse(i)) > 0) &
-              call told%add(name//'P_'//contact_name(i), event%impulse(i:i), '', repeat(' '//contact_name(i)//' #', shown), 'f0.3')
+              call items%add(name//'P_'//contact_name(i), event%impulse(i:i), '', repeat(' '//contact_name(i)//' #', shown), 'f0.3')
           end do
-          call told%add(name//'loss', [event%loss], '', repeat(', energy lost [J] #', shown), 'f0.6')
+          call items%add(name//'loss', [event%loss], '', repeat(', energy lost [J] #', shown), 'f0.6')
         end if
-        call told%say(repeat(newline, shown))
+        call items%append(repeat(newline, shown))
       end associate
     end do
-    if (sum(log%counts) > log%n - max(0, impacts - listed_impacts)) call told%say('  (the list has the first '//str(kept)// &
+    if (sum(log%counts) > log%n - max(0, impacts - listed_impacts)) call items%append('  (the list has the first '//str(kept)// &
       ' events of each kind'//repeat(', '//str(listed_impacts)//' impacts', min(1, impacts))//')'//newline)
   end subroutine list_events
 
@@ -334,14 +334,17 @@ contains
       'tolerance and max_iterations, and &table except lateral, roll and drop, at which a derailed run ends'//newline
   end subroutine add_formulation
 
-  !> A line per profile, with one line for both sides if they have the same.
-  subroutine add_profiles(lines, what, p)
+  !> A line per profile, with one line for both sides if they have the same. A profile is remarkable if its file says how it
+  !> was made, or if the sides have different files.
+  subroutine add_profiles(lines, what, p, only_remarkable)
     character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: what
     type(profile_type), intent(in) :: p(2)       !! left, right
+    logical, intent(in) :: only_remarkable
     character(6), parameter :: side(2) = ['left  ', 'right ']
     integer :: k
 
+    if (only_remarkable .and. p(1)%taken//p(2)%taken == '' .and. p(1)%file == p(2)%file) return
     do k = 1, merge(1, 2, p(1)%file == p(2)%file)
       if (p(1)%file /= p(2)%file) lines = lines//trim(side(k))//' '
       lines = lines//what//' profile: '//p(k)%file//', CRC-32 '//p(k)%checksum
@@ -350,13 +353,6 @@ contains
       lines = lines//newline
     end do
   end subroutine add_profiles
-
-  !> Whether the summary describes a profile: its file says how it was made, or the sides have different files.
-  pure logical function remarkable(p)
-    type(profile_type), intent(in) :: p(2)
-
-    remarkable = p(1)%taken//p(2)%taken /= '' .or. p(1)%file /= p(2)%file
-  end function remarkable
 
   !> Break lines that are longer than `width` at blanks, and indent what follows by two more blanks than the line.
   subroutine wrap(lines)
@@ -393,13 +389,5 @@ contains
       if (scan(name(k:k), ' -') > 0) name(k:k) = '_'
     end do
   end function joined
-
-  !> The ending of a noun behind a number: none behind 1.
-  pure function plural(one) result(ending)
-    logical, intent(in) :: one            !! the number is 1
-    character(count([.not. one])) :: ending
-
-    ending = 's'
-  end function plural
 
 end module run_results

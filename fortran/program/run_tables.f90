@@ -37,8 +37,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
     type(wanted_type) :: wanted(2)         ! left, right
+    type(request_type) :: request
     real(dp) :: from, to
     integer :: k, n
+    logical :: stopped
 
     call cpu_time(from)
     n = merge(1, 2, setup%symmetric)
@@ -57,32 +59,23 @@ contains
     do k = 1, n
       if (present(watcher)) watcher%from = (k - 1.0_dp)/n
       if (present(watcher)) watcher%to = real(k, dp)/n
-      if (.not. wanted(k)%found) call build(table_request(c, setup%side(k)), wanted(k))
-      if (allocated(error)) return
+      if (.not. wanted(k)%found) then
+        request = table_request(c, setup%side(k))
+        call build_table(request, wanted(k)%key, wanted(k)%table, stopped, watcher)
+        if (.not. stopped) call measure(request, wanted(k)%table, stopped, watcher)
+        if (stopped) then
+          call fatal_error(error, 'stopped by the user')
+          return
+        end if
+        if (present(watcher)) call watcher%tell('table', 1.0_dp)
+        if (wanted(k)%file /= '') call save_table(trim(wanted(k)%file), wanted(k)%table, error)
+        if (allocated(error)) return
+      end if
       wanted(k)%table%threshold = setup%side(k)%threshold
     end do
     setup%table_found = all(wanted(:n)%found)
     call cpu_time(to)
     setup%table_seconds = to - from
-
-  contains
-
-    !> Build a table, measure its error and keep it in its file.
-    subroutine build(request, wanted)
-      type(request_type), intent(in) :: request
-      type(wanted_type), intent(in) :: wanted
-      logical :: stopped
-
-      call build_table(request, wanted%key, wanted%table, stopped, watcher)
-      if (.not. stopped) call measure(request, wanted%table, stopped, watcher)
-      if (stopped) then
-        call fatal_error(error, 'stopped by the user')
-        return
-      end if
-      if (present(watcher)) call watcher%tell('table', 1.0_dp)
-      if (wanted%file /= '') call save_table(trim(wanted%file), wanted%table, error)
-    end subroutine build
-
   end subroutine load_or_build_tables
 
   !> Requirements of the case on the table of a side. The table does not depend on the other side, because it is made for a
@@ -92,7 +85,7 @@ contains
     type(side_type), target, intent(in) :: side
     type(request_type) :: request
     type(side_type) :: both(2)
-    real(dp) :: own
+    real(dp) :: clearance_here
     logical :: ok
 
     request = request_type(side, c%model(:9), c%influence(:5), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
@@ -101,8 +94,8 @@ contains
     both(2) = side
     ! The table is the same whatever contacts a case calls the flange's.
     both(1)%threshold = [cos(25*degree), sin(25*degree)]
-    call clearance(both, own, ok)
-    if (ok) call fit_extent(own, c%gauge, request%extent)
+    call clearance(both, clearance_here, ok)
+    if (ok) call fit_extent(clearance_here, c%gauge, request%extent)
   end function table_request
 
   !> Free the tables that `load_or_build_tables` made.

@@ -13,12 +13,12 @@ module simulation
   use motion_state, only: motion_type
   use newmark, only: scheme_type, stability_limit
   use progress, only: monitor_type
-  use rigid_motion, only: rigid_type
-  use rigid_run, only: rigid_step, start_rigid_run
-  use row_sink, only: on_grid, row_taker
-  use run_equilibrium, only: set_wheelset
+  use rigid_motion, only: rigid_type, start_rigid
+  use rigid_run, only: rigid_step
+  use rigid_steps, only: rule_type
+  use row_sink, only: on_grid, row_writer
   use run_monitor, only: run_monitor_type, run_type
-  use run_setup, only: place_sides, setup_type
+  use run_setup, only: place_sides, set_wheelset, setup_type
   use run_tables, only: load_or_build_tables
   implicit none
   private
@@ -41,10 +41,10 @@ contains
   end subroutine prepare
 
   !> Integrate from the initial conditions to the stop condition.
-  subroutine simulate(c, setup, taker, run, error, watcher)
+  subroutine simulate(c, setup, writer, run, error, watcher)
     type(case_type), target, intent(in) :: c
     type(setup_type), target, intent(in) :: setup
-    class(row_taker), target, intent(inout) :: taker   !! receives the rows
+    class(row_writer), target, intent(inout) :: writer   !! receives the rows
     type(run_type), intent(out) :: run
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
@@ -57,7 +57,7 @@ contains
     integer, parameter :: report_steps = 10000
     integer :: substeps                    ! steps between rows
     integer :: last_row, report_rows, row, i
-    logical :: elastic, until_return, until_derailment
+    logical :: elastic
 
     call cpu_time(from)
     allocate (rigid, monitor)
@@ -67,8 +67,6 @@ contains
     report_rows = max(1, min(100, report_steps/substeps))
     last_row = ceiling(c%t_end/c%interval*(1 - 1e-9_dp))
     elastic = c%formulation == 'elastic'
-    until_return = c%stop_at == 'return_to_centre'
-    until_derailment = c%stop_at == 'derailment'
 
     monitor%c => c
     monitor%setup => setup
@@ -77,11 +75,13 @@ contains
       monitor%run%stable_step = stability_limit(scheme)/(2*pi*maxval(setup%frequency))
       call start_elastic(monitor, motion, error)
     else
-      call start_rigid_run(monitor, rigid, motion, monitor%run%changes, error)
+      call start_rigid(rule_type(c%formulation == 'bilateral', c%restitution, c%energy_tolerance, c%max_halvings), &
+        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%equilibrium, c%extent%lateral, rigid, &
+        motion, monitor%run%changes, error)
     end if
     if (allocated(error)) return
-    call monitor%start(motion, taker)
-    do row = 1, last_row
+    call monitor%start(motion, writer)
+    rows: do row = 1, last_row
       at = row*c%interval
       h = monitor%run%step
       if (at - c%t_end > 1e-9_dp*c%interval) then
@@ -95,28 +95,26 @@ contains
         else
           call rigid_step(rigid, motion, monitor, h, error)
         end if
-        if (allocated(error)) exit
-        if (mod(i, report_steps) == 0) call look_up((row - 1 + real(i, dp)/substeps)/last_row)
-        if (monitor%run%cancelled) exit
+        if (allocated(error)) exit rows
+        if (mod(i, report_steps) == 0) call report_progress((row - 1 + real(i, dp)/substeps)/last_row)
+        if (monitor%run%cancelled) exit rows
       end do
-      if (monitor%run%cancelled) exit
-      if (allocated(error)) then
-        ! A wheelset that has derailed leaves the table, or the rails on which both wheels are held.
-        if (.not. monitor%run%log%derailed) return
-        deallocate (error)
-        monitor%run%gone = .true.
-      end if
       if (monitor%run%gone) exit
       motion%t = at
       call monitor%put(motion, on_grid)
-      if (mod(row, report_rows) == 0) call look_up(row/real(last_row, dp))
-      if ((until_derailment .and. monitor%run%log%derailed) .or. (until_return .and. monitor%run%log%returned) &
-        .or. monitor%run%cancelled) exit
-    end do
-    call monitor%queue%give(huge(at), error)
+      if (mod(row, report_rows) == 0) call report_progress(row/real(last_row, dp))
+      if ((c%stop_at == 'derailment' .and. monitor%run%log%derailed) .or. &
+        (c%stop_at == 'return_to_centre' .and. monitor%run%log%returned) .or. monitor%run%cancelled) exit
+    end do rows
+    if (allocated(error)) then
+      ! A wheelset that has derailed leaves the table, or the rails on which both wheels are held.
+      if (.not. monitor%run%log%derailed) return
+      monitor%run%gone = .true.
+    end if
+    call monitor%queue%pass_rows(huge(at), error)
     if (allocated(error)) return
     run = monitor%run
-    run%rows = monitor%queue%given
+    run%rows = monitor%queue%passed
     run%last = monitor%queue%last
     run%extreme(3) = run%extreme(3) - setup%equilibrium(2)
     call cpu_time(to)
@@ -125,13 +123,13 @@ contains
   contains
 
     !> Tell the watcher how far the run is, and learn whether the run is to stop.
-    subroutine look_up(share)
+    subroutine report_progress(share)
       real(dp), intent(in) :: share
 
       if (.not. present(watcher)) return
       call watcher%report('integration', share)
       monitor%run%cancelled = watcher%stop
-    end subroutine look_up
+    end subroutine report_progress
 
   end subroutine simulate
 

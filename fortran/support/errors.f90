@@ -14,7 +14,7 @@ contains
   !> `error` is not intent(out): it would be freed before a message that quotes the error so far is put together.
   pure subroutine fatal_error(error, message)
     type(error_type), allocatable, intent(inout) :: error
-    character(*), intent(in) :: message   !! what cannot be printed becomes '?'
+    character(*), intent(in) :: message   !! a character that cannot be printed becomes '?'
     integer :: i
 
     if (.not. allocated(error)) allocate (error)

@@ -1,16 +1,19 @@
-!> A watcher of a long computation is told how far the computation is, and may ask it to stop.
+!> A watcher of a long computation learns how far the computation is, and may ask it to stop. The watcher of the executable
+!> shows the progress on the terminal.
 module progress
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use kinds, only: dp
+  use system, only: on_terminal
   implicit none
   private
-  public :: monitor_type, goes_on, share_of_round, build_share
+  public :: monitor_type, terminal_monitor, goes_on, share_of_round, build_share
 
   !> Share of the work on a contact table that building takes; the rest measures the error.
   real(dp), parameter :: build_share = 0.85_dp
 
   type, abstract :: monitor_type
     logical :: stop = .false.            !! set it to end the computation early
-    real(dp) :: from = 0, to = 1         !! the share of the stage that is under way
+    real(dp) :: from = 0, to = 1         !! the part of the stage to which the reported shares belong
   contains
     procedure(report), deferred :: report
     procedure :: tell
@@ -25,9 +28,20 @@ module progress
     end subroutine report
   end interface
 
+  !> Shows a line on standard error if standard error is a terminal and the work takes more than a second.
+  type, extends(monitor_type) :: terminal_monitor
+    logical :: visible = .false.         !! standard error is a terminal
+    logical :: shown = .false.           !! there is a line to clear
+    integer(int64) :: started = 0        !! [ticks of system_clock]
+  contains
+    procedure :: begin
+    procedure :: report => show
+    procedure :: clear
+  end type terminal_monitor
+
 contains
 
-  !> Report the completed share of the stage that is under way.
+  !> Report a share of the part of the stage that is under way.
   subroutine tell(this, stage, share)
     class(monitor_type), intent(inout) :: this
     character(*), intent(in) :: stage
@@ -72,5 +86,32 @@ contains
 
     part = work(1) + (work(2) - work(1))*[1 - 0.6_dp**(round - 1), 1 - 0.6_dp**round]
   end function share_of_round
+
+  subroutine begin(this)
+    class(terminal_monitor), intent(inout) :: this
+
+    this%visible = on_terminal()
+    call system_clock(this%started)
+  end subroutine begin
+
+  subroutine show(this, stage, share)
+    class(terminal_monitor), intent(inout) :: this
+    character(*), intent(in) :: stage
+    real(dp), intent(in) :: share
+    integer(int64) :: now, rate
+
+    if (.not. this%visible) return
+    call system_clock(now, rate)
+    if (now - this%started < rate) return
+    this%shown = .true.
+    write (error_unit, '(a,i3,a)', advance='no') achar(13)//'ldbench: '//stage//' ', nint(100*share), ' %   '
+  end subroutine show
+
+  subroutine clear(this)
+    class(terminal_monitor), intent(inout) :: this
+
+    if (this%shown) write (error_unit, '(a)', advance='no') achar(13)//repeat(' ', 40)//achar(13)
+    this%shown = .false.
+  end subroutine clear
 
 end module progress

@@ -1,5 +1,5 @@
-!> What the program asks of the system beside Fortran: files that are written whole or not at all, standard input and
-!> output, terminals. ISO C has it, and three functions of POSIX that Windows has too.
+!> Services of the system that Fortran does not have: files that are written whole or not at all, standard input and output as
+!> bytes, terminals. They need ISO C and three functions of POSIX that Windows has too.
 module system
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_intptr_t, c_loc, c_long, c_null_char, &
     c_null_funptr, c_null_ptr, c_ptr, c_size_t
@@ -15,7 +15,7 @@ module system
   !> the earlier one when it is complete. A process that is killed leaves its scratch file behind.
   type :: scratch_file
     private
-    character(:), allocatable :: name             !! path of the complete file
+    character(:), allocatable, public :: name     !! path of the complete file
     character(:), allocatable, public :: ending   !! of the scratch file, whose path is name//ending; allocated while it exists
     type(c_ptr) :: stream = c_null_ptr
     logical, public :: ok = .false.               !! whether all went well so far
@@ -77,7 +77,7 @@ module system
       integer(c_int), value :: status
     end subroutine c_exit
 
-    ! Not in ISO C, but in POSIX and in the C library of Windows, whose mkdir ignores `mode`.
+    ! POSIX and the C library of Windows have these three functions, ISO C does not. The mkdir of Windows ignores `mode`.
     type(c_ptr) function c_fdopen(descriptor, mode) bind(c, name='fdopen')
       import :: c_char, c_int, c_ptr
       integer(c_int), value :: descriptor
@@ -168,7 +168,7 @@ contains
     lacks_folder = .not. there .and. index(file, default_folder) == 1 .and. last_slash(file) == len(default_folder) + 1
   end function lacks_folder
 
-  !> Where the name of a file begins, less 1. Windows has two characters between folders.
+  !> Position of the last separator of folders in a path, 0 if there is none. Windows has two separators.
   pure integer function last_slash(path)
     character(*), intent(in) :: path
 
@@ -187,7 +187,7 @@ contains
     inquire (file=path, exist=there)
     is_replaceable = .not. there
     if (is_replaceable .or. path(:last_slash(path)) == devices) return
-    file = c_fopen(path//c_null_char, 'rb+'//c_null_char)    ! for both ways: a folder refuses, a pipe does not wait
+    file = c_fopen(path//c_null_char, 'rb+'//c_null_char)    ! to read and write: a folder refuses, a pipe does not wait
     if (.not. c_associated(file)) return
     is_replaceable = c_fseek(file, 0_c_long, 0_c_int) == 0   ! a pipe has no positions
     ignored = c_fclose(file)
@@ -197,18 +197,18 @@ contains
   subroutine begin(this, file)
     class(scratch_file), intent(inout) :: this
     character(*), intent(in) :: file
-    integer(c_int), parameter :: all_may = int(o'777', c_int)   ! less what the process's umask forbids
+    integer(c_int), parameter :: for_all = int(o'777', c_int)   ! the process's umask takes permissions away
     integer(c_int) :: ignored
     real(dp) :: draws(2)
     character(16) :: number
 
+    this%name = file
     this%ok = is_replaceable(file)
     if (.not. this%ok) return
-    if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, all_may)
-    call random_seed()       ! by the system: other processes and threads draw other numbers
+    if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, for_all)
+    call random_seed()       ! the system's seed: other processes and threads draw other numbers
     call random_number(draws)
     write (number, '(2z8.8)') int(draws*huge(1))
-    this%name = file
     this%stream = c_fopen(file//'.ldbench-part'//number//c_null_char, 'wb'//c_null_char)
     this%ok = c_associated(this%stream)
     if (this%ok) this%ending = '.ldbench-part'//number

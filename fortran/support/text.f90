@@ -85,94 +85,40 @@ contains
     character(len(word)) :: trial
     integer :: too_few, enough, digits
     real(dp) :: back
-    logical :: found
+    logical :: same
 
-    call quick_text(x, word, too_few, enough)
-    if (word /= '') return
+    too_few = 0
+    enough = 20
     word = with_digits(x, enough)
     do while (enough - too_few > 1)
       digits = (too_few + enough)/2
       trial = with_digits(x, digits)
-      call to_real(trim(trial), back, found)
-      if (found) found = abs(back - x) <= 0
-      if (found) enough = digits
-      if (found) word = trial
-      if (.not. found) too_few = digits
+      call to_real(trim(trial), back, same)
+      if (same) same = abs(back - x) <= 0
+      if (same) then
+        enough = digits
+        word = trial
+      else
+        too_few = digits
+      end if
     end do
     word = with_zero(word)
   end function shortest
 
-  !> What `shortest` gives, found without writing and reading, where it has at most 15 digits; otherwise a blank word, a
-  !> number of digits after the point that is too small and one that is large enough. The quotient or product of a whole
-  !> number below 10**15 and a power of ten up to 10**22 is rounded once, as the decimal number is when it is read.
-  pure subroutine quick_text(x, word, too_few, enough)
-    real(dp), intent(in) :: x
-    character(40), intent(out) :: word
-    integer, intent(out) :: too_few, enough
-    integer :: i, digits, decade, shift, unsure, n
-    integer, parameter :: most = 22, longest = 15
-    real(dp), parameter :: power(0:most) = [(10.0_dp**i, i=0, most)]
-    real(dp) :: whole, back
-    integer(int64) :: rest
-    character(longest + 1) :: figures
-
-    word = ''
-    too_few = 0
-    enough = 20
-    if (.not. ieee_is_finite(x)) return
-    decade = 0
-    if (.not. is_plain(x)) decade = floor(log10(abs(x)))
-    unsure = merge(0, 1, is_plain(x))       ! digits: the logarithm may have been rounded to the next whole number
-    do digits = 1, longest
-      shift = digits - decade
-      if (abs(shift) > most) return
-      if (shift >= 0) then
-        whole = anint(abs(x)*power(shift))
-        back = whole/power(shift)
-      else
-        whole = anint(abs(x)/power(-shift))
-        back = whole*power(-shift)
-      end if
-      if (whole >= power(longest)) then
-        enough = digits + 1 + unsure        ! 17 digits in all
-        return
-      end if
-      if (abs(back - abs(x)) <= 0) exit
-      too_few = digits - unsure
-    end do
-    if (digits > longest) return
-    if (unsure > 0 .and. (whole < power(digits) .or. whole >= power(digits + 1))) return
-
-    rest = int(whole, int64)
-    n = 0
-    do while (rest > 0 .or. n <= digits)
-      figures(len(figures) - n:len(figures) - n) = achar(iachar('0') + int(mod(rest, 10_int64)))
-      rest = rest/10
-      n = n + 1
-    end do
-    word = figures(len(figures) - n + 1:len(figures) - digits)//'.'//figures(len(figures) - digits + 1:)
-    if (unsure > 0) word = trim(word)//merge('E-', 'E+', decade < 0)//trim(adjustl(decimal(int(abs(decade), int64))))
-    if (sign(1.0_dp, x) < 0) word = '-'//word(:len(word) - 1)
-  end subroutine quick_text
-
-  !> A number with so many digits after its point.
+  !> A number with so many digits after its point, and with an exponent if it is small or large.
   pure function with_digits(x, digits) result(word)
     real(dp), intent(in) :: x
     integer, intent(in) :: digits
     character(40) :: word
-    character(2) :: count
+    character(12) :: form
 
-    count = achar(iachar('0') + digits/10)//achar(iachar('0') + mod(digits, 10))
-    if (is_plain(x)) write (word, '(f0.'//count//')') x
-    if (.not. is_plain(x)) write (word, '(es0.'//count//'e0)') x
+    if (abs(x) >= 1e-3_dp .and. abs(x) < 1e7_dp .or. abs(x) <= 0) then
+      write (form, '("(f0.",i0,")")') digits
+    else
+      write (form, '("(es0.",i0,"e0)")') digits
+    end if
+    write (word, form) x
   end function with_digits
-
-  !> Whether a number is written without an exponent.
-  pure logical function is_plain(x)
-    real(dp), intent(in) :: x
-
-    is_plain = abs(x) >= 1e-3_dp .and. abs(x) < 1e7_dp .or. abs(x) <= 0
-  end function is_plain
 
   pure function str_real(x) result(word)
     real(dp), intent(in) :: x
@@ -212,7 +158,7 @@ contains
     word = decimal(i)
   end function str_long
 
-  !> A text for a message, at most 80 characters of it.
+  !> The first 80 characters of a text, for a message.
   pure function clip(text) result(short)
     character(*), intent(in) :: text
     character(min(len_trim(text), 80)) :: short
@@ -250,8 +196,8 @@ contains
   pure subroutine split_lines(text, lines)
     character(*), intent(in) :: text
     type(line_type), allocatable, intent(out) :: lines(:)
-    character(*), parameter :: newline = achar(10), return = achar(13), mark = char(239)//char(187)//char(191)
-    integer :: n, from, to, pass
+    character(*), parameter :: newline = achar(10), return = achar(13), tab = achar(9), mark = char(239)//char(187)//char(191)
+    integer :: n, from, to, pass, i
 
     do pass = 1, 2
       if (pass == 2) allocate (lines(n))
@@ -261,24 +207,17 @@ contains
         to = from - 1 + scan(text(from:), newline//return)
         if (to < from) to = len(text) + 1
         n = n + 1
-        if (pass == 2) lines(n)%text = blanked(text(from:to - 1))
+        if (pass == 2) then
+          lines(n)%text = text(from:to - 1)
+          do i = from, to - 1
+            if (text(i:i) == tab) lines(n)%text(i - from + 1:i - from + 1) = ' '
+          end do
+        end if
         from = to + 1
         if (text(to:min(from, len(text))) == return//newline) from = from + 1
       end do
     end do
   end subroutine split_lines
-
-  !> A line with blanks for its tabs.
-  pure function blanked(line)
-    character(*), intent(in) :: line
-    character(len(line)) :: blanked
-    integer :: i
-
-    blanked = line
-    do i = 1, len(line)
-      if (iachar(line(i:i)) == 9) blanked(i:i) = ' '
-    end do
-  end function blanked
 
   !> CRC-32 (ISO 3309) of some lines, tabs counted as blanks and line ends as one newline, as
   !> eight hexadecimal digits.

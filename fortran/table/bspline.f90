@@ -97,16 +97,16 @@ contains
     end do
   end function new_axis
 
-  !> Return n points from first to last, spaced as scale*sinh about the centre.
-  pure function graded_points(first, last, centre, scale, n) result(x)
-    real(dp), intent(in) :: first, last, centre, scale
+  !> Return n points from first to last, spaced as scale*sinh of even steps: finest at 0.
+  pure function graded_points(first, last, scale, n) result(x)
+    real(dp), intent(in) :: first, last, scale
     integer, intent(in) :: n
     real(dp) :: x(n), low, high
     integer :: i
 
-    low = asinh((first - centre)/scale)
-    high = asinh((last - centre)/scale)
-    x = [first, (centre + scale*sinh(low + (i - 1)*(high - low)/(n - 1)), i=2, n - 1), last]
+    low = asinh(first/scale)
+    high = asinh(last/scale)
+    x = [first, (scale*sinh(low + (i - 1)*(high - low)/(n - 1)), i=2, n - 1), last]
   end function graded_points
 
   !> Whether x lies between the ends of an axis; false for NaN.

@@ -211,7 +211,7 @@ contains
     type(axis_type) :: axis
     real(dp), parameter :: fine_flange = 3e-3_dp, fine_tread = 10e-3_dp   ! [m]
 
-    axis = new_axis(graded_points(low, high, 0.0_dp, merge(fine_flange, fine_tread, flange), n))
+    axis = new_axis(graded_points(low, high, merge(fine_flange, fine_tread, flange), n))
   end function first_u
 
   !> Return the first axis of the roll angle with n points, fine about 0. The largest roll angle of a wheelset that rolls over is
@@ -224,7 +224,7 @@ contains
     real(dp) :: x(n)
     integer :: i
 
-    x = graded_points(-extent%roll, extent%roll, 0.0_dp, fine, n)
+    x = graded_points(-extent%roll, extent%roll, fine, n)
     i = minloc(abs(x + extent%largest_roll), 1)
     if (i > 1 .and. i <= n/2) then
       x(i) = -extent%largest_roll

@@ -16,7 +16,7 @@ module table_builder
   use halfspace_correction, only: multiply, solve_ratios
   use patch_grids, only: elements_type
   use service_poses, only: request_type
-  use wheel_rail_pair, only: pair_type, rail_point, rolled
+  use wheel_rail_pair, only: pair_type, rail_point
   use zone_influence, only: add_pairs
   use table_sampling, only: reference_shift, sample_row
   implicit none

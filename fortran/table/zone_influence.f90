@@ -51,7 +51,7 @@ contains
     done = 0
     stopped = .false.
     do j = 2, n
-      u = new_axis(graded_points(table%zones(j)%u%low, table%zones(j)%u%high, 0.0_dp, fine_u, points(1)))
+      u = new_axis(graded_points(table%zones(j)%u%low, table%zones(j)%u%high, fine_u, points(1)))
       ! An array constructor of types with allocatable components would leak in gfortran.
       if (allocated(grid)) deallocate (grid)
       allocate (grid(j - 1))

@@ -278,26 +278,26 @@ end module by_sundials
 module no_rows
   use errors, only: error_type
   use kinds, only: dp
-  use row_sink, only: row_taker
+  use row_sink, only: row_writer
   implicit none
   private
   public :: discarded_rows
 
-  type, extends(row_taker) :: discarded_rows
+  type, extends(row_writer) :: discarded_rows
     real(dp) :: total = 0                  !! of Y: keeps the rows alive
   contains
-    procedure :: take
+    procedure :: write_row
   end type discarded_rows
 
 contains
 
-  subroutine take(this, row, error)
+  subroutine write_row(this, row, error)
     class(discarded_rows), intent(inout) :: this
     real(dp), intent(in) :: row(:)
     type(error_type), allocatable, intent(out) :: error
 
     this%total = this%total + row(3)
-  end subroutine take
+  end subroutine write_row
 
 end module no_rows
 program peers
@@ -310,7 +310,7 @@ program peers
   use events, only: event_log, watch
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: advance, energy_change, energy_rounding, scheme_type, start_motion, step_ok
+  use newmark, only: advance, energy_change, energy_rounding, scheme_type, evaluate_contacts, step_ok
   use no_rows, only: discarded_rows
   use shared, only: read_prepared
   use run_monitor, only: run_type
@@ -405,7 +405,7 @@ contains
       call contacts(setup%wheelset, motion%q, motion%contact, tangent=.false.)
       problem%evaluations = problem%evaluations + 1
       call list_columns(c, setup, motion, 0.0_dp, values, columns)
-      call sink%take(values(:columns), error)
+      call sink%write_row(values(:columns), error)
     end do
     call cpu_time(to)
     once = to - from
@@ -428,7 +428,7 @@ contains
     motion%q = setup%equilibrium + [c%y, c%z, c%roll]
     motion%v = [c%vy, c%vz, c%roll_rate]
     call cpu_time(from)
-    call start_motion(setup%wheelset, motion, status)
+    call evaluate_contacts(setup%wheelset, motion, status)
     ok = status == step_ok
     piece = t_end/n/substeps
     do row = 1, n

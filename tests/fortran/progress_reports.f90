@@ -4,11 +4,13 @@
 !> Writes stage and share of every report; the n-th one is answered by the wish to stop (0: none is).
 !> Then `rows` and their number, or `none` 0 where the run was stopped before it.
 module listener
+  use errors, only: error_type, fatal_error
   use kinds, only: dp
   use progress, only: monitor_type
+  use row_sink, only: row_writer
   implicit none
   private
-  public :: listening_monitor
+  public :: counted_rows, listening_monitor
 
   type, extends(monitor_type) :: listening_monitor
     integer :: told = 0, stop_at = 0
@@ -16,7 +18,24 @@ module listener
     procedure :: report
   end type listening_monitor
 
+  type, extends(row_writer) :: counted_rows
+    integer :: n = 0
+    real(dp) :: last = -1                  !! time of the last row [s]
+  contains
+    procedure :: write_row
+  end type counted_rows
+
 contains
+
+  subroutine write_row(this, row, error)
+    class(counted_rows), intent(inout) :: this
+    real(dp), intent(in) :: row(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (row(1) < this%last) call fatal_error(error, 'rows are not in the order of time')
+    this%n = this%n + 1
+    this%last = row(1)
+  end subroutine write_row
 
   subroutine report(this, stage, share)
     class(listening_monitor), intent(inout) :: this
@@ -33,8 +52,7 @@ program progress_reports
   use case, only: case_type
   use case_reader, only: read_case
   use errors, only: error_type
-  use listener, only: listening_monitor
-  use row_sink, only: row_list
+  use listener, only: counted_rows, listening_monitor
   use shared, only: integer_argument
   use run_monitor, only: run_type
   use run_setup, only: setup_type
@@ -47,7 +65,7 @@ program progress_reports
   type(line_type), allocatable :: lines(:)
   type(case_type) :: c
   type(setup_type) :: setup
-  type(row_list) :: kept
+  type(counted_rows) :: kept
   type(run_type) :: run
   character(256) :: file
 

@@ -11,7 +11,7 @@ program trajectory
   use shared, only: integer_argument, read_prepared
   use kinds, only: dp, gravity
   use motion_state, only: motion_type
-  use newmark, only: advance, scheme_type, start_motion, step_ok
+  use newmark, only: advance, scheme_type, evaluate_contacts, step_ok
   use run_setup, only: setup_type
   use text, only: str
   implicit none
@@ -41,7 +41,7 @@ program trajectory
   motion%v = [c%vy, c%vz, c%roll_rate]
   do leg = 1, merge(2, 1, reverse)
     if (leg == 2) motion = motion_type(t=motion%t, q=motion%q, v=-motion%v, contact=motion%contact)
-    call start_motion(setup%wheelset, motion, status)
+    call evaluate_contacts(setup%wheelset, motion, status)
     if (status /= step_ok) error stop 'the start is not on the table: status '//str(status)
     call write_state()
     do i = 1, steps

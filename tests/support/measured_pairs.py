@@ -18,8 +18,7 @@ from pathlib import Path
 
 REPO = Path(__file__).resolve().parents[2]
 WHEELS = ("Car7216_0001r.whl", "Car7358_0001r.whl", "Car7422_0001r.whl", "Car7813_0001r.whl", "avg_wheel.whl",
-          "left-wheel-v1-pre-dry.whl", "right-wheel-v1-pre-dry.whl", "whl_left_iter288.whl", "worn_high_mileage.prw",
-          "MBench_S1002_v3.prw")
+          "left-wheel-v1-pre-dry.whl", "right-wheel-v1-pre-dry.whl", "whl_left_iter288.whl", "MBench_S1002_v3.prw")
 RAILS = "site_b_hr.prr", "uic60_true.prr"
 MORE = (("left-wheel-v1-pre-dry.whl", "MBench_UIC60_v3.prr"), ("MBench_S1002_v3.prw", "MBench_UIC60_v3.prr"),
         ("whl_left_iter288.whl", "rail_left_iter288.ban"), ("avg_wheel.whl", "avg_HR.BAN"))

@@ -30,20 +30,30 @@ end subroutine describe_variables
 !> Names and units of the columns, of the geometry columns; then the kinds of
 !> events, one per line; then the program's version.
 subroutine describe_results(listing, length)
-  use columns, only: column_type, most_columns, name_columns
+  use case, only: case_type
+  use columns, only: column_type, list_columns, most_columns
   use events, only: event_kinds
   use handles, only: give
   use kinds, only: version
   use geometry_functions, only: geometry_names, geometry_units
+  use motion_state, only: motion_type
+  use run_setup, only: setup_type
   implicit none
   character(8192), intent(out) :: listing
   integer, intent(out) :: length
+  type(case_type) :: c
+  type(setup_type) :: setup
+  type(motion_type) :: motion
   type(column_type) :: columns(most_columns)
+  real(8) :: values(most_columns)
   character(:), allocatable :: lines
   integer :: k, n
 
   lines = ''
-  call name_columns('unilateral', columns, n)
+  c%formulation = 'unilateral'         ! which has all columns
+  setup%wheelset%mass = c%mass
+  setup%wheelset%roll_inertia = c%roll_inertia
+  call list_columns(c, setup, motion, 0d0, values, n, columns)
   call add(columns(:n)%name)
   call add(columns(:n)%unit)
   call add(geometry_names)
@@ -246,12 +256,12 @@ subroutine prepared_warnings(handle, listing, length)
   character(32768), intent(out) :: listing
   integer, intent(out) :: length
   type(prepared_type), pointer :: p
-  type(result_list) :: told
+  type(result_list) :: items
 
   p => prepared_at(handle)
-  told = result_list('', '', '')
-  call list_tables(p%c, p%setup, told)
-  call give(told%warnings, listing, length)
+  items = result_list('', '', '')
+  call list_tables(p%c, p%setup, items)
+  call give(items%warnings, listing, length)
 end subroutine prepared_warnings
 
 !> Integrate a prepared case.
@@ -368,9 +378,8 @@ end subroutine write_run
 
 subroutine write_geometry_file(prepared, path, message, length)
   use errors, only: error_type
-  use column_writer, only: column_file
   use handles, only: give_error, prepared_at, prepared_type
-  use files, only: write_geometry
+  use files, only: column_file, write_geometry
   implicit none
   integer(8), intent(in) :: prepared
   character(*), intent(in) :: path
@@ -383,7 +392,7 @@ subroutine write_geometry_file(prepared, path, message, length)
 
   p => prepared_at(prepared)
   call write_geometry(p%c, p%setup, path, file, error)
-  if (.not. allocated(error)) call file%place(error)
+  if (.not. allocated(error)) call file%publish(error)
   call give_error(error, message, length)
 end subroutine write_geometry_file
 
@@ -482,10 +491,10 @@ end subroutine tangents
 
 !> Pressures of the wheel of a side (1 left, 2 right) in a pose: axle centre y, z [m], roll [rad]. The right side is given as
 !> its mirror image. Grids have nx by ns elements to a patch; n patches, at most `patches`, are filled. point: rows of
-!> elements on the wheel, wheelset frame [m]. facts: see `pressure_type`. total: F_y, F_z [N], M_x about the axle centre [N m],
+!> elements on the wheel, wheelset frame [m]. facts: see `press_contact`. total: F_y, F_z [N], M_x about the axle centre [N m],
 !> energy [J].
 subroutine pressures(handle, side, pose, nx, ns, patches, n, ok, p, point, facts, total)
-  use contact_pressure, only: most_patches, press_contact, pressure_type
+  use contact_pressure, only: press_contact
   use handles, only: prepared_at, prepared_type
   use hertz, only: contact_modulus
   use patch_grids, only: elements_type
@@ -498,25 +507,16 @@ subroutine pressures(handle, side, pose, nx, ns, patches, n, ok, p, point, facts
   real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(10, patches), total(4)
   !f2py threadsafe
   type(prepared_type), pointer :: prepared
-  type(pressure_type) :: found
-  integer :: kept
+  logical :: converged
 
   prepared => prepared_at(handle)
   associate (c => prepared%c)
     call press_contact(prepared%setup%side(side), elements_type(nx, ns, 1d-6, &
       c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), c%influence == 'flat'), &
-      merge(pose, mirror*pose, side == 1), found)
+      merge(pose, mirror*pose, side == 1), n, converged, p, point, facts, total)
   end associate
-  n = min(found%n, patches)
-  ok = merge(1, 0, found%ok)
-  kept = min(patches, most_patches)
-  p = 0
-  point = 0
-  facts = 0
-  p(:, :, :kept) = found%p(:, :, :kept)
-  point(:, :, :kept) = found%point(:, :, :kept)
-  facts(:, :kept) = found%facts(:, :kept)
-  total = [found%force, found%energy]
+  n = min(n, patches)
+  ok = merge(1, 0, converged)
 end subroutine pressures
 
 !> Geometry functions, without the conicity, at lateral displacements y [m]; NaN where the rigid wheelset does not stand
@@ -723,7 +723,7 @@ end subroutine linearised_conicities
 subroutine check_writable(file, variable, path, message, length)
   use errors, only: error_type
   use handles, only: give_error
-  use files, only: check => check_writable
+  use case_check, only: check => check_writable
   implicit none
   character(*), intent(in) :: file, variable, path
   character(2048), intent(out) :: message

@@ -5,22 +5,20 @@ module handles
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, list_variables, text_length, variable_type
-  use column_writer, only: column_file
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use curve, only: curve_frame, curve_type
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use profile, only: profile_type
   use progress, only: monitor_type
-  use files, only: begin_columns, finish_files
-  use row_sink, only: row_list
-  use run_equilibrium, only: set_wheelset
+  use files, only: begin_columns, column_file, finish_files
+  use row_sink, only: row_writer
   use run_monitor, only: run_type
-  use run_setup, only: place_sides, setup_type
+  use run_setup, only: place_sides, set_wheelset, setup_type
   use run_tables, only: free_tables
   use simulation, only: prepare, simulate
   use station_scan, only: scan_type, set_depth, touch
-  use text, only: checksum, line_type, read_lines
+  use text, only: checksum, line_type, read_lines, str
   use wheel_rail_pair, only: pair_type, rolled
   implicit none
   private
@@ -34,6 +32,14 @@ module handles
     type(setup_type) :: setup
     logical :: owns_table = .false.
   end type prepared_type
+
+  !> All rows, in memory.
+  type, extends(row_writer) :: row_list
+    integer :: n = 0
+    real(dp), allocatable :: values(:, :)   !! (column, row), the first n of them
+  contains
+    procedure :: write_row
+  end type row_list
 
   !> A run with its rows.
   type, extends(run_type) :: finished_type
@@ -261,7 +267,7 @@ contains
 
     call begin_columns(p%c, p%setup, path, columns, error)
     do i = 1, run%rows
-      if (.not. allocated(error)) call columns%take(run%kept%values(:, i), error)
+      if (.not. allocated(error)) call columns%write_row(run%kept%values(:, i), error)
     end do
     if (.not. allocated(error)) call finish_files(p%c, p%setup, run%run_type, columns, geometry_file, error)
   end subroutine write_finished
@@ -369,5 +375,26 @@ contains
     run => run_at(handle)
     deallocate (run)
   end subroutine free_run_at
+
+  subroutine write_row(this, row, error)
+    class(row_list), intent(inout) :: this
+    real(dp), intent(in) :: row(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: grown(:, :)
+    integer :: stat
+
+    if (.not. allocated(this%values)) allocate (this%values(size(row), 1024))
+    if (this%n == size(this%values, 2)) then
+      allocate (grown(size(row), 2*this%n), stat=stat)
+      if (stat /= 0) then
+        call fatal_error(error, 'expected memory for '//str(2*this%n)//' rows, found less')
+        return
+      end if
+      grown(:, :this%n) = this%values
+      call move_alloc(grown, this%values)
+    end if
+    this%n = this%n + 1
+    this%values(:, this%n) = row
+  end subroutine write_row
 
 end module handles

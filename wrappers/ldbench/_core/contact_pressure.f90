@@ -1,6 +1,4 @@
 !> Pressures between a wheel and its rail in one pose, by the model 'halfspace': what the contact table sums up to a force.
-!>
-!> The wheel is pressed as a whole.
 module contact_pressure
   use contact_zones, only: is_flange, side_type
   use curve, only: curve_point, near_interval
@@ -8,65 +6,64 @@ module contact_pressure
   use hertz, only: ellipse
   use kinds, only: dp, pi
   use patch_grids, only: elements_type
-  use patch_overlaps, only: most_patches, overlap_type
+  use patch_overlaps, only: overlap_type
   use station_scan, only: deepest, new_scan, scan_depth, scan_type
   use wheel_rail_pair, only: mean_curvature, pair_type, rail_curvature
   implicit none
   private
-  public :: pressure_type, press_contact, most_patches
-
-  !> The patches of a wheel. Grids have nx by ns elements over x > 0 and s, the arc length along the wheel's profile.
-  type :: pressure_type
-    integer :: n = 0                           !! number of patches
-    logical :: ok = .true.                     !! whether the solution converged
-    real(dp) :: force(3) = 0                   !! of the rail on the wheel: F_y, F_z [N], M_x about the axle centre [N m]
-    real(dp) :: energy = 0                     !! [J]
-    real(dp), allocatable :: p(:, :, :)        !! pressure (nx, ns, patch) [Pa]
-    real(dp), allocatable :: point(:, :, :)    !! rows of elements on the wheel, wheelset frame (2, ns, patch) [m]
-    !> Facts of each patch are the length of an element along x and along s, s where the grid begins, largest undeformed
-    !> interpenetration, and s where it is [m]; integral of the pressure [N]; semi-axes along x and along s [m] and largest
-    !> pressure [Pa] of Hertz's ellipse with this force and the curvatures there, 0 where the surfaces conform; 1 for a contact
-    !> of the flange, 0 for one of the tread.
-    real(dp) :: facts(10, most_patches) = 0
-  end type pressure_type
+  public :: press_contact
 
 contains
 
-  !> Press a left wheel into its rail.
-  subroutine press_contact(side, elements, pose, found)
+  !> Press a left wheel into its rail. The wheel is pressed as a whole. Grids have nx by ns elements over x > 0 and s, the arc
+  !> length along the wheel's profile.
+  !>
+  !> Facts of each patch are the length of an element along x and along s, s where the grid begins, largest undeformed
+  !> interpenetration, and s where it is [m]; integral of the pressure [N]; semi-axes along x and along s [m] and largest
+  !> pressure [Pa] of Hertz's ellipse with this force and the curvatures there, 0 where the surfaces conform; 1 for a contact
+  !> of the flange, 0 for one of the tread.
+  subroutine press_contact(side, elements, pose, n, ok, p, point, facts, total)
     type(side_type), intent(in) :: side
     type(elements_type), intent(in) :: elements
     real(dp), intent(in) :: pose(3)            !! axle centre y, z [m] and roll angle [rad], track frame
-    type(pressure_type), intent(out) :: found
+    integer, intent(out) :: n                  !! number of patches; the arrays have room for some of them
+    logical, intent(out) :: ok                 !! whether the solution converged
+    real(dp), intent(out) :: p(:, :, :)        !! pressure (nx, ns, patch) [Pa]
+    real(dp), intent(out) :: point(:, :, :)    !! rows of elements on the wheel, wheelset frame (2, ns, patch) [m]
+    real(dp), intent(out) :: facts(:, :)       !! (10, patch)
+    real(dp), intent(out) :: total(4)          !! F_y, F_z of the rail on the wheel [N], M_x about the axle centre [N m], energy [J]
     type(patches_type) :: patches
     type(scan_type) :: scan
     real(dp) :: force(3), ends(2), A, B, s, d1(2), d2(2)
     integer :: first, last, g, i, j
 
-    allocate (found%p(elements%nx, elements%ns, most_patches), found%point(2, elements%ns, most_patches), source=0.0_dp)
     first = minval(side%zones%first)
     last = maxval(side%zones%last)
     scan = new_scan(side%pair)
     call scan_depth(side%pair, pose(:2), pose(3), first, last, scan)
     call press_patches(side%pair, elements, first, last, pose(:2), pose(3), scan, patches)
-    found%energy = patches%energy
-    found%ok = patches%ok
-    found%n = patches%n
+    ok = patches%ok
+    n = patches%n
+    p = 0
+    point = 0
+    facts = 0
+    total = [0.0_dp, 0.0_dp, 0.0_dp, patches%energy]
     do g = 1, patches%n
       associate (mesh => patches%mesh(g))
-        found%p(:, :, g) = patches%f(:, :, g)/(mesh%dx*mesh%ds)
-        found%facts(:3, g) = [mesh%dx, mesh%ds, mesh%low]
-        found%facts(6, g) = 2*sum(patches%f(:, :, g))
-        call describe_overlap(side%pair, scan, first, last, pose(3), patches%overlaps%list(g), found%facts(4:5, g), A, B)
-        call hertz_ellipse(found%facts(6, g), elements%e_star, A, B, found%facts(7:9, g))
         ends = mesh%low + [0, elements%ns]*mesh%ds
         force = force_between(patches, ends(1), ends(2))
-        found%force = found%force + force
-        found%facts(10, g) = merge(1, 0, is_flange(side, force(:2), sum(patches%box(2:, g))/2))
+        total(:3) = total(:3) + force
+        if (g > size(p, 3)) cycle
+        p(:, :, g) = patches%f(:, :, g)/(mesh%dx*mesh%ds)
+        facts(:3, g) = [mesh%dx, mesh%ds, mesh%low]
+        facts(6, g) = 2*sum(patches%f(:, :, g))
+        call describe_overlap(side%pair, scan, first, last, pose(3), patches%overlaps%list(g), facts(4:5, g), A, B)
+        call hertz_ellipse(facts(6, g), elements%e_star, A, B, facts(7:9, g))
+        facts(10, g) = merge(1, 0, is_flange(side, force(:2), sum(patches%box(2:, g))/2))
         do j = 1, elements%ns
           s = mesh%low + (j - 0.5_dp)*mesh%ds
           i = near_interval(side%pair%wheel, s)
-          call curve_point(side%pair%wheel, s, i, found%point(:, j, g), d1, d2)
+          call curve_point(side%pair%wheel, s, i, point(:, j, g), d1, d2)
         end do
       end associate
     end do
