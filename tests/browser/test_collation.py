@@ -8,11 +8,11 @@ import pytest
 import imaginary_round
 from browser import Browser
 from imaginary_round import CODES, Runs
-from ldbench.benchmark import check
-from ldbench.benchmark.collation import Collation, collate
-from ldbench.benchmark.collation_html import make_page
-from ldbench.benchmark.collation_pdf import signed_percent, text
-from ldbench.benchmark.tasks import Task
+from ldbench_round import own_runs
+from ldbench_round.collation import Collation, collate
+from ldbench_round.collation_html import make_page
+from ldbench_round.collation_pdf import signed_percent, text
+from ldbench_round.tasks import Task
 
 FAST, OTHER = Task(4, "aw"), Task(3, "aw")
 INK = """const c = document.querySelectorAll("canvas")[arguments[0]];
@@ -29,14 +29,14 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Collation:
     (folder/"Contura").rename(folder/"<b>x")
     (folder/"empty").mkdir()
     (folder/"empty/ex1_aw.csv").write_text("")
-    before = dict(check._OWN)
-    check._OWN.update({task: runs.of(CODES[1], task) for task in (FAST, OTHER)} | {Task(1, "aw"): runs.of(CODES[1], OTHER)})
+    before = dict(own_runs._OWN)
+    own_runs._OWN.update({task: runs.of(CODES[1], task) for task in (FAST, OTHER)} | {Task(1, "aw"): runs.of(CODES[1], OTHER)})
     store = tmp_path_factory.mktemp("kept")
     try:
         return collate(folder, store, 1)
     finally:
-        check._OWN.clear()
-        check._OWN.update(before)
+        own_runs._OWN.clear()
+        own_runs._OWN.update(before)
 
 
 @pytest.fixture(scope="module")

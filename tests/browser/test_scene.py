@@ -177,7 +177,7 @@ def test_no_patches_without_pressures(shipped: dict[str, Run], tmp_path: Path):
     file.write_text(shipped["ex2_aw"].file.read_text().replace("model = 'halfspace'", "model = 'hertz'"))
     other = tmp_path/"other.csv"
     other.write_text("time,Y\n0,0\n1,1\n")
-    page = ldbench.view([file, other]).write(tmp_path/"page.html")
+    page = ldbench.view(file, other).write(tmp_path/"page.html")
     assert [run["pressure"] for run in facts(page)["runs"]] == [[], []]
 
 

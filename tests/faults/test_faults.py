@@ -110,7 +110,7 @@ def test_a_small_stack_is_enough(case):
 
 @pytest.mark.same_build
 def test_a_process_that_is_ended_is_told():
-    with pytest.raises(ldbench.Error, match="a process that read or drew was ended"), processes(1, 1) as pool:
+    with pytest.raises(ldbench.Error, match="a worker process died"), processes(1, 1) as pool:
         pool.submit(os._exit, 1).result()
 
 

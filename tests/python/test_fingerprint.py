@@ -13,23 +13,23 @@ import pytest
 import imaginary_codes as imaginary
 import imaginary_physics as physics
 import ldbench
-import ldbench.benchmark.fingerprint as fingerprints
+import ldbench_round.fingerprint as fingerprints
 from imaginary_physics import Physics
 from ldbench import Case
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.blows import Blow
-from ldbench.benchmark.estimate import Estimate, combined, untold
-from ldbench.benchmark.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, plus_minus
-from ldbench.benchmark.lattice import Bends, bends, digit_noise, find_lattice
-from ldbench.benchmark.physics_checks import LEAST_FORCE
-from ldbench.benchmark.stiffness import BY_DEPTH, BY_RATE, NONE, fit_law
-from ldbench.benchmark.tasks import TASKS, Task
+from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.header import Header
-from ldbench.results.impacts import closed_intervals
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
+from ldbench_round import own_runs
+from ldbench_round.blows import Blow
+from ldbench_round.estimate import Estimate, combined, untold
+from ldbench_round.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, plus_minus
+from ldbench_round.lattice import Bends, bends, digit_noise, find_lattice
+from ldbench_round.physics_checks import LEAST_FORCE
+from ldbench_round.stiffness import BY_DEPTH, BY_RATE, NONE, fit_law
+from ldbench_round.tasks import TASKS, Task
 from running import Run
 
 AW, SW = Task(2, "aw"), Task(2, "sw")
@@ -164,7 +164,7 @@ def ratios_to_hertz(run: RunData, task: Task) -> Iterator[tuple[float, float, np
                 run.values("Z")[rows] + table.equilibrium - moved*np.cos(angle), run.values("roll")[rows])
         return np.hypot(*table.forces_by_contact(*pose)[:, CONTACTS.index(contact), :2].T)
 
-    for one in sorted((one for contact in ("LF", "RF") for one in closed_intervals(run, contact)), key=lambda one: one.start):
+    for one in run.impacts(("LF", "RF")):
         rows = (run.time > one.start) & (run.time < one.end)
         force = run.values(f"N_{one.contact}")[rows]
         if rows.sum() < 8 or force.max() < LEAST_FORCE or abs(one.angle) < FLANGE_ANGLE:
@@ -268,7 +268,8 @@ def test_a_law_is_fitted_to_the_digits_of_its_numbers(kind: str, damping: float)
     elastic = 8e10*x**1.4
     force = {NONE: elastic, BY_DEPTH: elastic*(1 + damping*v), BY_RATE: elastic + damping*v}[kind]
     closed = force > 0
-    blow = Blow("LF", 0.0, 3e-3, *(part[closed] for part in (t, force, v, x + 5e-6, np.full(60, 0.9), 0*t)), first=0)
+    whole = ContactInterval("LF", 0.0, 3e-3, force.max(), 1.5e-3, np.nan, 0.9)
+    blow = Blow(whole, *(part[closed] for part in (t, force, v, x + 5e-6, np.full(60, 0.9), 0*t)))
     law = fit_law(blow, kind)
     assert law is not None
     assert (law.n, law.k, law.zero) == pytest.approx((1.4, 8e10, 5e-6), rel=3e-3)
@@ -305,7 +306,7 @@ def test_estimates_are_combined_by_their_uncertainties_and_their_spread():
 def test_the_command_tells_a_file_of_another_code(tmp_path: Path, shipped: dict[str, Run], capsys: pytest.CaptureFixture[str],
                                                   monkeypatch: pytest.MonkeyPatch):
     """The map is guessed, as for check; units, signs and names are those of another code."""
-    monkeypatch.setitem(check._OWN, AW, ldbench.read_run(shipped["ex2_aw"].file))
+    monkeypatch.setitem(own_runs._OWN, AW, ldbench.read_run(shipped["ex2_aw"].file))
     file = tmp_path/"ex2_aw.csv"
     dialect = imaginary.Dialect(lateral=-1, vertical=-1, length="mm", angle="mrad", force="kN", scheme=2)
     imaginary.write(physics.simulate(AW, Physics(hunt_crossley=0.1), FIRST), file, dialect)

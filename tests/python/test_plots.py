@@ -1,16 +1,13 @@
 """The plots: every artist shows the numbers it was given, in the unit that its axis names."""
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from fontTools.ttLib import TTFont
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -28,9 +25,8 @@ from ldbench.plots.contents import arranged, contents_page, entries
 from ldbench.plots.document import Part, bind, case_figures, even_shares, make_plots, save_pages
 from ldbench.plots.frame import label_x, label_y
 from ldbench.plots.geometry import geometry_page
-from ldbench.plots.impact import HEADS, Stretch, draw_table, hardest_page, impact_page, table_rows
+from ldbench.plots.impact import HEADS, Recomputed, draw_impacts, hardest_page, impact_page, table_rows
 from ldbench.plots.overview import first_contacts, overview_figures, side_by_side
-from ldbench.plots.pdf_file import Pages
 from ldbench.plots.phase import energy_page
 from ldbench.plots.ramp import is_ramp, ramp_page
 from ldbench.plots.sections import close_up, instants, placed_outlines
@@ -41,7 +37,6 @@ from ldbench.plots.summary import summary_page
 from ldbench.plots.ticks import settle
 from ldbench.plots.times import key_events, time_page
 from ldbench.results.header import Header
-from ldbench.results.impacts import impacts
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
@@ -479,7 +474,7 @@ def test_steepest_angle_of_the_flange(thrown: tuple[RunData, Path]):
 
 def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path], impact: Figure):
     run, _ = thrown
-    first, = impacts(run, ("LF",))
+    first, = run.impacts(("LF",))
     row, = table_rows(run, [first])
     assert len(row) == len(HEADS) and row[0] == "left flange"
     assert row[3] == f"{1e-3*run.values('N_LF').max():.1f} kN"
@@ -494,7 +489,7 @@ def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path], i
 def test_impacts_of_the_root_of_a_flange_are_told(thrown: tuple[RunData, Path]):
     """By a contact angle below 25 degrees; an unknown angle tells nothing."""
     run, _ = thrown
-    first, = impacts(run, ("LF",))
+    first, = run.impacts(("LF",))
     angles = {24.9: "left flange, root", -24.9: "left flange, root", 25.1: "left flange", np.nan: "left flange"}
     rows = table_rows(run, [first._replace(angle=np.radians(angle)) for angle in angles])
     assert [row[0] for row in rows] == list(angles.values())
@@ -508,7 +503,7 @@ def test_impacts_of_the_root_of_a_flange_are_told(thrown: tuple[RunData, Path]):
 def figure_of(run: RunData) -> Figure:
     """A page with the table of impacts alone."""
     figure = Figure()
-    draw_table(figure, run, 0.9)
+    draw_impacts(figure, run, 0.9)
     return figure
 
 
@@ -562,7 +557,7 @@ def test_stretch_of_full_resolution_lies_on_the_rows_of_the_run(thrown: tuple[Ru
     later = altered(run, data=run.data.iloc[k:].reset_index(drop=True))
     later.data["time"] -= run.time[k]
     coarse = altered(run, data=run.data.iloc[::7].reset_index(drop=True))
-    ax = hardest_page(coarse, Stretch(later, float(run.time[k]))).axes[0]
+    ax = hardest_page(coarse, Recomputed(later, float(run.time[k]))).axes[0]
     curve, dots = curves_of(ax)["left flange"], ax.get_lines()[-1]
     assert ax.get_xlim()[0] == pytest.approx(1e3*run.time[k]) and dots.get_linestyle() == "None"
     known = np.interp(dots.get_xdata(), curve.get_xdata(), curve.get_ydata())
@@ -704,50 +699,6 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
     assert [part.title for part in found.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]
 
 
-def test_pages_have_the_operators_that_matplotlib_writes(thrown: tuple[RunData, Path], tmp_path: Path):
-    """Texts that come again, turned texts, formulas and pages of another size are drawn as by matplotlib's own pages, which know
-    nothing of each other."""
-    run, _ = thrown
-    small = Figure(figsize=(3, 2))
-    for k, angle in enumerate((0, 0, 90, 30)):
-        small.text(0.2*k, 0.1*k, "the first flange −12.5", rotation=angle, fontsize=8 + k//2, weight="bold" if k == 1 else "normal")
-    small.text(0.5, 0.5, r"$\alpha^2$ of the same, twice")
-
-    def figures() -> list[Figure]:
-        return [time_page(run, PAGES[0]), small, time_page(run, PAGES[1]), small]
-
-    with PdfPages(tmp_path/"theirs.pdf", metadata={"CreationDate": None}) as theirs:
-        for figure in figures():
-            settle(figure)
-            theirs.savefig(figure)
-    save_pages(tmp_path/"ours.pdf", [("", figure) for figure in figures()])
-    found, wanted = (PdfReader(tmp_path/name) for name in ("ours.pdf", "theirs.pdf"))
-    assert len(found.pages) == len(wanted.pages) == 4
-    for page, other in zip(found.pages, wanted.pages, strict=True):
-        assert page.get_contents().get_data() == other.get_contents().get_data()
-        assert page.mediabox == other.mediabox
-        assert set(page["/Resources"]["/Font"]) == set(other["/Resources"]["/Font"])
-    assert found.pages[1].extract_text() == wanted.pages[1].extract_text()
-    fonts, others = (embedded_fonts(pdf) for pdf in (found, wanted))
-    assert fonts.keys() == others.keys() and len(fonts) >= 2
-    for name, font in fonts.items():
-        # What sets text is left out; what draws glyphs is the same to the byte.
-        assert not {"GSUB", "GPOS", "GDEF", "kern"} & set(font.keys())
-        assert all(font.reader[table] == others[name].reader[table] for table in ("glyf", "loca", "hmtx"))
-
-
-def embedded_fonts(pdf: PdfReader) -> dict[str, TTFont]:
-    """The fonts of the first pages that are embedded as TrueType, by their names without the prefix of a subset."""
-    found = {}
-    for page in pdf.pages:
-        for font in page["/Resources"]["/Font"].values():
-            if "/DescendantFonts" in font.get_object():
-                descriptor = font.get_object()["/DescendantFonts"][0].get_object()["/FontDescriptor"]
-                name = str(descriptor["/FontName"]).rpartition("+")[2]
-                found[name] = TTFont(io.BytesIO(descriptor["/FontFile2"].get_data()))
-    return found
-
-
 @pytest.mark.parametrize("number", [1, 2, 4, 12])
 @pytest.mark.parametrize("count", [0, 1, 5, 30])
 def test_shares_are_even(count: int, number: int):
@@ -805,15 +756,3 @@ def test_plot_command_passes_on_what_it_is_told(thrown: tuple[RunData, Path], tm
     assert main(words) == 0
     assert asked["words"] == ([run.file], target, [geometry, Path("other.txt")], 1, Path("map.toml"))
     assert capsys.readouterr().out == f"{target}: 7 pages\n"
-
-
-def test_a_document_that_cannot_be_ended_leaves_no_open_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    def fails() -> None:
-        raise OSError("no space")
-
-    pages = Pages(tmp_path/"pages.pdf")
-    pages.add(Figure())
-    monkeypatch.setattr(pages.file, "finalize", fails)
-    with pytest.raises(OSError, match="no space"):
-        pages.close()
-    assert pages.file.fh.closed

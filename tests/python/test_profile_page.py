@@ -13,7 +13,7 @@ from pypdf import PdfReader
 import shapes
 from ldbench import Case, Error, Profile
 from ldbench.__main__ import main
-from ldbench._core.errors import MissingFile, Usage
+from ldbench._core.errors import BadValue, MissingFile, Usage
 from ldbench.commands import profile
 from ldbench.conicity import equivalent_conicity, linearised_conicity
 from ldbench.geometry.pair import pair
@@ -222,7 +222,7 @@ WHEEL = str(REPO/"profiles/awprof.yz")
     ([WHEEL]*3, Usage, {"expected": "a wheel or a rail, or one of each", "found": "3 files"}),
     ([WHEEL, "-o", "page.doc"], Error, {"file": "page.doc", "found": ".doc"}),
     (["nothing.yz"], MissingFile, {"file": "nothing.yz"}),
-    ([WHEEL, "--set", "gauge=9"], Error, {"group": "track", "variable": "gauge", "found": "9.0"}),
+    ([WHEEL, "--set", "gauge=9"], BadValue, {"group": "track", "variable": "gauge", "found": "9.0"}),
 ])
 def test_wrong_page_is_refused(words, kind, fields, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

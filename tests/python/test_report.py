@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import re
 import shutil
@@ -17,15 +18,16 @@ import pytest
 from pypdf import PdfReader
 
 from invented import altered
-from ldbench import Case, Error, Event, run
+from ldbench import Case, Error, Event, _core, run
 from ldbench.__main__ import main
 from ldbench._core import pools
+from ldbench._core.kept import PACKAGE, is_up_to_date, program_digest, stamp_of, write_stamp
 from ldbench._core.pools import in_threads, processes
 from ldbench.case import data_folder
 from ldbench.commands import report
 from ldbench.plots.series import PAGES
 from ldbench.report import abstract, authors, formulations, jobs, stretches, submission, twins
-from ldbench.report.jobs import Job, case_job, is_up_to_date, run_jobs, run_stale, stamp_of, write_stamp
+from ldbench.report.jobs import Job, case_job, run_jobs, run_stale
 from ldbench.report.submission import geometry_jobs, make_report
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
@@ -66,10 +68,10 @@ def report_small_project(root: Path) -> None:
 
 
 def test_products_are_there_and_nothing_else(project: Path):
-    names = {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp"}
-    assert names == {"ex3_aw.txt", "ex3_sw.txt", "geometry_aw.txt", "geometry_sw.txt", "aw_strip.table",
-                     "sw_strip.table", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "formulations.json",
-                     "twins.json", "ldbench_results.html"}
+    sent = {"ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
+    kept = {"geometry_aw.txt", "geometry_sw.txt", "formulations.json", "twins.json"}
+    assert {file.name for file in (project/"outputs").iterdir()} == sent | {"aw_strip.table", "sw_strip.table", ".ldbench"}
+    assert {file.name for file in (project/"outputs/.ldbench").iterdir()} == kept | {f"{name}.stamp" for name in sent | kept}
 
 
 def test_plots_have_pages_and_bookmarks(project: Path):
@@ -140,10 +142,11 @@ LONG_AGO = 10**9      # [s]
 
 def remake(project: Path) -> set[str]:
     """Report again; the names of what was written."""
-    for file in (project/"outputs").iterdir():
+    files = [file for file in (project/"outputs").rglob("*") if file.is_file() and file.suffix != ".stamp"]
+    for file in files:
         os.utime(file, (LONG_AGO, LONG_AGO))
     make_report(project, project/"inputs", project/"outputs", jobs=2)
-    return {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp" and file.stat().st_mtime != LONG_AGO}
+    return {file.name for file in files if file.stat().st_mtime != LONG_AGO}
 
 
 def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -161,6 +164,13 @@ def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, 
     columns = project/"outputs/ex3_aw.txt"
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))
     assert remake(project) == {"ex3_aw.txt"}      # the same columns again: the rest still holds
+    # A change of the page's scripts, in a copy of the package.
+    package = Path(shutil.copytree(PACKAGE, tmp_path/"package", ignore=shutil.ignore_patterns("__pycache__")))
+    script = package/"viewer/static/scene.js"
+    script.write_text(script.read_text() + "// changed")
+    monkeypatch.setattr(_core.kept, "program_digest", lambda: program_digest.__wrapped__(package))
+    assert "ldbench_results.html" in remake(project)
+    assert remake(project) == set()
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +182,7 @@ def ten(project: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[list[R
     for k in (8, 9):         # exercise 5: three seconds long, derailed
         ten[k] = altered(ten[k], {"events": (*ten[k].events, Event(2.987654, "derailment", 271234.0))},
                          data=ten[k].data.assign(time=100*ten[k].time))
-    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
+    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/.ldbench/formulations.json").read_text())]
     outcomes = [replace(found, case=name) for name in CASES for found in kept if found.pair == name[-2:]]
     written = [{"name": "A. Author", "affiliation": "First Institute"}, {"name": "B. Author", "affiliation": "Second Institute"}]
     target = tmp_path_factory.mktemp("ten")/"abstract.pdf"
@@ -271,24 +281,38 @@ def job(root: Path, name: str, table: str = "", **integrator: float) -> Job:
 
 
 def test_everything_a_run_depends_on_makes_it_run_again(tmp_path: Path, log: list[str], monkeypatch: pytest.MonkeyPatch):
-    class Core:
-        __file__ = str(tmp_path/"core.so")
-
-    (tmp_path/"core.so").write_text("the core")
-    monkeypatch.setattr(jobs, "_flat", Core)
     one = job(tmp_path, "one")
     assert run_stale([one], 1) == [one] and taken(log) == ["one runs"]
     assert run_stale([one], 1) == [] and taken(log) == []
-    for change in (tmp_path/"wheel.yz", tmp_path/"rail.yz", tmp_path/"core.so", one.product):
+    for change in (tmp_path/"wheel.yz", tmp_path/"rail.yz", one.product):
         change.write_text(change.read_text() + "\n# changed\n")
         assert run_stale([one], 1) == [one], change
         assert run_stale([one], 1) == []
     assert run_stale([replace(one, text=one.text + "! a comment\n")], 1)
+    assert stamp_of(one.product) == tmp_path/".ldbench/one.txt.stamp"
     stamp_of(one.product).write_text("{")
     assert run_stale([one], 1) == [one]
     one.product.unlink()
     assert run_stale([one], 1) == [one]
     assert run_stale([one], 1, force=True) == [one]
+    monkeypatch.setattr(_core.kept, "program_digest", lambda: "another program")
+    assert run_stale([one], 1) == [one]
+
+
+@pytest.mark.parametrize("changed", ["viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py"])
+def test_a_change_of_the_program_makes_its_products_again(changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Any file counts: scripts of the page, modules, the compiled core. What Python keeps of its own does not."""
+    package, product = tmp_path/"package", tmp_path/"page.html"
+    for name in ("viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py", "viewer/__pycache__/page.pyc"):
+        (package/name).parent.mkdir(parents=True, exist_ok=True)
+        (package/name).write_text("before")
+    monkeypatch.setattr(_core.kept, "program_digest", lambda: program_digest.__wrapped__(package))
+    product.write_text("page")
+    write_stamp(product, {})
+    (package/"viewer/__pycache__/page.pyc").write_text("after")
+    assert is_up_to_date(product, {})
+    (package/changed).write_text("after")
+    assert not is_up_to_date(product, {})
 
 
 def test_touching_a_file_is_not_a_change(tmp_path: Path):
@@ -351,7 +375,7 @@ def test_runs_in_this_process_write_the_bytes_of_the_executable(model: str, tmp_
     assert run_stale([here], 1) == [here] and done.returncode == 0, done.stderr
     for name in ("columns.txt", "geometry.txt", "aw.table"):
         assert (here.root/name).read_bytes() == (there.root/name).read_bytes()
-    assert sorted(file.name for file in here.root.iterdir()) == ["aw.table", "columns.txt", "columns.txt.stamp", "geometry.txt"]
+    assert sorted(file.name for file in here.root.iterdir()) == [".ldbench", "aw.table", "columns.txt", "geometry.txt"]
     assert run_stale([here], 1) == []
 
 
@@ -451,7 +475,7 @@ def test_row_of_a_run_without_events_is_empty_where_nothing_happened(project: Pa
 
 
 def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
-    kept = json.loads((project/"outputs/formulations.json").read_text())
+    kept = json.loads((project/"outputs/.ldbench/formulations.json").read_text())
     outcomes = [found for found in kept if found["formulation"] == "elastic"]
     assert [found["case"] for found in outcomes] == ["ex3_aw", "ex3_sw"]
     for found in outcomes:
@@ -464,7 +488,7 @@ def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
 
 def test_pages_of_formulations_name_the_profiles_of_the_files(project: Path):
     """Not those that the names of the cases tell."""
-    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
+    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/.ldbench/formulations.json").read_text())]
     assert {(o.pair, o.profiles) for o in kept} == {("aw", "actual profiles"), ("sw", "simplified profiles")}
     other = [replace(o, profiles="s1002.yz on 60e1.yz") if o.pair == "aw" else o for o in kept]
     titles = [ax.get_title(loc="left") for ax in formulations.exercises_page(other, [3]).axes if ax.get_title(loc="left")]
@@ -479,7 +503,7 @@ def test_pages_of_formulations_name_the_profiles_of_the_files(project: Path):
 
 def test_values_of_formulations_stand_under_their_pair(project: Path):
     """Each value in the row of its result and in the column of its pair and formulation."""
-    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
+    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/.ldbench/formulations.json").read_text())]
     found = [replace(o, results={**o.results, "Y_max": 1e-3*(k + 1)}) for k, o in enumerate(kept)]
     texts = formulations.values_page(found).axes[0].texts
     row = next(text.get_position()[1] for text in texts if text.get_text() == "largest Y [mm]")
@@ -551,7 +575,7 @@ def test_a_report_from_another_folder_writes_there(tmp_path: Path, monkeypatch: 
         case={"name": "ex1_aw"}, contact={"model": "hertz"}, table={"file": "outputs/aw.table", **SMALL},
         integrator={"dt": 1e-5, "t_end": 1e-3, "stop_at": "t_end"}))
     run_jobs([case_job(Path("ex1_aw.nml"), tmp_path/"outputs", tmp_path)], 1)
-    assert {file.name for file in Path("outputs").iterdir()} == {"aw.table", "ex1_aw.txt", "ex1_aw.txt.stamp"}
+    assert {file.name for file in Path("outputs").iterdir()} == {".ldbench", "aw.table", "ex1_aw.txt"}
 
 
 @pytest.mark.parametrize(("file", "name"), [("ex1_own", "ex1_own"), ("ex1_aw", "mine"), ("ex6_aw", "ex6_aw"),
@@ -569,8 +593,10 @@ def test_no_more_processes_and_threads_than_tasks():
     done: list[int] = []
     in_threads(lambda task, tell: task, [1, 2], 10**6, lambda task, result: done.append(result))
     assert sorted(done) == [1, 2]
-    with processes(10**6, 2) as pool:
-        assert len(pool.children) == 2
+    before = len(multiprocessing.active_children())
+    with processes(10**6, 2):
+        assert len(multiprocessing.active_children()) == before + 2
+    assert len(multiprocessing.active_children()) == before
 
 
 def test_work_of_processes_is_done_here_where_the_system_has_no_fork(monkeypatch):

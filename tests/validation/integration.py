@@ -14,8 +14,8 @@ from checks import Check, Section, absolute, limit
 from independent import SIZES, rates_of, start_of
 from ldbench import Case, ContactTable, Run
 from ldbench._core import _flat
-from ldbench.benchmark.fingerprint import half_space_softness
 from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, RED, SERIES, ldbench_style
+from ldbench_round.fingerprint import half_space_softness
 from sheets import Table, page
 
 PAIRS = "aw", "sw"
@@ -160,7 +160,7 @@ def longest_step(run: Run, t: float) -> float:
 
 
 def distance(run: Run, contact: str, t: float) -> tuple[float, float]:
-    """Of a flange's contact that closes at t from where the tread was in contact [m], and its rate [m/s]; NaN if it was not."""
+    """How far a flange contact that closes at t is from the place of the tread contact [m], and its rate [m/s]; NaN without one."""
     tread = run.data[run.data["time"] <= t].iloc[-1]
     rows = run.data[(run.data["time"] > t) & (run.data[f"N_{contact}"] > 0)].iloc[:2]
     r = np.hypot(*(rows[f"{axis}_{contact}"].to_numpy() - tread[f"{axis}_{contact[0]}T"] for axis in "yz"))

@@ -191,13 +191,13 @@ def candidates(values: np.ndarray, t: np.ndarray | None, known: Sequence[tuple[s
     found = predictions(values, t)
     for order in orders:
         yield {"order": order}, found[order]
-    closed = np.flatnonzero(np.isfinite(values) & (values != 0))
-    if closed.size:
-        k = closed[np.argmax(np.abs(values[closed]))]
+    filled = np.flatnonzero(np.isfinite(values) & (values != 0))
+    if filled.size:
+        k = filled[np.argmax(np.abs(values[filled]))]
         for name, other in known:
             if other[k] and np.isfinite(other[k]):
                 ratio = float(values[k]/other[k])
-                middle = closed[closed.size//2]
+                middle = filled[filled.size//2]
                 if abs(values[middle] - ratio*other[middle]) <= 1e-6*abs(values[middle]):
                     yield {"of": name, "ratio": ratio}, ratio*other
 
