@@ -176,8 +176,7 @@ build/wrapper/build.ninja: meson.build build/sources .venv/stamp
 CHECKS = tests
 ifeq ($(SANITIZE),1)
   CHECKS = tests/physics/test_measured.py::test_mutated_files \
-           $(addprefix tests/program/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes \
-             a_run_stops_where_its_watcher_wants_it) \
+           $(addprefix tests/program/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes) \
            $(addprefix tests/faults/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
              closed_and_full_streams faults_that_no_input_brings_about)
 endif
