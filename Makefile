@@ -208,7 +208,7 @@ test-windows: windows .venv/stamp
 	chmod +x build/windows/ldbench
 	mkdir -p build/windows/wine && $(WINE) wineserver -p && $(WINE) wineboot --init
 	status=0; $(WINE) LDBENCH=$(CURDIR)/build/windows/ldbench $(PYTHON) -m pytest -n $(CORES) tests/program/test_windows.py \
-	  tests/program/test_inputs.py tests/program/test_reference.py::test_run_is_the_stored_one || status=1; \
+	  tests/program/test_refusals.py::test_a_namelist_is_refused tests/program/test_inputs.py tests/program/test_reference.py::test_run_is_the_stored_one || status=1; \
 	$(WINE) wineserver -k; exit $$status
 
 $(ARM64)/unpacked:

@@ -437,29 +437,3 @@ def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
 
 
 # Refusals --------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize(("arguments", "expected", "status"), [
-    (["{folder}/run.html", "-o", "{folder}/run.html"], "expected a file of its own to write", 1),
-    (["{file}", "--from", "0"], "--from: expected with a film -o FILE.mp4, found with a page", 2),
-    (["{file}", "-o", "{folder}/film.avi"], "expected a page .html, a film .mp4 or .gif, or a picture .png, found .avi", 1),
-    (["{file}", "-o", "{folder}/film.png", "--to", "0.02"], "--to: expected with a film", 2),
-    (["{file}", "-o", "{folder}/film.gif", "--from", "7"], "expected times from 0 to 0.1", 1),
-    (["{file}", "-o", "{folder}/film.gif", "--speed", "1e-12"], "expected at most 20000 frames", 1),
-    (["{folder}/none.txt"], "cannot be opened for reading", 1),
-    (["{folder}/unnamed.csv"], "expected a column time (a map of names, --map, may tell which), found t, Y", 1),
-    (["{folder}/back.csv"], "expected rows with ascending times", 1),
-    (["{file}", "--case", "{folder}/none.nml"], "none.nml", 1),
-])
-def test_refusals(arguments: list[str], expected: str, status: int, shipped: dict[str, Run], tmp_path: Path,
-                  capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
-    (tmp_path/"unnamed.csv").write_text("t,Y\n0,0\n1,1\n")
-    (tmp_path/"back.csv").write_text("time,Y\n0,0\n1,1\n0.5,2\n")
-    file = tmp_path/"ex2_aw.txt"
-    for copy in file, tmp_path/"run.html":
-        copy.write_bytes(shipped["ex2_aw"].file.read_bytes())
-    monkeypatch.chdir(tmp_path)
-    before = sorted(tmp_path.iterdir())
-    assert main(["view", *(word.format(file=file, folder=tmp_path) for word in arguments)]) == status
-    said = capsys.readouterr().err
-    assert said.startswith("ldbench: error: ") and said.count("\n") == 1 and expected in said
-    assert sorted(tmp_path.iterdir()) == before

@@ -1,9 +1,7 @@
 """The command line and the files as another program reads them."""
-import os
 import re
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +14,6 @@ from running import (
     REPO,
     columns,
     contents,
-    header,
-    namelist,
     read_until,
     run_case,
     short_case,
@@ -122,28 +118,6 @@ def test_summary(tmp_path):
     assert [(f"{event.t:.6f}", event.kind) for event in read.events] == listed != []
     assert f"largest energy drift [J]: {read.results['drift']:.2E}" in done.stdout
     assert read.results["steps"] == 2000 and read.ending == "t_end"
-
-
-
-@pytest.mark.parametrize("names", [
-    {}, {"output": {"file": "outputs/columns.txt", "geometry_file": "outputs/geometry.txt"}},
-    {"output": {"file": "columns.txt"}, "table": {"file": "outputs/pair.table"}}], ids=["default", "named", "table"])
-def test_folder_of_the_default_name_is_made(names, tmp_path):
-    """By the executable and from Python, where something goes there."""
-    case = {"profiles": {"wheel_profile": REPO / "profiles/awprof.yz", "rail_profile": REPO / "profiles/arprof.yz"},
-            "contact": {"model": "hertz"}, "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9, **names.get("table", {})},
-            "integrator": {"t_end": 1e-3}, "output": names.get("output", {})}
-    found = []
-    for name, command in (("executable", [LDBENCH]), ("python", [sys.executable, "-m", "ldbench", "run"])):
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / "case.nml").write_text(namelist(**case))
-        done = subprocess.run([*command, "case.nml"], cwd=folder, capture_output=True, text=True, timeout=HANG)
-        assert (done.returncode, done.stderr) == (0, "")
-        found.append(sorted(str(file.relative_to(folder)) for file in folder.rglob("*")))
-    assert found[0] == found[1] and "outputs" in found[0]
-    wanted = [name for group in names.values() for name in group.values()] or ["outputs/case.txt"]
-    assert set(found[0]) == {"case.nml", "outputs", *wanted}
 
 
 # ---- progress ------------------------------------------------------------------------
@@ -256,30 +230,3 @@ def test_conicity_of_a_cone_between_the_flanges(geometry):
     noise = rho * 4e-6 / 40 / amplitude[tread]
     assert np.all(np.abs(g["conicity"][tread] - expected) < 2e-6 + noise)
     assert g["conicity"][-1] > 2 * expected
-
-
-def test_geometry_file_has_header_and_units(tmp_path):
-    text = short_case(tmp_path, output={"geometry_file": tmp_path / "geometry.txt"})
-    assert run_case(text, tmp_path).returncode == 0
-    lines = header(tmp_path / "geometry.txt").splitlines()
-    assert lines[-1].split() == "m rad m rad rad m m m m m m m 1".split()
-    assert any(line.startswith("  clearance_left = 0.01018") for line in lines)
-    table = np.genfromtxt(tmp_path / "geometry.txt", names=True)
-    assert list(table.dtype.names) == GEOMETRY_NAMES
-
-
-def test_only_files_are_written_over(tmp_path):
-    """No pipe and no device, which a new file would replace; a link is replaced, not the file that it leads to."""
-    case = tmp_path/"case.nml"
-    os.mkfifo(tmp_path/"pipe")
-    for file in "pipe", "/dev/null", "/dev/stdout":
-        case.write_text(short_case(Path(), output={"file": file}))
-        done = subprocess.run([LDBENCH, "case.nml"], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
-        assert (done.returncode, done.stderr) == (
-            1, f"ldbench: error: case.nml, &output file: expected a path that can be written, found {file}\n")
-    assert (tmp_path/"pipe").is_fifo() and Path("/dev/null").is_char_device() and Path("/dev/stdout").is_symlink()
-    case.write_text(short_case(Path(), output={"file": "link"}))
-    (tmp_path/"file").write_text("earlier")
-    (tmp_path/"link").symlink_to("file")
-    assert subprocess.run([LDBENCH, "case.nml"], cwd=tmp_path, capture_output=True, timeout=HANG).returncode == 0
-    assert not (tmp_path/"link").is_symlink() and (tmp_path/"file").read_text() == "earlier"

@@ -27,7 +27,7 @@ from ldbench.__main__ import EXAMPLES, PROGRAM, Parser, main
 from ldbench.benchmark.fingerprint import hertz_table
 from ldbench.commands import COMMANDS
 from ldbench.geometry.pressures import run_patches
-from running import HANG, LDBENCH, REPO, contents, once
+from running import HANG, LDBENCH, REPO, once
 
 TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
 
@@ -270,38 +270,6 @@ def refused(words: list[str], status: int, capsys: pytest.CaptureFixture[str]) -
     return said.err
 
 
-@pytest.mark.parametrize(("words", "told"), [
-    ([], "the following arguments are required: COMMAND"),
-    (["rnu"], "invalid choice: 'rnu'"),
-    (["run"], "required: NAMELIST"),
-    (["run", "a.nml", "--unknown"], "--unknown"),
-    (["run", "inputs/ex1_aw.nml", "inputs/ex2_aw.nml", "-o", "x.txt"], "-o: expected one namelist, found 2"),
-    (["run", "inputs/ex1_aw.nml", "--set", "vY"], "expected name=value after --set, found vY"),
-    (["run", "inputs/ex1_aw.nml", "--set"], "argument --set: expected one argument"),
-    (["plot", "a.txt", "-j", "0"], "expected a number from 1, found 0"),
-    (["compare", "a.txt", "--align", "peak"], "invalid choice: 'peak'"),
-    (["study", "weather"], "invalid choice: 'weather'"),
-    (["run", "a.nml", "--sett", "dt=1"], "unrecognized arguments: --sett"),
-    (["view", "a.txt", "--from", "1"], "--from: expected with a film"),
-    (["view", "a.txt", "-o", "a.mp4", "--speed", "0"], "expected a number above 0"),
-    (["pressure", "a.txt"], "required: --at"),
-    (["pressure", "a.txt", "--at", "0.01", "--contact", "XF"], "invalid choice: 'XF'"),
-    (["check", "a.txt", "--simulation"], "expected one argument"),
-    (["score", "a.txt"], "required: --reference"),
-    (["fingerprint", "a.txt", "--simulation"], "expected one argument"),
-    (["profile", "a", "b", "c"], "expected a wheel or a rail, or one of each, found 3 files"),
-    (["ensemble", "inputs/ex1_aw.nml"], "required: --over"),
-    (["ensemble", "inputs/ex1_aw.nml", "--over", "mass=1:2"], "expected name=1,2,4 or name=1:4:7 after --over"),
-    (["ensemble", "inputs/ex1_aw.nml", "--over", "mass=1,2", "-n", "3"], "expected a range name=1:4 after --over with -n"),
-], ids=lambda value: " ".join(value) if isinstance(value, list) else "")
-def test_wrong_usage_has_status_2(words: list[str], told: str, capsys: pytest.CaptureFixture[str], tmp_path: Path,
-                                  monkeypatch: pytest.MonkeyPatch):
-    """One line, and nothing is made; what argparse says tells how to learn more."""
-    monkeypatch.chdir(tmp_path)
-    assert told in refused(words, 2, capsys)
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("words", [["variables"], ["run", "--help"], ["--version"]], ids=" ".join)
 def test_a_closed_pipe_is_no_error(words: list[str]):
     """Status 141, as a program has that SIGPIPE ends, and silence."""
@@ -313,31 +281,6 @@ def test_a_closed_pipe_is_no_error(words: list[str]):
 
 
 # ---- files ---------------------------------------------------------------------------
-def new_files(folder: Path, before: dict[Path, tuple[bytes, int]]) -> set[str]:
-    """The files made or changed since `before`."""
-    return {str(path.relative_to(folder)) for path, found in contents(folder).items()
-            if path.is_file() and found != before.get(path)}
-
-
-@pytest.mark.parametrize(("words", "files"), [
-    (["plot", "a.txt"], {"ldbench_plots.pdf"}),
-    (["profile", "profiles/awprof.yz"], {"ldbench_profile.pdf"}),
-    (["pressure", "a.txt", "--at", "0.0217"], {"ldbench_pressure.pdf"}),
-    (["view", "a.txt"], {"a.html"}),
-    (["run", "case.nml"], {"case.txt"}),
-], ids=lambda value: value[0] if isinstance(value, list) else "")
-def test_outputs_is_the_folder_of_what_gets_no_name(words: list[str], files: set[str], place: Path,
-                                                    capsys: pytest.CaptureFixture[str]):
-    """That of the working folder, which is made where it is missing; a command that is given another place makes none."""
-    shutil.rmtree("outputs")
-    small_case(2, "aw").replace(output_file="", name="case", table_file="", model="hertz").to_namelist("case.nml")
-    before = contents(place)
-    assert main(words) == 0
-    assert new_files(place, before) == {f"outputs/{name}" for name in files}
-    shutil.rmtree("outputs")
-    ending = next(Path(name).suffix for name in sorted(files, reverse=True))
-    assert main([*words, "-o", f"mine{ending}"]) == 0
-    assert Path(f"mine{ending}").is_file() and not Path("outputs").exists()
 
 
 # ---- several cases, numbers for other programs ---------------------------------------

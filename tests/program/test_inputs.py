@@ -2,7 +2,6 @@
 import math
 import os
 import re
-import shutil
 import subprocess
 import threading
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from ldbench import Case, Error
-from running import CASES, LDBENCH, REPO, WINDOWS, namelist, refusal, rows, run_case, short_case
+from running import CASES, LDBENCH, REPO, WINDOWS, namelist, rows, run_case, short_case
 
 
 @dataclass
@@ -52,12 +51,7 @@ def help_variables() -> list[Variable]:
 
 
 VARIABLES = help_variables()
-NUMBERS = [v for v in VARIABLES if v.is_number]
 BY_NAME = {(v.group, v.name): v for v in VARIABLES}
-
-
-def label(variable: Variable) -> str:
-    return f"{variable.group}-{variable.name}"
 
 
 def parse(text: str) -> dict[tuple[str, str], str]:
@@ -71,15 +65,6 @@ def parse(text: str) -> dict[tuple[str, str], str]:
             name, value = (part.strip() for part in line.split("="))
             values[group, name] = value
     return values
-
-
-def with_value(variable: Variable, value: str, folder: Path) -> str:
-    """A short case in which one variable has the given value, as written."""
-    group = {variable.name: "VALUE"}
-    if variable.name == "restitution":      # nothing else has impacts
-        group["formulation"] = "unilateral"
-    text = short_case(folder, **{variable.group: group})
-    return text.replace("'VALUE'", value)
 
 
 # ---- values of variables -------------------------------------------------------------
@@ -97,139 +82,10 @@ def refused(text: str, folder: Path) -> Error:
     return error
 
 
-def outside(variable: Variable) -> list[str]:
-    """The nearest values below and above the range that are written differently."""
-    if variable.whole:
-        return [str(round(variable.least) - 1), str(round(variable.largest) + 1)]
-    below = variable.least - max(1e-6 * abs(variable.least), 1e-30)
-    return [repr(below), repr(variable.largest * (1 + 1e-6))]
-
-
-@pytest.mark.parametrize("variable", NUMBERS, ids=label)
-def test_number_out_of_range(variable, tmp_path):
-    for value in [*outside(variable), "NaN"]:
-        text = with_value(variable, value, tmp_path)
-        error = refused(text, tmp_path)
-        assert (error.group, error.variable) == (variable.group, variable.name)
-        assert text.splitlines()[error.line - 1].strip() == f"{variable.name} = {value}"
-        assert re.match(f"a {'whole number' if variable.whole else 'number'} from \\S+ to ", error.expected)
-        assert error.found == value and str(error).endswith(f"[{variable.name} = {value}]")
-
-
-MALFORMED = ["NaN", "Infinity", "-inf", "1e999", "'1.0'", ".true.", "one", "0x10", "1.0m", "1_8", "2*1.0", "1,0",
-             "1.0.0", "1e", "1e+", "1e1.0", "1ee1", "e5", "D2", ".e4", "--1", "+-1", "1-5", "1+2", "-", ".", "", "/", "="]
-
-
-@pytest.mark.parametrize("value", MALFORMED)
-def test_not_a_number(value, tmp_path):
-    """The pitch angle admits everything near zero, and so does this whole number."""
-    for group, name in ("initial", "pitch"), ("integrator", "max_halvings"):
-        error = refused(with_value(BY_NAME[group, name], value, tmp_path), tmp_path)
-        assert error.group == group and error.line is not None
-
-
 # ---- values that do not fit each other or the profiles -------------------------------
-@pytest.mark.parametrize(("changes", "words"), [
-    ({"track": {"gauge": 1.2}}, ["&track gauge = 1.2 m", "back_to_back = 1.35214 m", "awprof.yz", "arprof.yz"]),
-    ({"track": {"gauge": 1.7}}, ["&track gauge = 1.7 m", "back_to_back = 1.35214 m"]),
-    ({"track": {"gauge": 0.3}}, ["&track gauge = 0.3 m"]),
-    *(({"track": {"gauge": gauge}}, [f"&track gauge = {gauge} m with &wheelset back_to_back = 1.35214 m does not put the treads"])
-      for gauge in (1.28, 1.3, 1.31, 1.35)),
-    ({"wheelset": {"back_to_back": 1.6}}, ["&track gauge = 1.4351 m", "back_to_back = 1.6 m"]),
-    ({"track": {"gauge_depth": 0.001}}, ["&track gauge = 1.4351 m with", "at gauge_depth = 0.001 m"]),
-    ({"track": {"gauge_depth": 0.05}}, ["&track gauge_depth", "0.05", "arprof.yz"]),
-    ({"profiles": {"wheel_profile": REPO / "profiles/arprof.yz", "rail_profile": REPO / "profiles/awprof.yz"}},
-     ["&profiles wheel_profile", "arprof.yz: expected a wheel, with z up and y from its back"]),
-    ({"profiles": {"rail_profile": REPO / "profiles/awprof.yz"}},
-     ["awprof.yz: the rail has no gauge face 0.014 m below its top", "&track gauge_depth"]),
-    ({"integrator": {"dt": 1e-3}, "output": {"interval": 1e-4}}, ["&output interval", "dt = 0.001 s, found 1.0E-4"]),
-    ({"integrator": {"t_end": 1e-3}, "output": {"interval": 2e-3}}, ["&output interval", "t_end = 0.001", "found 0.002"]),
-    ({"integrator": {"t_end": 1e3, "dt": 1e-9}, "output": {"interval": 1e1}},
-     ["&integrator dt", "1e9 steps between rows", "found 1.0E+10"]),
-    ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}}, ["&output interval", "1e7 rows", "found 1.0E+8"]),
-    ({"integrator": {"order": 4, "gamma": 0.6}}, ["&integrator gamma: expected 0.5 with order = 4, found 0.6"]),
-    ({"integrator": {"order": 6, "beta": 0.25}}, ["&integrator order: expected 2 or 4 unless", "beta = 0, found 6"]),
-    ({"integrator": {"order": 6, "beta": 0.0, "scheme": "energy"}}, ["&integrator order: expected 2 or 4 unless"]),
-    ({"case": {"name": "a/b"}}, ["&case name", "expected a word that can name a file", "a/b"]),
-    ({"case": {"name": "two words"}}, ["&case name", "expected a word that can name a file", "two words"]),
-    ({"case": {"name": ""}}, ["&case name", "expected a word that can name a file"])])
-def test_values_that_do_not_fit(changes, words, tmp_path):
-    message = refusal(short_case(tmp_path, **changes), tmp_path)
-    for word in ["case.nml", *words]:
-        assert word in message
-
-
-@pytest.mark.parametrize(("changes", "words"), [
-    ({"initial": {"vY": 20.0}, "integrator": {"t_end": 0.1}}, ["&table ", "expected", "found", "at t = ", "Y = "]),
-    ({"initial": {"vY": -20.0}, "integrator": {"t_end": 0.1}}, ["&table ", "expected", "found", "at t = ", "Y = "]),
-    ({"initial": {"vZ": -20.0}, "integrator": {"t_end": 0.1}}, ["&table depth", "expected", "found", "at t = "]),
-    ({"initial": {"roll": 0.3}, "table": {"roll": 0.2}}, ["&table roll = 0.2 rad", "expected", "found", "roll = 0.3 rad"]),
-    ({"initial": {"roll": -0.3}, "table": {"roll": 0.2}}, ["&table roll = 0.2 rad", "expected", "found", "roll = -0.3 rad"]),
-    ({"initial": {"Z": -0.01}}, ["&table depth = 0.0022 m", "expected", "found", "Z = -0.01"]),
-    ({"initial": {"Y": 0.045}, "table": {"lateral": 0.02}}, ["&table ", "expected", "found"]), ({"table": {"depth": 1e-6}},
-     ["&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found"]),
-    ({"wheelset": {"vertical_load": 1e7}, "table": {"depth": 1e-3}},
-     ["&wheelset vertical_load = 1.0E+7 N", "&table depth = 0.001 m", "expected", "found"]),
-    ({"integrator": {"scheme": "energy", "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
-      "output": {"interval": 2e-3}}, ["&integrator dt = 0.002 s", "expected Newton to converge", "found it does not"])])
-def test_leaving_the_table(changes, words, tmp_path):
-    message = refusal(short_case(tmp_path, **changes), tmp_path)
-    for word in ["case.nml, &", *words]:
-        assert word in message
 
 
 # ---- the language --------------------------------------------------------------------
-GOOD = "&track\n  gauge = 1.4351\n/\n&wheelset\n  mass = 1568.0\n/\n&contact\n  model = 'strip'\n/\n"
-BROKEN_LANGUAGE: dict[str, tuple[str, list[str]]] = {
-    "unknown group": (GOOD + "&brakes\n/\n", ["line 10, ", "expected one of &case &wheelset &track", "found &brakes"]),
-    "group without &": ("track\n gauge = 1.4\n/\n", ["line 1", "expected a group such as &wheelset", "found track"]),
-    "old-style group": ("$track\n gauge = 1.4\n$end\n", ["line 1", "expected a group such as &wheelset", "found $track"]),
-    "group without name": ("&\n/\n", ["line 1", "expected one of &case", "found &"]),
-    "blank after &": ("& track\n gauge = 1.4\n/\n", ["line 1", "expected one of &case", "found &"]),
-    "unknown variable": (GOOD.replace("mass", "masse"), ["line 5, &wheelset", "expected one of mass roll_inertia", "found masse"]),
-    "variable of another group": (GOOD.replace("mass", "gauge"), ["line 5, &wheelset", "expected one of mass", "found gauge"]),
-    "indexed variable": (GOOD.replace("mass", "mass(1)"), ["line 5, &wheelset", "expected one of mass", "found mass(1)"]),
-    "variable twice": (GOOD.replace("1568.0", "1568.0\n  mass = 1568.0"), ["line 6, &wheelset mass: expected once",
-                                                                           "found a second time"]),
-    "variable twice, other case": (GOOD.replace("1568.0", "1568.0\n  MASS = 1.0"), ["line 6, &wheelset", "expected once"]),
-    "group twice": (GOOD + "&wheelset\n/\n", ["line 10", "expected each group once", "found a second &wheelset"]),
-    "group twice, other case": (GOOD + "&Wheelset /\n", ["line 10", "expected each group once"]),
-    "no =": (GOOD.replace("mass =", "mass"), ["line 5, &wheelset mass: expected =, found 1568.0"]),
-    "two =": (GOOD.replace("mass =", "mass = ="), ["line 5, &wheelset mass: expected a number", "found ="]),
-    "no value": (GOOD.replace("1568.0", ""), ["&wheelset mass: expected a number", "found /"]),
-    "no name": (GOOD.replace("mass", ""), ["line 5, &wheelset", "expected one of mass", "found ="]),
-    "two values": (GOOD.replace("1568.0", "1568.0, 1568.0"), ["line 5, &wheelset", "expected one of mass", "found 1568.0"]),
-    "no closing quote": (GOOD.replace("strip'", "strip"),
-                         ["line 8, &contact", "model", "expected a closing quote", "found 'strip"]),
-    "no opening quote": (GOOD.replace("'strip", "strip"), ["line 8, &contact model: expected one of halfspace strip hertz",
-                                                           "found strip"]),
-    "mixed quotes": (GOOD.replace("strip'", 'strip"'), ["line 8, &contact", "expected a closing quote"]),
-    "no slash": (GOOD.replace("1568.0\n/", "1568.0"), ["line 6, &wheelset", "expected one of mass", "found &contact"]),
-    "no slash at the end": (GOOD.removesuffix("/\n"), ["&contact: expected / at the end of the group",
-                                                       "found the end of the file"]),
-    "slash in a value": (GOOD.replace("1568.0", "1568/2"), ["line 5: expected a group", "found 2"]),
-    "slash twice": (GOOD.replace("1568.0\n/", "1568.0\n/\n/"), ["line 7: expected a group", "found /"]),
-    "stray text in a group": (GOOD.replace("1568.0", "1568.0 kg"), ["line 5, &wheelset", "expected one of mass", "found kg"]),
-    "stray text between groups": (GOOD.replace("&contact", "and now\n&contact"), ["line 7: expected a group", "found and"]),
-    "stray text at the end": (GOOD + "end\n", ["line 10: expected a group", "found end"]),
-    "comment without mark": ("Exercise 1\n" + GOOD, ["line 1: expected a group", "found Exercise"]),
-    "wrong comment mark": ("# exercise 1\n" + GOOD, ["line 1: expected a group", "found #"]),
-    "nothing": ("", ["expected namelist groups", "found nothing"]),
-    "blanks": (" \n\t\n\r\n", ["expected namelist groups", "found nothing"]),
-    "comments": ("! &case\n! /\n", ["expected namelist groups", "found nothing"]),
-    "long line": ("&track gauge = 1.4, " + 3000 * "g" + " = 1\n/\n", ["line 1, &track", "expected one of gauge"]),
-    "control characters": ("&track\n gauge = \x1b[31m1.4\n/\n", ["line 2, &track gauge: expected a number"]),
-    "long group": (40_000*"&case" + "\n/\n", ["line 1, &case&case", "expected one of &case", "found &case&case", "...  ["]),
-    "binary": ("&track\x00\x01\x02\n gauge = 1.4\n/\n", ["line 1", "expected one of &case"])}
-
-
-@pytest.mark.parametrize("broken", BROKEN_LANGUAGE)
-def test_broken_language(broken, tmp_path):
-    text, words = BROKEN_LANGUAGE[broken]
-    message = refusal(text, tmp_path)
-    assert len(message) < 700
-    for word in ["case.nml", *words]:
-        assert word in message
 
 
 def test_one_language_many_hands(tmp_path):
@@ -279,39 +135,6 @@ def test_omitted_variables_take_their_defaults(tmp_path):
 
 
 # ---- files ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["file", "geometry_file"])
-@pytest.mark.parametrize("place", ["missing/columns", "folder", "case.nml/columns"])
-def test_output_that_cannot_be_written(name, place, tmp_path):
-    """Neither file is written if one cannot be."""
-    (tmp_path / "folder").mkdir()
-    message = refusal(short_case(tmp_path, output={name: tmp_path / place}), tmp_path)
-    assert f"{tmp_path / place}" in message and f"&output {name}: expected" in message and "found" in message
-
-
-WRITTEN = [("table", "file"), ("output", "file"), ("output", "geometry_file")]
-
-
-@pytest.mark.parametrize(("group", "name"), WRITTEN)
-@pytest.mark.parametrize("victim", ["case.nml", "wheel.yz", "./rail.yz", "{}/wheel.yz", "folder/rail.yz"])
-def test_no_input_is_overwritten(group, name, victim, tmp_path):
-    """Whatever path leads to it: relative, absolute, or over a link to the folder."""
-    victim = victim.format(tmp_path)
-    (tmp_path / "folder").symlink_to(".")
-    shutil.copy(REPO / "profiles/awprof.yz", tmp_path / "wheel.yz")
-    shutil.copy(REPO / "profiles/arprof.yz", tmp_path / "rail.yz")
-    profiles = {"wheel_profile": "./wheel.yz", "rail_profile": "rail.yz"}
-    text = short_case(tmp_path, **{"profiles": profiles, "output": {"file": "columns.txt"}, group: {name: victim}})
-    message = refusal(text, tmp_path)
-    assert f"&{group} {name}: expected a file of its own, found {victim}, which is " in message
-    assert (tmp_path / "wheel.yz").read_bytes() == (REPO / "profiles/awprof.yz").read_bytes()
-
-
-def test_files_of_a_run_are_different(tmp_path):
-    text = short_case(tmp_path, output={"file": "same", "geometry_file": "./same"})
-    assert "&output geometry_file: expected a file of its own, found ./same, which is &output file" \
-        in refusal(text, tmp_path)
 
 
 @pytest.mark.skipif(WINDOWS, reason="Windows has no /dev/fd")
@@ -380,14 +203,6 @@ def test_table_is_found_again(table, without, tmp_path):
     before = table.read_bytes(), table.stat().st_mtime_ns
     assert run_with_table(tmp_path, table={"file": table}) == TableRun(True, without.rows)
     assert (table.read_bytes(), table.stat().st_mtime_ns) == before
-
-
-@pytest.mark.parametrize("text", [b"an earlier result\n", b"ldbench\n" * 1000, b"\xff"])
-def test_another_file_is_not_taken_for_a_table(text, tmp_path):
-    (tmp_path / "ex.txt").write_bytes(text)
-    message = refusal(short_case(tmp_path, table={"file": tmp_path / "ex.txt"}), tmp_path)
-    assert f"&table file = {tmp_path / 'ex.txt'}: expected a contact table or no file, found another one" in message
-    assert (tmp_path / "ex.txt").read_bytes() == text
 
 
 @pytest.mark.parametrize("changes", [

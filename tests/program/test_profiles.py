@@ -79,11 +79,6 @@ def test_variant_is_the_same_profile(variant, plain_outcome, tmp_path):
     assert outcome(tmp_path / "run", write(WHEEL), write(RAIL)) == plain_outcome
 
 
-def test_shipped_file_is_the_same_profile(plain_outcome, tmp_path):
-    wheel, rail = ((REPO / "profiles" / f"{name}.yz").read_text() for name in ("awprof", "arprof"))
-    assert outcome(tmp_path / "run", wheel, rail) == plain_outcome
-
-
 def test_header_tells_a_reconstruction_and_the_checksum(tmp_path):
     """CRC-32 of the file's lines, as zlib has it."""
     (tmp_path / "wheel.yz").write_text(plain(WHEEL))
@@ -202,16 +197,6 @@ BROKEN_FILES: dict[str, tuple[bytes | None, str]] = {
 def test_broken_file_is_refused(broken, tmp_path):
     content, words = BROKEN_FILES[broken]
     assert words in message_for(content, tmp_path)
-
-
-@pytest.mark.parametrize(("name", "made"), [
-    ("wheel.whl", "wheel.yz"), ("wheel", "wheel.yz"), ("a.b.prw", "a.b.yz"), (".yz", ".yz.yz"), ("old.d/wheel", "old.d/wheel.yz")])
-def test_the_command_that_converts_names_a_new_file(name, made, tmp_path):
-    (tmp_path / "old.d").mkdir()
-    (tmp_path / name).write_text("ProgramName=MiniProf\n" + plain(WHEEL))
-    message = refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / name}), tmp_path)
-    assert message.endswith(f"{name}, line 1: expected two numbers, y and z in mm, found 'ProgramName=MiniProf'; convert it: "
-                            f"python -m ldbench profile {tmp_path}/{name} -o {tmp_path}/{made}")
 
 
 # ---- the shipped files ---------------------------------------------------------------

@@ -177,25 +177,6 @@ def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
     assert title in run._repr_html_() and title in run.case._repr_html_() and run.to_xarray().title == run.case.title == title
 
 
-@pytest.mark.parametrize("text", [
-    "", "mass = 3\n", "&wheels mass = 3 /", "&wheelset masse = 3 /", "&wheelset\nmass = -3\n/", "&wheelset mass = 3",
-    "&wheelset mass = 1, mass = 2 /", "&wheelset mass = 'heavy' /", "&contact model = 'rigid' /", "&table n_roll = 9.5 /",
-    "&integrator order = 3 /", "&output interval = 1e-9 /", "&case title = 'no end /", "&initial vY = 1e999 /",
-    "&profiles wheel_profile = 'nothing.yz' /", "&track gauge = 1.9 /", "&track gauge_depth = 0.05 /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 / &contact model = 'hertz' /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &contact model = 'hertz' / &initial Z = -0.01 / &integrator t_end = 1e-3 /"])
-def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
-    """Syntax, values, files, geometry, table and integration: one wording."""
-    path = tmp_path / "case.nml"
-    path.write_text(text)
-    monkeypatch.chdir(REPO)
-    done = subprocess.run([LDBENCH, path], capture_output=True, text=True, timeout=HANG)
-    assert done.returncode == 1
-    with pytest.raises(ldbench.Error) as error:
-        ldbench.run(ldbench.Case.from_namelist(path))
-    assert f"ldbench: error: {error.value}\n" == done.stderr
-
-
 REAL, WHOLE, TEXT = "a number from ", "a whole number from ", "a text in quotes of at most 256 printable bytes"
 
 
@@ -243,16 +224,6 @@ def without_times(summary: str) -> list[str]:
     return [line for line in summary.splitlines() if not line.startswith("processor time")]
 
 
-@pytest.mark.same_build
-def test_executable_and_python_share_table_files(tmp_path):
-    case = to_flange("aw").replace(table_file=tmp_path / "aw.table")
-    reference, _ = executable(case, tmp_path)
-    made = case.table_file, Path(case.table_file).stat().st_mtime_ns
-    run = ldbench.run(case.replace(output_file=reference))
-    assert run.table.found and made == (case.table_file, Path(case.table_file).stat().st_mtime_ns)
-    assert Path(run.write(tmp_path / "python.txt")).read_bytes() == reference.read_bytes()
-
-
 def test_columns_are_those_of_the_file(flange_run, tmp_path):
     columns = flange_run.data
     file = ldbench.read_columns(flange_run.write(tmp_path / "columns.txt"))
@@ -291,25 +262,6 @@ def test_events_and_summary_tell_the_run(flange_run):
     assert flange_run.table.load_per_wheel == pytest.approx(90e3, abs=1)
 
 
-def test_lateral_force_is_in_the_events():
-    """At the time of the event."""
-    run = ldbench.run(coarse(5, "sw", t_end=0.6))
-    assert run.events
-    for event in run.events:
-        assert event.force == pytest.approx(5e3*event.t, rel=1e-12)
-
-
-def test_runs_from_any_folder(tmp_path, monkeypatch, flange_run):
-    """Profiles are found, and the table that has nowhere to be kept is not."""
-    monkeypatch.chdir(tmp_path)
-    case = flange_run.case.replace(table_file="nowhere/aw.table", output_file="columns.txt")
-    run = ldbench.run(case)
-    assert run.data.equals(flange_run.data)
-    run.write()
-    assert [path.name for path in tmp_path.iterdir()] == ["columns.txt"]
-    assert "  wheel_profile = 'profiles/awprof.yz'" in (tmp_path / "columns.txt").read_text()
-
-
 def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
     cases = []
     for folder, wheel in (tmp_path / "a", "awprof"), (tmp_path / "b", "swprof"):
@@ -320,31 +272,6 @@ def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
     one, other = cases
     assert one.values == other.values and one != other and len({one, other}) == 2
     assert one == ldbench.Case.from_namelist(tmp_path / "a/case.nml") == copy.deepcopy(one)
-
-
-LONG_PATH = "a/"*2000 + "x"
-TEXTS = [
-    f"ldbench.Case.exercise(1).check_writable('&output file', {LONG_PATH!r})", f"ldbench.read_columns({LONG_PATH!r})",
-    "ldbench.read_columns('a\\0b')", "ldbench.Case.exercise(1).replace(title='a\\0b')",
-    "ldbench.Case.exercise(1).replace(title='\\ud800')", "ldbench.Case.from_namelist('&case /\\0 &initial vY = 3 /')"]
-
-
-def test_no_text_ends_the_interpreter():
-    script = "".join(f"try: {words}\nexcept ldbench.Error: print({k})\n" for k, words in enumerate(TEXTS))
-    done = subprocess.run([sys.executable, "-c", f"import ldbench\n{script}"], capture_output=True, text=True, timeout=HANG)
-    assert (done.returncode, done.stdout.split()) == (0, [str(k) for k in range(len(TEXTS))]), done.stderr
-
-
-def test_a_table_of_other_profiles_is_not_taken_for_the_pickled_one(tmp_path):
-    wheel = tmp_path / "wheel.yz"
-    wheel.write_bytes((REPO / "profiles/awprof.yz").read_bytes())
-    run = ldbench.run(to_flange("aw", wheel_profile=str(wheel)))
-    table, kept = pickle.dumps(run.table), pickle.loads(pickle.dumps(run))
-    wheel.write_bytes((REPO / "profiles/swprof.yz").read_bytes())
-    with pytest.raises(ldbench.Error, match="found others"):
-        pickle.loads(table)
-    with pytest.raises(ldbench.Error, match="found others"):
-        kept.write(tmp_path / "columns.txt")
 
 
 # One table for many runs

@@ -183,16 +183,6 @@ def test_command_aligns(tmp_path: Path):
     assert table.loc[("difference", "Y"), "rms"] < 1e-9
 
 
-def test_command_refuses_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    ours(invented(), tmp_path/"a.txt")
-    target = ["-o", str(tmp_path/"x.pdf")]
-    assert main(["compare", str(tmp_path/"a.txt"), *target]) == 1
-    assert capsys.readouterr().err == "ldbench: error: expected at least two column files\n"
-    assert main(["compare", *target]) == 2
-    assert re.fullmatch(r"ldbench: error: the following arguments are required: FILE .*\n", capsys.readouterr().err)
-    assert [file.name for file in tmp_path.iterdir()] == ["a.txt"]
-
-
 # The study ---------------------------------------------------------------------------------
 
 def small_project(root: Path) -> Path:

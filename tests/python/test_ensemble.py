@@ -20,12 +20,11 @@ import xarray as xr
 
 import ldbench
 from ldbench.__main__ import main
-from ldbench._core.errors import Usage
 from ldbench.ensembles import members, threads
 from ldbench.ensembles.members import draws
 from ldbench.ensembles.store import read_places
 from local_cluster import Cluster
-from running import HANG, command_error
+from running import HANG
 
 COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 MASSES = [1300.0, 1500.0, 1700.0]
@@ -338,17 +337,6 @@ def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
 
 
 # ---- command -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("words", "expected"), [
-    (["mass=1400:1600"], "name=1,2,4 or name=1:4:7 after --over, or a range with -n"),
-    (["mass=1400,1600", "-n", "3"], "a range name=1:4 after --over with -n"),
-    (["mass=1400:1600:2", "-n", "3"], "a range name=1:4 after --over with -n"),
-])
-def test_ranges_are_drawn_from_and_lists_are_not(words, expected, tmp_path):
-    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
-    error = command_error("ensemble", tmp_path/"case.nml", "--over", *words)
-    assert isinstance(error, Usage) and (error.expected, error.found) == (expected, words[0])
 
 
 def test_an_ensemble_that_fails_as_a_whole_is_an_error(tmp_path, capsys):

@@ -21,7 +21,7 @@ from ldbench.report.jobs import Job, case_job, run_jobs
 from ldbench.report.submission import make_report
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
-from running import CASES, REPO, command_error, namelist, once
+from running import CASES, REPO, namelist, once
 
 SMALL = {"n_lateral": 40, "n_roll": 9, "n_depth": 9}
 
@@ -298,14 +298,3 @@ def test_exercise_5_derails_at_one_load(tmp_path: Path):
         found = formulations.outcomes(tmp_path, 2, submitted=submitted)[0]
         assert (found.formulation, found.ending.partition(" over")[0]) == ("elastic", "derails")
         assert found.results["F_derailment"] == pytest.approx(derailment.force, abs=1 if not submitted else 0)
-
-
-@pytest.mark.parametrize(("file", "name"), [("ex1_own", "ex1_own"), ("ex1_aw", "mine"), ("ex6_aw", "ex6_aw"),
-                                              ("example", "example")])
-def test_other_names_than_the_exercises_are_refused(file: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path/f"{file}.nml").write_text(namelist(case={"name": name}))
-    for command in ["report", "--inputs", "."], ["report", "--inputs", str(tmp_path)]:
-        error = command_error(*command)
-        assert Path(str(error.file)).name == f"{file}.nml" and (error.group, error.variable) == ("case", "name")
-        assert error.found.startswith(f"'{name}'; ")

@@ -23,7 +23,7 @@ from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
 from ldbench.results.run_data import read_data
 from ldbench.runs import compute
-from running import REPO, alike, command_error
+from running import REPO, alike
 
 # The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
 KINDS: dict[str, dict[str, Any]] = {
@@ -246,17 +246,6 @@ def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elas
         assert error.value.file == str(other.file) and error.value.found == "none"
     assert repr(other).startswith("Run('theirs', ") and "theirs" in other._repr_html_()
     assert pickle.loads(pickle.dumps(other)).data.equals(other.data)
-
-
-@pytest.mark.parametrize("columns", ["a,b\n1,2\n3,4\n", "time,mine\n1,2\n3,4\n"], ids=["no time", "time"])
-def test_a_file_without_columns_of_ours_has_no_pages(columns: str, tmp_path: Path):
-    (tmp_path/"theirs.csv").write_text(columns)
-    run = ldbench.read_run(tmp_path/"theirs.csv")
-    with pytest.raises(ldbench.Error) as error:
-        run.plot(tmp_path/"page.pdf")
-    assert error.value.file == str(run.file) and error.value.found == ", ".join(run.data)
-    assert command_error("plot", run.file, "-o", tmp_path/"page.pdf").file == str(run.file)
-    assert [file.name for file in tmp_path.iterdir()] == ["theirs.csv"]
 
 
 # Files that are not there ------------------------------------------------------------------
