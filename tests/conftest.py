@@ -15,7 +15,20 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from running import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, LongProgram, Run, for_all_cases, once, read_shipped, run_shipped
+from running import (
+    CASES,
+    FORTRAN_TESTS,
+    HANG,
+    LDBENCH,
+    PAIRS,
+    REPO,
+    LongProgram,
+    Run,
+    for_all_cases,
+    once,
+    read_shipped,
+    run_shipped,
+)
 
 if TYPE_CHECKING:
     from ldbench import ContactTable
@@ -38,7 +51,8 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+def pytest_runtest_makereport(
+        item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Tests of the core's modules need programs that `make test` builds and `make` does not: without them they are skipped."""
     report = yield
     error = call.excinfo.value if call.excinfo else None
