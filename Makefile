@@ -70,7 +70,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 windows test-windows lint compiled fuzz report validate bench collation docs wheel reference reference-package yardsticks \
+.PHONY: all wrapper test test-arm64 windows test-windows lint compiled fuzz mutants report validate bench collation docs wheel reference reference-package yardsticks \
         pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
@@ -255,6 +255,11 @@ fuzz:
 	$(call built,$(EXE) $(BUILD)/tests/load_tables $(WRAPPER))
 	$(STUDY) tests/support/fuzz.py $(N) --seed $(SEED)
 
+# Whether the tests notice faults, one at a time; FAULTS=summary takes those that have this word.
+mutants:
+	$(call built,$(EXE) $(TESTS) $(WRAPPER))
+	$(PYTHON) tests/mutants.py $(FAULTS)
+
 report:
 	$(call built,$(EXE) $(WRAPPER))
 	$(PYTHON) -m ldbench report
@@ -334,6 +339,7 @@ help:
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make lint       ruff, mypy, and the Fortran sources without a warning'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
+	@echo 'make mutants    whether the tests notice 60 faults, put one at a time into a copy in build/mutants; an hour or two'
 	@echo 'make fuzz       N=100000 mutated inputs from seed SEED=0 on'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'

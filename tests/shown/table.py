@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 
 from raw import Raw, flange_slope
 from reading import Line
@@ -71,6 +72,14 @@ RESULTS: dict[str, Result] = {
 PRESSED = {c: (f"peak pressure, first contact, {WORDS[c]} [MPa]", f"patch area, first contact, {WORDS[c]} [mm²]")
            for c in ("LF", "RF")}
 FULLNESS = 0.64, 0.03
+
+
+def fits_contact(raw: Raw, contact: str, k: int, pressure: float, area: float, slack: float = 1.0) -> None:
+    """Largest pressure and area of a patch go with the force and the overlap of its contact, as in Hertz's theory: the force is
+    nearly 2/3 of pressure times area, and a circle of that area has 2 E* / pi times the overlap for radius times pressure."""
+    stiffness = raw.setting("youngs_modulus")/(1 - raw.setting("poisson")**2)/np.pi
+    assert raw.c[f"N_{contact}"][k]/(pressure*area) == pytest.approx(FULLNESS[0], abs=slack*FULLNESS[1]), contact
+    assert np.sqrt(area/np.pi)*pressure/raw.overlap(contact, k)/stiffness == pytest.approx(1.27, abs=slack*0.1), contact
 
 
 

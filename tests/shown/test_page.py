@@ -1,6 +1,7 @@
 """What the page of a run shows in the browser: each cell of the table of values and each tooltip, from the rows."""
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from browser import Browser, go, started
 from specimen import World
+from table import fits_contact
 
 # Words and units of the page, and the columns and factors that they stand for.
 CONTACTS = {"left tread": "LT", "left flange": "LF", "right tread": "RT", "right flange": "RF"}
@@ -63,6 +65,18 @@ def test_rows_of_the_page(page: Browser, world: World):
         assert pose[::3] == ["Y", "Z", "Φ"] and pose[2::3] == ["mm", "mm", "mrad"]
         truth = [1e3*raw.c[column][k] for column in ("Y", "Z", "roll")]
         np.testing.assert_allclose([float(x) for x in pose[1::3]], truth, atol=6e-4)
+
+
+def test_patches_of_the_page(page: Browser, world: World):
+    """Largest pressure and area beside the picture of a pressed patch, at the peaks of both flanges."""
+    raw = world.thrown
+    for contact in "LF", "RF":
+        k = raw.first_peak(contact)
+        go(page, raw.t[k])
+        label = page.wait(lambda: page.run("const canvas = document.querySelector('#patches canvas') || "
+                                           "document.querySelector('canvas#patches'); return canvas.getAttribute('aria-label')"))
+        pressure, area = re.search(rf"{contact} (\S+) MPa, (\S+) mm²", label).groups()
+        fits_contact(raw, contact, k, 1e6*float(pressure), 1e-6*float(area))
 
 
 def test_tooltip_of_every_curve(page: Browser, world: World):

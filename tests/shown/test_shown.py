@@ -22,7 +22,7 @@ from ldbench.viewer.picture import Picture
 from raw import Raw, flange_slope
 from reading import NUMBER, Line, agree, differing
 from specimen import World
-from table import DEG, KN, MM, RESULTS, WORDS
+from table import DEG, FULLNESS, KN, MM, RESULTS, WORDS, fits_contact
 
 NAMES = "ex2_aw", "ex5_aw"
 
@@ -114,14 +114,6 @@ def in_a_table(text: str, world: World, label: str) -> None:
             slack = result.slack if name == "ex5_aw" or key.startswith(("approach", "drift")) else min(result.slack, 1e-5)
             truth = None if truth is None else result.scale*truth
             assert agree(cell, truth, slack, key in chaotic(world, name)), (name, key, cell, truth)
-
-
-def fits_contact(raw: Raw, contact: str, k: int, pressure: float, area: float, slack: float = 1.0) -> None:
-    """Largest pressure and area of a patch go with the force and the overlap of its contact, as in Hertz's theory: the force is
-    nearly 2/3 of pressure times area, and a circle of that area has 2 E* / pi times the overlap for radius times pressure."""
-    stiffness = raw.setting("youngs_modulus")/(1 - raw.setting("poisson")**2)/np.pi
-    assert raw.c[f"N_{contact}"][k]/(pressure*area) == pytest.approx(table.FULLNESS[0], abs=slack*table.FULLNESS[1]), contact
-    assert np.sqrt(area/np.pi)*pressure/raw.overlap(contact, k)/stiffness == pytest.approx(1.27, abs=slack*0.1), contact
 
 
 def pressures_fit(values: dict[str, tuple[str, str]], raw: Raw) -> None:
@@ -343,7 +335,7 @@ def test_page_facts(world: World):
             k = int(np.abs(raw.t - entry["t"]).argmin())
             for patch in entry["patches"]:
                 share = raw.c[f"N_{patch['c']}"][k]/(patch["pmax"]*patch["area"])
-                assert share == pytest.approx(table.FULLNESS[0], abs=0.06), patch["c"]
+                assert share == pytest.approx(FULLNESS[0], abs=0.06), patch["c"]
 
 
 def test_film(world: World):
@@ -384,7 +376,7 @@ def test_pressure(contact: str, world: World, tmp_path: Path, capsys: pytest.Cap
         Line(r"t = (\S+) s", "moment [s]", lambda w: raw.t[k]),
         Line(r"flange: (\S+) kN at a contact angle of (\S+)°", "force [kN], angle [deg]",
              lambda w: (KN*force, DEG*abs(raw.c[f"angle_{contact}"][k]))),
-        Line(r"largest pressure (\S+) MPa", "largest pressure [MPa]", lambda w: force/area/table.FULLNESS[0], 0.05),
+        Line(r"largest pressure (\S+) MPa", "largest pressure [MPa]", lambda w: force/area/FULLNESS[0], 0.05),
         Line(r"mean (\S+) MPa", "mean pressure [MPa]", lambda w: force/area, 0.04),
         Line(r"curved patch (\S+) kN", "integral of the pressure [kN]", lambda w: KN*force, 0.04),
         Line(r"area (\S+) mm², (\S+) mm along the rail, (\S+) mm across", "area [mm2], length, width [mm]: nearly an ellipse",
