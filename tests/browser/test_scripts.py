@@ -21,7 +21,7 @@ from ldbench_round import collation_html
 from running import HANG, Run
 
 NODE = shutil.which("node")
-FILES = {path.name: path for path in sorted(Path(ldbench.__file__).parent.rglob("*.js"))}
+FILES = {path.name: path for path in sorted(Path(ldbench.__file__).parents[1].rglob("*.js"))}         # of both packages
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="no node")
 

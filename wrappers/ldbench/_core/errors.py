@@ -84,11 +84,12 @@ class UnknownName(Error, KeyError):
     """A name that stands for nothing."""
 
 
-def unknown(what: str, name: str, known: Mapping[str, str] | Iterable[str]) -> UnknownName:
-    """The error that a name stands for nothing, with the nearest of the known names, or with what this one is called else."""
+def unknown(what: str, name: str, known: Mapping[str, str] | Iterable[str], found: str = "") -> UnknownName:
+    """The error that a name stands for nothing, with the nearest of the known names, or with what this one is called else; `found`
+    where that is not the name itself."""
     called = {one.lower(): (known[one] if isinstance(known, Mapping) else one) for one in known}
     near = difflib.get_close_matches(str(name).lower(), called, 1)
-    return UnknownName(f"{what}, found {name}" + (f"; {called[near[0]]} is the nearest" if near else ""))
+    return UnknownName(f"{what}, found {found or name}" + (f"; {called[near[0]]} is the nearest" if near else ""))
 
 
 class Warning(UserWarning):

@@ -42,6 +42,8 @@ def draw_table(figure: Figure, box: tuple[float, float, float, float], rows: Row
             if colour := shade(i, j):
                 ax.add_patch(Rectangle((edges[j], y - height/2), edges[j + 1] - edges[j], height, facecolor=colour,
                                        edgecolor="white", linewidth=1.5, zorder=0))
+            if not words:
+                continue
             x, side = (edges[j] + pad, "left") if j in left else (edges[j + 1] - pad, "right")
             ax.text(x, y, plain(words), ha=side, va="center", **{"fontsize": size} | look(i, j))
     ax.set(xlim=(0, 1), ylim=(0, 1))

@@ -294,17 +294,16 @@ def values_page(found: Sequence[Outcome]) -> Figure:
                 lines.append([f"{in_short(key)} [{unit}]" if unit else in_short(key), *(short(x) for x in values)])
         endings = (o.ending.replace(" rail: ", " rail:\n").replace("derails over", "over") if o else "–" for o in own)
         lines.append(["ending", *endings])
-    height, width = 1/(len(lines) + 2), 0.74/len(pairs)
-    ax = draw_table(figure, (0.055, 0.05, 0.93, 0.87), lines,
-                    [0, *(np.linspace(0.26, 1, len(pairs)*len(FORMULATIONS) + 1) - 0.005)], height,
-                    above=1, look=lambda i, j: {"weight": "bold" if i in bold else "normal", "linespacing": 0.9,
-                                                "fontsize": 4.6 if "\n" in lines[i][j] else 6.2},
-                    band=lambda i: "#E6E6E6" if i in bold else "")
-    for k, pair in enumerate(pairs):
-        ax.text(0.26 + width*(k + 1) - 0.01, 1 - height/2, pair_words(found, pair), ha="right", va="center", fontsize=7,
-                weight="bold")
-        if k:
-            ax.axvline(0.26 + width*k, color=GREY, linewidth=0.4)
+    pair_heads = [pair_words(found, pair) if name == list(FORMULATIONS)[-1] else "" for pair in pairs for name in FORMULATIONS]
+    rows = [["", *pair_heads], *lines]
+    heads = {0, *(i + 1 for i in bold)}
+    ax = draw_table(figure, (0.055, 0.05, 0.93, 0.87), rows, [0, *(np.linspace(0.26, 1, len(pairs)*len(FORMULATIONS) + 1) - 0.005)],
+                    1/(len(rows) + 1), look=lambda i, j: {
+                        "weight": "bold" if i in heads else "normal", "linespacing": 0.9,
+                        "fontsize": 7 if i == 0 else 4.6 if "\n" in rows[i][j] else 6.2},
+                    band=lambda i: "#E6E6E6" if i - 1 in bold else "")
+    for k in range(1, len(pairs)):
+        ax.axvline(0.26 + 0.74/len(pairs)*k, color=GREY, linewidth=0.4)
     return figure
 
 

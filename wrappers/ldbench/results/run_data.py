@@ -154,7 +154,7 @@ class RunData:
     def values(self, column: str) -> np.ndarray:
         """A column, (rows,), SI; Error where the run has none of that name."""
         if column not in self.data:
-            raise unknown(f"{self.file}: expected a column of the run", column, map(str, self.data))
+            raise unknown(f"{self.file}: expected a column {column}", column, map(str, self.data), "none")
         return self.data[column].to_numpy()
 
     def __getitem__(self, column: str) -> np.ndarray:
