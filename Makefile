@@ -351,7 +351,7 @@ help:
 	@echo 'make windows    ldbench.exe, by the cross compiler gfortran-mingw-w64-x86-64; make test-windows tries it under wine'
 	@echo 'make reference  run the ten cases and store compact references and all pictures in outputs/reference'
 	@echo 'make reference-package  outputs/ldbench_reference.zip: the ten solutions as exact as they can be, impulses, horizons'
-	@echo 'make yardsticks measure the horizons and spreads that scores are judged by: wrappers/ldbench/benchmark/yardsticks.json'
+	@echo 'make yardsticks measure the horizons and spreads that scores are judged by: wrappers/ldbench_round/yardsticks.json'
 	@echo 'make pictures   the pictures of README and docs alone'
 	@echo 'make clean      remove everything that make made'
 	@echo 'LDBENCH_SLOW=1  with make test: also run the slow tests, which take minutes each'

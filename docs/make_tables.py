@@ -3,6 +3,8 @@
     python docs/make_tables.py             writes the tables and the numbers
     python docs/make_tables.py --check     fails where a page has other ones
 
+It writes the types of the variables of a case, `wrappers/ldbench/_core/case_types.pyi`, too.
+
 A table stands between the comments `<!-- table: NAME -->` and `<!-- end of table -->`. Names, units, defaults and ranges
 are the program's; it is an error when a column or a result is not explained here, or explained and unknown to it. Measured
 results are those of docs/measured.json; `quotes.py` says how a page quotes them.
@@ -14,17 +16,19 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
-
-from ldbench import Case, run
+from ldbench import Case, case, run
+from ldbench.__main__ import make_parser
 from ldbench._core.calls import descriptions
-from ldbench.benchmark.horizon import yardsticks
 from ldbench.case import shortest_name, variables
+from ldbench.commands import COMMANDS
 from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
+from ldbench_round.horizon import yardsticks
+from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
 
 DOCS = Path(__file__).resolve().parent
+TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"
 CONTACT = "C"       # stands for LT, LF, RT, RF
 
 GROUPS = {
@@ -121,6 +125,10 @@ RESULTS = {
 def main(words: list[str]) -> int:
     stale = []
     values = measured()
+    if TYPES.read_text() != case_types():
+        stale.append(TYPES.name)
+        if "--check" not in words:
+            TYPES.write_text(case_types())
     for path in (DOCS.parent/"README.md", *sorted(DOCS.glob("*.md"))):
         page = path.name
         old = path.read_text()
@@ -157,6 +165,21 @@ def variable_tables() -> str:
                 for k, variable in enumerate(variables()) if variable.group == group]
         found.append(f"### &{group}\n\n{GROUPS[group]}\n\n" + table(("name", "default", "unit", "range", "meaning"), rows))
     return "\n".join(found)
+
+
+def case_types() -> str:
+    """The stub by which type checkers know the variables of a case."""
+    kinds = {"real": "float", "integer": "int"}
+    attributes, arguments = [], []
+    for k, variable in enumerate(variables()):
+        choices = variable.range.startswith("one of ")
+        for name in dict.fromkeys((shortest_name(k), f"{variable.group}_{variable.name}")):
+            attributes.append(f"    {name}: Final[{kinds.get(variable.kind, 'str')}]")
+            arguments.append(f"    {name}: {kinds.get(variable.kind, 'str' if choices else 'str | PathLike[str]')}")
+    return "\n".join([
+        '"""Types of the variables of a case, for type checkers. docs/make_tables.py makes this file of the core\'s list."""',
+        "from os import PathLike", "from typing import Final, TypedDict", "", "class Variables:", *attributes, "",
+        "class Values(TypedDict, total=False):", *arguments, ""])
 
 
 def unit(name: str) -> str:
@@ -208,6 +231,19 @@ def result_table() -> str:
     return table(("result", "unit", "meaning"), rows)
 
 
+def command_table() -> str:
+    """Every command with its arguments and options, less those that all have."""
+    common = {"-h", "-q", "-v"}
+    rows = []
+    for name, parser in make_parser(COMMANDS).commands.items():
+        actions = [action for action in parser._actions if not common & set(action.option_strings)]
+        arguments = [str(action.metavar or "|".join(action.choices)) for action in actions if not action.option_strings]
+        options = [" ".join(filter(None, (*action.option_strings[:1], action.metavar))) for action in actions
+                   if action.option_strings]
+        rows.append((f"`{name}`", COMMANDS[name], *(", ".join(f"`{word}`" for word in words) for words in (arguments, options))))
+    return table(("command", "what it does", "arguments", "options"), rows)
+
+
 def event_list() -> str:
     return ", ".join(f"`{kind}`" for kind in event_kinds()) + ".\n"
 
@@ -239,6 +275,7 @@ def horizon_table() -> str:
 PAGES: dict[str, dict[str, Callable[[], str]]] = {
     "input.md": {"variables": variable_tables},
     "output.md": {"columns": column_table, "results": result_table, "events": event_list},
+    "commands.md": {"commands": command_table},
     "compare.md": {"units": unit_list},
     "accuracy.md": MEASURED_TABLES,
     "benchmark.md": {"horizons": horizon_table},

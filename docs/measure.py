@@ -30,7 +30,6 @@ import ldbench
 from ldbench import Case, ContactTable, view
 from ldbench._core.files import complete
 from ldbench.report import abstract, formulations
-from ldbench.results.impacts import first_peak
 from ldbench.results.run_data import RunData, read_all
 from ldbench.results.summary import summary_row
 
@@ -54,17 +53,17 @@ def of_report() -> Values:
     """Results of the ten runs and of the formulations, and the sizes of files."""
     runs = read_all([OUTPUTS/f"{case}.txt" for case in CASES], 1)
     values = of_runs(runs)
-    kept = json.loads((OUTPUTS/"formulations.json").read_text())
+    kept = json.loads(formulations.kept_file(OUTPUTS).read_text())
     values |= of_formulations([formulations.Outcome(**outcome) for outcome in kept])
 
     def megabytes(files: Iterable[Path]) -> float:
         return sum(file.stat().st_size for file in files)/1e6
 
     tables = [OUTPUTS/f"{pair}_halfspace.table" for pair in PAIRS]
-    products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv", "formulations.json"
+    products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv"
     values["size.report [MB]"] = megabytes([
-        *(OUTPUTS/f"{case}.txt" for case in CASES), *(OUTPUTS/f"geometry_{pair}.txt" for pair in PAIRS),
-        *tables, *(OUTPUTS/name for name in products)])
+        *(OUTPUTS/f"{case}.txt" for case in CASES), *tables, *(OUTPUTS/name for name in products),
+        *(file for file in formulations.kept_file(OUTPUTS).parent.iterdir() if file.suffix != ".stamp")])
     values["size.ex5 [MB]"] = megabytes(OUTPUTS.glob("ex5_?w.txt"))
     values["size.ex5_aw [MB]"] = megabytes([OUTPUTS/"ex5_aw.txt"])
     values["size.tables [MB]"] = megabytes(tables)
@@ -242,7 +241,7 @@ def of_variants() -> Values:
     with tempfile.TemporaryDirectory() as folder:
         for name in CASES:
             page = Path(folder)/f"{name}.html"
-            view([str(OUTPUTS/f"{name}.txt")]).write(page)
+            view(OUTPUTS/f"{name}.txt").write(page)
             values[f"page.{name} [MB]"] = page.stat().st_size/1e6
     sizes = [values[f"page.{name} [MB]"] for name in CASES if "ex5" not in name]
     values["page.free.least [MB]"], values["page.free.largest [MB]"] = min(sizes), max(sizes)
@@ -257,7 +256,7 @@ def of_accuracies(exercises: Iterable[int]) -> dict[int, tuple[list[float], list
         for exercise, (peaks, returns) in found.items():
             case = Case.exercise(exercise, "aw").replace(table_file="", accuracy=accuracy)
             run = ldbench.run(case, table=table.for_case(case))
-            peaks.append(1e-3*float(run.values("N_LF")[first_peak(run, "LF")]))
+            peaks.append(1e-3*run.first_interval("LF").peak)
             returns.append(1e3*run.passages()[-1])
     return found
 

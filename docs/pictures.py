@@ -133,7 +133,7 @@ def two_pages(folder: Path, browser: Browser) -> Numbers:
 
 def shoot(browser: Browser, folder: Path, runs: list[ldbench.Run], t: float, dark: bool, buttons: list[str]) -> None:
     """The page of runs at a moment, after a click on the buttons with these words."""
-    file = view(runs).write(folder/"page.html")
+    file = view(*runs).write(folder/"page.html")
     browser.size(*WINDOW, dark=dark)
     browser.open(file, f"#t={t}")
     for words in buttons:

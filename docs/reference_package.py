@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from ldbench import Error
-from ldbench.benchmark.reference_package import write_package
+from ldbench_round.reference_package import write_package
 
 ROOT = Path(__file__).resolve().parents[1]
 

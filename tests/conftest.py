@@ -188,7 +188,7 @@ def read_hertz(hertz_tables: dict[str, Path]) -> Callable[[str], ContactTable]:
 def fine_hertz(common: Path) -> Callable[[str], ContactTable]:
     """The contact tables of Hertz's law that fingerprints build, by the pair of profiles, each read once."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
-    from ldbench.benchmark.fingerprint import FINE
+    from ldbench_round.fingerprint import FINE
 
     files = tables_of("hertz", common / "fine_hertz", **FINE)
     return functools.cache(lambda pair: ContactTable.quiet(
@@ -198,7 +198,7 @@ def fine_hertz(common: Path) -> Callable[[str], ContactTable]:
 @pytest.fixture
 def known_hertz(fine_hertz: Callable[[str], ContactTable], monkeypatch: pytest.MonkeyPatch) -> None:
     """Fingerprints do not build the tables of Hertz's law."""
-    monkeypatch.setattr("ldbench.benchmark.fingerprint.hertz_table", fine_hertz)
+    monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", fine_hertz)
 
 
 @pytest.fixture(scope="session")

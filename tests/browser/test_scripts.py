@@ -13,11 +13,12 @@ import pytest
 
 import ldbench
 from ldbench.plots.series import ratio_curve
+from ldbench.results.derived import SIDES
 from ldbench.viewer.page import SCRIPTS, wheel_columns
 from running import HANG, Run
 
 NODE = shutil.which("node")
-FILES = {path.name: path for path in sorted(Path(ldbench.__file__).parent.rglob("*.js"))}
+FILES = {path.name: path for path in sorted(Path(ldbench.__file__).parents[1].rglob("*.js"))}         # of both packages
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="no node")
 
@@ -45,8 +46,8 @@ def test_loads_of_wheels_are_those_of_the_plots(shipped: dict[str, Run]):
     assert len(rows) > 5000 and set(loads) == {f"{kind}_{side}" for kind in ("LV", "Fz", "Fy") for side in "LR"}
     for name, x in loads.items():
         np.testing.assert_array_equal(np.array(found[name], float), x[rows], err_msg=name)
-    for side in "LR":
-        np.testing.assert_array_equal(loads[f"LV_{side}"], ratio_curve(side).values(run))
+    for side, wheel in zip("LR", SIDES, strict=True):
+        np.testing.assert_array_equal(loads[f"LV_{side}"], ratio_curve(wheel).values(run))
 
 
 # Links

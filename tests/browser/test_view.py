@@ -341,7 +341,7 @@ def test_hostile_names_are_text(browser: Browser, shipped: dict[str, Run], tmp_p
     text = re.sub(r"left flange contact", lambda _: HOSTILE[0], text, count=1)
     ours = tmp_path/"<b>ours.txt"
     ours.write_text(text, encoding="utf-8")
-    page = ldbench.view([file, ours], title=HOSTILE[5] + HOSTILE[1]).write(tmp_path/"page.html")
+    page = ldbench.view(file, ours, title=HOSTILE[5] + HOSTILE[1]).write(tmp_path/"page.html")
     browser.open(page)
     is_quiet(browser, page)
     assert browser.text("#title") == HOSTILE[5] + HOSTILE[1]
@@ -380,7 +380,7 @@ def test_a_run_is_shown_as_its_file(short_run: ldbench.Run, tmp_path: Path):
 
 def test_notebook_shows_the_page_in_a_frame(browser: Browser, short_run: ldbench.Run, tmp_path: Path):
     notebook = tmp_path/"notebook.html"
-    page = ldbench.view([short_run, short_run])
+    page = ldbench.view(short_run, short_run)
     assert isinstance(page, Page)
     notebook.write_text(f"<!DOCTYPE html><meta charset=utf-8>{page._repr_html_()}", encoding="utf-8")
     browser.driver.get(notebook.as_uri())

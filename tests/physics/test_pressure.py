@@ -11,7 +11,6 @@ from ldbench import Case, ContactTable, Error
 from ldbench.geometry.outlines import case_outlines, pose
 from ldbench.geometry.pressures import FLANGES, first_pressures, patch_history, run_patches
 from ldbench.pressure import CONTACTS, press
-from ldbench.results.impacts import first_peak
 from ldbench.results.run_data import RunData, read_data
 from ldbench.table import rigid_geometry
 from ldbench.viewer.pressed import pressure_entries
@@ -81,7 +80,7 @@ def table(run: RunData) -> ContactTable:
 
 def rows(run: RunData) -> list[int]:
     """The peaks of first contacts, and the start."""
-    return [0, *(k for contact in CONTACTS if (k := first_peak(run, contact)) is not None)]
+    return [0, *(one.top for contact in CONTACTS if (one := run.first_interval(contact)))]
 
 
 def test_force_is_that_of_the_table(run: RunData, table: ContactTable):
@@ -159,7 +158,7 @@ def test_a_long_patch_of_the_tread_leaves_the_flange_open(shipped: dict[str, Run
 
 
 def test_a_finer_grid_changes_little(run: RunData):
-    k = first_peak(run, "LF")
+    k = run.first_interval("LF").top
     assert k is not None
     coarse, fine = (run_patches(run, k, ["LF"], elements)[0] for elements in (32, 64))
     for name in "integral", "largest", "area", "half_x", "half_s":
@@ -171,7 +170,7 @@ def test_a_finer_grid_changes_little(run: RunData):
 def test_steeper_than_yield(run: RunData):
     """The numbers of the summary: the flange's first blow. The page and the plot of the impact have the same."""
     row = first_pressures(run)
-    k = first_peak(run, "LF")
+    k = run.first_interval("LF").top
     assert k is not None and row["t_pmax_LF"] == run.time[k]
     patch, = run_patches(run, k, ["LF"])
     assert (row["pmax_LF"], row["patch_LF"]) == (patch.largest, patch.area)

@@ -23,10 +23,10 @@ import pytest
 import ldbench
 import shapes
 from ldbench import Case, ContactTable
-from ldbench.__main__ import EXAMPLES, PROGRAM, Parser, main
-from ldbench.benchmark.fingerprint import hertz_table
-from ldbench.commands import COMMANDS
+from ldbench.__main__ import EXAMPLES, PROGRAM, main, make_parser
+from ldbench.commands import COMMANDS, module_of
 from ldbench.geometry.pressures import run_patches
+from ldbench_round.fingerprint import hertz_table
 from running import HANG, LDBENCH, REPO, once
 
 TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
@@ -34,9 +34,7 @@ TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
 
 # ---- options -------------------------------------------------------------------------
 def parser_of(command: str) -> argparse.ArgumentParser:
-    parser = Parser(prog=f"{PROGRAM} {command}")
-    importlib.import_module(f"ldbench.commands.{command}").add_arguments(parser)
-    return parser
+    return make_parser([command]).commands[command]
 
 
 PARSERS = {command: parser_of(command) for command in COMMANDS}
@@ -128,7 +126,7 @@ def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(folder)
     monkeypatch.setattr("ldbench.case.data_folder", lambda: folder)
     # Tables of these cases are not those of the shipped ones, which other tests ask for.
-    monkeypatch.setattr("ldbench.benchmark.fingerprint.hertz_table", functools.cache(hertz_table.__wrapped__))
+    monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", functools.cache(hertz_table.__wrapped__))
     draw_few(monkeypatch, "ldbench.plots.document", "case_figures", 1)
     draw_few(monkeypatch, "ldbench.report.compare", "comparison_figures", 4)
     return folder
@@ -147,7 +145,7 @@ def examples_of_help() -> Iterator[Example]:
         if line.startswith(f"  {PROGRAM}"):
             yield Example("help", line.strip())
     for command in COMMANDS:
-        told = importlib.import_module(f"ldbench.commands.{command}").__doc__ or ""
+        told = module_of(command).__doc__ or ""
         for line in told.partition("\n\nexamples:\n")[2].splitlines():
             yield Example(f"help of {command}", line.strip())
 
@@ -300,6 +298,59 @@ def test_run_takes_several_namelists(place: Path, capsys: pytest.CaptureFixture[
     # Whatever is wrong with one of them is found before the first is run.
     assert "none.nml" in refused(["run", "inputs/ex1_aw.nml", "none.nml"], 1, capsys)
     assert not any(file.exists() for file in files)
+
+
+def test_two_cases_do_not_write_one_file(place: Path, capsys: pytest.CaptureFixture[str]):
+    assert "a file of its own" in refused(["run", "inputs/ex1_aw.nml", "./inputs/ex1_aw.nml"], 1, capsys)
+
+
+def test_cases_side_by_side_are_those_one_after_the_other(place: Path, capsys: pytest.CaptureFixture[str]):
+    """The order of what is printed is that of the namelists, and each contact table is built once."""
+    names = [f"inputs/ex{k}_{pair}.nml" for pair in ("sw", "aw") for k in (3, 1)]
+    found = []
+    for jobs in "1", "4":
+        for table in Path("outputs").glob("*.table"):
+            table.unlink()
+        assert main(["run", *names, "-j", jobs, "--json"]) == 0
+        found.append([json.loads(line) | {"seconds": 0} for line in capsys.readouterr().out.splitlines()])
+    assert found[0] == found[1] and [line["case"] for line in found[0]] == ["ex3_sw", "ex1_sw", "ex3_aw", "ex1_aw"]
+
+
+# ---- how much is said ----------------------------------------------------------------
+def test_quiet_says_nothing_but_errors_and_json(place: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["run", "inputs/ex1_aw.nml", "-q"]) == 0 and main(["compare", "a.txt", "b.txt", "-q"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert main(["table", "inputs/ex1_aw.nml", "--json", "-q"]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["case"] == "ex1_aw" and said.err == ""
+    assert "none.nml" in refused(["run", "none.nml", "-q"], 1, capsys)
+    assert main(["table", "inputs/ex1_aw.nml", "--json"]) == 0
+    assert capsys.readouterr().err.startswith("ldbench: warning: contact table: ")
+
+
+def test_verbose_tells_what_is_written(place: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["plot", "a.txt", "-v"]) == 0
+    assert capsys.readouterr().err == "ldbench: written: outputs/ldbench_plots.pdf\n"
+    assert main(["run", "inputs/ex1_aw.nml", "-v"]) == 0
+    assert capsys.readouterr().err == "ldbench: written: outputs/ex1_aw.txt\n"
+    assert "not allowed with" in refused(["plot", "a.txt", "-v", "-q"], 2, capsys)
+
+
+@pytest.mark.parametrize("words", [["plot", "ex2_aw.csv"], ["compare", "a.txt", "ex2_aw.csv"], ["view", "a.txt", "ex2_aw.csv"]],
+                         ids=lambda words: words[0])
+def test_a_file_without_our_names_is_refused_with_the_way_to_a_map(words: list[str], place: Path,
+                                                                    capsys: pytest.CaptureFixture[str]):
+    shutil.copy("other_code.csv", "ex2_aw.csv")
+    told = refused(words, 1, capsys)
+    assert "ex2_aw.csv: expected a column time, or --map TOML" in told and "--save-map" in told
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
+def test_completion_knows_every_command_and_option(shell: str, capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit):
+        main(["--completion", shell])
+    said = capsys.readouterr().out
+    assert all(command in said for command in COMMANDS) and "simulation" in said and "python -m" not in said
 
 
 def as_json(x: object) -> object:

@@ -13,6 +13,7 @@ from ldbench.__main__ import main
 from ldbench.report import abstract
 from ldbench.results.columns import read_toml
 from ldbench.viewer import page
+from ldbench_round import horizon
 from running import LDBENCH, REPO
 
 PROJECT = read_toml(REPO/"pyproject.toml")["project"]
@@ -24,6 +25,7 @@ PROJECT = read_toml(REPO/"pyproject.toml")["project"]
     ("xarray", "ensemble", ["ensemble", "case.nml", "--over", "mass=1400,1500"]),
     ("zarr", "ensemble", ["ensemble", "case.nml", "--over", "mass=1400,1500", "-o", "made"]),
     ("distributed", "ensemble", ["ensemble", "case.nml", "--over", "mass=1400,1500", "--scheduler", "tcp://127.0.0.1:9"]),
+    ("shtab", "completion", ["--completion", "bash"]),
     ("imageio_ffmpeg", "view", ["view", str(REPO/"outputs/reference/ex1_aw.txt"), "-o", "made.mp4"]),
 ])
 def test_missing_package_is_one_line_with_the_command(module, extra, command, tmp_path, monkeypatch, capsys):
@@ -48,17 +50,18 @@ def test_version_is_that_of_the_executable(capsys):
 
 
 def test_data_files_are_installed():
-    """Inputs and profiles; every file of the package, the page's scripts and the abstract's words among them; the license."""
+    """Inputs and profiles; every file of both packages, the page's scripts and the abstract's words among them; the license."""
     build = (REPO/"meson.build").read_text()
     for folder in "inputs", "profiles":
         assert f"install_subdir('{folder}', install_dir: data)" in build
     found = re.search(r"run_command\('sh', '-c', '''(.*?)'''", build, re.DOTALL)
     listed = subprocess.run(["sh", "-c", found[1]], cwd=REPO, capture_output=True, text=True, check=True).stdout.split()
-    package = REPO/"wrappers/ldbench"
-    there = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file() and "__pycache__" not in path.parts
+    packages = REPO/"wrappers"
+    there = {str(path.relative_to(packages)) for path in packages.rglob("*") if path.is_file() and "__pycache__" not in path.parts
              and path.suffix not in (".so", ".f90") and not path.name.startswith(".")}
     assert {str(Path(name)) for name in listed} == there
-    assert {str(file.relative_to(package)) for file in (abstract.TEMPLATE, page.FOLDER/"page.html", package/"py.typed")} <= there
+    assert {str(file.relative_to(packages)) for file in (abstract.TEMPLATE, page.FOLDER/"page.html", horizon.FILE,
+                                                         packages/"ldbench/py.typed")} <= there
     assert PROJECT["license-files"] == ["LICENSE"] and (REPO/"LICENSE").is_file()
 
 

@@ -5,6 +5,7 @@ import ast
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -48,8 +49,8 @@ def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
 
 # ---- the Python package --------------------------------------------------------------
 PACKAGE = Path(ldbench.__file__).parent
-ROOMS = ("_core", "case", "conicity", "pressure", "profiles", "table", "results", "geometry", "plots", "profile", "viewer", "runs",
-         "ensembles", "report", "benchmark", "commands", "__main__")
+ROOMS = ("_core", "tools", "case", "conicity", "pressure", "profiles", "table", "results", "geometry", "plots", "profile", "viewer",
+         "runs", "ensembles", "report", "commands", "__main__")
 # Whatever stands for the whole package, to which no room belongs.
 PYTHON = {path: ".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sorted(PACKAGE.rglob("*.py"))
           if path != PACKAGE/"__init__.py"}
@@ -118,6 +119,52 @@ def test_rooms_use_each_other_in_one_order(for_types: bool):
     assert len(between) > 25
     wrong = sorted((module, other) for module, other in used if ROOMS.index(room(other)) > ROOMS.index(room(module)))
     assert wrong == []
+
+
+# ---- a round of the benchmark: the second package ------------------------------------
+ROUND = PACKAGE.with_name("ldbench_round")
+DISPATCH = PACKAGE/"commands/__init__.py"
+ON_TOP = (REPO/"docs/python.md").read_text(encoding="utf-8").partition("## Packages on top of ldbench")[2]
+PUBLIC = {"ldbench", *re.findall(r"`(ldbench\.[a-z_.]+)`", ON_TOP)}
+
+
+def names_imported(tree: ast.AST) -> Iterator[tuple[str, str]]:
+    """The modules that are imported by their whole names, and the names that are taken from them."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and not node.level:
+            yield from ((node.module or "", alias.name) for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from ((alias.name, "") for alias in node.names)
+
+
+def private(tree: ast.AST) -> list[tuple[str, str]]:
+    """The imports of ldbench that docs/python.md does not list."""
+    return [(module, name) for module, name in names_imported(tree) if module.partition(".")[0] == "ldbench" and not (
+        f"{module}.{name}" in PUBLIC or (module in PUBLIC and (
+            name in (*ldbench.__all__, "__version__") if module == "ldbench" else name and not name.startswith("_"))))]
+
+
+def test_a_round_uses_public_names_alone():
+    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in ROUND.rglob("*.py")}
+    assert {path.relative_to(ROUND): wrong for path, tree in trees.items() if (wrong := private(tree))} == {}
+    used = {module for tree in trees.values() for module, _ in names_imported(tree)} | {
+        f"{module}.{name}" for tree in trees.values() for module, name in names_imported(tree)}
+    assert used >= PUBLIC, "a public module that nothing on top uses"
+
+
+@pytest.mark.parametrize("line", ["from ldbench._core.files import complete", "import ldbench._core", "from ldbench import _core",
+                                  "from ldbench.case import Case", "from ldbench.runs import _private", "import ldbench.case"])
+def test_private_imports_are_found(line: str):
+    assert private(ast.parse(line)) and not private(ast.parse("from ldbench import Case\nfrom ldbench.runs import compute"))
+
+
+def test_the_package_does_not_know_a_round():
+    """Neither by an import nor by a name in a text, besides the dispatch of commands."""
+    knowing = {path for path in PACKAGE.rglob("*.py") if any(
+        (isinstance(node, ast.Constant) and isinstance(node.value, str) and "ldbench_round" in node.value)
+        or (isinstance(node, ast.Import | ast.ImportFrom) and "ldbench_round" in ast.unparse(node))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))))}
+    assert knowing == {DISPATCH}
 
 
 def test_the_package_is_imported_without_what_only_some_need():

@@ -170,7 +170,7 @@ def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
     assert main(["run", str(tmp_path/"case.nml"), "--set", "vY=0.3", "-o", str(file)]) == 0
     run = ldbench.read_run(file)
     assert capsys.readouterr().out.startswith(f"ex1_aw: {title}\n") and f"# case ex1_aw: {title}\n" in file.read_text()
-    run.plot(tmp_path/"plots.pdf")
+    run.save_plots(tmp_path/"plots.pdf")
     assert any(title in page.extract_text() for page in PdfReader(tmp_path/"plots.pdf").pages)
     facts = re.search('id="facts">(.*?)<', run.view().html)[1]
     assert f'"title":"{title}"' in zlib.decompress(base64.b64decode(facts)).decode()

@@ -15,13 +15,15 @@ import imaginary_physics as physics
 import ldbench
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.findings import DOUBTFUL, FAILED, PASSED, Finding
-from ldbench.benchmark.map_guess import find_time
-from ldbench.benchmark.tasks import QUANTITIES, TASKS, Task
 from ldbench.results.columns import RawTable
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData
+from ldbench_round import check, own_runs
+from ldbench_round.findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from ldbench_round.map_guess import find_time
+from ldbench_round.round_grades import find_references
+from ldbench_round.submissions import find_files
+from ldbench_round.tasks import QUANTITIES, TASKS, Task
 from running import Run
 
 TASK = Task(2, "aw")
@@ -33,7 +35,7 @@ PLAIN = imaginary.Dialect(length="mm", force="kN", scheme=2)
 def own(shipped: dict[str, Run]) -> None:
     """Our own runs, by which maps are guessed: the shipped ones."""
     for task in TASKS:
-        check._OWN[task] = ldbench.read_run(shipped[task.name].file)
+        own_runs._OWN[task] = ldbench.read_run(shipped[task.name].file)
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +99,8 @@ def test_the_map_that_is_printed_is_the_map(own: None, another: dict[Task, ldben
     assert main(["check", str(file), "--save-map", str(toml)]) == 0
     capsys.readouterr()
     assert main(["check", str(file)]) == 0
+    assert " = { column" not in capsys.readouterr().out
+    assert main(["check", str(file), "--show-map"]) == 0
     assert [line.strip() for line in toml.read_text().splitlines()] \
         == [line.strip() for line in capsys.readouterr().out.splitlines() if " = { column" in line]
     mapped = check.check_file(file, map=toml)
@@ -110,7 +114,7 @@ def test_the_map_that_is_printed_is_the_map(own: None, another: dict[Task, ldben
 def test_our_runs_fail_in_nothing(task: Task, shipped: dict[str, Run]):
     """In exercise 5 rows are too far apart for the impacts; everything else is passed."""
     found = check.check_file(shipped[task.name].file)
-    assert found.guess is None and found.failed == 0
+    assert found.guess is None and not any(finding.verdict == FAILED for finding in found.findings)
     doubtful = {finding.hint for finding in found.findings if finding.verdict == DOUBTFUL}
     assert doubtful <= ({"rows too far apart for the impacts"} if task.exercise == 5 else set()), doubtful
 
@@ -210,4 +214,21 @@ def test_a_folder_says_what_is_missing_and_goes_on(own: None, another: dict[Task
         only, = by_name[name]
         assert only["verdict"] == FAILED and name in only["hint"] and "\n" not in only["hint"]
     assert facts["folder"][0]["number"] == 3 and "exercise 1, simplified" in facts["folder"][0]["hint"]
-    assert "notes.txt" in facts["folder"][1]["hint"]
+    assert facts["folder"][1]["verdict"] == UNKNOWN and "notes.txt" in facts["folder"][1]["hint"]
+
+
+def test_a_file_that_is_no_simulation_is_told_and_does_not_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                                                capsys: pytest.CaptureFixture):
+    """As a folder of ours has summary.csv and files of other models beside the ten; check, score and collate take the same ones."""
+    for name in (*(f"{task.name}.txt" for task in TASKS), "summary.csv", "ex2_aw_hertz.txt"):
+        (tmp_path/name).write_text("time Y\n")
+    monkeypatch.setattr(check, "check_file", lambda file, task, map: check.Checked(file, task, None, ()))
+    assert main(["check", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert f"{tmp_path}: 1 {PASSED}, 2 {UNKNOWN}" in told
+    lines = [line for line in told.splitlines() if line.startswith(f"  {UNKNOWN}: file: ")]
+    assert len(lines) == 2 and "summary.csv" in lines[1] and "ex2_aw_hertz.txt: expected one file" in lines[0]
+    taken = find_files(tmp_path, remarks := [])
+    assert {file.name for file in taken.values()} == {f"{task.name}.txt" for task in TASKS}
+    assert {one.file for one in find_references(tmp_path).values()} == set(taken.values())
+    assert [line.partition(": file: ")[2] for line in lines] == remarks

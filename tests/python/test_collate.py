@@ -17,19 +17,19 @@ import ldbench
 from browser import facts
 from hostile_files import HARMLESS, HOSTILE
 from imaginary_round import CODES, Runs
+from ldbench import _core
 from ldbench.__main__ import main
 from ldbench._core.files import write_frame
-from ldbench.benchmark import check, collation, kept_entries, round_numbers
-from ldbench.benchmark.collation import Collation, collate, write_csv
-from ldbench.benchmark.kept_entries import SCORED_AS_ELASTIC
-from ldbench.benchmark.round_grades import GRADED, Graded, find_references
-from ldbench.benchmark.round_numbers import NUMBERS, SI, names_of, numbers_of
-from ldbench.benchmark.submissions import find_submissions
-from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.results.events import FLANGE_ANGLE
-from ldbench.results.impacts import impacts
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
+from ldbench_round import check, collation, kept_entries, own_runs, round_numbers
+from ldbench_round.collation import Collation, collate, write_csv
+from ldbench_round.kept_entries import SCORED_AS_ELASTIC
+from ldbench_round.round_grades import GRADED, Graded, find_references
+from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
+from ldbench_round.submissions import find_submissions
+from ldbench_round.tasks import TASKS, Task
 from running import Run, once
 
 FAST, SLOW = Task(4, "aw"), Task(2, "aw")
@@ -38,11 +38,11 @@ FAST, SLOW = Task(4, "aw"), Task(2, "aw")
 @pytest.fixture(scope="module")
 def own(runs: Runs) -> Iterator[None]:
     """Our own runs, by which maps are guessed."""
-    before = dict(check._OWN)
-    check._OWN.update({task: runs.of(CODES[0], task) for task in (FAST, SLOW)})
+    before = dict(own_runs._OWN)
+    own_runs._OWN.update({task: runs.of(CODES[0], task) for task in (FAST, SLOW)})
     yield
-    check._OWN.clear()
-    check._OWN.update(before)
+    own_runs._OWN.clear()
+    own_runs._OWN.update(before)
 
 
 @pytest.fixture(scope="module")
@@ -90,8 +90,8 @@ def test_planted_numbers_come_back(code: imaginary_round.Code, collated: tuple[C
     found, _ = collated
     submission = next(one for one in found.codes if one.name == code.name)
     run = runs.of(code, FAST)
-    first = next(one for one in impacts(run, ["LF"]) if one.angle > FLANGE_ANGLE)
-    right = next(one for one in impacts(run, ["RF"]) if one.angle > FLANGE_ANGLE)
+    first = next(one for one in run.impacts(["LF"]) if one.angle > FLANGE_ANGLE)
+    right = next(one for one in run.impacts(["RF"]) if one.angle > FLANGE_ANGLE)
     value = {name: found.value(submission, FAST, name) for name in NUMBERS}
     assert found.lines() == []
     # The file has a row every 0.1 ms, where the run has events, too.
@@ -240,6 +240,20 @@ def test_a_late_submission_costs_its_own_files_alone(codes: Path, own: None, tmp
     assert table(collate(codes, store), tmp_path/"again.csv") == after
 
 
+def test_another_program_or_core_keeps_no_entry(codes: Path, own: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    for folder in codes.iterdir():
+        if folder.name != "Elastra":
+            shutil.rmtree(folder)
+    assert collate(codes, tmp_path).computed == (("Elastra", FAST),) and collate(codes, tmp_path).computed == ()
+    core = next(file for file in _core.kept.files_of(_core.kept.PACKAGE) if file.suffix == ".so")
+    read = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda file: b"another core" if file == core else read(file))
+    _core.kept.program_digest.cache_clear()
+    again = collate(codes, tmp_path).computed
+    _core.kept.program_digest.cache_clear()
+    assert again == (("Elastra", FAST),)
+
+
 # ---- descriptions --------------------------------------------------------------------
 def described(folder: Path, text: str) -> Path:
     """A folder with one code of that description."""
@@ -351,8 +365,11 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
     assert before == after, [name for name in before if before[name] != after[name]]
     reader = PdfReader(out/"collation.pdf")
     titles = [item.title for item in reader.outline if not isinstance(item, list)]
-    assert titles == ["Contents", "Matrix", "Codes", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
-    matrix = reader.pages[1].extract_text()
+    assert titles == ["Matrix", "Codes", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
+    # Curves, and all tables of the four codes on a page.
+    tables = [text for page in reader.pages if "Numbers, scores and findings" in (text := page.extract_text())]
+    assert len(tables) == 2 and all("Numbers\n" in text and "Findings\n" in text for text in tables)
+    matrix = reader.pages[0].extract_text()
     assert all(code.name in matrix for code in CODES[:4]) and "cannot" in matrix
     told = facts(out/"collation.html")
     assert [code["name"] for code in told["codes"]] == ["Adams", "Bora", "Contura", "Dynarail"]
@@ -496,5 +513,7 @@ def test_the_document_has_the_grades(graded: GradedRound, tmp_path: Path):
     pages = [page.extract_text() for page in reader.pages]
     matrix = next(page for page in pages if "Grades against the reference" in page and "grade 0.001" in page)
     assert all(code in matrix for code in SCALED) and "0.005" in matrix and "0.05" in matrix
-    assert sum("Scores, exercise 4, actual profiles" in page for page in pages) == 1
-    assert not any("Scores, exercise 2" in page for page in pages)      # which has no reference
+    chapters = [page for page in pages if "Numbers, scores and findings, exercise" in page]
+    scored = [page for page in chapters if "Scores, reference: " in page]
+    assert len(scored) == 1 and "exercise 4, actual profiles" in scored[0] and "of spread" in scored[0]
+    assert any("findings, exercise 2" in page for page in chapters)     # which has no reference

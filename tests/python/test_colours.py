@@ -67,7 +67,7 @@ def test_runs_are_told_apart_by_colour_or_dashes(seen: str):
 
 def test_codes_of_a_round_are_told_apart():
     """Codes with the same dashes are told apart by their colours, on paper and on the light and the dark page."""
-    looks = (REPO/"wrappers/ldbench/benchmark/static/collation.css").read_text()
+    looks = (REPO/"wrappers/ldbench_round/static/collation.css").read_text()
     named = re.findall(r"--code\d: (#[0-9a-f]{6})", looks)
     papers = re.findall(r"--paper: (#[0-9a-f]{6})", looks)
     assert len(named) == 12 and len(papers) == 2

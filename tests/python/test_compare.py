@@ -19,7 +19,6 @@ from ldbench.report import differences as cmp
 from ldbench.report.compare_pages import quantity_page
 from ldbench.report.study import SHORT_RAMP, make_study, study_jobs
 from ldbench.results.header import Header
-from ldbench.results.impacts import first_peak
 from ldbench.results.run_data import RunData, read_data
 from running import REPO, namelist
 
@@ -237,7 +236,7 @@ def test_study_of_a_small_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert 0.01 < abs(law[column]) < 0.3 and abs(step[column]) < 0.01
     assert law["Y rms, first contact [m]"] > 10*step["Y rms, first contact [m]"] > 0
     runs = {v: read_data(root/f"outputs/study/ex3_aw_{v}.txt") for v in ("fine", "law")}
-    peaks = [run.values("N_LF")[first_peak(run, "LF")] for run in runs.values()]
+    peaks = [run.first_interval("LF").peak for run in runs.values()]
     assert law[column] == pytest.approx(peaks[1]/peaks[0] - 1, rel=1e-9)
     pages = PdfReader(document)
     assert [part.title for part in pages.outline if not isinstance(part, list)] == [

@@ -248,7 +248,7 @@ def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch
     found.append(keys(case))
     wheel.write_text(original)
     assert keys(case) == known
-    monkeypatch.setattr(members, "core_digest", lambda: "another build")
+    monkeypatch.setattr(members, "program_digest", lambda: "another build")
     found.append(keys(case))
     assert len(set().union(*found)) == 2*len(found) == 12
 

@@ -13,20 +13,19 @@ import pytest
 import imaginary_codes as imaginary
 import imaginary_physics as physics
 import ldbench
-import ldbench.benchmark.fingerprint as fingerprints
+import ldbench_round.fingerprint as fingerprints
 from imaginary_physics import Physics
 from ldbench import Case
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.fingerprint import ELASTIC, RIGID, Fingerprint, fingerprint
-from ldbench.benchmark.physics_checks import LEAST_FORCE
-from ldbench.benchmark.stiffness import BY_DEPTH, BY_RATE, NONE
-from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.header import Header
-from ldbench.results.impacts import closed_intervals
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
+from ldbench_round import own_runs
+from ldbench_round.fingerprint import ELASTIC, RIGID, Fingerprint, fingerprint
+from ldbench_round.physics_checks import LEAST_FORCE
+from ldbench_round.stiffness import BY_DEPTH, BY_RATE, NONE
+from ldbench_round.tasks import TASKS, Task
 from running import Run
 
 AW, SW = Task(2, "aw"), Task(2, "sw")
@@ -128,7 +127,7 @@ def ratios_to_hertz(run: RunData, task: Task) -> Iterator[tuple[float, float, np
                 run.values("Z")[rows] + table.equilibrium - moved*np.cos(angle), run.values("roll")[rows])
         return np.hypot(*table.forces_by_contact(*pose)[:, CONTACTS.index(contact), :2].T)
 
-    for one in sorted((one for contact in ("LF", "RF") for one in closed_intervals(run, contact)), key=lambda one: one.start):
+    for one in run.impacts(("LF", "RF")):
         rows = (run.time > one.start) & (run.time < one.end)
         force = run.values(f"N_{one.contact}")[rows]
         if rows.sum() < 8 or force.max() < LEAST_FORCE or abs(one.angle) < FLANGE_ANGLE:
@@ -199,7 +198,7 @@ def test_our_runs_are_elastic_half_spaces_without_loss(task: Task, shipped: dict
 def test_the_command_tells_a_file_of_another_code(tmp_path: Path, shipped: dict[str, Run], capsys: pytest.CaptureFixture[str],
                                                   monkeypatch: pytest.MonkeyPatch):
     """The map is guessed, as for check; units, signs and names are those of another code."""
-    monkeypatch.setitem(check._OWN, AW, ldbench.read_run(shipped["ex2_aw"].file))
+    monkeypatch.setitem(own_runs._OWN, AW, ldbench.read_run(shipped["ex2_aw"].file))
     file = tmp_path/"ex2_aw.csv"
     dialect = imaginary.Dialect(lateral=-1, vertical=-1, length="mm", angle="mrad", force="kN", scheme=2)
     imaginary.write(physics.simulate(AW, Physics(hunt_crossley=0.1), FIRST), file, dialect)

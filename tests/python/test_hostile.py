@@ -12,10 +12,10 @@ import imaginary_codes as imaginary
 from hostile_files import HOSTILE
 from ldbench import Case
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.findings import FAILED
-from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.runs import compute
+from ldbench_round import own_runs
+from ldbench_round.findings import FAILED
+from ldbench_round.tasks import TASKS, Task
 
 TASK = Task(4, "aw")
 UNNAMED = ("Traceback", "cannot be used: ")     # an error that nobody foresaw
@@ -28,11 +28,11 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     run = compute(Case.exercise(4, "aw").replace(model="hertz", table_file="", n_lateral=60, n_roll=13, n_depth=11))
     file = tmp_path_factory.mktemp("good")/f"{TASK.name}.csv"
     imaginary.write(imaginary.table_of(run, 1e-4), file, imaginary.Dialect(scheme=1))
-    before = dict(check._OWN)
-    check._OWN.update(dict.fromkeys(TASKS, run))
+    before = dict(own_runs._OWN)
+    own_runs._OWN.update(dict.fromkeys(TASKS, run))
     yield file
-    check._OWN.clear()
-    check._OWN.update(before)
+    own_runs._OWN.clear()
+    own_runs._OWN.update(before)
 
 
 @pytest.fixture(scope="module")

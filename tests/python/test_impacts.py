@@ -10,14 +10,16 @@ import pytest
 import ldbench
 from invented import invented_run
 from ldbench import Event
-from ldbench.benchmark.round_numbers import numbers_of
-from ldbench.benchmark.tasks import Task
 from ldbench.plots.impact import chosen_impacts
+from ldbench.plots.stretches import first_impact
+from ldbench.report.differences import event_times
+from ldbench.results.contact_intervals import CLOSED, is_closed
 from ldbench.results.header import Header
-from ldbench.results.impacts import first_peak, first_rows, impacts, intervals
-from ldbench.results.run_data import CLOSED, RunData
+from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
-from ldbench.viewer.page import FOLDER
+from ldbench.viewer.page import FOLDER, event_entries
+from ldbench_round.round_numbers import numbers_of
+from ldbench_round.tasks import Task
 from running import Run
 
 PULSE, TOP = 0.004, 8e5         # length [s] and peak [N] of a half-sine
@@ -36,7 +38,7 @@ def test_a_half_sine_is_measured(residue: float):
     """Time, length, peak, and the impulse 2/pi of peak times length; a residue of an iteration is no contact."""
     frame = pulses((0.02,))
     frame["N_LF"] += residue
-    [one] = impacts(invented_run(frame))
+    [one] = invented_run(frame).impacts()
     assert one.contact == "LF" and np.isnan(one.angle)
     assert (one.start, one.end, one.duration) == pytest.approx((0.02, 0.024, PULSE), abs=1e-7 if residue else 1e-10)
     assert (one.peak - residue, one.t_peak) == pytest.approx((TOP, 0.022), rel=1e-9)
@@ -49,7 +51,7 @@ def test_rows_beside_the_ends_do_not_matter(lag: float):
     interval = PULSE/10
     frame = pulses((0.02,), dt=interval, lag=lag)
     frame["N_LF"] = TOP*(frame["N_LF"]/TOP)**1.5            # by Hertz from an approach that is a half-sine
-    [one] = impacts(invented_run(frame))
+    [one] = invented_run(frame).impacts()
     assert (one.start, one.end) == pytest.approx((0.02, 0.02 + PULSE), abs=interval/10)
     assert one.impulse == pytest.approx(0.5564*TOP*PULSE, rel=0.005)       # mean of sin**1.5 over half a turn
 
@@ -61,10 +63,10 @@ def test_contact_that_is_closed_at_an_end_of_the_file_is_no_impact():
     rolling["N_RT"] = np.where(rolling["time"] < 0.01, 2.0, 0.0)
     rolling["N_RF"] = np.where(rolling["time"] < 0.045, np.nan, 2.0)
     run = invented_run(rolling)
-    assert [one.contact for one in impacts(run)] == ["LF"]
-    assert [(one.begins, one.ends) for contact in ("LT", "RT", "RF") for one in intervals(run, contact)] == [
+    assert [one.contact for one in run.impacts()] == ["LF"]
+    assert [(one.begins, one.ends) for contact in ("LT", "RT", "RF") for one in run.intervals(contact)] == [
         (False, False), (False, True), (True, False)]
-    assert impacts(invented_run(rolling[["time"]])) == [] and intervals(invented_run(rolling[["time"]]), "LF") is None
+    assert invented_run(rolling[["time"]]).impacts() == [] and invented_run(rolling[["time"]]).intervals("LF") is None
 
 
 def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
@@ -73,12 +75,12 @@ def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
     run = ldbench.read_run(shipped["ex5_sw"].file)
     assert ((run.values("N_LF") > 0) & ~run.closed("LF")).sum() > 1000 and run.values("N_LF")[run.closed("LF")].min() > CLOSED
     start = summary_row(run)["t_first_LF"]
-    [first, *_] = found = intervals(run, "LF")
-    assert sum(one.whole for one in found) == len(impacts(run, ["LF"])) > 1.01*(np.diff(np.sign(run.values("N_LF"))) > 0).sum()
+    [first, *_] = found = run.intervals("LF")
+    assert sum(one.whole for one in found) == len(run.impacts(["LF"])) > 1.01*(np.diff(np.sign(run.values("N_LF"))) > 0).sum()
     collated = numbers_of(run, Task(5, "sw"), [])
-    assert (first.start, collated["t_left_flange"].value, first_rows(run, "LF").start) == pytest.approx(
+    assert (first.start, collated["t_left_flange"].value, run.first_interval("LF").rows.start) == pytest.approx(
         (start, start, np.searchsorted(run.time, start + 1e-8)), abs=1e-8)
-    assert collated["peak"].value == first.peak == run.values("N_LF")[first_peak(run, "LF")]
+    assert collated["peak"].value == first.peak == run.first_interval("LF").peak
     assert chosen_impacts(run)[1] == summary_row(run)["n_left_flange_contact"] + summary_row(run)["n_right_flange_contact"]
     assert f"const CLOSED = {CLOSED:g};" in (FOLDER/"series.js").read_text()
 
@@ -87,7 +89,7 @@ def test_impulses_of_rigid_contacts():
     """An impact of rigid contacts takes no time and has no force."""
     frame = pulses(())
     events = Event(0.02, "impact", impulses={"LF": 2000.0, "RT": 30.0}), Event(0.03, "centre passage")
-    found = impacts(invented_run(frame, header=Header(events=events)))
+    found = invented_run(frame, header=Header(events=events)).impacts()
     assert [(one.contact, one.start, one.duration, one.impulse) for one in found] == [
         ("LF", 0.02, 0.0, 2000.0), ("RT", 0.02, 0.0, 30.0)]
     assert all(np.isnan(one.peak) and one.t_peak == 0.02 for one in found)
@@ -103,12 +105,37 @@ def elastic() -> RunData:
 
 def test_a_run_of_ours_and_its_file(elastic: RunData, tmp_path: Path):
     """Starts are the times of the events, peaks the largest forces; the file gives the same."""
-    found = impacts(elastic)
+    found = elastic.impacts()
     flange = [one for one in found if one.contact == "LF"]
     assert flange[0].start == pytest.approx(elastic.first_contact("LF"), abs=1e-6)
     largest = max(flange, key=lambda one: one.peak)
     assert (largest.peak, largest.t_peak) == pytest.approx(elastic.peak("LF"), rel=0.01)
     assert largest.angle == elastic.values("angle_LF")[elastic.values("N_LF").argmax()]
-    again = impacts(ldbench.read_run(elastic.write(tmp_path/"columns.txt")))
+    again = ldbench.read_run(elastic.write(tmp_path/"columns.txt")).impacts()
     assert [one.contact for one in again] == [one.contact for one in found]
     np.testing.assert_allclose([one[1:6] for one in again], [one[1:6] for one in found], rtol=1e-6)
+
+
+def test_everyone_tells_the_same_first_contact(tmp_path: Path):
+    """A touch of the flange's root, then two impacts, over a residue of an iteration: the second touch is the first contact of the
+    flange for the table of all runs, the page, the comparison and the collation."""
+    frame = pulses((0.01, 0.02, 0.03), end=0.05)
+    frame["angle_LF"] = np.where(frame["N_LF"] > 0, np.radians(np.where(frame["time"] < 0.015, 10.0, 50.0)), np.nan)
+    frame["N_LF"] += 0.9
+    run = invented_run(frame.assign(Y=0.01*np.sin(60*frame["time"]), vY=0.6*np.cos(60*frame["time"])))
+    first = run.first_interval("LF")
+    assert (first.start, first.end, first.peak) == pytest.approx((0.02, 0.02 + PULSE, TOP + 0.9), abs=1e-6)
+    assert [one.at_root for one in run.intervals("LF")] == [True, False, False]
+    assert run.values("N_LF")[first.rows].min() > CLOSED and run.time[first.top] == first.t_peak
+    told = {"summary": summary_row(run)["t_first_LF"], "plot": first_impact(run).start,
+            "page": next(event["t"] for event in event_entries(run) if "contact" in event["what"]),
+            "comparison": event_times(run)["first left flange contact"],
+            "collation": numbers_of(run, Task(2, "aw"), [])["t_left_flange"].value}
+    assert told.pop("plot") == pytest.approx(first.start - 0.6*first.duration, abs=1e-12)
+    assert set(told.values()) == {first.start}
+
+
+def test_what_is_closed():
+    """One newton of either sign, in a number as in an array."""
+    assert [is_closed(x) for x in (0.0, 0.9, -0.9, 1.1, -2.0, np.nan)] == [False, False, False, True, True, False]
+    np.testing.assert_array_equal(is_closed(np.array([1.0, 1.1])), [False, True])

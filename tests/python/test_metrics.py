@@ -13,19 +13,17 @@ import imaginary_codes as imaginary
 import ldbench
 from ldbench import Case, ContactTable, Error
 from ldbench.__main__ import main
-from ldbench.benchmark import check
-from ldbench.benchmark.contact_intervals import closed_at
-from ldbench.benchmark.horizon import yardsticks
-from ldbench.benchmark.metrics import score
-from ldbench.benchmark.scores import KINDS, Scores
-from ldbench.benchmark.spread import measured_yardstick, rounded
-from ldbench.benchmark.tasks import MOTION, Task
 from ldbench.results.header import Header
-from ldbench.results.impacts import intervals
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.runs import compute
+from ldbench_round import own_runs
+from ldbench_round.horizon import yardsticks
+from ldbench_round.metrics import closed_at, score
+from ldbench_round.scores import KINDS, Scores
+from ldbench_round.tasks import MOTION, Task
 from running import Run
+from yardsticks import measured_yardstick, rounded
 
 TASK = Task(2, "aw")
 HERTZ = {"model": "hertz", "table_file": ""}
@@ -123,7 +121,7 @@ def test_motion_is_compared_while_the_same_contacts_are_closed(reference: RunDat
     dense = np.arange(0, late.time[-1], 1e-6)
     apart = np.zeros(len(dense), bool)
     for contact in CONTACTS:
-        mine, theirs = (closed_at(intervals(one, contact), dense) for one in (late, reference))
+        mine, theirs = (closed_at(one.intervals(contact), dense) for one in (late, reference))
         apart |= mine != theirs
     # Rows between whose neighbours the sets differ all the time: a row also tells what is half-way to the next.
     inside = np.zeros(len(frame), bool)
@@ -167,7 +165,7 @@ def test_one_impact_more(start: float, reference: RunData, frame: pd.DataFrame):
         for kind in ("event", "impulse", "peak", "duration"):
             assert set(differences(found, kind).values()) == {0.0}, kind
         assert 1 - found.share == pytest.approx(length/t[-1], rel=0.1)
-    whole = sum(one.impulse for contact in CONTACTS for one in intervals(reference, contact) if one.whole)
+    whole = sum(one.impulse for contact in CONTACTS for one in reference.intervals(contact) if one.whole)
     assert more.get("unmatched").difference == pytest.approx(more.unmatched[0].impulse/whole)
     # The order in the reference names an impact, whether or not the run has one more before it.
     assert more.get("LF 1 impulse").reference == score(reference, reference, TASK).get("LF 1 impulse").reference
@@ -211,11 +209,11 @@ def test_rigid_impacts_are_those_of_the_columns(hertz: dict[str, ldbench.Run]):
     """Their impulses are all of what the columns P grow by, and times are those of the events."""
     run = hertz["rigid 0.5"]
     for contact in CONTACTS:
-        found = intervals(run, contact)
+        found = run.intervals(contact)
         pushed = np.trapezoid(run.values(f"N_{contact}"), run.time)
         assert sum(one.impulse for one in found) == pytest.approx(run.values(f"P_{contact}")[-1] + pushed, rel=0.02)
     told = [event for event in run.events if "LF" in event.impulses]
-    assert told and told[0].t in [one.start for one in intervals(run, "LF")]
+    assert told and told[0].t in [one.start for one in run.intervals("LF")]
 
 
 # ---- matching ------------------------------------------------------------------------
@@ -271,7 +269,7 @@ def test_the_command_scores_folders(folders: tuple[Path, Path], hertz: dict[str,
 def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: dict[str, ldbench.Run], tmp_path: Path,
                                               monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """Guessed, or given: other names, units, signs and an interval of 0.1 ms."""
-    monkeypatch.setitem(check._OWN, TASK, hertz["ex2_aw"])
+    monkeypatch.setitem(own_runs._OWN, TASK, hertz["ex2_aw"])
     dialect = imaginary.Dialect(lateral=-1, roll=-1, length="mm", force="kN", scheme=2)
     imaginary.write(imaginary.table_of(hertz["ex2_aw"], 1e-4), tmp_path/"other.csv", dialect)
     words = ["score", str(tmp_path/"other.csv"), "--reference", str(folders[1]), "--simulation", "ex2_aw"]

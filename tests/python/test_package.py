@@ -13,15 +13,15 @@ import pytest
 
 import ldbench
 from ldbench import Case, Error
-from ldbench.benchmark.horizon import horizon
-from ldbench.benchmark.metrics import score
-from ldbench.benchmark.reference_package import (
+from ldbench_round.horizon import horizon
+from ldbench_round.metrics import score
+from ldbench_round.reference_package import (
     INTERVAL,
     error_row,
     solve,
     write_package,
 )
-from ldbench.benchmark.tasks import Task
+from ldbench_round.tasks import Task
 from running import HANG, LDBENCH, REPO, environment
 
 FREE, RAMP = Task(2, "aw"), Task(5, "aw")

@@ -33,7 +33,6 @@ from ldbench.plots.style import ldbench_style
 from ldbench.plots.ticks import settle
 from ldbench.plots.times import time_page
 from ldbench.results.header import Header
-from ldbench.results.impacts import impacts
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
@@ -309,7 +308,7 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], imp
 
 def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path], impact: Figure):
     run, _ = thrown
-    first, = impacts(run, ("LF",))
+    first, = run.impacts(("LF",))
     row, = table_rows(run, [first])
     assert len(row) == len(HEADS) and row[0] == "left flange"
     assert row[3] == f"{1e-3*run.values('N_LF').max():.1f} kN"

@@ -14,7 +14,8 @@ import pytest
 from pypdf import PdfReader
 
 from invented import altered
-from ldbench import Case, Error, Event, run
+from ldbench import Case, Error, Event, _core, run
+from ldbench._core.kept import PACKAGE, is_up_to_date, program_digest, write_stamp
 from ldbench.plots.series import PAGES
 from ldbench.report import abstract, authors, formulations, stretches, submission, twins
 from ldbench.report.jobs import Job, case_job, run_jobs
@@ -58,10 +59,10 @@ def report_small_project(root: Path) -> None:
 
 
 def test_products_are_there_and_nothing_else(project: Path):
-    names = {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp"}
-    assert names == {"ex3_aw.txt", "ex3_sw.txt", "geometry_aw.txt", "geometry_sw.txt", "aw_strip.table",
-                     "sw_strip.table", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "formulations.json",
-                     "twins.json", "ldbench_results.html"}
+    sent = {"ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
+    kept = {"geometry_aw.txt", "geometry_sw.txt", "formulations.json", "twins.json"}
+    assert {file.name for file in (project/"outputs").iterdir()} == sent | {"aw_strip.table", "sw_strip.table", ".ldbench"}
+    assert {file.name for file in (project/"outputs/.ldbench").iterdir()} == kept | {f"{name}.stamp" for name in sent | kept}
 
 
 def test_plots_have_pages_and_bookmarks(project: Path):
@@ -124,10 +125,11 @@ LONG_AGO = 10**9      # [s]
 
 def remake(project: Path) -> set[str]:
     """Report again; the names of what was written."""
-    for file in (project/"outputs").iterdir():
+    files = [file for file in (project/"outputs").rglob("*") if file.is_file() and file.suffix != ".stamp"]
+    for file in files:
         os.utime(file, (LONG_AGO, LONG_AGO))
     make_report(project, project/"inputs", project/"outputs", jobs=2)
-    return {file.name for file in (project/"outputs").iterdir() if file.suffix != ".stamp" and file.stat().st_mtime != LONG_AGO}
+    return {file.name for file in files if file.stat().st_mtime != LONG_AGO}
 
 
 def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -145,6 +147,13 @@ def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, 
     columns = project/"outputs/ex3_aw.txt"
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))
     assert remake(project) == {"ex3_aw.txt"}      # the same columns again: the rest still holds
+    # A change of the page's scripts, in a copy of the package.
+    package = Path(shutil.copytree(PACKAGE, tmp_path/"package", ignore=shutil.ignore_patterns("__pycache__")))
+    script = package/"viewer/static/scene.js"
+    script.write_text(script.read_text() + "// changed")
+    monkeypatch.setattr(_core.kept, "program_digest", lambda: program_digest.__wrapped__(package))
+    assert "ldbench_results.html" in remake(project)
+    assert remake(project) == set()
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +165,7 @@ def ten(project: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[list[R
     for k in (8, 9):         # exercise 5: three seconds long, derailed
         ten[k] = altered(ten[k], {"events": (*ten[k].events, Event(2.987654, "derailment", 271234.0))},
                          data=ten[k].data.assign(time=100*ten[k].time))
-    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
+    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/.ldbench/formulations.json").read_text())]
     outcomes = [replace(found, case=name) for name in CASES for found in kept if found.pair == name[-2:]]
     written = [{"name": "A. Author", "affiliation": "First Institute"}, {"name": "B. Author", "affiliation": "Second Institute"}]
     target = tmp_path_factory.mktemp("ten")/"abstract.pdf"
@@ -220,6 +229,22 @@ def job(root: Path, name: str, table: str = "", **integrator: float) -> Job:
     return Job(name, text, root/f"{name}.txt", root)
 
 
+@pytest.mark.parametrize("changed", ["viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py"])
+def test_a_change_of_the_program_makes_its_products_again(changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Any file counts: scripts of the page, modules, the compiled core. What Python keeps of its own does not."""
+    package, product = tmp_path/"package", tmp_path/"page.html"
+    for name in ("viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py", "viewer/__pycache__/page.pyc"):
+        (package/name).parent.mkdir(parents=True, exist_ok=True)
+        (package/name).write_text("before")
+    monkeypatch.setattr(_core.kept, "program_digest", lambda: program_digest.__wrapped__(package))
+    product.write_text("page")
+    write_stamp(product, {})
+    (package/"viewer/__pycache__/page.pyc").write_text("after")
+    assert is_up_to_date(product, {})
+    (package/changed).write_text("after")
+    assert not is_up_to_date(product, {})
+
+
 # Runs of jobs ------------------------------------------------------------------------------
 
 
@@ -227,7 +252,7 @@ def job(root: Path, name: str, table: str = "", **integrator: float) -> Job:
 
 
 def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
-    kept = json.loads((project/"outputs/formulations.json").read_text())
+    kept = json.loads((project/"outputs/.ldbench/formulations.json").read_text())
     outcomes = [found for found in kept if found["formulation"] == "elastic"]
     assert [found["case"] for found in outcomes] == ["ex3_aw", "ex3_sw"]
     for found in outcomes:
@@ -240,7 +265,7 @@ def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
 
 def test_values_of_formulations_stand_under_their_pair(project: Path):
     """Each value in the row of its result and in the column of its pair and formulation."""
-    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/formulations.json").read_text())]
+    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/.ldbench/formulations.json").read_text())]
     found = [replace(o, results={**o.results, "Y_max": 1e-3*(k + 1)}) for k, o in enumerate(kept)]
     texts = formulations.values_page(found).axes[0].texts
     row = next(text.get_position()[1] for text in texts if text.get_text() == "largest Y [mm]")

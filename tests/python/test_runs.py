@@ -13,17 +13,18 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import f90nml
 import numpy as np
 import pytest
 
 import ldbench
-from ldbench.case import variables
+from ldbench.case import shortest_name, variables
 from ldbench.profile import Profile
-from ldbench.results.header import Header
+from ldbench.results.header import Header, read_groups
 from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
 from ldbench.results.run_data import read_data
 from ldbench.runs import compute
-from running import REPO, alike
+from running import REPO, Run, alike
 
 # The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
 KINDS: dict[str, dict[str, Any]] = {
@@ -215,13 +216,18 @@ def test_xarray_has_columns_units_and_results(both: tuple[ldbench.Run, ldbench.R
     for run in both:
         found = run.to_xarray()
         units = run.data.attrs["units"]
-        assert set(found.variables) == set(run.data) and list(found.coords) == ["time"]
+        assert {str(name) for name in found.variables if not str(name).startswith("event_")} == {*run.data, "contact"}
         for name in run.data:
-            assert np.array_equal(found[name], run.data[name], equal_nan=True)
+            assert found[name].dims == ("time",) and np.array_equal(found[name], run.data[name], equal_nan=True)
             assert found[name].attrs == {"units": units[name] or "1"}
+        assert np.array_equal(found.Y.sel(time=slice(0.005, 0.01)), run["Y"][(run.time >= 0.005) & (run.time <= 0.01)])
+        assert found.event_time.values.tolist() == [event.t for event in run.events]
+        assert found.event_kind.values.tolist() == [event.kind for event in run.events]
+        struck = [sum(event.impulses.values()) for event in run.events]
+        assert found.event_impulse.sum("contact").values == pytest.approx(struck) and found.event_impulse.units == "N.s"
         told = {name: value for name, value in run.results.items() if not (isinstance(value, float) and math.isnan(value))}
         assert found.attrs == {"case": run.name, "title": run.header.title, **told}
-        frame = found.reset_coords().to_dataframe()[list(run.data)]
+        frame = found[[name for name in run.data if name != "time"]].to_dataframe().reset_index()[list(run.data)]
         assert np.array_equal(frame, run.data, equal_nan=True)
 
 
@@ -239,7 +245,8 @@ def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elas
     force, t = other.peak("LF")
     k = int(memory.values("N_LF").argmax())
     assert (force, t) == pytest.approx((memory.values("N_LF")[k], memory.time[k]), rel=1e-9)
-    assert other.first_contact("LF") == pytest.approx(memory.time[np.flatnonzero(memory.closed("LF"))[0]], rel=1e-9)
+    before, row = memory.time[np.flatnonzero(memory.closed("LF"))[0] + [-1, 0]]
+    assert before < other.first_contact("LF") < row
     for question in ("case", "table", "text"):
         with pytest.raises(ldbench.Error) as error:
             getattr(other, question)
@@ -313,3 +320,97 @@ def test_a_misspelt_variable_names_the_nearest(wrong: str, meant: str):
 
 
 # The package -------------------------------------------------------------------------------
+
+
+def test_a_run_is_a_mapping_of_columns_and_ends_as_in_scipy(elastic: tuple[ldbench.Run, ldbench.Run], other: ldbench.Run):
+    for run in elastic:
+        assert len(run) == run.results["rows"] and list(run) == list(run.data) and "Y" in run and "y" not in run
+        assert np.array_equal(run["vY"], run.data["vY"]) and (run.success, run.message) == (True, run.ending)
+        assert run.status == int(run.ending != "t_end")
+    assert (other.success, other.status, other.message) == (True, 0, "")
+    assert ldbench.run(small(t_end=1e-3, stop_at="t_end")).status == 0
+
+
+def test_unknown_names_are_key_errors_with_the_nearest(elastic: tuple[ldbench.Run, ldbench.Run]):
+    run = elastic[1]
+    refused: dict[str, tuple[Callable[[], object], str]] = {
+        "column": (lambda: run["N_Lf"], "N_LF"), "values": (lambda: run.values("rol"), "roll"),
+        "contact": (lambda: run.peak("LFF"), "LF"), "intervals": (lambda: run.intervals("lf"), "LF"),
+        "event": (lambda: run.first("derailments"), "derailment"), "count": (lambda: run.count("impacts"), "impact"),
+        "case": (lambda: ldbench.Case(vYY=0.3), "vY"), "mapping": (lambda: ldbench.Case({"masss": 1.0}), "mass"),
+        "ensemble": (lambda: ldbench.ensemble(run.case, {"mass": [1.5e3]}, columns=["NLF"]), "N_LF")}
+    for what, (work, near) in refused.items():
+        with pytest.raises(KeyError) as error:
+            work()
+        assert isinstance(error.value, ldbench.Error) and str(error.value).endswith(f"; {near} is the nearest"), what
+
+
+def test_bad_arguments_are_value_or_type_errors(elastic: tuple[ldbench.Run, ldbench.Run]):
+    case = elastic[0].case
+    wrong: dict[type[Exception], list[Callable[[], object]]] = {
+        ValueError: [lambda: ldbench.Case(dt=-1.0), lambda: case.replace(model="herz"), lambda: case.replace(n_roll=5.5),
+                     lambda: ldbench.ensemble(case, {"mass": []}), lambda: ldbench.ensemble(case, {"mass": [1e3]}, threads=0),
+                     lambda: elastic[0].table.force(0.0, 0.4, 0.0, wheel="front")],
+        TypeError: [lambda: ldbench.Case(dt="small"), lambda: ldbench.Case(title=3), lambda: ldbench.Case(vY=1.0, initial_vY=1.0),
+                    lambda: ldbench.Case({"vY": 1.0}, vY=2.0), lambda: ldbench.Case([1.0]), lambda: ldbench.run({"vY": 0.3}),
+                    lambda: ldbench.run(3), ldbench.view, lambda: ldbench.view([elastic[0]])]}
+    for kind, calls in wrong.items():
+        for call in calls:
+            with pytest.raises(kind) as error:
+                call()
+            assert isinstance(error.value, ldbench.Error)
+            assert type(pickle.loads(pickle.dumps(error.value))) is type(error.value)
+    with pytest.raises(TypeError, match=r"found dict: Case\(values\) makes a case of a mapping of values"):
+        ldbench.run({"vY": 0.3})
+
+
+def test_a_table_says_what_it_is(elastic: tuple[ldbench.Run, ldbench.Run]):
+    words = repr(elastic[0].table)
+    assert words.startswith("ContactTable(profiles/awprof.yz, profiles/arprof.yz: hertz, ") and "clearance 2 x 10.180 mm" in words
+
+
+def test_what_happens_is_logged_by_the_standard_module(caplog: pytest.LogCaptureFixture):
+    with caplog.at_level("INFO", "ldbench"):
+        ldbench.run(small(t_end=1e-3))
+    assert [record.name for record in caplog.records] == ["ldbench.table", "ldbench.runs"]
+    assert "ContactTable(" in caplog.text and "rows to t = 0.001 s" in caplog.text
+
+
+def test_types_of_variables_are_those_of_the_core():
+    """The stub is what docs/make_tables.py makes of the core's list."""
+    stub = (Path(ldbench.__file__).parent/"_core/case_types.pyi").read_text()
+    attributes = dict(re.findall(r"^    (\w+): Final\[(.*)\]$", stub, re.MULTILINE))
+    expected = {name: {"real": "float", "integer": "int", "text": "str"}[variable.kind] for k, variable in enumerate(variables())
+                for name in (shortest_name(k), f"{variable.group}_{variable.name}")}
+    assert attributes == expected and set(re.findall(r"^    (\w+): (?!Final)", stub, re.MULTILINE)) == set(expected)
+
+
+def test_the_groups_of_a_header_are_those_that_f90nml_reads(shipped: dict[str, Run]):
+    """f90nml is the independent reader here; it writes names in small letters."""
+    for run in shipped.values():
+        lines, inside = [], False
+        for line in run.header.splitlines():
+            inside = inside or line.startswith("&")
+            lines += [line] if inside else []
+            inside = inside and line.strip() != "/"
+        own, other = read_groups(lines), f90nml.reads("\n".join(lines) + "\n")
+        events = other["results"].pop("event")
+        assert own["results"].pop("event") == [dict(event) for event in (events if isinstance(events, list) else [events])]
+        assert {group: {name.lower(): x for name, x in values.items()} for group, values in own.items()} == {
+            group: dict(values) for group, values in other.items()}
+
+
+@pytest.mark.parametrize(("line", "values"), [
+    ("  n = 3, 4  ! of it", {"n": [3, 4]}), ("word = 'it''s, so!'", {"word": "it's, so!"}), ("n=1", {"n": 1}),
+    ("n = 1.5D-3,m = -2", {"n": 1.5e-3, "m": -2}), ("event(2)%t = 1.0, event(2)%kind = 'b', event(1)%t = 0.5",
+                                                  {"event": [{"t": 0.5}, {"t": 1.0, "kind": "b"}]}),
+    ("n = 1 2", None), ("n = 'open", None), ("n", None), ("= 3", None), ("n = 0.O1", {"n": "0.O1"}), ("n = 3*4", {"n": "3*4"})])
+def test_lines_of_groups(line: str, values: dict[str, Any] | None, capfd: pytest.CaptureFixture[str]):
+    """A line that is none of a group is told in the error and nowhere else."""
+    if values is None:
+        with pytest.raises(ldbench.Error) as error:
+            read_groups(["&results", line, "/"])
+        assert (error.value.expected, error.value.found) == ("name = value", repr(line))
+    else:
+        assert read_groups(["before", "&Results", line, "", "/", "after = 3"]) == {"results": values}
+    assert capfd.readouterr() == ("", "")

@@ -219,11 +219,12 @@ class Child:
 
     def our_file(self, rng: random.Random) -> None:
         """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""
+        from ldbench.plots import tables
         from ldbench.plots.impact import impact_page
         from ldbench.plots.series import PAGES
         from ldbench.plots.style import ldbench_style
         from ldbench.plots.times import time_page
-        from ldbench.report import compare_pages, differences
+        from ldbench.report import differences
         from ldbench.results.run_data import read_data
         from ldbench.results.summary import summary_row
         from ldbench.viewer.film import Picture
@@ -239,7 +240,7 @@ class Child:
         summary_row(run)
         make_page([reference, run])
         draw = rng.choice([None]*40 + [
-            lambda: compare_pages.table_page(run.name, run.header.title, [run.name], [[run.ending]], [1], run.heading),
+            lambda: tables.table_page(run.name, run.header.title, [run.name], [[run.ending]], [1], run.heading),
             lambda: time_page(run, PAGES[0]), lambda: impact_page(run),
             lambda: Picture([reference, run], 0.0, 1e-3, 1e-3, None).figure])
         if draw:

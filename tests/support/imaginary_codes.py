@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ldbench.benchmark.tasks import QUANTITIES
 from ldbench.results.columns import UNITS
 from ldbench.results.run_data import RunData
+from ldbench_round.tasks import QUANTITIES
 
 LATERAL = {"Y", "vY", "aY"}, ("Fy_", "y_")
 VERTICAL = {"Z", "vZ", "aZ"}, ("Fz_", "z_")

@@ -18,10 +18,10 @@ from scipy.spatial import cKDTree
 
 import ldbench
 from ldbench import Case
-from ldbench.benchmark.physics_checks import weight_of
-from ldbench.benchmark.tasks import QUANTITIES, Task
 from ldbench.geometry.outlines import case_outlines
 from ldbench.results.derived import cumulative
+from ldbench_round.physics_checks import weight_of
+from ldbench_round.tasks import QUANTITIES, Task
 
 SIDE = np.array([1.0, 1.0, -1.0, -1.0])     # right wheels are left ones in a mirror
 SPLIT = np.radians(10)                      # tangent angle between tread and flange

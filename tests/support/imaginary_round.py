@@ -22,8 +22,8 @@ import pandas as pd
 import imaginary_codes as imaginary
 import ldbench
 from ldbench import Case
-from ldbench.benchmark.tasks import TASKS, Task
 from ldbench.results.run_data import RunData
+from ldbench_round.tasks import TASKS, Task
 from running import environment
 
 Change = Callable[[pd.DataFrame], pd.DataFrame]

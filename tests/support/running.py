@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -80,13 +79,14 @@ def short_case(folder: Path, **changes: dict[str, object]) -> str:
 def command_error(*words: object) -> Error:
     """The Error that a command of the package refuses its words with, in this process; nothing comes on standard output."""
     from ldbench import Error  # programs that only start the executable need no package
-    from ldbench.__main__ import parse
+    from ldbench.__main__ import make_parser
+    from ldbench.commands import module_of
 
     said = io.StringIO()
     try:
         with redirect_stdout(said):
-            args = parse([str(word) for word in words])
-            import_module(f"ldbench.commands.{args.command}").main(args)
+            args = make_parser([str(words[0])]).parse_args([str(word) for word in words])
+            module_of(args.command).main(args)
     except Error as error:
         assert said.getvalue() == ""
         return error

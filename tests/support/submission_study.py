@@ -22,10 +22,10 @@ import imaginary_physics as physics
 import ldbench
 from imaginary_physics import Physics
 from ldbench import Case
-from ldbench.benchmark import check
-from ldbench.benchmark.findings import DOUBTFUL, FAILED
-from ldbench.benchmark.fingerprint import ELASTIC, RIGID, fingerprint
-from ldbench.benchmark.tasks import QUANTITIES, Task
+from ldbench_round import check
+from ldbench_round.findings import DOUBTFUL, FAILED
+from ldbench_round.fingerprint import ELASTIC, RIGID, fingerprint
+from ldbench_round.tasks import QUANTITIES, Task
 
 EXERCISES = tuple(Task(exercise, pair) for exercise in (2, 3) for pair in ("aw", "sw"))
 LAWS = (Physics(), Physics(k=6e10), Physics(k=1.4e11), Physics(k=1e9, n=1.0), Physics(hunt_crossley=0.1), Physics(kelvin_voigt=2e4))

@@ -76,7 +76,7 @@ def main() -> int:
         folder = Path(scratch)
         files = run_files(folder, sorted({name for names in PAGES.values() for name in names}))
         for title, names in PAGES.items():
-            page = ldbench.view([files[name] for name in names]).write(folder/"page.html")
+            page = ldbench.view(*(files[name] for name in names)).write(folder/"page.html")
             for view in ("whole", "left"):
                 print(f"{title:20} {view:6} {measure(page, view)}", flush=True)
     return 0

@@ -14,8 +14,8 @@ from checks import Check, Section, absolute, limit
 from independent import SIZES, rates_of, start_of
 from ldbench import Case, ContactTable, Run
 from ldbench._core import _flat
-from ldbench.benchmark.fingerprint import half_space_softness
 from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, RED, SERIES, ldbench_style
+from ldbench_round.fingerprint import half_space_softness
 from sheets import Table, page
 
 PAIRS = "aw", "sw"

@@ -8,17 +8,21 @@
 
 Everything is in SI units and radians, in the track frame: X forward, Y to the left, Z up.
 """
+import logging
+
 from ._core.calls import version
 from ._core.errors import Error, Warning
 from .case import Case
 from .ensembles.sweep import ensemble
 from .profile import Profile
 from .results.columns import read_columns
+from .results.contact_intervals import ContactInterval
 from .results.events import Event
 from .runs import Run, read_run, run
 from .table import ContactTable
 from .viewer.show import view
 
-__all__ = ["Case", "ContactTable", "Error", "Event", "Profile", "Run", "Warning", "ensemble", "read_columns", "read_run", "run",
-           "view"]
+__all__ = ["Case", "ContactInterval", "ContactTable", "Error", "Event", "Profile", "Run", "Warning", "ensemble", "read_columns",
+           "read_run", "run", "view"]
 __version__ = version()
+logging.getLogger(__name__).addHandler(logging.NullHandler())        # the program that imports it chooses what is shown

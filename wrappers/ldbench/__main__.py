@@ -1,4 +1,4 @@
-"""The command line: python -m ldbench COMMAND. Status 0: done; 1: failed; 2: wrong usage."""
+"""The command line: `ldbench COMMAND` or `python -m ldbench COMMAND`. Status 0: done; 1: failed; 2: wrong usage."""
 from __future__ import annotations
 
 import argparse
@@ -10,18 +10,22 @@ import re
 import signal
 import sys
 import threading
-from importlib import import_module
-from typing import TYPE_CHECKING, NoReturn
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ._core import leave
 from ._core.calls import version
 from ._core.errors import Error, Usage
-from .commands import COMMANDS
+from ._core.optional import needed
+from .commands import COMMANDS, module_of
+from .commands.options import add_loudness, spoken
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
-PROGRAM = "python -m ldbench"
+PROGRAM = "ldbench" if Path(sys.argv[0]).name == "ldbench" else "python -m ldbench"      # as it was called
+SHELLS = "bash", "zsh", "tcsh"
 UNWRITABLE = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF
 
 EXAMPLES = """\
@@ -34,7 +38,10 @@ examples:
 class Parser(argparse.ArgumentParser):
     """argparse with errors in one line, which name what is nearest to a word that is wrong."""
 
-    known: tuple[str, ...] = ()         # words that the command line may hold
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.known: tuple[str, ...] = ()        # words that the command line may hold
+        self.commands: dict[str, Parser] = {}   # that are made in full
 
     def error(self, message: str) -> NoReturn:
         """Raise Usage with the message of argparse."""
@@ -50,23 +57,42 @@ class Parser(argparse.ArgumentParser):
             super()._print_message(message, file)
 
 
-def parse(arguments: list[str]) -> argparse.Namespace:
-    """Parse the command line; the parser of the chosen command alone is made in full."""
+class Completion(argparse.Action):
+    """Print what a shell needs to complete commands, options and names of files, by the package shtab."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *arguments: Any) -> NoReturn:
+        """Print the script of a shell for the whole command line."""
+        shtab = needed("shtab", "completion")
+        whole = make_parser(COMMANDS, "ldbench")
+        for command in whole.commands.values():
+            for action in command._actions:
+                if re.search("FILE|FOLDER|NAMELIST|PROFILE|TOML|DIR", str(action.metavar)):
+                    action.complete = shtab.FILE        # type: ignore[attr-defined]
+        print(shtab.complete(whole, shell=arguments[1]))
+        parser.exit()
+
+
+def make_parser(chosen: Iterable[str], program: str = PROGRAM) -> Parser:
+    """The parser of the command line, with all arguments of the chosen commands; the modules of the others are not imported."""
     parser = Parser(
-        prog=PROGRAM, description="A railway wheelset without friction between its flanges.",
+        prog=program, description="Simulates a frictionless railway wheelset on two rails.",
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"ldbench {version()}")
+    parser.add_argument("--completion", action=Completion, choices=SHELLS, metavar="SHELL",
+                        help=f"print the completion of commands and options for {', '.join(SHELLS)}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, purpose in COMMANDS.items():
         command = commands.add_parser(name, help=purpose, formatter_class=argparse.RawDescriptionHelpFormatter)
-        if name in arguments[:1]:            # the others need not be imported
-            module = import_module(f".commands.{name}", __package__)
+        if name in chosen:
+            module = module_of(name)
             command.description, _, command.epilog = (module.__doc__ or "").partition("\n\nexamples:")
             command.epilog = command.epilog and "examples:" + command.epilog
             module.add_arguments(command)
-            parser.known = tuple(word for action in command._actions for word in action.option_strings)
+            add_loudness(command)
+            parser.commands[name] = command
+            parser.known += tuple(word for action in command._actions for word in action.option_strings)
     parser.known = parser.known or tuple(COMMANDS)
-    return parser.parse_args(arguments)
+    return parser
 
 
 def stop(number: int, frame: object) -> NoReturn:
@@ -96,10 +122,11 @@ def run_command(arguments: list[str] | None) -> int:
             sys.stderr = open(os.devnull, "w")      # noqa: SIM115
         if sys.stdout is None:
             raise Error("standard output: expected one that can be written, found it closed")
-        args = parse(sys.argv[1:] if arguments is None else arguments)
-        command = import_module(f".commands.{args.command}", __package__)
-        status = command.main(args)
-        sys.stdout.flush()
+        given = sys.argv[1:] if arguments is None else arguments
+        args = make_parser(given[:1]).parse_args(given)
+        with spoken(args):
+            status = module_of(args.command).main(args)
+            sys.stdout.flush()
         return status
     except Usage as error:
         print(f"ldbench: error: {error}", file=sys.stderr)

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import copy
-import difflib
 import functools
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,14 +15,20 @@ import numpy as np
 
 from ._core import _flat
 from ._core.calls import check, path_bytes, text, text_bytes
-from ._core.errors import Error
+from ._core.errors import BadType, BadValue, Error, MissingFile, UnknownName, unknown
 from ._core.files import DEFAULT_FOLDER, complete
 from ._core.notebook import html_table
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
+    from typing_extensions import Unpack
+
+    from ._core.case_types import Values, Variables
+else:
+    Variables = object
 
 Value = float | int | str
+Changes = Mapping[str, "Value | os.PathLike[str]"]
 
 TEXT_LENGTH = 256       # of a text variable in the core
 LARGEST = 2**31 - 1     # whole number of the core
@@ -73,10 +78,9 @@ def find_variable(name: str) -> int:
         return found[0]
     if found:
         choices = " or ".join(f"{variables()[k].group}_{variables()[k].name}" for k in found)
-        raise Error(f"expected {choices}, found {name}, which is ambiguous")
-    near = difflib.get_close_matches(name.lower(), _indices(), 1)
-    meant = f"; {shortest_name(_indices()[near[0]][0])} is the nearest" if near else ""
-    raise Error(f"expected a namelist variable (python -m ldbench variables lists them), found {name}{meant}")
+        raise UnknownName(f"expected {choices}, found {name}, which is ambiguous")
+    nearest = {known: shortest_name(places[0]) for known, places in _indices().items()}
+    raise unknown("expected a namelist variable (python -m ldbench variables lists them)", name, nearest)
 
 
 def find_variables(names: Iterable[str]) -> list[int]:
@@ -84,12 +88,12 @@ def find_variables(names: Iterable[str]) -> list[int]:
     found: dict[int, str] = {}
     for name in names:
         if (k := find_variable(name)) in found:
-            raise Error(f"expected every variable once, found {found[k]} and {name}, which are one")
+            raise BadType(f"expected every variable once, found {found[k]} and {name}, which are one")
         found[k] = name
     return list(found)
 
 
-class Case:
+class Case(Variables):
     """All namelist variables of a run; immutable.
 
         case = ldbench.Case(vY=0.3, dt=5e-6)            # the other variables have the benchmark's values
@@ -107,12 +111,12 @@ class Case:
     label: str                      # the namelist file, for messages
     folder: Path | None             # the namelist file's folder
 
-    def __init__(self, /, **changes: Value | os.PathLike[str]) -> None:
-        """A case of the benchmark with other values: `Case(vY=0.3, output_file="fast.txt")`. Error where the core refuses
-        a value."""
+    def __init__(self, values: Changes | None = None, /, **changes: Unpack[Values]) -> None:
+        """A case of the benchmark with other values, by their names or in a mapping: `Case(vY=0.3, output_file="fast.txt")`,
+        `Case({"vY": 0.3})`. Error where the core refuses a value."""
         vars(self).update(values=defaults(), label="case", folder=None)
-        vars(self)["unchanged"] = vars(self)["values"] = self._with(changes).values
-        self._check()
+        vars(self)["unchanged"] = vars(self)["values"] = self._with(together(values, changes)).values
+        self._refuse()
 
     @classmethod
     def of_values(cls, values: Sequence[Value], label: str = "case", folder: Path | None = None) -> Case:
@@ -157,7 +161,12 @@ class Case:
     @classmethod
     def given(cls, case: Case | str | os.PathLike[str]) -> Case:
         """The case itself, or that of a namelist file."""
-        return case if isinstance(case, Case) else cls.from_namelist(case)
+        if isinstance(case, Case):
+            return case
+        if not isinstance(case, str | os.PathLike):
+            raise BadType("expected a Case, or the path or the text of a namelist, "
+                          f"found {type(case).__name__}: Case(values) makes a case of a mapping of values")
+        return cls.from_namelist(case)
 
     @classmethod
     def exercise(cls, number: int, profiles: str = "aw") -> Case:
@@ -172,21 +181,30 @@ class Case:
         folder = Path(label).resolve().parent if source is None else None
         return cls.of_values(_unpack(numbers, bytes(words)), label, folder)
 
-    def replace(self, **changes: Value | os.PathLike[str]) -> Case:
-        """A case with other values: `case.replace(vY=0.3, dt=5e-6, output_file="fast.txt")`."""
-        changed = self._with(changes)
-        changed._check()
+    def replace(self, values: Changes | None = None, /, **changes: Unpack[Values]) -> Case:
+        """A case with other values: `case.replace(vY=0.3, dt=5e-6)`, or `case.replace({"vY": 0.3, "dt": 5e-6})`."""
+        changed = self._with(together(values, changes))
+        changed._refuse()
         return changed
 
     def _check(self) -> None:
         """Raise the core's Error where a value is out of range or does not fit the others."""
         check(*_flat.check_values(path_bytes(self.label), *self.arrays()))
 
+    def _refuse(self) -> None:
+        """As `_check`, of values that are arguments: the Error is a ValueError too."""
+        try:
+            self._check()
+        except MissingFile:
+            raise
+        except Error as error:
+            raise BadValue(str(error)) from None
+
     def check_writable(self, variable: str, path: str | os.PathLike[str]) -> None:
         """Check before a run that the file of a variable such as '&output file' can be written."""
         check(*_flat.check_writable(*map(path_bytes, (self.label, variable, path))))
 
-    def _with(self, changes: Mapping[str, Value | os.PathLike[str]]) -> Case:
+    def _with(self, changes: Changes) -> Case:
         """A case with other values, before the core has checked them."""
         values = list(self.values)
         for k, value in zip(find_variables(changes), changes.values(), strict=True):
@@ -197,18 +215,21 @@ class Case:
 
     def _coerced(self, variable: Variable, value: Value | os.PathLike[str]) -> Value:
         """A value of the variable's kind; its range is left to the core."""
+        refusal: type[Error] = BadType
         if variable.kind == "text":
             if isinstance(value, os.PathLike):
                 value = os.fspath(value)
+            refusal = BadValue if isinstance(value, str) else BadType
             if isinstance(value, str) and len(_words(value)) <= TEXT_LENGTH:
                 return value.rstrip(" ")
         elif isinstance(value, Real) and not isinstance(value, (bool, np.bool_)):
+            refusal = BadValue
             with suppress(OverflowError):       # where no real number is so large
                 if variable.kind == "real":
                     return float(value)
                 if (isinstance(value, Integral) or float(value).is_integer()) and abs(value) <= LARGEST:
                     return int(value)
-        raise Error(f"{self.label}, &{variable.group} {variable.name}: expected {variable.range}, found {value!r}")
+        raise refusal(f"{self.label}, &{variable.group} {variable.name}: expected {variable.range}, found {value!r}")
 
     def arrays(self) -> tuple[np.ndarray, bytes]:
         """The values as the core takes them: numbers, shape (variables,), and texts of 256 characters each."""
@@ -268,14 +289,15 @@ class Case:
         return pd.DataFrame(rows, columns=["group", "name", "value", "default", "unit", "range", "meaning"],
                             ).set_index(["group", "name"])
 
-    def __getattr__(self, name: str) -> Any:
-        """A variable by its name in other letters, or by group_name."""
-        if name.startswith("_") or name in ("values", "unchanged", "label", "folder"):
-            raise AttributeError(name)
-        try:
-            return getattr(self, shortest_name(find_variable(name)))
-        except Error as error:
-            raise AttributeError(str(error)) from None
+    if not TYPE_CHECKING:       # `Variables` tells all names to type checkers
+        def __getattr__(self, name: str) -> Any:
+            """A variable by its name in other letters, or by group_name."""
+            if name.startswith("_") or name in ("values", "unchanged", "label", "folder"):
+                raise AttributeError(name)
+            try:
+                return getattr(self, shortest_name(find_variable(name)))
+            except Error as error:
+                raise AttributeError(str(error)) from None
 
     def __eq__(self, other: object) -> bool:
         """Whether all values are equal and the names of profiles lead to the same files."""
@@ -302,6 +324,16 @@ class Case:
         changed = (f"{shortest_name(k)}={value!r}" for k, (value, default) in
                    enumerate(zip(self.values, defaults(), strict=True)) if value != default)
         return f"Case({', '.join(changed)})"
+
+
+def together(values: Changes | None, changes: Mapping[str, object]) -> Changes:
+    """Values from a mapping and from keywords, where no name stands in both."""
+    values = {} if values is None else values
+    if not isinstance(values, Mapping):
+        raise BadType(f"expected a mapping of values by their names, found {type(values).__name__}")
+    if both := values.keys() & changes.keys():
+        raise BadType(f"expected every variable once, found {' and '.join(sorted(both))} in the mapping and as a keyword")
+    return {**values, **changes}        # type: ignore[dict-item]      # the values of a TypedDict are objects to mypy
 
 
 def shortest_name(k: int) -> str:

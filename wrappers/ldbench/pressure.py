@@ -9,7 +9,7 @@ import numpy as np
 
 from ._core import _flat
 from ._core.calls import Handle
-from ._core.errors import Error
+from ._core.errors import BadValue, Error
 from .case import Case
 
 CONTACTS = "LT", "LF", "RT", "RF"       # left and right tread and flange, as in the columns
@@ -161,7 +161,7 @@ def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[
     """
     check_model(case)
     if elements < 8 or elements % 4:
-        raise ValueError(f"expected a multiple of 4 elements, at least 8, found {elements}")
+        raise BadValue(f"expected a multiple of 4 elements, at least 8, found {elements}")
     found = []
     for side, names in ("left", CONTACTS[:2]), ("right", CONTACTS[2:]):
         if any(name in contacts for name in names):

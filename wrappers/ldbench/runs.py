@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import functools
+import logging
 import os
 import shutil
 import warnings
@@ -26,14 +27,18 @@ from .table import ContactTable
 if TYPE_CHECKING:       # what draws and makes frames is imported where it is needed: it takes longer than a short run
     import pandas as pd
 
+    from .plots.document import Figures
     from .viewer.page import Page
+
+log = logging.getLogger(__name__)
 
 
 class Run(RunData):
     """A run, from memory (`ldbench.run`) or from a column file (`ldbench.read_run`).
 
-    `data`, `results`, `events` and `case` say what happened; `plot`, `view`, `to_xarray` and `write` hand it on. It can be
-    copied, pickled and sent to other processes.
+    `run["Y"]` is a column; `data`, `results`, `events` and `case` say what happened, `success`, `status` and `message` how it ended
+    as SciPy's `solve_ivp` says it; `plot`, `view`, `to_xarray` and `write` hand it on. It can be copied, pickled and sent to other
+    processes.
     """
 
     _source: CoreRun | ColumnFile
@@ -91,11 +96,22 @@ class Run(RunData):
                 self.table.write_geometry(geometry)
         return os.fspath(path)
 
-    def plot(self, path: str | os.PathLike[str] = "") -> int:
-        """Draw every quantity of the benchmark's list into a PDF, by default NAME.pdf here; returns the number of pages."""
+    def plot(self) -> Figures:
+        """Draw every quantity of the benchmark's list: the figures of matplotlib, a page each, which a notebook shows.
+
+        `run.plot()[0].savefig("motion.png")` writes one of them, `save_plots` all of them.
+        """
+        from .plots.document import drawn
+
+        return drawn(self)
+
+    def save_plots(self, path: str | os.PathLike[str] = "") -> Path:
+        """Write these figures as the pages of a PDF, by default NAME.pdf here; returns its path."""
         from .plots.document import plot_runs
 
-        return plot_runs([self], Path(path or f"{self.name}.pdf"))
+        target = Path(path or f"{self.name}.pdf")
+        plot_runs([self], target)
+        return target
 
     def view(self) -> Page:
         """The run as an interactive page, which a notebook shows; `.write(path)` writes it."""
@@ -188,7 +204,8 @@ class CoreRun:
 
 
 def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
-    """Run a case, or a namelist file; nothing is written but the contact table's file, if the case has one.
+    """Run a case, or a namelist file; nothing is written but the contact table's file, if the case has one. For a mapping of
+    values make a case: `run(Case(values))`.
 
     progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
     with stage 'table' or 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
@@ -211,7 +228,9 @@ def compute(case: Case, progress: Progress | bool | None = None, table: ContactT
         check(message, length, case.label)
         return Run(CoreRun(fitting, Handle(_flat.free_run, address)))
 
-    return watched(work, progress)
+    done = watched(work, progress)
+    log.info("%r, %.2f s of processor time", done, done.seconds)
+    return done
 
 
 def read_run(path: str | os.PathLike[str], map: Any = None) -> Run:

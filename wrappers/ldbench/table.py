@@ -1,6 +1,7 @@
 """The contact table of a case: forces, energies and stiffness of any pose."""
 from __future__ import annotations
 
+import logging
 import os
 import threading
 import warnings
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ._core import _flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
-from ._core.errors import Error, Warning
+from ._core.errors import BadValue, Error, Warning
 from ._core.notebook import html_table
 from ._core.units import Units
 from .case import TEXT_LENGTH, Case, variables
@@ -23,6 +24,8 @@ from .profiles.profile import core_file
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
+
+log = logging.getLogger(__name__)
 
 Wheel = Literal["both", "left", "right"]
 Outside = Literal["raise", "nan"]
@@ -94,6 +97,7 @@ class ContactTable:
             self._own(case, Handle(_flat.free_prepared, address))
 
         watched(work, progress)
+        log.info("%s: %r", case.label, self)
 
     def _own(self, case: Case, handle: Handle) -> None:
         self.case, self._handle = case, handle
@@ -261,7 +265,7 @@ class ContactTable:
             raise Error(f"{self.case.label}, &contact formulation: expected 'elastic', which has a contact table, "
                         f"found {self.case.formulation!r}")
         if outside not in ("raise", "nan"):
-            raise ValueError(f"expected outside='raise' or 'nan', found {outside!r}")
+            raise BadValue(f"expected outside='raise' or 'nan', found {outside!r}")
         arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in pose))
         poses = [np.ascontiguousarray(x).ravel() for x in arrays]
         if not poses[0].size:
@@ -317,6 +321,12 @@ class ContactTable:
         left, right = 1e3*self.clearance, 1e3*self.clearance_right
         return f"2 {times} {left:.3f}" if left == right else f"left {left:.3f}, right {right:.3f}"
 
+    def __repr__(self) -> str:
+        made = "from its file" if self.found else f"built in {self.seconds:.2f} s"
+        elastic = self.case.formulation == "elastic"
+        kind = f"{self.case.model}, {made}" if elastic else f"none, as contacts are {self.case.formulation}"
+        return f"ContactTable({profile_names(self.case)}: {kind}; clearance {self.clearance_words('x')} mm)"
+
     def _repr_html_(self) -> str:
         """What the table says of the rigid and the resting wheelset, for a notebook."""
         case = self.case
@@ -340,7 +350,7 @@ def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:
 def _number(wheel: Wheel) -> int:
     """The number of a wheel in the core."""
     if wheel not in WHEELS:
-        raise ValueError(f"expected wheel='both', 'left' or 'right', found {wheel!r}")
+        raise BadValue(f"expected wheel='both', 'left' or 'right', found {wheel!r}")
     return WHEELS.index(wheel)
 
 

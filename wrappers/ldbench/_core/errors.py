@@ -1,8 +1,10 @@
 """Errors and warnings of ldbench, each with a one-line reason: refused input, failed runs, doubtful results."""
 from __future__ import annotations
 
+import difflib
 import errno
 import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 LONGEST = 2048          # of a message in the core [characters]
@@ -12,6 +14,9 @@ UNREADABLE = "cannot be opened for reading"
 
 class Error(RuntimeError):
     """Input that ldbench refuses, or a run that fails. The text is the line that the executable prints after `ldbench: error: `.
+
+    An Error about an argument is a ValueError or a TypeError as well, one about a name that stands for nothing a KeyError, and one
+    about a file that is not there a FileNotFoundError.
 
     Where the text says so, the attributes tell the parts of it: `file`, `line` (a number), `group` and `variable` of the
     namelist, what was `expected` and what was `found`; the others are None.
@@ -65,6 +70,26 @@ class MissingFile(Error, FileNotFoundError):
     def __init__(self, message: str) -> None:
         super().__init__(message)
         self.errno = errno.ENOENT
+
+
+class BadValue(Error, ValueError):
+    """An argument, or the value of a variable, that cannot be."""
+
+
+class BadType(Error, TypeError):
+    """An argument, or the value of a variable, of another type than it has to be."""
+
+
+class UnknownName(Error, KeyError):
+    """A name that stands for nothing."""
+
+
+def unknown(what: str, name: str, known: Mapping[str, str] | Iterable[str], found: str = "") -> UnknownName:
+    """The error that a name stands for nothing, with the nearest of the known names, or with what this one is called else; `found`
+    where that is not the name itself."""
+    called = {one.lower(): (known[one] if isinstance(known, Mapping) else one) for one in known}
+    near = difflib.get_close_matches(str(name).lower(), called, 1)
+    return UnknownName(f"{what}, found {found or name}" + (f"; {called[near[0]]} is the nearest" if near else ""))
 
 
 class Warning(UserWarning):

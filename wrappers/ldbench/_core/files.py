@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import logging
 import os
 import re
 import secrets
@@ -16,6 +17,7 @@ from .errors import Error
 if TYPE_CHECKING:
     import pandas as pd
 
+LOG = logging.getLogger("ldbench")
 DEFAULT_FOLDER = "outputs"        # of outputs that are given no name; no other folder is made
 
 
@@ -35,6 +37,7 @@ def complete(target: Path) -> Iterator[Path]:
             scratch.open("xb").close()
             yield scratch
             scratch.replace(file)
+            LOG.info("written: %s", target)
     except BaseException:
         scratch.unlink(missing_ok=True)
         raise
@@ -92,6 +95,13 @@ def make_folder(file: Path) -> None:
     """Make the default folder, if a file needs it and it does not exist."""
     if file.parent == Path(DEFAULT_FOLDER):
         file.parent.mkdir(exist_ok=True)
+
+
+def make_results_folder(folder: Path) -> None:
+    """Make the folder of several results where it is missing, with those above it."""
+    if folder.exists() and not folder.is_dir():
+        raise Error(f"{folder}: expected a folder for the results, found a file")
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:

@@ -3,13 +3,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import queue
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
-from multiprocessing.connection import Connection, wait as wait_for
+from multiprocessing.connection import wait as wait_for
 from typing import Any, TypeVar
 
 from .calls import Progress
@@ -19,6 +18,7 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 PATIENCE = 0.2              # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
+PROCESS_DIED = "a worker process died, probably out of memory"
 PARENTS = signal.SIGINT, signal.SIGTERM     # that the parent ends its children by
 
 
@@ -54,70 +54,68 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
             raise
 
 
+def one_of_each(tasks: Iterable[Task], what: Callable[[Task], object]) -> list[list[Task]]:
+    """Tasks in two batches: one for everything that tasks share, as a contact table that the first of them makes, then the rest.
+    `what` tells it, or nothing."""
+    first: dict[object, Task] = {}
+    rest = []
+    for task in tasks:
+        if (shared := what(task)) and shared not in first:
+            first[shared] = task
+        else:
+            rest.append(task)
+    return [list(first.values()), rest]
+
+
 class Processes:
-    """Worker processes, each served by a separate thread of this process."""
+    """Worker processes, forked: they have every module from their start, and the functions in `known` with all data in them."""
 
     def __init__(self, number: int, known: Sequence[Callable[..., Any]] = ()) -> None:
-        """known: functions that the processes have from their start, with all data in them. `submit` takes such a function by
-        its place in `known`; any other function is sent through a pipe."""
-        # Forked: the children have every module from the start. Before the threads: a fork takes only its own along.
         fork = multiprocessing.get_context("fork")
-        self.idle: queue.SimpleQueue[Connection] = queue.SimpleQueue()
-        self.children = []
+        self._children = fork.SimpleQueue()
+        self._pool = ProcessPoolExecutor(number, fork, begin, (self._children, known))
         before = signal.pthread_sigmask(signal.SIG_BLOCK, PARENTS)      # a child shall not take them for its own
         try:
-            for _ in range(number):
-                ours, theirs = fork.Pipe()
-                child = fork.Process(target=serve, args=(theirs, known), daemon=True)
-                child.start()
-                self.children.append(child)
-                theirs.close()
-                self.idle.put(ours)
+            self._pool.submit(usable_cores).result()        # forks all of them, before other threads begin
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        self.threads = ThreadPoolExecutor(number)
 
     def submit(self, work: Callable[..., Result] | int, *arguments: object) -> Future[Result]:
-        return self.threads.submit(self._ask, work, arguments)
+        """Ask for the result of a function, or of one in `known` by its place there."""
+        return self._pool.submit(call_known, work, *arguments) if isinstance(work, int) else self._pool.submit(work, *arguments)
 
     def map(self, work: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:
-        return self.threads.map(lambda task: self._ask(work, (task,)), tasks)
+        """Results in the order of the tasks."""
+        return self._pool.map(work, tasks)
 
-    def _ask(self, work: Callable[..., Result] | int, arguments: tuple[object, ...]) -> Result:
-        worker = self.idle.get()
-        try:
-            worker.send((work, arguments))
-            result, error = worker.recv()
-        except (EOFError, OSError):
-            raise Error("a process that read or drew was ended, as systems do where memory ends") from None
-        finally:
-            self.idle.put(worker)
-        if error:
-            raise error
-        return result
+    def kill(self) -> None:
+        """End the processes, whatever they do."""
+        while not self._children.empty():
+            with suppress(ProcessLookupError):
+                os.kill(self._children.get(), signal.SIGKILL)
 
-    def end(self) -> None:
-        """End the processes, whatever they do; the threads that ask them get an Error."""
-        for child in self.children:
-            child.kill()
-        self.threads.shutdown(cancel_futures=True)
-        for child in self.children:
-            child.join()
+    def close(self) -> None:
+        """Wait for the processes to end; what has not begun is not done."""
+        self._pool.shutdown(cancel_futures=True)
 
 
-def serve(asked: Connection, known: Sequence[Callable[..., Any]]) -> None:
-    """Serve requests until the parent kills this process, or has died."""
+_known: Sequence[Callable[..., Any]] = ()
+
+
+def begin(children: Any, known: Sequence[Callable[..., Any]]) -> None:
+    """Begin a worker process, which ends with its parent."""
+    global _known       # noqa: PLW0603, a process has one parent
+    _known = known
+    children.put(os.getpid())
     signal.signal(signal.SIGINT, signal.SIG_IGN)        # Ctrl-C goes to the parent as well, which says so in one line
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, PARENTS)
     threading.Thread(target=end_with_parent, daemon=True).start()
-    with suppress(EOFError, OSError, MemoryError):
-        while True:
-            work, arguments = asked.recv()
-            try:
-                asked.send(((known[work] if isinstance(work, int) else work)(*arguments), None))
-            except Exception as error:
-                asked.send((None, error))
+
+
+def call_known(number: int, *arguments: object) -> Any:
+    """The result of a function that this process had from its start."""
+    return _known[number](*arguments)
 
 
 def end_with_parent() -> None:
@@ -134,5 +132,10 @@ def processes(jobs: int | None, tasks: int, known: Sequence[Callable[..., Any]] 
     pool = Processes(max(1, min(jobs or usable_cores(), tasks)), known)
     try:
         yield pool
+    except BaseException as error:
+        pool.kill()
+        if isinstance(error, BrokenExecutor):
+            raise Error(PROCESS_DIED) from None
+        raise
     finally:
-        pool.end()
+        pool.close()

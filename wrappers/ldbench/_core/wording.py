@@ -1,7 +1,6 @@
-"""Numbers of things in words, lines that fit on a terminal, messages."""
+"""Numbers of things in words, lines that fit on a terminal."""
 from __future__ import annotations
 
-import sys
 import textwrap
 
 WIDTH = 100         # longest line on the terminal [characters], as in fortran/program/run_results.f90
@@ -15,9 +14,3 @@ def counted(n: int, noun: str) -> str:
 def wrapped(line: str) -> str:
     """Break a line that is too long for the terminal at blanks; what follows is indented."""
     return "\n".join(textwrap.wrap(line, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
-
-
-def tell(words: str) -> None:
-    """Write a message to standard error, if it is open."""
-    if sys.stderr is not None:
-        print(words, file=sys.stderr)

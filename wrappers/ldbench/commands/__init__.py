@@ -2,6 +2,10 @@
 
 `python -m ldbench COMMAND` runs them. They read arguments, call the library and print.
 """
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
 
 #: The commands in the order of the help, and what they do.
 COMMANDS = {
@@ -22,3 +26,11 @@ COMMANDS = {
     "ensemble": "run a case over many values of its variables, in threads or on a Dask cluster",
     "variables": "list the variables of a namelist",
 }
+
+#: The commands of a round of the benchmark, which a package beside this one has.
+ROUND = "check", "score", "fingerprint", "collate"
+
+
+def module_of(name: str) -> ModuleType:
+    """The module of a command."""
+    return import_module(f"{'ldbench_round.commands' if name in ROUND else __package__}.{name}")

@@ -18,7 +18,7 @@ from pathlib import Path
 from ..report.compare import make_comparison
 from ..results.run_data import read_data
 from ..viewer.show import distinct
-from .options import add_map, add_output
+from .options import add_map, add_output, check_names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
+    check_names(args.files, args.map)
     runs = distinct([read_data(file, args.map) for file in args.files])
     print("\n".join(str(file) for file in make_comparison(runs, args.output, args.align)))
     return 0

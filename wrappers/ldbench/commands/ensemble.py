@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
-    case = Case.from_namelist(args.namelist).replace(**settings(args.set))
+    case = Case.from_namelist(args.namelist).replace(settings(args.set))
     over = [parse_values(setting, args.n is not None) for setting in args.over]
     find_variables(name for name, _ in over)
     columns = [name for name in args.columns.split(",") if name]

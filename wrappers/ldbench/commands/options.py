@@ -3,17 +3,24 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterable, Mapping
+import logging
+import os
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .._core.errors import Usage
+from .._core.errors import Error, Usage
 from .._core.files import DEFAULT_FOLDER
 from .._core.pools import usable_cores
-from .._core.wording import tell
 from ..case import Value, find_variable, shortest_name, variables
+from ..results.header import read_header
+from ..results.run_data import read_data
+
+LOG = logging.getLogger("ldbench")
 
 
 def add_output(parser: argparse.ArgumentParser, what: str, metavar: str = "FILE", default: str = "") -> None:
@@ -45,6 +52,14 @@ def add_map(parser: argparse.ArgumentParser) -> None:
                         help="how files without ldbench's header name our columns; files with it need no map")
 
 
+def check_names(files: Iterable[Path], map: Path | None) -> None:
+    """Error, which says how columns get our names, where a file of another code has none that is our time."""
+    for file in files if map is None else ():
+        if not read_header(file).settings and "time" not in (names := read_data(file).data):
+            raise Error(f"{file}: expected a column time, or --map TOML that names our columns, found {', '.join(names)}. "
+                        "`ldbench check FILE --save-map TOML` guesses the map of a simulation of the benchmark")
+
+
 def add_simulation(parser: argparse.ArgumentParser) -> None:
     """Declare --simulation: which of the ten simulations a file is."""
     parser.add_argument("--simulation", metavar="NAME", help="which simulation a file is, as ex2_aw (the name of the file says it)")
@@ -54,6 +69,57 @@ def add_reference(parser: argparse.ArgumentParser, required: bool = False) -> No
     """Declare --reference: the files that others are scored against."""
     parser.add_argument("--reference", type=Path, metavar="FILE|FOLDER", required=required,
                         help="what is right: a column file of the same simulation, or a folder of them")
+
+
+def add_loudness(parser: argparse.ArgumentParser) -> None:
+    """Add -q and -v, which every command has."""
+    both = parser.add_mutually_exclusive_group()
+    both.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors, and what --json asks for")
+    both.add_argument("-v", "--verbose", action="store_true", help="tell what is written and why, on standard error")
+
+
+class NoTerminal:
+    """A stream as it is, but for being a terminal: bars of progress are drawn on terminals alone."""
+
+    def __init__(self, stream: Any) -> None:
+        self.stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        """What the stream has."""
+        return getattr(self.stream, name)
+
+    def isatty(self) -> bool:
+        """Whether it is a terminal."""
+        return False
+
+
+@contextmanager
+def spoken(args: argparse.Namespace) -> Iterator[None]:
+    """Print and log as much as -q and -v ask for."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(Levels())
+    level = LOG.level
+    LOG.addHandler(handler)
+    LOG.setLevel(logging.ERROR if args.quiet else logging.INFO if args.verbose else logging.WARNING)
+    try:
+        with ExitStack() as stack:
+            if args.quiet:
+                stack.enter_context(redirect_stderr(NoTerminal(sys.stderr)))
+                if not getattr(args, "json", False):
+                    stack.enter_context(redirect_stdout(stack.enter_context(open(os.devnull, "w"))))
+            yield
+    finally:
+        LOG.removeHandler(handler)
+        LOG.setLevel(level)
+
+
+class Levels(logging.Formatter):
+    """A message in one line, with its level where that is a warning or worse."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line of a record."""
+        level = f"{record.levelname.lower()}: " if record.levelno >= logging.WARNING else ""
+        return f"ldbench: {level}{record.getMessage()}"
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -90,7 +156,7 @@ def settings(given: Iterable[str]) -> dict[str, Value]:
 def print_json(facts: Mapping[str, Any], warnings: Iterable[str] = ()) -> None:
     """Print one line of JSON, and warnings to standard error; NaN, which JSON does not have, becomes null."""
     for words in warnings:
-        tell(f"ldbench: warning: {words}")
+        LOG.warning("%s", words)
     print(json.dumps(_plain(facts), ensure_ascii=False, allow_nan=False))
 
 

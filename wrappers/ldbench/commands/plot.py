@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from .._core.wording import counted
 from ..plots.document import make_plots
-from .options import add_jobs, add_map, add_output
+from .options import add_jobs, add_map, add_output, check_names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
+    check_names(args.files, args.map)
     with tqdm(total=len(args.files) + len(args.geometry), desc="plots", disable=None) as bar:
         pages = make_plots(args.files, args.output, args.geometry, args.jobs, bar.update, args.map)
     print(f"{args.output}: {counted(pages, 'page')}")

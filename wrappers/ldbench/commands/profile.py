@@ -64,7 +64,7 @@ def main(args: argparse.Namespace) -> int:
         raise Usage(f"expected a wheel or a rail, or one of each, found {len(args.files)} files")
     check_ending(args.output, "a page .pdf or .png, or a curve .yz", ".pdf", ".png", ".yz")
     check_written([args.output], map(Path, args.files))
-    case = Case(**settings(args.set))
+    case = Case(settings(args.set))
     profiles = [Profile(file, unit=args.unit, flip=args.flip, wheel_back=args.wheel_back, smoothing=args.smoothing,
                         slice=args.slice, gauge_depth=case.gauge_depth) for file in args.files]
     profiles.sort(key=lambda profile: profile.kind, reverse=True)

@@ -12,7 +12,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..report.jobs import inside, shipped_inputs
+from .._core.kept import inside
+from ..report.jobs import shipped_inputs
 from ..report.submission import make_report
 from .options import add_folder, add_jobs
 

@@ -1,7 +1,7 @@
 """Run cases: integrate the wheelset's motion, write the column files, print the summaries.
 
-A column file is the executable's, byte by byte. A case that --set changes, other than in &output, needs a file of its
-own: by -o, or by another name where the namelist names no file.
+Several cases run side by side. A column file is the executable's, byte by byte. A case that --set changes, other than
+in &output, needs a file of its own: by -o, or by another name where the namelist names no file.
 
 examples:
   python -m ldbench run inputs/ex1_aw.nml
@@ -12,11 +12,15 @@ examples:
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
+from .._core.calls import Progress
 from .._core.errors import Usage
+from .._core.files import check_written
+from .._core.pools import in_threads, one_of_each
 from ..case import Case, Value
 from ..runs import Run, check_own_file, compute, output_path
-from .options import add_json, add_output, add_set, print_json, settings
+from .options import LOG, add_jobs, add_json, add_output, add_set, print_json, settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_set(parser)
     add_output(parser, "the column file of one case (as the namelist says, which a case that --set changes may not replace)")
     add_json(parser)
+    add_jobs(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -36,19 +41,47 @@ def main(args: argparse.Namespace) -> int:
         for name, path in ("file", output_path(case)), ("geometry_file", case.geometry_file):
             if path:
                 case.check_writable(f"&output {name}", path)
-    for number, case in enumerate(cases):
-        result = compute(case, progress=True)
-        result.write(output_path(case), case.geometry_file)
-        if args.json:
-            print_json(facts(result), result.warnings)
-        else:
-            print("\n"*(number > 0) + result.text, end="")
+    written_files = [Path(path) for case in cases for path in (output_path(case), case.geometry_file) if path]
+    check_written(written_files, map(Path, args.namelists))
+    waiting: dict[int, Run] = {}
+    told = 0
+
+    def work(number: int, stopping: Progress) -> Run:
+        return written(cases[number], stopping)
+
+    def tell(number: int, result: Run) -> None:
+        """Print a result when those before it are printed."""
+        nonlocal told
+        waiting[number] = result
+        while told in waiting:
+            show(waiting.pop(told), told, args.json)
+            told += 1
+
+    if len(cases) == 1:
+        tell(0, written(cases[0], True))
+    for batch in one_of_each(range(len(cases)), lambda number: cases[number].table_path()) if len(cases) > 1 else ():
+        in_threads(work, batch, args.jobs, tell)
     return 0
+
+
+def written(case: Case, progress: Progress | bool) -> Run:
+    """Run a case and write its files."""
+    result = compute(case, progress)
+    LOG.info("written: %s", result.write(output_path(case), case.geometry_file))
+    return result
+
+
+def show(result: Run, number: int, as_json: bool) -> None:
+    """Print the summary of a run, or its results for other programs."""
+    if as_json:
+        print_json(facts(result), result.warnings)
+    else:
+        print("\n"*(number > 0) + result.text, end="")
 
 
 def chosen(namelist: str, changes: dict[str, Value], output: str | None) -> Case:
     """Make the case that the arguments describe; a changed case needs a column file of its own."""
-    case = Case.from_namelist(namelist).replace(**changes)
+    case = Case.from_namelist(namelist).replace(changes)
     if output:
         return case.replace(output_file=output)
     check_own_file(case, "-o FILE with --set")

@@ -2,7 +2,7 @@
 
 examples:
   python -m ldbench table inputs/ex1_aw.nml
-  python -m ldbench table inputs/ex1_aw.nml -o outputs/aw_geometry.txt
+  python -m ldbench table inputs/ex1_aw.nml -o outputs/geometry_aw.txt
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the command; returns the exit status."""
-    case = Case.from_namelist(args.namelist).replace(**settings(args.set))
+    case = Case.from_namelist(args.namelist).replace(settings(args.set))
     if args.output:
         case = case.replace(geometry_file=args.output)      # which looks at what else is read and written
         case.check_writable("&output geometry_file", args.output)

@@ -27,7 +27,7 @@ from ..results.run_data import RunData, read_data
 from ..viewer.film import FILMS, PICTURE, check_film, make_film
 from ..viewer.page import make_page
 from ..viewer.show import distinct
-from .options import add_map, add_output
+from .options import add_map, add_output, check_names
 
 PAGES = ".html", ".htm"
 
@@ -72,6 +72,7 @@ def main(args: argparse.Namespace) -> int:
             raise Usage(f"{name}: expected with a film -o FILE.mp4, found with the picture of a moment")
     case = Case.from_namelist(args.case) if args.case else None
     check_written([target], args.files)
+    check_names(args.files, args.map)
     if kind in PAGES:
         make_page(read(args.files, args.map), args.title, case).write(target)
     else:

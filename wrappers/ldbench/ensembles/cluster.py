@@ -57,7 +57,7 @@ class TableFile:
             Path(folder, name).write_bytes(data)
         for end, data in self.tables.items():
             Path(folder, f"table_file{end}").write_bytes(data)
-        return self.case.replace(**{name: f"{folder}/{name}" for name in (*self.profiles, "table_file")})
+        return self.case.replace({name: f"{folder}/{name}" for name in (*self.profiles, "table_file")})
 
 
 @dataclass(frozen=True)

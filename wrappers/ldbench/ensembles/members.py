@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from .._core import _flat
 from .._core.calls import Progress, descriptions
-from .._core.errors import Error
+from .._core.errors import BadValue, Error, unknown
 from .._core.files import digest
+from .._core.kept import program_digest
 from ..case import Case, Value, Variable, find_variable, find_variables, variables
 from ..results.events import Event, event_kinds
 from ..runs import Run, compute
@@ -38,7 +38,7 @@ class Member:
 
     def case(self) -> Case:
         """Raises Error where the values are refused."""
-        return self.base.replace(**dict(self.changes)) if self.changes else self.base
+        return self.base.replace(dict(self.changes)) if self.changes else self.base
 
     def unchecked(self) -> Case:
         """The case before its values are checked, for names and keys; the common case where they are no values at all."""
@@ -63,15 +63,15 @@ def plan(case: Case | Sequence[Case], over: dict[str, Sequence[Value]], n: int |
     """The members; sizes of the dimensions; coordinates."""
     if not isinstance(case, Case):
         if over or n is not None:
-            raise Error("ensemble: expected one case with `over` and n, found a list of cases")
+            raise BadValue("ensemble: expected one case with `over` and n, found a list of cases")
         if not case:
-            raise Error("ensemble: expected at least one case, found none")
+            raise BadValue("ensemble: expected at least one case, found none")
         return [Member(each) for each in case], {"member": len(case)}, {}
     find_variables(over)
     if n is None:
         values: Sequence[tuple[Value, ...]] = list(itertools.product(*over.values()))
         if not values:
-            raise Error("ensemble: expected at least one value of every variable, found none")
+            raise BadValue("ensemble: expected at least one value of every variable, found none")
         dims = {name: len(listed) for name, listed in over.items()}
         coordinates: Coordinates = {name: ((name,), np.array(listed), _described(name)) for name, listed in over.items()}
     else:
@@ -103,14 +103,14 @@ def draws(over: Mapping[str, Sequence[Value]], n: int, seed: int, draw: str) -> 
     'even' is the additive recurrence of Roberts (2018) with the root of x^(d+1) = x + 1, shifted at random.
     """
     if draw not in ("random", "even"):
-        raise Error(f"ensemble: expected draw = 'random' or 'even', found {draw!r}")
+        raise BadValue(f"ensemble: expected draw = 'random' or 'even', found {draw!r}")
     for name, side in over.items():
         if len(side) != 2 or any(isinstance(x, str) for x in side):
-            raise Error(f"ensemble: expected a range (low, high) of {name} to draw from, found {side!r}")
+            raise BadValue(f"ensemble: expected a range (low, high) of {name} to draw from, found {side!r}")
     if not over or not 1 <= n < 2**31:
-        raise Error(f"ensemble: expected at least one range and 1 to {2**31 - 1} draws, found {len(over)} and {n}")
+        raise BadValue(f"ensemble: expected at least one range and 1 to {2**31 - 1} draws, found {len(over)} and {n}")
     if seed < 0:
-        raise Error(f"ensemble: expected a seed from 0, found {seed}")
+        raise BadValue(f"ensemble: expected a seed from 0, found {seed}")
     generator, d = np.random.default_rng(seed), len(over)
     if draw == "random":
         unit = generator.random((n, d))
@@ -133,13 +133,13 @@ def check_wanted(wanted: Wanted, over: Mapping[str, object]) -> None:
     known = descriptions()[0].split()
     for name in wanted.columns:
         if name not in known:
-            raise Error(f"ensemble: expected columns among {', '.join(known)}, found {name}")
+            raise unknown(f"ensemble: expected columns among {', '.join(known)}", name, known)
         if name in over:
             variable = variables()[find_variable(name)]
-            raise Error(f"ensemble: {name} is both a column and a variable of the case: call the latter "
+            raise BadValue(f"ensemble: {name} is both a column and a variable of the case: call the latter "
                         f"{variable.group}_{variable.name}")
     if wanted.rows is not None and wanted.rows < 2:
-        raise Error(f"ensemble: expected rows of at least 2, found {wanted.rows}")
+        raise BadValue(f"ensemble: expected rows of at least 2, found {wanted.rows}")
 
 
 def table_key(case: Case, contents: Callable[[str], str]) -> TableKey:
@@ -188,7 +188,7 @@ def matters(name: str) -> bool:
 def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
     """The key of each member; it changes with anything that the result depends on."""
     table = TableKeys()
-    tail = json.dumps([core_digest(), wanted.columns, wanted.rows])
+    tail = json.dumps([program_digest(), wanted.columns, wanted.rows])
 
     def key(member: Member) -> str:
         case = member.unchecked()
@@ -235,12 +235,6 @@ def _first_case(members: Iterable[Member], files: dict[str, TableKey], table: Ta
             continue
         return case if files.setdefault(case.table_file, table) == table else case.replace(table_file="")
     return None
-
-
-@functools.cache
-def core_digest() -> str:
-    """The digest of the compiled core: results of another build are computed anew."""
-    return digest(Path(_flat.__file__).read_bytes())
 
 
 # One run ----------------------------------------------------------------------------------

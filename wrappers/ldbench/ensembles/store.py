@@ -59,7 +59,7 @@ class Store:
         self._refuse_others()
         try:
             make_folder(self.path)
-            self.parts.mkdir(exist_ok=True)
+            self.parts.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise Error(f"{self.parts}: cannot be made: {error.strerror}") from None
         # What processes of this machine that were killed have left.

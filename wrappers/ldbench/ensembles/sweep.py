@@ -8,7 +8,7 @@ from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING, Literal
 
 from .._core.calls import Progress
-from .._core.errors import Error
+from .._core.errors import BadValue
 from .._core.optional import needed
 from .._core.pools import usable_cores
 from ..case import Case, Value
@@ -51,7 +51,7 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     """
     needed("xarray", "ensemble")
     if threads is not None and threads < 1:
-        raise Error(f"ensemble: expected at least one thread, found {threads}")
+        raise BadValue(f"ensemble: expected at least one thread, found {threads}")
     over = dict(over or {})
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
     check_wanted(wanted, over)

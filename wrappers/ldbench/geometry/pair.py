@@ -72,12 +72,12 @@ def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
     (left, n_left), zones_left = _flat.rigid_numbers(handle, 1)
     (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
     zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}
-    ends = tuple(case.back_to_back/2 + max(side[side[:, 2] == 1, 1], default=-np.inf) for side in zones.values())
+    end_left, end_right = (case.back_to_back/2 + max(side[side[:, 2] == 1, 1], default=-np.inf) for side in zones.values())
     reach = round(max(LEAST_REACH, 1.3*max(left, right))/FINE_PITCH)
     y = FINE_PITCH*np.arange(-reach, reach + 1)
     raised = raised_surfaces(case, handle, radii)
     names = descriptions()[2].split()
-    level, rolled = (ContactGeometry.of(kept, names, rows(handle, y, raised), ends)
+    level, rolled = (ContactGeometry.of(kept, names, rows(handle, y, raised), (end_left, end_right))
                      for kept, rows in (("level", level_rows), ("with roll", rolled_rows)))
     return Pair((left, right), zones, level, rolled, case_outlines(case))
 

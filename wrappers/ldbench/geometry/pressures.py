@@ -11,7 +11,6 @@ import numpy as np
 from .._core.calls import Handle
 from .._core.errors import Error
 from ..pressure import CONTACTS, ELEMENTS, Patch, press
-from ..results.impacts import first_peak, first_rows
 from ..results.run_data import RunData
 from ..results.summary import summary_row
 from ..table import rigid_geometry
@@ -60,29 +59,29 @@ def _solve_first(run: RunData) -> dict[str, Any]:
     row: dict[str, Any] = {}
     for contact in FLANGES:
         row |= {f"pmax_{contact}": None, f"patch_{contact}": None, f"approach_{contact}": None, f"t_pmax_{contact}": None}
-        k = first_peak(run, contact)
-        if k is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+        first = run.first_interval(contact)
+        if first is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
             continue
         try:
-            patches = [patch for patch in run_patches(run, k, [contact]) if patch.contact == contact]
+            patches = [patch for patch in run_patches(run, first.top, [contact]) if patch.contact == contact]
         except Error:           # the profiles are not those of the run, or not there
             continue
         if patches:
             row |= {f"pmax_{contact}": hardest(patches).largest, f"patch_{contact}": sum(patch.area for patch in patches),
-                    f"approach_{contact}": max(patch.approach for patch in patches), f"t_pmax_{contact}": float(run.time[k])}
+                    f"approach_{contact}": max(patch.approach for patch in patches), f"t_pmax_{contact}": first.t_peak}
     return row
 
 
 def patch_history(run: RunData, contact: str, number: int) -> np.ndarray:
     """Time [s], largest pressure [Pa], area of all patches [m²] and largest approach [m], (4, n), at rows of the first
     contact of a flange at about equal intervals; empty where no pressure is known."""
-    rows = first_rows(run, contact)
-    if rows is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+    first = run.first_interval(contact)
+    if first is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
         return np.empty((4, 0))
-    ends = run.time[max(rows.start - 1, 0)], run.time[min(rows.stop, len(run.time) - 1)]
+    ends = run.time[max(first.rows.start - 1, 0)], run.time[min(first.rows.stop, len(run.time) - 1)]
     wanted = np.linspace(*ends, number + 2)[1:-1]
     found = []
-    for k in np.unique([*np.searchsorted(run.time, wanted), first_peak(run, contact)]):
+    for k in np.unique([*np.searchsorted(run.time, wanted), first.top]):
         try:
             patches = [patch for patch in run_patches(run, int(k), [contact]) if patch.contact == contact]
         except Error:           # the profiles are not those of the run, or not there

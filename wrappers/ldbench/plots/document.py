@@ -1,16 +1,19 @@
 """The document: pages of every run, drawn side by side and bound under bookmarks."""
 from __future__ import annotations
 
+import base64
 import gc
+import io
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from pypdf import PdfReader, PdfWriter
 
@@ -22,9 +25,8 @@ from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import CHAOTIC_NOTE, Chaotic
 from .contents import contents_page, entries, link, number
 from .geometry import geometry_page
-from .impact import HARDEST, Stretch, hardest_page, impact_page
+from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .overview import overview_figures
-from .pdf_file import Pages
 from .phase import energy_page
 from .ramp import is_ramp, ramp_page
 from .series import IMPULSES, LAST, PAGES
@@ -49,11 +51,25 @@ TOGETHER = 3    # chapters, about, that a process draws into one file, in which 
 LONG_COST = 1.5     # to draw a long run or the comparison of formulations, over that of a short run
 SPARED = 1_000_000      # objects that a process that only draws may leave to the system at its end: about 50 pages, 200 MB
 
-# Around the first and the hardest contact of the left flange, computed again.
-Stretches = tuple[Stretch, Stretch]
+class Figures(tuple[Figure, ...]):
+    """Figures of matplotlib, which a notebook shows one below the other."""
+
+    def _repr_html_(self) -> str:
+        return "".join(f'<img alt="" src="data:image/png;base64,{base64.b64encode(png(figure)).decode()}">' for figure in self)
 
 
-def case_figures(run: RunData, fine: Stretches | None = None) -> Iterator[tuple[str, Figure]]:
+def png(figure: Figure) -> bytes:
+    """A figure as a PNG file."""
+    file = io.BytesIO()
+    with ldbench_style():
+        figure.savefig(file, format="png", dpi=100, metadata={"Software": None})
+    return file.getvalue()
+
+
+Fine = tuple[Recomputed, Recomputed]        # around the first and the hardest contact of the left flange
+
+
+def case_figures(run: RunData, fine: Fine | None = None) -> Iterator[tuple[str, Figure]]:
     """The pages of a run: of what it has columns for."""
     if "time" not in run.data:
         return
@@ -75,10 +91,10 @@ def case_figures(run: RunData, fine: Stretches | None = None) -> Iterator[tuple[
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
     """Write figures as the pages of a PDF; returns their titles."""
     titles = []
-    with failing_as(path, path), closing(Pages(path)) as pdf, no_collection():
+    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
         for title, figure in figures:
             settle(figure)
-            pdf.add(figure)
+            pdf.savefig(figure)
             titles.append(title)
     return tuple(titles)
 
@@ -129,7 +145,7 @@ def share_parts(chapters: Iterable[Chapter], target: Path) -> list[Part]:
     return parts
 
 
-def run_chapter(run: RunData, fine: Stretches | None = None) -> Chapter:
+def run_chapter(run: RunData, fine: Fine | None = None) -> Chapter:
     """The pages of a run, which are drawn when they are asked for."""
     return run.heading, case_figures(run, fine)
 
@@ -166,6 +182,14 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
         return finish()
 
 
+def drawn(run: RunData) -> Figures:
+    """The pages of a run as figures; Error where it has no columns to draw."""
+    with ldbench_style():
+        pages = list(case_figures(run))
+    check_drawn([Part(run.name, run.file, tuple(title for title, _ in pages))], [run])
+    return Figures(figure for _, figure in pages)
+
+
 def plot_runs(runs: Sequence[RunData], target: Path) -> int:
     """Write the PDF of plots of runs in memory or from files; returns the number of pages."""
     check_written([target], [])
@@ -179,11 +203,11 @@ def plot_runs(runs: Sequence[RunData], target: Path) -> int:
 @contextmanager
 def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
             done: Callable[[], None] = lambda: None, further: Sequence[Chapter] = (),
-            fine: Mapping[str, Stretches] | None = None,
+            fine: Mapping[str, Fine] | None = None,
             chaotic: Chaotic | None = None) -> Iterator[Callable[[], int]]:
     """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
     for them and writes the document.  `further`: last chapters, which are drawn there too; to draw them builds no contact
-    tables: OpenMP's threads do not outlive a fork.  `fine`: stretches of runs with more rows, by the names of the runs;
+    tables: OpenMP's threads do not outlive a fork.  `fine`: parts of runs with more rows, by the names of the runs;
     `chaotic`: their results that the summary has in italics."""
     chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
     costs = [LONG_COST if is_long(run) else 1.0 for run in runs] + [LONG_COST]*len(further)

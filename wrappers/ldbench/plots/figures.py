@@ -12,7 +12,7 @@ from ..results.run_data import RunData
 from .frame import label_x, label_y
 from .sections import draw_detail, instants, placed_outlines
 from .series import ELASTIC, KINETIC
-from .stretches import first_episode, first_impact
+from .stretches import first_impact
 from .style import BLACK, BLUE, DASHED, DOTTED, GREY, RED, SERIES
 
 
@@ -55,15 +55,15 @@ def impact_figure(runs: Sequence[RunData]) -> Figure:
     for (pair, own), dashes, marker in zip(by_pair(runs).items(), ("-", DASHED), "os", strict=True):
         speeds, peaks = [], []
         for run, line in zip([r for r in own if r.exercise in range(1, 5)], SERIES, strict=False):
-            episode = first_episode(run, "LF")
-            if episode is None:
+            first = run.first_interval("LF")
+            if first is None:
                 continue
-            rows = slice(*np.searchsorted(run.time, episode) + [0, 1])
-            t, N = 1e3*(run.time[rows] - episode[0]), KN*run.values("N_LF")[rows]
+            rows = slice(*np.searchsorted(run.time, [first.start, first.end]) + [0, 1])
+            t, N = 1e3*(run.time[rows] - first.start), KN*run.values("N_LF")[rows]
             left.plot(t, N, color=line.color, linestyle=dashes, linewidth=0.9,
                       label=f"{run.values('vY')[0]:g} m/s" if dashes == "-" else None)
             speeds.append(run.values("vY")[0])
-            peaks.append(N.max())
+            peaks.append(KN*first.peak)
         right.plot(speeds, peaks, marker, color=BLACK, markersize=4, label=pair_words(pair, own),
                    markerfacecolor=BLACK if marker == "o" else "white")
         if pair == "aw" and speeds:

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..geometry.pressures import patch_history
+from ..results.contact_intervals import ContactInterval
 from ..results.derived import PARTS, exchange
 from ..results.events import FLANGE_ANGLE
-from ..results.impacts import Impact, impacts
 from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
 from ..results.run_data import RunData
 from .frame import caption, label_x, label_y, new_page
@@ -18,6 +18,7 @@ from .sections import draw_detail, instants, placed_outlines
 from .series import CLOSE, Page
 from .stretches import Window, first_impact
 from .style import BLACK, CONTACT_LINES
+from .tables import draw_table
 from .times import BOTTOM, LEFT, RIGHT, TOP, draw_columns
 
 MOST = 6            # impacts in the table
@@ -26,11 +27,12 @@ SECTIONS = 2        # instants with a picture
 SOLVED = 9          # instants of the first contact at which its patch is solved
 HEADS = ("impact", "begins at", "lasts", "peak N", "at angle", "impulse ∫N dt", "elastic, largest",
          "lateral KE", "vertical KE", "roll KE")
-ENDS = LEFT - 0.02, 0.175, 0.235, 0.31, 0.375, 0.475, 0.575, 0.71, 0.845, RIGHT     # of the table's columns
+EDGES = LEFT - 0.02, 0.12, 0.175, 0.235, 0.31, 0.375, 0.475, 0.575, 0.71, 0.845, RIGHT      # of the table's columns
+LINE = 0.0205       # height of the table's rows, over that of the page
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Recomputed:
     """A part of a run that was computed again with more rows."""
 
     run: RunData            # whose time counts from `start`
@@ -38,7 +40,7 @@ class Stretch:
 
     @property
     def window(self) -> Window:
-        """The stretch in milliseconds of the whole run."""
+        """The times of this part, in milliseconds of the whole run."""
         return Window("", 0.0, float(self.run.time[-1]), milliseconds=True, zero=-self.start)
 
     @property
@@ -48,7 +50,7 @@ class Stretch:
                 f"{1e6*self.run.number('output', 'interval'):.3g} µs; black dots: rows of the run")
 
 
-def impact_page(run: RunData, first: Stretch | None = None) -> Figure | None:
+def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
     """Cross-sections at the first impacts of flanges, the first one of the left flange over time, and the impacts of flanges
     in numbers; None where a run has none of these. `first`: the first contact, computed again."""
     window, placed = first_impact(run), placed_outlines(run)
@@ -71,20 +73,20 @@ def impact_page(run: RunData, first: Stretch | None = None) -> Figure | None:
             figure.text(left.get_position().x0, 0.897, f"t = {run.time[k]:.4f} s: {label}", fontsize=8, color="#404040")
     if window is not None:
         draw_close(figure, run, first or window, 0.60, 0.33)
-    draw_table(figure, run, 0.248)
+    draw_impacts(figure, run, 0.248)
     return figure
 
 
-def hardest_page(run: RunData, stretch: Stretch) -> Figure:
+def hardest_page(run: RunData, hardest: Recomputed) -> Figure:
     """The hardest contact of the left flange, computed again with rows as close as it needs."""
-    figure = new_page(f"{run.heading}: {HARDEST}", run.header.title, f"{stretch.words}\n{caption(run)}")
-    draw_close(figure, run, stretch, TOP, BOTTOM, 3*SOLVED)
+    figure = new_page(f"{run.heading}: {HARDEST}", run.header.title, f"{hardest.words}\n{caption(run)}")
+    draw_close(figure, run, hardest, TOP, BOTTOM, 3*SOLVED)
     return figure
 
 
-def draw_close(figure: Figure, run: RunData, shown: Window | Stretch, top: float, bottom: float, number: int = SOLVED) -> None:
+def draw_close(figure: Figure, run: RunData, shown: Window | Recomputed, top: float, bottom: float, number: int = SOLVED) -> None:
     """The panels around an impact, between two heights of a page; its patch is solved at `number` instants."""
-    fine, window = (shown.run, shown.window) if isinstance(shown, Stretch) else (run, shown)
+    fine, window = (shown.run, shown.window) if isinstance(shown, Recomputed) else (run, shown)
     page = Page("", CLOSE).of(fine)
     if page is None:
         return
@@ -94,7 +96,7 @@ def draw_close(figure: Figure, run: RunData, shown: Window | Stretch, top: float
     draw_columns(axes[:, :len(page.columns)], fine, page.columns, window, alone=False)
     if pressed.size:
         draw_patch(axes[:, -1], pressed, window)
-    if isinstance(shown, Stretch):
+    if isinstance(shown, Recomputed):
         rows = slice(*np.searchsorted(run.time, [shown.start, shown.start + fine.time[-1]]))
         axes[0, 0].plot(1e3*run.time[rows], KN*run.values("N_LF")[rows], ".", color=BLACK, markersize=3, zorder=6)
 
@@ -115,25 +117,20 @@ def draw_patch(axes: np.ndarray, pressed: np.ndarray, window: Window) -> None:
         ax.yaxis.get_major_locator().set_params(nbins=5)
 
 
-def chosen_impacts(run: RunData) -> tuple[list[Impact], int]:
+def chosen_impacts(run: RunData) -> tuple[list[ContactInterval], int]:
     """The first impacts of flanges, and the number of all: of the steps of an elastic run, as the rows miss some."""
-    found = impacts(run, ("LF", "RF"))
+    found = run.impacts(("LF", "RF"))
     told = [run.count(f"{side} flange contact") for side in ("left", "right")]
     return found[:MOST], sum(n or 0 for n in told) if None not in told and run.formulation == "elastic" else len(found)
 
 
-def at_root(one: Impact) -> bool:
-    """Whether an impact of a flange is one of its root: by the contact angle, where that is known."""
-    return bool(abs(one.angle) < FLANGE_ANGLE)
-
-
-def table_rows(run: RunData, found: Sequence[Impact]) -> list[list[str]]:
+def table_rows(run: RunData, found: Sequence[ContactInterval]) -> list[list[str]]:
     """Numbers of impacts as the page shows them."""
     rows = []
     for one in found:
         rigid = one.duration == 0
         energies = exchange(run, one.start, one.end)
-        row = [CONTACT_NAMES[one.contact] + ", root"*at_root(one), f"{one.start:.6f} s",
+        row = [CONTACT_NAMES[one.contact] + ", root"*one.at_root, f"{one.start:.6f} s",
                "–" if rigid else f"{1e3*one.duration:.3f} ms",
                "–" if np.isnan(one.peak) else f"{KN*one.peak:.1f} kN", "–" if np.isnan(one.angle) else f"{DEG*one.angle:.1f}°",
                f"{KN*one.impulse:.4f} kN·s"]
@@ -145,16 +142,15 @@ def table_rows(run: RunData, found: Sequence[Impact]) -> list[list[str]]:
     return rows
 
 
-def draw_table(figure: Figure, run: RunData, top: float) -> None:
+def draw_impacts(figure: Figure, run: RunData, top: float) -> None:
     """The impacts of flanges in numbers, below the height `top`."""
     found, count = chosen_impacts(run)
     which = f"the first {MOST} of {count}" if count > MOST else "all"
     words = f"Impacts of flanges, {which}" if count else "No impact of a flange that begins and ends in the run"
-    if any(map(at_root, found)):
+    if any(one.at_root for one in found):
         words += f"; root: contact angle below {DEG*FLANGE_ANGLE:.0f}°"
     figure.text(LEFT - 0.02, top, words, fontsize=8, color="#404040", va="bottom")
-    for k, cells in enumerate([list(HEADS), *table_rows(run, found)] if count else []):
-        for x, word in zip(ENDS, cells, strict=True):
-            figure.text(x, top - 0.012 - 0.0205*k, word, fontsize=6.8, va="top", ha="left" if x == ENDS[0] else "right",
-                        weight="bold" if k == 0 else "normal")
-
+    if count:
+        rows = [list(HEADS), *table_rows(run, found)]
+        draw_table(figure, (0.0, top - 0.0075 - LINE*len(rows), 1.0, LINE*len(rows)), rows, EDGES, pad=0.0, size=6.8,
+                   band=lambda i: "")

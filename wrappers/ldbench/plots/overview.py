@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from ..results.derived import PARTS, exchange
-from ..results.impacts import first_impact
 from ..results.quantities import KN, MM
 from ..results.run_data import RunData
 from .frame import label_x, label_y, new_page
@@ -49,7 +48,7 @@ def side_by_side(runs: Sequence[RunData]) -> Figure | None:
             row[0].plot(*thin(t, MM*run.values("Y"), PANEL), **look)
             row[1].plot(*thin(t, KN*run.values("N_LF"), PANEL), **look)
             row[1].plot(*thin(t, -KN*run.values("N_RF"), PANEL), **line.kwargs())
-            if first := first_impact(run, "LF"):
+            if first := run.first_interval("LF"):
                 rows = slice(*np.searchsorted(t, [first.start, first.end]) + [-1, 2])
                 row[2].plot(1e3*(t[rows] - first.start), KN*run.values("N_LF")[rows], **look)
             row[3].plot(*thin(t, KINETIC.values(run), PANEL), **look)
@@ -71,7 +70,7 @@ def first_contacts(runs: Sequence[RunData]) -> Figure | None:
     """Where the energy goes in the first contact of the left flange, and its peak, duration, impulse and rebound over the
     initial velocity; None without exercises 1 to 4."""
     told = [(run, first, energies) for own in free_runs(runs).values() for run in own
-            if (first := first_impact(run, "LF")) and (energies := exchange(run, first.start, first.end))]
+            if (first := run.first_interval("LF")) and (energies := exchange(run, first.start, first.end))]
     if not told:
         return None
     figure = new_page("First contact of the left flange in exercises 1 to 4", "", (

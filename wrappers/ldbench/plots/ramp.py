@@ -48,8 +48,8 @@ def ramp_page(run: RunData) -> Figure:
     rows = window.rows(run)
     force = KN*run.values("F_ext")[rows]
     draw = partial(draw_band, force=force, banded=window.band)
-    draw(axes[0, 0], lateral_over_vertical(run, "L")[rows], "left wheel", Line(BLUE))
-    draw(axes[0, 1], lateral_over_vertical(run, "R")[rows], "right wheel", Line(RED))
+    draw(axes[0, 0], lateral_over_vertical(run, "left")[rows], "left wheel", Line(BLUE))
+    draw(axes[0, 1], lateral_over_vertical(run, "right")[rows], "right wheel", Line(RED))
     for ax, side in zip(axes[0], ("left", "right"), strict=True):
         for friction in FRICTIONS if placed else ():
             level = nadal_limit(angle, friction)
@@ -58,8 +58,8 @@ def ramp_page(run: RunData) -> Figure:
                         textcoords="offset points", fontsize=6, color="#505050", va="bottom")
         ax.margins(y=0.12)
         label_y(ax, f"L/V, {side} wheel", left=28)
-    for side, color in (("L", BLUE), ("R", RED)):
-        draw(axes[1, 0], KN*wheel_loads(run, side)[1][rows], {"L": "left wheel", "R": "right wheel"}[side], Line(color))
+    for side, color in (("left", BLUE), ("right", RED)):
+        draw(axes[1, 0], KN*wheel_loads(run, side)[1][rows], f"{side} wheel", Line(color))
     label_y(axes[1, 0], "vertical load [kN]", left=28)
     for contact in ("LT", "LF", "RT"):
         draw(axes[1, 1], KN*run.values(f"N_{contact}")[rows], CONTACT_NAMES[contact], CONTACT_LINES[contact])

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from ..geometry.outlines import Outlines, Side, pose, run_outlines, turned
-from ..results.impacts import first_peak
+from ..results.contact_intervals import is_closed
 from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
 from ..results.run_data import RunData
 from .frame import label_x
@@ -26,9 +26,9 @@ def placed_outlines(run: RunData) -> Outlines | None:
 
 def instants(run: RunData) -> list[tuple[str, int]]:
     """Rows worth a picture: the peak of the first contact of each flange, or the hardest contact of the left one."""
-    found = [(f"first contact of the {CONTACT_NAMES[contact]}, at its peak", k) for contact in ("LF", "RF")
-             if (k := first_peak(run, contact)) is not None]
-    if first_peak(run, "RF") is None and found:
+    found = [(f"first contact of the {CONTACT_NAMES[contact]}, at its peak", one.top) for contact in ("LF", "RF")
+             if (one := run.first_interval(contact))]
+    if found and not run.first_interval("RF"):
         found.append(("hardest contact of the left flange", int(np.argmax(run.values("N_LF")))))
     return found or [("end of the run", len(run.time) - 1)]
 
@@ -52,7 +52,7 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
     words = []
     for c in contacts:
         N = run.values(f"N_{c}")[k]
-        if N <= 0:
+        if not is_closed(N):
             continue
         x, z = MM*run.values(f"y_{c}")[k], MM*run.values(f"z_{c}")[k]
         arrow = ARROW/longest*np.array([run.values(f"Fy_{c}")[k], run.values(f"Fz_{c}")[k]])

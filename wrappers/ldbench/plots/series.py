@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..results.derived import lateral_over_vertical
+from ..results.derived import SIDES, lateral_over_vertical
 from ..results.quantities import CONTACT_NAMES, CONTACTS, PER_CONTACT, quantity
 from ..results.run_data import RunData
 from .style import BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, GREEN, ORANGE, PURPLE, RED, Line
@@ -97,11 +97,9 @@ def part_panels(*quantities: tuple[str, str]) -> tuple[tuple[Panel, ...], ...]:
 
 
 def ratio_curve(side: str) -> Curve:
-    """L/V of a wheel, 'L' or 'R'."""
-    needed = tuple(f"{force}_{side}{part}" for force in ("Fy", "Fz") for part in "TF")
-    line = CONTACT_LINES[f"{side}T"]
-    return Curve(needed, {"L": "left wheel", "R": "right wheel"}[side], line,
-                 derive=lambda run: lateral_over_vertical(run, side))
+    """L/V of a wheel, 'left' or 'right'."""
+    needed = tuple(f"{force}_{contact}" for force in ("Fy", "Fz") for contact in SIDES[side])
+    return Curve(needed, f"{side} wheel", CONTACT_LINES[SIDES[side][0]], derive=lambda run: lateral_over_vertical(run, side))
 
 
 def constant_energies(run: RunData) -> str:
@@ -113,7 +111,7 @@ def constant_energies(run: RunData) -> str:
             "drift: total energy − work of the lateral force − total energy at the start")
 
 
-RATIO = Panel("L/V", "", 1.0, (ratio_curve("L"), ratio_curve("R")))
+RATIO = Panel("L/V", "", 1.0, (ratio_curve("left"), ratio_curve("right")))
 KINETIC = Panel("kinetic energy", "J", 1.0, (
     Curve(("KE_lat",), "lateral", Line(BLACK)), Curve(("KE_vert",), "vertical", Line(GREEN, DASHED)),
     Curve(("KE_roll",), "roll", Line(PURPLE, DASH_DOT))))

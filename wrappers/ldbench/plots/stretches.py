@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..results.impacts import first_rows
 from ..results.run_data import RunData
 
 ENVELOPE_ROWS = 20_000     # longer runs are drawn as bands
@@ -36,12 +35,6 @@ class Window:
         return slice(max(np.searchsorted(t, self.start) - 1, 0), np.searchsorted(t, self.end, "right") + 1)
 
 
-def first_episode(run: RunData, contact: str) -> tuple[float, float] | None:
-    """Times [s] at which a contact first closes and opens again, to the spacing of the rows; of a flange, not of its root."""
-    rows = first_rows(run, contact)
-    return None if rows is None else (float(run.time[rows.start]), float(run.time[min(rows.stop, len(run.time) - 1)]))
-
-
 def is_long(run: RunData) -> bool:
     """Whether a run is drawn as bands."""
     return len(run.time) > ENVELOPE_ROWS
@@ -63,14 +56,14 @@ def last_second(run: RunData) -> Window:
 
 def first_impact(run: RunData, contact: str = "LF") -> Window | None:
     """The first contact of a flange and some time before and after it; None where it stays open."""
-    t = run.time
-    episode = first_episode(run, contact)
+    t, first = run.time, run.first_interval(contact)
     touched = run.first_contact(contact)
     if touched is not None and run.formulation == "unilateral":
-        episode = touched, touched + 0.01
-    if not episode:
+        start, end = touched, touched + 0.01
+    elif first:
+        start, end = first.start, first.end
+    else:
         return None
-    start, end = episode
     length = max(end - start, 4*(t[1] - t[0]))
     return Window("", max(t[0], start - 0.6*length), min(t[-1], end + 1.2*length), milliseconds=True)
 

@@ -15,10 +15,8 @@ from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, impact_figure, motion_figure
-from ..plots.stretches import first_episode
 from ..plots.style import ldbench_style
 from ..results.columns import time_mean
-from ..results.impacts import first_peak
 from ..results.quantities import GRAVITY, KN, OUTCOME, PAIRS
 from ..results.run_data import RunData
 from ..results.summary import Chaotic, shown, summary_row
@@ -211,8 +209,8 @@ def exponents(runs: Sequence[RunData]) -> list[dict[str, str]]:
     for pair, own in by_pair(free(runs)).items():
         peaks: dict[float, float] = {}
         for run in own:
-            if (row := first_peak(run, "LF")) is not None:
-                peaks[float(run.values("vY")[0])] = float(run.values("N_LF")[row])
+            if first := run.first_interval("LF"):
+                peaks[float(run.values("vY")[0])] = first.peak
         if len(peaks) > 1:
             slow, fast = min(peaks), max(peaks)
             power = np.log(peaks[fast]/peaks[slow])/np.log(fast/slow)
@@ -222,8 +220,7 @@ def exponents(runs: Sequence[RunData]) -> list[dict[str, str]]:
 
 def durations(runs: Sequence[RunData]) -> list[str]:
     """Shortest and longest first contact of the left flange in exercises 1 to 4 [ms]."""
-    episodes = [episode for run in free(runs) if (episode := first_episode(run, "LF"))]
-    spans = [1e3*(end - start) for start, end in episodes] or [0.0]
+    spans = [1e3*first.duration for run in free(runs) if (first := run.first_interval("LF"))] or [0.0]
     return [f"{min(spans):.1f}", f"{max(spans):.1f}"]
 
 

@@ -11,12 +11,10 @@ from matplotlib.figure import Figure
 from ..plots.frame import label_x, new_page
 from ..plots.stretches import thin
 from ..plots.style import SERIES, plain
+from ..plots.tables import LINES, draw_listing, paged, table_page
 from ..results.quantities import DEG, GROUPS, KN
 from .differences import Comparison, Pairing, difference_table, event_table, paired_impacts
 
-TABLE_CHARACTERS = 210  # of a line of a table
-ROWS = 45               # of a table on a page, at most
-LINES = 34              # of a page of tables with room between them
 PANELS = 4              # quantities on a page
 OVERLAYS = 12           # impacts on a page
 OVERLAY_PAGES = 2
@@ -83,38 +81,6 @@ def footnote(found: Comparison) -> str:
     return words
 
 
-def table_page(title: str, subtitle: str, header: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[float],
-               note: str = "", text: Sequence[int] = (0,), heads: int = 1) -> Figure:
-    """A page with one table below so many lines of headings; the columns `text` are set to the left, numbers to the right.
-
-    Words below the headings are cut off where they do not fit their column. A line with words in the first column alone
-    is a heading, too.
-    """
-    figure = new_page(title, subtitle, note)
-    draw_table(figure, header, rows, widths, text, heads)
-    return figure
-
-
-def draw_table(figure: Figure, header: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[float],
-               text: Sequence[int], heads: int = 1, above: int = 0) -> None:
-    """A table in a figure, as in `table_page`, with room for so many lines above it."""
-    ax = figure.add_axes((0.055, 0.08, 0.93, 0.83))
-    ax.set_axis_off()
-    height = 1/max(above + len(rows) + 1, LINES)
-    edges = np.concatenate([[0.0], np.cumsum(widths)/np.sum(widths)])
-    for i, row in enumerate([header, *rows]):
-        y = 1 - (above + i + 0.5)*height
-        bold = i < heads or not any(row[1:])
-        if i >= heads and i % 2 == 0:
-            ax.axhspan(y - height/2, y + height/2, color="#F0F0F0", linewidth=0)
-        for j, whole in enumerate(row):
-            fits = int((edges[j + 1] - edges[j])*TABLE_CHARACTERS) if i >= heads and any(row[1:]) else len(whole)
-            word = whole if len(whole) <= fits else whole[:max(fits - 1, 1)] + "…"
-            ax.text(edges[j] + 0.005 if j in text else edges[j + 1] - 0.005, y, plain(word), ha="left" if j in text else "right",
-                    va="center", fontsize=7, weight="bold" if bold else "normal")
-    ax.set(xlim=(0, 1), ylim=(0, 1))
-
-
 def short(x: float | None) -> str:
     """Write a number with four digits; a dash for none."""
     return "–" if x is None or not np.isfinite(x) else f"{x:.4g}".replace("-", "−")
@@ -145,7 +111,7 @@ def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
                       f"{len(run.time)}", f"{run.time[0]:g} to {run.time[-1]:g}", run.ending or "–"])
     reference = f"reference: {found.runs[0].name}"
     page = table_page("Comparison", reference, ["name", "file", "title", "program", "contact", "rows", "time [s]", "end"], files,
-                      [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], text=(0, 1, 2))
+                      [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], left=(0, 1, 2))
     events = []
     for _, row in event_table(found.runs).iterrows():
         scale, digits, unit = (1e3, 3, "ms") if row["unit"] == "s" else (KN, 2, "kN")
@@ -155,7 +121,7 @@ def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
     above = len(files) + 3
     together = above + len(events) < LINES
     if together and events:
-        draw_table(page, header, events, widths, (0, 1), above=above)
+        draw_listing(page, header, events, widths, (0, 1), above=above)
     yield "files, events and peaks" if together else "files", page
     if not together:
         yield from paged("events and peaks", reference, header, events, widths, (0, 1))
@@ -230,12 +196,3 @@ def difference_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
         yield from paged(f"differences of {run.name}", f"reference: {found.runs[0].name}",
                          ["quantity", "root mean square", "largest", "at [ms]", "compared [% of rows]"], rows,
                          [2, 1.2, 1.2, 1.2, 1], (0,), footnote(found))
-
-
-def paged(title: str, subtitle: str, header: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[float],
-          text: Sequence[int], note: str = "", second: Sequence[str] = ()) -> Iterator[tuple[str, Figure]]:
-    """A table on as many pages as it needs; `second` is a second line of the heading."""
-    for start in range(0, len(rows), ROWS):
-        yield title, table_page(title[0].upper() + title[1:], subtitle, header,
-                                [*([second] if second else []), *rows[start:start + ROWS]], widths, note, text,
-                                2 if second else 1)

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from .._core.calls import Progress
 from .._core.errors import Error
-from .._core.files import complete
+from .._core.files import complete, make_results_folder
 from ..case import Case, data_folder
 from ..ensembles.sweep import ensemble
 from ..plots.frame import label_x, label_y, new_page
@@ -43,7 +43,7 @@ def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", schedule
     10 kN below the largest load that has one.
     """
     output = Path(output)
-    output.parent.mkdir(parents=True, exist_ok=True)
+    make_results_folder(output.parent)
     how: dict[str, Any] = {"scheduler": scheduler, "threads": threads, "progress": progress}
     impact = ensemble(Case.exercise(3), {"gauge": GAUGES, "mass": MASSES.tolist()},
                       store=output.with_name("demo_impact.zarr"), **how)

@@ -10,7 +10,7 @@ import pandas as pd
 
 from .._core.errors import Error
 from ..results.columns import time_mean
-from ..results.impacts import Impact, impacts
+from ..results.contact_intervals import ContactInterval
 from ..results.quantities import CONTACT_NAMES, CONTACTS, SI, Quantity, quantity
 from ..results.run_data import RunData
 
@@ -138,7 +138,7 @@ class Pairing:
 
     contact: str
     number: int                             # from 1, of the impacts of the contact
-    impacts: tuple[Impact | None, ...]      # by file
+    impacts: tuple[ContactInterval | None, ...]     # by file
 
     @property
     def name(self) -> str:
@@ -159,7 +159,7 @@ def paired_impacts(runs: Sequence[RunData]) -> tuple[list[Pairing], int]:
     found: list[Pairing] = []
     left_out = 0
     for contact in CONTACTS:
-        lists = [impacts(run, [contact]) for run in runs]
+        lists = [run.impacts([contact]) for run in runs]
         count = max(map(len, lists))
         left_out += max(count - IMPACTS, 0)
         found += [Pairing(contact, k + 1, tuple(own[k] if k < len(own) else None for own in lists))

@@ -17,25 +17,25 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from tqdm import tqdm
 
-from .._core import _flat
 from .._core.calls import Progress
-from .._core.files import complete, write_frame
+from .._core.files import complete, make_results_folder, write_frame
+from .._core.kept import hashes, is_up_to_date, kept_in, write_stamp
 from .._core.pools import in_threads
 from ..case import Case
 from ..plots.document import Chapter, bind, save_parts
 from ..plots.frame import label_x, label_y, new_page
 from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
-from ..results import run_data
+from ..plots.tables import draw_table
+from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
 from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
-from ..results.run_data import CLOSED, RunData
+from ..results.run_data import RunData
 from ..results.summary import drift_reference
 from ..runs import compute
 from ..table import ContactTable
-from .jobs import find_namelists, hashes, is_up_to_date, write_stamp
+from .jobs import find_namelists
 
 FORMULATIONS: dict[str, dict[str, Any]] = {
     "elastic": {},
@@ -100,7 +100,7 @@ def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
             return outcome(known[case.case_name] if case.case_name in known else compute(case, tell, tabled(case)), name)
         if case.stop_at == "derailment":
             case = case.replace(interval=LONG_INTERVAL, dt=LONG_STEP)
-        return outcome(compute(case.replace(**FORMULATIONS[name]), tell), name)
+        return outcome(compute(case.replace(FORMULATIONS[name]), tell), name)
 
     def keep(task: tuple[Case, str], found: Outcome) -> None:
         results[task] = found
@@ -118,32 +118,30 @@ def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
 def outcome(done: RunData, name: str) -> Outcome:
     """The results of a run and what its pages show."""
     c = done.data
-    first: dict[str, float] = {}
-    force: dict[str, float] = {}
-    for event in done.events:
-        first.setdefault(event.kind, event.t)
-        force.setdefault(event.kind, event.force)
-    returned, derailed = "return" in done.ending, "derailment" in first
+    def first(kind: str, of: str = "t") -> float:
+        return float(getattr(done.first(kind), of, np.nan))
+
+    returned, derailed = "return" in done.ending, done.first("derailment") is not None
     rigid = "P_LF" in c
     t = c.time.to_numpy()
     pushed = cumulative(np.asarray(t), c.N_LF.to_numpy())
     blows = c.P_LF.to_numpy() if rigid else np.zeros(len(t))
     ramp = done.number("loading", "lateral_ramp") != 0
-    left = t <= first.get("right flange contact", np.inf)
+    left = ~(t > first("right flange contact"))
     results = {
-        "t_first_LF": first.get("left flange contact", np.nan),
+        "t_first_LF": first("left flange contact"),
         "Y_max": done.header.results.get("farthest_left", float(c.Y.max())) if not (ramp or derailed) else np.nan,
         "climb": float(c.Z[left].max()) if not (ramp or derailed) else np.nan,
         "first_impulse": np.nan if ramp else first_impulse(done, pushed + blows),
         "peak_N": (done.peak("LF") or (np.nan,))[0],
         "peak_P": done.result("peak_P_LF") or np.nan,
-        "t_first_RF": first.get("right flange contact", np.nan),
+        "t_first_RF": first("right flange contact"),
         "t_return": t[-1] if returned else np.nan,
         "lift_offs": sum(done.count(f"{side} wheel lift-off") or 0 for side in ("left", "right")),
         "lost": round(float(c.E_lost.iloc[-1]), 6) + 0.0 if rigid else 0.0,
-        "t_derailment": first.get("derailment", np.nan),
-        "F_derailment": force.get("derailment", np.nan) if ramp else np.nan,
-        "F_pulls": force.get("rail pulls", np.nan) if ramp else np.nan,
+        "t_derailment": first("derailment"),
+        "F_derailment": first("derailment", "force") if ramp else np.nan,
+        "F_pulls": first("rail pulls", "force") if ramp else np.nan,
     }
     keep = np.unique(np.linspace(0, len(t) - 1, 2500).astype(int))
     kinetic = (c.KE_lat + c.KE_vert + c.KE_roll).to_numpy()
@@ -175,7 +173,7 @@ def why(done: RunData) -> str:
     if side*end.roll < -TURNED:
         return words + "overturns"
     other = ("N_RT", "N_RF") if side > 0 else ("N_LT", "N_LF")
-    if done.formulation == "bilateral" or any(abs(end[name]) > CLOSED for name in other):
+    if done.formulation == "bilateral" or any(is_closed(end[name]) for name in other):
         return words + "rolls over the flange"
     return words + "jumps"
 
@@ -227,22 +225,15 @@ def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
         "0.5 and 0. *: of the formulations that have the result.\ngreen: below 3 %, any code may be compared; orange: up to "
         "30 %; red: the formulation decides. impulse: of forces and impacts, until the wheelset moves back. lift-offs: "
         "fewest to most. Over the flange: dashed, the kinetic energy at the start of exercises 1 to 4.")
-    ax = figure.add_axes((0.055, 0.1, 0.93, 0.81))
-    ax.set_axis_off()
-    rows = [[in_short(key), *(cell(found, case, key) for case in cases)] for key in JUDGED]
+    rows = [["", *cases]]
+    rows += [[in_short(key), *(cell(found, case, key) for case in cases)] for key in JUDGED]
     rows.append(["ending", *("differs" if len({o.ending for o in found if o.case == case}) > 1 else "the same"
                              for case in cases)])
-    height, width = 1/(len(rows) + 12.5), 0.72/len(cases)
-    for i, row in enumerate([["", *cases], *rows]):
-        y = 1 - (i + 0.5)*height
-        for j, word in enumerate(row):
-            x = 0.005 if j == 0 else 0.28 + (j - 0.06)*width
-            if i and j and (shade := colour(word)):
-                ax.add_patch(Rectangle((0.28 + (j - 1)*width, y - height/2), width, height, facecolor=shade,
-                                       edgecolor="white", linewidth=1.5, zorder=0))
-            ax.text(x, y, word, ha="left" if j == 0 else "right", va="center", fontsize=7.5,
-                    weight="bold" if i == 0 or j == 0 else "normal")
-    y = 1 - (len(rows) + 2.2)*height
+    height = 1/(len(rows) + 11.5)
+    ax = draw_table(figure, (0.055, 0.1, 0.93, 0.81), rows, [0, *np.linspace(0.28, 1, len(cases) + 1)], height, size=7.5,
+                    look=lambda i, j: {"weight": "normal" if i and j else "bold"}, band=lambda i: "",
+                    shade=lambda i, j: colour(rows[i][j]) if i and j else "")
+    y = 1 - (len(rows) + 1.2)*height
     for case in cases:
         own = {o.formulation: o.ending for o in found if o.case == case}
         groups: dict[str, list[str]] = {}
@@ -252,7 +243,6 @@ def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
         ax.text(0.005, y, case, fontsize=7.5, weight="bold", va="center")
         ax.text(0.075, y, words, fontsize=7.5, va="center")
         y -= 0.95*height
-    ax.set(xlim=(0, 1), ylim=(0, 1))
     draw_climb(figure, inputs)
     return figure
 
@@ -290,34 +280,30 @@ def values_page(found: Sequence[Outcome]) -> Figure:
     """All values, the pairs of profiles beside each other."""
     pairs = list(dict.fromkeys(o.pair for o in found))
     figure = new_page("Results by formulation", "", "e: unilateral, with this restitution; –: did not happen or does not exist")
-    ax = figure.add_axes((0.055, 0.05, 0.93, 0.87))
-    ax.set_axis_off()
-    lines: list[tuple[list[str], bool]] = []
+    lines: list[list[str]] = []
+    bold: set[int] = set()
     for exercise in sorted({o.exercise for o in found}):
         own = [next((o for o in found if (o.exercise, o.pair, o.formulation) == (exercise, pair, name)), None)
                for pair in pairs for name in FORMULATIONS]
-        lines.append(([f"Exercise {exercise}", *(name.removeprefix("unilateral, ") for _ in pairs for name in FORMULATIONS)], True))
+        bold.add(len(lines))
+        lines.append([f"Exercise {exercise}", *(name.removeprefix("unilateral, ") for _ in pairs for name in FORMULATIONS)])
         for key in RESULTS:
             unit = OUTCOME[key].unit
             values = [OUTCOME[key].scale*o.results[key] if o else np.nan for o in own]
             if any(x for x in values if np.isfinite(x)):
-                lines.append(([f"{in_short(key)} [{unit}]" if unit else in_short(key), *(short(x) for x in values)], False))
+                lines.append([f"{in_short(key)} [{unit}]" if unit else in_short(key), *(short(x) for x in values)])
         endings = (o.ending.replace(" rail: ", " rail:\n").replace("derails over", "over") if o else "–" for o in own)
-        lines.append((["ending", *endings], False))
-    height, width = 1/(len(lines) + 2), 0.74/len(pairs)
-    for k, pair in enumerate(pairs):
-        ax.text(0.26 + width*(k + 1) - 0.01, 1 - height/2, pair_words(found, pair), ha="right", va="center", fontsize=7,
-                weight="bold")
-        if k:
-            ax.axvline(0.26 + width*k, color=GREY, linewidth=0.4)
-    for i, (row, bold) in enumerate(lines, 1):
-        y = 1 - (i + 0.5)*height
-        if bold:
-            ax.axhspan(y - height/2, y + height/2, color="#E6E6E6", linewidth=0)
-        for j, word in enumerate(row):
-            ax.text(0.26 + width/len(FORMULATIONS)*j - 0.01 if j else 0.005, y, word, ha="right" if j else "left", va="center",
-                    fontsize=4.6 if "\n" in word else 6.2, weight="bold" if bold else "normal", linespacing=0.9)
-    ax.set(xlim=(0, 1), ylim=(0, 1))
+        lines.append(["ending", *endings])
+    pair_heads = [pair_words(found, pair) if name == list(FORMULATIONS)[-1] else "" for pair in pairs for name in FORMULATIONS]
+    rows = [["", *pair_heads], *lines]
+    heads = {0, *(i + 1 for i in bold)}
+    ax = draw_table(figure, (0.055, 0.05, 0.93, 0.87), rows, [0, *(np.linspace(0.26, 1, len(pairs)*len(FORMULATIONS) + 1) - 0.005)],
+                    1/(len(rows) + 1), look=lambda i, j: {
+                        "weight": "bold" if i in heads else "normal", "linespacing": 0.9,
+                        "fontsize": 7 if i == 0 else 4.6 if "\n" in rows[i][j] else 6.2},
+                    band=lambda i: "#E6E6E6" if i - 1 in bold else "")
+    for k in range(1, len(pairs)):
+        ax.axvline(0.26 + 0.74/len(pairs)*k, color=GREY, linewidth=0.4)
     return figure
 
 
@@ -429,22 +415,28 @@ def figures(found: Sequence[Outcome], inputs: Path) -> Iterator[tuple[str, Figur
 # Files ------------------------------------------------------------------------------------
 
 def sources(inputs: Path, root: Path) -> dict[str, str]:
-    """Hashes of what the outcomes depend on."""
+    """Hashes of what the outcomes depend on besides the program."""
     files = find_namelists(inputs)
     cases = [Case.from_namelist(file) for file in files]
     profiles = {Path(file) for case in cases for file in case.profile_files().values()}
-    return hashes([*files, *sorted(profiles), Path(__file__), Path(run_data.__file__), Path(_flat.__file__)], root)
+    return hashes([*files, *sorted(profiles)], root)
+
+
+def kept_file(outputs: Path) -> Path:
+    """The file that keeps the outcomes."""
+    return kept_in(outputs)/"formulations.json"
 
 
 def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False,
                   submitted: Callable[[], Sequence[RunData]] = tuple) -> list[Outcome]:
     """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`; `submitted` reads
     the column files of elastic runs."""
-    kept = outputs/"formulations.json"
+    kept = kept_file(outputs)
     depends = sources(inputs, root)
     if not force and is_up_to_date(kept, depends):
         return [Outcome(**o) for o in json.loads(kept.read_text())]
-    outputs.mkdir(parents=True, exist_ok=True)
+    make_results_folder(outputs)
+    kept.parent.mkdir(exist_ok=True)
     with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
         found = outcomes(inputs, jobs, bar.update, submitted())
     with complete(kept) as scratch:

@@ -1,13 +1,9 @@
 """Run cases side by side, and only those that are not up to date.
 
 Column files have the bytes that the executable writes.
-
-Beside each product lies a stamp, PRODUCT.stamp, with the hashes of everything the
-product depends on and of the product itself.
 """
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,11 +13,11 @@ from typing import Any
 
 import f90nml
 
-from .._core import _flat
 from .._core.calls import Progress
 from .._core.errors import Error
-from .._core.files import DEFAULT_FOLDER, complete, digest
-from .._core.pools import in_threads
+from .._core.files import DEFAULT_FOLDER, digest
+from .._core.kept import hashes, inside, is_up_to_date, write_stamp
+from .._core.pools import in_threads, one_of_each
 from ..case import Case, data_folder
 from ..runs import compute, output_path
 
@@ -65,9 +61,9 @@ class Job:
         return [str(name) for name in names if name]
 
     def sources(self) -> dict[str, str]:
-        """Hashes of what the product depends on."""
+        """Hashes of what the product depends on besides the program."""
         profiles = [profile_in(self.root, name) for name in self.profiles]
-        return {"namelist": digest(self.text.encode())} | hashes([Path(_flat.__file__), *profiles], self.root)
+        return {"namelist": digest(self.text.encode())} | hashes(profiles, self.root)
 
 
 class RootedCase(Case):
@@ -111,14 +107,6 @@ def case_job(namelist: Path, folder: Path, root: Path) -> Job:
     return Job(namelist.stem, text, output, root)
 
 
-def inside(path: Path, root: Path) -> str:
-    """A path as a namelist in `root` would say it."""
-    try:
-        return str(path.resolve().relative_to(root.resolve()))
-    except ValueError:
-        return str(path.resolve())
-
-
 def shipped_inputs(root: Path) -> Path:
     """The folder of the ten namelists: that of `root`, or the installed one."""
     return root/"inputs" if (root/"inputs").is_dir() else data_folder()/"inputs"
@@ -135,37 +123,6 @@ def find_namelists(inputs: Path) -> list[Path]:
             raise Error(f"{file}, &case name: expected an exercise and a pair of profiles, 'ex1_aw' to 'ex5_sw', as in the name "
                         f"of the file, found '{name}'; the commands run, plot, compare and view take any name")
     return namelists
-
-
-def hashes(files: Sequence[Path], root: Path) -> dict[str, str]:
-    """Hash of each file, '' of one that is missing."""
-    return {inside(file, root): digest(file.read_bytes()) if file.is_file() else "" for file in files}
-
-
-def stamp_of(product: Path) -> Path:
-    """The path of the stamp of a product."""
-    return product.with_name(product.name + ".stamp")
-
-
-def is_up_to_date(product: Path, sources: Mapping[str, str]) -> bool:
-    """Whether a product is there, untouched, and made from just these sources."""
-    try:
-        stamp = json.loads(stamp_of(product).read_text())
-        return stamp == {"sources": dict(sources), "product": digest(product.read_bytes())}
-    except (OSError, ValueError):
-        return False
-
-
-def stamped(product: Path, root: Path) -> dict[str, str]:
-    """What `hashes` would say of a product that is up to date, by its stamp."""
-    return {inside(product, root): json.loads(stamp_of(product).read_text())["product"]}
-
-
-def write_stamp(product: Path, sources: Mapping[str, str]) -> None:
-    """Write the stamp of a product that was made from these sources."""
-    stamp = {"sources": dict(sources), "product": digest(product.read_bytes())}
-    with complete(stamp_of(product)) as scratch:
-        scratch.write_text(json.dumps(stamp, indent=1) + "\n")
 
 
 def run_job(job: Job, tell: Progress) -> None:
@@ -209,11 +166,9 @@ def run_stale(jobs: Sequence[Job], workers: int, force: bool = False,
     for job in jobs:
         if job not in stale:
             done(job, False)
-    first: dict[Path, Job] = {}
-    for job in sorted(stale, key=lambda job: job.cost):
-        if job.table and not job.table.is_file():
-            first.setdefault(job.table, job)
-    rest = [job for job in stale if job not in first.values()]
-    for batch in (list(first.values()), rest):
+    def lacking(job: Job) -> Path | None:
+        return job.table if job.table and not job.table.is_file() else None
+
+    for batch in one_of_each(sorted(stale, key=lambda job: job.cost), lacking):
         run_jobs(batch, workers, lambda job: done(job, True))
     return stale

@@ -11,18 +11,18 @@ import pandas as pd
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from .._core.files import write_frame
+from .._core.files import make_results_folder, write_frame
+from .._core.kept import inside
 from ..plots.document import Part, bind, save_pages
 from ..plots.frame import label_y, new_page
-from ..plots.stretches import first_episode
 from ..plots.style import SERIES, ldbench_style
+from ..plots.tables import table_page
 from ..results.columns import time_mean
-from ..results.impacts import first_peak
 from ..results.quantities import KN, MM, quantity
 from ..results.run_data import RunData, read_data
-from .compare_pages import quantity_page, table_page
+from .compare_pages import quantity_page
 from .differences import Comparison, compare, event_times, peaks
-from .jobs import Job, find_namelists, inside, run_stale, with_values
+from .jobs import Job, find_namelists, run_stale, with_values
 
 VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
     "fine": {},
@@ -59,8 +59,8 @@ def study_jobs(namelist: Path, folder: Path, root: Path, ramp_end: float = SHORT
 def study_row(found: Comparison, variant: str) -> dict[str, Any]:
     """What a variant changes in one exercise: up to the end of the first flange contact, and overall."""
     reference, other = found.runs
-    episode = first_episode(reference, "LF")
-    early = found.time <= (episode[1] if episode else found.time[-1])
+    first = reference.first_interval("LF")
+    early = found.time <= (first.end if first else found.time[-1])
     row: dict[str, Any] = {"case": reference.name, "variant": variant}
     for column in ("Y", "Z", "roll", "N_LF", "N_LT"):
         d, x = found.difference(1, column), found.values[0][column]
@@ -80,8 +80,8 @@ def study_row(found: Comparison, variant: str) -> dict[str, Any]:
 
 def first_force(run: RunData) -> float:
     """Largest normal force [N] of the first contact of the left flange."""
-    row = first_peak(run, "LF")
-    return np.nan if row is None else float(run.values("N_LF")[row])
+    first = run.first_interval("LF")
+    return first.peak if first else np.nan
 
 
 def relative(reference: float, value: float) -> float:
@@ -157,7 +157,8 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
     """Run what is not up to date; write the PDF and the CSV file of the study."""
     namelists = find_namelists(inputs)
     folder = outputs/"study"
-    folder.mkdir(parents=True, exist_ok=True)
+    make_results_folder(outputs)
+    folder.mkdir(exist_ok=True)
     jobs = {file.stem: study_jobs(file, folder, root, ramp_end) for file in namelists}
     flat = [job for variants in jobs.values() for job in variants.values()]
     rows, pages = [], []

@@ -9,7 +9,8 @@ from pathlib import Path
 import pandas as pd
 from tqdm import tqdm
 
-from .._core.files import write_frame
+from .._core.files import make_results_folder, write_frame
+from .._core.kept import hashes, inside, is_up_to_date, kept_in, stamped, write_stamp
 from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import drawing
@@ -17,24 +18,9 @@ from ..plots.ramp import is_ramp
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
 from ..results.summary import Chaotic
-from ..viewer import page, results
+from ..viewer import results
 from . import abstract, authors, formulations, stretches, twins
-from .jobs import (
-    Job,
-    case_job,
-    find_namelists,
-    find_stale,
-    hashes,
-    inside,
-    is_up_to_date,
-    run_stale,
-    stamped,
-    with_values,
-    write_stamp,
-)
-
-PACKAGE = Path(__file__).resolve().parents[1]
-READERS = "results", "profiles", "plots"        # rooms of the package on which every product depends
+from .jobs import Job, case_job, find_namelists, find_stale, run_stale, with_values
 
 
 def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Path]:
@@ -42,10 +28,11 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
     needed("typst", "report")        # before the work, not after it
     namelists = find_namelists(inputs)
     signed = authors.read_authors(root/authors.FILE)
-    outputs.mkdir(parents=True, exist_ok=True)
+    make_results_folder(outputs)
+    kept_in(outputs).mkdir(exist_ok=True)
     cases = [case_job(file, outputs, root) for file in namelists]
     with tqdm(desc="report", disable=None) as bar:
-        shapes = geometry_jobs(cases, outputs)
+        shapes = geometry_jobs(cases, kept_in(outputs))
         bar.total = len(shapes) + 2*len(cases) + len(shapes) + 2
 
         def tell(job: Job, ran: bool) -> None:
@@ -66,16 +53,11 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
         geometry = [job.product for job in shapes]
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
-        kept = [outputs/"formulations.json", outputs/"twins.json"]
-        code = [*(Path(str(module.__file__)) for module in (formulations, stretches, twins)),
-                *(file for room in READERS for file in sorted((PACKAGE/room).glob("*.py")))]
+        kept = [formulations.kept_file(outputs), twins.kept_file(outputs)]
         variants = results.find_variants(files)
         sources = {
-            plotted: [*files, *geometry, *kept, *code],
-            summary: [*files, kept[1], *code, Path(__file__)],
-            written: [*files, *kept, root/authors.FILE, *code, Path(authors.__file__), Path(abstract.__file__),
-                      *sorted(abstract.TEMPLATE.parent.glob("*"))],
-            shown: [*files, *variants, kept[1], *code, *sorted(file for file in page.FOLDER.iterdir() if file.is_file())]}
+            plotted: [*files, *geometry, *kept], summary: [*files, kept[1]], written: [*files, *kept, root/authors.FILE],
+            shown: [*files, *variants, kept[1]]}
         known = {file: stamped(file, root) if file in files else hashes([file], root)
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
@@ -106,7 +88,7 @@ def make_report(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool 
     return files + products
 
 
-def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
+def geometry_jobs(cases: Sequence[Job], folder: Path) -> list[Job]:
     """One job per pair of profiles, a run of a single interval that writes the geometry functions."""
     found: dict[tuple[str, ...], Job] = {}
     for job in cases:
@@ -115,7 +97,7 @@ def geometry_jobs(cases: Sequence[Job], outputs: Path) -> list[Job]:
         name = f"geometry_{job.name.partition('_')[2] or len(found)}"
         if pair in found:
             continue
-        product, columns = outputs/f"{name}.txt", outputs/f"{name}_columns.txt"
+        product, columns = folder/f"{name}.txt", folder/f"{name}_columns.txt"
         values = {"integrator": {"t_end": job.value("output", "interval", 1e-4), "stop_at": "t_end"},
                   "output": {"file": inside(columns, job.root), "geometry_file": inside(product, job.root)}}
         found[pair] = Job(name, with_values(job.text, values), product, job.root, litter=columns)

@@ -13,16 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from .._core import _flat
 from .._core.calls import Progress
 from .._core.files import complete
+from .._core.kept import is_up_to_date, kept_in, stamped, write_stamp
 from .._core.pools import in_threads
 from ..case import Case
-from ..results import run_data, summary
 from ..results.run_data import RunData
 from ..results.summary import Chaotic, summary_row
 from ..runs import compute
-from .jobs import Job, RootedCase, hashes, is_up_to_date, stamped, write_stamp
+from .jobs import Job, RootedCase
 
 ASIDE = 1e-6            # of the start of a twin [m]
 SAME = 1e-3             # share of a result by which a twin may move it
@@ -60,13 +59,15 @@ def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
     return {job.name: found[job.name] for job in jobs}
 
 
+def kept_file(outputs: Path) -> Path:
+    """The file that keeps the results of the twins."""
+    return kept_in(outputs)/"twins.json"
+
+
 def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
     """The results of the twins, run anew where something they depend on has changed since they were kept in `outputs`."""
-    kept = outputs/"twins.json"
-    root = jobs[0].root
-    depends = hashes([Path(__file__), Path(run_data.__file__), Path(summary.__file__), Path(_flat.__file__)], root)
-    for job in jobs:
-        depends |= stamped(job.product, root)
+    kept = kept_file(outputs)
+    depends = {name: x for job in jobs for name, x in stamped(job.product, job.root).items()}
     if not force and is_up_to_date(kept, depends):
         rows: dict[str, dict[str, Any]] = json.loads(kept.read_text())
         return rows

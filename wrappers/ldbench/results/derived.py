@@ -7,7 +7,7 @@ import numpy as np
 
 from .run_data import RunData
 
-SIDES = {"L": ("LT", "LF"), "R": ("RT", "RF")}
+SIDES = {"left": ("LT", "LF"), "right": ("RT", "RF")}
 PARTS = {"KE_lat": "lateral", "KE_vert": "vertical", "KE_roll": "roll"}
 
 
@@ -20,16 +20,16 @@ class Exchange(NamedTuple):
 
 
 def wheel_loads(run: RunData, side: str) -> tuple[np.ndarray, np.ndarray]:
-    """Lateral force outwards and vertical force downwards of a wheel, 'L' or 'R', on its rail, (rows,) each [N]."""
-    sign = -1.0 if side == "L" else 1.0
+    """Lateral force outwards and vertical force downwards of a wheel, 'left' or 'right', on its rail, (rows,) each [N]."""
+    sign = -1.0 if side == "left" else 1.0
     lateral = sign*sum(run.values(f"Fy_{contact}") for contact in SIDES[side])
     vertical = sum(run.values(f"Fz_{contact}") for contact in SIDES[side])
     return np.asarray(lateral), np.asarray(vertical)
 
 
 def lateral_over_vertical(run: RunData, side: str) -> np.ndarray:
-    """L/V of a wheel, 'L' or 'R', (rows,): lateral force outwards over vertical force; NaN where the wheel has no vertical force
-    downwards. Without friction L/V lies between the tangents of the contact angles of tread and flange, however small the
+    """L/V of a wheel, 'left' or 'right', (rows,): lateral force outwards over vertical force; NaN where the wheel has no vertical
+    force downwards. Without friction L/V lies between the tangents of the contact angles of tread and flange, however small the
     forces are. The page has the same rule in derived.js."""
     lateral, vertical = wheel_loads(run, side)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -7,23 +7,18 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import f90nml
 import numpy as np
 
 from .._core.errors import Error, error_of
 from ..case import Value, variables
 from .events import Event, count_name, event_kinds
 from .quantities import CONTACTS
-
-# f90nml prints a table of its own on standard output where a text ends within a word.
-vars(sys.modules.get("f90nml.scanner", f90nml))["print"] = lambda *words: None
 
 TAIL = 2**17        # where the results at the end of a file are looked for [bytes]; longer ones are read whole
 MARK = b"\xef\xbb\xbf"      # of the order of bytes, with which spreadsheets begin a file
@@ -130,7 +125,7 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
         results[f"frequency_{k + 1}"] = number(setup, "eigenfrequencies", k if isinstance(frequencies, list) else None)
     events: tuple[Event, ...] = ()
     if told := read_groups(tail).get("results"):
-        events = tuple(map(read_event, _listed(told.pop("event", []))))
+        events = tuple(map(read_event, told.pop("event", [])))
         results |= {count_name(kind): 0 for kind in event_kinds()}
         results |= dict.fromkeys(ALWAYS, np.nan)
         results |= {key: value if isinstance(value, str) and key not in ALWAYS else int(value) if isinstance(value, int)
@@ -139,11 +134,6 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
     results |= {key: value for key, value in UNTOLD.items() if key not in results}
     return Header(version, name, title, profiles, reconstruction, settings, str(setup.get("table_points", "")), errors, results,
                   events)
-
-
-def _listed(events: object) -> list[Mapping[str, Any]]:
-    found = events if isinstance(events, list) else [events]
-    return [event for event in found if isinstance(event, Mapping)]
 
 
 def read_event(event: Mapping[str, Any]) -> Event:
@@ -155,72 +145,60 @@ def read_event(event: Mapping[str, Any]) -> Event:
                  number(event, "loss") if "loss" in event else 0.0)
 
 
+WORD = r"[^\s,'\"!=]+"
+VALUE = rf"'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\"|{WORD}(?: *, *(?!event\(|\w+ *=){WORD})*"      # a text, or one or more numbers
+ITEM = re.compile(rf" *(?:event\((\d+)\)%)?([A-Za-z]\w*) *= *({VALUE}) *(?:, *(?=\w)|(?:!.*)?$)", re.IGNORECASE)
+
+
 def read_groups(lines: Iterable[str]) -> dict[str, dict[str, Any]]:
-    """The namelist groups among comment lines; names as they are written there."""
-    kept: list[str] = []
-    inside = False
-    for line in lines:
-        inside = inside or line.startswith("&")
-        if inside:
-            kept.append(line)
-        inside = inside and line.strip() != "/"
-    return read_plain_groups(kept) or read_any_groups(kept)
+    """The namelist groups among comment lines; names as they are written there. Error where a line of a group is none.
 
-
-VALUE = r"'(?:[^']|'')*'|[-+.\d][-+.\da-zA-Z]*(?:, [-+.\d][-+.\da-zA-Z]*)*"      # a text, or one or more numbers
-ITEM = re.compile(rf" *(?:event\((\d+)\)%)?([A-Za-z]\w*) = ({VALUE})(?:, (?=\w)| *(?:!.*)?$)")
-
-
-def read_plain_groups(lines: Sequence[str]) -> dict[str, dict[str, Any]] | None:
-    """Groups in lines as the core writes them, many times as fast as by f90nml: an ensemble reads the results of every
-    member. None where a line is another one."""
+    Other programs and editors may have written them: blanks and the letter of an exponent do not matter. A word that is no
+    number stays a text, which those refuse that need a number.
+    """
     groups: dict[str, dict[str, Any]] = {}
-    group: dict[str, Any] = {}
+    group: dict[str, Any] | None = None
     for line in lines:
         if line.startswith("&"):
-            group = {}
-            if groups.setdefault(line[1:], group) is not group:
-                return None
-        elif line.strip() != "/":
-            at = 0
-            while at < len(line):
-                if not (found := ITEM.match(line, at)):
-                    return None
-                at = found.end()
-                event, name, word = found.groups()
-                try:
-                    value = plain_value(word)
-                except ValueError:
-                    return None
-                if not event:
-                    group[name] = value
-                    continue
-                events = group.setdefault("event", [])
-                if int(event) not in (len(events) or 1, len(events) + 1):      # one after another
-                    return None
-                if int(event) > len(events):
-                    events.append({})
-                events[-1][name.lower()] = value
+            group = groups.setdefault(line[1:].strip().lower(), {})
+        elif line.strip() == "/":
+            group = None
+        elif group is not None:
+            read_line(line, group)
+    for group in groups.values():
+        if "event" in group:
+            group["event"] = [event for _, event in sorted(group["event"].items())]
     return groups
 
 
+def read_line(line: str, group: dict[str, Any]) -> None:
+    """Add the items of a line to a group, those of events by their number."""
+    at, end = 0, len(line.rstrip())
+    while at < end and not line[at:].lstrip().startswith("!"):
+        if not (found := ITEM.match(line, at)):
+            raise Error(f"expected name = value, found {line.strip()!r}")
+        at = found.end()
+        event, name, word = found.groups()
+        if event:
+            group.setdefault("event", {}).setdefault(int(event), {})[name.lower()] = plain_value(word)
+        else:
+            group[name] = plain_value(word)
+
+
 def plain_value(word: str) -> Any:
-    """A text, a number or a list of numbers, as f90nml would give it; ValueError for anything else."""
-    if word.startswith("'"):
-        return word[1:-1].replace("''", "'")
-    numbers = [int(x) if x.lstrip("+-").isdecimal() else float(x) for x in word.split(", ")]
+    """A text, a number or a list of numbers; what is no number stays a text."""
+    if word[0] in "'\"":
+        return word[1:-1].replace(2*word[0], word[0])
+    numbers = [plain_number(x.strip()) for x in word.split(",")]
     return numbers if len(numbers) > 1 else numbers[0]
 
 
-def read_any_groups(lines: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Groups as any program or editor may have written them; names as they are written there."""
-    names = {found[1].lower(): found[1] for line in lines if (found := re.match(r" *(\w+) *=", line))}
+def plain_number(word: str) -> int | float | str:
+    """A whole or real number, of which Fortran may write the exponent with D; another word stays as it is."""
     try:
-        groups = f90nml.reads("\n".join(lines) + "\n")
-        return {group: {str(names.get(name, name)): value for name, value in values.items()} for group, values in groups.items()
-                if isinstance(values, Mapping)}
-    except Exception as error:      # whatever f90nml finds wrong with a text
-        raise Error(f"expected namelist groups, found {type(error).__name__}: {str(error) or 'a word that does not end'}") from None
+        return int(word) if word.lstrip("+-").isdecimal() else float(re.sub("[dD]", "e", word))
+    except ValueError:
+        return word
 
 
 def number(group: Mapping[str, Any], name: str, k: int | None = None) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 import copy
 import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -12,20 +12,21 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from .._core.errors import Error
+from .._core.errors import Error, unknown
 from .._core.optional import needed
 from .._core.pools import processes
 from ..case import Case, Value
 from .columns import read_columns, read_own_columns
-from .events import FLANGE_ANGLE, Event, count_name
+from .contact_intervals import LARGEST, ContactInterval, find_intervals, is_closed
+from .events import Event, count_name, event_kinds
 from .header import Header, read_header
-from .quantities import CONTACT_NAMES, PAIR_FILES, PAIRS
+from .quantities import CONTACT_NAMES, CONTACTS, PAIR_FILES, PAIRS
 
-# A contact with a larger force is closed, in every file [N]. The smallest weight on a wheel is near 1e5 N, and a contact of steel
-# that opens has 1 N for 0.2 us at most. A row of ours at which a contact closes or opens has some tenths of a newton, because its
-# time is rounded, and other codes leave residues of iterations: a limit of zero joins contacts that are apart.
-CLOSED = 1.0
-LARGEST = 1e30          # force of a file that is taken as it stands; integrals of larger ones overflow [N]
+TIME_IS_OVER = "t_end"      # the core's word where no event ended a run
+# What a Dataset has of events: its name, the field, and the unit.
+EVENT_FIELDS: tuple[tuple[str, str, dict[str, str]], ...] = (
+    ("time", "t", {"units": "s"}), ("kind", "kind", {}), ("force", "force", {"units": "N"}),
+    ("angle", "angle", {"units": "rad"}), ("loss", "loss", {"units": "J"}))
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -153,8 +154,25 @@ class RunData:
     def values(self, column: str) -> np.ndarray:
         """A column, (rows,), SI; Error where the run has none of that name."""
         if column not in self.data:
-            raise Error(f"{self.file}: expected a column {column}, found none")
+            raise unknown(f"{self.file}: expected a column {column}", column, map(str, self.data), "none")
         return self.data[column].to_numpy()
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        """A column, (rows,), SI: `run["Y"]`."""
+        return self.values(column)
+
+    def __contains__(self, column: object) -> bool:
+        return column in self.data
+
+    def __iter__(self) -> Iterator[str]:
+        return map(str, self.data)
+
+    def __len__(self) -> int:
+        """The number of rows."""
+        return len(self.data)
+
+    def __bool__(self) -> bool:
+        return True
 
     def result(self, name: str) -> float:
         """A number of `results`; NaN where the run does not tell it."""
@@ -164,6 +182,21 @@ class RunData:
     def ending(self) -> str:
         """Why the run ended; '' where the file does not say."""
         return str(self.header.results.get("end", ""))
+
+    @property
+    def message(self) -> str:
+        """Why the run ended, as SciPy's `solve_ivp` calls it: `ending`."""
+        return self.ending
+
+    @property
+    def status(self) -> int:
+        """As of SciPy's `solve_ivp`: 1 where an event ended the run, as the return to the centre or derailment, else 0."""
+        return int(self.ending not in ("", TIME_IS_OVER))
+
+    @property
+    def success(self) -> bool:
+        """As of SciPy's `solve_ivp`: always true, because a run that fails raises Error, and so does a file that is cut."""
+        return True
 
     @property
     def exercise(self) -> int | None:
@@ -207,10 +240,12 @@ class RunData:
 
     def first(self, kind: str) -> Event | None:
         """The first event of a kind; None where there was none."""
+        check_kind(kind)
         return next((event for event in self.header.events if event.kind == kind), None)
 
     def count(self, kind: str) -> int | None:
         """The number of events of a kind; None where the file does not say."""
+        check_kind(kind)
         return self.header.results.get(count_name(kind))
 
     def peak(self, contact: str) -> tuple[float, float] | None:
@@ -218,6 +253,7 @@ class RunData:
 
         The results tell it for all steps; of another code's file it is the largest of the rows.
         """
+        check_contact(contact)
         if "peak_N_LT" in self.header.results:
             found = self.result(f"peak_N_{contact}"), self.result(f"t_peak_{contact}")
         elif f"N_{contact}" in self.data and self.closed(contact).any():
@@ -228,17 +264,56 @@ class RunData:
         return found if found[0] > 0 else None
 
     def first_contact(self, contact: str) -> float | None:
-        """Time [s] at which a contact first closes: of the event, or of the first closed row.
-
-        A row counts as a contact of the flange if its contact angle, where the file has one, is at least 25 degrees.
-        """
-        event = self.first(CONTACT_NAMES[contact] + " contact")
-        if event:
+        """Time [s] at which a contact first closes, of a flange not at its root: of the event, or of the rows' first interval."""
+        if event := self._first_touch(contact):
             return event.t
-        closed = self.closed(contact)
-        if contact in ("LF", "RF") and f"angle_{contact}" in self.data:
-            closed &= np.abs(self.values(f"angle_{contact}")) >= FLANGE_ANGLE
-        return float(self.time[closed.argmax()]) if closed.any() else None
+        one = self.first_interval(contact)
+        return one.start if one else None
+
+    def _first_touch(self, contact: str) -> Event | None:
+        """The event at which a flange first touches its rail; of treads there is none."""
+        check_contact(contact)
+        return self.first(f"{CONTACT_NAMES[contact]} contact") if contact[1] == "F" else None
+
+    def first_interval(self, contact: str) -> ContactInterval | None:
+        """The first interval of the rows in which a contact is closed, of a flange not at its root; None without one.
+
+        It is that of the first contact among the events, where the file lists events. In files of other codes the contact angle
+        tells the root, which is below 25 degrees.
+        """
+        event = self._first_touch(contact)
+        begin = event.t - 1e-9 if event else -np.inf        # the times of rows are rounded
+        return next((one for one in self.intervals(contact, rigid=False) or [] if self.time[one.rows.stop - 1] >= begin
+                     and (event or not one.at_root)), None)
+
+    def intervals(self, contact: str, until: float = np.inf, rigid: bool = True) -> list[ContactInterval] | None:
+        """The intervals in which a contact is closed, in the rows up to a time [s]; None where the file has no force of it.
+
+        With `rigid`, jumps of the column P of rigid impacts count too.
+        """
+        force = self.normal_force(contact)
+        jumps = self.values(f"P_{contact}") if rigid and f"P_{contact}" in self.data else None
+        if force is None and jumps is None:
+            return None
+        rows = int(np.searchsorted(self.time, until, "right"))
+        blows = np.zeros(rows)
+        if jumps is not None and rows:
+            blows[1:] = np.diff(np.clip(np.nan_to_num(jumps[:rows]), -LARGEST, LARGEST))
+        angle = self.values(f"angle_{contact}") if f"angle_{contact}" in self.data else np.full(rows, np.nan)
+        return find_intervals(contact, self.time[:rows], np.zeros(rows) if force is None else force[:rows], blows, angle,
+                              self.setting("output", "rows") == "interval_and_events")
+
+    def impacts(self, contacts: Sequence[str] = CONTACTS) -> list[ContactInterval]:
+        """All impacts of some contacts in order of time: start, end, largest force, impulse and contact angle of each.
+
+        An impact is a set of successive closed rows between two open rows. A contact that is closed in the first or last row of
+        the file is left out there, because its length is unknown, and so is a contact that also pulls. A run with rigid contacts
+        adds the impacts among its events, of which the file lists a hundred.
+        """
+        found = [one for contact in contacts for one in self.intervals(contact, rigid=False) or [] if one.is_impact]
+        found += [ContactInterval(contact, event.t, event.t, np.nan, event.t, impulse, np.nan) for event in self.events
+                  for contact, impulse in event.impulses.items() if contact in contacts]
+        return sorted(found, key=lambda one: (one.start, CONTACTS.index(one.contact)))
 
     def first_flange(self) -> float | None:
         """Time [s] at which a flange first touches; None where none does."""
@@ -247,6 +322,7 @@ class RunData:
     def normal_force(self, contact: str) -> np.ndarray | None:
         """The normal force of a contact, (rows,) [N], 0 in empty cells; of a file without it, that of its components; None
         without these."""
+        check_contact(contact)
         parts = [self.values(name).astype(float) for n in ("N", "Fy", "Fz") if (name := f"{n}_{contact}") in self.data]
         if not parts:
             return None
@@ -255,9 +331,9 @@ class RunData:
         return np.clip(np.nan_to_num(force, nan=0.0, posinf=0.0, neginf=0.0), -LARGEST, LARGEST)
 
     def closed(self, contact: str) -> np.ndarray:
-        """Whether a contact is closed, (rows,): its normal force, of either sign, is above CLOSED. None is without a column."""
+        """Whether a contact is closed, (rows,): its normal force, of either sign, is above 1 N. None is without a column."""
         force = self.normal_force(contact)
-        return np.zeros(len(self.data), bool) if force is None else np.abs(force) > CLOSED
+        return np.zeros(len(self.data), bool) if force is None else np.asarray(is_closed(force))
 
     def passages(self) -> list[float]:
         """Times [s] of the passages of the centre after the left flange's first contact, of those that are listed."""
@@ -267,14 +343,37 @@ class RunData:
     # Elsewhere -----------------------------------------------------------------------------
 
     def to_xarray(self) -> xr.Dataset:
-        """The columns as an xarray Dataset over `row`, with units; `results` and the name of the case are attributes."""
+        """The columns as an xarray Dataset over `time`, with units, so that `.sel(time=slice(0.1, 0.2))` finds rows.
+
+        A file without times is one over `row`. An impact of rigid contacts has two rows at one time.
+
+        The events have the dimension `event`, with `event_time`, `event_kind`, `event_force`, `event_angle`, `event_loss` and,
+        over `contact`, `event_impulse`. `results` and the name of the case are attributes.
+        """
         xarray = needed("xarray", "ensemble")
-        units = self.data.attrs.get("units", {})
-        data = {str(name): ("row", self.data[name].to_numpy(), {"units": units.get(name) or "1"}) for name in self.data}
-        attributes = {name: int(value) if isinstance(value, bool) else value for name, value in self.results.items()
-                      if not (isinstance(value, float) and np.isnan(value))}
-        found = xarray.Dataset(data, attrs={"case": self.name, "title": self.header.title, **attributes})
-        return found.set_coords("time") if "time" in found else found
+        units, rows = self.data.attrs.get("units", {}), "time" if "time" in self.data else "row"
+        data: dict[str, Any] = {name: (rows, self.values(name), {"units": units.get(name) or "1"}) for name in self}
+        if self.events:
+            data |= {f"event_{name}": ("event", np.array([getattr(event, field) for event in self.events]), attributes)
+                     for name, field, attributes in EVENT_FIELDS}
+            data["event_impulse"] = (("event", "contact"), np.array(
+                [[event.impulses.get(contact, 0.0) for contact in CONTACTS] for event in self.events]), {"units": "N.s"})
+        told = {name: int(value) if isinstance(value, bool) else value for name, value in self.results.items()
+                if not (isinstance(value, float) and np.isnan(value))}
+        coordinates = {"contact": list(CONTACTS)} if self.events else {}
+        return xarray.Dataset(data, coordinates, {"case": self.name, "title": self.header.title, **told})
+
+
+def check_contact(contact: str) -> None:
+    """Refuse what is not the name of a contact."""
+    if contact not in CONTACT_NAMES:
+        raise unknown(f"expected a contact {', '.join(CONTACTS)}", contact, CONTACTS)
+
+
+def check_kind(kind: str) -> None:
+    """Refuse what is not a kind of events."""
+    if kind not in event_kinds():
+        raise unknown("expected a kind of events", kind, event_kinds())
 
 
 def read_data(path: str | PathLike[str], map: Any = None) -> RunData:

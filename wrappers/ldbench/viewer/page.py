@@ -147,9 +147,10 @@ def wheel_columns(run: RunData) -> dict[str, np.ndarray]:
     """Vertical and lateral force of the rail on each wheel, and L/V. The page makes them of the columns where it has rows, see
     derived.js."""
     found: dict[str, np.ndarray] = {}
-    for side, contacts in SIDES.items():
+    for wheel, contacts in SIDES.items():
+        side = contacts[0][0]
         if all(f"{kind}_{contact}" in run.data for kind in ("Fy", "Fz") for contact in contacts):
-            found[f"LV_{side}"] = lateral_over_vertical(run, side)
+            found[f"LV_{side}"] = lateral_over_vertical(run, wheel)
             found |= {f"{kind}_{side}": np.sum([run.values(f"{kind}_{contact}") for contact in contacts], axis=0)
                       for kind in ("Fz", "Fy")}
     return found
@@ -162,7 +163,7 @@ def event_entries(run: RunData) -> list[dict[str, Any]]:
         for contact in ("LF", "RF"):
             t = run.first_contact(contact)
             if t is not None:
-                found.append({"t": t, "what": f"{CONTACT_NAMES[contact]} contact, first row", "force": None})
+                found.append({"t": t, "what": f"{CONTACT_NAMES[contact]} contact, by its force", "force": None})
     for contact, words in CONTACT_NAMES.items():
         if peak := run.peak(contact):
             found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": number(peak[0])})

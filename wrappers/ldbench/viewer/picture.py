@@ -142,7 +142,7 @@ class Picture:
             name = f"{clipped(actor.run.name, 20)}:  " if self.several else ""
             middle = (LEFT + RIGHT + WIDTH)/2
             yield (middle, 1 - self.header - k*self.pitch), name + actor.pose_words(t), self.value_font, "ma"
-            for side, left in ("L", LEFT), ("R", RIGHT):
+            for side, left in ("left", LEFT), ("right", RIGHT):
                 place = left + WIDTH/2, (len(self.actors) - k)*self.pitch + 0.015
                 yield place, name + actor.force_words(side, t), self.value_font, "ma"
 

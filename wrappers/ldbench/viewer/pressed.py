@@ -9,7 +9,6 @@ import numpy as np
 from .._core.errors import Error
 from ..geometry.pressures import run_patches
 from ..pressure import CONTACTS, Patch, reach
-from ..results.impacts import first_peak
 from ..results.run_data import RunData
 
 LEVELS = 99         # of a pressure and of half a width, from 0 to the largest
@@ -35,9 +34,9 @@ def pressure_entries(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[d
 
 def moments(run: RunData, contacts: Sequence[str]) -> list[int]:
     """Rows at which patches are shown, in order of time."""
-    rows = {first_peak(run, contact) for contact in ("LF", "RF")}
+    rows = {one.top for contact in ("LF", "RF") if (one := run.first_interval(contact))}
     rows |= {int(np.abs(run.time - peak[1]).argmin()) for contact in contacts if (peak := run.peak(contact))}
-    return sorted(row for row in rows if row is not None)
+    return sorted(rows)
 
 
 def patch_entry(patch: Patch) -> dict[str, Any]:

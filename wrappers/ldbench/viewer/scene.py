@@ -13,8 +13,10 @@ from matplotlib.patches import Polygon
 from ..case import Case
 from ..geometry.outlines import Outlines, run_outlines, turned
 from ..plots.style import BLACK, CONTACT_LINES, GREY, Line
+from ..results.contact_intervals import is_closed
+from ..results.derived import SIDES
 from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
-from ..results.run_data import CLOSED, RunData
+from ..results.run_data import RunData
 from .page import checked
 
 ARROW = 0.045                       # length of the largest force in the close-up of a contact [m]
@@ -65,11 +67,11 @@ class Actor:
         return f"{found}  (ended at {1e3*self.time[-1]:.1f} ms)" if t > self.time[-1] else found
 
     def force_words(self, side: str, t: float) -> str:
-        """Normal forces and contact angles of the closed contacts of a side, 'L' or 'R', at time t [s]."""
+        """Normal forces and contact angles of the closed contacts of a side, 'left' or 'right', at time t [s]."""
         found = []
-        for contact in (c for c in CONTACTS if c[0] == side):
+        for contact in SIDES[side]:
             force, angle = self.at(f"N_{contact}", t), self.at(f"angle_{contact}", t)
-            if np.isfinite(force) and abs(force) > CLOSED:
+            if np.isfinite(force) and is_closed(force):
                 digits = 0 if abs(force) >= 1e5 else 1
                 at = f" at {DEG*angle:.1f}°" if f"angle_{contact}" in self.columns and np.isfinite(angle) else ""
                 found.append(f"{CONTACT_NAMES[contact].split()[1]} {KN*force:.{digits}f} kN{at}")
@@ -180,7 +182,7 @@ class Scene:
         for (k, contact), shape in self.arrows.items():
             actor = self.actors[k]
             point, force = (np.array([actor.at(f"{q}_{contact}", t) for q in names]) for names in (("y", "z"), ("Fy", "Fz")))
-            closed = abs(actor.at(f"N_{contact}", t)) > CLOSED and np.isfinite([*point, *force]).all() and np.hypot(*force) > 0
+            closed = is_closed(actor.at(f"N_{contact}", t)) and np.isfinite([*point, *force]).all() and np.hypot(*force) > 0
             shape.set_visible(bool(closed))
             if closed:
                 shape.set_xy(arrow(point, self.unit*force, self.shaft, 4*self.shaft))

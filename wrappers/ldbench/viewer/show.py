@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from .._core.errors import Error
+from .._core.errors import BadType
 from ..case import Case
 from ..results.run_data import RunData, read_data
 
@@ -13,18 +13,17 @@ if TYPE_CHECKING:       # what draws is imported where it is needed: it takes lo
     from .page import Page
 
 
-def view(runs: RunData | str | PathLike[str] | Sequence[RunData | str | PathLike[str]], title: str = "",
-         case: Case | None = None) -> Page:
-    """Runs, or column files, as a page: `ldbench.view([run, "other.txt"]).write("both.html")`; a notebook shows it.
+def view(*runs: RunData | str | PathLike[str], title: str = "", case: Case | None = None) -> Page:
+    """Runs, or column files, as a page: `ldbench.view(run, "other.txt").write("both.html")`; a notebook shows it.
 
     The first one is the reference of the differences. case: whose profiles are drawn for files that name none.
     """
     from .page import make_page
 
-    if isinstance(runs, (str, PathLike)) or not isinstance(runs, Sequence):
-        runs = [runs]
-    if not runs:
-        raise Error("view: expected a run or a column file, found none")
+    strange = [run for run in runs if not isinstance(run, RunData | str | PathLike)]
+    if strange or not runs:
+        raise BadType("view: expected runs or column files, each an argument, found "
+                      + (type(strange[0]).__name__ if strange else "none"))
     return make_page(distinct([run if isinstance(run, RunData) else read_data(run) for run in runs]), title, case)
 
 

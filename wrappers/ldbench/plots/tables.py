@@ -1,0 +1,89 @@
+"""Tables on a page: the one way in which all documents draw rows of words."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from .frame import new_page
+from .style import plain
+
+CHARACTERS = 210        # of a line of a table
+ROWS = 45               # of a table on a page, at most
+LINES = 34              # of a page of tables with room between them
+STRIPE = "#F0F0F0"
+
+Rows = Sequence[Sequence[str]]
+Look = Callable[[int, int], dict[str, Any]]     # of a cell by row and column: what matplotlib takes for a text
+
+
+def draw_table(figure: Figure, box: tuple[float, float, float, float], rows: Rows, edges: Sequence[float] | np.ndarray,
+               height: float = 0.0, *, above: int = 0, left: Sequence[int] = (0,), pad: float = 0.005, size: float = 7.0,
+               look: Look = lambda i, j: {"weight": "normal" if i else "bold"},
+               band: Callable[[int], str] = lambda i: STRIPE if i and i % 2 == 0 else "",
+               shade: Callable[[int, int], str] = lambda i, j: "") -> Axes:
+    """Draw rows of words in a box of the figure, column j from edges[j] to edges[j + 1]; shares of the box. Returns its axes.
+
+    height: of a row, by default such that the rows fill the box. above: rows that stay free. left: columns that are set to the
+    left; the others end at their right edge, `pad` before it. band: the colour behind a row; shade: behind a cell.
+    """
+    ax = figure.add_axes(box)
+    ax.set_axis_off()
+    height = height or 1/(above + len(rows))
+    for i, row in enumerate(rows):
+        y = 1 - (above + i + 0.5)*height
+        if colour := band(i):
+            ax.axhspan(y - height/2, y + height/2, color=colour, linewidth=0)
+        for j, words in enumerate(row):
+            if colour := shade(i, j):
+                ax.add_patch(Rectangle((edges[j], y - height/2), edges[j + 1] - edges[j], height, facecolor=colour,
+                                       edgecolor="white", linewidth=1.5, zorder=0))
+            if not words:
+                continue
+            x, side = (edges[j] + pad, "left") if j in left else (edges[j + 1] - pad, "right")
+            ax.text(x, y, plain(words), ha=side, va="center", **{"fontsize": size} | look(i, j))
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    return ax
+
+
+def draw_listing(figure: Figure, header: Sequence[str], rows: Rows, widths: Sequence[float], left: Sequence[int], heads: int = 1,
+                 above: int = 0) -> None:
+    """Draw a table over a whole page, as `table_page` does, with room for so many lines above it."""
+    edges = np.concatenate([[0.0], np.cumsum(widths)/np.sum(widths)])
+    lines = [list(header), *map(list, rows)]
+
+    def heading(i: int) -> bool:
+        return i < heads or not any(lines[i][1:])
+
+    for i, line in enumerate(lines):
+        if not heading(i):
+            fits = ((edges[1:] - edges[:-1])*CHARACTERS).astype(int)
+            lines[i] = [word if len(word) <= n else word[:max(n - 1, 1)] + "…" for word, n in zip(line, fits, strict=False)]
+    draw_table(figure, (0.055, 0.08, 0.93, 0.83), lines, edges, 1/max(above + len(lines), LINES), above=above, left=left,
+               look=lambda i, j: {"weight": "bold" if heading(i) else "normal"},
+               band=lambda i: STRIPE if i >= heads and i % 2 == 0 else "")
+
+
+def table_page(title: str, subtitle: str, header: Sequence[str], rows: Rows, widths: Sequence[float], note: str = "",
+               left: Sequence[int] = (0,), heads: int = 1) -> Figure:
+    """A page with one table below so many lines of headings; the columns `left` are set to the left, numbers to the right.
+
+    Words below the headings are cut off where they do not fit their column. A line with words in the first column alone
+    is a heading, too.
+    """
+    figure = new_page(title, subtitle, note)
+    draw_listing(figure, header, rows, widths, left, heads)
+    return figure
+
+
+def paged(title: str, subtitle: str, header: Sequence[str], rows: Rows, widths: Sequence[float], left: Sequence[int],
+          note: str = "", second: Sequence[str] = ()) -> Iterator[tuple[str, Figure]]:
+    """A table on as many pages as it needs; `second` is a second line of the heading."""
+    for start in range(0, len(rows), ROWS):
+        yield title, table_page(title[0].upper() + title[1:], subtitle, header,
+                                [*([second] if second else []), *rows[start:start + ROWS]], widths, note, left,
+                                2 if second else 1)

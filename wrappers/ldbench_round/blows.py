@@ -1,0 +1,111 @@
+"""Blows of a contact in a file of any code: normal force over approach, from the columns of motion and contact alone.
+
+No code writes the approach of its bodies. Its rate is the velocity at which the contact point of the wheel enters the rail
+along the normal, whatever the contact law, because the normal force does no work on a motion along the tangent.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ldbench.results.contact_intervals import ContactInterval
+from ldbench.results.derived import cumulative
+from ldbench.results.run_data import RunData
+
+NEEDED = "Y", "Z", "vY", "vZ", "roll_rate"
+OF_CONTACT = "N", "angle", "y", "z"
+NEAREST = 5e-3          # distance of tread and flange contact in which a load is no point any more [m]
+
+
+@dataclass(frozen=True)
+class Blow:
+    """The motion in an interval in which a contact is closed; arrays over its closed rows, (rows,)."""
+
+    interval: ContactInterval
+    time: np.ndarray        # [s]
+    force: np.ndarray       # normal [N]
+    closing: np.ndarray     # rate of the approach [m/s]
+    approach: np.ndarray    # since the contact closed [m]
+    angle: np.ndarray       # contact angle [rad]
+    lowered: np.ndarray     # how far the load of the wheel's tread lowers the surface here [m]
+
+    @property
+    def peak(self) -> float:
+        """The largest normal force of the rows [N]."""
+        return float(self.force.max())
+
+    @property
+    def energy(self) -> tuple[float, float]:
+        """Energy that goes into the contact while it closes, and that comes back [J]."""
+        power = np.concatenate([[0.0], self.force*self.closing, [0.0]])
+        t = np.concatenate([[self.interval.start], self.time, [self.interval.end]])
+        # The power bends where it changes its sign, but its integral over both branches is that of a smooth function.
+        put_in = float(cumulative(t, np.maximum(power, 0))[-1])
+        return put_in, put_in - float(smooth_integral(t, power)[-1])
+
+
+def lacking(run: RunData, contacts: Sequence[str]) -> list[str]:
+    """The columns that an approach needs and the file has not."""
+    return [name for name in (*NEEDED, *(f"{base}_{c}" for c in contacts for base in OF_CONTACT)) if name not in run.data]
+
+
+def closing_velocity(run: RunData, contact: str, height: float) -> np.ndarray:
+    """Velocity at which the contact point of the wheel enters the rail along the normal, (rows,) [m/s]; NaN where it is open.
+
+    height: of the axle above the top of rail at Z = 0 [m].
+    """
+    inward = -1.0 if contact[0] == "L" else 1.0
+    # Either sign of the angle is in use; that of a flange, or of a tread, does not change.
+    angle = np.abs(run.values(f"angle_{contact}"))
+    a_y, a_z = run.values(f"y_{contact}") - run.values("Y"), run.values(f"z_{contact}") - run.values("Z") - height
+    rate = run.values("roll_rate")
+    v_y, v_z = run.values("vY") - rate*a_z, run.values("vZ") + rate*a_y
+    return -(inward*np.sin(angle)*v_y + np.cos(angle)*v_z)
+
+
+def lowering(run: RunData, contact: str, softness: float) -> np.ndarray:
+    """How far the load N of the same wheel's tread lowers the surface of a flange along its normal, (rows,) [m].
+
+    In a half-space, N cos(γ)/(π E* d) at the distance d, with the angle γ between both normals. softness: 1/(π E*) [m²/N].
+    """
+    tread = contact[0] + "T"
+    if not softness or lacking(run, [tread]):
+        return np.zeros(run.time.size)
+    distance = np.hypot(*(run.values(f"{axis}_{contact}") - run.values(f"{axis}_{tread}") for axis in "yz")).clip(NEAREST)
+    between = np.abs(run.values(f"angle_{contact}")) - np.abs(run.values(f"angle_{tread}"))
+    return np.nan_to_num(run.values(f"N_{tread}")*np.cos(between)*softness/distance)
+
+
+def blows(run: RunData, contact: str, height: float, least: float, softness: float = 0.0) -> list[Blow]:
+    """The blows of a contact whose force reaches `least` [N], in order of time; of a flange, without those of its root.
+
+    With a softness of the half-space, 1/(π E*) [m²/N], the approach is that to the surface which the tread has lowered.
+    """
+    found = []
+    closing, lowered = closing_velocity(run, contact, height), lowering(run, contact, softness)
+    time, force, angle = run.time, np.nan_to_num(run.values(f"N_{contact}")), np.abs(run.values(f"angle_{contact}"))
+    for one in run.intervals(contact, rigid=False) or []:
+        if not one.is_impact or one.at_root:
+            continue
+        rows = np.arange(one.rows.start, one.rows.stop)
+        rows = rows[np.isfinite(closing[rows])]
+        # Rows at equal times, as at an event, count once.
+        rows = rows[np.append(np.diff(time[rows]) > 0, True)] if rows.size else rows
+        if not rows.size or force[rows].max() < least:
+            continue
+        t, v, low = time[rows], closing[rows], lowered[rows]
+        approach = max(t[0] - one.start, 0.0)*v[0] + smooth_integral(t, v) - (low - low[0])
+        v = v - (np.gradient(low, t) if t.size > 1 else 0.0)
+        found.append(Blow(one, t, force[rows], v, approach, angle[rows], low))
+    return sorted(found, key=lambda blow: blow.interval.start)
+
+
+def smooth_integral(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The integral of a smooth x over t from the first row, (rows,): trapezoidal rule with the correction of its ends' slopes."""
+    whole = cumulative(t, x)
+    if t.size < 3:
+        return whole
+    slope = np.gradient(x, t)
+    return whole + np.concatenate([[0.0], np.cumsum(np.diff(t)**2*(slope[:-1] - slope[1:])/12)])

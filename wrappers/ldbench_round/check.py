@@ -1,0 +1,175 @@
+"""Whether a submission says what the call asks for, and whether physics agrees with it.
+
+No reference is needed for a finding: mass, weight and inertia are those of the call, and the rest are laws. Our own run of
+the simulation serves the map of the columns alone.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ldbench import Case, Error
+from ldbench.results.columns import converted, read_raw
+from ldbench.results.header import Header, read_header
+from ldbench.results.quantities import quantity
+from ldbench.results.run_data import RunData, read_data
+
+from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, listed
+from .map_guess import AXES, SURE, Guess, guess_map
+from .own_runs import own_run
+from .physics_checks import law_findings
+from .submissions import complaint, find_files, is_device, quiet
+from .tasks import QUANTITIES, TASKS, Task, task_of
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The findings about one file."""
+
+    file: Path
+    task: Task
+    guess: Guess | None             # None: the file has ldbench's header
+    findings: tuple[Finding, ...]
+
+    @property
+    def doubt(self) -> bool:
+        """Whether the guess of the map is doubtful."""
+        return bool(self.guess and unlike(self.guess))
+
+    def facts(self) -> dict[str, Any]:
+        """The findings for other programs."""
+        return {"file": str(self.file), "simulation": self.task.name, "map": self.guess.toml() if self.guess else None,
+                "findings": [asdict(finding) for finding in self.findings]}
+
+
+def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked:
+    """Check a column file of any code. task: the simulation, by default that of the file's name. map: a column map, a path or a
+    mapping, by default guessed. Error if the file cannot be read, or if its name does not say which simulation it is."""
+    one = read_submitted(file, task, map)
+    return Checked(file, one.task, one.guess, findings_of(one))
+
+
+@dataclass(frozen=True)
+class SubmittedFile:
+    """A file of any code with columns of ours."""
+
+    task: Task
+    run: RunData
+    guess: Guess | None             # of the map; None where a map was given or the file has ldbench's header
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """Source of a run: another code's file that was read once, with the map that was guessed for it."""
+
+    file: Path
+    header: Header
+    frame: Any                      # a pandas DataFrame
+
+    def columns(self) -> Any:
+        """The columns in SI units."""
+        return self.frame
+
+    def case(self) -> Case:
+        """No file of another code tells its case."""
+        raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
+
+
+@quiet()
+def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> SubmittedFile:
+    """Read a file of any code, once, and guess its map where it needs one and none is given.
+
+    Arguments and errors are those of `check_file`.
+    """
+    task = task or task_of(file)
+    if task is None:
+        raise Error(f"{file}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
+    if is_device(file):
+        raise Error(f"{file}: expected a file, found a device or a pipe")
+    header = read_header(file)
+    if header.settings or map is not None:
+        return SubmittedFile(task, read_data(file, map), None)
+    raw = read_raw(file)
+    # Our own run of exercise 5 may be its first seconds alone.
+    length = Case.exercise(5, task.profiles).t_end if task.exercise == 5 else None
+    guess = guess_map(file, own_run(task), raw, length)
+    return SubmittedFile(task, RunData(Mapped(file, header, converted(file, raw, guess.map))), guess)
+
+
+@quiet()
+def findings_of(one: SubmittedFile) -> tuple[Finding, ...]:
+    """All findings about a file that was read."""
+    case = Case.exercise(one.task.exercise, one.task.profiles)
+    return (*(map_findings(one.guess) if one.guess else ()), *column_findings(one.run), *law_findings(one.run, case, one.task))
+
+
+def check_folder(folder: Path, map: Any = None) -> tuple[list[Checked], list[Finding]]:
+    """Check the files of a folder whose names speak of a simulation, and say which of the ten are missing.
+
+    A file that cannot be read is a finding and does not stop the others; files that are left out are told and do not fail.
+    """
+    left_out: list[str] = []
+    found = find_files(folder, left_out)
+    missing = [task.words for task in TASKS if task not in found]
+    folder_findings = [Finding("ten files", FAILED if missing else PASSED, len(found), len(TASKS),
+                               hint=f"missing: {listed(missing)}" if missing else ""),
+                       *(Finding("file", UNKNOWN, hint=line) for line in left_out)]
+    checked = []
+    for task, file in found.items():
+        try:
+            checked.append(check_file(file, task, map))
+        except Exception as error:
+            checked.append(Checked(file, task, None, (Finding("file", FAILED, hint=complaint(error, file)),)))
+    return checked, folder_findings
+
+
+def map_findings(guess: Guess) -> Iterator[Finding]:
+    """What the map says about frame, units and names."""
+    matches = guess.matches
+    wrong = [f"{m.name} says {m.said}, its numbers are in {m.unit}" for m in matches.values() if m.said and m.said != m.unit]
+    yield Finding("units", FAILED if wrong else PASSED, len(wrong), 0, hint=listed(wrong))
+    for words, sense in FRAME.items():
+        signs = {column: matches[column].sign for column in AXES[words] if column in matches}
+        if not signs:
+            continue
+        turned = [column for column, sign in signs.items() if sign != signs[next(iter(signs))]]
+        most = sum(signs.values()) < 0
+        if turned:
+            odd = [matches[c].name for c in signs if (signs[c] < 0) != most] or [matches[c].name for c in turned]
+            yield Finding(f"{words} axis", FAILED, len(odd), 0,
+                          hint=f"{listed(odd)}: the sign is another one than that of the other columns")
+        else:
+            yield Finding(f"{words} axis", DOUBTFUL if most else PASSED,
+                          hint=f"positive {sense}; the call has the opposite" if most else "")
+    by_name = unlike(guess)
+    yield Finding("columns behave as their names say", DOUBTFUL if by_name else PASSED, len(by_name), 0,
+                  hint=f"recognised by the name alone: {listed(by_name)}" if by_name else "")
+    if matches["time"].offset:
+        yield Finding("zero of time", DOUBTFUL, -matches["time"].offset, 0,
+                      hint="the first row is not at t = 0; the map shifts the time")
+
+
+def unlike(guess: Guess) -> list[str]:
+    """Columns that were recognised by their names alone. Codes touch the right flange at other times and with other forces, and
+    exercise 5 hardly ever: the laws judge its columns."""
+    return [m.name for column, m in guess.matches.items() if m.likeness < SURE and not column.endswith("_RF")]
+
+
+FRAME = {"lateral": "to the right", "vertical": "downwards", "roll": "for a wheelset whose left wheel goes down"}
+
+
+def column_findings(run: RunData) -> Iterator[Finding]:
+    """Which quantities of the call the file has."""
+    missing = [quantity(column).words for column in QUANTITIES if column not in run.data]
+    yield Finding("quantities", FAILED if missing else PASSED, len(QUANTITIES) - len(missing), len(QUANTITIES),
+                  hint=f"missing, or not recognised: {listed(missing)}" if missing else "")
+    numbers = run.data.select_dtypes("number")
+    if doubt := run.data.attrs.get("doubt"):
+        yield Finding("commas", DOUBTFUL, hint=f"'{doubt}' is read with a decimal comma; write numbers without marks of thousands")
+    motion = [c for c in ("Y", "Z", "roll", "vY", "vZ", "roll_rate") if c in numbers]
+    holes = int((~np.isfinite(numbers[motion])).to_numpy().sum()) if motion else 0
+    yield Finding("numbers", FAILED if holes else PASSED, holes, 0, hint="empty cells in the motion" if holes else "")

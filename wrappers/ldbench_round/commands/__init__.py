@@ -1,0 +1,1 @@
+"""The commands of a round, a module each, as those of `ldbench.commands`."""

@@ -1,0 +1,88 @@
+"""Check submissions to the benchmark: are they complete, and does physics agree with them?
+
+A folder holds the files of one code, of which the names say the simulation, as ex2_aw.csv or exercise3_simplified.txt.
+No reference is needed: kinematics, momentum and energy have to close, contacts push along the normal, and the motion is
+that of the exercise. Files of other codes need no map of their columns: it is guessed from names and from agreement with a
+run of our own, and printed where that is in doubt. A finding is passed, doubtful or failed; one failure makes the status 1.
+Files whose names speak of no simulation are told and left out.
+
+examples:
+  python -m ldbench check outputs
+  python -m ldbench check other_code.csv --simulation ex2_aw --save-map other_code.toml
+"""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from ldbench import Error
+from ldbench.commands.options import add_json, add_map, add_simulation, print_json
+from ldbench.tools import complete
+
+from ..check import Checked, check_file, check_folder
+from ..findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from ..tasks import task_named
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    parser.add_argument("path", type=Path, metavar="FILE|FOLDER", help="a column file, or a folder of them")
+    add_simulation(parser)
+    parser.add_argument("--save-map", type=Path, metavar="TOML", help="write the map that was guessed for a file")
+    parser.add_argument("--show-map", action="store_true", help="print the map that was guessed, as it is where it is doubtful")
+    parser.add_argument("--all", action="store_true", help="print what passed, too")
+    add_map(parser)
+    add_json(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the command; returns the exit status."""
+    folder: list[Finding] = []
+    if args.path.is_dir():
+        checked, folder = check_folder(args.path, args.map)
+    else:
+        checked = [check_file(args.path, task_named(args.simulation) if args.simulation else None, args.map)]
+    if args.save_map:
+        save_map(args.save_map, checked)
+    if args.json:
+        print_json({"folder": [asdict(finding) for finding in folder], "files": [one.facts() for one in checked]})
+    else:
+        if folder:
+            print(f"{args.path}: {counts(folder)}")
+            print_findings(folder, args.all)
+        for one in checked:
+            print(f"{one.file}: {one.task.words}; {counts(one.findings)}")
+            if one.guess and (args.show_map or (one.doubt and not args.save_map)):
+                print(f"  the map of its columns, guessed{' with doubt' if one.doubt else ''}:")
+                print("".join(f"  {line}\n" for line in one.guess.toml().splitlines()), end="")
+            print_findings(one.findings, args.all)
+    return int(any(finding.verdict == FAILED for findings in (folder, *(one.findings for one in checked)) for finding in findings))
+
+
+def counts(findings: Sequence[Finding]) -> str:
+    """How many findings there are of each kind."""
+    found = {verdict: sum(finding.verdict == verdict for finding in findings) for verdict in (PASSED, DOUBTFUL, FAILED, UNKNOWN)}
+    return ", ".join(f"{number} {verdict}" for verdict, number in found.items() if number)
+
+
+def print_findings(findings: Sequence[Finding], everything: bool) -> None:
+    """Print a line per finding."""
+    for finding in findings:
+        if finding.verdict == PASSED and not everything:
+            continue
+        number = "" if finding.number != finding.number else f" {finding.number:.3g}"
+        limit = "" if finding.limit != finding.limit else f" (limit {finding.limit:.3g})"
+        row = "" if finding.row is None else f", row {finding.row}"
+        hint = f": {finding.hint}" if finding.hint else ""
+        print(f"  {finding.verdict}: {finding.what}{number}{limit if number else ''}{row}{hint}")
+
+
+def save_map(path: Path, checked: Sequence[Checked]) -> None:
+    """Write the map of the one file that was checked."""
+    maps = [one.guess.toml() for one in checked if one.guess]
+    if len(maps) != 1:
+        raise Error(f"{path}: expected one file whose map is guessed, found {len(maps)}")
+    with complete(path) as scratch:
+        scratch.write_text(maps[0], encoding="utf-8")

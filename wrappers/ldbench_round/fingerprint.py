@@ -1,0 +1,314 @@
+"""What a file tells of the code that wrote it: rigid or elastic, the law of contact, damping, step and contact table.
+
+Everything is fitted to columns of the call. A number has an uncertainty, or the reason why the file does not tell it.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from ldbench import Case, ContactTable
+from ldbench.results.quantities import CONTACTS
+from ldbench.results.run_data import RunData
+from ldbench.tools import counted
+
+from .blows import Blow, blows, lacking
+from .estimate import Estimate, combined, untold
+from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, restitution_of, step_of, typical_interval
+from .lattice import bends, digit_noise, find_lattice
+from .physics_checks import LEAST_FORCE
+from .place_checks import MODULUS, axle_height
+from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, POINTS, ROUNDS, Law, fit_law, uncertainties
+from .submissions import quiet
+from .tasks import Task
+
+ELASTIC, RIGID, UNKNOWN = "elastic", "rigid", "rigid or elastic, which the file does not tell"
+TELLING_ROWS = 4        # of a blow that shows whether bodies give
+USED = 4                # blows that are fitted
+GIVES, GIVES_NOT = 0.1, 0.01    # approach over that of steel, above which a contact is elastic, and below which it is rigid
+HALVED = 0.5            # by this much damping has to reduce the misfit
+POOR = 0.03             # misfit of a law that is none, over the largest force
+ROWS = 0.01             # relative uncertainty of a damping by the integrals over rows, twice that of exponent and force
+# Share of the lowering by the tread's load that is uncertain: the load is no point, and the way along the profile is longer than
+# the straight one.
+SPREAD = 0.1
+LOOP = 2e-3             # uncertainty of a loss by the ends of a blow, which lie between rows
+ROUGH = 0.25            # uncertainty of a loss that tells nothing
+SEEN = 0.01             # least share of the energy that a blow loses if there is damping
+# Relative uncertainty of our force along the motion of a code as stiff as ours, and once more for each factor of 2 in stiffness:
+# such a code touches at other points. Our Hertzian contact with 0.5, 0.8 and 1.2 times the stiffness is missed by 4, 1 and 1 %.
+MOTION = 0.02
+UNLIKE = "the force is not proportional to our Hertzian one along this motion"
+FINE = {"n_lateral": 400, "n_depth": 60}    # points of our Hertzian table at most, so that its error is no part of a misfit
+REACH = 2e-3            # over which our wheelset is moved along the normal, to either side [m]
+SHIFTS = 161            # over that reach, from which ever finer grids begin
+NEARBY = 1e-7           # shift for the rate of our force [m]
+
+
+@dataclass(frozen=True)
+class Fingerprint:
+    """What a file tells of its code."""
+
+    run: str                    # name of the file
+    kind: str                   # 'elastic', 'rigid', or neither
+    because: str                # what that rests upon
+    exponent: Estimate          # n of N = k δⁿ
+    closing: Estimate           # n while the contact closes
+    opening: Estimate           # n while the contact opens
+    force: Estimate             # elastic force at the approach [N]
+    approach: float             # that the blows reach on the average [m]
+    hertz: Estimate             # that force over our Hertzian one
+    restitution: Estimate       # of flange impacts
+    loss: Estimate              # share of the energy of an impact that it takes
+    damping: Estimate           # [s/m] or [N s/m]
+    damping_kind: str
+    step: Estimate              # [s]
+    pitch: Estimate             # of a contact table over Y [m]
+
+    def facts(self) -> dict[str, Any]:
+        """The numbers for other programs, SI units."""
+        return asdict(self)
+
+    @property
+    def sentence(self) -> str:
+        """The fingerprint in one sentence."""
+        parts = [f"Looks {self.kind}" if self.kind != UNKNOWN else f"May be {self.kind}"]
+        if self.hertz.known:
+            parts.append(f"{plus_minus(self.hertz)} times Hertz with the radii of the shipped profiles")
+        if self.exponent.known:
+            parts.append(f"exponent {plus_minus(self.exponent)}")
+        if self.restitution.known and self.kind == RIGID:
+            parts.append(f"restitution {plus_minus(self.restitution)}")
+        elif self.loss.known:
+            parts.append(f"loses {plus_minus(self.loss, 100)} % per impact")
+        parts.append(f"step {plus_minus(self.step, 1e3)} ms" if self.step.known else "step not visible")
+        parts.append(f"contact table with a pitch of {plus_minus(self.pitch, 1e3)} mm" if self.pitch.known else
+                     "no contact table over Y visible")
+        return ", ".join(parts) + "."
+
+
+def plus_minus(x: Estimate, factor: float = 1.0) -> str:
+    """A number and its uncertainty of one digit: '1.07 ± 0.04'."""
+    value, u = factor*x.value, factor*x.uncertainty
+    digits = int(np.clip(-np.floor(np.log10(u)), 0, 7)) if u > 0 else 3
+    value = 0.0 if round(value, digits) == 0 else value
+    return f"{value:.{digits}f} ± {u:.{digits}f}"
+
+
+@cache
+def hertz_table(profiles: str) -> ContactTable:
+    """Our contact by Hertz's law for a pair of profiles."""
+    return ContactTable.quiet(Case.exercise(2, profiles).replace(FINE, model="hertz", table_file=""))
+
+
+@quiet()
+def fingerprint(run: RunData, task: Task) -> Fingerprint:
+    """Fit a fingerprint to a run whose columns are ours, in SI units."""
+    case = Case.exercise(task.exercise, task.profiles)
+    height = axle_height(case)
+    contacts = [c for c in ("LF", "RF") if not lacking(run, [c])]
+    missing = f"needs {', '.join(lacking(run, ['LF']))}" if not contacts else ""
+    step = step_of(run)
+    timed = centred(run, step)
+    all_blows, lowered = (sorted((blow for c in contacts for blow in blows(timed, c, height, LEAST_FORCE, softness)),
+                                 key=lambda blow: blow.interval.start) for softness in (0.0, half_space_softness(case)))
+    found = jumps(run, case)
+    kind, because = kind_of(run, [blow for blow in all_blows if blow.time.size >= TELLING_ROWS], found, missing)
+    pitch = pitch_of(run, step)
+    law = partial(Fingerprint, run.name, kind, because, step=step, pitch=pitch)
+    if kind == RIGID:
+        restitution = restitution_of(found)
+        loss = Estimate(1 - restitution.value**2, 2*max(abs(restitution.value), restitution.uncertainty)*restitution.uncertainty,
+                        why=restitution.why) if restitution.known else untold(restitution.why)
+        no = untold("rigid contacts have no stiffness")
+        return law(no, no, no, no, np.nan, no, restitution, loss, untold("rigid contacts lose energy by restitution"), "")
+    if kind != ELASTIC:
+        no = untold(because)
+        return law(no, no, no, no, np.nan, no, no, no, no, "")
+    # Rows between steps tell nothing that the steps do not.
+    interval = np.nanmax([typical_interval(run), step.value])
+    used, pressed = ([blow for blow in some if blow.time.size >= LEAST_ROWS and blow.interval.duration/interval >= LEAST_ROWS
+                      and approach_share(blow) > GIVES][:USED] for some in (all_blows, lowered))
+    if not used:
+        no = untold(f"no blow of a flange has {LEAST_ROWS} rows or steps")
+        return law(no, no, no, no, np.nan, no, no, no, no, "")
+    return law(**of_blows(timed, task, used, pressed))
+
+
+def half_space_softness(case: Case) -> float:
+    """1/(π E*) of the steel of wheel and rail [m²/N]."""
+    return 2*(1 - case.poisson**2)/(np.pi*case.youngs_modulus)
+
+
+def mean_misfit(laws: Sequence[Law | None]) -> float:
+    """Mean misfit of the laws that were found; infinite if none was."""
+    return float(np.mean([law.misfit for law in laws if law] or [np.inf]))
+
+
+def approach_share(blow: Blow) -> float:
+    """Range of the approach over that of steel for the same force."""
+    return float(np.ptp(blow.approach))/(blow.peak/MODULUS)**(2/3)
+
+
+def kind_of(run: RunData, resolved: Sequence[Blow], found: Sequence[Jump], missing: str) -> tuple[str, str]:
+    """Whether a code is rigid or elastic, and what says so."""
+    interval = typical_interval(run)
+    shares = [approach_share(blow) for blow in resolved]
+    stiff, soft = sum(share < GIVES_NOT for share in shares), sum(share > GIVES for share in shares)
+    if found and interval <= SHORT and not any(share > GIVES for share in shares[:1]):
+        return RIGID, f"velocities jump {counted(len(found), 'time')} from one row to the next, {1e3*interval:.3g} ms apart"
+    if soft and soft >= stiff:
+        return ELASTIC, f"wheel and rail approach each other in {counted(soft, 'blow')} of a flange"
+    if stiff:
+        return RIGID, f"forces change in {counted(stiff, 'contact')} of a flange without an approach"
+    if missing:
+        return UNKNOWN, missing
+    if found:
+        return UNKNOWN, f"velocities jump from row to row, but rows are {1e3*interval:.3g} ms apart"
+    return UNKNOWN, f"no blow of a flange has {TELLING_ROWS} rows"
+
+
+def of_blows(run: RunData, task: Task, apart: Sequence[Blow], together: Sequence[Blow]) -> dict[str, Any]:
+    """The law of contact from blows of the flanges.
+
+    Some codes press tread and flange of a wheel as one body, others apart from each other. The approach with which a law fits
+    better tells which, and with which no blow gives back more energy than it took.
+    """
+    def unlikely(found: tuple[Sequence[Blow], list[Estimate], str, list[Law | None]]) -> float:
+        return mean_misfit(found[3]) + float(np.mean([max(-loss.value, 0.0) for loss in found[1] if loss.known] or [0.0]))
+
+    used, losses, kind, laws = min((with_laws(some) for some in (apart, together) if some), key=unlikely)
+    first = losses[0]
+    pairs = [(blow, law) for blow, law in zip(used, laws, strict=True) if law and law.misfit < POOR]
+    branch = {way: [law for blow in used if (law := fit_law(blow, NONE, way))] for way in (1, -1)}
+    if not pairs:
+        no = untold(f"no law N = k δⁿ fits a blow within {100*POOR:g} % of its peak")
+        numbers: dict[str, Any] = {"exponent": no, "force": no, "hertz": no, "damping": no, "approach": np.nan, "damping_kind": ""}
+    else:
+        middle = float(np.median([mean_approach(blow, law) for blow, law in pairs]))
+        ratios = [hertz_ratio(run, blow, law, task) for blow, law in pairs]
+        # The force at the common approach is farther from the data than that at the approach of each blow.
+        away = [abs(np.log(middle/mean_approach(blow, law)))*law.u_n for blow, law in pairs]
+        forces = [(f := law.force(middle), f*np.hypot(law.u_log_k, a)) for (_, law), a in zip(pairs, away, strict=True)]
+        what = counted(len(pairs), "blow") + " of flanges"
+        damping = combined([law.damping for _, law in pairs], [law.u_damping for _, law in pairs],
+                           "N s/m" if kind == BY_RATE else "s/m", what, floor=ROWS*abs(pairs[0][1].damping))
+        if kind == NONE:
+            unseen = [(law, hidden_damping(blow, loss)) for blow, loss in zip(used, losses, strict=True)
+                      if (law := fit_law(blow, BY_DEPTH))]
+            damping = combined([law.damping for law, _ in unseen], [max(law.u_damping, hidden) for law, hidden in unseen], "s/m",
+                               "none seen", hidden_damping(used[0], first))
+        numbers = {
+            "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
+            "force": combined([f for f, _ in forces], [u for _, u in forces], "N", what, floor=0.5*ROWS*forces[0][0]),
+            "hertz": combined([x for x, _ in ratios], [u for _, u in ratios], why=what if np.isfinite(ratios).any() else UNLIKE),
+            "approach": middle, "damping": damping, "damping_kind": kind}
+    restitution = untold(first.why)
+    if first.known:
+        e = float(np.sqrt(max(1 - first.value, 0.0)))
+        restitution = Estimate(e, first.uncertainty/(2*max(e, 0.1)), why="energy that comes back from the first blow")
+    return {**numbers, "loss": first, "restitution": restitution,
+            **{name: combined([law.n for law in branch[way]], [law.u_n for law in branch[way]], why="the branch alone, no damping",
+                              floor=0.5*ROWS) if branch[way] else untold(f"fewer than {LEAST_ROWS} rows on the branch")
+               for name, way in (("closing", 1), ("opening", -1))}}
+
+
+def hidden_damping(blow: Blow, loss: Estimate) -> float:
+    """The damping χ [s/m] that the loop of a blow does not see: a weak χ loses 4/3 χ v of the energy, closing at v."""
+    return float(0.75*(loss.uncertainty if loss.known else LOOP)/max(float(blow.closing.max()), 1e-3))
+
+
+def with_laws(used: Sequence[Blow]) -> tuple[Sequence[Blow], list[Estimate], str, list[Law | None]]:
+    """Some blows, their losses, the kind of damping that fits, and their laws with it."""
+    losses = [loss_of(blow) for blow in used]
+    lossy = any(loss.value - loss.uncertainty > SEEN for loss in losses)
+    fits = {kind: [fit_law(blow, kind) for blow in used] for kind in (NONE, BY_DEPTH, BY_RATE)}
+    misfit = {kind: mean_misfit(laws) for kind, laws in fits.items()}
+    best = min((BY_DEPTH, BY_RATE), key=lambda kind: misfit[kind])
+    kind = best if lossy and misfit[best] < HALVED*misfit[NONE] else NONE
+    return used, losses, kind, fits[kind]
+
+
+def mean_approach(blow: Blow, law: Law) -> float:
+    """Mean approach of a blow [m], geometric and weighted by the force: where stiffness is known best."""
+    used = blow.force > 0.1*blow.peak
+    return float(np.exp(np.average(np.log(np.maximum(blow.approach[used] - law.zero, 1e-9)), weights=blow.force[used])))
+
+
+def loss_of(blow: Blow) -> Estimate:
+    """Share of the energy that a blow takes; what half the rows would give tells the uncertainty."""
+    put_in, back = blow.energy
+    thin = slice(blow.time.size % 2, None, 2)
+    fewer = Blow(blow.interval, blow.time[thin], blow.force[thin], blow.closing[thin], blow.approach[thin], blow.angle[thin],
+                 blow.lowered[thin])
+    if put_in <= 0 or fewer.energy[0] <= 0:
+        return untold("no energy in the blow")
+    loss, rough = 1 - back/put_in, 1 - fewer.energy[1]/fewer.energy[0]
+    u = float(np.hypot(np.hypot(abs(loss - rough), LOOP), SPREAD*np.ptp(blow.lowered)/np.ptp(blow.approach)))
+    if u > ROUGH:
+        return untold(f"{blow.time.size} rows are too few for the loop of the force over the approach")
+    return Estimate(loss, u, why="loop of the normal force over the approach, first blow")
+
+
+def hertz_ratio(run: RunData, blow: Blow, law: Law, task: Task) -> tuple[float, float]:
+    """Elastic force over our Hertzian one in a blow, and its uncertainty; NaN where they are not proportional.
+
+    Our force is that along the motion of the file, so that a contact which moves over the profiles has the same radii in both.
+    Codes sink in differently at rest, and zeros of displacements differ by micrometres. So least squares find two numbers: the
+    ratio, and by how much the motion is moved along the normal.
+    """
+    name = blow.interval.contact
+    table, contact, out = hertz_table(task.profiles), CONTACTS.index(name), 1.0 if name[0] == "L" else -1.0
+    rows = np.searchsorted(run.time, blow.time)
+    y, z, roll = (run.values(name)[rows] for name in ("Y", "Z", "roll"))
+    elastic = law.without_damping(blow)
+
+    def ours(moved: np.ndarray) -> np.ndarray:
+        moved = moved - blow.lowered
+        pose = y + out*np.sin(blow.angle)*moved, z + table.equilibrium - np.cos(blow.angle)*moved, roll
+        f = table.forces_by_contact(*pose, outside="nan")[..., contact, :2]
+        return np.nan_to_num(np.hypot(f[..., 0], f[..., 1]))
+
+    low, high, best = -REACH, REACH, np.nan
+    for shifts in (SHIFTS, *[POINTS]*ROUNDS):
+        tried = np.linspace(low, high, shifts)
+        force = ours(tried[:, None])
+        size = np.maximum(np.sum(force**2, axis=1), 1.0)
+        left = np.sum(elastic**2) - (force @ elastic)**2/size
+        best = float(tried[left.argmin()])
+        half = 2*(tried[1] - tried[0])
+        low, high = best - half, best + half
+    force, beside = ours(np.array([[best], [best + NEARBY]]))
+    if not force.any():
+        return np.nan, np.nan
+    ratio = float(force @ elastic/(force @ force))
+    residual = elastic - ratio*force
+    if ratio <= 0 or np.sqrt(np.mean(residual**2)) > POOR*elastic.max():
+        return np.nan, np.nan
+    fitted = float(uncertainties(np.column_stack([force, ratio*(beside - force)/NEARBY]), residual)[0])
+    return ratio, float(np.hypot(fitted, MOTION*ratio*(1 + abs(np.log2(ratio)))))
+
+
+def pitch_of(run: RunData, step: Estimate) -> Estimate:
+    """The pitch of a contact table over Y, from steps and kinks of the contact angles."""
+    if "Y" not in run.data:
+        return untold("no Y", "m")
+    if step.why == INTERPOLATED:
+        return untold("rows are interpolated between steps, whose kinks hide those of a table", "m")
+    y, groups = run.values("Y"), []
+    for contact in CONTACTS:
+        if f"angle_{contact}" not in run.data or f"N_{contact}" not in run.data:
+            continue
+        angle = run.values(f"angle_{contact}")
+        closed = np.flatnonzero(run.closed(contact) & np.isfinite(angle))
+        noise = digit_noise(angle)
+        stretches = np.split(closed, np.flatnonzero(np.diff(closed) > 1) + 1)
+        groups += [bends(y[rows], angle[rows], noise) for rows in stretches if rows.size >= LEAST_ROWS]
+    return find_lattice(groups, "m", "no steps or kinks of the contact angles at equal distances of Y" if groups else
+                        "no contact angles")
+
+

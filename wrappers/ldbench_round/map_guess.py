@@ -1,0 +1,369 @@
+"""The map of another code's columns, found by trying to agree with our own run of the same simulation.
+
+A column of the file stands for one of ours if, with one of the known units and one of the two signs, it follows ours up to
+the end of the first flange contact; the name helps. Codes differ by tens of percent in an impact, and units by factors of
+4 and more, so that a wrong unit or sign cannot hide behind the physics.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ldbench import Error
+from ldbench.results.columns import UNITS, RawTable, read_raw
+from ldbench.results.quantities import CONTACTS
+from ldbench.results.run_data import RunData
+
+from .column_names import meanings
+from .jumps import ACCELERATIONS, VELOCITIES
+from .tasks import QUANTITIES
+
+SURE = 0.35         # likeness from which the numbers of a column confirm its name
+ALONE = 0.75        # least likeness of a column whose name says nothing
+BONUS = 0.5                         # of a name that fits
+NAMED_ALIKE = 0.7                   # likeness of a named column that has our size at other instants, as later impacts do
+NEAR = 1.3                          # ratio of a rate to a change over an interval, of which rows are not too far apart
+MISSTATED = 30.0                    # how many times nearer to ours a file has to last in another unit of time than it states
+EARLY = 0.95                        # weight of the likeness before the flange touches
+SYNONYMS = {"sec", "Nm", "kNm", "-"}
+RARE = {"in", "lbf", "cm", "in/s", "MN"}     # less likely, unless the file says them
+UNUSUAL = {"um", "g", "km/h"}       # only if the file says them
+ROWS = 400                          # instants at which columns are compared
+ZERO_MAY_DIFFER = {"Z", *(f"{name}_{contact}" for name in ("y", "z") for contact in CONTACTS)}
+
+
+class Option(NamedTuple):
+    """A unit and a sign with which a column may follow one of ours."""
+
+    likeness: float
+    unit: str
+    sign: int
+    offset: float               # [SI]
+
+
+@dataclass(frozen=True)
+class Match:
+    """A column of the file that stands for one of ours."""
+
+    column: str                 # ours
+    number: int                 # of the file's, from 1
+    name: str                   # of the file's
+    said: str                   # unit that the file states; '' without one
+    unit: str                   # unit that fits
+    sign: int
+    offset: float               # [SI]
+    likeness: float             # 0 to 1, with ours up to the end of the first flange contact; NaN where nothing can be compared
+    options: tuple[Option, ...] = ()    # all units and signs, the likeliest first
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """The entry of a column map."""
+        return {"column": self.number, "unit": self.unit, "factor": self.sign, "offset": self.offset}
+
+
+@dataclass(frozen=True)
+class Guess:
+    """The map of a file."""
+
+    file: Path
+    matches: dict[str, Match]
+    left_out: list[str] = field(default_factory=list)       # columns of the file that stand for nothing of ours
+
+    @property
+    def map(self) -> dict[str, dict[str, Any]]:
+        """The column map, as `read_run` takes it."""
+        return {column: match.entry for column, match in self.matches.items()}
+
+    def toml(self) -> str:
+        """The map as a TOML file, for `--map`."""
+        lines = []
+        for column, m in self.matches.items():
+            # A name that is not unique, or that TOML would have to escape, gives way to the number.
+            parts = [f"column = {m.number}"]
+            parts += [f'unit = "{m.unit}"'] if m.unit != "1" else []
+            parts += ["factor = -1"] if m.sign < 0 else []
+            parts += [f"offset = {m.offset!r}"] if m.offset else []
+            lines.append(f"{column} = {{ {', '.join(parts)} }}   # {' '.join(m.name.split())}")
+        return "\n".join(lines) + "\n"
+
+
+def guess_map(file: Path, ours: RunData, raw: RawTable | None = None, length: float | None = None) -> Guess:
+    """Find the map of a file by our own run of the same simulation. Error where no column can be the time.
+
+    raw: what the file holds, where it was read before. length: how long a file lasts, roughly; by default as long as ours [s].
+    """
+    raw = raw or read_raw(file)
+    time = find_time(file, raw, length or float(ours.time[-1] - ours.time[0]))
+    t = time.offset + UNITS[time.unit][1]*raw.numbers[:, time.number - 1]
+    candidates = sorted(likely_matches(raw, t, ours, time.number), key=lambda found: -found[0])
+    taken: dict[str, Match] = {"time": time}
+    used = {time.number}
+    for _, match in candidates:
+        if match.column not in taken and match.number not in used:
+            taken[match.column] = match
+            used.add(match.number)
+    tell_normal_from_vertical(raw, taken)
+    agree_on_signs(taken)
+    agree_on_units(taken, ours)
+    agree_with_the_file(taken)
+    agree_with_velocities(raw, t, taken)
+    agree_on_zeros(taken)
+    order = ["time", *QUANTITIES]
+    rest = [name for k, name in enumerate(raw.names, 1) if k not in used]
+    return Guess(file, {column: taken[column] for column in order if column in taken}, rest)
+
+
+def tell_normal_from_vertical(raw: RawTable, taken: dict[str, Match]) -> None:
+    """Exchange N and Fz of a tread whose names say nothing, if Fz is the larger one: they differ by a thousandth."""
+    for contact in CONTACTS:
+        pair = [taken.get(f"{name}_{contact}") for name in ("N", "Fz")]
+        if None in pair or any(meanings(match.name) for match in pair if match):
+            continue
+        normal, vertical = (match for match in pair if match)
+        sizes = [np.nanmean(np.abs(raw.numbers[:, match.number - 1])) for match in (normal, vertical)]
+        if sizes[1] > sizes[0] and normal.unit == vertical.unit:
+            taken[f"N_{contact}"] = replace(vertical, column=f"N_{contact}", sign=1)
+            taken[f"Fz_{contact}"] = replace(normal, column=f"Fz_{contact}", sign=vertical.sign)
+
+
+def find_time(file: Path, raw: RawTable, length: float) -> Match:
+    """The column that is the time: it never falls, and its name or its place says so. length: of such files, roughly [s]."""
+    found = []
+    for k, (name, said) in enumerate(zip(raw.names, raw.units, strict=True)):
+        x = raw.numbers[:, k]
+        if x.size < 3 or not np.isfinite(x).all() or (np.diff(x) < 0).any() or np.unique(x).size < x.size/2:
+            continue
+        stated = UNITS.get(said, ("",))[0] == "s"
+        # A stated unit is wrong only if the length of the file cannot be explained otherwise.
+        costs = {unit: abs(np.log((x[-1] - x[0])*UNITS[unit][1]/length)) + (stated and unit != said)*np.log(MISSTATED)
+                 for unit in (*([said] if stated else []), "s", "ms")}
+        unit = min(costs, key=lambda unit: costs[unit])
+        t = x*UNITS[unit][1]
+        # Results may begin at the first step; a longer delay is the time of another zero.
+        offset = 0.0 if 0 <= t[0] <= 2*np.median(np.diff(t)) else -float(t[0])
+        found.append((0 if "time" in meanings(name) else 1, k, Match("time", k + 1, name, said, unit, 1, offset, np.nan)))
+    if not found:
+        raise Error(f"{file}: expected a column that can be the time, which never falls; found none")
+    return min(found)[2]
+
+
+def likely_matches(raw: RawTable, t: np.ndarray, ours: RunData, time: int) -> Iterator[tuple[float, Match]]:
+    """Every column of the file with every one of ours that it may stand for, with a weight."""
+    windows = {side: contact_window(ours, side) for side in ("L", "R")}
+    for k, (name, said) in enumerate(zip(raw.names, raw.units, strict=True)):
+        meant = meanings(name)
+        x = raw.numbers[:, k]
+        # A column without a name that never changes tells nothing by its numbers.
+        if k + 1 == time or not (meant or np.nanmax(x) > np.nanmin(x)):
+            continue
+        for column in QUANTITIES:
+            if column not in ours.data:
+                continue
+            named = column in meant
+            if meant and not named:
+                continue
+            found = units_that_fit(x, t, said, ours, column, windows, named)
+            if not found:
+                continue
+            likeness, unit, sign, offset = found[0]
+            if likeness >= ALONE or named:
+                yield likeness + BONUS*named, Match(column, k + 1, name, said, unit, sign, offset, likeness, tuple(found))
+
+
+def contact_window(ours: RunData, side: str) -> tuple[float, float]:
+    """From shortly before the first contact of a flange to shortly after its end [s]."""
+    contact = side + "F"
+    first = ours.first_interval(contact)
+    if first is None:
+        return 0.0, float(ours.time[-1])
+    spare = 0.2*first.duration
+    return first.start - spare, first.end + spare
+
+
+def units_that_fit(x: np.ndarray, t: np.ndarray, said: str, ours: RunData, column: str,
+                   windows: dict[str, tuple[float, float]], named: bool) -> list[Option]:
+    """Units, signs and offsets with which a column of the file may follow one of ours, the likeliest first."""
+    si = ours.data.attrs["units"][column]
+    whole = windows["R"] if column.endswith("_RF") else (0.0, windows["L"][1])
+    compared = on_common_instants(x, t, ours, column, whole)
+    early = on_common_instants(x, t, ours, column, (0.0, windows["L"][0])) if named and not column.endswith("_RF") else None
+    later = while_closed(x, ours, column) if named and column.endswith("_RF") else None
+    found = []
+    for unit, (kind, factor) in UNITS.items():
+        if kind != si or unit in SYNONYMS or (unit in UNUSUAL and unit != said):
+            continue
+        for sign in (1, -1):
+            offset = likeness = 0.0
+            if compared is not None:
+                y, there = sign*factor*compared[0], compared[1]
+                if column in ZERO_MAY_DIFFER:
+                    offset = float(np.median(there - y))
+                    if abs(offset) <= 0.02*rms(there):
+                        offset = 0.0
+                likeness = follows(y + offset, there)
+                if named:
+                    likeness = max(likeness, NAMED_ALIKE*is_as_large(y + offset, there))
+                if early is not None:
+                    # Before the flange touches, the motion is that of the profiles in every code.
+                    likeness = max(likeness, EARLY*follows(sign*factor*early[0] + offset, early[1]))
+            if later is not None:
+                # Impacts on the right come at other times in every code.
+                alike = NAMED_ALIKE*is_as_large(sign*factor*later[0], later[1])
+                offset, likeness = (0.0, alike) if alike > likeness else (offset, likeness)
+            likeness -= 0.05*(offset != 0) + 0.3*(bool(said) and unit != said) + 0.05*(unit in RARE and unit != said)
+            found.append(Option(float(likeness), unit, sign, offset))
+    if compared is None and later is None and not named:
+        return []
+    return sorted(found, key=lambda option: -option.likeness)
+
+
+def on_common_instants(x: np.ndarray, t: np.ndarray, ours: RunData, column: str,
+                       window: tuple[float, float]) -> tuple[np.ndarray, np.ndarray] | None:
+    """A column of the file and ours at equal instants of a window, while the contact is closed in both; None if it never is."""
+    r = ours.values(column)
+    known, usable = np.isfinite(r), np.isfinite(x)
+    if known.sum() < 3 or usable.sum() < 3:
+        return None
+    shift = start_of_activity(x, t) - start_of_activity(r, ours.time) if column.endswith("_RF") else 0.0
+    at = np.linspace(*window, ROWS)
+    there = np.interp(at, ours.time[known], r[known])
+    there[np.interp(at, ours.time, (~known).astype(float)) > 0] = np.nan
+    here = np.interp(at + shift, t[usable], x[usable], left=np.nan, right=np.nan)
+    alive = np.isfinite(here) & np.isfinite(there)
+    if alive.sum() < 10 or not np.ptp(here[alive]):
+        return None
+    return here[alive], there[alive]
+
+
+def while_closed(x: np.ndarray, ours: RunData, column: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """The numbers of both columns in all rows in which the contact is closed."""
+    here, there = x[np.isfinite(x) & (x != 0)], ours.values(column)[ours.closed(column[-2:])]
+    return (here, there) if here.size > 3 and there.size > 3 else None
+
+
+# What columns have in common: the direction of an axis, and the unit of a quantity.
+AXES = {"lateral": ("Y", "vY", "aY", *(f"{n}_{c}" for n in ("Fy", "y") for c in CONTACTS)),
+        "vertical": ("Z", "vZ", "aZ", *(f"{n}_{c}" for n in ("Fz", "z") for c in CONTACTS)),
+        "roll": ("roll", "roll_rate", "roll_acc")}
+CLEAR = 0.6         # by how much a column has to be likelier with a sign of its own
+
+
+def agree_on_signs(taken: dict[str, Match]) -> None:
+    """Give all columns of an axis one sign, but for those that clearly have another one."""
+    for columns in AXES.values():
+        there = [taken[column] for column in columns if column in taken]
+        sign = 1 if sum(best_of(m, sign=1) - best_of(m, sign=-1) for m in there) >= 0 else -1
+        for m in there:
+            if m.sign != sign and m.likeness - best_of(m, sign=sign) < CLEAR:
+                choose(taken, m, sign=sign)
+
+
+def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
+    """Give columns whose unit the file does not say the unit of the others, if that is nearly as likely."""
+    units = ours.data.attrs["units"]
+    for si in dict.fromkeys(units[column] for column in taken):
+        for m in [m for m in taken.values() if units[m.column] == si and m.said and m.unit != m.said and m.options]:
+            # What the file says of several columns is hardly wrong for one of them, unless its numbers are clear.
+            alike = [other for other in taken.values() if other.said == m.said]
+            right = sum(other.unit == other.said for other in alike)
+            if 2*right > len(alike) and m.likeness - best_of(m, m.sign, m.said) < CLEAR/2:
+                choose(taken, m, m.sign, m.said)
+        there = [m for m in taken.values() if units[m.column] == si and not m.said and m.options]
+        votes = {unit: sum(m.likeness for m in there if m.unit == unit) for unit in {m.unit for m in there}}
+        if not votes:
+            continue
+        unit = max(votes, key=lambda unit: (votes[unit], unit))
+        for m in there:
+            # Impacts on the right are as large as they like: their sizes say little of the unit. No code writes forces in
+            # several units without saying so, while lengths may be millimetres of motion and metres of contact positions.
+            clear = np.inf if si == "N" else CLEAR if m.column.endswith("_RF") else CLEAR/2
+            if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < clear:
+                choose(taken, m, m.sign, unit)
+
+
+def agree_on_zeros(taken: dict[str, Match]) -> None:
+    """Give contact positions of an axis the zero that those of the treads have: a flange may be touched elsewhere than ours."""
+    for name in ("y", "z"):
+        treads = [taken[column].offset for column in (f"{name}_LT", f"{name}_RT") if column in taken]
+        for column in (f"{name}_LF", f"{name}_RF"):
+            if treads and column in taken:
+                taken[column] = replace(taken[column], offset=sum(treads)/len(treads))
+
+
+def agree_with_the_file(taken: dict[str, Match]) -> None:
+    """Believe the unit that the file says of a column, where the numbers of as many others confirm it and those of this one do not
+    clearly contradict it. Forces of codes with constraint equations are of another size than ours, by as much as a pound."""
+    for said in dict.fromkeys(m.said for m in taken.values() if m.said):
+        there = [m for m in taken.values() if m.said == said and m.column != "time"]
+        other = [m for m in there if m.unit != said]
+        if 2*len(other) > len(there):
+            continue
+        for m in other:
+            if m.likeness - best_of(m, m.sign, said) < SURE:
+                choose(taken, m, m.sign, said)
+
+
+def agree_with_velocities(raw: RawTable, t: np.ndarray, taken: dict[str, Match]) -> None:
+    """Give an acceleration that does not follow ours the unit in which it is the rate of its velocity, in most intervals.
+
+    The accelerations of codes with constraint equations are of another size than ours, and impulses are in no column.
+    """
+    for v_name, a_name in zip(VELOCITIES, ACCELERATIONS, strict=True):
+        v, a = taken.get(v_name), taken.get(a_name)
+        if v is None or a is None or a.likeness >= SURE:
+            continue
+        change = UNITS[v.unit][1]*np.diff(raw.numbers[:, v.number - 1])
+        x = raw.numbers[:, a.number - 1]
+        expected = np.diff(t)*(x[1:] + x[:-1])/2
+        size = np.abs(expected)
+        told = np.isfinite(change) & (size > 0)
+        told &= size >= np.median(size[told]) if told.any() else told
+        factor = float(np.median(np.abs(change[told])/size[told])) if told.any() else 0.0
+        for option in a.options:
+            if factor > 0 and option.sign == a.sign and abs(np.log(factor/UNITS[option.unit][1])) < np.log(NEAR):
+                choose(taken, a, a.sign, option.unit)
+                break
+
+
+def best_of(match: Match, sign: int, unit: str = "") -> float:
+    """The largest likeness with a sign, and with a unit."""
+    return max((o.likeness for o in match.options if o.sign == sign and unit in ("", o.unit)), default=0.0)
+
+
+def choose(taken: dict[str, Match], match: Match, sign: int, unit: str = "") -> None:
+    """Take the likeliest option with a sign, and with a unit."""
+    found = next((o for o in match.options if o.sign == sign and unit in ("", o.unit)), None)
+    if found is not None:
+        taken[match.column] = replace(match, unit=found.unit, sign=found.sign, offset=found.offset, likeness=found.likeness)
+
+
+def rms(x: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def follows(y: np.ndarray, there: np.ndarray) -> float:
+    """How nearly y is ours at the same instants: 1 if it is the same."""
+    size = max(rms(y), rms(there))
+    return 1 - rms(y - there)/size if size > 0 else 0.0
+
+
+def is_as_large(y: np.ndarray, there: np.ndarray) -> float:
+    """How nearly y has the size and the sign of ours, whatever the instants: 1 if it has, 0 from a factor of 4."""
+    sizes = rms(y), rms(there)
+    if min(sizes) <= 0:
+        return 0.0
+    peaks = y[np.abs(y).argmax()]*there[np.abs(there).argmax()] > 0
+    return max(0.0, 1 - abs(np.log(sizes[0]/sizes[1]))/np.log(4))*(1.0 if peaks else 0.5)
+
+
+def start_of_activity(x: np.ndarray, t: np.ndarray) -> float:
+    """The first time [s] at which a contact's column is neither zero nor empty."""
+    active = np.flatnonzero(np.nan_to_num(x) != 0)
+    return float(t[active[0]]) if active.size else np.nan
+
+

@@ -1,0 +1,285 @@
+"""Laws that hold for any code: kinematics, momentum, energy, contact; and what the exercises prescribe."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ldbench import Case
+from ldbench.geometry.derailment import derailment
+from ldbench.results.derived import cumulative
+from ldbench.results.quantities import CONTACTS, GRAVITY
+from ldbench.results.run_data import RunData
+
+from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
+from .jumps import SHORT, jump_intervals, jumps, typical_interval
+from .place_checks import axle_height, place_findings
+from .tasks import Task
+
+DOUBT, FAIL = 0.02, 0.1             # relative errors of a balance
+FEW_ROWS, TOO_FEW_ROWS = 10, 4      # in an impact
+LEAST_FORCE = 1e4                   # of an impact that counts [N]
+COARSE = 0.05                       # what coarse rows leave of a balance in such intervals
+STEADY = 0.2                        # relative change of a rate in an interval that the trapezoidal rule integrates well
+APPROACH = 0.115e-3                 # of a wheel with half the weight on its rail, by Hertz [m]
+FAR = 0.5                           # of the smaller of the farthest displacements to both sides, which only a flange turns back
+NEAR_CENTRE = 1e-3                  # from the centre, where no flange is [m]
+IN_IMPACT = "rows in an impact of a flange"
+IMPULSES = "velocities jump, as those of rigid contacts do: their impacts are impulses"
+
+RATES = (("Y", "vY", "lateral"), ("Z", "vZ", "vertical"), ("roll", "roll_rate", "roll"))
+ACCELERATIONS = (("vY", "aY", "lateral"), ("vZ", "aZ", "vertical"), ("roll_rate", "roll_acc", "roll"))
+
+
+def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
+    """All findings about the numbers of a file whose columns are ours, in SI units."""
+    leaps = bool(jumps(run, case))
+    rigid = leaps and typical_interval(run) <= SHORT
+    jumping = jump_intervals(run, case) if rigid else None
+    yield from start_findings(run, case)
+    yield from order_findings(run, task, case, leaps)
+    yield from contact_findings(run, case)
+    yield from place_findings(run, case)
+    for x, v, words in RATES:
+        yield integral_finding(run, f"{words} velocity is the rate of the displacement", x, v, jumping)
+    for v, a, words in ACCELERATIONS:
+        yield integral_finding(run, f"{words} acceleration is the rate of the velocity", v, a, jumping)
+    yield from momentum_findings(run, case, jumping)
+    yield roll_finding(run, case, jumping)
+    yield energy_finding(run, case, rigid)
+    yield Finding(IN_IMPACT, UNKNOWN, hint=f"{IMPULSES}, which take no time") if rigid else row_finding(run)
+
+
+def has(run: RunData, *columns: str) -> bool:
+    """Whether a file has columns."""
+    return all(column in run.data for column in columns)
+
+
+def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
+    """The initial conditions of the exercise."""
+    wanted = {"Y": (case.Y, 1e-4, 1e-3), "Z": (case.Z, 2e-4, 2e-3), "roll": (case.initial_roll, 1e-4, 1e-3),
+              "vY": (case.vY, 0.01*abs(case.vY) + 1e-4, 0.05*abs(case.vY) + 1e-3), "vZ": (case.vZ, 1e-3, 1e-2),
+              # The call leaves it to codes with constraints to link the roll velocity to the lateral one.
+              "roll_rate": (case.roll_rate, 0.05*abs(case.roll_rate) + 1e-5, 0.3*abs(case.roll_rate) + 1e-3)}
+    for column, (value, doubtful, failed) in wanted.items():
+        if has(run, column):
+            # Results may begin at the first step.
+            first = float(run.values(column)[0])
+            yield judged(f"initial {column}", abs(first - value), doubtful, failed, 1, f"expected {value:g}, found {first:.6g}")
+
+
+def order_findings(run: RunData, task: Task, case: Case, leaps: bool = False) -> Iterator[Finding]:
+    """Left flange first, then the right flange and the centre; or the derailment.
+
+    Where velocities leap, an impact may have no row with a force. Then the displacement stands for a contact that has none.
+    """
+    left, right = (run.first_contact(contact) for contact in ("LF", "RF"))
+    unseen = leaps and None in (left, right) and has(run, "Y")
+    if unseen:
+        y = run.values("Y")
+        early = bool(y[np.argmax(np.abs(y) > max(FAR*min(y.max(), -y.min()), NEAR_CENTRE))] > 0)
+        yield Finding("left flange first", PASSED if early else FAILED, hint="" if early else "the wheelset goes to the right")
+    elif has(run, "N_LF", "N_RF"):
+        early = left is not None and (right is None or left < right)
+        yield Finding("left flange first", PASSED if early else FAILED,
+                      hint="" if early else "the left flange has no contact before the right one; are the wheels exchanged?")
+    else:
+        yield Finding("left flange first", UNKNOWN, hint="no normal forces of the flanges")
+    if not has(run, "Y"):
+        return
+    y, t = run.values("Y"), run.time
+    if task.exercise == 5:
+        found = derailment(run, case)
+        yield Finding("up to derailment", PASSED if found else FAILED, found.t if found else np.nan,
+                      hint="" if found else "no flange's tip passes the highest point of its rail")
+        return
+    # Without forces the farthest point on the right stands for the contact.
+    turn = right if has(run, "N_RF") and not unseen else float(t[y.argmin()]) if y.min() < -0.5*y.max() else None
+    after = y[t > turn] if turn is not None else np.empty(0)
+    # The run may end between the last row and the next, which is not written.
+    back = bool(after.size and (np.nanmax(after) >= 0 or (after.size > 1 and 2*after[-1] - after[-2] >= 0)))
+    derailed = not back and derailment(run, case) is not None
+    # Whether a wheelset of exercise 4 climbs off the rail is a matter of the contact law.
+    yield Finding("return to the centre after both flanges", PASSED if back else DOUBTFUL if derailed else FAILED,
+                  hint="" if back else "the wheelset derails" if derailed else "the file ends before")
+
+
+def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
+    """Contacts push, along the normal."""
+    for contact in CONTACTS:
+        if not has(run, f"N_{contact}"):
+            continue
+        n = np.nan_to_num(run.values(f"N_{contact}"))
+        largest, row = float(n.max(initial=0.0)), int(n.argmin())
+        if largest <= 0 <= n[row]:
+            continue
+        # A contact that only pulls is measured by the weight on a wheel.
+        size = largest if largest > 0 else weight_of(case)/2
+        yield judged(f"N_{contact} is not negative", max(0.0, -float(n[row]))/size, 1e-6, 1e-3, row + 1,
+                     "a contact without adhesion does not pull")
+        if largest <= 0:
+            continue
+        if not has(run, f"Fy_{contact}", f"Fz_{contact}"):
+            continue
+        fy, fz = (np.nan_to_num(run.values(f"{name}_{contact}")) for name in ("Fy", "Fz"))
+        error = np.abs(np.hypot(fy, fz) - np.abs(n))/largest
+        yield judged(f"N_{contact} is the resultant of Fy and Fz", error.max(), DOUBT, FAIL, int(error.argmax()) + 1,
+                     "forces in the frame of the wheelset, or of another contact")
+        if not has(run, f"angle_{contact}"):
+            continue
+        angle = run.values(f"angle_{contact}")
+        loaded = (n > 0.01*largest) & np.isfinite(angle)
+        if not loaded.any():
+            continue
+        outward = 1 if contact[0] == "L" else -1
+        of_force = np.arctan2(-outward*fy, fz)
+        # Rows that are interpolated where a contact jumps from the tread to the flange's root mix the angles of two steps.
+        around = np.stack([np.append(of_force[1:], of_force[-1]), of_force, np.append(of_force[0], of_force[:-1])])
+        low, high = around.min(axis=0), around.max(axis=0)
+        # Either sign is in use.
+        error = min((np.where(loaded, np.maximum(np.maximum(low - sign*angle, sign*angle - high), 0.0), 0.0) for sign in (1, -1)),
+                    key=np.max)
+        yield judged(f"angle_{contact} is that of the force", error.max(), 0.01, 0.1, int(error.argmax()) + 1,
+                     "without friction the force is normal to the profiles; [rad]")
+
+
+def weight_of(case: Case) -> float:
+    """Weight of the wheelset and vertical load [N]."""
+    return float(case.mass*GRAVITY + case.vertical_load)
+
+
+def integral_finding(run: RunData, what: str, x: str, v: str, jumping: np.ndarray | None = None) -> Finding:
+    """Whether a column is the integral of another."""
+    if not has(run, x, v):
+        return Finding(what, UNKNOWN, hint=f"no {x if not has(run, x) else v}")
+    return balance(what, run.time, run.values(x), run.values(v), "another frame, unit or sign", jumping)
+
+
+def balance(what: str, t: np.ndarray, x: np.ndarray, rate: np.ndarray, hint: str, jumping: np.ndarray | None = None,
+            vague: np.ndarray | float = 0.0) -> Finding:
+    """Whether x is the integral of `rate`, by the trapezoidal rule.
+
+    jumping: the intervals, (rows - 1,), in which velocities of rigid bodies jump; None for other codes.
+    vague: what the integral may miss by what the columns mean, (rows,).
+    The rule fails where rows are too far apart for an impact. Then the intervals decide in which the rate hardly changes.
+    """
+    if not (np.isfinite(x).all() and np.isfinite(rate).all()):
+        return Finding(what, UNKNOWN, hint="empty cells")
+    change, integral = x - x[0], cumulative(t, rate)
+    size = max(np.ptp(change), np.ptp(integral), 1e-300)
+    error = np.maximum(np.abs(change - integral) - vague, 0.0)/size
+    whole = judged(what, error.max(), DOUBT, FAIL, int(error.argmax()) + 1, hint)
+    if whole.verdict == PASSED:
+        return whole
+    steps, means = np.diff(x), np.diff(t)*(rate[1:] + rate[:-1])/2
+    left = np.maximum(np.abs(steps - means) - np.diff(vague*np.ones(t.size)), 0.0)
+    steady = np.abs(np.diff(rate)) <= STEADY*np.maximum(np.abs(rate[1:]), np.abs(rate[:-1]))
+    amount = np.sum(np.abs(steps[steady]) + np.abs(means[steady]))/2
+    if steady.sum() < TOO_FEW_ROWS or amount <= 0:
+        return whole
+    # Two columns that have nothing to do with each other give 1 to 2.
+    missed = float(np.sum(left[steady])/amount)
+    if missed <= COARSE:
+        return Finding(what, DOUBTFUL, float(error.max()), DOUBT, whole.row, "rows too far apart for the impacts")
+    kept = None if jumping is None else ~jumping
+    if kept is not None and TOO_FEW_ROWS < kept.sum() < kept.size:
+        amount = np.sum(np.abs(steps[kept]) + np.abs(means[kept]))/2
+        between = float(np.sum(left[kept])/max(amount, 1e-300))
+        if between <= COARSE:
+            return Finding(what, DOUBTFUL, float(error.max()), DOUBT, int(kept.argmin()) + 1, f"{IMPULSES}, which no column has; "
+                           "between these it closes")
+    return judged(what, missed, DOUBT, FAIL, whole.row, hint)
+
+
+def momentum_findings(run: RunData, case: Case, jumping: np.ndarray | None = None) -> Iterator[Finding]:
+    """Whether the forces of the contacts explain the velocities."""
+    t = run.time
+    weight = weight_of(case)
+    external = case.lateral_force + case.lateral_ramp*t
+    for v, name, words, load in (("vY", "Fy", "lateral", external), ("vZ", "Fz", "vertical", -weight)):
+        what = f"{words} momentum closes"
+        columns = [f"{name}_{contact}" for contact in CONTACTS]
+        if not has(run, v, *columns):
+            yield Finding(what, UNKNOWN, hint=f"needs {v} and {name} of all contacts")
+            continue
+        force = sum(np.nan_to_num(run.values(column)) for column in columns) + load
+        yield balance(what, t, case.mass*run.values(v), force, "forces of another frame, unit or sign, or a missing load", jumping)
+
+
+def roll_finding(run: RunData, case: Case, jumping: np.ndarray | None = None) -> Finding:
+    """Whether the moments of the contact forces about the axle's centre explain the roll velocity.
+
+    A contact point is that of the wheel, of the rail or between both, and so it lies within the elastic approach of the force's
+    line. What that makes in a moment grows with time, and in exercise 5 it grows beyond all motion.
+    """
+    what = "roll momentum closes"
+    columns = ["Y", "Z", "roll_rate", *(f"{name}_{contact}" for contact in CONTACTS for name in ("Fy", "Fz", "y", "z"))]
+    if not has(run, *columns):
+        return Finding(what, UNKNOWN, hint="needs Y, Z, the roll velocity, and forces and positions of all contacts")
+    moment, pressed = np.zeros(run.time.size), np.zeros(run.time.size)
+    for contact in CONTACTS:
+        fy, fz, y, z = (run.values(f"{name}_{contact}") for name in ("Fy", "Fz", "y", "z"))
+        pressed += np.hypot(np.nan_to_num(fy), np.nan_to_num(fz))
+        moment += np.nan_to_num((y - run.values("Y"))*fz - (z - run.values("Z") - axle_height(case))*fy)
+    return balance(what, run.time, case.roll_inertia*run.values("roll_rate"), moment,
+                   "forces act elsewhere than it is said, or in another frame", jumping, APPROACH*cumulative(run.time, pressed))
+
+
+def energy_balance(run: RunData, case: Case) -> np.ndarray | None:
+    """Energy without the work of the lateral force, (rows,) [J]: kinetic, of weight and load, and elastic of the treads by
+    Hertz's law. It dips while a flange stores energy. None without the columns that it needs."""
+    if not has(run, "vY", "vZ", "roll_rate", "Z", *(f"N_{contact}" for contact in CONTACTS)):
+        return None
+    weight = weight_of(case)
+    energy = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2 \
+        + weight*run.values("Z")
+    energy += sum(0.4*APPROACH*(weight/2)*(np.clip(np.nan_to_num(run.values(f"N_{contact}")), 0, None)/(weight/2))**(5/3)
+                  for contact in ("LT", "RT"))
+    return np.asarray(energy - cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY")))
+
+
+def energy_finding(run: RunData, case: Case, rigid: bool = False) -> Finding:
+    """Whether energy is conserved between moments at which the treads carry the weight and no flange touches.
+
+    The elastic energy is then near that of rest; Hertz's law tells the difference. The work of the lateral force is counted.
+    """
+    what = "energy closes"
+    without_work = energy_balance(run, case)
+    if without_work is None:
+        return Finding(what, UNKNOWN, hint="needs velocities, Z and N of all contacts")
+    weight = weight_of(case)
+    work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
+    energy = without_work + work
+    n = {contact: np.nan_to_num(run.values(f"N_{contact}")) for contact in CONTACTS}
+    calm = np.isfinite(energy) & ~run.closed("LF") & ~run.closed("RF")
+    calm &= (np.abs(n["LT"] - weight/2) < 0.02*weight) & (np.abs(n["RT"] - weight/2) < 0.02*weight)
+    if calm.sum() < 2:
+        return Finding(what, UNKNOWN, hint="no two moments at which the wheelset rests on its treads")
+    size = max(float(energy[0]) - float(np.nanmin(energy)), float(energy[0]), float(np.nanmax(work)))
+    error = np.where(calm, np.abs(without_work - energy[0]), 0.0)/size
+    row = int(error.argmax())
+    gains = without_work[row] > energy[0]
+    if rigid and not gains and error.max() > DOUBT:
+        return Finding(what, DOUBTFUL, float(error.max()), DOUBT, row + 1,
+                       "the wheelset loses energy in impacts: restitution below 1")
+    return judged(what, error.max(), DOUBT, FAIL, row + 1,
+                  "the wheelset gains energy: a step too long, or forces without a potential" if gains else
+                  "the wheelset loses energy: damping, restitution or a damped integrator")
+
+
+def row_finding(run: RunData) -> Finding:
+    """Whether rows are dense enough for the impacts of the flanges: the median of all impacts."""
+    what = IN_IMPACT
+    rows: list[tuple[int, int]] = []
+    for contact in ("LF", "RF"):
+        if not has(run, f"N_{contact}"):
+            continue
+        rows += [(one.rows.stop - one.rows.start, one.rows.start + 1) for one in run.intervals(contact, rigid=False) or []
+                 if one.peak > LEAST_FORCE]
+    if not rows:
+        return Finding(what, UNKNOWN, hint="no impact")
+    rows.sort()
+    typical, at = rows[len(rows)//2]
+    verdict = FAILED if typical < TOO_FEW_ROWS else DOUBTFUL if typical < FEW_ROWS else PASSED
+    return Finding(what, verdict, typical, FEW_ROWS, at if verdict != PASSED else None,
+                   "" if verdict == PASSED else "a shorter interval of output shows the peaks")

@@ -1,0 +1,259 @@
+"""The reference package: a zip of our solutions of the simulations, as exact as rounding lets them be, and what belongs to them.
+
+The same program makes the same bytes each time: files stand in one order, and their dates are that of the first day that a zip
+can hold.
+"""
+from __future__ import annotations
+
+import csv
+import io
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ldbench import Case, ContactTable, Error, __version__
+from ldbench.results.quantities import CONTACTS
+from ldbench.results.run_data import RunData
+from ldbench.results.summary import drift_reference
+from ldbench.runs import Run, compute
+from ldbench.tools import check_ending, complete, digest
+
+from .horizon import DISPLACEMENTS, FILE, Yardstick, yardsticks
+from .metrics import scored
+from .own_runs import exact
+from .scores import GRADES
+from .tasks import TASKS, Task
+
+INTERVAL = 2.5e-5           # between rows [s]
+RAMP_INTERVAL = 1e-4        # in exercise 5 [s]
+RAMP_DENSE = 1.5            # times the horizon, up to which exercise 5 has all these rows
+RAMP_SPARSE = 1e-3          # between rows after that [s]
+DATE = 1980, 1, 1, 0, 0, 0
+AGREED = 1e-9               # of displacements, as a share of their largest values
+LICENCES = "LICENSE", "CITATION.cff"
+SUMS = "SHA256SUMS"
+README = Path(__file__).resolve().parent/"static/reference_readme.md"
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A simulation, solved, and with half the step and half the interval between rows for its error."""
+
+    task: Task
+    run: Run
+    finer: Run
+    yardstick: Yardstick
+
+    @property
+    def until(self) -> float:
+        """Errors and impacts are told up to here: the horizon or the end of the run [s]."""
+        return min(self.yardstick.horizon, float(self.run.time[-1]))
+
+
+def write_package(target: Path, root: Path, cases: Iterable[tuple[Task, Case]] | None = None,
+                  told: Callable[[str], object] = lambda line: None) -> None:
+    """Solve the simulations and write the package, a zip. root: the folder with LICENSE, CITATION.cff and profiles/. cases: those
+    that stand for simulations, by default the ten shipped ones. told: gets a line of text after each simulation. Error if a file of
+    `root` is missing, or if the package cannot be written."""
+    check_ending(target, "an archive .zip", ".zip")
+    kept = [root/name for name in LICENCES]
+    if missing := [file for file in kept if not file.is_file()]:
+        raise Error(f"{missing[0]}: expected a file for the reference package, found none")
+    cases = [(task, Case.exercise(task.exercise, task.profiles)) for task in TASKS] if cases is None else list(cases)
+    tables: dict[str, ContactTable] = {}
+    exactness: list[dict[str, Any]] = []
+    events: list[dict[str, Any]] = []
+    impulses: list[dict[str, Any]] = []
+    with complete(target) as scratch, tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(scratch, "w") as archive:
+        put = Archive(archive)
+        for task, case in cases:
+            found = solve(task, case, tables)
+            columns = Path(folder)/f"{task.name}.txt"
+            found.run.write(columns)
+            put.add(f"columns/{task.name}.txt", "".join(kept_lines(columns, found)))
+            columns.unlink()
+            put.add(f"namelists/{task.name}.nml", found.run.case.replace(table_file="").to_namelist())
+            exactness.append(error_row(found))
+            events += event_rows(found)
+            impulses += impulse_rows(found)
+            told(f"{task.name}: {' '.join(f'{name} {x}' for name, x in exactness[-1].items() if name != 'simulation')}")
+        put.add("exactness.csv", table(exactness))
+        put.add("events.csv", table(events))
+        put.add("impulses.csv", table(impulses))
+        put.add("horizons.csv", table(horizon_row(task) for task, _ in cases))
+        put.add("yardsticks.json", FILE.read_text(encoding="utf-8"))
+        names = dict.fromkeys(Path(name).name for _, case in cases for name in case.profile_files().values())
+        for name in [*sorted(names), "README.md"]:
+            put.add(f"profiles/{name}", (root/"profiles"/name).read_text(encoding="utf-8"))
+        for file in kept:
+            put.add(file.name, file.read_text(encoding="utf-8"))
+        put.add("README.md", readme(exactness))
+        put.add(SUMS, "".join(f"{put.sums[name]}  {name}\n" for name in sorted(put.sums)))
+
+
+class Archive:
+    """A zip whose bytes depend on nothing but its contents."""
+
+    def __init__(self, archive: zipfile.ZipFile) -> None:
+        self._archive = archive
+        self.sums: dict[str, str] = {}
+
+    def add(self, name: str, text: str) -> None:
+        """Add a file of text."""
+        data = text.encode()
+        entry = zipfile.ZipInfo(name, DATE)
+        entry.compress_type, entry.external_attr, entry.create_system = zipfile.ZIP_DEFLATED, 0o644 << 16, 3
+        self._archive.writestr(entry, data, compresslevel=9)
+        self.sums[name] = digest(data)
+
+
+# Solutions --------------------------------------------------------------------------------
+
+def solve(task: Task, case: Case, tables: dict[str, ContactTable]) -> Solution:
+    """Run a case with exact steps and with half of these; `tables` keeps the contact table of each pair of profiles."""
+    interval = RAMP_INTERVAL if case.lateral_ramp else INTERVAL
+    own = exact(case).replace(interval=interval, rows="interval_and_events", output_file=f"{task.name}.txt")
+    yardstick = yardsticks()[task.name]
+
+    def done(case: Case) -> Run:
+        found = compute(case, table=tables[task.profiles].for_case(case) if task.profiles in tables else None)
+        tables[task.profiles] = found.table
+        return found
+
+    # Behind the horizon, half the step tells nothing. Half the interval tells what sums over rows miss of impulses.
+    half = exact(case, 0.5).replace(interval=interval/2, rows="interval_and_events")
+    return Solution(task, done(own), done(half.replace(t_end=min(case.t_end, 1.2*yardstick.horizon))), yardstick)
+
+
+def kept_lines(file: Path, found: Solution) -> Iterator[str]:
+    """The lines of a column file; of exercise 5, some time behind the horizon, those of the rows RAMP_SPARSE apart and the last."""
+    dense = RAMP_DENSE*found.yardstick.horizon if found.run.case.lateral_ramp else np.inf
+    held = ""
+    with file.open(encoding="utf-8") as lines:
+        for k, line in enumerate(lines):
+            row = k > 0 and not line.startswith("#")
+            if held and not row:
+                yield held
+            held = ""
+            if row and (t := float(line.split(maxsplit=1)[0])) > dense and not is_multiple(t, RAMP_SPARSE):
+                held = line         # yielded if it is the last row
+            else:
+                yield line
+    yield held
+
+
+def is_multiple(t: float, interval: float) -> bool:
+    """Whether a time is a whole number of intervals, but for rounding."""
+    return abs(t/interval - round(t/interval)) < 1e-7
+
+
+def common(found: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times of rows that both runs have at equal intervals, up to the horizon [s]; the places of these rows in both."""
+    interval = found.run.case.interval
+
+    def places(one: RunData) -> dict[int, int]:
+        own = one.time <= found.until
+        return {round(t/interval): k for k, t in enumerate(one.time[own]) if is_multiple(t, interval)}
+
+    mine, finer = places(found.run), places(found.finer)
+    both = sorted(mine.keys() & finer.keys())
+    return np.array(both)*interval, np.array([mine[k] for k in both]), np.array([finer[k] for k in both])
+
+
+def error_row(found: Solution) -> dict[str, Any]:
+    """How exact a solution is: its drift of energy, and what half the step and twice the rows change up to the horizon."""
+    t, mine, finer = common(found)
+    apart = np.zeros(len(t))
+    for column in DISPLACEMENTS:
+        x, y = found.run.values(column)[mine], found.finer.values(column)[finer]
+        apart = np.maximum(apart, np.abs(x - y)/np.abs(x).max())
+    beyond = np.flatnonzero(apart > AGREED)
+    scores = scored(found.finer, found.run, found.task, found.until)
+    row = {"simulation": found.task.name, "step [s]": found.run.case.dt, "drift [J]": short(found.run.results["drift"]),
+           "drift, relative": short(found.run.results["drift"]/drift_reference(found.run)), "until [s]": found.until,
+           "displacements": short(apart.max()),
+           "displacements within 1e-9 until [s]": float(t[beyond[0]]) if beyond.size else found.until}
+    for kind, name in (("event", "times of events"), ("impulse", "impulses"), ("peak", "peaks"), ("duration", "durations")):
+        worst = scores.worst(kind)
+        row[name] = short(worst.difference) if worst else ""
+    return row | {"without a partner": len(scores.unmatched)}
+
+
+def short(x: float) -> float:
+    """Two digits of an error."""
+    return float(f"{x:.1e}")
+
+
+# Tables -----------------------------------------------------------------------------------
+
+def event_rows(found: Solution) -> Iterator[dict[str, Any]]:
+    """The events that the column file lists: the first five of each kind."""
+    for event in found.run.events:
+        yield {"simulation": found.task.name, "time [s]": event.t, "event": event.kind,
+               "contact angle [rad]": "" if np.isnan(event.angle) else event.angle,
+               "lateral force [N]": "" if np.isnan(event.force) else event.force, "before the horizon": int(event.t <= found.until)}
+
+
+def impulse_rows(found: Solution) -> list[dict[str, Any]]:
+    """The impacts of every contact up to the horizon, in order of time."""
+    rows = []
+    for contact in CONTACTS:
+        whole = [one for one in found.run.intervals(contact, 1.1*found.until) or [] if one.whole and one.end <= found.until]
+        rows += [{"simulation": found.task.name, "contact": contact, "number": k, "closes [s]": one.start, "opens [s]": one.end,
+                  "impulse [N s]": one.impulse, "largest force [N]": one.peak} for k, one in enumerate(whole, 1)]
+    return sorted(rows, key=lambda row: (row["closes [s]"], row["contact"]))
+
+
+def horizon_row(task: Task) -> dict[str, Any]:
+    """The horizon of a simulation, the growth of a difference, and the grades."""
+    own = yardsticks()[task.name]
+    return {"simulation": task.name, "horizon [s]": own.horizon, "reached": int(own.reached),
+            "horizon by DOP853 [s]": "" if own.independent is None else own.independent,
+            "both integrators apart by": own.integrators, "growth": own.growth,
+            **{f"grade {k}": limit for k, limit in enumerate(GRADES, 1)}}
+
+
+def table(rows: Iterable[dict[str, Any]]) -> str:
+    """Rows as CSV, numbers to the last bit."""
+    listed = list(rows)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(listed[0]) if listed else [], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(listed)
+    return text.getvalue()
+
+
+def rounded_up(x: float) -> str:
+    """A number that is no smaller, with one digit."""
+    shown = f"{x:.0e}"
+    mantissa, exponent = shown.split("e")
+    return shown if float(shown) >= x else f"{float(f'{int(mantissa) + 1}e{exponent}'):.0e}"
+
+
+def readme(exactness: Sequence[dict[str, Any]]) -> str:
+    """What the package holds, and how exact it is, in words."""
+    free = [row for row in exactness if not row["simulation"].startswith("ex5")]
+    ramp = [row for row in exactness if row["simulation"].startswith("ex5")]
+
+    def largest(rows: Sequence[dict[str, Any]], name: str) -> str:
+        known = [row[name] for row in rows if row[name] != ""]
+        return rounded_up(max(known)) if known else "nothing"
+
+    said = []
+    if free:
+        said.append(f"In exercises 1 to 4, half the step and twice the rows change no displacement by more than\n"
+                    f"{largest(free, 'displacements')} of its largest value, no time of an event by more than "
+                    f"{largest(free, 'times of events')} of it, no impulse by\nmore than {largest(free, 'impulses')}, and "
+                    f"no largest force by more than {largest(free, 'peaks')}.")
+    if ramp:
+        until = ", ".join(f"{row['simulation']} up to {row['displacements within 1e-9 until [s]']:.3f} s" for row in ramp)
+        said.append(f"In exercise 5, displacements are known to 1e-9 for a while ({until}). Up to the horizon,\nthey have changed "
+                    f"by {largest(ramp, 'displacements')}. What comes after the horizon is one sample of a chaotic motion.")
+    return README.read_text(encoding="utf-8").format(
+        exactness="\n".join(said), version=__version__, drift=largest(exactness, "drift, relative"), interval=INTERVAL,
+        ramp=RAMP_INTERVAL, dense=RAMP_DENSE, sparse=RAMP_SPARSE, count=len(exactness))

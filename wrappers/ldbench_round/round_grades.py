@@ -1,0 +1,158 @@
+"""The grades of a round: what a collation keeps of the scores of a file against a reference."""
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ldbench import Error
+from ldbench.results.quantities import CONTACTS
+from ldbench.results.run_data import RunData
+from ldbench.tools import digest
+
+from .check import Mapped, read_submitted
+from .horizon import horizon
+from .metrics import MATCHED_BEYOND, score
+from .scores import GRADES, Score, Scores, grade
+from .submissions import DESCRIPTION, complaint, present, printable, read_small_toml, reason, reference_files, told_map
+from .tasks import MOTION, Task, task_of
+
+LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
+BLOCK = 2**20                   # of a file that is read for its digest [bytes]
+
+#: The kinds of scores with a median and a worst one, by their names in the table of numbers.
+KINDS = {"motion": "motion", "events": "event", "impulses": "impulse"}
+#: The relative differences of a file from the reference that are kept, by their names in the table of numbers.
+GRADED = ("score_contacts", *(f"score_{kind}{ending}" for kind in KINDS for ending in ("", "_worst")))
+#: What the table tells of each: the difference, its grade, and its share of the spread of formulations.
+ROWS = tuple(f"{name}{ending}" for name in GRADED for ending in ("", "_grade", "_of_spread"))
+NEEDED = {"time", *MOTION, *(f"{name}_{contact}" for name in ("N", "Fy", "Fz", "P") for contact in CONTACTS)}
+
+
+class Graded(NamedTuple):
+    """A relative difference of a file from the reference."""
+
+    difference: float               # NaN where there is none
+    of_spread: float = np.nan       # in units of the spread of formulations; NaN where that is not known
+    name: str = ""                  # of the score that it is: 'Y', 'LF closes 1'
+    reason: str = ""                # why there is no difference
+
+    @property
+    def grade(self) -> float | None:
+        """The smallest of GRADES that the difference is inside; None beyond, and for NaN."""
+        return grade(self.difference)
+
+    def row(self, ending: str) -> tuple[float, str]:
+        """The value of a row of the table, and why it is NaN. ending: of the name of the row."""
+        if np.isnan(self.difference):
+            return np.nan, self.reason or "no difference is known"
+        if ending == "_grade":
+            return (np.nan, f"beyond {GRADES[-1]:g}") if self.grade is None else (self.grade, "")
+        if ending == "_of_spread":
+            return self.of_spread, "" if np.isfinite(self.of_spread) else "the spread of this quantity is not known"
+        return self.difference, ""
+
+
+def split_row(name: str) -> tuple[str, str]:
+    """The name of a difference and the ending of a row of ROWS."""
+    ending = next((ending for ending in ("_grade", "_of_spread") if name.endswith(ending)), "")
+    return name.removesuffix(ending), ending
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The file of a simulation that others are scored against."""
+
+    task: Task
+    file: Path
+    map: Mapping[str, Any] | None       # of its columns; None: it is guessed
+    key: str                            # changes with the bytes of the file and the map
+
+
+def find_references(path: Path) -> dict[Task, Reference]:
+    """The references of a folder, which holds column files or is that of a code with its map; or of one file. Error if the folder,
+    a file or the map cannot be read, if no file is of a simulation, or two are of the same one."""
+    if not path.exists():
+        raise Error(f"{path}: expected a folder of column files as the reference, or one such file, found none")
+    try:
+        folder = path if path.is_dir() else path.parent
+        files = reference_files(path) if path.is_dir() else {task: path for task in [task_of(path)] if task}
+        if not files:
+            raise Error(f"{path}: expected names of files that say the simulation, as ex2_aw.txt, for the reference, found none")
+        map, remarks = None, list[str]()
+        if present(folder/DESCRIPTION):
+            map = told_map(read_small_toml(folder/DESCRIPTION), folder, remarks)
+        if remarks:
+            raise Error(f"{folder}: {remarks[0].removesuffix('; the map is guessed')}")
+        return {task: reference_of(task, file, map) for task, file in files.items()}
+    except OSError as error:
+        raise Error(f"{path}: expected a reference that can be read, found {reason(error)}") from None
+
+
+def reference_of(task: Task, file: Path, map: Mapping[str, Any] | None) -> Reference:
+    """The reference of a simulation. Error where its file cannot be read."""
+    try:
+        return Reference(task, file, map, digest(repr((digest_of(file), task.name, map)).encode()))
+    except Error as error:
+        raise Error(f"{file.parent}/{error}") from None
+
+
+def digest_of(file: Path) -> str:
+    """The digest of a file's bytes. Error where it cannot be read or is too large."""
+    try:
+        size = file.stat().st_size
+        if size > LARGEST:
+            raise Error(f"{file.name}: expected at most {LARGEST/1e6:.0f} MB, found {size/1e6:.0f} MB")
+        whole = hashlib.sha256()
+        with open(file, "rb") as opened:
+            while block := opened.read(BLOCK):
+                whole.update(block)
+    except (OSError, ValueError) as error:
+        raise Error(f"{printable(file.name)}: cannot be opened for reading: {reason(error)}") from None
+    return whole.hexdigest()
+
+
+_READ: dict[str, RunData] = {}
+
+
+def read_reference(one: Reference) -> RunData:
+    """The columns and rows of a reference that scores need, read once. Error where there are none."""
+    if one.key not in _READ:
+        with np.errstate(all="ignore"):
+            run = read_submitted(one.file, one.task, one.map).run
+            data = run.data
+        known = [name for name in data if name in NEEDED - {"time"} and np.isfinite(data[name]).any()]
+        if "time" not in data or len(data) < 2 or not known:
+            raise Error(f"{one.file}: expected times, and numbers of the motion or of normal forces, found none")
+        # The row behind the last one that is matched: the reference is interpolated between rows.
+        rows = int(np.searchsorted(run.time, MATCHED_BEYOND*horizon(one.task), "right")) + 1
+        few = data.iloc[:rows][[name for name in data if name in NEEDED]].copy()
+        _READ[one.key] = RunData(Mapped(one.file, run.header, few))
+    return _READ[one.key]
+
+
+def graded(run: RunData, task: Task, reference: RunData) -> tuple[dict[str, Graded], str]:
+    """The differences of a run from the reference by the names of GRADED; or none, and why, whatever is wrong."""
+    try:
+        return grades_of(score(run, reference, task)), ""
+    except Exception as error:
+        return {}, f"not scored: {complaint(error, run.file)}"
+
+
+def grades_of(scores: Scores) -> dict[str, Graded]:
+    """The median and the worst difference of motion, events and impulses, and the share of time with other contacts closed."""
+    found = {"score_contacts": made(scores.worst("contacts"), "no normal forces in one of the files")}
+    for name, kind in KINDS.items():
+        none = f"no {name} in common with the reference before the horizon"
+        found[f"score_{name}"] = made(scores.middle(kind), none)
+        found[f"score_{name}_worst"] = made(scores.worst(kind), none)
+    return found
+
+
+def made(one: Score | None, none: str) -> Graded:
+    """What is kept of a score."""
+    return Graded(np.nan, reason=none) if one is None else Graded(one.difference, one.of_spread, one.name)

@@ -1,0 +1,269 @@
+"""The folder of a round: a folder for each code, with its files and what `submission.toml` tells of it.
+
+Nothing that a code sends stops the others: whatever cannot be used becomes one line among the remarks of that code.
+"""
+from __future__ import annotations
+
+import difflib
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ldbench import Error
+from ldbench.results.columns import read_toml
+
+from .tasks import ENDINGS, TASKS, Task, task_of
+
+DESCRIPTION = "submission.toml"
+LONGEST_DESCRIPTION = 1_000_000     # of a description or a map [bytes]
+LONGEST_NAME = 40                   # of a code [characters]
+LONGEST_FACT = 200                  # [characters]
+
+#: The keys of a description, all optional, and what they are in words.
+FACTS = {"code": "code", "version": "version", "authors": "authors", "formulation": "formulation of contact",
+         "restitution": "restitution of rigid contacts", "law": "law of the normal force", "step": "time step [s]",
+         "machine": "machine", "processor_time": "processor time [s]"}
+MAP = "map"
+TASK_NAMES = {task.name for task in TASKS}
+
+
+@dataclass(frozen=True)
+class Submission:
+    """What one code submitted."""
+
+    name: str                                   # the name of the folder, as it is printed
+    folder: Path
+    facts: Mapping[str, str] = field(default_factory=dict)          # of FACTS, in words
+    seconds: Mapping[str, float] = field(default_factory=dict)      # processor time [s], by the name of the simulation
+    map: Mapping[str, Any] | None = None        # of its columns; None: it is guessed
+    restitution: float | None = None            # of a code with rigid contacts, if the description tells it
+    files: Mapping[Task, Path] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()               # a line each: what could not be used, and why
+
+
+def printable(words: object, longest: int = LONGEST_FACT) -> str:
+    """Words of anybody as one line that every terminal and page can show."""
+    line = " ".join("".join(c if c.isprintable() else " " if c.isspace() else "?" for c in str(words)[:4*longest]).split())
+    return line if len(line) <= longest else f"{line[:longest - 1]}…"
+
+
+def find_submissions(folder: Path, leave_out: Path | None = None) -> tuple[list[Submission], list[str]]:
+    """The codes of a folder in the order of their names, and remarks about what is no code. Hidden folders and `leave_out`, where
+    the results go, are no codes. Error where the folder cannot be read."""
+    try:
+        found = sorted(folder.iterdir())
+    except OSError as error:
+        raise Error(f"{folder}: expected a folder that holds a folder for each code, found none: {error.strerror}") from None
+    codes: list[Submission] = []
+    remarks = []
+    for path in found:
+        try:
+            if path.name.startswith(".") or (leave_out is not None and path.resolve() == leave_out.resolve()):
+                continue
+            if path.is_dir():
+                codes.append(read_submission(path, unused_name(path, codes)))
+            elif not path.is_file():
+                remarks.append(f"{printable(path.name)}: expected the folder of a code, found a link that leads nowhere, or a "
+                               "device")
+        except RuntimeError:            # before Python 3.13
+            remarks.append(f"{printable(path.name)}: expected the folder of a code, found a link to itself")
+        except OSError as error:
+            remarks.append(f"{printable(path.name)}: expected the folder of a code, found one that cannot be read: {reason(error)}")
+    return codes, remarks
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """No warnings of the arithmetic: a stranger's numbers overflow or are missing, and what comes of them is judged."""
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def complaint(error: Exception, file: Path) -> str:
+    """What is wrong with a stranger's file, in one line: whatever it holds, it stops no other file."""
+    if isinstance(error, Error):
+        return printable(str(error).replace(str(file), file.name), 400)
+    if isinstance(error, MemoryError):
+        return f"{printable(file.name)}: expected a file that fits into memory, found a larger one"
+    return printable(f"{file.name}: cannot be used: {type(error).__name__}: {error}", 400)
+
+
+def reason(error: BaseException) -> str:
+    """What an error says, in one line."""
+    words = str(getattr(error, "strerror", None) or error) or type(error).__name__
+    return printable(words)
+
+
+def unused_name(folder: Path, others: list[Submission]) -> str:
+    """The name of a folder as it is printed, made different from those of the others."""
+    plain = printable(folder.name, LONGEST_NAME)
+    taken = {other.name for other in others}
+    return next(name for k in range(1, len(others) + 2) if (name := plain if k == 1 else f"{plain} ({k})") not in taken)
+
+
+def read_submission(folder: Path, name: str) -> Submission:
+    """What a folder holds. Everything that cannot be used is among the remarks."""
+    remarks: list[str] = []
+    facts: dict[str, str] = {}
+    seconds: dict[str, float] = {}
+    map: Mapping[str, Any] | None = None
+    restitution: float | None = None
+    try:
+        told = read_small_toml(folder/DESCRIPTION) if present(folder/DESCRIPTION) else {}
+        facts, seconds = dict(told_facts(told, remarks)), dict(told_seconds(told, remarks))
+        map, restitution = told_map(told, folder, remarks), told_restitution(told, remarks)
+    except Error as error:
+        remarks.append(without(str(error), folder))
+    told_before = len(remarks)
+    try:
+        files = find_files(folder, remarks)
+    except OSError as error:
+        remarks.append(f"expected a folder that can be read, found {reason(error)}")
+        files = {}
+    if not files and len(remarks) == told_before:
+        remarks.append("expected files such as ex1_aw.csv, found none")
+    return Submission(name, folder, facts, seconds, map, restitution, files, tuple(remarks))
+
+
+def present(path: Path) -> bool:
+    """Whether there is anything of that name, a link that leads nowhere included."""
+    return path.exists() or path.is_symlink()
+
+
+def without(message: str, folder: Path) -> str:
+    """A message without the path of the folder, which the name of the code stands for."""
+    return printable(message.replace(f"{folder}/", ""), 400)
+
+
+def read_small_toml(path: Path) -> dict[str, Any]:
+    """A TOML file of a size that a person writes; Error otherwise."""
+    try:
+        size = path.stat().st_size if path.is_file() else -1
+    except OSError:
+        size = -1
+    if not 0 <= size <= LONGEST_DESCRIPTION:
+        raise Error(f"{path}: expected a file of at most {LONGEST_DESCRIPTION} bytes, found "
+                    + (f"one of {size}" if size >= 0 else "none that can be read"))
+    return read_toml(path)
+
+
+def told_facts(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[str, str]]:
+    """The facts of a description in words; remarks about keys that nobody knows, with the nearest known one."""
+    for key, value in told.items():
+        if key == MAP:
+            continue
+        if key not in FACTS:
+            near = difflib.get_close_matches(key.lower(), [*FACTS, MAP], 1)
+            remarks.append(f"{DESCRIPTION}: expected keys among {', '.join([*FACTS, MAP])}, found {printable(key, 40)}"
+                           + (f"; {near[0]} is the nearest" if near else ""))
+        elif isinstance(value, list) and all(isinstance(one, str | int | float) for one in value):
+            yield key, printable(", ".join(map(str, value)))
+        elif isinstance(value, Mapping) and key == "processor_time":
+            total = sum(x for x in value.values() if is_seconds(x))
+            yield key, f"{total:.4g}"
+        elif isinstance(value, str | int | float) and not isinstance(value, bool):
+            yield key, printable(f"{value:.6g}" if isinstance(value, float) else value)
+        else:
+            remarks.append(f"{DESCRIPTION}: {key}: expected words, a number or a list of them, found {printable(value, 40)}")
+
+
+def is_seconds(x: object) -> bool:
+    """Whether a value is a time that can be."""
+    return isinstance(x, int | float) and not isinstance(x, bool) and 0 <= x < 1e12
+
+
+def told_seconds(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[str, float]]:
+    """Processor times by simulation, where the description has a table of them."""
+    given = told.get("processor_time")
+    if not isinstance(given, Mapping):
+        return
+    names = [task.name for task in TASKS]
+    for key, value in given.items():
+        if key not in names or not is_seconds(value):
+            remarks.append(f"{DESCRIPTION}: processor_time: expected simulations as ex2_aw = 1.5 [s], "
+                           f"found {printable(key, 40)} = {printable(value, 40)}")
+        else:
+            yield key, float(value)
+
+
+def told_restitution(told: Mapping[str, Any], remarks: list[str]) -> float | None:
+    """The restitution of a code with rigid contacts; None where the description does not tell it."""
+    given = told.get("restitution")
+    if given is None:
+        return None
+    if is_seconds(given) and given <= 1:
+        return float(given)
+    remarks.append(f"{DESCRIPTION}: restitution: expected a number from 0 to 1, found {printable(given, 40)}")
+    return None
+
+
+def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mapping[str, Any] | None:
+    """The map of columns: a table of the description, or a file of the code's folder that it names."""
+    given = told.get(MAP)
+    if given is None or isinstance(given, Mapping):
+        return given
+    if not isinstance(given, str):
+        remarks.append(f"{DESCRIPTION}: map: expected a table or the name of a file, found {printable(given, 40)}; the map is "
+                       "guessed")
+        return None
+    try:
+        path = folder/given
+        if not path.resolve().is_relative_to(folder.resolve()):
+            raise Error(f"{DESCRIPTION}: map: expected a file of the code's folder, found {printable(given, 80)}")
+        return read_small_toml(path)
+    except (Error, OSError, ValueError, RuntimeError) as error:
+        remarks.append(f"{without(str(error), folder)}; the map is guessed")
+        return None
+
+
+def find_files(folder: Path, remarks: list[str]) -> dict[Task, Path]:
+    """The file of each simulation; of two that of the shipped input's name is taken, or the first by name."""
+    files: dict[Task, Path] = {}
+    for path in sorted(folder.iterdir(), key=lambda path: (path.stem not in TASK_NAMES, path.name)):
+        if path.suffix.lower() not in ENDINGS or path.name.startswith("."):
+            continue
+        task, shown = task_of(path), printable(path.name, 80)
+        if task is None:
+            remarks.append(f"{shown}: expected a name that says which of the ten simulations it is")
+        elif not is_file(path):
+            remarks.append(f"{shown}: expected a file, found "
+                           + ("a folder" if path.is_dir() else "a link that leads nowhere, or a device"))
+        elif task in files:
+            remarks.append(f"{shown}: expected one file for {task.words}, found {printable(files[task].name, 80)}, too, which is "
+                           "taken")
+        else:
+            files[task] = path
+    return {task: files[task] for task in TASKS if task in files}
+
+
+def reference_files(folder: Path) -> dict[Task, Path]:
+    """The file of each simulation in a folder that others are scored against. Error where nothing tells which of two is meant."""
+    found = find_files(folder, [])
+    for path in sorted(folder.iterdir()):
+        task = task_of(path) if path.suffix.lower() in ENDINGS else None
+        taken = found.get(task, path) if task else path
+        if task and taken != path and (taken.stem in TASK_NAMES) == (path.stem in TASK_NAMES):
+            raise Error(f"{path}: expected one file for {task.words}, found {taken.name}, too")
+    return found
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a file to read; a link to itself is none."""
+    try:
+        return path.is_file()
+    except (OSError, RuntimeError):
+        return False
+
+
+def is_device(path: Path) -> bool:
+    """Whether reading a path might never end: that of a device or a pipe, or of a link to one."""
+    try:
+        return path.exists() and not path.is_file() and not path.is_dir()
+    except (OSError, RuntimeError):
+        return False

@@ -1,0 +1,59 @@
+"""What the benchmark call asks for: exercises, files, quantities."""
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from ldbench import Error
+from ldbench.results.quantities import CONTACTS, PAIRS
+
+MOTION = "Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc"
+PER_CONTACT = "angle", "N", "Fz", "Fy", "y", "z", "radius"
+
+#: Columns of a submission: motion in the track frame, then the quantities of every contact.
+QUANTITIES = (*MOTION, *(f"{name}_{contact}" for name in PER_CONTACT for contact in CONTACTS))
+
+ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn"}      # of column files
+EXERCISE = re.compile(r"(?:ex(?:ercise)?|case|run|e)[ _.-]*([1-5])(?!\d)", re.IGNORECASE)
+PROFILES = {"aw": r"(?<![a-z])(?:aw|act(?:ual)?|a)(?![a-z])", "sw": r"(?<![a-z])(?:sw|simp(?:lified)?|s)(?![a-z])"}
+
+
+@dataclass(frozen=True)
+class Task:
+    """One of the ten simulations."""
+
+    exercise: int           # 1 to 5
+    profiles: str           # 'aw' or 'sw'
+
+    @property
+    def name(self) -> str:
+        """The name of the shipped input."""
+        return f"ex{self.exercise}_{self.profiles}"
+
+    @property
+    def words(self) -> str:
+        """The task in words."""
+        return f"exercise {self.exercise}, {PAIRS[self.profiles]}"
+
+
+TASKS = tuple(Task(exercise, profiles) for exercise in range(1, 6) for profiles in PAIRS)
+
+
+def task_of(file: Path) -> Task | None:
+    """The simulation that the name of a file speaks of; None where the name does not say it."""
+    name = file.stem.lower()
+    number = EXERCISE.search(name) or re.search(r"(?<!\d)([1-5])(?!\d)", name)
+    if number is None:
+        return None
+    rest = name[:number.start()] + " " + name[number.end():]
+    pairs = [pair for pair, words in PROFILES.items() if re.search(words, rest.replace("_", " "))]
+    return Task(int(number[1]), pairs[0]) if len(pairs) == 1 else None
+
+
+def task_named(word: str) -> Task:
+    """The simulation of a name as 'ex2_aw'."""
+    found = next((task for task in TASKS if task.name == word), None)
+    if found is None:
+        raise Error(f"expected a simulation among {', '.join(task.name for task in TASKS)}, found {word}")
+    return found
