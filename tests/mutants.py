@@ -64,7 +64,7 @@ def noticed(fault: Fault) -> str:
             made = subprocess.run(["make", "ldbench", "PYTHON=false"], cwd=SCRATCH, capture_output=True, text=True)
             if made.returncode:
                 return f"OUTDATED: does not compile: {made.stderr[-200:]}"
-        words = [sys.executable, "-m", "pytest", "-q", "-x", "--tb=no", "-p", "no:cacheprovider", *fault.tests]
+        words = [sys.executable, "-m", "pytest", "-q", "-x", "--tb=no", *fault.tests]
         try:
             done = subprocess.run(words, cwd=SCRATCH, env=environment, capture_output=True, text=True, timeout=HANG)
         except subprocess.TimeoutExpired:

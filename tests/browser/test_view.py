@@ -427,13 +427,4 @@ def test_film(ending: str, shipped: dict[str, Run], tmp_path: Path, capsys: pyte
     assert all(np.any(a != b) for a, b in pairwise(frames))
 
 
-def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
-    run = read_data(shipped["ex2_aw"].file)
-    picture = film.Picture([run], 0.0, 0.05, 1e-3, None)
-    k = int(np.argmax(run.values("N_LF")))
-    words = [text for _, text, _, _ in picture.words(float(run.time[k]))]
-    assert any(f"Y {1e3*run.values('Y')[k]:.2f} mm" in text for text in words)
-    assert any(f"flange {1e-3*run.values('N_LF')[k]:.0f} kN at" in text for text in words)
-
-
 # Refusals --------------------------------------------------------------------------------------

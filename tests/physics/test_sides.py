@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.patches import Polygon
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
 
@@ -17,9 +16,7 @@ from ldbench import Case, ContactTable, run
 from ldbench.conicity import equivalent_conicity, linearised_conicity
 from ldbench.geometry.outlines import case_outlines, pose, run_outlines, turned
 from ldbench.results.run_data import RunData, read_data
-from ldbench.viewer import film
 from ldbench.viewer.page import make_page
-from ldbench.viewer.shapes import facing
 from probes import MASS, WEIGHT, gaps
 from round_profiles import RADIUS, Shape
 from running import REPO, header, rows, run_case, short_case
@@ -344,35 +341,6 @@ def test_pictures_of_two_sides(two_runs: tuple[RunData, RunData]):
     for side, other in (rigid.left, placed.left), (rigid.right, placed.right):
         np.testing.assert_array_equal(side.wheel, other.wheel)
         np.testing.assert_array_equal(side.rail, other.rail)
-
-
-def bodies(run: RunData, t: float) -> list[np.ndarray]:
-    """What a film's picture of the wheelset and both rails shows at a time, polygon by polygon [m], without arrows."""
-    picture = film.Picture([run], 0.0, 0.03, 1e-3, None)
-    picture.frame(t)
-    scene = picture.scenes[0]
-    arrows = [*scene.arrows.values(), scene.scale_arrow]
-    return [patch.get_xy() for patch in scene.ax.patches if isinstance(patch, Polygon) and patch not in arrows]
-
-
-def test_mirrored_sides_give_mirrored_pictures(two_runs: tuple[RunData, RunData]):
-    """Outlines bit for bit, so are the wheelset and the rails of a film's frame; the axle is drawn from the other end."""
-    here, there = two_runs
-    for found in (run_outlines(here)[0], run_outlines(there)[0]), (case_outlines(here.case), case_outlines(there.case)):
-        one, other = found
-        assert (one.axle, one.roll) == (other.axle, -other.roll)
-        for mine, theirs in (one.left, other.right), (one.right, other.left):
-            for points, mirrored_points in zip((mine.wheel, mine.rail, *facing(mine.wheel, mine.rail)),
-                                               (theirs.wheel, theirs.rail, *facing(theirs.wheel, theirs.rail)), strict=True):
-                np.testing.assert_array_equal(points, mirrored_points)
-    t = float(here.time[len(here.time)//2])
-    left_rail, right_rail, axle, left, right = bodies(here, t)
-    mirror_left_rail, mirror_right_rail, mirror_axle, mirror_left, mirror_right = bodies(there, t)
-    for a, b in ((left_rail, mirror_right_rail), (right_rail, mirror_left_rail), (left, mirror_right),
-                 (right, mirror_left)):
-        np.testing.assert_allclose(a, b*[-1, 1], rtol=0, atol=1e-15)
-    np.testing.assert_allclose(axle[:4], mirror_axle[[1, 0, 3, 2]]*[-1, 1], rtol=0, atol=1e-15)
-    assert left.shape != right.shape
 
 
 def test_page_of_two_sides(two_runs: tuple[RunData, RunData], tmp_path: Path):

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ldbench.results.run_data import read_data
 from running import (
     HANG,
     LDBENCH,
@@ -98,26 +97,6 @@ def test_earlier_result_is_replaced_when_the_new_one_is_complete(tmp_path):
     (tmp_path / "case.nml").write_text(short_case(tmp_path))
     assert ldbench(tmp_path / "case.nml").returncode == 0
     assert (tmp_path / "columns.txt").read_text().lstrip().startswith("time ")
-
-
-def test_summary(tmp_path):
-    text = short_case(tmp_path, case={"name": "first", "title": "a short one"}, initial={"vY": 1.0},
-                      integrator={"t_end": 0.02, "energy_tolerance": 0.0})
-    done = run_case(text, tmp_path)
-    assert done.returncode == 0 and done.stderr == ""
-    for words in ("first: a short one\n", "rigid-axle clearance [mm]: 2 x 10.180\n", "90.000 kN per wheel\n",
-                  " s  left flange contact at 4", " degrees\n", "number of events:\n  left flange contact 1\n",
-                  "peak normal forces [kN]:\n  LT ", "largest energy drift [J]: ",
-                  "steps: 2000 of at most 1.0E-5 s, of which 0 were cut; contact evaluations: ",
-                  "ended at t = 0.020000 s: t_end\n", "processor time [s]: table ", " (built), integration ",
-                  f"columns: {tmp_path / 'columns.txt'}, 201 rows\n"):
-        assert words in done.stdout
-    assert max(len(line) for line in done.stdout.splitlines() if not line.startswith("columns: ")) <= 100
-    read = read_data(tmp_path/"columns.txt")
-    listed = re.findall(r"^  t = (\S+) s  (.*?)(?: at \S+ degrees)?$", done.stdout, re.MULTILINE)
-    assert [(f"{event.t:.6f}", event.kind) for event in read.events] == listed != []
-    assert f"largest energy drift [J]: {read.results['drift']:.2E}" in done.stdout
-    assert read.results["steps"] == 2000 and read.ending == "t_end"
 
 
 # ---- progress ------------------------------------------------------------------------

@@ -20,12 +20,11 @@ from ldbench import Event, read_columns
 from ldbench.geometry.outlines import Outlines, run_outlines
 from ldbench.plots import document
 from ldbench.plots.contents import arranged, contents_page, entries
-from ldbench.plots.document import Part, bind, case_figures, save_pages
+from ldbench.plots.document import Part, bind, save_pages
 from ldbench.plots.geometry import geometry_page
-from ldbench.plots.impact import HEADS, impact_page, table_rows
+from ldbench.plots.impact import impact_page
 from ldbench.plots.overview import first_contacts, overview_figures, side_by_side
 from ldbench.plots.phase import energy_page
-from ldbench.plots.ramp import is_ramp, ramp_page
 from ldbench.plots.sections import instants
 from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
 from ldbench.plots.stretches import band, first_impact, last_second, thin
@@ -211,23 +210,6 @@ def test_long_run_is_a_band_and_its_last_second():
     assert first_impact(run).start < 0.01 < first_impact(run).end
 
 
-def test_growing_force_is_the_axis_of_its_own_page(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(document, "PAGES", PAGES[:1])       # one page against time stands for all of them
-    run = long_run()
-    assert is_ramp(run) and not is_ramp(invented())
-    assert [title for title, _ in case_figures(run)] == [
-        PAGES[0].title, "energy and lateral force", LAST.title, "impacts of flanges"]
-    figure = ramp_page(run)
-    axes = {ax.get_ylabel(): ax for ax in figure.axes}
-    line = axes["lateral Y [mm]"].get_lines()[0]
-    before = run.time <= run.time[-1] - 1
-    force = 5.0*run.time[before]
-    assert force[0] <= line.get_xdata()[0] < line.get_xdata()[-1] <= force[-1] + 0.01
-    np.testing.assert_allclose(line.get_ydata()[100], 1e3*run.values("Y")[before][np.searchsorted(force, line.get_xdata()[100])],
-                               rtol=0.05)
-    assert axes["L/V, left wheel"].get_xlim() == axes["L/V, right wheel"].get_xlim()
-
-
 def test_phase_portrait_is_velocity_over_displacement():
     run = invented()
     axes = {ax.get_xlabel(): ax for ax in energy_page(run).axes}
@@ -304,20 +286,6 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], imp
     for c in closed:
         point = 1e3*np.array([run.values(f"y_{c}")[k], run.values(f"z_{c}")[k]])
         assert np.hypot(*(wheel - point).T).min() < 0.2          # [mm], points every 0.25 mm
-
-
-def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path], impact: Figure):
-    run, _ = thrown
-    first, = run.impacts(("LF",))
-    row, = table_rows(run, [first])
-    assert len(row) == len(HEADS) and row[0] == "left flange"
-    assert row[3] == f"{1e-3*run.values('N_LF').max():.1f} kN"
-    t, N = run.time, run.values("N_LF")
-    impulse = float(np.sum(np.diff(t)*(N[1:] + N[:-1])/2))
-    assert float(row[5].split()[0]) == pytest.approx(1e-3*impulse, rel=2e-3)
-    before = run.values("KE_lat")[np.flatnonzero(N > 0)[0] - 1]
-    assert float(row[7].split()[0]) == pytest.approx(before, abs=0.06)
-    assert set(row) <= set(texts(impact))
 
 
 # Axes that are drawn with one tick -----------------------------------------------------------

@@ -53,7 +53,7 @@ class Raw:
         return [slice(max(a - 1, 0), min(b + 1, len(self.t))) for a, b in edges]
 
     def first(self, contact: str) -> slice | None:
-        """The first of these, of a flange not of its root."""
+        """The first episode of a contact, of a flange not of its root."""
         for rows in self.episodes(contact):
             k = rows.start + int(self.c[f"N_{contact}"][rows].argmax())
             if contact[1] == "T" or abs(self.c[f"angle_{contact}"][k]) >= FLANGE_ANGLE:
@@ -61,17 +61,17 @@ class Raw:
         return None
 
     def start(self, contact: str) -> float:
-        """When that begins: where the row is in which nothing is carried yet."""
+        """When the first contact begins: the row in which it carries nothing yet."""
         rows = self.first(contact)
         return self.t[rows.start] if rows else np.nan
 
     def first_peak(self, contact: str) -> int | None:
-        """The row of its largest force."""
+        """The row of the largest force in the first contact."""
         rows = self.first(contact)
         return rows.start + int(self.c[f"N_{contact}"][rows].argmax()) if rows else None
 
     def impact(self, contact: str) -> dict[str, float]:
-        """Its numbers."""
+        """The numbers of the first contact."""
         rows = self.first(contact)
         if rows is None:
             return {}

@@ -139,7 +139,7 @@ def test_summary_page(world: World):
 
 
 def test_table_of_the_results_page(world: World):
-    """The same numbers on the page of all runs, each with the moment that a click opens."""
+    """The page of all runs has the numbers of the summary, each with the moment that a click opens."""
     shown = facts(world.outputs/"ldbench_results.html")
     rows = {row["words"]: row["cells"] for row in shown["summary"]}
     known = {result.words for result in RESULTS.values()} | {words for both in table.PRESSED.values() for words in both}
@@ -283,7 +283,7 @@ def test_ramp_page(world: World):
 # Formulations ------------------------------------------------------------------------------
 
 def impulse_of(raw: Raw) -> float:
-    """Of forces and impacts on the left flange, from the first touch until the wheelset moves back [N s]."""
+    """Impulse of forces and impacts on the left flange, from the first touch until the wheelset moves back [N s]."""
     blows = raw.c.get("P_LF", np.zeros(len(raw.t)))
     touched = int(np.argmax((raw.c["N_LF"] > 1) | (blows > 0)))
     end = touched + int(np.argmax(raw.c["vY"][touched:] < 0))
