@@ -8,14 +8,27 @@ import os
 import shutil
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
-from running import CASES, HANG, LDBENCH, PAIRS, REPO, LongProgram, Run, for_all_cases, once, read_shipped, run_shipped
+from running import (
+    CASES,
+    FORTRAN_TESTS,
+    HANG,
+    LDBENCH,
+    PAIRS,
+    REPO,
+    LongProgram,
+    Run,
+    for_all_cases,
+    once,
+    read_shipped,
+    run_shipped,
+)
 
 if TYPE_CHECKING:
     from ldbench import ContactTable
@@ -26,7 +39,6 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # By the modules that wait for them, which are the last ones.
 LONG_PROGRAMS: dict[str, Callable[[Path], list[object]]] = {
     "test_validation": lambda folder: [sys.executable, REPO / "tests/validation", "--short", "--out", folder],
-    "test_bench": lambda folder: [sys.executable, REPO / "tests/bench", "--short", "--out", folder],
 }
 
 
@@ -36,6 +48,18 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         pytest.skip("the executable is not the extension's build")
     if item.get_closest_marker("slow") and "LDBENCH_SLOW" not in os.environ:
         pytest.skip("slow: LDBENCH_SLOW=1 runs it")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+        item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Tests of the core's modules need programs that `make test` builds and `make` does not: without them they are skipped."""
+    report = yield
+    error = call.excinfo.value if call.excinfo else None
+    if isinstance(error, FileNotFoundError) and Path(str(error.filename)).parent == FORTRAN_TESTS:
+        report.outcome = "skipped"
+        report.longrepr = str(item.path), 0, f"no {error.filename}: make test builds it"
+    return report
 
 
 @pytest.hookimpl(trylast=True)

@@ -19,7 +19,7 @@ from measure import Form, Section
 from sheets import text_pages
 from summary import summary
 
-SECTIONS = "precision", "steps", "evaluation", "instructions", "cases", "ensemble"
+SECTIONS = "precision", "evaluation", "cases", "ensemble"
 HEAD = "section", "case", "subject", "quantity", "unit", "median", "lower quartile", "upper quartile", "rounds", "note"
 
 
@@ -32,7 +32,7 @@ def write_pdf(path: Path, sections: dict[str, Section]) -> None:
 
 
 def main() -> int:
-    args = arguments("make bench", __doc__, SECTIONS, "one exercise, few settings, no valgrind",
+    args = arguments("make bench", __doc__, SECTIONS, "one exercise, few settings",
                      {"scipy": "scipy"},
                      "all cases, methods, models and members: 15 minutes instead of 6")
     form = Form.SHORT if args.short else Form.FULL if args.full else Form.USUAL

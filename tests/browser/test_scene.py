@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import ldbench
 from browser import Browser, facts, go
 from ldbench.geometry.pressures import full_row
 from ldbench.results.run_data import read_data
@@ -21,28 +20,6 @@ CONTACT = """const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shap
 
 def size(browser: Browser) -> tuple[float, float]:
     return tuple(browser.run("return [ldbench.scene.w, ldbench.scene.h]"))
-
-
-def metre_gauge() -> ldbench.Case:
-    """Exercise 2 on metre gauge, wheels as far from their rails as on standard gauge."""
-    case = ldbench.Case.exercise(2, "aw")
-    less = case.gauge - 1.0
-    return case.replace(gauge=1.0, back_to_back=case.back_to_back - less, model="hertz", table_file="", t_end=0.03, stop_at="t_end",
-                        n_lateral=60, n_roll=9, n_depth=9)
-
-
-def test_close_ups_of_a_gauge_of_one_metre(browser: Browser, tmp_path: Path):
-    """The centres come from the run: both contacts lie in the middle of the picture."""
-    page = ldbench.run(metre_gauge()).view().write(tmp_path/"metre.html")
-    browser.open(page)
-    w, h = size(browser)
-    for key, contact in (("2", "LT"), ("3", "RT")):
-        browser.press(key)
-        x, y = browser.run(CONTACT, contact)
-        assert 0.2*w < x < 0.8*w and 0.3*h < y < 0.7*h
-    browser.press("1")
-    spread = [browser.run(CONTACT, contact)[0] for contact in ("LT", "RT")]
-    assert 0.05*w < spread[0] < 0.3*w and 0.7*w < spread[1] < 0.95*w        # and the wheelset fills the picture
 
 
 def test_fit_holds_an_overturned_wheelset(browser: Browser, shipped: dict[str, Run], ex5: Path):
@@ -70,32 +47,6 @@ def test_fit_holds_an_overturned_wheelset(browser: Browser, shipped: dict[str, R
     go(browser, 0.0)
     browser.press("4")
     assert inside()
-
-
-def test_the_picture_follows_the_contact_and_zooms_about_it(browser: Browser, shipped: dict[str, Run],
-                                                            page_of: Callable[[str], Path]):
-    run = shipped["ex3_aw"]
-    page = page_of("ex3_aw")
-    t = float(run.columns["time"][np.argmax(run.columns["N_LF"])])
-    browser.open(page, f"#t={t}&view=left&follow=1")
-    w, h = size(browser)
-
-    def apart() -> float:
-        x, y = browser.run(CONTACT, "LF")
-        return max(abs(x - w/2), abs(y - h/2))
-
-    browser.wait(lambda: apart() < 1)
-    before = browser.run("return ldbench.scene.scale")
-    for _ in range(8):
-        browser.run("ldbench.zoomScene(1.4, 30, 40)")
-    assert apart() < 1 and browser.run("return ldbench.scene.scale") == pytest.approx(before*1.4**8)
-    for later in (2e-4, 4e-4):
-        go(browser, t + later)
-        assert apart() < 1
-    browser.press("f")
-    go(browser, t)
-    assert apart() > 5              # at this scale, another moment is elsewhere
-    assert browser.run("return document.querySelector('#follow').checked") is False
 
 
 def test_small_gaps_are_exaggerated_with_a_badge(browser: Browser, shipped: dict[str, Run],
@@ -169,24 +120,3 @@ def test_pressed_patches_at_the_peaks(browser: Browser, shipped: dict[str, Run],
     assert painted > 300
     go(browser, row["t_pmax_LF"] + 1e-4)
     assert browser.run("return document.querySelector('#patches').hidden") and browser.log() == []
-
-
-def test_no_patches_without_pressures(shipped: dict[str, Run], tmp_path: Path):
-    """A run with another contact law has none, nor has another code's file."""
-    file = tmp_path/"hertz.txt"
-    file.write_text(shipped["ex2_aw"].file.read_text().replace("model = 'halfspace'", "model = 'hertz'"))
-    other = tmp_path/"other.csv"
-    other.write_text("time,Y\n0,0\n1,1\n")
-    page = ldbench.view(file, other).write(tmp_path/"page.html")
-    assert [run["pressure"] for run in facts(page)["runs"]] == [[], []]
-
-
-def test_a_run_without_outlines(browser: Browser, shipped: dict[str, Run], tmp_path: Path):
-    """Profiles that are no longer there: views, fit and following do no harm, and a note says what is missing."""
-    file = tmp_path/"moved.txt"
-    file.write_text(shipped["ex2_aw"].file.read_text().replace("awprof.yz", "gone.yz"))
-    page = ldbench.view(file).write(tmp_path/"page.html")
-    assert facts(page)["runs"][0]["shape"] is None and facts(page)["runs"][0]["pressure"] == []
-    browser.open(page, "#t=0.0215&follow=1&gap=20&view=left")
-    browser.press("1", "4", "2", "4", "f", "+", "e")
-    assert browser.log() == []

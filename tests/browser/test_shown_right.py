@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from browser import Browser, facts, go
-from invented import altered
 from ldbench.results.run_data import read_data
-from ldbench.viewer.page import make_page
-from running import CASES, Run
+from running import Run
 
 # What a chart draws on its canvas: words with their boxes.
 RECORD = """window.words = []; const before = CanvasRenderingContext2D.prototype.fillText;
@@ -22,16 +20,6 @@ RECORD = """window.words = []; const before = CanvasRenderingContext2D.prototype
     if (place.b === 0) window.words.push({text, x, y, left, right: left + width, canvas: this.canvas.parentElement.className});
     before.call(this, text, x, y);
   }"""
-
-
-def made_run(shipped: dict[str, Run], rows: int, **columns: np.ndarray):
-    """A run of so many rows with columns of one's own."""
-    import pandas as pd
-
-    run = read_data(shipped["ex2_aw"].file)
-    data = pd.DataFrame({"time": np.arange(rows)*1e-4, **columns})
-    data.attrs["units"] = {}
-    return altered(run, data=data)
 
 
 def channels(colour: str) -> list[int]:
@@ -54,52 +42,6 @@ def test_left_is_blue_and_right_is_orange(browser: Browser, one: Path):
             assert all(abs(red - blue) < 60 for red, _, blue in others)
     finally:
         browser.size(1366, 860)
-
-
-def luminance(rgb: list[int]) -> float:
-    linear = [c/12.92 if c <= 0.04045 else ((c + 0.055)/1.055)**2.4 for c in np.array(rgb)/255]
-    return float(np.dot(linear, (0.2126, 0.7152, 0.0722)))
-
-
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-def test_contrast_of_lines_and_words(browser: Browser, one: Path, dark: bool):
-    """At least 4.5:1 to the paper."""
-    try:
-        browser.size(1366, 860, dark=dark)
-        browser.open(one)
-        names = ["ink", "muted", "accent", "second", "LT", "LF", "RT", "RF", *(f"series{k}" for k in range(8))]
-        found = browser.run("return arguments[0].map(name => ldbench.colour.of(name))", ["paper", *names])
-        paper, *colours = (luminance(channels(colour)) for colour in found)
-        for name, colour in zip(names, colours, strict=True):
-            assert (max(paper, colour) + 0.05)/(min(paper, colour) + 0.05) >= 4.5, name
-    finally:
-        browser.size(1366, 860)
-
-
-def test_lines_of_many_rows_hold_together(browser: Browser, shipped: dict[str, Run], tmp_path: Path):
-    """Steps between bins of rows, and rows of a long run at steps: no column of pixels lies apart from its neighbour."""
-    rows = 20_000
-    step = np.where(np.arange(rows) % 2000 < 1000, 1.0, -1.0) + 1e-3*np.sin(np.arange(rows))
-    for cells in (10**6, 3000):         # all rows, or bands
-        page = make_page([made_run(shipped, rows, step=step)], cells={"ex2_aw": cells}).write(tmp_path/"steps.html")
-        browser.open(page)
-        spans = browser.run("""const [chart] = ldbench.charts, {canvas, box} = chart, c = chart.lines()[0].colour;
-          const g = canvas.getContext('2d'), found = [], [red, green, blue] = [1, 3, 5].map(k => parseInt(c.slice(k, k + 2), 16));
-          for (let x = Math.ceil(box.left) + 2; x < box.right - 2; x++) {
-            const pixels = g.getImageData(x, box.top, 1, box.bottom - box.top - 1).data;
-            let low = -1, high = -1;
-            for (let y = 0; y < pixels.length/4; y++) {
-              const near = (k, v) => Math.abs(pixels[4*y + k] - v) < 140;
-              if (pixels[4*y + 3] > 100 && near(0, red) && near(1, green) && near(2, blue)) { if (low < 0) low = y; high = y; }
-            }
-            found.push([low, high]);
-          }
-          return found""")
-        assert len(spans) > 400 and all(low >= 0 for low, _ in spans)
-        for (low, high), (other_low, other_high) in pairwise(spans):
-            assert other_low <= high + 2 and low <= other_high + 2
-        tops, bottoms = zip(*spans, strict=True)
-        assert min(tops) < 10 and max(bottoms) > 110
 
 
 def test_axes_have_two_numbers_or_more_that_stand_apart(browser: Browser, one: Path):
@@ -189,36 +131,3 @@ def test_events_that_the_file_does_not_list_are_told_and_reached(browser: Browse
         browser.press("e")
         at.append(browser.run("return ldbench.t"))
     assert all(0 < after - before < 0.05 for before, after in pairwise(at))
-
-
-def test_six_runs_and_more(browser: Browser, all_runs: Path):
-    """The names of the quantities can be read, chips and charts show the looks of a run alike, and no two runs look the same."""
-    browser.open(all_runs)
-    browser.run("document.querySelectorAll('#runs input').forEach(box => box.checked || box.click())")
-    browser.wait(lambda: browser.run("return ldbench.runs.length") == len(CASES))
-    browser.wait(lambda: len(browser.texts("#charts section:first-child .legend li")) == len(CASES))
-    assert browser.run("return document.querySelector('#values tbody th[scope=row]').getBoundingClientRect().width") > 140
-    look = ("[...document.querySelectorAll(arguments[0])].map(path => ['stroke', 'stroke-dasharray']"
-            ".map(name => path.getAttribute(name)))")
-    chips = browser.run("return " + look, "#runs .swatch path")
-    assert chips == browser.run("return " + look, "#charts section:first-child .swatch path")
-    assert len({tuple(chip) for chip in chips}) == len(CASES) == 10
-    looks = browser.run("return Array.from({length: 32}, (_, number) => "
-                        "[ldbench.colour.run({number}), ldbench.colour.dash({number}).join()].join())")
-    assert len(set(looks)) == 32
-
-
-def test_two_clicks_within_a_frame_start_one_loop(browser: Browser, one: Path):
-    browser.open(one)
-    moves = browser.run("""const waiting = []; let now = performance.now(), moves = 0;
-      window.requestAnimationFrame = frame => waiting.push(frame);
-      const go = ldbench.go.bind(ldbench); ldbench.go = (...all) => { moves++; go(...all); };
-      const play = document.querySelector('#play'); play.click(); play.click(); play.click();
-      const found = [];
-      for (let k = 0; k < 5; k++) {
-        moves = 0; now += 10;
-        waiting.splice(0).forEach(frame => frame(now));
-        found.push(moves);
-      }
-      return found""")
-    assert moves == [1]*5

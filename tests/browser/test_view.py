@@ -2,8 +2,6 @@
 from __future__ import annotations
 
 import re
-import sys
-import zlib
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,17 +10,15 @@ import pytest
 
 import ldbench
 from browser import Browser, facts, go
-from invented import altered
 from ldbench.__main__ import main
 from ldbench.geometry.outlines import case_outlines, pose, run_outlines, turned
-from ldbench.plots.style import ldbench_style
 from ldbench.results.header import read_header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import read_data
 from ldbench.results.summary import CHAOTIC_NOTE
 from ldbench.viewer import film, results
-from ldbench.viewer.pack import BINS, FINE_LEVELS, LEVELS, decimals, keep_rows, pack, value_of
-from ldbench.viewer.page import Page, make_page
+from ldbench.viewer.pack import BINS, FINE_LEVELS, LEVELS
+from ldbench.viewer.page import Page
 from probes import gaps, left_rail, left_wheel
 from running import CASES, Run
 
@@ -31,72 +27,6 @@ HOSTILE = ('<img src=x onerror="document.title=1;window.harmed=1">', "</script><
 
 
 # What is packed --------------------------------------------------------------------------------
-
-def test_numbers_keep_nine_digits():
-    chance = np.random.default_rng(1)
-    x = chance.choice([-1, 1], 20000)*chance.uniform(1, 10, 20000)*10.0**chance.integers(-60, 60, 20000)
-    x[:9] = 0.0, 1.0, -1.0, 9.99999999e-5, 9.999999999, 1e22, 1e-22, 123456789.5, 5e-324
-    found = value_of(*decimals(x))
-    assert [f"{a:.8E}" for a in found[:8]] == [f"{a:.8E}" for a in x[:8]]
-    assert found[8] == 0                                # smaller than anything that is written
-    printed = np.array([float(f"{a:.8E}") for a in x])
-    np.testing.assert_allclose(found[9:], printed[9:], rtol=1e-15)
-    assert np.isnan(value_of(*decimals(np.array([np.nan, np.inf, -np.inf])))).all()
-
-
-def test_kept_rows_hold_ends_extremes_events_and_peaks():
-    t = np.linspace(0, 10, 50_001)
-    columns = {"a": np.sin(3*t), "N_LF": np.maximum(np.sin(50*t), 0)*(1 + t)}
-    kept = keep_rows(t, columns, [2.5, 7.7], ["N_LF"], 2000)
-    assert len(kept) <= 2000 and np.all(np.diff(kept) > 0)
-    wanted = {0, 50_000} | {int(f(x)) for x in columns.values() for f in (np.argmin, np.argmax)}
-    for moment in (2.5, 7.7):
-        wanted |= set(range(np.searchsorted(t, moment) - 100, np.searchsorted(t, moment) + 100))
-    assert wanted <= set(kept.tolist())
-    assert np.diff(kept).max() <= 50_001/1000           # and nowhere a long gap
-
-
-def test_bands_hold_every_value():
-    """Unpacked here by the description in pack.py, not by the page."""
-    chance = np.random.default_rng(2)
-    n = 60_000
-    t = np.arange(n)*1e-3
-    noise = chance.normal(size=n).cumsum()
-    noise[100:9000] = np.nan
-    packed = pack(t, {"noise": noise, "Y": np.sin(t)}, every_row=["Y"], cells=1000)
-    body = zlib.decompress(packed.body)
-    assert packed.index["kept"] < 1000 and packed.index["even"]
-    at = 5*packed.index["kept"]*3                       # time and two columns: an exponent and four bytes a number
-    bins = -(-n//packed.index["bin"])
-    assert bins <= BINS
-
-    def whole(count: int, planes: int) -> np.ndarray:
-        nonlocal at
-        rows = np.frombuffer(body, np.uint8, planes*count, at).reshape(planes, count).astype(np.int64)
-        at += planes*count
-        return sum(row << 8*k for k, row in enumerate(rows))
-
-    def summed(code: np.ndarray) -> np.ndarray:
-        return np.cumsum(np.where(code % 2, -(code + 1)//2, code//2))
-
-    low = summed(whole(bins, 2))
-    high = low + whole(bins, 2)
-    about = packed.index["bands"][0]
-    step = about["step"]
-    assert step == pytest.approx((np.nanmax(noise) - np.nanmin(noise))/LEVELS)
-    edges = np.arange(0, n, packed.index["bin"])
-    least, largest = np.fmin.reduceat(noise, edges), np.fmax.reduceat(noise, edges)
-    assert np.array_equal(low == 0, np.isnan(least))
-    closed = low > 0
-    below, above = (about["low"] + step*(x[closed] - 1) for x in (low, high))
-    assert np.all(below <= least[closed] + 1e-9*step) and np.all(below > least[closed] - 1.001*step)
-    assert np.all(above >= largest[closed] - 1e-9*step) and np.all(above < largest[closed] + 1.001*step)
-    track = packed.index["bands"][1]
-    levels = summed(whole(n, 3))
-    levels = np.cumsum(levels) if track["order"] == 2 else levels
-    found = track["low"] + track["step"]*(levels - 1)
-    assert np.abs(found - np.sin(t)).max() <= 0.5001*track["step"] <= 1.01/FINE_LEVELS
-    assert at == len(body)
 
 
 def test_outlines_lie_where_the_contacts_are(shipped: dict[str, Run]):
@@ -309,41 +239,6 @@ def test_pointer_scrubs_and_zooms(browser: Browser, one: Path):
     browser.wait(lambda: browser.run("return ldbench.window[1] - ldbench.window[0]") < 0.8*end)
 
 
-def test_two_fingers_zoom_on_a_phone(browser: Browser, one: Path):
-    try:
-        browser.size(390, 844, mobile=True)
-        browser.open(one)
-        assert browser.run("return document.documentElement.scrollWidth") <= 390
-        x, y = browser.run("""const box = document.querySelector('#scene').getBoundingClientRect();
-          return [box.x + box.width/2, box.y + box.height/2]""")
-        before = browser.run("return ldbench.scene.scale")
-        for kind, apart in (("touchStart", 20), ("touchMove", 40), ("touchMove", 80)):
-            browser.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
-                {"x": x - apart, "y": y, "id": 1}, {"x": x + apart, "y": y, "id": 2}]})
-        browser.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-        browser.wait(lambda: browser.run("return ldbench.scene.scale") > 3*before)
-    finally:
-        browser.size(1366, 860)
-
-
-def test_light_dark_and_print(browser: Browser, one: Path):
-    def back() -> str:
-        return browser.run("return getComputedStyle(document.body).backgroundColor")
-
-    try:
-        browser.open(one)
-        light, drawn = back(), scene_pixels(browser)
-        browser.size(1366, 860, dark=True)
-        browser.wait(lambda: back() != light)
-        assert scene_pixels(browser) != drawn
-        browser.size(1366, 860)
-        browser.wait(lambda: back() == light)
-        browser.size(1366, 860, media="print")
-        assert browser.run("return getComputedStyle(document.querySelector('footer')).display") == "none"
-    finally:
-        browser.size(1366, 860)
-
-
 def test_sizes(all_runs: Path):
     """The page of each run is small, and so is the page of all of them."""
     page = all_runs.read_text(encoding="utf-8")
@@ -416,26 +311,6 @@ def test_missing_columns_give_what_there_is(names: list[str], browser: Browser, 
     browser.press(" ")
     browser.wait(lambda: browser.run("return ldbench.t") > 0.15)
     browser.press(" ", "2", "l")
-    assert browser.log() == []
-
-
-def test_a_long_run_at_uneven_times(browser: Browser, tmp_path: Path):
-    """Times are not told by their number: the page has them all."""
-    file = foreign(tmp_path, ["Y", "force"], rows=5000)
-    run = read_data(file)
-    t = np.round(np.cumsum(1e-4*(1 + np.arange(5000) % 3)), 9)
-    run = altered(run, data=run.data.assign(time=t, force=np.sin(900*t)))
-    page = make_page([run], cells={run.name: 1500}).write(tmp_path/"page.html")
-    assert not facts(page)["runs"][0]["index"]["even"]
-    browser.open(page, "#t=0.1")
-    is_quiet(browser, page)
-    times, kept, track = browser.run("const run = ldbench.runs[0]; return [[...run.rowTimes], [...run.t], [...run.tracks.Y]]")
-    np.testing.assert_array_equal(times, t)
-    assert 400 < len(kept) <= 750 and np.isin(kept, t).all()
-    y = run.values("Y")
-    assert np.abs(np.array(track) - y).max() <= 0.501*np.ptp(y)/FINE_LEVELS
-    for _ in range(6):
-        browser.press("+")
     assert browser.log() == []
 
 
@@ -552,58 +427,4 @@ def test_film(ending: str, shipped: dict[str, Run], tmp_path: Path, capsys: pyte
     assert all(np.any(a != b) for a, b in pairwise(frames))
 
 
-def test_a_picture_shows_the_run_at_its_time(shipped: dict[str, Run]):
-    run = read_data(shipped["ex2_aw"].file)
-    picture = film.Picture([run], 0.0, 0.05, 1e-3, None)
-    k = int(np.argmax(run.values("N_LF")))
-    words = [text for _, text, _, _ in picture.words(float(run.time[k]))]
-    assert any(f"Y {1e3*run.values('Y')[k]:.2f} mm" in text for text in words)
-    assert any(f"flange {1e-3*run.values('N_LF')[k]:.0f} kN at" in text for text in words)
-
-
-def test_a_picture_of_a_moment(shipped: dict[str, Run], tmp_path: Path):
-    """Is the frame of that moment, with charts of the whole run."""
-    from PIL import Image
-
-    file, target = shipped["ex2_aw"].file, tmp_path/"moment.png"
-    assert main(["view", str(file), "-o", str(target), "--from", "0.0217"]) == 0
-    run = read_data(file)
-    with ldbench_style():
-        frame = film.Picture([run], run.time[0], run.time[-1], None, None).frame(0.0217)
-    assert np.array_equal(np.array(Image.open(target)), frame)
-
-
 # Refusals --------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize(("arguments", "expected", "status"), [
-    (["{folder}/run.html", "-o", "{folder}/run.html"], "expected a file of its own to write", 1),
-    (["{file}", "--from", "0"], "--from: expected with a film -o FILE.mp4, found with a page", 2),
-    (["{file}", "-o", "{folder}/film.avi"], "expected a page .html, a film .mp4 or .gif, or a picture .png, found .avi", 1),
-    (["{file}", "-o", "{folder}/film.png", "--to", "0.02"], "--to: expected with a film", 2),
-    (["{file}", "-o", "{folder}/film.gif", "--from", "7"], "expected times from 0 to 0.1", 1),
-    (["{file}", "-o", "{folder}/film.gif", "--speed", "1e-12"], "expected at most 20000 frames", 1),
-    (["{folder}/none.txt"], "cannot be opened for reading", 1),
-    (["{folder}/unnamed.csv"], "expected a column time (a map of names, --map, may tell which), found t, Y", 1),
-    (["{folder}/back.csv"], "expected rows with ascending times", 1),
-    (["{file}", "--case", "{folder}/none.nml"], "none.nml", 1),
-])
-def test_refusals(arguments: list[str], expected: str, status: int, shipped: dict[str, Run], tmp_path: Path,
-                  capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
-    (tmp_path/"unnamed.csv").write_text("t,Y\n0,0\n1,1\n")
-    (tmp_path/"back.csv").write_text("time,Y\n0,0\n1,1\n0.5,2\n")
-    file = tmp_path/"ex2_aw.txt"
-    for copy in file, tmp_path/"run.html":
-        copy.write_bytes(shipped["ex2_aw"].file.read_bytes())
-    monkeypatch.chdir(tmp_path)
-    before = sorted(tmp_path.iterdir())
-    assert main(["view", *(word.format(file=file, folder=tmp_path) for word in arguments)]) == status
-    said = capsys.readouterr().err
-    assert said.startswith("ldbench: error: ") and said.count("\n") == 1 and expected in said
-    assert sorted(tmp_path.iterdir()) == before
-
-
-def test_a_film_without_ffmpeg_says_what_to_install(tmp_path: Path, capsys: pytest.CaptureFixture[str],
-                                                    monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    assert main(["view", "none.txt", "-o", str(tmp_path/"film.mp4")]) == 1
-    assert "needs imageio-ffmpeg, which is not installed: pip install 'ldbench[view]'" in capsys.readouterr().err

@@ -11,7 +11,7 @@ import pytest
 import ldbench
 import shapes
 from probes import table_file
-from running import FORTRAN_TESTS, HANG, REPO, Run, columns, header, refusal, run_case, short_case
+from running import FORTRAN_TESTS, HANG, REPO, Run, columns, header, run_case, short_case
 
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
 
@@ -57,14 +57,6 @@ def test_noisy_points(spacing, noise, clean, tmp_path):
     assert y == pytest.approx(clean[1], abs=3e-3*noise)    # of 12 mm, after an impact at 2 m/s
     if spacing == 0.02:
         assert "put together to one" in said
-
-
-def test_few_and_many_points(clean, tmp_path):
-    """From 40 points to ten thousand."""
-    for folder, spacing in ("few", 5.0), ("many", 0.018):
-        wheel, rail = (shapes.shape(name, spacing) for name in ("awprof", "arprof"))
-        clearance, _, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail), model="hertz")
-        assert clearance == pytest.approx(clean[0], abs=0.2 if spacing > 1 else 2e-3)
 
 
 # ---- worn shapes ---------------------------------------------------------------------
@@ -122,11 +114,6 @@ def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], 
 
 
 # ---- what is refused -----------------------------------------------------------------
-def test_hopeless_points_are_refused_by_line(tmp_path):
-    scattered = WHEEL + np.random.default_rng(1).normal(0, 3, WHEEL.shape)
-    (tmp_path / "wheel").write_text("# a wheel\n" + shapes.rows(scattered))
-    message = refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / "wheel"}), tmp_path)
-    assert re.search(r"wheel(: expected a curve that does not cross itself, found a crossing between lines|, line) \d+", message)
 
 
 def mutated(text: str, chance: random.Random) -> str:

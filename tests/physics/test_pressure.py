@@ -10,7 +10,6 @@ import make_profiles as arcs
 from ldbench import Case, ContactTable, Error
 from ldbench.geometry.outlines import case_outlines, pose
 from ldbench.geometry.pressures import FLANGES, first_pressures, patch_history, run_patches
-from ldbench.plots.pressure_page import save_page
 from ldbench.pressure import CONTACTS, press
 from ldbench.results.run_data import RunData, read_data
 from ldbench.table import rigid_geometry
@@ -181,16 +180,6 @@ def test_steeper_than_yield(run: RunData):
     history = patch_history(run, "LF", 3)
     assert tuple(history[1:3, history[0] == run.time[k]].ravel()) == (patch.largest, patch.area)
     assert 3e9 < row["pmax_LF"] < 5e9 and row["pmax_RF"] > 3e9
-
-
-def test_picture_is_the_same_every_time(run: RunData, tmp_path: Path):
-    """With both sides: treads at the start. A PDF file, unlike a PNG file, could hold the time at which it was made."""
-    patches = run_patches(run, 0)
-    assert {patch.contact for patch in patches} == {"LT", "RT"}
-    files = [tmp_path/f"{name}.pdf" for name in "ab"]
-    for file in files:
-        save_page(run, 0, patches, file)
-    assert files[0].read_bytes() == files[1].read_bytes() and files[0].stat().st_size > 1e4
 
 
 def test_what_has_no_pressure(run: RunData, table: ContactTable, tmp_path: Path):

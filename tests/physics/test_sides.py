@@ -1,31 +1,25 @@
 """Left and right may differ: wheel_profile_right, rail_profile_right."""
 import functools
-import pickle
-import re
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.patches import Polygon
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
 
-import ldbench
 import make_profiles as arcs
 import shapes
 from browser import started
-from ldbench import Case, ContactTable, Error, run
+from ldbench import Case, ContactTable, run
 from ldbench.conicity import equivalent_conicity, linearised_conicity
 from ldbench.geometry.outlines import case_outlines, pose, run_outlines, turned
 from ldbench.results.run_data import RunData, read_data
-from ldbench.viewer import film
 from ldbench.viewer.page import make_page
-from ldbench.viewer.shapes import facing
 from probes import MASS, WEIGHT, gaps
 from round_profiles import RADIUS, Shape
-from running import REPO, columns, header, refusal, rows, run_case, short_case
+from running import REPO, header, rows, run_case, short_case
 
 FORMULATIONS = "elastic", "bilateral", "unilateral"
 LEFT = {"wheel_profile": "awprof", "rail_profile": "arprof"}
@@ -303,120 +297,9 @@ def test_conicity_about_the_centre_of_the_motion():
 
 
 # ---- files ---------------------------------------------------------------------------
-@pytest.mark.parametrize("variable", ["wheel_profile_right", "rail_profile_right"])
-def test_right_file_missing_or_bad(variable: str, tmp_path: Path):
-    message = refusal(short_case(tmp_path, profiles={variable: "missing.yz"}), tmp_path)
-    assert f"&profiles {variable}: missing.yz: cannot be opened for reading" in message
-    (tmp_path / "bad.yz").write_text("1 2\n3 four\n")
-    message = refusal(short_case(tmp_path, profiles={variable: "bad.yz"}), tmp_path)
-    assert f"&profiles {variable}: bad.yz, line 2: expected" in message
-    other = {"wheel_profile_right": "arprof", "rail_profile_right": "awprof"}[variable]
-    message = refusal(short_case(tmp_path, profiles={variable: REPO / f"profiles/{other}.yz"}), tmp_path)
-    # The points alone tell that a rail is no wheel; that a wheel is no rail shows on the wheel.
-    place = {"wheel_profile_right": "wheel_profile_right", "rail_profile_right": "wheel_profile, rail_profile_right"}[variable]
-    assert f"&profiles {place}: " in message
-
-
-@pytest.mark.parametrize(("group", "name"), [("output", "file"), ("output", "geometry_file"), ("table", "file")])
-def test_the_right_profile_is_not_overwritten(group: str, name: str, tmp_path: Path):
-    shutil.copy(REPO / "profiles/awprof.yz", tmp_path / "right.yz")
-    changes = {"profiles": {"wheel_profile_right": "right.yz"}, "output": {"file": "columns.txt"}}
-    changes[group] = changes.get(group, {}) | {name: "./right.yz"}
-    message = refusal(short_case(tmp_path, **changes), tmp_path)
-    assert f"&{group} {name}: expected a file of its own, found ./right.yz, which is &profiles wheel_profile_right" in message
-    assert (tmp_path / "right.yz").read_bytes() == (REPO / "profiles/awprof.yz").read_bytes()
-
-
-def test_the_right_table_has_a_file_of_its_own(tmp_path: Path):
-    changes = {"profiles": {"wheel_profile_right": REPO / "profiles/s1002.yz"}, "table": {"file": tmp_path / "a.table"}}
-    message = refusal(short_case(tmp_path, **changes, output={"file": tmp_path / "a.table.right"}), tmp_path)
-    assert f"&output file: expected a file of its own, found {tmp_path}/a.table.right, which is &table file of the right" \
-        in message
-    (tmp_path / "a.table.right").write_text("something else\n")
-    message = refusal(short_case(tmp_path, **changes), tmp_path)
-    assert f"&table file = {tmp_path}/a.table.right: expected a contact table or no file" in message
-    (tmp_path / "a.table.right").unlink()
-    (tmp_path / "a.table").unlink(missing_ok=True)
-    found = []
-    for words in "(built)", "(found)":
-        done = run_case(short_case(tmp_path, **changes), tmp_path)
-        assert words in done.stdout, done.stdout + done.stderr
-        found.append(rows(tmp_path / "columns.txt"))
-    assert found[0] == found[1]
-    kept = [(tmp_path / f"a.table{end}").read_bytes() for end in ("", ".right")]
-    assert kept[0] != kept[1]
-    # The tables of one side are those of the symmetric wheelsets.
-    for name, table in ("awprof", kept[0]), ("s1002", kept[1]):
-        one = {"profiles": {"wheel_profile": REPO / f"profiles/{name}.yz"}, "table": {"file": tmp_path / "one.table"}}
-        assert run_case(short_case(tmp_path, **one), tmp_path).returncode == 0
-        assert (tmp_path / "one.table").read_bytes() == table
 
 
 # ---- Python --------------------------------------------------------------------------
-@pytest.mark.same_build
-def test_the_executable_and_python_agree(tmp_path: Path):
-    case = two_sided(t_end=5e-3, output_file=str(tmp_path / "columns.txt"), model="strip", accuracy=0.05)
-    assert run_case(case.to_namelist(), tmp_path).returncode == 0
-    written = (tmp_path / "columns.txt").read_bytes()
-    done = run(case)
-    done.write()
-    assert (tmp_path / "columns.txt").read_bytes() == written
-    assert done.results["rest_Y"] == pytest.approx(float(re.search(r"at rest off the centre: Y = (\S+) m", done.text)[1]))
-    assert columns(tmp_path / "columns.txt")["roll"][0] == 0
-
-
-def test_a_table_serves_the_same_two_sides(tmp_path: Path):
-    table = table_of()
-    other = str(REPO / "profiles/awprof.yz")
-    with pytest.raises(Error, match=r"awprof\.yz: expected the profile of the contact table"):
-        table.for_case(table.case.replace(wheel_profile_right=other))
-    with pytest.raises(Error, match="expected the profile of the contact table"):
-        table.for_case(table.case.replace(**profiles(RIGHT, LEFT)))
-    heavier = table.for_case(table.case.replace(mass=2000))
-    assert heavier.rest[1] < table.rest[1] and heavier.clearance_right == table.clearance_right
-    left, right = (table.force(0.0, table.equilibrium - 1e-5, 0.0, wheel=wheel) for wheel in ("left", "right"))
-    assert left[1] != right[1]
-    assert left + right == pytest.approx(table.force(0.0, table.equilibrium - 1e-5, 0.0))
-
-
-def test_an_ensemble_over_the_right_wheel():
-    files = [str(REPO / f"profiles/{name}.yz") for name in ("awprof", "s1002")]
-    found = ldbench.ensemble(two_sided(t_end=1e-3, **profiles({}, LEFT)), {"wheel_profile_right": files}, progress=False)
-    assert (found.error == "").all()
-    assert found.rest_Y[0] == 0 and abs(found.rest_Y[1]) > 1e-4
-    assert found.clearance_right[0] == found.clearance_left[0] != found.clearance_right[1]
-
-
-def test_a_worker_without_the_files_runs_the_same():
-    """What a cluster's worker is sent: profiles and tables of both sides."""
-    from ldbench.ensembles import cluster
-    from ldbench.ensembles.members import Member, Wanted
-
-    def there(case: Case, tables: set[str]) -> dict[str, float]:
-        source = cluster.build_table(cluster.table_source(case))
-        assert source.error == "" and set(source.tables) == tables
-        batch, _ = pickle.loads(cluster.run_piece(pickle.dumps([Member(case)]), source, Wanted()))
-        return {name: array[0] for name, array in batch.items()}
-
-    # Members keep no rows at events, whose energy would count in the drift.
-    case = two_sided(t_end=5e-3, rows="interval")
-    found, here = there(case, {"", ".right"}), run(case, table=table_of()).results
-    assert found["drift"] == here["drift"] and found["rest_Y"] == here["rest_Y"] != 0
-    # A right side that is named and the same goes without a table of its own.
-    found = there(two_sided(t_end=1e-3, **profiles(LEFT, LEFT)), {""})
-    assert found["clearance_left"] == found["clearance_right"]
-
-
-def test_profile_command_of_two_sides(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    from ldbench.__main__ import main
-
-    files = [str(REPO / f"profiles/{name}.yz") for name in ("awprof", "arprof", "s1002", "60e1")]
-    assert main(["profile", *files[:2], "--set", f"wheel_profile_right={files[2]}", "--set", f"rail_profile_right={files[3]}",
-                 "-o", str(tmp_path / "pair.png")]) == 0
-    said = capsys.readouterr().out
-    assert "rigid-axle clearance left 10.250, right 9.931 mm" in said
-    assert "left zone of the flange" in said and "right zone of the flange" in said and "nan" not in said
-    assert (tmp_path / "pair.png").stat().st_size > 1e4
 
 
 @pytest.fixture(scope="module")
@@ -460,35 +343,6 @@ def test_pictures_of_two_sides(two_runs: tuple[RunData, RunData]):
         np.testing.assert_array_equal(side.rail, other.rail)
 
 
-def bodies(run: RunData, t: float) -> list[np.ndarray]:
-    """What a film's picture of the wheelset and both rails shows at a time, polygon by polygon [m], without arrows."""
-    picture = film.Picture([run], 0.0, 0.03, 1e-3, None)
-    picture.frame(t)
-    scene = picture.scenes[0]
-    arrows = [*scene.arrows.values(), scene.scale_arrow]
-    return [patch.get_xy() for patch in scene.ax.patches if isinstance(patch, Polygon) and patch not in arrows]
-
-
-def test_mirrored_sides_give_mirrored_pictures(two_runs: tuple[RunData, RunData]):
-    """Outlines bit for bit, so are the wheelset and the rails of a film's frame; the axle is drawn from the other end."""
-    here, there = two_runs
-    for found in (run_outlines(here)[0], run_outlines(there)[0]), (case_outlines(here.case), case_outlines(there.case)):
-        one, other = found
-        assert (one.axle, one.roll) == (other.axle, -other.roll)
-        for mine, theirs in (one.left, other.right), (one.right, other.left):
-            for points, mirrored_points in zip((mine.wheel, mine.rail, *facing(mine.wheel, mine.rail)),
-                                               (theirs.wheel, theirs.rail, *facing(theirs.wheel, theirs.rail)), strict=True):
-                np.testing.assert_array_equal(points, mirrored_points)
-    t = float(here.time[len(here.time)//2])
-    left_rail, right_rail, axle, left, right = bodies(here, t)
-    mirror_left_rail, mirror_right_rail, mirror_axle, mirror_left, mirror_right = bodies(there, t)
-    for a, b in ((left_rail, mirror_right_rail), (right_rail, mirror_left_rail), (left, mirror_right),
-                 (right, mirror_left)):
-        np.testing.assert_allclose(a, b*[-1, 1], rtol=0, atol=1e-15)
-    np.testing.assert_allclose(axle[:4], mirror_axle[[1, 0, 3, 2]]*[-1, 1], rtol=0, atol=1e-15)
-    assert left.shape != right.shape
-
-
 def test_page_of_two_sides(two_runs: tuple[RunData, RunData], tmp_path: Path):
     """In the browser: contact points lie on the wheel of their own side as it is drawn; the mirrored run has them
     mirrored, and the gaps between flanges and rails."""
@@ -519,23 +373,3 @@ def test_page_of_two_sides(two_runs: tuple[RunData, RunData], tmp_path: Path):
     assert here["gaps"]["left"] == pytest.approx(there["gaps"]["right"], abs=1e-12)
     assert here["gaps"]["right"] == pytest.approx(there["gaps"]["left"], abs=1e-12)
     assert abs(here["gaps"]["left"] - here["gaps"]["right"]) > 1e-4
-
-
-@pytest.mark.parametrize("written", ["old MiniProf", "MiniProf", "SIMPACK"])
-def test_pictures_of_any_format(written: str, tmp_path: Path):
-    """A run of measured files is drawn as that of the same points in plain columns."""
-    points = {"wheel": shapes.shape("awprof"), "rail": shapes.shape("arprof")}
-    found = []
-    for name in "plain", written:
-        for kind, shape in points.items():
-            (tmp_path / f"{name} {kind}").write_text(shapes.FORMATS[name](shape, kind))
-        files = {f"{kind}_profile": str(tmp_path / f"{name} {kind}") for kind in points}
-        case = Case.exercise(2).replace(table_file="", formulation="unilateral", t_end=1e-3, stop_at="t_end", **files,
-                                        output_file=str(tmp_path / f"{name}.txt"))
-        outline, remark = run_outlines(read_data(run(case).write()))
-        assert remark == ""
-        found.append((outline.left.wheel, outline.left.rail, facing(outline.left.wheel, outline.left.rail)[1]))
-    (plain_wheel, plain_rail, plain_gauge), (other_wheel, other_rail, other_gauge) = found
-    np.testing.assert_allclose(other_wheel, plain_wheel, rtol=0, atol=1e-8)
-    np.testing.assert_allclose(other_rail, plain_rail, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(other_gauge, plain_gauge, rtol=0, atol=1e-9)

@@ -1,9 +1,7 @@
 """Contact tables: the error that they state, their size, their bytes, half-spaces under them."""
 import os
 import re
-import shutil
 import subprocess
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +14,7 @@ from ldbench.__main__ import main
 from ldbench.results.run_data import read_data
 from ldbench.table import Accuracy
 from probes import TAPER, left_rail, left_wheel, probe, table_file, tangent_angles, text, turned, write_case
-from running import HANG, LDBENCH, PAIRS, REPO, Run, columns, header, refusal, rows, run_case
+from running import HANG, LDBENCH, PAIRS, Run, columns, header, rows, run_case
 from shapes import arcs, shape
 
 PLACES = "tread", "flange", "both", "going over"
@@ -171,47 +169,6 @@ def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):
     assert done.returncode == 0 and "warning" not in done.stdout + done.stderr
 
 
-def test_what_a_table_misses_is_a_warning_of_python(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """Each line of the summary once per call, at the line that calls. Commands and ensembles show the line themselves, and a
-    table without fault brings none."""
-    file = tmp_path / "case.nml"
-    file.write_text(short_case(tmp_path, table=COARSE | {"file": tmp_path / "a.table"}))
-    facts = tuple(re.findall("warning: (.*)", run_case(file.read_text(), tmp_path).stdout.replace("\n  ", " ")))
-    assert len(facts) == len(set(facts)) == 2
-    table = ContactTable.quiet(Case.from_namelist(file))
-    for call in lambda: ldbench.run(file), lambda: ContactTable(file), lambda: ldbench.run(table.case, table=table):
-        with pytest.warns(ldbench.Warning) as told:
-            call()
-        assert tuple(str(warning.message) for warning in told) == facts and {warning.filename for warning in told} == {__file__}
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        for command in "run", "table":
-            assert main([command, str(file)]) == 0
-            said = capsys.readouterr()
-            assert all(said.out.replace("\n  ", " ").count(f"warning: {words}") == 1 for words in facts) and said.err == ""
-            assert main([command, str(file), "--json"]) == 0
-            said = capsys.readouterr()
-            assert said.err.splitlines() == [f"ldbench: warning: {words}" for words in facts] and "warning" not in said.out
-        assert ldbench.ensemble([table.case]).error.values.tolist() == [""]
-        with pytest.raises(ldbench.Warning):
-            ContactTable(file)
-        assert ContactTable(table.case.replace(accuracy=0.5)).warnings == ldbench.run(
-            table.case.replace(accuracy=0.5)).table.warnings == ()
-
-
-def test_a_table_that_is_exact_enough_does_not_warn(shipped: dict[str, Run], strip_tables: dict[str, Path], folder: Path):
-    accuracy = ContactTable(table_case("aw", "strip", shipped, strip_tables)).accuracy
-    assert max(accuracy[place].rms for place in PLACES[:3]) < 1e-3
-    done = run_case(short_case(folder, table={"file": strip_tables["aw"], **LARGEST}), folder)
-    assert done.returncode == 0 and "(found)" in done.stdout and "warning" not in done.stdout + done.stderr
-
-
-@pytest.mark.parametrize("value", ["0", "-1e-3", "1.1", "9e-7"])
-def test_accuracy_out_of_range(value: str, tmp_path: Path):
-    message = refusal(short_case(tmp_path, table={"accuracy": float(value)}), tmp_path)
-    assert "&table" in message and "accuracy: expected" in message and "found" in message
-
-
 def points(summary: str) -> list[tuple[int, ...]]:
     """Points of every zone of a table: across, over roll, over the root of the depth."""
     return [tuple(map(int, found)) for found in re.findall(r"(\d+) x (\d+) x (\d+)", summary)]
@@ -272,47 +229,6 @@ def test_an_easy_pair_has_a_small_table(strip_tables: dict[str, Path], tmp_path:
 
 
 # ---- the law that a table file is made by --------------------------------------------
-def fingerprint(folder: Path) -> str:
-    done = subprocess.run(["sh", folder / "fingerprint.sh"], cwd="/", capture_output=True, text=True, timeout=HANG)
-    assert done.returncode == 0, done.stderr
-    return re.search(r"law = '(\d+)'", done.stdout)[1]
-
-
-def test_fingerprint_is_that_of_every_source_of_the_law(tmp_path: Path):
-    """Another folder has the same one; a change of any module that makes a table has another one. The modules that
-    those use are in it, too, but for messages, files and progress."""
-    folder = tmp_path / "sources"
-    shutil.copytree(REPO / "fortran", folder)
-    law, changed, todo = fingerprint(REPO / "fortran"), set(), ["table_builder", "stated_error", "table_file", "profile",
-                                                            "geometry_functions"]
-    assert fingerprint(folder) == law
-    while todo:
-        module = todo.pop()
-        if module in changed | {"errors", "progress", "system", "text"}:
-            continue
-        sources = list(folder.rglob(f"{module}.f90"))
-        if not sources:
-            continue
-        source, = sources
-        before = source.read_bytes()
-        source.write_bytes(before.replace(b"1", b"2", 1))
-        assert fingerprint(folder) != law, module
-        source.write_bytes(before)
-        changed.add(module)
-        todo += re.findall(r"^ *use (\w+), only", before.decode(), re.MULTILINE)
-    assert len(changed) > 15
-
-
-def test_make_and_the_extension_build_a_changed_law_anew(shipped: dict[str, Run], strip_tables: dict[str, Path]):
-    """`make` and ninja would compile the fingerprint again; both have one now, so that the extension finds the
-    executable's table."""
-    for source in "contact/hertz.f90", "fingerprint.sh":
-        done = subprocess.run(["make", "-n", "-W", f"fortran/{source}", "ldbench"], cwd=REPO, capture_output=True, text=True,
-                              timeout=HANG)
-        assert "sh fortran/fingerprint.sh" in done.stdout and "fingerprint.o" in done.stdout, done.stdout + done.stderr
-    rules = (REPO / "build/wrapper/build.ninja").read_text()
-    assert re.search(r"^build fingerprint\.f90:.*fingerprint\.sh.*hertz\.f90", rules, re.MULTILINE)
-    assert ContactTable(table_case("aw", "halfspace", shipped, strip_tables)).found
 
 
 # ---- bytes ---------------------------------------------------------------------------

@@ -1,29 +1,19 @@
 """The command line and the files as another program reads them."""
-import os
 import re
-import shutil
 import signal
 import subprocess
-import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ldbench.__main__ import main
-from ldbench.results.run_data import read_data
 from running import (
-    FORTRAN_TESTS,
     HANG,
     LDBENCH,
     REPO,
     columns,
     contents,
-    header,
-    namelist,
     read_until,
-    refusal,
     run_case,
     short_case,
     wait_for,
@@ -92,14 +82,6 @@ def test_file_name_and_standard_input_give_the_same_bytes(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
 
 
-def test_running_twice_gives_the_same_bytes(tmp_path):
-    text = short_case(tmp_path, integrator={"t_end": 0.05, "scheme": "energy"})
-    assert run_case(text, tmp_path).returncode == 0
-    first = (tmp_path / "columns.txt").read_bytes()
-    assert run_case(text, tmp_path).returncode == 0
-    assert (tmp_path / "columns.txt").read_bytes() == first
-
-
 def test_earlier_result_is_replaced_when_the_new_one_is_complete(tmp_path):
     """A run that is stopped half-way leaves the earlier file alone."""
     table = tmp_path / "pair.table"
@@ -115,129 +97,6 @@ def test_earlier_result_is_replaced_when_the_new_one_is_complete(tmp_path):
     (tmp_path / "case.nml").write_text(short_case(tmp_path))
     assert ldbench(tmp_path / "case.nml").returncode == 0
     assert (tmp_path / "columns.txt").read_text().lstrip().startswith("time ")
-
-
-def test_summary(tmp_path):
-    text = short_case(tmp_path, case={"name": "first", "title": "a short one"}, initial={"vY": 1.0},
-                      integrator={"t_end": 0.02, "energy_tolerance": 0.0})
-    done = run_case(text, tmp_path)
-    assert done.returncode == 0 and done.stderr == ""
-    for words in ("first: a short one\n", "rigid-axle clearance [mm]: 2 x 10.180\n", "90.000 kN per wheel\n",
-                  " s  left flange contact at 4", " degrees\n", "number of events:\n  left flange contact 1\n",
-                  "peak normal forces [kN]:\n  LT ", "largest energy drift [J]: ",
-                  "steps: 2000 of at most 1.0E-5 s, of which 0 were cut; contact evaluations: ",
-                  "ended at t = 0.020000 s: t_end\n", "processor time [s]: table ", " (built), integration ",
-                  f"columns: {tmp_path / 'columns.txt'}, 201 rows\n"):
-        assert words in done.stdout
-    assert max(len(line) for line in done.stdout.splitlines() if not line.startswith("columns: ")) <= 100
-    read = read_data(tmp_path/"columns.txt")
-    listed = re.findall(r"^  t = (\S+) s  (.*?)(?: at \S+ degrees)?$", done.stdout, re.MULTILINE)
-    assert [(f"{event.t:.6f}", event.kind) for event in read.events] == listed != []
-    assert f"largest energy drift [J]: {read.results['drift']:.2E}" in done.stdout
-    assert read.results["steps"] == 2000 and read.ending == "t_end"
-
-
-def test_summary_counts_in_singular_and_plural_and_breaks_long_lines(tmp_path):
-    """One step gives two rows; a long title and the words on a rigid formulation take more than one line."""
-    title = "a title of many words " * 5
-    text = short_case(tmp_path, case={"title": title.strip()}, contact={"formulation": "unilateral"},
-                      integrator={"dt": 1e-4, "t_end": 1e-4}, output={"interval": 1e-4})
-    done = run_case(text, tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert re.search(r"^columns: .*, 2 rows$", done.stdout, re.MULTILINE)
-    lines = done.stdout.splitlines()
-    assert max(len(line) for line in lines if not line.startswith("columns: ")) <= 100
-    assert re.match(r".*: (a title of many words ?)+", " ".join(done.stdout.split())) and lines[1].startswith("  ")
-    assert "-0.0" not in done.stdout
-
-
-
-@pytest.mark.parametrize("names", [
-    {}, {"output": {"file": "outputs/columns.txt", "geometry_file": "outputs/geometry.txt"}},
-    {"output": {"file": "columns.txt"}, "table": {"file": "outputs/pair.table"}}], ids=["default", "named", "table"])
-def test_folder_of_the_default_name_is_made(names, tmp_path):
-    """By the executable and from Python, where something goes there."""
-    case = {"profiles": {"wheel_profile": REPO / "profiles/awprof.yz", "rail_profile": REPO / "profiles/arprof.yz"},
-            "contact": {"model": "hertz"}, "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9, **names.get("table", {})},
-            "integrator": {"t_end": 1e-3}, "output": names.get("output", {})}
-    found = []
-    for name, command in (("executable", [LDBENCH]), ("python", [sys.executable, "-m", "ldbench", "run"])):
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / "case.nml").write_text(namelist(**case))
-        done = subprocess.run([*command, "case.nml"], cwd=folder, capture_output=True, text=True, timeout=HANG)
-        assert (done.returncode, done.stderr) == (0, "")
-        found.append(sorted(str(file.relative_to(folder)) for file in folder.rglob("*")))
-    assert found[0] == found[1] and "outputs" in found[0]
-    wanted = [name for group in names.values() for name in group.values()] or ["outputs/case.txt"]
-    assert set(found[0]) == {"case.nml", "outputs", *wanted}
-
-
-@pytest.mark.parametrize("output", [
-    {"file": "results/columns.txt"}, {"file": "outputs/new/columns.txt"}, {"file": "./results/outputs/columns.txt"},
-    {"file": "outputs/columns.txt", "geometry_file": "missing/geometry.txt"}])
-def test_no_other_folder_is_made(output, tmp_path, monkeypatch, capsys):
-    """Nor is that one, when the case is refused."""
-    file = next(name for name in reversed(output.values()))
-    assert f"expected a path that can be written, found {file}" in refusal(short_case(tmp_path, output=output), tmp_path)
-    monkeypatch.chdir(tmp_path)
-    assert main(["run", "case.nml"]) == 1
-    assert f"expected a path that can be written, found {file}\n" in capsys.readouterr().err
-    assert {path.name for path in tmp_path.iterdir()} == {"case.nml", "columns.txt"}
-
-
-def test_a_file_in_the_place_of_the_folder_is_told(tmp_path):
-    (tmp_path / "outputs").write_text("mine")
-    assert "found outputs/columns.txt" in refusal(short_case(tmp_path, output={"file": "outputs/columns.txt"}), tmp_path)
-
-
-@pytest.mark.same_build
-def test_runs_at_once_in_one_folder_leave_what_one_would(tmp_path):
-    """Two of the executable, two from Python, with one contact table, in whatever order: each writes whole files of its own
-    and renames them. What another process has written so far stays."""
-    text = short_case(tmp_path, table={"file": "outputs/pair.table"},
-                      output={"file": "outputs/columns.txt", "geometry_file": "outputs/geometry.txt"})
-    commands = [[LDBENCH, "case.nml"], [sys.executable, "-m", "ldbench", "run", "case.nml"]]
-    found = []
-    for name, together in (("alone", commands[:1]), ("together", 2*commands)):
-        folder = tmp_path / name
-        (folder / "outputs").mkdir(parents=True)
-        (folder / "case.nml").write_text(text)
-        (folder / "outputs/pair.table.part1").write_text("of process 1")
-        runs = [subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for command in together]
-        for run in runs:
-            assert run.communicate(timeout=HANG)[1] == b"" and run.returncode == 0
-        found.append({file.name: file.read_bytes() for file in (folder / "outputs").iterdir()})
-    assert found[0] == found[1]
-    assert found[0].keys() == {"pair.table", "pair.table.part1", "columns.txt", "geometry.txt"}
-
-
-def test_a_full_disk_is_told_and_leaves_the_earlier_result(tmp_path):
-    """In a small file system of the test's own, where the system lets it have one."""
-    if not shutil.which("unshare"):
-        pytest.skip("no unshare")
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    (tmp_path / "case.nml").write_text(short_case(folder, integrator={"t_end": 0.01}))
-    script = f"""mount -t tmpfs -o size=$1k tmpfs {folder} || exit 77
-        echo earlier > {folder}/columns.txt
-        {LDBENCH} {tmp_path}/case.nml; echo "status $?"; ls {folder}; wc -c < {folder}/columns.txt"""
-
-    def run(kilobytes: int) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, "sh",
-                               str(kilobytes)], capture_output=True, text=True, cwd=REPO)
-
-    done = run(1000)
-    if done.returncode or "status" not in done.stdout:
-        pytest.skip("no file system of one's own")
-    found = re.search(r"status 0\ncolumns.txt\n(\d+)$", done.stdout.rstrip())
-    assert found and done.stderr == ""
-    # The earlier result takes a block of four; the last block of the new one, or most of it, has no place.
-    for kilobytes in 8, 4*((int(found[1]) - 1)//4096 + 1):
-        done = run(kilobytes)
-        assert done.stdout.endswith(f"status 1\ncolumns.txt\n{len('earlier ')}\n"), kilobytes
-        assert done.stderr == (f"ldbench: error: {tmp_path}/case.nml: {folder}/columns.txt: "
-                               "cannot be written completely\n")
 
 
 # ---- progress ------------------------------------------------------------------------
@@ -258,66 +117,7 @@ def test_progress_line_on_a_terminal_only(tmp_path, terminal):
     assert [run.returncode for run in (shown, hidden)] == 2*[-signal.SIGTERM]
 
 
-def test_a_finished_run_leaves_no_progress_line(tmp_path, terminal):
-    """Whether it took long enough for one or not."""
-    (tmp_path / "case.nml").write_text(short_case(tmp_path))
-    ours, theirs = terminal
-    # On a slow machine the line is longer than what a terminal holds that nobody reads.
-    with ThreadPoolExecutor() as reader:
-        told = reader.submit(read_until, ours, b"end")
-        done = subprocess.run([LDBENCH, tmp_path / "case.nml"], stdout=subprocess.PIPE, stderr=theirs, timeout=HANG)
-        os.write(theirs, b"end")
-    *lines, last = told.result().split(b"\r")
-    assert done.returncode == 0 and last == b"end"
-    assert not lines or (not lines[-1].strip() and all(len(line) <= len(lines[-1]) for line in lines))
-
-
-def reports(case: Path, stop_at: int = 0) -> list[tuple[str, float]]:
-    """What a run tells its watcher, who stops it at a report: stage and share; then how it ended.
-
-    One thread alone tells, of what it does itself: here it does everything.
-    """
-    done = subprocess.run([FORTRAN_TESTS / "progress_reports", case, str(stop_at)], cwd=REPO, capture_output=True,
-                          text=True, timeout=HANG, check=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
-    return [(stage, float(share)) for stage, share in map(str.split, done.stdout.splitlines())]
-
-
-def test_progress_is_told_by_work_done(tmp_path):
-    """At every roll angle of a zone's table and after so many rows, on any machine."""
-    text = short_case(tmp_path, integrator={"t_end": 0.05}, contact={"model": "strip"})
-    (tmp_path / "case.nml").write_text(text)
-    *told, end = reports(tmp_path / "case.nml")
-    assert end == ("rows", 501)
-    table, integration = ([share for stage, share in told if stage == name] for name in ("table", "integration"))
-    points = re.findall(r"\d+ x (\d+) x \d+", run_case(text, tmp_path).stdout)
-    assert len(points) >= 3 and len(table) >= sum(map(int, points))
-    assert table[0] == 0 and table == sorted(table) and 0.5 < table[-2] < 1 and table[-1] == 1
-    assert integration == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
-    assert [stage for stage, _ in told] == len(table)*["table"] + 5*["integration"]
-
-
-@pytest.mark.parametrize("stage", ["table", "integration"])
-def test_a_run_stops_where_its_watcher_wants_it(stage, tmp_path):
-    """With the roll angle or the row that it is at; told after every 100 rows."""
-    file, case = tmp_path / "pair.table", tmp_path / "case.nml"
-    case.write_text(short_case(tmp_path, table={"file": file}))
-    whole = [told for told in reports(case) if told[0] == "table"]
-    n = len(whole)
-    file.unlink()
-    case.write_text(short_case(tmp_path, integrator={"t_end": 10}, table={"file": file}))
-    *told, end = reports(case, stop_at=n//2 if stage == "table" else n + 2)
-    if stage == "integration":
-        assert end == ("rows", 201) and told[:n] == whole and file.exists()
-        assert [stage for stage, _ in told[n:]] == 2*["integration"]
-    else:      # no row is begun any more
-        assert end[0] == "none" and told == whole[:n//2] and not file.exists()
-
-
 # ---- column files --------------------------------------------------------------------
-def test_numbers_have_the_fewest_digits_that_read_back():
-    """Numbers of comments and messages, against texts found by trial of every number of digits."""
-    done = subprocess.run([FORTRAN_TESTS / "shortest_numbers", "5000"], capture_output=True, text=True, timeout=HANG, check=True)
-    assert done.stdout == "0\n"
 
 
 @pytest.fixture(scope="module")
@@ -327,10 +127,6 @@ def column_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = short_case(folder, initial={"vY": 1.0, "roll_rate": 0.0333}, integrator={"t_end": 0.02})
     assert run_case(text, folder).returncode == 0
     return folder / "columns.txt"
-
-
-def test_column_names(column_file):
-    assert column_file.read_text().split("\n", 1)[0].split() == COLUMN_NAMES
 
 
 def test_layout(column_file):
@@ -354,35 +150,9 @@ def test_layout(column_file):
         assert re.fullmatch(r"( +(-?\d\.\d{8}E[-+]\d\d|NaN)){56}", line)
 
 
-def test_times_are_multiples_of_the_interval(column_file):
-    times = columns(column_file)["time"]
-    np.testing.assert_allclose(times, 1e-4 * np.arange(201), rtol=0, atol=1e-14)
-
-
-def test_open_contacts(column_file):
-    """Zero forces; no angle, position or radius."""
-    found = columns(column_file)
-    for contact in "LT", "LF", "RT", "RF":
-        is_open = found[f"N_{contact}"] == 0
-        for quantity in "Fy", "Fz":
-            assert np.array_equal(found[f"{quantity}_{contact}"] == 0, is_open)
-        for quantity in "angle", "y", "z", "radius":
-            assert np.array_equal(np.isnan(found[f"{quantity}_{contact}"]), is_open)
-    assert 0 < np.count_nonzero(found["N_LF"]) < 201 and not np.any(found["N_RF"])
-    assert not any(np.isnan(found[name]).any() for name in COLUMN_NAMES if name not in CONTACT_COLUMNS)
-
-
 def test_numpy_reads_the_file_as_it_is(column_file):
     table = np.genfromtxt(column_file, names=True)
     assert list(table.dtype.names) == COLUMN_NAMES
-    for name, values in columns(column_file).items():
-        np.testing.assert_array_equal(table[name], values)
-
-
-def test_pandas_reads_the_file_as_it_is(column_file):
-    pandas = pytest.importorskip("pandas")
-    table = pandas.read_csv(column_file, sep=r"\s+", comment="#")
-    assert list(table.columns) == COLUMN_NAMES
     for name, values in columns(column_file).items():
         np.testing.assert_array_equal(table[name], values)
 
@@ -424,16 +194,6 @@ def test_geometry_of_the_centred_wheelset(geometry):
         assert g[f"angle_{side}"][centre] == pytest.approx(np.arctan(1 / 40), abs=1e-5)
 
 
-def test_geometry_is_consistent(geometry):
-    """Evenly spaced; delta_r is the difference of radii; the flange is met at the published clearance."""
-    pair, g = geometry
-    np.testing.assert_allclose(np.diff(g["Y"]), 1e-4, atol=1e-12)
-    np.testing.assert_allclose(g["delta_r"], g["radius_L"] - g["radius_R"], atol=2e-9)
-    clearance = {"aw": 10.18e-3, "sw": 16.94e-3}[pair]
-    on_flange = g["angle_L"] > np.radians(10)
-    assert clearance < g["Y"][on_flange].min() < clearance + 1e-4
-
-
 def test_conicity_of_a_cone_between_the_flanges(geometry):
     """(1 + (rho + r0) roll/Y)/40 at every amplitude, much more in the flange.
 
@@ -449,38 +209,3 @@ def test_conicity_of_a_cone_between_the_flanges(geometry):
     noise = rho * 4e-6 / 40 / amplitude[tread]
     assert np.all(np.abs(g["conicity"][tread] - expected) < 2e-6 + noise)
     assert g["conicity"][-1] > 2 * expected
-
-
-def test_geometry_file_has_header_and_units(tmp_path):
-    text = short_case(tmp_path, output={"geometry_file": tmp_path / "geometry.txt"})
-    assert run_case(text, tmp_path).returncode == 0
-    lines = header(tmp_path / "geometry.txt").splitlines()
-    assert lines[-1].split() == "m rad m rad rad m m m m m m m 1".split()
-    assert any(line.startswith("  clearance_left = 0.01018") for line in lines)
-    table = np.genfromtxt(tmp_path / "geometry.txt", names=True)
-    assert list(table.dtype.names) == GEOMETRY_NAMES
-
-
-def test_only_files_are_written_over(tmp_path):
-    """No pipe and no device, which a new file would replace; a link is replaced, not the file that it leads to."""
-    case = tmp_path/"case.nml"
-    os.mkfifo(tmp_path/"pipe")
-    for file in "pipe", "/dev/null", "/dev/stdout":
-        case.write_text(short_case(Path(), output={"file": file}))
-        done = subprocess.run([LDBENCH, "case.nml"], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
-        assert (done.returncode, done.stderr) == (
-            1, f"ldbench: error: case.nml, &output file: expected a path that can be written, found {file}\n")
-    assert (tmp_path/"pipe").is_fifo() and Path("/dev/null").is_char_device() and Path("/dev/stdout").is_symlink()
-    case.write_text(short_case(Path(), output={"file": "link"}))
-    (tmp_path/"file").write_text("earlier")
-    (tmp_path/"link").symlink_to("file")
-    assert subprocess.run([LDBENCH, "case.nml"], cwd=tmp_path, capture_output=True, timeout=HANG).returncode == 0
-    assert not (tmp_path/"link").is_symlink() and (tmp_path/"file").read_text() == "earlier"
-
-
-def test_closed_standard_output_of_python():
-    for words in ["--version"], ["profile", REPO/"profiles/awprof.yz"]:
-        done = subprocess.run(["sh", "-c", '"$@" >&-', "sh", sys.executable, "-m", "ldbench", *words], stderr=subprocess.PIPE,
-                              text=True, timeout=HANG)
-        assert (done.returncode, done.stderr) == (
-            1, "ldbench: error: standard output: expected one that can be written, found it closed\n")

@@ -25,10 +25,9 @@ import shapes
 from ldbench import Case, ContactTable
 from ldbench.__main__ import EXAMPLES, PROGRAM, main, make_parser
 from ldbench.commands import COMMANDS, module_of
-from ldbench.geometry.pair import pair
 from ldbench.geometry.pressures import run_patches
 from ldbench_round.fingerprint import hertz_table
-from running import HANG, LDBENCH, REPO, Run, contents, once
+from running import HANG, LDBENCH, REPO, once
 
 TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
 
@@ -41,72 +40,6 @@ def parser_of(command: str) -> argparse.ArgumentParser:
 PARSERS = {command: parser_of(command) for command in COMMANDS}
 OPTIONS = {command: {string: action for action in parser._actions for string in action.option_strings}
            for command, parser in PARSERS.items()}
-# The options that several commands have, and which ones.
-SHARED = {
-    ("-o", "--output"): {"run", "table", "profile", "pressure", "plot", "compare", "study", "formulations", "report", "view",
-                         "ensemble", "collate"},
-    ("-q", "--quiet"): set(COMMANDS),
-    ("-v", "--verbose"): set(COMMANDS),
-    ("-j", "--jobs"): {"run", "plot", "study", "formulations", "report", "ensemble", "collate"},
-    ("--map",): {"plot", "compare", "check", "score", "fingerprint", "view"},
-    ("--json",): {"run", "table", "profile", "pressure", "check", "score", "fingerprint"},
-    ("--simulation",): {"check", "score", "fingerprint"},
-    ("--reference",): {"score", "collate"},
-    ("--set",): {"run", "table", "profile", "ensemble"},
-    ("--scheduler",): {"study", "ensemble"},
-}
-OWN = {
-    "run": set(), "table": set(), "pressure": {"--at", "--contact"}, "plot": {"--geometry"},
-    "profile": {"--smoothing", "--unit", "--flip", "--wheel-back", "--slice", "--radii", "--en15302"},
-    "compare": {"--align"}, "check": {"--save-map", "--show-map", "--all"}, "score": {"--all"}, "fingerprint": set(),
-    "collate": set(), "study": set(),
-    "formulations": set(), "report": {"--inputs", "--force"}, "view": {"--case", "--title", "--from", "--to", "--speed"},
-    "ensemble": {"--over", "-n", "--draw", "--seed", "--columns", "--rows"}, "variables": set(),
-}
-REPEATED = {"--set", "--over", "--geometry"}        # as often as given, one value each
-TOLD_BY_COMMAND = {"--output": {"help", "metavar", "default"}, "--jobs": {"help"}, "--scheduler": {"help"},
-                   "--reference": {"required"}}
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_command_has_these_options(command: str):
-    shared = {string for strings, commands in SHARED.items() if command in commands for string in strings}
-    assert set(OPTIONS[command]) == {"-h", "--help"} | shared | OWN[command]
-
-
-@pytest.mark.parametrize("strings", SHARED, ids=lambda strings: strings[-1])
-def test_an_option_has_one_meaning(strings: tuple[str, ...]):
-    """An option takes one kind of value in one way, with the same words of help, but for what a command writes or does."""
-    actions = [OPTIONS[command][strings[-1]] for command in sorted(SHARED[strings])]
-    assert all(tuple(action.option_strings) == strings for action in actions)
-    free = TOLD_BY_COMMAND.get(strings[-1], set())
-    for name in {"dest", "nargs", "type", "choices", "metavar", "default", "help", "required"} - free:
-        assert len({str(getattr(action, name)) for action in actions}) == 1, name
-    assert len({type(action) for action in actions}) == 1
-
-
-def test_help_tells_where_things_go_and_what_is_done_otherwise():
-    for command in SHARED["-o", "--output"]:
-        output = OPTIONS[command]["--output"]
-        assert output.metavar in ("FILE", "DIR") and output.type in (Path, None)
-        if output.default:
-            assert str(output.default).startswith("outputs")
-            assert str(output.default) in output.help or "%(default)s" in output.help
-    for command in SHARED["-j", "--jobs"]:
-        assert OPTIONS[command]["--jobs"].help.endswith("(all cores)")
-    for strings in OPTIONS.values():
-        for string, action in strings.items():
-            assert action.help and (string in ("-h", "--help") or re.match("[a-z]|Zarr", action.help)), string
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_no_option_swallows_a_file(command: str):
-    """An option takes one value or none; only a command's last words are as many as wanted."""
-    for string, action in OPTIONS[command].items():
-        assert action.nargs in (None, 0), string
-        assert isinstance(action, argparse._AppendAction) == (string in REPEATED), string
-    words = [action for action in PARSERS[command]._actions if not action.option_strings]
-    assert all(action.nargs is None for action in words[:-1])
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -122,13 +55,6 @@ def test_help_of_a_command(command: str, capsys: pytest.CaptureFixture[str], mon
     assert all(string in said for string in OPTIONS[command])
     examples = said.partition("\nexamples:\n")[2].strip().splitlines()
     assert examples and all(line.strip().startswith(f"{PROGRAM} {command}") for line in examples)
-
-
-def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]):
-    with pytest.raises(SystemExit) as end:
-        main(["--help"])
-    said = " ".join(capsys.readouterr().out.split())
-    assert end.value.code == 0 and all(f"{command} {purpose}" in said for command, purpose in COMMANDS.items())
 
 
 # ---- a folder with small things of all kinds -----------------------------------------
@@ -280,16 +206,6 @@ EVERY_CASE = "report", "formulations", "study contact-law"
 TARGETS = {found[1] for found in re.finditer(r"^([\w-]+):", (REPO/"Makefile").read_text(), re.MULTILINE)}
 
 
-def test_examples_are_found():
-    """Every command has an example, and every block of the README is one; no block is of a kind that nobody looks at."""
-    places = {example.where for example in ALL_EXAMPLES}
-    assert places == {"help", "README", *(f"help of {command}" for command in COMMANDS)}
-    assert {language for language, _ in FENCED} <= {"python", "sh", "bash", "console", "", "toml", "text"}
-    assert PYTHON_BLOCKS and SHELL_BLOCKS and all("$ " in session for session in SESSIONS)
-    for words in (*ONLY_PARSED, *SMALLER, *EVERY_CASE):
-        assert any(words in example.text for example in ALL_EXAMPLES), f"no example has {words}"
-
-
 def run_words(words: list[str]) -> int:
     """A command in this process; --help and --version end it by an exit."""
     try:
@@ -342,34 +258,6 @@ def test_example(example: Example, place: Path, capsys: pytest.CaptureFixture[st
         assert Path(found[2]).exists(), said
 
 
-def test_namelists_of_the_readme(place: Path):
-    """They are understood, and run for a short time."""
-    for source in NAMELIST_BLOCKS:
-        case = Case.from_namelist(source)
-        assert ldbench.run(case.replace(**TINY, t_end=100*case.dt, stop_at="t_end", interval=10*case.dt)).results["end"] == "t_end"
-
-
-def test_the_readme_shows_what_the_executable_prints(shipped: dict[str, Run]):
-    """Line by line, in this order, but for the lines that it leaves out and names of folders."""
-    for session in SESSIONS:
-        if found := re.match(r"\$ \./ldbench < inputs/(\w+)\.nml\n", session):
-            printed = iter(re.sub(r"\S*/(?=\w+\.txt)", "", shipped[found[1]].summary).splitlines())
-            for line in session.splitlines()[1:]:
-                assert line == "..." or re.sub(r"\S*/(?=\w+\.txt)", "", line) in printed, line
-
-
-def test_python_of_the_readme(place: Path, capsys: pytest.CaptureFixture[str]):
-    """All blocks in one interpreter, in their order, with the small cases for the shipped ones."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    names: dict[str, object] = {}
-    for block in PYTHON_BLOCKS:
-        exec(compile(block, "README.md", "exec"), names)
-        for file in re.findall(r"savefig\(\"(.*?)\"\)|store=\"(.*?)\"", block):
-            assert Path("".join(file)).exists()
-
-
 # ---- statuses ------------------------------------------------------------------------
 def refused(words: list[str], status: int, capsys: pytest.CaptureFixture[str]) -> str:
     """What a command says that ends with this status: one line."""
@@ -378,58 +266,6 @@ def refused(words: list[str], status: int, capsys: pytest.CaptureFixture[str]) -
     said = capsys.readouterr()
     assert said.out == "" and re.fullmatch(r"ldbench: error: [^\n]+\n", said.err), said
     return said.err
-
-
-@pytest.mark.parametrize(("words", "told"), [
-    ([], "the following arguments are required: COMMAND"),
-    (["rnu"], "invalid choice: 'rnu'"),
-    (["run"], "required: NAMELIST"),
-    (["run", "a.nml", "--unknown"], "--unknown"),
-    (["run", "inputs/ex1_aw.nml", "inputs/ex2_aw.nml", "-o", "x.txt"], "-o: expected one namelist, found 2"),
-    (["run", "inputs/ex1_aw.nml", "--set", "vY"], "expected name=value after --set, found vY"),
-    (["run", "inputs/ex1_aw.nml", "--set"], "argument --set: expected one argument"),
-    (["plot", "a.txt", "-j", "0"], "expected a number from 1, found 0"),
-    (["compare", "a.txt", "--align", "peak"], "invalid choice: 'peak'"),
-    (["study", "weather"], "invalid choice: 'weather'"),
-    (["run", "a.nml", "--sett", "dt=1"], "unrecognized arguments: --sett"),
-    (["view", "a.txt", "--from", "1"], "--from: expected with a film"),
-    (["view", "a.txt", "-o", "a.mp4", "--speed", "0"], "expected a number above 0"),
-    (["pressure", "a.txt"], "required: --at"),
-    (["pressure", "a.txt", "--at", "0.01", "--contact", "XF"], "invalid choice: 'XF'"),
-    (["check", "a.txt", "--simulation"], "expected one argument"),
-    (["score", "a.txt"], "required: --reference"),
-    (["fingerprint", "a.txt", "--simulation"], "expected one argument"),
-    (["profile", "a", "b", "c"], "expected a wheel or a rail, or one of each, found 3 files"),
-    (["ensemble", "inputs/ex1_aw.nml"], "required: --over"),
-    (["ensemble", "inputs/ex1_aw.nml", "--over", "mass=1:2"], "expected name=1,2,4 or name=1:4:7 after --over"),
-    (["ensemble", "inputs/ex1_aw.nml", "--over", "mass=1,2", "-n", "3"], "expected a range name=1:4 after --over with -n"),
-], ids=lambda value: " ".join(value) if isinstance(value, list) else "")
-def test_wrong_usage_has_status_2(words: list[str], told: str, capsys: pytest.CaptureFixture[str], tmp_path: Path,
-                                  monkeypatch: pytest.MonkeyPatch):
-    """One line, and nothing is made; what argparse says tells how to learn more."""
-    monkeypatch.chdir(tmp_path)
-    assert told in refused(words, 2, capsys)
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("words", [
-    ["run", "none.nml"], ["run", "inputs/ex1_aw.nml", "--set", "vY=fast"], ["run", "inputs/ex1_aw.nml", "--set", "dt=1e-5"],
-    ["table", "none.nml"], ["table", "inputs/ex1_aw.nml", "-o", "missing/geometry.txt"], ["profile", "none.yz"],
-    ["profile", "profiles/awprof.yz", "-o", "page.txt"], ["plot", "none.txt"], ["plot", "none.txt", "-o", "page.png"],
-    ["pressure", "none.txt", "--at", "0"], ["pressure", "none.txt", "--at", "0", "-o", "page.txt"],
-    ["check", "none.txt"], ["check", "ex1_aw.txt"], ["score", "ex1_aw.txt", "--reference", "none.txt"],
-    ["fingerprint", "none.txt"], ["fingerprint", "ex1_aw.txt"],
-    ["compare", "none.txt", "none.txt"], ["compare", "none.txt"],
-    ["report", "--inputs", "none"], ["collate", "none"], ["collate", "."], ["collate", ".", "--reference", "none"],
-    ["view", "none.txt"], ["view", "none.txt", "-o", "film.avi"], ["ensemble", "none.nml", "--over", "mass=1,2"],
-    ["ensemble", "inputs/ex1_aw.nml", "--over", "masss=1,2"], ["variables", "masss"],
-], ids=" ".join)
-def test_a_failure_has_status_1_and_makes_nothing(words: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path,
-                                                  monkeypatch: pytest.MonkeyPatch):
-    """Above all no folder outputs/."""
-    monkeypatch.chdir(tmp_path)
-    refused(words, 1, capsys)
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("words", [["variables"], ["run", "--help"], ["--version"]], ids=" ".join)
@@ -442,49 +278,7 @@ def test_a_closed_pipe_is_no_error(words: list[str]):
     assert (process.wait(HANG), said) == (141, b"")
 
 
-@pytest.mark.parametrize(("words", "meant"), [
-    (["run", "inputs/ex1_aw.nml", "--set", "masss=1"], "found masss; mass is the nearest"),
-    (["run", "inputs/ex1_aw.nml", "--set", "wheel_profil=x"], "found wheel_profil; wheel_profile is the nearest"),
-    (["table", "inputs/ex1_aw.nml", "--set", "n_lateralx=1"], "found n_lateralx; n_lateral is the nearest"),
-    (["profile", "profiles/awprof.yz", "--set", "guage=1.4"], "found guage; gauge is the nearest"),
-    (["ensemble", "inputs/ex1_aw.nml", "--over", "masss=1,2"], "found masss; mass is the nearest"),
-    (["variables", "vertical_laod"], "found vertical_laod; vertical_load is the nearest"),
-    (["run", "inputs/ex1_aw.nml", "--set", "file=x"], "found file, which is ambiguous"),
-    (["run", "inputs/ex1_aw.nml", "--set", "entirely_different=1"], "found entirely_different"),
-    (["ensemble", "inputs/ex1_aw.nml", "--over", "mass=1,2", "--over", "wheelset_mass=3,4"], "wheelset_mass, which are one"),
-], ids=lambda value: " ".join(value) if isinstance(value, list) else "")
-def test_the_nearest_name_is_told(words: list[str], meant: str, capsys: pytest.CaptureFixture[str], tmp_path: Path,
-                                  monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-    assert f"{meant}\n" in refused(words, 1, capsys)
-
-
 # ---- files ---------------------------------------------------------------------------
-def new_files(folder: Path, before: dict[Path, tuple[bytes, int]]) -> set[str]:
-    """The files made or changed since `before`."""
-    return {str(path.relative_to(folder)) for path, found in contents(folder).items()
-            if path.is_file() and found != before.get(path)}
-
-
-@pytest.mark.parametrize(("words", "files"), [
-    (["plot", "a.txt"], {"ldbench_plots.pdf"}),
-    (["profile", "profiles/awprof.yz"], {"ldbench_profile.pdf"}),
-    (["pressure", "a.txt", "--at", "0.0217"], {"ldbench_pressure.pdf"}),
-    (["view", "a.txt"], {"a.html"}),
-    (["run", "case.nml"], {"case.txt"}),
-], ids=lambda value: value[0] if isinstance(value, list) else "")
-def test_outputs_is_the_folder_of_what_gets_no_name(words: list[str], files: set[str], place: Path,
-                                                    capsys: pytest.CaptureFixture[str]):
-    """That of the working folder, which is made where it is missing; a command that is given another place makes none."""
-    shutil.rmtree("outputs")
-    small_case(2, "aw").replace(output_file="", name="case", table_file="", model="hertz").to_namelist("case.nml")
-    before = contents(place)
-    assert main(words) == 0
-    assert new_files(place, before) == {f"outputs/{name}" for name in files}
-    shutil.rmtree("outputs")
-    ending = next(Path(name).suffix for name in sorted(files, reverse=True))
-    assert main([*words, "-o", f"mine{ending}"]) == 0
-    assert Path(f"mine{ending}").is_file() and not Path("outputs").exists()
 
 
 # ---- several cases, numbers for other programs ---------------------------------------
@@ -618,30 +412,3 @@ def test_json_of_pressure(place: Path, capsys: pytest.CaptureFixture[str]):
     assert line == as_json({"time": run.time[k], "patches": [patch.facts() for patch in run_patches(run, k, ["LF"])],
                             "picture": "picture.png"})
     assert line["patches"][0]["largest"] > 1e9 and Path("picture.png").is_file()
-
-
-@pytest.mark.parametrize(("words", "told"), [
-    (["a.txt", "--at", "9"], "a.txt, --at 9: expected a time from 0 to 0.045 s, found 9"),
-    (["a.txt", "--at", "0.0001", "--contact", "LF"], "a.txt, t = 0.000100 s: expected LF closed, found LT, RT"),
-    (["strip.txt", "--at", "0"], "&contact model: expected 'halfspace', which has pressures, found 'strip'"),
-    (["rigid.txt", "--at", "0"], "&contact formulation: expected 'elastic', which has pressures, found 'unilateral'"),
-    (["other.txt", "--at", "0"], "expected the header of ldbench, which tells the case, found none"),
-    (["changed.txt", "--at", "0"], "expected the profile of the run changed.txt, found one that has changed since"),
-], ids=["time", "contact", "model", "formulation", "header", "profile"])
-def test_pressure_says_why_there_is_none(words: list[str], told: str, place: Path, capsys: pytest.CaptureFixture[str]):
-    text = Path("a.txt").read_text()
-    Path("strip.txt").write_text(re.sub("model *= *'halfspace'", "model = 'strip'", text))
-    Path("rigid.txt").write_text(re.sub("formulation *= *'elastic'", "formulation = 'unilateral'", text))
-    Path("changed.txt").write_text(re.sub("CRC-32 [0-9A-F]{8}", "CRC-32 00000000", text))
-    Path("other.txt").write_text("time Y\n0 0\n1 0\n")
-    before = contents(place)
-    assert told in refused(["pressure", *words], 1, capsys)
-    assert not new_files(place, before)
-
-
-def test_json_of_profile(place: Path, capsys: pytest.CaptureFixture[str]):
-    line, = told(["profile", "profiles/awprof.yz", "profiles/arprof.yz", "-o", "page.png"], capsys)
-    wheel, rail = (ldbench.Profile(f"profiles/{name}.yz") for name in ("awprof", "arprof"))
-    assert line["profiles"] == as_json([wheel.facts(), rail.facts()]) and line["page"] == "page.png"
-    assert line["pair"] == as_json(pair(Case(wheel_profile="profiles/awprof.yz", rail_profile="profiles/arprof.yz")).facts())
-    assert line["profiles"][0]["Sh"] == wheel.measures["Sh"] and line["profiles"][1]["points"] == len(rail.points)

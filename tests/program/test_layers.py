@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import ldbench
-from running import LDBENCH, REPO
+from running import REPO
 
 FOLDERS = re.search(r"^FOLDERS = (.*)$", (REPO/"Makefile").read_text(), re.MULTILINE)[1].split()
 SOURCES = {path.stem: path for path in (REPO/"fortran").rglob("*.f90")}
@@ -45,26 +45,6 @@ def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
             elif re.match(r"^ *end (?:subroutine|function)", line):
                 name, first = stack.pop()
                 assert k - first < 120, (path, name)
-
-
-@pytest.mark.skipif(LDBENCH != REPO/"ldbench", reason="links objects of the release build")
-def test_elastic_contact_needs_no_rigid_contact(tmp_path: Path):
-    """A program is linked with all of support, profile, contact, table and dynamics, and nothing of rigid or program."""
-    build = REPO/"build/release"
-    (tmp_path/"alone.f90").write_text("""program alone
-  use newmark, only: drift_4, kick_4
-  implicit none
-
-  print '(2f12.8)', sum(kick_4), sum(drift_4)
-end program alone
-""")
-    objects = [str(build/f"{path.stem}.o") for module, path in SOURCES.items() if folder(module) < FOLDERS.index("rigid")
-               and module != "lapack"]
-    done = subprocess.run(["gfortran", "-fopenmp", "-flto=auto", "-I", build, "-o", "alone", "alone.f90", *objects, "-llapack",
-                           "-lblas"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    ran = subprocess.run([tmp_path/"alone"], capture_output=True, text=True)
-    assert ran.returncode == 0 and [float(x) for x in ran.stdout.split()] == [1.0, 1.0]
 
 
 # ---- the Python package --------------------------------------------------------------
@@ -128,29 +108,6 @@ def room(module: str) -> str:
     return module.partition(".")[0]
 
 
-def circle(graph: dict[str, set[str]]) -> list[str]:
-    """Some circle in a graph, or nothing."""
-    done: set[str] = set()
-
-    def search(at: str, way: list[str]) -> list[str]:
-        if at in way:
-            return [*way[way.index(at):], at]
-        if at in done:
-            return []
-        for other in sorted(graph.get(at, ())):
-            if found := search(other, [*way, at]):
-                return found
-        done.add(at)
-        return []
-
-    return next((found for start in sorted(graph) if (found := search(start, []))), [])
-
-
-def test_every_module_has_a_room():
-    assert {room(module_of(path)) for path in PYTHON} == set(ROOMS)
-    assert all((PACKAGE/name).is_dir() or (PACKAGE/f"{name}.py").is_file() for name in ROOMS)
-
-
 @pytest.mark.parametrize("for_types", [False, True], ids=["at run time", "types too"])
 def test_rooms_use_each_other_in_one_order(for_types: bool):
     """Imports inside functions count as well, and so do those that only types need."""
@@ -162,38 +119,6 @@ def test_rooms_use_each_other_in_one_order(for_types: bool):
     assert len(between) > 25
     wrong = sorted((module, other) for module, other in used if ROOMS.index(room(other)) > ROOMS.index(room(module)))
     assert wrong == []
-
-
-def test_modules_of_a_room_form_no_circle():
-    graph = {module_of(path): {other for other in imports(path, for_types=True) if room(other) == room(module_of(path))} - {
-        module_of(path)} for path in PYTHON}
-    assert circle(graph) == []
-    assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c", "a"]
-
-
-def test_the_reader_of_imports_sees_all_kinds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path)
-    (tmp_path/"report").mkdir()
-    file = tmp_path/"report/made.py"
-    file.write_text("""
-import ldbench.case
-import numpy
-from typing import TYPE_CHECKING
-from .. import runs
-from . import jobs
-from .study import make_study
-from ldbench.table import ContactTable
-if TYPE_CHECKING:
-    from ..viewer.page import Page
-else:
-    from ..conicity import geometry_rows
-def work():
-    from .._core import _flat
-    from .._core.errors import Error
-""")
-    known = {"case", "runs", "report.jobs", "report.study", "table", "conicity", "_core._flat", "_core.errors"}
-    assert imports(file, for_types=False) == known
-    assert imports(file, for_types=True) == known | {"viewer.page"}
 
 
 # ---- a round of the benchmark: the second package ------------------------------------

@@ -1,17 +1,13 @@
 """The core reads lines of y and z in millimetres, and refuses all else with the command that converts it."""
 import random
-import re
-import subprocess
 import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import shapes
-from ldbench._core import _flat
 from running import REPO, header, refusal, rows, run_case, short_case
 
 Points = list[tuple[str, str]]   # y and z [mm] as written
@@ -81,28 +77,6 @@ def test_variant_is_the_same_profile(variant, plain_outcome, tmp_path):
     write = VARIANTS[variant]
     assert write(WHEEL) != plain(WHEEL)
     assert outcome(tmp_path / "run", write(WHEEL), write(RAIL)) == plain_outcome
-
-
-def test_shipped_file_is_the_same_profile(plain_outcome, tmp_path):
-    wheel, rail = ((REPO / "profiles" / f"{name}.yz").read_text() for name in ("awprof", "arprof"))
-    assert outcome(tmp_path / "run", wheel, rail) == plain_outcome
-
-
-def test_another_profile_is_seen(plain_outcome, tmp_path):
-    """One point, 1 um lower: the comparison above can fail."""
-    moved = list(WHEEL)
-    k = min(range(len(moved)), key=lambda i: abs(float(moved[i][0]) - 80))
-    moved[k] = moved[k][0], f"{float(moved[k][1]) - 1e-3:.6f}"
-    assert outcome(tmp_path / "run", plain(moved), plain(RAIL)) != plain_outcome
-
-
-def test_origin_of_wheel_file_is_free(plain_outcome, tmp_path):
-    """The rolling radius, not the file's z, puts the wheel at its height."""
-    raised = [(y, f"{float(z) + 24:.9f}") for y, z in WHEEL]
-    found = outcome(tmp_path / "run", plain(raised), plain(RAIL))
-    key = "  axle_height"
-    height, expected = (float(lines[key].split()[2]) for lines in (found, plain_outcome))
-    assert height == pytest.approx(expected, abs=1e-12)
 
 
 def test_header_tells_a_reconstruction_and_the_checksum(tmp_path):
@@ -184,12 +158,6 @@ def test_broken_line_is_refused_with_its_number(broken, place, tmp_path):
     assert f"wheel.yz, line {number}: expected two numbers, y and z in mm, found '{shown}'; convert it: " in message
 
 
-def loop(points: Points) -> Points:
-    """The tip of the flange walked through backwards: a curve that crosses itself once."""
-    tip = min(range(len(points)), key=lambda i: float(points[i][1]))
-    return points[:tip - 5] + points[tip - 5:tip + 6][::-1] + points[tip + 6:]
-
-
 def in_unit(millimetres: float) -> Points:
     return [(f"{float(y) / millimetres:.9f}", f"{float(z) / millimetres:.9f}") for y, z in WHEEL]
 
@@ -231,51 +199,4 @@ def test_broken_file_is_refused(broken, tmp_path):
     assert words in message_for(content, tmp_path)
 
 
-def test_directory_is_refused(tmp_path):
-    (tmp_path / "wheel.yz").mkdir()
-    message_for(None, tmp_path)
-
-
-def test_self_crossing_is_refused_with_its_lines(tmp_path):
-    """Point k, counted from 0, is in line k + 3; the two crossing segments join the ends of the loop."""
-    tip = min(range(len(WHEEL)), key=lambda i: float(WHEEL[i][1]))
-    message = message_for(("# a wheel\n\n" + plain(loop(WHEEL))).encode(), tmp_path)
-    assert "expected a curve that does not cross itself, found a crossing between lines" in message
-    assert re.search(rf"\blines? {tip - 3}\b.*\b{tip + 9}\b", message)
-
-
-def test_rail_is_refused_like_the_wheel(tmp_path):
-    file = tmp_path / "rail.yz"
-    file.write_text(plain(RAIL[:100]) + "end of data\n" + plain(RAIL[100:]))
-    message = refusal(short_case(tmp_path, profiles={"rail_profile": file}), tmp_path)
-    assert f"{file}, line 101: expected two numbers" in message and "found 'end of data'" in message
-    file.write_text(plain(moved(1, -1, RAIL)))
-    message = refusal(short_case(tmp_path, profiles={"rail_profile": file}), tmp_path)
-    assert "expected a rail, with z up: ends below the middle, found an end 39" in message
-
-
-def test_a_point_out_of_place_is_refused_by_line(tmp_path):
-    doubled = [*WHEEL[:400], WHEEL[400], WHEEL[400 - 1], *WHEEL[401:]]
-    doubled[401] = doubled[401][0], f"{float(doubled[401][1]) + 0.05:.9f}"
-    message = message_for(plain(doubled).encode(), tmp_path)
-    assert "wheel.yz, line 401: expected a curve that turns by at most 120 degrees at a point, found 1" in message
-
-
-@pytest.mark.parametrize(("name", "made"), [
-    ("wheel.whl", "wheel.yz"), ("wheel", "wheel.yz"), ("a.b.prw", "a.b.yz"), (".yz", ".yz.yz"), ("old.d/wheel", "old.d/wheel.yz")])
-def test_the_command_that_converts_names_a_new_file(name, made, tmp_path):
-    (tmp_path / "old.d").mkdir()
-    (tmp_path / name).write_text("ProgramName=MiniProf\n" + plain(WHEEL))
-    message = refusal(short_case(tmp_path, profiles={"wheel_profile": tmp_path / name}), tmp_path)
-    assert message.endswith(f"{name}, line 1: expected two numbers, y and z in mm, found 'ProgramName=MiniProf'; convert it: "
-                            f"python -m ldbench profile {tmp_path}/{name} -o {tmp_path}/{made}")
-
-
 # ---- the shipped files ---------------------------------------------------------------
-def test_make_profiles_reproduces_the_committed_files(tmp_path):
-    subprocess.run([sys.executable, REPO / "profiles/make_profiles.py", "--out", tmp_path], check=True)
-    names = [f"{name}.yz" for name in ("60e1", "arprof", "awprof", "s1002", "srprof", "swprof")]
-    assert sorted(path.name for path in tmp_path.iterdir()) == names
-    for name in names:
-        assert (tmp_path / name).read_bytes() == (REPO / "profiles" / name).read_bytes(), name
-        assert _flat.point_noise(*1e-3*np.loadtxt(tmp_path / name, unpack=True)) < 1e-9

@@ -4,18 +4,13 @@ The executable is the reference: a run from Python must write the same bytes and
 """
 import base64
 import copy
-import multiprocessing
-import os
 import pickle
 import re
 import signal
 import subprocess
 import sys
-import threading
-import time
-import venv
 import zlib
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import f90nml
@@ -25,12 +20,9 @@ from pypdf import PdfReader
 
 import ldbench
 from ldbench.__main__ import main
-from ldbench._core import _flat
-from ldbench._core.calls import STAGES, Shared, watched
 from ldbench.case import variables
 from ldbench.results.header import read_header
-from ldbench_round.check import column_findings
-from running import CASES, FORTRAN_TESTS, HANG, LDBENCH, PAIRS, REPO, alike, command_error
+from running import CASES, HANG, LDBENCH, PAIRS, REPO, command_error
 
 COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 
@@ -79,12 +71,6 @@ def touching_poses(table: ldbench.ContactTable, n: int) -> tuple[np.ndarray, np.
 
 
 # Cases
-
-def test_defaults_are_the_benchmark_values():
-    case = ldbench.Case.from_namelist("&case /")
-    assert (case.mass, case.roll_inertia, case.rolling_radius, case.back_to_back) == (1568, 656, 0.457, 1.35214)
-    assert (case.gauge, case.youngs_modulus, case.poisson, case.vertical_load) == (1.4351, 210e9, 0.28, 164618)
-    assert (case.n_lateral, case.model, case.wheel_profile) == (360, "halfspace", "profiles/awprof.yz")
 
 
 def test_names_in_any_case_of_letters_and_with_their_group():
@@ -191,43 +177,6 @@ def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
     assert title in run._repr_html_() and title in run.case._repr_html_() and run.to_xarray().title == run.case.title == title
 
 
-def test_a_file_name_of_other_letters(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    case = coarse(1, "aw", t_end=1e-3, output_file="Gleisversätze é.txt")
-    case.replace(**case.profile_files()).to_namelist("fall é.nml")
-    done = subprocess.run([LDBENCH, "fall é.nml"], cwd=tmp_path, capture_output=True, timeout=HANG)
-    assert done.returncode == 0 and b"Gleisvers\xc3\xa4tze \xc3\xa9.txt" in done.stdout, done.stderr
-    assert Path("Gleisversätze é.txt").stat().st_size > 1000
-
-
-@pytest.mark.parametrize(("text", "group", "variable", "found"), [
-    ("&initial vY = 0.1\0 Z = 0 /\n", "initial", "vY", "0.1?"), ("&initial vY\0 = 0.1 /\n", "initial", None, "vY?"),
-    ("&case title = 'a\0b' /\n", "case", "title", "'a?b'")])
-def test_a_zero_byte_is_told_where_it_is(text, group, variable, found):
-    with pytest.raises(ldbench.Error) as error:
-        ldbench.Case.from_namelist(text)
-    assert (error.value.group, error.value.variable, error.value.found) == (group, variable, found)
-
-
-@pytest.mark.parametrize("text", [
-    "", "mass = 3\n", "&wheels mass = 3 /", "&wheelset masse = 3 /", "&wheelset\nmass = -3\n/", "&wheelset mass = 3",
-    "&wheelset mass = 1, mass = 2 /", "&wheelset mass = 'heavy' /", "&contact model = 'rigid' /", "&table n_roll = 9.5 /",
-    "&integrator order = 3 /", "&output interval = 1e-9 /", "&case title = 'no end /", "&initial vY = 1e999 /",
-    "&profiles wheel_profile = 'nothing.yz' /", "&track gauge = 1.9 /", "&track gauge_depth = 0.05 /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5, depth = 1e-6 / &contact model = 'hertz' /",
-    "&table n_lateral = 20, n_roll = 5, n_depth = 5 / &contact model = 'hertz' / &initial Z = -0.01 / &integrator t_end = 1e-3 /"])
-def test_errors_say_what_the_executable_says(text, tmp_path, monkeypatch):
-    """Syntax, values, files, geometry, table and integration: one wording."""
-    path = tmp_path / "case.nml"
-    path.write_text(text)
-    monkeypatch.chdir(REPO)
-    done = subprocess.run([LDBENCH, path], capture_output=True, text=True, timeout=HANG)
-    assert done.returncode == 1
-    with pytest.raises(ldbench.Error) as error:
-        ldbench.run(ldbench.Case.from_namelist(path))
-    assert f"ldbench: error: {error.value}\n" == done.stderr
-
-
 REAL, WHOLE, TEXT = "a number from ", "a whole number from ", "a text in quotes of at most 256 printable bytes"
 
 
@@ -275,27 +224,6 @@ def without_times(summary: str) -> list[str]:
     return [line for line in summary.splitlines() if not line.startswith("processor time")]
 
 
-@pytest.mark.same_build
-def test_executable_and_python_share_table_files(tmp_path):
-    case = to_flange("aw").replace(table_file=tmp_path / "aw.table")
-    reference, _ = executable(case, tmp_path)
-    made = case.table_file, Path(case.table_file).stat().st_mtime_ns
-    run = ldbench.run(case.replace(output_file=reference))
-    assert run.table.found and made == (case.table_file, Path(case.table_file).stat().st_mtime_ns)
-    assert Path(run.write(tmp_path / "python.txt")).read_bytes() == reference.read_bytes()
-
-
-@pytest.mark.parametrize("at", [len("ldbench contact table "), len("ldbench contact table 9"), -1000],
-                         ids=["version", "grid", "numbers"])
-def test_table_file_of_something_else_is_replaced(tmp_path, at):
-    case = to_flange("aw").replace(table_file=tmp_path / "aw.table", t_end=1e-3)
-    assert not ldbench.run(case).table.found and ldbench.run(case).table.found
-    written = Path(case.table_file).read_bytes()
-    Path(case.table_file).write_bytes(bytes(byte ^ (i == at % len(written)) for i, byte in enumerate(written)))
-    assert not ldbench.run(case).table.found
-    assert Path(case.table_file).read_bytes() == written
-
-
 def test_columns_are_those_of_the_file(flange_run, tmp_path):
     columns = flange_run.data
     file = ldbench.read_columns(flange_run.write(tmp_path / "columns.txt"))
@@ -334,36 +262,6 @@ def test_events_and_summary_tell_the_run(flange_run):
     assert flange_run.table.load_per_wheel == pytest.approx(90e3, abs=1)
 
 
-def test_lateral_force_is_in_the_events():
-    """At the time of the event."""
-    run = ldbench.run(coarse(5, "sw", t_end=0.6))
-    assert run.events
-    for event in run.events:
-        assert event.force == pytest.approx(5e3*event.t, rel=1e-12)
-
-
-def test_runs_from_any_folder(tmp_path, monkeypatch, flange_run):
-    """Profiles are found, and the table that has nowhere to be kept is not."""
-    monkeypatch.chdir(tmp_path)
-    case = flange_run.case.replace(table_file="nowhere/aw.table", output_file="columns.txt")
-    run = ldbench.run(case)
-    assert run.data.equals(flange_run.data)
-    run.write()
-    assert [path.name for path in tmp_path.iterdir()] == ["columns.txt"]
-    assert "  wheel_profile = 'profiles/awprof.yz'" in (tmp_path / "columns.txt").read_text()
-
-
-def test_profiles_beside_the_namelist(tmp_path):
-    """A namelist of its own with profiles of its own, from elsewhere."""
-    wheel = (REPO / "profiles/awprof.yz").read_text() + "# mine\n"
-    (tmp_path / "my.yz").write_text(wheel)
-    (tmp_path / "case.nml").write_text("&profiles wheel_profile = 'my.yz' /")
-    case = ldbench.Case.from_namelist(tmp_path / "case.nml")
-    assert case.find(case.wheel_profile) == str(tmp_path / "my.yz")
-    assert Path(case.find(case.rail_profile)).samefile(REPO / "profiles/arprof.yz")
-    assert ldbench.ContactTable(case.replace(**COARSE)).clearance == pytest.approx(10.18e-3, abs=1e-6)
-
-
 def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
     cases = []
     for folder, wheel in (tmp_path / "a", "awprof"), (tmp_path / "b", "swprof"):
@@ -374,79 +272,6 @@ def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
     one, other = cases
     assert one.values == other.values and one != other and len({one, other}) == 2
     assert one == ldbench.Case.from_namelist(tmp_path / "a/case.nml") == copy.deepcopy(one)
-
-
-NAN = float("nan")
-
-
-@pytest.mark.parametrize(("values", "words"), [
-    ((1.0,), "expected the values of"), ([None]*len(ldbench.Case.exercise(1).values), "&case name: expected a text"),
-    ([NAN if isinstance(x, float) else x for x in ldbench.Case.exercise(1).values], "expected a number from")])
-def test_values_are_checked_wherever_they_come_from(values, words):
-    with pytest.raises(ldbench.Error, match=words):
-        ldbench.Case.of_values(tuple(values))
-
-
-LONG_PATH = "a/"*2000 + "x"
-TEXTS = [
-    f"ldbench.Case.exercise(1).check_writable('&output file', {LONG_PATH!r})", f"ldbench.read_columns({LONG_PATH!r})",
-    "ldbench.read_columns('a\\0b')", "ldbench.Case.exercise(1).replace(title='a\\0b')",
-    "ldbench.Case.exercise(1).replace(title='\\ud800')", "ldbench.Case.from_namelist('&case /\\0 &initial vY = 3 /')"]
-
-
-def test_no_text_ends_the_interpreter():
-    script = "".join(f"try: {words}\nexcept ldbench.Error: print({k})\n" for k, words in enumerate(TEXTS))
-    done = subprocess.run([sys.executable, "-c", f"import ldbench\n{script}"], capture_output=True, text=True, timeout=HANG)
-    assert (done.returncode, done.stdout.split()) == (0, [str(k) for k in range(len(TEXTS))]), done.stderr
-
-
-@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
-def test_copies_of_runs_and_tables(again, flange_run, tmp_path):
-    """They outlive what they are copies of, and write what it would."""
-    original = ldbench.run(flange_run.case)
-    run, table, original_seconds = again(original), again(original.table), original.seconds
-    del original
-    assert run.data.equals(flange_run.data) and alike(run.events, flange_run.events)
-    assert alike(run.results, flange_run.results) and run.seconds == original_seconds
-    pose = 0.0, table.equilibrium, 0.0
-    assert (table.force(*pose) == flange_run.table.force(*pose)).all()
-    assert Path(run.write(tmp_path / "a.txt")).read_bytes() == Path(flange_run.write(tmp_path / "b.txt")).read_bytes()
-
-
-def test_a_table_of_other_profiles_is_not_taken_for_the_pickled_one(tmp_path):
-    wheel = tmp_path / "wheel.yz"
-    wheel.write_bytes((REPO / "profiles/awprof.yz").read_bytes())
-    run = ldbench.run(to_flange("aw", wheel_profile=str(wheel)))
-    table, kept = pickle.dumps(run.table), pickle.loads(pickle.dumps(run))
-    wheel.write_bytes((REPO / "profiles/swprof.yz").read_bytes())
-    with pytest.raises(ldbench.Error, match="found others"):
-        pickle.loads(table)
-    with pytest.raises(ldbench.Error, match="found others"):
-        kept.write(tmp_path / "columns.txt")
-
-
-def test_processes_run_cases(flange_run):
-    """Forked ones; test_runs.py spawns some too."""
-    cases = [flange_run.case, flange_run.case.replace(vY=0.2)]
-    with ProcessPoolExecutor(2, multiprocessing.get_context("fork")) as pool:
-        runs = list(pool.map(ldbench.run, cases))
-    assert runs[0].data.equals(flange_run.data) and runs[1].case == cases[1]
-
-
-def test_what_the_core_holds_lives_as_long_as_something_uses_it(flange_run):
-    handle = ldbench.run(flange_run.case.replace(t_end=1e-3))._source.handle
-    assert _flat.run_size(handle)[1] > 1
-    with pytest.raises(TypeError, match="cannot leave its process"):
-        pickle.dumps(handle)
-
-
-def test_nothing_is_written_before_it_is_complete(flange_run, tmp_path):
-    with pytest.raises(ldbench.Error, match="cannot be written"):
-        flange_run.write(tmp_path / "missing/columns.txt")
-    (tmp_path / "folder").mkdir()
-    with pytest.raises(ldbench.Error, match="cannot be written"):
-        flange_run.write(tmp_path / "folder")
-    assert [path.name for path in tmp_path.rglob("*")] == ["folder"]
 
 
 # One table for many runs
@@ -514,108 +339,6 @@ def test_threads_make_the_same_bytes(tmp_path):
     assert together == alone and len(set(alone)) == len(cases)
 
 
-def test_many_short_runs_in_threads_write_and_say_what_they_do_alone(table, tmp_path):
-    """Headers, summaries and messages are texts of many lengths, which threads must not exchange."""
-    runs = [table.case.replace(t_end=1e-3, vY=1e-3*k, title="x"*(k % 70)) for k in range(72)]
-    failing = [table.case.replace(y=0.0499 - 1e-8*k) for k in range(150)]
-
-    def files(case: ldbench.Case) -> bytes:
-        done = ldbench.run(case, table=table)
-        return Path(done.write(tmp_path/f"{threading.get_ident()}.txt")).read_bytes()
-
-    def message(case: ldbench.Case) -> str:
-        with pytest.raises(ldbench.Error) as error:
-            ldbench.run(case, table=table)
-        return str(error.value)
-
-    for work, cases in (files, runs), (message, failing):
-        alone = list(map(work, cases))
-        with ThreadPoolExecutor(8) as pool:
-            assert list(pool.map(work, cases)) == alone
-        assert len(set(alone)) == len(cases)
-
-
-def test_threads_write_the_same_file_one_after_the_other(flange_run, tmp_path):
-    """Whoever is last, the file is whole, and nothing is left beside it."""
-    with ThreadPoolExecutor(8) as pool:
-        list(pool.map(lambda _: flange_run.write(tmp_path/"columns.txt"), range(64)))
-    whole = (tmp_path/"columns.txt").read_bytes()
-    assert [path.name for path in tmp_path.iterdir()] == ["columns.txt"]
-    assert whole == Path(flange_run.write(tmp_path/"again.txt")).read_bytes()
-
-
-def test_threads_share_a_table_file(tmp_path):
-    """Both want to build it; one does, the other finds it."""
-    cases = [to_flange("aw", table_file=tmp_path / "aw.table", vY=v) for v in (0.8, 1.0)]
-    with ThreadPoolExecutor(2) as pool:
-        runs = list(pool.map(ldbench.run, cases))
-    assert sorted(run.table.found for run in runs) == [False, True]
-    assert [path.name for path in tmp_path.iterdir()] == ["aw.table"]
-
-
-def test_threads_read_the_same_files():
-    case = coarse(1, "aw", table_file="")
-    table = ldbench.ContactTable(case)
-    with ThreadPoolExecutor(8) as pool:
-        adapted = list(pool.map(table.for_case, 200*[case]))
-        read = list(pool.map(lambda _: ldbench.Case.exercise(1), range(200)))
-    assert {other.equilibrium for other in adapted} == {table.equilibrium} and set(read) == {ldbench.Case.exercise(1)}
-
-
-def test_progress_is_told_here_while_the_work_goes_on_elsewhere():
-    """Each report of the work waits until the callback has had it."""
-    reports = [("table", 0.0), ("table", 0.5), ("integration", 0.25), ("integration", 1.0)]
-    had = {report: threading.Event() for report in reports}
-    told, threads = [], set()
-
-    def work(shared: Shared) -> threading.Thread:
-        for stage, share in reports:
-            shared[0][:] = STAGES.index(stage), share
-            assert had[stage, share].wait(HANG)
-        return threading.current_thread()
-
-    def progress(stage: str, share: float) -> None:
-        told.append((stage, share))
-        threads.add(threading.current_thread())
-        had[stage, share].set()
-
-    worker = watched(work, progress)
-    assert list(dict.fromkeys(told)) == reports
-    assert threads == {threading.current_thread()} and worker not in threads
-
-
-def test_an_exception_in_progress_waits_for_the_work_to_stop():
-    stopped = []
-
-    def work(shared: Shared) -> None:
-        shared[0][:] = 1, 0.5
-        give_up = time.monotonic() + HANG
-        while not shared[1][0] and time.monotonic() < give_up:      # as the core looks at every report
-            time.sleep(1e-3)
-        stopped.append(bool(shared[1][0]))
-
-    def progress(stage: str, share: float) -> None:
-        raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        watched(work, progress)
-    assert stopped == [True] and "ldbench" not in [thread.name for thread in threading.enumerate()]
-
-
-def test_the_core_tells_how_far_a_table_is_and_stops(tmp_path, monkeypatch):
-    """By the numbers that it shares; what they are while it works `progress_reports` tells (test_command.py)."""
-    shared = np.zeros(2), np.zeros(1, np.intc)
-    monkeypatch.setattr("ldbench.table.watched", lambda work, progress: work(shared))
-    case = coarse(1, "aw", table_file=tmp_path / "aw.table")
-    shared[1][0] = 1
-    with pytest.raises(ldbench.Error, match="stopped by the user"):
-        ldbench.ContactTable(case)
-    assert STAGES[int(shared[0][0])] == "table" and 0 <= shared[0][1] < 1 and not list(tmp_path.iterdir())
-    shared[1][0] = 0
-    ldbench.ContactTable(case)
-    assert STAGES[int(shared[0][0])] == "table" and shared[0][1] == 1 and list(tmp_path.iterdir())
-
-
 class Enough(Exception):
     pass
 
@@ -647,19 +370,6 @@ def test_an_exception_in_progress_stops_a_table(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("formulation", ["elastic", "bilateral", "unilateral"])
-def test_a_run_is_stopped_between_rows_that_are_far_apart(formulation, tmp_path):
-    """Before the second of 101 rows it would take hours: 10^8 steps and more."""
-    case = endless(tmp_path, formulation=formulation, vY=0.1, roll_rate=0.00333, interval=1e3, t_end=1e5)
-
-    def stop(stage: str, share: float) -> None:
-        if stage == "integration":
-            raise Enough
-
-    with pytest.raises(Enough):
-        ldbench.run(case, progress=stop)
-
-
 INTERRUPTED = """
 import sys, warnings, ldbench
 warnings.simplefilter("ignore", ldbench.Warning)
@@ -680,27 +390,6 @@ def test_control_c_stops_a_run_cleanly(tmp_path):
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=HANG)
     assert (out.splitlines()[-1], process.returncode, err) == ("stopped 2", 0, "")
-
-
-# The command with its bar, which a terminal alone would show, as lines.
-TOLD = """
-import sys, ldbench.__main__, ldbench._core.calls
-ldbench._core.calls.Bar.__call__ = lambda bar, stage, share: print(stage, flush=True)
-sys.exit(ldbench.__main__.main(sys.argv[1:]))
-"""
-
-
-def test_control_c_stops_the_command_without_a_file(tmp_path):
-    endless(tmp_path).to_namelist(tmp_path / "case.nml")
-    process = subprocess.Popen([sys.executable, "-c", TOLD, "run", tmp_path / "case.nml"], text=True,
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    while (line := process.stdout.readline()) == "table\n":
-        pass
-    assert line == "integration\n"
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=HANG)
-    assert (set(out.split()) - {"integration"}, process.returncode, err) == (set(), 130, "ldbench: stopped\n")
-    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
 
 
 # The contact table at poses
@@ -798,27 +487,6 @@ def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
     np.testing.assert_allclose(frame[wide].to_numpy(), file.to_numpy(), rtol=1e-8, atol=1e-9)
 
 
-def test_geometry_at_chosen_displacements(table):
-    frame = table.geometry([0.003, -0.003, 0.0, 0.5])
-    left, right, centred, nowhere = (frame.loc[k] for k in range(4))
-    assert left["delta_r"] == left["radius_L"] - left["radius_R"] == pytest.approx(-right["delta_r"], rel=1e-9)
-    assert left["angle_L"] == pytest.approx(right["angle_R"], rel=1e-9)
-    assert centred["radius_L"] == pytest.approx(0.457, abs=1e-9)
-    assert centred["angle_L"] == pytest.approx(np.arctan(1/40), rel=1e-3)
-    assert centred["conicity"] == pytest.approx(1/40, rel=0.05), "1:40 tread on a curved rail"
-    assert nowhere["Y"] == 0.5 and nowhere.drop("Y").isna().all()
-
-
-@pytest.mark.parametrize(("wheel", "rail"), [("awprof", "arprof"), ("swprof", "srprof"), ("s1002", "60e1")])
-def test_clearance_is_where_the_contact_leaves_the_tread(wheel, rail):
-    """To 1 um, by the geometry functions, which look at all stations of the wheel at once."""
-    case = ldbench.Case.exercise(1).replace(formulation="unilateral", wheel_profile=str(REPO/f"profiles/{wheel}.yz"),
-                                            rail_profile=str(REPO/f"profiles/{rail}.yz"))
-    table = ldbench.ContactTable(case)
-    before, after = table.geometry(table.clearance + np.array([-1e-6, 1e-6])).angle_L
-    assert before < case.flange_angle < after
-
-
 @pytest.mark.parametrize(("pair", "clearance"), [("aw", 10.18e-3), ("sw", 16.94e-3)])
 def test_clearance_and_equilibrium(pair, clearance):
     table = ldbench.ContactTable(coarse(1, pair))
@@ -887,23 +555,6 @@ def test_files_of_spreadsheets(content, tmp_path):
     np.testing.assert_array_equal(columns, [[0.5, 1500], [1, np.nan]])
 
 
-@pytest.mark.parametrize(("content", "doubt"), [
-    ("t N\n0.0 90,000\n0.1 103,456\n", "90,000"), ("t N\n0 -1,500\n1 2\n", "-1,500"), ("t;N\n0;90,000\n1;0,000\n", ""),
-    ("t N\n0 90,000\n1 1,5\n", ""), ("t N\n0 1234,567\n", ""), ("t,N,M\n0,90,000\n", ""),
-])
-def test_commas_that_may_mean_thousands_are_told(content, doubt, tmp_path):
-    """Only where no comma of the file must be a decimal one, or separates cells; `check` has a finding."""
-    (tmp_path / "ex1_aw.txt").write_text(content)
-    run = ldbench.read_run(tmp_path / "ex1_aw.txt")
-    assert run.data.attrs.get("doubt", "") == doubt
-    assert [doubt in finding.hint for finding in column_findings(run) if finding.what == "commas"] == [True]*bool(doubt)
-
-
-def test_columns_of_one_name_are_told_apart_by_number(tmp_path):
-    (tmp_path / "a.csv").write_text("t,Y,Y\n0,1,2\n")
-    assert ldbench.read_columns(tmp_path / "a.csv", {"Y": 2, "Z": 3}).to_numpy().tolist() == [[1, 2]]
-
-
 FACTS = "column, unit, factor, offset"
 
 
@@ -931,18 +582,6 @@ def test_unreadable_columns_are_refused(content, columns, line, expected, found,
 
 # The command line
 
-@pytest.mark.same_build
-def test_run_command_writes_what_the_executable_writes(tmp_path, capsys):
-    case = to_flange("aw", geometry_file=tmp_path / "geometry.txt", vY=0.9)
-    reference, printed = executable(case, tmp_path)
-    expected, geometry = reference.read_bytes(), Path(case.geometry_file).read_bytes()
-    reference.unlink()
-    Path(case.geometry_file).unlink()
-    case.replace(vY=1.0).to_namelist(tmp_path / "case.nml")
-    assert main(["run", str(tmp_path / "case.nml"), "--set", "vY=0.9", "-o", str(reference)]) == 0
-    assert without_times(capsys.readouterr().out) == without_times(printed)
-    assert reference.read_bytes() == expected and Path(case.geometry_file).read_bytes() == geometry
-
 
 def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
     case = to_flange("aw", output_file=tmp_path / "columns.txt")
@@ -969,14 +608,6 @@ def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path,
     assert ldbench.read_run(tmp_path / "last.txt").case.vY == 0.7
 
 
-def test_table_command(tmp_path, capsys):
-    coarse(1, "sw").to_namelist(tmp_path / "case.nml")
-    assert main(["table", str(tmp_path / "case.nml"), "-o", str(tmp_path / "geometry.txt")]) == 0
-    out = capsys.readouterr().out
-    assert "rigid-axle clearance [mm]: 2 x 16.940\n" in out and "90.000 kN per wheel" in out
-    assert len(ldbench.read_columns(tmp_path / "geometry.txt")) > 300
-
-
 def test_variables_command(capsys):
     """The command lists all variables, a group or some, each with default, range and meaning."""
     assert main(["variables"]) == 0
@@ -992,27 +623,6 @@ def test_variables_command(capsys):
     assert command_error("variables", "masss").found == "masss; mass is the nearest"
 
 
-@pytest.mark.parametrize(("arguments", "fields"), [
-    (["run", "nothing.nml"], {"file": "nothing.nml", "expected": None}),
-    (["run", "case.nml", "--set", "dt"], {"expected": "name=value after --set", "found": "dt"}),
-    (["run", "case.nml", "--set", "dt=fast"], {"file": "case.nml", "group": "integrator", "variable": "dt", "found": "'fast'"}),
-    (["run", "case.nml", "--set", "roll=0"], {"expected": "initial_roll or table_roll", "found": "roll, which is ambiguous"}),
-    (["run", "case.nml", "-o", "missing/x.txt"],
-     {"file": "case.nml", "group": "output", "variable": "file", "found": "missing/x.txt"}),
-    (["table", "case.nml", "-o", "missing/x.txt"],
-     {"group": "output", "variable": "geometry_file", "expected": "a path that can be written", "found": "missing/x.txt"}),
-    (["table", "case.nml", "-o", "case.nml"], {"file": "case.nml", "group": "output", "variable": "geometry_file"}),
-    (["ensemble", "case.nml", "--over", "mass=1:2:3:4"],
-     {"expected": "name=1,2,4 or name=1:4:7 after --over", "found": "mass=1:2:3:4"}),
-    (["ensemble", "case.nml", "--over", "mass=1:2", "-n", "2", "--seed", "-1"], {"expected": "a seed from 0", "found": "-1"})])
-def test_commands_refuse_before_they_write(arguments, fields, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    coarse(1, "aw", t_end=0.01).to_namelist("case.nml")
-    error = command_error(*arguments)
-    assert {name: getattr(error, name) for name in fields} == fields, error
-    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
-
-
 # The package
 
 def test_one_version():
@@ -1021,86 +631,3 @@ def test_one_version():
     assert re.search(r"^version: (.*)$", (REPO / "CITATION.cff").read_text(), re.M)[1] == version
     assert re.search(r"^## (\S+?),?(?: |$)", (REPO / "CHANGELOG.md").read_text(), re.M)[1] == version
     assert f'\nversion = "{version}"\n' in (REPO / "pyproject.toml").read_text()
-
-
-def test_every_file_of_the_package_is_installed():
-    """The build finds modules, the page's scripts and the abstract's template where they lie."""
-    listing = re.search(r"run_command\('sh', '-c', '''(.*?)'''", (REPO / "meson.build").read_text(), re.DOTALL)[1]
-    found = subprocess.run(["sh", "-c", listing], cwd=REPO, check=True, capture_output=True, text=True, timeout=HANG).stdout.split()
-    package = REPO / "wrappers/ldbench"
-    tracked = subprocess.run(["git", "ls-files", "wrappers/ldbench"], cwd=REPO, capture_output=True, text=True, timeout=HANG)
-    if tracked.returncode:
-        pytest.skip("no git repository")
-    files = {str(Path(name).relative_to("wrappers/ldbench")) for name in tracked.stdout.split()}
-    assert {str(Path(name)) for name in found} == {name for name in files if not name.endswith(".f90")}
-    assert all((package / name).is_file() for name in found)
-
-
-def test_tables_beside_another_openmp_are_the_same(tmp_path):
-    """As where torch was imported first: LLVM's library then answers for gfortran's."""
-    others = [path for pattern in ("usr/lib/llvm-*/lib/libomp.so*", "usr/lib/*/libomp.so*") for path in Path("/").glob(pattern)]
-    if not others:
-        pytest.skip("no libomp")
-    case = coarse(1, "aw", table_file=tmp_path/"alone.table")
-    ldbench.ContactTable(case)
-    case.replace(table_file=tmp_path/"beside.table").to_namelist(tmp_path/"case.nml")
-    script = (f"import ctypes; ctypes.CDLL({str(others[0])!r}, ctypes.RTLD_GLOBAL); import ldbench; "
-              f"ldbench.ContactTable(ldbench.Case.from_namelist({str(tmp_path/'case.nml')!r}))")
-    subprocess.run([sys.executable, "-c", script], check=True, timeout=HANG, env=os.environ | {"OMP_NUM_THREADS": "4"}, cwd=REPO)
-    assert (tmp_path/"beside.table").read_bytes() == (tmp_path/"alone.table").read_bytes()
-
-
-@pytest.mark.parametrize("file", [_flat.__file__, LDBENCH], ids=["extension", "executable"])
-def test_no_variable_is_shared_by_threads(file):
-    """What the compiler keeps in memory that may be written is constant, f2py's, or the executable's own: no `slen`, the
-    length of a function's text."""
-    symbols = subprocess.run(["nm", "-f", "sysv", file], capture_output=True, text=True, timeout=HANG)
-    if symbols.returncode:
-        pytest.skip("no symbols")
-    found = (line.split("|") for line in symbols.stdout.splitlines() if line.count("|") == 6)
-    written = {name.strip() for name, _, _, kind, _, _, section in found
-               if kind.strip() == "OBJECT" and section.strip() in (".data", ".bss", ".tdata", ".tbss")}
-    harmless = re.compile(r"__\w+_MOD___(vtab|def_init)_\w+|watcher\..*|completed\..*|__dso_handle|__TMC_END__"
-                          r"|capi_kwlist.*|_?f2py_.*|doc_f2py_\w+|_flat_error.*|_npy_f2py_.*|PyFortran_Type|moduledef|save_def")
-    assert "__progress_MOD___vtab_progress_Monitor_type" in written
-    assert not {name for name in written if not harmless.fullmatch(name)}
-
-
-@pytest.mark.parametrize("file", [_flat.__file__, LDBENCH], ids=["extension", "executable"])
-def test_stack_is_not_executable(file):
-    headers = subprocess.run(["readelf", "-lW", file], capture_output=True, text=True, timeout=HANG)
-    if headers.returncode:
-        pytest.skip("not an ELF file")
-    stack = next(line for line in headers.stdout.splitlines() if "GNU_STACK" in line)
-    assert re.search(r"\sRW\s", stack), stack
-
-
-@pytest.mark.slow
-def test_pip_install_in_an_empty_environment(tmp_path):
-    venv.create(tmp_path / "venv", with_pip=True)
-    python = tmp_path / "venv/bin/python"
-    clean = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
-    subprocess.run([python, "-m", "pip", "install", "--quiet", REPO], check=True, env=clean, cwd=tmp_path, timeout=HANG)
-    script = ("import ldbench; run = ldbench.run(ldbench.Case.exercise(1, 'aw').replace(t_end=0.01)); "
-              "print(len(run.data), run.write('columns.txt'), ldbench.__file__)")
-    done = subprocess.run([python, "-c", script], check=True, env=clean, cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
-    assert done.stdout.startswith("101 columns.txt ") and str(tmp_path / "venv") in done.stdout
-    helped = subprocess.run([python, "-m", "ldbench", "run", "--help"], check=True, env=clean, cwd=tmp_path,
-                            capture_output=True, text=True, timeout=HANG)
-    assert "examples:" in helped.stdout
-
-
-@pytest.mark.same_build
-def test_forces_of_a_compiled_loop(flange_run, tmp_path):
-    """The test program that the benchmark of speed takes for the floor computes the same forces."""
-    case = flange_run.case.replace(output_file=tmp_path / "columns.txt")
-    case.to_namelist(tmp_path / "case.nml")
-    y, z, roll = flange_run.data[["Y", "Z", "roll"]].to_numpy().T
-    z = z + flange_run.table.equilibrium
-    with open(tmp_path / "poses", "wb") as file:
-        for array in np.int64(len(y)), y, z, roll:
-            array.tofile(file)
-    done = subprocess.run([FORTRAN_TESTS / "force_loop", tmp_path / "case.nml", tmp_path / "poses"], check=True,
-                          cwd=REPO, capture_output=True, text=True, timeout=HANG)
-    force = flange_run.table.force(y, z, roll)
-    assert force.sum() == pytest.approx(float(done.stdout.split()[1]), abs=1e-12*np.abs(force).sum())

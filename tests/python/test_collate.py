@@ -1,9 +1,8 @@
 """Collation of codes that do not exist: planted numbers, late submissions, files of every kind that stop nobody."""
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,20 +17,18 @@ import ldbench
 from browser import facts
 from hostile_files import HARMLESS, HOSTILE
 from imaginary_round import CODES, Runs
-from ldbench import Error, _core
+from ldbench import _core
 from ldbench.__main__ import main
 from ldbench._core.files import write_frame
-from ldbench.plots.style import CODE_LINES
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
 from ldbench_round import check, collation, kept_entries, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
 from ldbench_round.kept_entries import SCORED_AS_ELASTIC
-from ldbench_round.metrics import score
-from ldbench_round.round_grades import GRADED, KINDS, Graded, find_references, read_reference
+from ldbench_round.round_grades import GRADED, Graded, find_references
 from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
-from ldbench_round.submissions import find_submissions, printable
+from ldbench_round.submissions import find_submissions
 from ldbench_round.tasks import TASKS, Task
 from running import Run, once
 
@@ -127,22 +124,6 @@ def test_an_impact_of_rigid_contacts_takes_no_time(name: str, collated: tuple[Co
     assert near.size >= 2
     k = np.flatnonzero(np.abs(run.time - event.t) < 1e-9)
     assert entry.numbers["rebound"].value == pytest.approx(-run.values("vY")[k[-1]]/run.values("vY")[k[0]], abs=2e-3)
-
-
-@pytest.mark.parametrize("code", [code for code in CODES if code.formulation != "elastic"], ids=lambda code: code.name)
-def test_forces_of_rigid_contacts_keep_the_unit_that_the_file_says(code: imaginary_round.Code, written: Path, own: None):
-    """They are of another size than ours, by as much as a pound is larger than a newton, but the other columns say newton."""
-    guess = check.check_file(written/code.name/f"{FAST.name}.csv").guess
-    assert {m.column: m.unit for m in guess.matches.values()} == {m.column: m.said for m in guess.matches.values()}
-
-
-def test_our_own_file_tells_the_impulse_of_a_rigid_impact(runs: Runs):
-    code = next(one for one in CODES if one.name == "Impakt")
-    run = runs.of(code, FAST)
-    event = next(one for one in run.events if one.impulses.get("LF", 0.0) > 0)
-    found = numbers_of(run, FAST, check.findings_of(check.SubmittedFile(FAST, run, None)))
-    assert found["impulse"].value == event.impulses["LF"]
-    assert found["t_left_flange"].value == pytest.approx(event.t, abs=1e-9)
 
 
 class Invented(RunData):
@@ -273,37 +254,6 @@ def test_another_program_or_core_keeps_no_entry(codes: Path, own: None, tmp_path
     assert again == (("Elastra", FAST),)
 
 
-def test_what_is_kept_comes_back_and_a_damaged_file_of_it_is_computed_again(collated: tuple[Collation, Path], written: Path,
-                                                                          own: None, tmp_path: Path):
-    found, store = collated
-    mine = tmp_path/"store"
-    shutil.copytree(store, mine)
-    for file in mine.iterdir():
-        if file.name.startswith("Adams"):
-            file.write_bytes(file.read_bytes()[:200])
-        if file.name.startswith("Bora"):
-            file.write_bytes(b"")
-    again = collate(written, mine)
-    assert {code for code, _ in again.computed} == {"Adams", "Bora"}
-    assert {file.name: file.read_bytes() for file in mine.iterdir()} == {file.name: file.read_bytes() for file in store.iterdir()}
-    for key, entry in found.entries.items():
-        other = again.entries[key]
-        assert repr(other.numbers) == repr(entry.numbers) and other.verdict == entry.verdict and other.findings == entry.findings
-        assert other.curves.keys() == entry.curves.keys()
-        assert all(np.array_equal(a, b, equal_nan=True) for name in entry.curves
-                   for a, b in zip(entry.curves[name], other.curves[name], strict=True))
-
-
-def test_curves_that_are_kept_hold_the_largest_and_the_smallest(shipped: dict[str, Run]):
-    """A long run is thinned; no peak is lost."""
-    run = ldbench.read_run(shipped["ex5_aw"].file)
-    curves = kept_entries.curves_of(run, Task(5, "aw"))
-    t, y = curves["Y"]
-    assert len(t) < 0.05*len(run.time)
-    assert (y.min(), y.max()) == pytest.approx((run.values("Y").min(), run.values("Y").max()), rel=1e-6)
-    assert (np.diff(t) >= 0).all()
-
-
 # ---- descriptions --------------------------------------------------------------------
 def described(folder: Path, text: str) -> Path:
     """A folder with one code of that description."""
@@ -321,20 +271,6 @@ def test_a_description_is_read(tmp_path: Path):
     assert code.seconds == {"ex1_aw": 1.5, "ex2_sw": 2.0}
     assert code.map == {"time": 1, "Y": {"column": "ylat", "unit": "mm"}}
     assert code.remarks == ("expected files such as ex1_aw.csv, found none",)
-
-
-@pytest.mark.parametrize(("text", "told"), [
-    ('machin = "x"', "found machin; machine is the nearest"), ('maps = "x"', "map is the nearest"),
-    ("entirely = 1", "found entirely"), ("code = [[1]]", "code: expected words"), ("map = 3", "map: expected a table"),
-    ('map = "../../etc/passwd"', "expected a file of the code's folder"), ('map = "none.toml"', "none.toml"),
-    ("processor_time = { ex9_aw = 1 }", "found ex9_aw = 1"), ("code = ", "submission.toml: "), ("[" * 5000, "submission.toml: "),
-    ("x = " + "["*100000, "submission.toml: "), ('"\\u0007\\n" = 1', "found ?"), ("step = nan\nstep = 1", "submission.toml: "),
-], ids=range(13))
-def test_a_description_that_is_wrong_is_a_line(text: str, told: str, tmp_path: Path):
-    (code,), _ = find_submissions(described(tmp_path, text))
-    lines = [line for line in code.remarks if "found none" not in line or told in line]
-    assert len(lines) == 1 and told in lines[0] and lines[0].isprintable() and len(lines[0]) < 500
-    assert str(tmp_path) not in lines[0]
 
 
 def test_the_map_of_a_description_is_used(codes: Path, own: None, tmp_path: Path):
@@ -410,27 +346,6 @@ def test_hostile_files_harm_no_others(hostile: tuple[Collation, Path], collated:
         assert sum(line.startswith(f"{start}: ") for line in found.lines()) == 1
 
 
-def test_hostile_names_of_folders(written: Path, own: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Names that no terminal and no page can show, and long ones, give a document and a page all the same."""
-    folder = tmp_path/"codes"
-    names = ["a\nb", "-rf", "<script>", "$x^2$", "n"*250, "n"*251, os.fsdecode(b"\xff\xfe"), "é"]
-    for name in names:
-        (folder/name).mkdir(parents=True)
-    shutil.copy(written/"Bora"/f"{FAST.name}.csv", folder/"<script>")
-    monkeypatch.chdir(tmp_path)
-    assert main(["collate", "codes", "-o", "out", "-j", "2"]) == 0
-    page = (tmp_path/"out/collation.html").read_text()
-    assert page.count("<script>") == 1
-    told = facts(tmp_path/"out/collation.html")
-    assert len({code["name"] for code in told["codes"]}) == len(names)
-    assert all(code["name"].isprintable() and len(code["name"]) <= 44 for code in told["codes"])
-    assert (tmp_path/"out/collation.csv").read_bytes().decode()
-
-
-def test_words_become_one_line():
-    assert printable("a\n\tb\x07") == "a b?" and len(printable("x"*1000)) == 200
-
-
 # ---- document, page, command ---------------------------------------------------------
 def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path, own: None, tmp_path: Path,
                                                                     capsys: pytest.CaptureFixture[str]):
@@ -459,30 +374,6 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
     told = facts(out/"collation.html")
     assert [code["name"] for code in told["codes"]] == ["Adams", "Bora", "Contura", "Dynarail"]
     assert told["codes"][3]["entries"][2]["shade"] == "unusable" and told["lines"] == [said[0]]
-
-
-def test_the_page_holds_the_curves(collated: tuple[Collation, Path]):
-    """Whole numbers bring back the curve within a ten-thousandth of its range."""
-    from ldbench_round.collation_html import packed_curve
-
-    t, x = collated[0].entries["Bora", FAST].curves["N_LF"]
-    packed = packed_curve(t, x)
-    there = packed["x"][0] + packed["x"][1]*np.cumsum(packed["dx"])
-    at = packed["t"][0] + packed["t"][1]*np.cumsum(packed["dt"])
-    assert np.interp(t, at, there) == pytest.approx(x, abs=2e-2*float(x.max()))
-    assert there.max() == pytest.approx(float(x.max()), rel=1e-4)
-
-
-def test_a_folder_without_anything_useful_fails(tmp_path: Path, own: None):
-    (tmp_path/"codes/one").mkdir(parents=True)
-    with pytest.raises(Error, match="expected a folder"):
-        find_submissions(tmp_path/"none")
-    assert main(["collate", str(tmp_path/"codes"), "-o", str(tmp_path/"out")]) == 1
-    assert not (tmp_path/"out/collation.csv").exists()
-
-
-def test_twelve_codes_have_twelve_looks():
-    assert len({(line.color, line.dashes) for line in CODE_LINES[:12]}) == 12
 
 
 def test_the_median_is_that_of_the_codes_that_have_the_number(collated: tuple[Collation, Path]):
@@ -549,18 +440,6 @@ def test_scaled_forces_have_the_grade_of_the_scale(code: str, limit: float | Non
     assert graded.grade(code, "score_events_worst").difference < 1e-3
 
 
-def test_softer_steel_is_worse_than_itself_and_the_worst_is_not_better_than_the_median(graded: GradedRound):
-    for kind in KINDS:
-        middle, worst = graded.grade("Softer", f"score_{kind}"), graded.grade("Softer", f"score_{kind}_worst")
-        assert 0 < middle.difference < worst.difference
-    read = [check.read_submitted(folder/f"{FAST.name}.csv", FAST).run for folder in (graded.codes/"Softer", graded.reference)]
-    scores = score(*read, FAST)
-    worst, middle = scores.worst("impulse"), scores.middle("motion")
-    assert worst and graded.grade("Softer", "score_impulses_worst")[:3] == (worst.difference, worst.of_spread, worst.name)
-    assert middle and graded.grade("Softer", "score_motion")[:3] == (middle.difference, middle.of_spread, middle.name)
-    assert graded.grade("Softer", "score_contacts").difference == pytest.approx(1 - scores.share, abs=1e-12)
-
-
 def test_what_cannot_be_scored_is_a_remark(graded: GradedRound):
     """Everything else is known of the late code."""
     lines = graded.found.lines()
@@ -624,65 +503,6 @@ def test_grades_are_rows_of_the_table(graded: GradedRound, collated: tuple[Colla
     assert list(pd.read_csv(tmp_path/"formulas.csv").code) == ["'=1+1", "'@x", "-2e-3", "-", "'+a"]
     assert row("Itself", "score_events", SLOW)[1] == "the reference has no file of this simulation"
     assert not any("score_" in line for line in table(collated[0], tmp_path/"without.csv"))
-
-
-def test_a_new_reference_computes_the_scores_again(graded: GradedRound, tmp_path: Path):
-    """With the one of before nothing is read; with other bytes all files of that simulation are, and no other ones."""
-    store, reference = tmp_path/"store", tmp_path/"reference"
-    shutil.copytree(graded.store, store)
-    shutil.copytree(graded.reference, reference)
-    again = collate(graded.codes, store, 2, references=find_references(reference))
-    assert again.computed == () and again.lines() == graded.found.lines()
-    for key, entry in graded.found.entries.items():
-        assert repr(again.entries[key].grades) == repr(entry.grades)
-    shutil.copy(graded.codes/"Near"/f"{FAST.name}.csv", reference)
-    new = collate(graded.codes, store, 2, references=find_references(reference))
-    assert {task for _, task in new.computed} == {FAST} and len(new.computed) == len(graded.found.codes)
-    itself, near = (next(code for code in new.codes if code.name == name) for name in ("Itself", "Near"))
-    assert new.grade(near, FAST, "score_impulses").difference == 0
-    assert new.grade(itself, FAST, "score_impulses").difference == pytest.approx(1 - 1/1.005, rel=2e-3)
-
-
-def test_a_code_with_a_map_is_a_reference(graded: GradedRound):
-    """By its map: a guess would have shifted the times, which begin ten seconds late."""
-    late = find_references(graded.codes/"Late")[FAST]
-    assert late.map is not None
-    assert read_reference(late).time[0] == pytest.approx(10)
-
-
-def test_rows_behind_the_horizon_are_not_needed(graded: GradedRound, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A reference is cut behind the horizon, and every score stays as it is."""
-    for module in "round_grades", "metrics":
-        monkeypatch.setattr(f"ldbench_round.{module}.horizon", lambda task: 0.03)
-    shutil.copy(graded.codes/"Near"/f"{FAST.name}.csv", tmp_path)
-    with (tmp_path/f"{FAST.name}.csv").open("a") as opened:
-        opened.write("\n")           # other bytes, which have not been read before
-    reference = find_references(tmp_path)[FAST]
-    whole = check.read_submitted(reference.file, FAST).run
-    run = check.read_submitted(graded.codes/"Softer"/f"{FAST.name}.csv", FAST).run
-    few = read_reference(reference)
-    assert len(few.time) < 0.5*len(whole.time) and few.time[-1] > 0.033
-    assert score(run, few, FAST) == score(run, whole, FAST)
-
-
-@pytest.mark.parametrize(("make", "told"), [
-    (lambda folder: (folder/"ex4_aw.csv").write_text("nothing\n"), "ex4_aw.csv: expected"),
-    (lambda folder: (folder/"ex4_aw.csv").write_text("t,y\n" + "".join(f"{k},nan\n" for k in range(9))), "ex4_aw.csv: expected"),
-    (lambda folder: (folder/"ex4_aw.csv").mkdir(), "expected names of files that say the simulation"),
-    (lambda folder: None, "expected names of files that say the simulation"),
-    (lambda folder: folder.rmdir(), "found none"),
-    (lambda folder: [(folder/name).write_text("") for name in ("ex4_aw.csv", "ex4_aw.txt")], "expected one file"),
-    (lambda folder: [(folder/name).write_text("map = 'none.toml'") for name in ("ex4_aw.csv", "submission.toml")], "none.toml"),
-], ids=["no rows", "no numbers", "a folder", "empty", "none", "two", "no map"])
-def test_a_reference_that_cannot_be_read_is_one_error(make: Callable[[Path], object], told: str, graded: GradedRound,
-                                                      tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    folder = tmp_path/"reference"
-    folder.mkdir()
-    make(folder)
-    assert main(["collate", str(graded.codes), "-o", str(tmp_path/"out"), "--reference", str(folder), "-j", "2"]) == 1
-    said = capsys.readouterr()
-    assert said.out == "" and said.err.count("\n") == 1 and told in said.err and str(folder) in said.err
-    assert not (tmp_path/"out/collation.csv").exists()
 
 
 def test_the_document_has_the_grades(graded: GradedRound, tmp_path: Path):

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import io
-import os
 import re
 from pathlib import Path
 
@@ -12,19 +11,16 @@ import pandas as pd
 import pytest
 from pypdf import PdfReader
 
-import ldbench
 from invented import altered, invented_run
-from ldbench import Case, Error, Event
+from ldbench import Event
 from ldbench.__main__ import main
-from ldbench._core.files import complete
-from ldbench.plots.frame import new_page
 from ldbench.plots.style import ldbench_style
 from ldbench.report import differences as cmp
-from ldbench.report.compare_pages import comparison_figures, overlay_page, quantity_page, themes
+from ldbench.report.compare_pages import quantity_page
 from ldbench.report.study import SHORT_RAMP, make_study, study_jobs
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData, read_data
-from running import REPO, command_error, namelist
+from running import REPO, namelist
 
 SPEED = 0.5        # of the invented wheelset [m/s]
 TOUCH = 0.02       # when its flange touches [s]
@@ -86,16 +82,6 @@ def test_coarser_output_is_interpolated():
     assert np.abs(found.difference(1, "Y")).max() < 1e-15
 
 
-def test_only_common_time_is_compared():
-    early = invented(name="short")
-    early = altered(early, data=early.data.iloc[:301])
-    assert cmp.compare([invented(), early]).time[-1] == pytest.approx(0.03)
-    late = invented(name="later")
-    late.data["time"] += 1.0
-    with pytest.raises(Error, match="overlap"):
-        cmp.compare([invented(), late])
-
-
 def test_open_contact_has_no_difference():
     """Closed from 20 to 24 ms in one, from 22 to 26 ms in the other: 2 ms in common."""
     found = cmp.compare([invented(), invented(delay=0.002, name="late")])
@@ -103,20 +89,6 @@ def test_open_contact_has_no_difference():
     assert found.time[known].min() >= 0.022 and found.time[known].max() <= 0.024
     share = cmp.difference_table(found).set_index("quantity").loc["angle_LF", "share compared"]
     assert share == pytest.approx(known.mean()) and 0.03 < share < 0.045
-
-
-def test_event_that_one_file_lacks_stays_visible():
-    calm = altered(invented(name="calm"), {"events": tuple(invented().events[:1])})
-    row = cmp.event_table([invented(), calm]).set_index("quantity").loc["first centre passage"]
-    assert row["reference"] == TOUCH + 0.01 and pd.isna(row["value"]) and pd.isna(row["difference"])
-
-
-def test_refusals():
-    with pytest.raises(Error, match="two"):
-        cmp.compare([invented()])
-    calm = invented(force=0.0, name="calm")
-    with pytest.raises(Error, match="flange contact"):
-        cmp.compare([invented(), altered(calm, {"events": ()})], align="first-flange")
 
 
 def test_page_draws_overlay_and_difference():
@@ -150,57 +122,6 @@ def test_impacts_are_compared_by_number():
         assert (row["reference"], row["difference"]) == pytest.approx((reference, difference), rel=1e-3, abs=2e-6)
     assert pd.isna(table.loc["LF 2 peak", "value"])
     assert table.loc["LF 2 start", "reference"] == pytest.approx(TOUCH + 0.012, abs=2e-6)
-
-
-def test_impacts_are_laid_on_each_other():
-    """Each begins at time 0, whatever the files' times."""
-    runs = [invented(), invented(delay=0.003, name="late")]
-    found = cmp.compare(runs)
-    with ldbench_style():
-        [panel] = overlay_page(found, cmp.paired_impacts(runs)[0], 0).axes
-    reference, late = panel.get_lines()[:2]
-    for line in reference, late:
-        inside = line.get_ydata() > 0
-        assert line.get_xdata()[inside].min() == pytest.approx(0.1, abs=2e-3)       # ms: the first row after the beginning
-        assert line.get_ydata().max() == pytest.approx(800)
-    np.testing.assert_allclose(np.interp(reference.get_xdata(), late.get_xdata(), late.get_ydata()), reference.get_ydata(), atol=2)
-    assert "left flange 1: 20.000 ms" in panel.get_title("left")
-
-
-def test_only_impacts_of_two_files_are_laid_on_each_other():
-    """An impact that the reference or all other files lack stands in the table alone."""
-    first, second = invented(), invented(delay=0.012)
-    both = altered(first, data=first.data.assign(N_LF=first.values("N_LF") + second.values("N_LF")))
-    for runs, pages in (([both, invented(name="one")], 1), ([invented(force=0.0, name="none"), both], 0)):
-        with ldbench_style():
-            drawn = [figure for title, figure in comparison_figures(cmp.compare(runs)) if title == "impacts, laid on each other"]
-        assert [len(figure.axes) for figure in drawn] == [1]*pages
-
-
-def test_long_lists_of_impacts_are_cut_and_say_so():
-    t = 1e-4*np.arange(3001)
-    many = invented_run(pd.DataFrame({"time": t, "Y": t, "N_LF": 1e5*(np.arange(3001) % 2)}), "many.txt")
-    pairings, left_out = cmp.paired_impacts([many, many.named("again")])
-    assert len(pairings) == cmp.IMPACTS and left_out == 1500 - cmp.IMPACTS
-    with ldbench_style():
-        texts = [text.get_text() for _, figure in comparison_figures(cmp.compare([many, many.named("again")]))
-                 for text in figure.texts]
-    assert any(f"{left_out} more impacts are left out" in text for text in texts)
-    assert any(f"{cmp.IMPACTS - 24} more impacts are in the tables alone" in text for text in texts)
-
-
-def test_quantities_stand_by_theme_with_words_and_units():
-    """An unknown column has the unit that the file tells, or says that it is in SI."""
-    data = invented().data.assign(Z=0.0, heat=1.0, odd=2.0)
-    data.attrs["units"] = {"heat": "J"}
-    run = altered(invented(), data=data)
-    found = cmp.compare([run, run.named("same")])
-    assert themes(found) == {"displacements": ["Y", "Z"], "normal forces": ["N_LF"], "contact angles": ["angle_LF"],
-                             "other columns": ["heat", "odd"]}
-    assert [found.shown(name).label for name in ("N_LF", "heat", "odd")] == [
-        "normal force, left flange [kN]", "heat [J]", "odd [SI]"]
-    table = cmp.difference_table(found).set_index("quantity")
-    assert table["unit"].to_dict() == {"Y": "m", "Z": "m", "N_LF": "N", "angle_LF": "rad", "heat": "J", "odd": ""}
 
 
 # Files and the command ---------------------------------------------------------------------
@@ -252,50 +173,6 @@ def test_command_reads_another_code(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "impulse [kN·s]" in texts[1] and "lateral displacement Y [mm]" in texts[4]
 
 
-def test_the_map_is_not_for_files_of_ours(tmp_path: Path):
-    """A second file with our header is read as ours, whatever the map says; reading it by the map would turn its Y."""
-    own = namelist(contact={"formulation": "unilateral"}, initial={"vY": 0.5},
-                   integrator={"t_end": 5e-3, "dt": 1e-4, "stop_at": "t_end"})
-    for name in "a", "b":
-        ldbench.run(Case.from_namelist(own)).write(tmp_path/f"{name}.txt")
-    (tmp_path/"theirs.toml").write_text('time = "time"\nY = { column = "Y", factor = -1 }\n')
-    assert main(["compare", str(tmp_path/"a.txt"), str(tmp_path/"b.txt"), "--map", str(tmp_path/"theirs.toml"),
-                 "-o", str(tmp_path/"ab.pdf")]) == 0
-    table = pd.read_csv(tmp_path/"ab.csv").set_index(["what", "quantity"])
-    assert table.loc[("difference", "Y"), "rms"] == 0 and ("difference", "Z") in table.index
-
-
-@pytest.mark.parametrize(("words", "file", "expected", "found"), [
-    (["plot", "a.txt", "-o", "p.png"], "p.png", "a document .pdf, which holds all pages", ".png"),
-    (["compare", "a.txt", "b.txt", "-o", "p.png"], "p.png", "a document .pdf, beside which the tables go", ".png"),
-    (["view", "a.txt", "-o", "p.pdf"], "p.pdf", "a page .html, a film .mp4 or .gif, or a picture .png", ".pdf"),
-    (["compare", "a.txt", "time.txt", "-o", "p.pdf"], "a.txt", "a column besides time", "none; --map TOML says"),
-    (["compare", "a.txt", "down.txt", "-o", "p.pdf"], "down.txt", "rows with ascending times", "others"),
-])
-def test_what_cannot_be_drawn_is_told(words: list[str], file: str, expected: str, found: str, tmp_path: Path,
-                                      monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-    for name in "ab":
-        ours(invented(), Path(f"{name}.txt"))
-    Path("time.txt").write_text("time other\n0 1\n0.05 2\n")
-    Path("down.txt").write_text("time Y\n0.05 1\n0 2\n")
-    error = command_error(*words)
-    assert error.file == file and error.expected.startswith(expected) and error.found.startswith(found), error
-    assert not list(Path().glob("p.*"))
-
-
-def test_dollar_signs_are_text(tmp_path: Path):
-    """In names of files, cases and columns; a formula that is none would end the command."""
-    run = altered(invented(), data=invented().data.rename(columns={"Y": "Y_$\\frac$"}))
-    other = run.named("$^$")
-    with ldbench_style():
-        figures = dict(comparison_figures(cmp.compare([run, other])))
-        figures["page"] = new_page("$_$", "$x^2$", "$\\sqrt$")
-        for figure in figures.values():
-            figure.savefig(tmp_path/"page.pdf")
-            assert "$" in PdfReader(tmp_path/"page.pdf").pages[0].extract_text()
-
-
 def test_command_aligns(tmp_path: Path):
     for name, delay in (("a", 0.0), ("b", 0.003)):
         ours(invented(delay=delay), tmp_path/f"{name}.txt")
@@ -303,86 +180,6 @@ def test_command_aligns(tmp_path: Path):
                  "-o", str(tmp_path/"ab.pdf")]) == 0
     table = pd.read_csv(tmp_path/"ab.csv").set_index(["what", "quantity"])
     assert table.loc[("difference", "Y"), "rms"] < 1e-9
-
-
-def test_command_refuses_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    ours(invented(), tmp_path/"a.txt")
-    target = ["-o", str(tmp_path/"x.pdf")]
-    assert main(["compare", str(tmp_path/"a.txt"), *target]) == 1
-    assert capsys.readouterr().err == "ldbench: error: expected at least two column files\n"
-    assert main(["compare", *target]) == 2
-    assert re.fullmatch(r"ldbench: error: the following arguments are required: FILE .*\n", capsys.readouterr().err)
-    assert [file.name for file in tmp_path.iterdir()] == ["a.txt"]
-
-
-@pytest.mark.parametrize(("words", "file", "expected"), [
-    (["compare", "a.txt", "b.csv", "-o", "b.pdf"], "b.csv", "a file of its own to write"),
-    (["compare", "a.txt", "b.csv", "-o", "new.csv"], "new.csv", "a file of its own to write"),
-    (["compare", "a.txt", "b.csv", "-o", "../{}/a.txt"], "a.txt", "a file of its own to write"),
-    (["compare", "a.txt", "c.csv", "-o", "new.pdf"], "c.csv", "a column time"),
-    (["plot", "a.txt", "-o", "a.txt"], "a.txt", "a file of its own to write"),
-    (["view", "missing.txt", "-o", "new.html"], "missing.txt", None),
-    (["plot", "missing.txt", "-o", "new.pdf"], "missing.txt", None),
-])
-def test_command_leaves_what_it_reads(words: list[str], file: str, expected: str | None, tmp_path: Path,
-                                      monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-    ours(invented(), tmp_path/"a.txt")
-    ours(invented(delay=0.003), tmp_path/"b.csv")
-    (tmp_path/"c.csv").write_text("t,y\n0,1\n1,2\n")
-    before = {file: file.read_bytes() for file in tmp_path.iterdir()}
-    error = command_error(*(word.format(tmp_path.name) for word in words))
-    assert Path(error.file).name == file and error.expected == expected, error
-    assert expected or isinstance(error, FileNotFoundError)
-    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
-
-
-def test_commands_make_the_default_folder_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                                                       capsys: pytest.CaptureFixture[str]):
-    monkeypatch.chdir(tmp_path)
-    for name in "a", "b":
-        ours(invented(), Path(f"{name}.txt"))
-    assert main(["compare", "a.txt", "b.txt", "-o", "outputs/ab.pdf"]) == 0
-    assert sorted(file.name for file in Path("outputs").iterdir()) == ["ab.csv", "ab.pdf"]
-    capsys.readouterr()
-    for command in (["compare", "a.txt", "b.txt", "-o", "new/ab.pdf"], ["plot", "a.txt", "-o", "new/a.pdf"],
-                    ["view", "a.txt", "-o", "new/a.html"]):
-        assert main(command) == 1
-        assert capsys.readouterr().err == f"ldbench: error: {command[-1]}: expected a folder that is there, found none\n"
-    assert not Path("new").exists()
-
-
-def test_only_files_are_written_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """No folder and no pipe, which a new file would replace; of a link, the file that it leads to."""
-    monkeypatch.chdir(tmp_path)
-    ours(invented(), Path("a.txt"))
-    os.mkfifo("pipe.pdf")
-    for target, found in (".", "folder"), ("pipe.pdf", "device"):
-        for command in ["plot", "a.txt"], ["compare", "a.txt", "a.txt"]:
-            assert main([*command, "-o", target]) == 1
-            assert capsys.readouterr().err == f"ldbench: error: {target}: expected a file to write, found a {found}\n"
-    Path("file.csv").write_text("earlier")
-    Path("link.csv").symlink_to("file.csv")
-    with complete(Path("link.csv")) as scratch:
-        scratch.write_text("later")
-    assert Path("link.csv").is_symlink() and Path("file.csv").read_text() == "later"
-
-
-@pytest.mark.parametrize("command", [["plot", "a.txt"], ["study", "contact-law"], ["report"], ["formulations"],
-                                     ["ensemble", "case.nml", "--over", "mass=1,2"]])
-def test_no_processes_at_all_are_refused(command: list[str], capsys: pytest.CaptureFixture[str]):
-    assert main([*command, "--jobs", "0"]) == 2
-    assert capsys.readouterr().err == (f"ldbench: error: argument -j/--jobs: expected a number from 1, found 0 "
-                                       f"[python -m ldbench {command[0]} --help says more]\n")
-
-
-def test_a_file_that_fails_leaves_the_earlier_one(tmp_path: Path):
-    target = tmp_path/"table.csv"
-    target.write_text("earlier")
-    with pytest.raises(Error), complete(target) as scratch:
-        scratch.write_text("half")
-        raise OSError
-    assert [file.name for file in tmp_path.iterdir()] == ["table.csv"] and target.read_text() == "earlier"
 
 
 # The study ---------------------------------------------------------------------------------

@@ -1,20 +1,13 @@
 """Ensembles: the members are runs, whatever the threads, the store or the cluster."""
 from __future__ import annotations
 
-import ast
-import io
-import itertools
-import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from graphlib import TopologicalSorter
 from pathlib import Path
 
 import numpy as np
@@ -27,14 +20,11 @@ import xarray as xr
 
 import ldbench
 from ldbench.__main__ import main
-from ldbench._core.errors import Usage
-from ldbench.commands.ensemble import parse_values
-from ldbench.ensembles import members, store as stores, threads
-from ldbench.ensembles.cluster import PIECE, RATE, SHORTEST, Pieces, table_source
-from ldbench.ensembles.members import Group, draws, join, stack
-from ldbench.ensembles.store import read_places, replace_folder
+from ldbench.ensembles import members, threads
+from ldbench.ensembles.members import draws
+from ldbench.ensembles.store import read_places
 from local_cluster import Cluster
-from running import HANG, command_error
+from running import HANG
 
 COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 MASSES = [1300.0, 1500.0, 1700.0]
@@ -189,17 +179,6 @@ def test_progress(table):
     assert told == [("ensemble", 1/3), ("ensemble", 2/3), ("ensemble", 1.0)]
 
 
-@pytest.mark.parametrize("tty", [True, False], ids=["terminal", "file"])
-def test_a_bar_on_a_terminal_alone(table, monkeypatch: pytest.MonkeyPatch, tty: bool):
-    """A sweep that has taken more than a second has a bar; a clock that goes on by a second each time it is asked says so."""
-    said = io.StringIO()
-    said.isatty = lambda: tty
-    monkeypatch.setattr("sys.stderr", said)
-    monkeypatch.setattr("tqdm.std.time", map(float, itertools.count()).__next__)
-    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], progress=True)
-    assert ("ensemble: 100%" in said.getvalue() and "3/3" in said.getvalue()) if tty else not said.getvalue()
-
-
 INTERRUPTED = """
 import sys, threading, ldbench
 case = ldbench.Case.from_namelist(sys.argv[1])
@@ -228,17 +207,6 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
 
 
 # ---- batches ------------------------------------------------------------------------
-def test_batches_are_joined():
-    """As records are stacked: shorter rows and what failed are filled up."""
-    good = [{"t": 1.0, "end": "a", "derailed": True, "time": np.arange(3.0), "error": ""},
-            {"t": 2.0, "end": "longer", "derailed": False, "time": np.arange(5.0), "error": ""}]
-    records = [good[0], {"error": "failed"}, good[1]]
-    whole = stack(records)
-    for cuts in (1, 2), (1,), (2,):
-        some = join([stack(part) for part in np.split(np.array(records, object), cuts)])
-        assert some.keys() == whole.keys()
-        assert all(np.array_equal(some[name], whole[name], equal_nan=whole[name].dtype.kind == "f") for name in whole)
-    assert whole["error"].tolist() == ["", "failed", ""] and whole["end"].tolist() == ["a", "", "longer"]
 
 
 # ---- store ---------------------------------------------------------------------------
@@ -253,30 +221,6 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     with xr.open_zarr(store) as stored:
         assert stored.load().identical(more)
     assert [path.suffix for path in (tmp_path/"sweep.zarr.parts").iterdir()] == [".npz"]
-
-
-@pytest.mark.parametrize("sizes", [(7,), (3, 2), (2, 2, 2)])
-def test_blocks_on_disk_are_the_whole(sizes, tmp_path, table, monkeypatch):
-    """Written in blocks of at most two members and read back from parts, the Dataset is that of memory; rows
-    grow with the longest member so far; it stays on disk where it is large."""
-    monkeypatch.setattr(stores, "BLOCK", 2)
-    monkeypatch.setattr(stores, "IN_MEMORY", 0)
-    times, masses, speeds = np.linspace(1e-3, 2e-3, 7), [1300.0, -1.0, 1700.0], [0.5, 0.7]
-    over = dict(zip(("t_end", "mass", "vY"), (times[:sizes[0]], masses, speeds), strict=False))
-    over = {name: list(values)[:size] for (name, values), size in zip(over.items(), sizes, strict=False)}
-    here = ldbench.ensemble(short(t_end=1e-3), over, columns=["Y"], tables=[table])
-    assert ldbench.ensemble(short(t_end=1e-3), over, columns=["Y"], tables=[table], store=tmp_path/"s.zarr").identical(here)
-    assert not list((tmp_path/"s.zarr.parts").glob("*.zarr"))
-
-
-def test_what_a_killed_process_left_is_removed(tmp_path, table):
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
-    left, others = (tmp_path/"s.zarr.parts"/name for name in (f"{socket.gethostname()}.{gone.pid}.zarr", "elsewhere.1.zarr"))
-    for folder in left, others:
-        folder.mkdir(parents=True)
-    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"s.zarr")
-    assert others.exists() and not left.exists()
 
 
 def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
@@ -320,72 +264,6 @@ def test_a_damaged_part_counts_as_missing(tmp_path, table, counted):
     assert sweep().identical(first) and counted["runs"] == 6
 
 
-def test_whatever_lies_in_the_place_of_a_part_counts_as_missing(tmp_path):
-    """A pipe would be waited for; a file may be whole and hold something else."""
-    good = {"key": np.array(["a", "b"]), "error": np.array(["", ""]), "drift": np.array([1.0, 2.0])}
-    np.savez_compressed(tmp_path/"good.npz", **good)
-    wrong = [{"drift": np.array([1.0])}, {"drift": np.array([1.0, None], object)}, {"drift": np.array(1.0)}, {"key": np.array("a")}]
-    for k, change in enumerate(wrong):
-        np.savez_compressed(tmp_path/f"wrong{k}.npz", **good | change)
-    whole = (tmp_path/"good.npz").read_bytes()
-    for k, data in enumerate([b"", whole[:200], b"\x93NUMPY", whole.replace(b"PK\x01\x02\x14", b"PK\x01\x02\xff")]):
-        (tmp_path/f"damaged{k}.npz").write_bytes(data)
-    (tmp_path/"folder.npz").mkdir()
-    os.mkfifo(tmp_path/"pipe.npz")
-    assert read_places(tmp_path) == {"a": (tmp_path/"good.npz", 0), "b": (tmp_path/"good.npz", 1)}
-
-
-def test_parts_come_while_it_runs(tmp_path, table, monkeypatch):
-    """Killed in mid-sweep, a process loses no more than what was not written yet: nothing with FLUSH = 0."""
-    written = []
-
-    def look(stage: str, share: float) -> None:
-        written.append(len(read_places(tmp_path/"sweep.zarr.parts")))
-
-    monkeypatch.setattr(stores, "FLUSH", 0.0)
-    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table], progress=look)
-    assert written == [1, 2, 3]
-
-
-@pytest.mark.parametrize("last", [1, 3])
-def test_what_is_told_is_kept(last, tmp_path, table, counted, monkeypatch):
-    """Whatever stops the ensemble in that moment, and however long parts may wait to be written."""
-    class Enough(Exception):
-        pass
-
-    def stop(stage: str, share: float) -> None:
-        if share == last/3:
-            raise Enough
-
-    monkeypatch.setattr(stores, "FLUSH", float("inf"))
-    with pytest.raises(Enough):
-        ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table], progress=stop)
-    assert not (tmp_path/"sweep.zarr").exists()
-    assert len(read_places(tmp_path/"sweep.zarr.parts")) == last
-    before = counted["runs"]
-    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table])
-    assert counted["runs"] == before + 3 - last
-
-
-@pytest.mark.parametrize("others", [0, 1, 3])
-def test_a_folder_takes_the_place_of_whatever_is_there(others, tmp_path, monkeypatch):
-    """However often another process puts one of its own there just before."""
-    def rename(path: Path, target: Path) -> Path:
-        nonlocal others
-        if path.name == "new" and others:
-            others -= 1
-            (tmp_path/"target").mkdir(exist_ok=True)
-            (tmp_path/"target/other").touch()
-        return rename_truly(path, target)
-
-    rename_truly = Path.rename
-    monkeypatch.setattr(Path, "rename", rename)
-    (tmp_path/"new").mkdir()
-    (tmp_path/"new/mine").touch()
-    replace_folder(tmp_path/"new", tmp_path/"target")
-    assert others == 0 and {str(file.relative_to(tmp_path)) for file in tmp_path.rglob("*")} == {"target", "target/mine"}
-
-
 def test_two_processes_with_one_store_leave_what_one_would(tmp_path, table):
     """Whichever is first; what one has done the other one need not do. The other one begins when this one is told to."""
     over = {"mass": MASSES}
@@ -418,36 +296,6 @@ def test_a_store_is_not_written_over_something_else(tmp_path):
             ldbench.ensemble(short(), {"mass": MASSES}, store=tmp_path/name)
     assert xr.open_zarr(tmp_path/"mine0.zarr").mine.values.tolist() == [1, 2]
     assert not list(tmp_path.glob("*.parts"))
-
-
-def test_a_store_that_comes_while_an_ensemble_runs_is_not_written_over(tmp_path, table):
-    def plant(stage: str, share: float) -> None:
-        if share == 1:
-            xr.Dataset({"mine": ("x", [1.0, 2.0])}).to_zarr(tmp_path/"s.zarr")
-
-    with pytest.raises(ldbench.Error, match="expected a Zarr directory that an ensemble has made"):
-        ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"s.zarr", progress=plant)
-    assert xr.open_zarr(tmp_path/"s.zarr").mine.values.tolist() == [1, 2]
-
-
-def test_threads_with_one_store_leave_what_one_would(tmp_path, table):
-    def sweep(_: int) -> xr.Dataset:
-        return ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], threads=1, store=tmp_path/"s.zarr")
-
-    with ThreadPoolExecutor(3) as pool:
-        found = list(pool.map(sweep, range(3)))
-    assert all(one.identical(found[0]) for one in found)
-    assert {path.name for path in tmp_path.iterdir()} == {"s.zarr", "s.zarr.parts"}
-
-
-def test_what_a_killed_ensemble_put_aside_comes_back_and_folders_of_others_stay(tmp_path, table):
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
-    (tmp_path/f"s.zarr.{gone.pid}.old").mkdir()
-    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], store=tmp_path/"other.zarr")
-    (tmp_path/"other.zarr").rename(tmp_path/f"s.zarr.ldbench-{gone.pid}-2.old")
-    stores.restore(tmp_path/"s.zarr")
-    assert {path.name for path in tmp_path.iterdir()} == {"s.zarr", f"s.zarr.{gone.pid}.old", "other.zarr.parts"}
 
 
 def test_failed_members_are_stored_too(tmp_path, table):
@@ -488,113 +336,7 @@ def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
     assert counted["runs"] == runs
 
 
-@pytest.fixture
-def closed(tmp_path: Path) -> Iterator[tuple[Cluster, dict[str, object]]]:
-    """A cluster that only knows who has a certificate of its own authority; and Dask's configuration that has one."""
-    pytest.importorskip("distributed")
-    if not shutil.which("openssl"):
-        pytest.skip("no openssl to make certificates with")
-    certificate, key = tmp_path/"certificate.pem", tmp_path/"key.pem"
-    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=ldbench-test",
-                    "-keyout", key, "-out", certificate], check=True, capture_output=True)
-    settings = {"require-encryption": True, "tls.ca-file": str(certificate)}
-    for role in "scheduler", "worker", "client":
-        settings |= {f"tls.{role}.cert": str(certificate), f"tls.{role}.key": str(key)}
-    configuration: dict[str, object] = {f"distributed.comm.{name}": value for name, value in settings.items()}
-    cluster = Cluster(tmp_path, 1, "tls", {f"DASK_{name.replace('.', '__').replace('-', '_').upper()}": str(value)
-                                           for name, value in configuration.items()})
-    yield cluster, configuration
-    cluster.stop()
-
-
-def test_a_closed_cluster_works_for_those_it_knows(closed, tmp_path, capsys):
-    """With TLS in Dask's configuration, as scheduler and workers have it; a stranger gets one line."""
-    import dask
-
-    cluster, configuration = closed
-    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
-
-    def sweep(address: str, configuration: dict[str, object], wait: str = "1s") -> tuple[int, str, str]:
-        with dask.config.set({"distributed.comm.timeouts.connect": wait} | configuration):
-            status = main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=1400,1500", "--scheduler", address])
-        return status, *capsys.readouterr()
-
-    status, out, err = sweep(cluster.address, configuration, "60s")
-    assert (status, err) == (0, "") and out.startswith("2 mass: 2 runs, 0 failed\n")
-    plain = cluster.address.replace("tls", "tcp")
-    for address, known, words in ((cluster.address, {}, "expected certificates in Dask's configuration"),
-                                  (plain, {}, "expected a Dask scheduler, found none"),
-                                  (plain, configuration, "expected tls://")):
-        status, _, err = sweep(address, known)
-        assert status == 1 and re.fullmatch(rf"ldbench: error: {address}: {words}[^\n]*\n", err), err
-
-
-def test_workers_get_the_table_of_the_file(tmp_path):
-    """Or build it, where the file holds another one, a damaged one or none."""
-    case = short(table_file=tmp_path/"kept.table")
-
-    def place(folder: str) -> tuple[bool, bytes]:
-        (tmp_path/folder).mkdir()
-        table = ldbench.ContactTable(table_source(case).place(tmp_path/folder))
-        return table.found, (tmp_path/folder/"table_file").read_bytes()
-
-    none = place("none")
-    ldbench.ContactTable(case.replace(gauge=1.436))
-    other = place("other")
-    ldbench.ContactTable(case)
-    kept = place("kept")
-    whole = (tmp_path/"kept.table").read_bytes()
-    (tmp_path/"kept.table").write_bytes(whole[:-1000])
-    assert [none, other, kept, place("damaged")] == [(False, whole), (False, whole), (True, whole), (False, whole)]
-
-
-@pytest.mark.parametrize(("n", "threads", "seconds"), [(1, 1, 0.01), (7, 3, 1e-4), (500, 2, 0.01), (500, 2, 20.0),
-                                                       (20000, 40, 0.01), (10**6, 1000, 0.02)])
-def test_pieces_of_a_sweep(n, threads, seconds):
-    """All members in order: single ones until it is known how long they take; then of a second, ever shorter at the end,
-    or of as long as the scheduler needs for all threads."""
-    pieces = Pieces([Group(short(), range(n))])
-    sizes, numbers = [], []
-    while piece := pieces.next(threads):
-        own, some = piece
-        sizes.append(len(some))
-        numbers += some
-        if len(sizes) == min(n, threads):
-            assert not pieces.next(threads)
-            own.add(len(numbers), seconds*len(numbers))
-    assert numbers == list(range(n))
-    trials, rest = sizes[:threads], sizes[threads:]
-    assert set(trials) == {1} and rest == sorted(rest, reverse=True)
-    assert all(size == 1 or size*seconds <= PIECE or (size - 1)*seconds < threads/RATE for size in sizes)
-    assert all((size + 1)*seconds > SHORTEST and size*seconds >= threads/RATE for size in rest[:-1])
-
-
-def test_tables_are_made_a_few_ahead():
-    """A member of each, of one table more than there are threads; the others follow when they are measured."""
-    pieces = Pieces([Group(short(), [k, k + 10]) for k in range(0, 100, 20)])
-    first = [pieces.next(2) for _ in range(3)]
-    assert [numbers for _, numbers in first] == [[0], [20], [40]] and pieces.next(2) is None
-    first[1][0].add(1, 1.0)
-    assert [pieces.next(2)[1], pieces.next(2)[1], pieces.next(2)] == [[30], [60], None]
-
-
 # ---- command -------------------------------------------------------------------------
-def test_values_of_the_command_line():
-    assert parse_values("mass=1,2.5") == ("mass", [1.0, 2.5])
-    assert parse_values("mass=1:4:7") == ("mass", [1, 1.5, 2, 2.5, 3, 3.5, 4])
-    assert parse_values("mass=1:4", drawn=True) == ("mass", [1, 4])
-    assert parse_values("scheme=energy,newmark") == ("scheme", ["energy", "newmark"])
-
-
-@pytest.mark.parametrize(("words", "expected"), [
-    (["mass=1400:1600"], "name=1,2,4 or name=1:4:7 after --over, or a range with -n"),
-    (["mass=1400,1600", "-n", "3"], "a range name=1:4 after --over with -n"),
-    (["mass=1400:1600:2", "-n", "3"], "a range name=1:4 after --over with -n"),
-])
-def test_ranges_are_drawn_from_and_lists_are_not(words, expected, tmp_path):
-    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
-    error = command_error("ensemble", tmp_path/"case.nml", "--over", *words)
-    assert isinstance(error, Usage) and (error.expected, error.found) == (expected, words[0])
 
 
 def test_an_ensemble_that_fails_as_a_whole_is_an_error(tmp_path, capsys):
@@ -614,28 +356,3 @@ def test_command(tmp_path, capsys):
         assert {"Y", "N_LF"} <= set(stored.data_vars) and dict(stored.error.sizes) == {"mass": 2, "vY": 2}
     assert out.startswith("2 mass x 2 vY: 4 runs, 2 failed\nfirst failure: ")
     assert "2 ended with t_end" in out and "peak_N_LT [kN]: " in out and "sweep.zarr" in out
-
-
-def test_without_xarray_one_line_says_so(monkeypatch):
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ldbench.Error, match=r"needs xarray, which is not installed: pip install 'ldbench\[ensemble\]'"):
-        ldbench.ensemble(short(), {"mass": MASSES})
-
-
-def test_the_package_needs_none_of_it():
-    code = "import sys, ldbench; print(sorted({'xarray', 'zarr', 'dask', 'distributed'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG)
-    assert (done.stdout, done.stderr) == ("[]\n", "")
-
-
-def test_imports_go_one_way():
-    """Modules of the room use each other in one order, and none of a room above it; imports inside functions count."""
-    folder = Path(ldbench.__file__).parent
-    parts = "members", "dataset", "store", "threads", "cluster", "sweep"
-    uses = {name: {node.module for node in ast.walk(ast.parse((folder/f"ensembles/{name}.py").read_text()))
-                   if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module in parts} for name in parts}
-    assert list(TopologicalSorter(uses).static_order())[-1] == "sweep"
-    for name in parts:
-        above = {node.module.partition(".")[0] for node in ast.walk(ast.parse((folder/f"ensembles/{name}.py").read_text()))
-                 if isinstance(node, ast.ImportFrom) and node.level == 2 and node.module}
-        assert not above & {"commands", "report", "plots", "viewer"}, name

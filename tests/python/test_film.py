@@ -1,21 +1,16 @@
 """Pictures and frames of films: what they show of one run and of several, at which scale, and where they look."""
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from matplotlib.text import Text
 
 import ldbench
 from invented import altered
-from ldbench import Case, Error
+from ldbench import Case
 from ldbench.plots.style import SERIES, ldbench_style
 from ldbench.results.run_data import RunData
-from ldbench.viewer.film import make_film
 from ldbench.viewer.picture import Picture
-from ldbench.viewer.scene import arrow, round_number
-from ldbench.viewer.show import distinct
 
 
 def case(pair: str = "aw", **changes: float) -> Case:
@@ -69,18 +64,6 @@ def test_both_runs_have_name_values_and_rail(pair: tuple[RunData, RunData], both
         assert [line.get_color() for line in chart.get_lines()[:2]] == [line.color for line in SERIES[:2]]
 
 
-def test_texts_that_change_are_in_the_frame(both: Picture):
-    """Each is drawn where it belongs, and nowhere beyond the frame."""
-    frames = [both.frame(t) for t in (0.0, 0.005)]
-    height, width, _ = frames[0].shape
-    for (x, y), text, font, anchor in both.words(0.005):
-        long = font.getlength(text)
-        left = int(x*width - (long if anchor == "ra" else long/2))
-        box = np.s_[int((1 - y)*height):int((1 - y)*height) + 20, left:int(left + long)]
-        assert left > 0 and left + long < width
-        assert (frames[0][box] != frames[1][box]).any() and (frames[1][box] < 80).any(), text
-
-
 @pytest.fixture(scope="module")
 def ended(pair: tuple[RunData, RunData]) -> tuple[RunData, Picture]:
     """A run that is the first one's first rows, and a picture of both."""
@@ -88,22 +71,10 @@ def ended(pair: tuple[RunData, RunData]) -> tuple[RunData, Picture]:
     return short, drawn(pair[0], short)
 
 
-def test_the_same_rail_is_drawn_once(ended: tuple[RunData, Picture]):
-    assert [len(scene.rails) for scene in ended[1].scenes] == [1, 1, 1]
-
-
 def test_a_run_that_has_ended_says_so(ended: tuple[RunData, Picture]):
     short, picture = ended
     assert not any("ended" in text for text in words(picture, 0.001))
     assert any("short" in text and f"ended at {1e3*short.time[-1]:.1f} ms" in text for text in words(picture, 0.011))
-
-
-def test_arrows_are_in_proportion_to_force():
-    """Small forces too, whose arrows are shorter than a head of the usual size."""
-    for force in 1.0, 14.0, 500.0:
-        corners = arrow(np.array([0.2, 0.1]), np.array([0.0, force]), width=3.0, head=20.0)
-        assert corners[:, 1].max() - corners[:, 1].min() == pytest.approx(force, rel=1e-12)
-        assert corners[:, 1].min() == pytest.approx(0.1, abs=1e-12)
 
 
 def test_arrows_of_a_run_have_the_scale_that_is_drawn(pair: tuple[RunData, RunData], single: Picture):
@@ -125,11 +96,6 @@ def test_arrows_of_a_run_have_the_scale_that_is_drawn(pair: tuple[RunData, RunDa
             assert f"{1e3*scene.scale_length:g} mm" in words(single, t)
 
 
-@pytest.mark.parametrize(("x", "found"), [(1.0, 1.0), (1.99, 1.0), (2.0, 2.0), (740.0, 500.0), (3e-3, 2e-3), (1.2e6, 1e6)])
-def test_scales_are_round(x: float, found: float):
-    assert round_number(x) == pytest.approx(found, rel=1e-12)
-
-
 @pytest.mark.parametrize("gauge", [1.0, 1.668])
 def test_close_ups_are_where_the_rails_are(gauge: float):
     """Both profiles of a side are in the middle of the picture of this side, whatever the gauge."""
@@ -149,24 +115,6 @@ def test_close_ups_are_where_the_rails_are(gauge: float):
     assert whole.get_ylim()[1] > outlines.axle - outlines.left.wheel[:, 1].min()
 
 
-def test_an_overturned_wheelset_stays_in_the_picture(pair: tuple[RunData, RunData], single: Picture):
-    """The limits hold the wheels at all times of the film."""
-    run = pair[0]
-    data = run.data.copy()
-    for column, end in ("Y", 0.25), ("Z", 0.25), ("roll", -0.35):
-        data[column] += end*(data["time"]/data["time"].iloc[-1])**2
-    over = drawn(altered(run, data=data))
-    axes = over.scenes[0].ax
-    (right, left), (bottom, top) = sorted(axes.get_xlim()), axes.get_ylim()
-    for t in np.linspace(0, 0.012, 20):
-        for artist in over.scenes[0].move(float(t)):
-            if len(artist.get_path().vertices) > 100:          # a wheel
-                y, z = artist.get_xy().T
-                assert right < y.min() and y.max() < left and bottom < z.min() and z.max() < top
-    upright = single.scenes[0].ax
-    assert np.ptp(upright.get_ylim()) < np.ptp(axes.get_ylim())
-
-
 def test_a_rail_that_pulls_is_drawn(pair: tuple[RunData, RunData]):
     """Contacts of bilateral constraints have negative forces, which point away from the wheel."""
     data = pair[0].data.copy()
@@ -184,42 +132,3 @@ def test_the_longest_arrow_is_the_largest_force_of_the_film(pair: tuple[RunData,
     with ldbench_style():
         before = Picture([pair[0]], 0.0, 0.009, 1e-3, None)
     assert before.scenes[1].scale_force < 1e5 < single.scenes[1].scale_force
-
-
-def test_columns_that_a_file_lacks_have_no_chart(pair: tuple[RunData, RunData]):
-    """The last chart that is drawn has the labels of time."""
-    columns = ["time", "Y", "N_LF", "y_LF", "z_LF", "Fy_LF", "Fz_LF"]
-    picture = drawn(altered(pair[0], data=pair[0].data[columns]))
-    picture.frame(0.005)
-    shown = [chart for chart in dict.fromkeys(picture.charts.values()) if chart.axison]
-    assert [bool(chart.get_xlabel()) for chart in shown] == [False, True]
-    assert len(picture.cursors) == 2
-
-
-def test_runs_of_one_name_are_told_apart_in_few_words(tmp_path: Path, pair: tuple[RunData, RunData]):
-    """By contact law or formulation; else by the name of the file; else by the path."""
-    run = pair[0]
-    rigid = altered(run, {"settings": {**run.header.settings, "contact": {"formulation": "unilateral"}}})
-    assert [one.name for one in distinct([run, rigid])] == ["ex3_aw hertz", "ex3_aw unilateral"]
-    files = [ldbench.read_run(run.write(tmp_path/name)) for name in ("one.txt", "two.txt")]
-    assert [one.name for one in distinct(files)] == ["ex3_aw one.txt", "ex3_aw two.txt"]
-    (tmp_path/"other").mkdir()
-    same = [files[0], ldbench.read_run(run.write(tmp_path/"other/one.txt"))]
-    assert [one.name for one in distinct(same)] == [str(tmp_path/"one.txt"), str(tmp_path/"other/one.txt")]
-
-
-def test_more_runs_than_looks_are_refused(pair: tuple[RunData, RunData], tmp_path: Path):
-    with pytest.raises(Error, match=r"expected at most 8 runs, found 9"):
-        make_film([pair[0].named(str(k)) for k in range(9)], tmp_path/"nine.png")
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_picture_is_of_any_moment_of_the_run(pair: tuple[RunData, RunData], tmp_path: Path):
-    """A picture of the last moment can be made, too; a film takes time."""
-    first, last = pair[0].time[[0, -1]]
-    for moment in first, last:
-        make_film(pair[:1], tmp_path/f"{moment}.png", moment)
-    assert len({picture.read_bytes() for picture in tmp_path.iterdir()}) == 2
-    for name, moment in ("x.png", last + 1e-6), ("x.gif", last):
-        with pytest.raises(Error, match="expected times from 0 to "):
-            make_film(pair[:1], tmp_path/name, moment)

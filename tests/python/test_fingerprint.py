@@ -17,18 +17,14 @@ import ldbench_round.fingerprint as fingerprints
 from imaginary_physics import Physics
 from ldbench import Case
 from ldbench.__main__ import main
-from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench_round import own_runs
-from ldbench_round.blows import Blow
-from ldbench_round.estimate import Estimate, combined, untold
-from ldbench_round.fingerprint import ELASTIC, RIGID, UNKNOWN, Fingerprint, fingerprint, plus_minus
-from ldbench_round.lattice import Bends, bends, digit_noise, find_lattice
+from ldbench_round.fingerprint import ELASTIC, RIGID, Fingerprint, fingerprint
 from ldbench_round.physics_checks import LEAST_FORCE
-from ldbench_round.stiffness import BY_DEPTH, BY_RATE, NONE, fit_law
+from ldbench_round.stiffness import BY_DEPTH, BY_RATE, NONE
 from ldbench_round.tasks import TASKS, Task
 from running import Run
 
@@ -51,13 +47,6 @@ class Frame:
 
 def of(frame: pd.DataFrame, task: Task = AW) -> Fingerprint:
     return fingerprint(RunData(Frame(frame)), task)
-
-
-def rounded(frame: pd.DataFrame, digits: int) -> pd.DataFrame:
-    """The table as a code prints it that gives few digits, but for the time."""
-    found = frame.map(lambda x: float(f"{x:.{digits}g}")).assign(time=frame["time"])
-    found.attrs = frame.attrs
-    return found
 
 
 # ---- planted laws of contact ---------------------------------------------------------
@@ -115,32 +104,6 @@ def test_softer_and_stiffer_steel_has_less_and_more_of_the_force_of_hertz(scale:
     assert 0.99*motion_uncertainty(found.value) < found.uncertainty < np.sqrt(3)*motion_uncertainty(found.value)
 
 
-def test_a_stiffer_contact_has_more_of_the_force_of_hertz():
-    """The ratio to Hertz's law grows as the planted stiffness does. A stiffer blow is elsewhere on the flange, where Hertz's law,
-    unlike the planted one, has another stiffness: this is most of the uncertainty.
-
-    Limit of the uncertainty: least squares for a ratio and a shift leave no more than those for a ratio alone in the same poses,
-    a share m of the peak. A blow gives one independent residual at least. Then the ratio has a standard deviation of m of it over
-    sqrt(<a²>(1 - c²)), where a is Hertz's force over the peak and c is the cosine between a and its rate with the shift. Two of
-    these deviations, and what the motion adds, are the limit.
-    """
-    found = []
-    for k in (9e10, 1.35e11):
-        frame = physics.simulate(AW, Physics(k=k), FIRST)
-        run = RunData(Frame(frame))
-        one = of(frame).hertz
-        (ratio, misfit, a, rate), *more = ratios_to_hertz(run, AW)
-        assert not more
-        cosine = (a @ rate)/np.sqrt((a @ a)*(rate @ rate))
-        fitted = 2*misfit*ratio/np.sqrt(np.mean(a**2)*(1 - cosine**2))
-        assert motion_uncertainty(one.value) < one.uncertainty < np.hypot(fitted, motion_uncertainty(one.value))
-        assert abs(one.value - ratio) < np.hypot(one.uncertainty, fitted)
-        found.append(one)
-    soft, stiff = found
-    quotient = stiff.value/soft.value
-    assert abs(quotient - 1.5) < quotient*np.hypot(soft.uncertainty/soft.value, stiff.uncertainty/stiff.value)
-
-
 def ratios_to_hertz(run: RunData, task: Task) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
     """Four facts of each blow: the force over that of our table of Hertz's law in the same poses, what this leaves as a share of
     the peak, and Hertz's force over its part of the peak with the rate of that with a shift along the normal [1/m]. No approach,
@@ -190,26 +153,11 @@ def test_the_step_of_a_code_that_writes_every_step(scheme: str):
     assert found.exponent.holds(1.5) and found.loss.holds(0.0) and found.damping_kind == NONE
 
 
-@pytest.mark.parametrize("step", [5e-4, 1e-3])
-def test_the_step_of_a_code_whose_rows_are_interpolated(step: float):
-    """Steps of 1 ms in rows of 0.1 ms: the rows between steps tell nothing of the contact law."""
-    run = RunData(Frame(physics.simulate(AW, Physics(step=step, every=1), 0.12)))
-    found = of(imaginary.table_of(run, 1e-4))
-    assert found.step.holds(step) and found.step.uncertainty < 0.01*step and "interpolated" in found.step.why
-    assert not found.exponent.known and not found.pitch.known and not found.loss.known
-
-
 @pytest.mark.parametrize("laws", [Physics(pitch=5e-4), Physics(pitch=5e-4, stepwise=True)], ids=["linear", "stepwise"])
 def test_the_pitch_of_a_table_is_found(laws: Physics):
     found = of(physics.simulate(AW, laws, 0.08))
     assert found.pitch.holds(laws.pitch) and found.pitch.uncertainty < 0.02*laws.pitch, found.pitch
     assert not found.step.known
-
-
-def test_rows_that_are_too_far_apart_are_said_to_be():
-    found = of(physics.simulate(AW, Physics(every=20), FIRST))
-    for number in (found.exponent, found.force, found.hertz, found.loss, found.damping):
-        assert not number.known and "no blow" in number.why
 
 
 # ---- rigid codes ---------------------------------------------------------------------
@@ -243,63 +191,7 @@ def test_our_runs_are_elastic_half_spaces_without_loss(task: Task, shipped: dict
     assert found.sentence.endswith("step not visible, no contact table over Y visible.")
 
 
-def test_few_digits_widen_uncertainties_and_make_no_findings():
-    """Three digits of everything but the time."""
-    frame = physics.simulate(AW, Physics(), FIRST)
-    fine, coarse = of(frame), of(rounded(frame, 3))
-    assert coarse.exponent.holds(1.5) and coarse.exponent.uncertainty > fine.exponent.uncertainty
-    assert coarse.loss.holds(0.0) and coarse.damping_kind == NONE
-    assert not coarse.step.known and not coarse.pitch.known
-
-
-def test_a_file_without_contact_columns_says_what_it_needs():
-    frame = physics.simulate(AW, Physics(), FIRST)
-    found = of(frame.drop(columns=[name for name in frame if name[:2] in ("y_", "z_")]))
-    assert found.kind == UNKNOWN and "y_LF" in found.because and found.exponent.why == found.because
-    assert not np.isfinite(found.exponent.value) and "May be" in found.sentence
-
-
 # ---- parts ---------------------------------------------------------------------------
-@pytest.mark.parametrize(("kind", "damping"), [(NONE, 0.0), (BY_DEPTH, 0.2), (BY_RATE, 4e4)])
-def test_a_law_is_fitted_to_the_digits_of_its_numbers(kind: str, damping: float):
-    """A sine of an approach that begins at 5 micrometres, with a force by the law."""
-    t = np.linspace(0.02, 0.98, 60)*3e-3
-    x, v = 3e-4*np.sin(np.pi*t/3e-3), 3e-4*np.pi/3e-3*np.cos(np.pi*t/3e-3)
-    elastic = 8e10*x**1.4
-    force = {NONE: elastic, BY_DEPTH: elastic*(1 + damping*v), BY_RATE: elastic + damping*v}[kind]
-    closed = force > 0
-    whole = ContactInterval("LF", 0.0, 3e-3, force.max(), 1.5e-3, np.nan, 0.9)
-    blow = Blow(whole, *(part[closed] for part in (t, force, v, x + 5e-6, np.full(60, 0.9), 0*t)))
-    law = fit_law(blow, kind)
-    assert law is not None
-    assert (law.n, law.k, law.zero) == pytest.approx((1.4, 8e10, 5e-6), rel=3e-3)
-    assert law.damping == pytest.approx(damping, rel=3e-3) and law.misfit < 1e-3
-
-
-def test_kinks_at_equal_distances_are_a_lattice_and_others_are_none():
-    x = np.linspace(0.0, 0.02, 400)
-    kinked = np.interp(x, 7e-4*np.arange(40) - 1e-3, np.random.default_rng(1).normal(size=40))
-    assert find_lattice([bends(x, kinked, 1e-9)], "m", "none").holds(7e-4)
-    irregular = np.sort(np.random.default_rng(2).uniform(-1e-3, 0.021, 40))
-    other = np.interp(x, irregular, np.random.default_rng(3).normal(size=40))
-    assert find_lattice([bends(x, other, 1e-9)], "m", "none") == untold("none", "m")
-    assert find_lattice([bends(x, np.sin(300*x), 1e-9)], "m", "none") == untold("none", "m")
-    assert find_lattice([Bends(np.empty(0), np.empty(0), 0.0)], "m", "none") == untold("none", "m")
-
-
-def test_the_noise_of_digits_is_the_last_digit():
-    x = np.sin(np.linspace(0, 3, 1000))
-    assert digit_noise(np.round(x, 3)) == pytest.approx(1e-3)
-    assert digit_noise(x) < 1e-7
-
-
-def test_estimates_are_combined_by_their_uncertainties_and_their_spread():
-    assert combined([1.0, 1.0], [0.1, 0.2]).uncertainty == pytest.approx(0.1)
-    apart = combined([1.0, 2.0], [0.01, 0.01])
-    assert apart.value == pytest.approx(1.5) and apart.holds(1.0) and apart.holds(2.0)
-    assert not combined([], []).known and not combined([np.nan], [1.0]).known
-    assert plus_minus(Estimate(1.0714, 0.043)) == "1.07 ± 0.04"
-    assert plus_minus(Estimate(0.0301, 0.002), 100) == "3.0 ± 0.2"
 
 
 # ---- the command ---------------------------------------------------------------------

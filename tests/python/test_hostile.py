@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import imaginary_codes as imaginary
-from hostile_files import HARMLESS, HOSTILE
+from hostile_files import HOSTILE
 from ldbench import Case
 from ldbench.__main__ import main
 from ldbench.runs import compute
@@ -79,37 +79,6 @@ def test_check_goes_on(good: Path, folders: dict[Path, dict[str, str]], capsys: 
             # The good numbers under the name of another simulation have other initial conditions.
             assert failed, kind
             assert len(files[name]) > 1 or is_a_line(failed[0]["hint"], folder), (kind, failed)
-
-
-@pytest.mark.filterwarnings("error")
-def test_score_goes_on(good: Path, folders: dict[Path, dict[str, str]], tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    for task in TASKS:
-        (tmp_path/f"{task.name}.csv").write_bytes(good.read_bytes())
-    for folder, kinds in folders.items():
-        status, facts = printed(["score", str(folder), "--reference", str(tmp_path)], capsys)
-        scored = {Path(one["file"]).name: one for one in facts["files"]}
-        assert {one["grade"] for one in scored[good.name]["scores"]} == {1e-3}
-        assert status == int(bool(facts["failures"]))
-        for name, kind in kinds.items():
-            lines = [line for line in (*facts["failures"], *facts["left_out"]) if name in line]
-            assert len(lines) + (name in scored) == 1, (kind, lines)
-            assert all(is_a_line(line, folder) for line in lines), (kind, lines)
-
-
-@pytest.mark.usefixtures("known_hertz")
-@pytest.mark.filterwarnings("error")
-def test_fingerprint_goes_on(good: Path, folders: dict[Path, dict[str, str]], capsys: pytest.CaptureFixture[str]):
-    files = [folder/name for folder, kinds in folders.items() for name in (*kinds, good.name)]
-    status, facts = printed(["fingerprint", *map(str, files), "--simulation", TASK.name], capsys)
-    assert status == 1
-    told = {one["file"]: one["sentence"] for one in facts["files"]}
-    assert len({told[str(folder/good.name)] for folder in folders}) == 1
-    assert len(told) + len(facts["failures"]) == len(files)
-    for folder, kinds in folders.items():
-        for name, kind in kinds.items():
-            if kind in HARMLESS:
-                assert told[str(folder/name)] == told[str(folder/good.name)], kind
-    assert all(is_a_line(line, folder) for line in facts["failures"] for folder in folders), facts["failures"]
 
 
 @pytest.mark.parametrize("command", ["check", "fingerprint"])

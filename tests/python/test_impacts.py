@@ -56,16 +56,6 @@ def test_rows_beside_the_ends_do_not_matter(lag: float):
     assert one.impulse == pytest.approx(0.5564*TOP*PULSE, rel=0.005)       # mean of sin**1.5 over half a turn
 
 
-def test_impacts_of_all_contacts_are_in_order():
-    frame = pulses((0.03, 0.01)).merge(pulses((0.02,), contact="RT"), on="time")
-    frame["angle_LF"] = np.where(frame["N_LF"] > 0, 40*frame["time"], np.nan)
-    found = invented_run(frame).impacts()
-    assert [one.contact for one in found] == ["LF", "RT", "LF"]
-    assert [one.start for one in found] == pytest.approx([0.01, 0.02, 0.03], abs=1e-9)
-    assert [one.angle for one in found] == pytest.approx([0.48, np.nan, 1.28], nan_ok=True)
-    assert [one.start for one in invented_run(frame).impacts(["RT"])] == pytest.approx([0.02], abs=1e-9)
-
-
 def test_contact_that_is_closed_at_an_end_of_the_file_is_no_impact():
     """Nobody knows how long such a contact lasts."""
     rolling = pulses((0.02,))
@@ -77,12 +67,6 @@ def test_contact_that_is_closed_at_an_end_of_the_file_is_no_impact():
     assert [(one.begins, one.ends) for contact in ("LT", "RT", "RF") for one in run.intervals(contact)] == [
         (False, False), (False, True), (True, False)]
     assert invented_run(rolling[["time"]]).impacts() == [] and invented_run(rolling[["time"]]).intervals("LF") is None
-
-
-def test_a_contact_that_pulls_is_no_impact():
-    """Bilateral constraints hold the wheel: a row with a negative force is not open."""
-    frame = pd.DataFrame({"time": 1e-3*np.arange(8), "N_LF": [0, 5, -5, 5, 0, 6, 0, 0], "N_RF": [0, -2, 4, 4, -2, 0, 0, 0]})
-    assert [(one.contact, one.t_peak) for one in invented_run(frame).impacts()] == [("LF", 0.005)]
 
 
 def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
@@ -99,19 +83,6 @@ def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
     assert collated["peak"].value == first.peak == run.first_interval("LF").peak
     assert chosen_impacts(run)[1] == summary_row(run)["n_left_flange_contact"] + summary_row(run)["n_right_flange_contact"]
     assert f"const CLOSED = {CLOSED:g};" in (FOLDER/"series.js").read_text()
-
-
-def test_one_row_is_a_triangle_between_its_neighbours():
-    frame = pd.DataFrame({"time": [0.0, 1.0, 3.0, 4.0], "N_LF": [0.0, 6.0, 0.0, 0.0]})
-    [one] = invented_run(frame).impacts()
-    assert (one.start, one.end, one.t_peak, one.impulse) == (0.0, 3.0, 1.0, 9.0)
-
-
-def test_two_rows_of_one_time():
-    """A jump: a file may have the row before and the row after an event at the same time."""
-    frame = pd.DataFrame({"time": [0.0, 1.0, 1.0, 2.0, 2.0, 3.0], "N_LF": [0.0, 0.0, 5.0, 5.0, 0.0, 0.0]})
-    [one] = invented_run(frame).impacts()
-    assert (one.start, one.end, one.impulse) == (1.0, 2.0, 5.0)
 
 
 def test_impulses_of_rigid_contacts():

@@ -1,10 +1,8 @@
 """Scores of runs against references whose difference is planted, and the horizons they are scored up to."""
 from __future__ import annotations
 
-import itertools
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +11,6 @@ import pytest
 
 import imaginary_codes as imaginary
 import ldbench
-from independent import displacements
 from ldbench import Case, ContactTable, Error
 from ldbench.__main__ import main
 from ldbench.results.header import Header
@@ -21,13 +18,12 @@ from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.runs import compute
 from ldbench_round import own_runs
-from ldbench_round.horizon import horizon, yardsticks
-from ldbench_round.metrics import LEAST, closed_at, pairs, passages, score
-from ldbench_round.own_runs import exact
-from ldbench_round.scores import GRADES, KINDS, Scores, grade
-from ldbench_round.tasks import MOTION, TASKS, Task
+from ldbench_round.horizon import yardsticks
+from ldbench_round.metrics import closed_at, score
+from ldbench_round.scores import KINDS, Scores
+from ldbench_round.tasks import MOTION, Task
 from running import Run
-from yardsticks import ASIDE, GROWN, base, growth, growth_seen, measured_yardstick, rounded
+from yardsticks import measured_yardstick, rounded
 
 TASK = Task(2, "aw")
 HERTZ = {"model": "hertz", "table_file": ""}
@@ -175,49 +171,6 @@ def test_one_impact_more(start: float, reference: RunData, frame: pd.DataFrame):
     assert more.get("LF 1 impulse").reference == score(reference, reference, TASK).get("LF 1 impulse").reference
 
 
-def mirrored(run: RunData) -> RunData:
-    """The run seen in a mirror: left is right, and lateral and roll have the other sign."""
-    data = run.data
-    columns = {}
-    for name in data:
-        base, _, contact = str(name).partition("_")
-        other = f"{base}_{'R' if contact[0] == 'L' else 'L'}{contact[1]}" if contact in CONTACTS else str(name)
-        turned = other in ("Y", "roll", "vY", "roll_rate", "aY", "roll_acc") or base in ("Fy", "y")
-        columns[other] = (-1 if turned else 1)*data[name].to_numpy()
-    return made(columns)
-
-
-def test_mirrored_runs_have_the_scores_of_the_others_side(hertz: dict[str, ldbench.Run]):
-    run, reference = made(hertz["rigid 1.0"].data), made(hertz["ex2_aw"].data)
-    found, other = score(run, reference, TASK), score(mirrored(run), mirrored(reference), TASK)
-
-    def turned(name: str) -> str:
-        return {"L": "R", "R": "L"}[name[0]] + name[1:] if name[:2] in CONTACTS else name
-
-    assert {turned(one.name): one.difference for one in found.scores if one.kind != "motion"} \
-        == pytest.approx({one.name: one.difference for one in other.scores if one.kind != "motion"}, rel=1e-12)
-    assert differences(found, "motion") == pytest.approx(differences(other, "motion"), rel=1e-12)
-    assert len(found.unmatched) == len(other.unmatched) > 5
-
-
-def test_scores_are_of_the_order_of_the_integrator(hertz: dict[str, ldbench.Run]):
-    """With steps of second order, half the step has a quarter of the differences, and comes from one grade to the next."""
-    table, task = hertz["ex1_aw"].table, Task(1, "aw")
-    case = Case.exercise(1, "aw").replace(**HERTZ, order=2, energy_tolerance=0.0)
-    reference = ldbench.run(exact(case), table=table.for_case(exact(case)))
-    coarse, fine = (score(ldbench.run(own := case.replace(dt=dt), table=table.for_case(own)), reference, task)
-                    for dt in (1e-4, 5e-5))
-    for name in ("Y", "Z", "roll", "vY", "centre passage 1", "RF closes 1", "centre passage 2"):
-        assert 3.5 < coarse.get(name).difference/fine.get(name).difference < 4.6, name
-    assert fine.worst("event").grade == 1e-3
-
-
-@pytest.mark.parametrize(("difference", "expected"), [
-    (0.0, 1e-3), (1e-3, 1e-3), (-5e-4, 1e-3), (1.1e-3, 1e-2), (0.05, 0.1), (0.11, None), (np.nan, None), (np.inf, None)])
-def test_a_grade_is_the_smallest_limit(difference: float, expected: float | None):
-    assert grade(difference) == expected and sorted(GRADES) == list(GRADES)
-
-
 # ---- files of all kinds --------------------------------------------------------------
 HOSTILE: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
     "time and Y alone": lambda f: f[["time", "Y"]],
@@ -238,20 +191,6 @@ HOSTILE: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
 }
 
 
-@pytest.mark.parametrize("name", HOSTILE)
-@pytest.mark.filterwarnings("error")
-def test_any_file_is_scored(name: str, hertz: dict[str, ldbench.Run], frame: pd.DataFrame):
-    """As a run and as a reference; what cannot be scored is told, numbers are differences or NaN, and JSON takes them."""
-    spoilt = made(HOSTILE[name](frame).reset_index(drop=True))
-    for pair in ((spoilt, hertz["ex2_aw"]), (hertz["ex2_aw"], spoilt), (spoilt, spoilt)):
-        found = score(*pair, TASK)
-        assert all(np.isnan(one.difference) or one.difference >= 0 for one in found.scores)
-        assert np.isnan(found.share) or 0 <= found.share <= 1
-        scored = {one.name for one in found.of_kind("motion")}
-        assert scored | (found.left_out.keys() - set(CONTACTS)) == set(MOTION) and not scored & found.left_out.keys()
-        json.dumps(found.facts())
-
-
 def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
     """Components replace the normal force; a file without forces has motion and passages; a short file ends the scores."""
     by_parts = score(made(HOSTILE["components without N"](frame)), reference, TASK)
@@ -266,13 +205,6 @@ def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
     assert holes.get("Y").difference < 1e-3
 
 
-def test_files_that_cannot_be_scored_are_refused(reference: RunData, frame: pd.DataFrame):
-    for columns, told in ((frame.iloc[:1], "two times"), (frame.assign(time=frame.time + 9), "times in common"),
-                          (frame.iloc[::-1], "ascending"), (frame.drop(columns="time"), "column time")):
-        with pytest.raises(Error, match=told):
-            score(made(columns.reset_index(drop=True)), reference, TASK)
-
-
 def test_rigid_impacts_are_those_of_the_columns(hertz: dict[str, ldbench.Run]):
     """Their impulses are all of what the columns P grow by, and times are those of the events."""
     run = hertz["rigid 0.5"]
@@ -284,72 +216,10 @@ def test_rigid_impacts_are_those_of_the_columns(hertz: dict[str, ldbench.Run]):
     assert told and told[0].t in [one.start for one in run.intervals("LF")]
 
 
-def test_rigid_impacts_that_a_file_does_not_tell_are_not_missed(hertz: dict[str, ldbench.Run]):
-    """A rigid code whose file has no impulses is scored in motion and events. A file of elastic contacts keeps its impacts."""
-    told = hertz["rigid 0.5"]
-    untold = made(told.data.drop(columns=[f"P_{contact}" for contact in CONTACTS]))
-    found = score(untold, told, TASK)
-    assert found.rigid == (True, True)
-    assert {one.kind for one in found.scores} == {"motion", "contacts", "event"} and not found.unmatched
-    assert "impulses" in found.left_out["impacts"]
-    assert {one.difference for one in found.of_kind("motion")} == {0.0}
-    elastic = score(hertz["ex2_aw"], told, TASK)
-    assert elastic.rigid == (False, True) and {"impulse", "unmatched"} <= {one.kind for one in elastic.scores}
-    assert score(hertz["ex2_aw"], hertz["ex2_aw"], TASK).rigid == (False, False)
-
-
 # ---- matching ------------------------------------------------------------------------
-@pytest.mark.parametrize("seed", range(20))
-def test_pairs_leave_out_what_is_worth_least(seed: int):
-    """The best of all ways to leave some out, found by trying them all."""
-    chance = np.random.default_rng(seed)
-    reference, other = (np.sort(chance.random(chance.integers(0, 8))) for _ in range(2))
-    found = pairs(reference, other)
-    n = min(len(reference), len(other))
-    assert len(found) == n and found == sorted(found) and all(len({one[k] for one in found}) == n for k in (0, 1))
-
-    def cost(chosen: list[tuple[int, int]]) -> float:
-        return sum(abs(reference[k] - other[i]) for k, i in chosen)
-
-    ways = [list(zip(left, right, strict=True)) for left in itertools.combinations(range(len(reference)), n)
-            for right in itertools.combinations(range(len(other)), n)]
-    assert cost(found) == pytest.approx(min(map(cost, ways)))
-
-
-def test_passages_need_both_sides():
-    """Neither rounding at the start nor a touch of the centre is a passage; the end at the centre is one."""
-    t = np.arange(951)/1000
-    y = np.sin(2*np.pi*1.5*t)
-    y[0] = -1e-18
-    assert passages(made({"time": t, "Y": y})) == pytest.approx([1/3, 2/3], abs=1e-6)
-    assert passages(made({"time": t[:667], "Y": np.where(np.arange(667) == 666, 1e-7, y[:667])})) \
-        == pytest.approx([1/3, 0.666], abs=1e-6)
-    assert passages(made({"time": t, "Y": y**2})) == []
-    assert passages(made({"time": t, "Y": np.zeros(951)})) == []
-
-
-DIGITS = 0.005      # yardsticks.json keeps three digits
 
 
 # ---- horizons ------------------------------------------------------------------------
-def test_every_simulation_has_a_yardstick():
-    known = yardsticks()
-    assert list(known) == [task.name for task in TASKS]
-    for task in TASKS:
-        own = known[task.name]
-        assert 0 < own.horizon == horizon(task) <= 4 and 1 < own.growth <= GROWN/ASIDE
-        assert set(MOTION) <= own.hertz.keys() and own.hertz["other contacts closed"] < 0.5
-        # Rigid contacts with restitution 1 bounce where elastic ones stay closed; then their motion is no measure.
-        assert (set(MOTION) <= own.rigid.keys()) == (own.rigid["other contacts closed"] <= 0.5)
-        # In the first four exercises only the last impacts of ex3_sw are behind the horizon; most of exercise 5 is.
-        beyond = task.name == "ex3_sw" or task.exercise == 5
-        assert (own.end is None) == (task.exercise == 5) and ((own.end or np.inf) > own.horizon) == beyond
-        assert (own.growth == GROWN/ASIDE) == beyond
-        # Another integrator sees the same horizon, and both differ by far less from one start.
-        assert (own.independent is not None) == own.reached and 0 < own.integrators < GROWN
-        assert not own.reached or own.earliest <= own.independent*(1 + DIGITS)
-        assert own.latest is None or own.independent*(1 - DIGITS) <= own.latest
-    assert horizon(Task(3, "sw")) < horizon(Task(1, "aw"))
 
 
 @pytest.fixture(scope="module")
@@ -367,36 +237,6 @@ def test_the_yardstick_of_exercise_2_is_measured_again(tables: dict[str, Contact
     assert found["growth"] == pytest.approx(known["growth"], rel=0.05)
     for name in ("hertz", "rigid"):
         assert found[name] == pytest.approx(known[name], rel=0.05, abs=1e-4)
-
-
-@pytest.mark.parametrize("task", [TASK, Task(4, "aw")], ids=lambda task: task.name)
-def test_another_integrator_has_this_horizon(task: Task, tables: dict[str, ContactTable]):
-    """SciPy's DOP853 on the force of the core, from the six starts aside, against our integrator from the start itself.
-
-    Growth.band says how far apart the horizons of two integrators may be. `make yardsticks` measures all ten in this way.
-    """
-    case = Case.exercise(task.exercise, task.profiles)
-    table = tables["elastic"].for_case(case.replace(table_file=tables["elastic"].case.table_file))
-    limit = horizon(task)
-    begun = base(case.replace(table_file=table.case.table_file), table, 1.05*limit)
-    own = growth(begun)
-    seen, differences = growth_seen(begun, displacements, np.inf)
-    apart = float(differences[seen.time <= 1.02*limit][-1])
-    assert 2*apart < GROWN, "the integrators themselves make the difference"
-    first, last = own.band(apart)
-    assert first is not None and last is not None and seen.horizon is not None
-    assert first <= seen.horizon <= last
-    assert own.horizon == pytest.approx(limit, rel=DIGITS)
-    assert first*(1 - DIGITS) <= yardsticks()[task.name].independent <= last*(1 + DIGITS)
-
-
-def test_growth_of_a_free_flight_is_that_of_its_start(hertz: dict[str, ldbench.Run]):
-    """Until the flange touches, differences do not grow; impacts multiply them."""
-    case = Case.exercise(2, "aw").replace(**HERTZ)
-    found = growth(base(case, hertz["ex2_aw"].table, t_end=0.12))
-    touch = hertz["ex2_aw"].first_contact("LF")
-    assert found.until(0.9*touch) < 1.1 and 5 < found.until(0.03) < found.until(0.12)/100
-    assert found.horizon is None and (np.diff(found.factor) >= 0).all()
 
 
 # ---- the command ---------------------------------------------------------------------
@@ -450,32 +290,3 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
         assert main([*words, "--simulation", simulation]) == 0
         lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  doubtful: ")]
         assert all(any(sign in line for line in lines) for sign in signs) and (len(lines) == 1) == (simulation == "ex2_aw"), lines
-
-
-@pytest.mark.parametrize(("words", "told"), [
-    (["{own}", "--reference", "{reference}/ex1_aw.txt"], "expected a file, for --reference FILE"),
-    (["{own}", "--reference", "{empty}"], "expected files of the simulations in"),
-    (["{own}/ex1_aw.txt", "--reference", "{empty}"], "expected a file of exercise 1, actual profiles, found none"),
-    (["{empty}/x.csv", "--reference", "{reference}"], "expected a name that says the simulation"),
-    (["{own}/ex1_aw.txt", "--reference", "{reference}/ex2_aw.txt"],
-     "reference/ex2_aw.txt: expected a file of exercise 1, actual profiles, found the header of exercise 2, actual profiles"),
-    (["{own}/ex1_aw.txt", "--reference", "{reference}", "--simulation", "ex2_aw"], "found the header of exercise 1, actual"),
-    (["{own}/ex1_aw.txt", "--reference", "{reference}/none_1_aw.txt"], "cannot be opened"),
-], ids=["folder", "nothing in common", "no reference", "no name", "another reference", "another file", "no file"])
-def test_what_belongs_together_is_told(words: list[str], told: str, folders: tuple[Path, Path], tmp_path: Path,
-                                       capsys: pytest.CaptureFixture[str]):
-    empty = tmp_path/"empty"
-    empty.mkdir()
-    assert main(["score", *(word.format(own=folders[0], reference=folders[1], empty=empty) for word in words)]) == 1
-    assert told in capsys.readouterr().err
-
-
-def test_small_impacts_are_counted_but_not_scored(reference: RunData, frame: pd.DataFrame):
-    """A touch of the flange's root that is a millionth of an impact is no impact to match forces by."""
-    t = frame.time.to_numpy()
-    largest = max(one.impulse for one in reference.intervals("LF"))
-    small = 0.1*LEAST*largest
-    both = [changed(frame, N_LF=frame.N_LF + bump(t, 0.06, 3e-3, factor*small*np.pi/2/3e-3)) for factor in (1.0, 2.0)]
-    found = score(*both, TASK)
-    assert not found.unmatched and "LF 2 impulse" not in {one.name for one in found.scores}
-    assert replace(found, scores=()).share == pytest.approx(1, abs=1e-3)

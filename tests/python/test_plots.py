@@ -16,26 +16,21 @@ from matplotlib.text import Text
 from pypdf import PdfReader
 
 from invented import altered, invented_run
-from ldbench import Error, Event, read_columns
-from ldbench.__main__ import main
-from ldbench.commands import plot
-from ldbench.geometry.outlines import Outlines, case_outlines, flange_angle, run_outlines, turned
+from ldbench import Event, read_columns
+from ldbench.geometry.outlines import Outlines, run_outlines
 from ldbench.plots import document
 from ldbench.plots.contents import arranged, contents_page, entries
-from ldbench.plots.document import Part, bind, case_figures, even_shares, make_plots, save_pages
-from ldbench.plots.frame import label_x, label_y
+from ldbench.plots.document import Part, bind, save_pages
 from ldbench.plots.geometry import geometry_page
-from ldbench.plots.impact import HEADS, Recomputed, draw_impacts, hardest_page, impact_page, table_rows
+from ldbench.plots.impact import impact_page
 from ldbench.plots.overview import first_contacts, overview_figures, side_by_side
 from ldbench.plots.phase import energy_page
-from ldbench.plots.ramp import is_ramp, ramp_page
-from ldbench.plots.sections import close_up, instants, placed_outlines
+from ldbench.plots.sections import instants
 from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
 from ldbench.plots.stretches import band, first_impact, last_second, thin
 from ldbench.plots.style import ldbench_style
-from ldbench.plots.summary import summary_page
 from ldbench.plots.ticks import settle
-from ldbench.plots.times import key_events, time_page
+from ldbench.plots.times import time_page
 from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
 from ldbench.results.run_data import RunData, read_data
@@ -151,37 +146,11 @@ def test_ratio_is_the_outward_force_over_the_load():
     assert np.isnan(RATIO.curves[0].values(run)[100:111]).all() and np.isfinite(RATIO.curves[0].values(run)[:100]).all()
 
 
-def test_contacts_keep_their_colours(drawn_pages: dict[str, Figure]):
-    seen = {}
-    for figure in (*(drawn_pages[page.title] for page in PAGES), impact_page(invented())):
-        for ax in figure.axes:
-            for line in ax.get_lines():
-                for c in CONTACTS:
-                    if line.get_label() == CONTACT_NAMES[c]:
-                        seen.setdefault(c, set()).add((line.get_color(), line.is_dashed()))
-    assert {c: len(found) for c, found in seen.items()} == dict.fromkeys(CONTACTS, 1)
-    assert len({next(iter(found))[0] for found in seen.values()}) == 4
-    assert all(next(iter(seen[c]))[1] == c.endswith("F") for c in CONTACTS)
-
-
-def test_open_contact_is_named_not_left_empty():
-    run = invented()
-    for quantity in PER_CONTACT[3:]:
-        run.data[f"{quantity}_LF"] = np.nan
-    page = next(page for page in PAGES if page.title == "contact points")
-    for ax in columns_of(time_page(run, page), page)[1][1:]:
-        assert [t.get_text() for t in ax.texts if t.get_text() == "no contact"]
-
-
 def test_events_are_marked_where_they_happen(drawn_pages: dict[str, Figure]):
     figure = drawn_pages[PAGES[0].title]
     for ax in figure.axes:
         assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == ":"] == [0.00999, 0.02]
     assert {"left flange", "centre"} <= {t.get_text() for t in figure.axes[0].texts}
-
-
-def text_box(text: Text) -> object:
-    return text.get_bbox_patch()
 
 
 def test_band_holds_every_extreme():
@@ -220,29 +189,6 @@ def test_thinned_curve_keeps_what_its_columns_show():
     assert thin(t[:2_000], x[:2_000], 500)[0] is not None and len(thin(t[:2_000], x[:2_000], 500)[0]) == 2_000
 
 
-def test_thinned_curve_is_the_same_picture():
-    """Drawn at 100 dots to the inch with every row and thinned: but for the shade of a dot in a thousand at the edges of
-    the noise."""
-    rng = np.random.default_rng(2)
-    t = np.linspace(0, 1, 40_000)
-    x = np.sin(9*t) + 0.05*rng.normal(size=len(t))
-    x[20_000] = 3.0
-    pictures = []
-    for curve in (t, x), thin(t, x):
-        figure = Figure(figsize=(10, 2), dpi=100)
-        figure.add_axes((0, 0, 1, 1)).plot(*curve, color="black", linewidth=0.9)
-        pictures.append(pixels(figure))
-    assert len(thin(t, x)[0]) < 9_000
-    assert (np.abs(pictures[0] - pictures[1]) > 64).mean() < 1e-3
-
-
-def pixels(figure: Figure) -> np.ndarray:
-    """What a figure looks like, (height, width), 0 black to 255."""
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[:, :, :3].astype(int).mean(2)
-
-
 def long_run() -> RunData:
     run = invented(rows=30_000, dt=1e-3, name="ex5_aw")
     run.data["F_ext"] = 5e3*run.time
@@ -264,23 +210,6 @@ def test_long_run_is_a_band_and_its_last_second():
     assert first_impact(run).start < 0.01 < first_impact(run).end
 
 
-def test_growing_force_is_the_axis_of_its_own_page(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(document, "PAGES", PAGES[:1])       # one page against time stands for all of them
-    run = long_run()
-    assert is_ramp(run) and not is_ramp(invented())
-    assert [title for title, _ in case_figures(run)] == [
-        PAGES[0].title, "energy and lateral force", LAST.title, "impacts of flanges"]
-    figure = ramp_page(run)
-    axes = {ax.get_ylabel(): ax for ax in figure.axes}
-    line = axes["lateral Y [mm]"].get_lines()[0]
-    before = run.time <= run.time[-1] - 1
-    force = 5.0*run.time[before]
-    assert force[0] <= line.get_xdata()[0] < line.get_xdata()[-1] <= force[-1] + 0.01
-    np.testing.assert_allclose(line.get_ydata()[100], 1e3*run.values("Y")[before][np.searchsorted(force, line.get_xdata()[100])],
-                               rtol=0.05)
-    assert axes["L/V, left wheel"].get_xlim() == axes["L/V, right wheel"].get_xlim()
-
-
 def test_phase_portrait_is_velocity_over_displacement():
     run = invented()
     axes = {ax.get_xlabel(): ax for ax in energy_page(run).axes}
@@ -291,15 +220,6 @@ def test_phase_portrait_is_velocity_over_displacement():
         np.testing.assert_allclose(curve.get_ydata(), v_scale*run.values(v))
         start, end = (curves_of(axes[label])[name] for name in ("start", "end of the run"))
         assert start.get_xdata()[0] == x_scale*run.values(q)[0] and end.get_xdata()[0] == x_scale*run.values(q)[-1]
-
-
-def test_window_that_ends_before_the_run_names_no_end_of_its_own():
-    """The portrait of a long run shows its last second: it has no start, and its end is that of the run."""
-    run = long_run()
-    run.data["F_ext"] = 0.0
-    axes = {ax.get_xlabel(): ax for ax in energy_page(run).axes}
-    labels = curves_of(axes["Y [mm]"])
-    assert "start" not in labels and labels["end of the run"].get_xdata()[0] == 1e3*run.values("Y")[-1]
 
 
 def test_spectrum_shows_the_sines_with_their_amplitudes_and_the_eigenfrequencies():
@@ -337,93 +257,10 @@ def impact(thrown: tuple[RunData, Path]) -> Figure:
         return impact_page(thrown[0])
 
 
-def test_header_is_understood(thrown: tuple[RunData, Path]):
-    run, _ = thrown
-    assert run.result("clearance_left") == pytest.approx(10.18e-3, abs=1e-6)
-    assert run.heading == "Exercise 3, actual profiles" and run.header.reconstruction
-    assert run.setting("initial", "vY") == 1.0 and run.setting("contact", "model") == "hertz"
-    contact = run.first("left flange contact")
-    assert contact and contact.t == run.first_contact("LF")
-    # There is a row at the event; its force is next to none.
-    row = np.flatnonzero(run.values("N_LF") > 0)[0]
-    assert min(abs(run.time[[row - 1, row]] - contact.t)) < 1e-6 and run.values("N_LF")[row] < 5e3
-    N, t = run.peak("LF")
-    assert N == pytest.approx(run.values("N_LF").max(), rel=0.01) and t == pytest.approx(0.0115, abs=5e-4)
-
-
-@pytest.mark.parametrize(("line", "damaged", "found"), [
-    ("clearance_left = 0.01018", "clearance_left = 0.O1018", "clearance_left"),
-    ("  order = 2", "  order = x2", "order"), ("event(1)%t = ", "event(1)%t = nan ! ", "t"),
-])
-def test_damaged_numbers_of_a_header_are_told(line: str, damaged: str, found: str, thrown: tuple[RunData, Path], tmp_path: Path):
-    text = thrown[0].file.read_text()
-    assert line in text
-    (tmp_path/"columns.txt").write_text(text.replace(line, damaged, 1))
-    with pytest.raises(Error) as error:
-        read_data(tmp_path/"columns.txt")
-    assert (error.value.file, error.value.expected) == (str(tmp_path/"columns.txt"), f"a number for {found}")
-
-
-def test_a_number_that_the_header_lacks_is_told(thrown: tuple[RunData, Path], tmp_path: Path):
-    lines = thrown[0].file.read_text().splitlines(keepends=True)
-    (tmp_path/"columns.txt").write_text("".join(line for line in lines if "  order = " not in line))
-    with pytest.raises(Error) as error:
-        energy_page(read_data(tmp_path/"columns.txt"))
-    assert (error.value.file, error.value.found) == (str(tmp_path/"columns.txt"), "none")
-    assert error.value.expected == "a number for &integrator order in the header"
-
-
-def test_rail_is_placed_by_the_gauge(thrown: tuple[RunData, Path]):
-    rail = outlines(thrown[0]).left.rail
-    assert abs(rail[:, 1].max()) < 1e-15       # rounding, where the core puts the top of rail
-    side = rail[(rail[:, 0] < 0.73) & (rail[:, 1] > -0.02) & (rail[:, 1] < -0.01)]
-    order = np.argsort(side[:, 1])
-    assert np.interp(-0.014, side[order, 1], side[order, 0]) == pytest.approx(1.4351/2, abs=1e-6)
-
-
-def test_wheel_stands_on_the_rail(thrown: tuple[RunData, Path]):
-    """At rest the sections overlap by the Hertzian approach, 0.1005 mm, at the rolling radius, on both sides."""
-    run, _ = thrown
-    height = run.result("axle_height")
-    for side, sign in outlines(run).sides:
-        wheel, rail = turned(side.wheel*[sign, 1], 0, height, 0), side.rail*[sign, 1]
-        y = sign*np.linspace(0.735, 0.775, 4001)
-        gap = height_at(wheel, y) - height_at(rail, y)
-        assert gap.min() == pytest.approx(-0.10052e-3, rel=0.01)
-        k = int(gap.argmin())
-        assert height - height_at(wheel, y)[k] == pytest.approx(0.457, abs=2e-5)
-        assert abs(y[k]) == pytest.approx(abs(run.values("y_LT")[0]), abs=1e-3)
-
-
 def outlines(run: RunData) -> Outlines:
     found, remark = run_outlines(run)
     assert found and remark == ""
     return found
-
-
-def height_at(points: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """The upper side of a section at y."""
-    order = np.argsort(points[:, 0])
-    points = points[order]
-    top = points[points[:, 1] > -0.01] if points[:, 1].max() < 0.1 else points
-    return np.interp(y, top[:, 0], top[:, 1])
-
-
-def test_roll_lifts_the_left_wheel(thrown: tuple[RunData, Path]):
-    left, right = (side.wheel*[sign, 1] for side, sign in outlines(thrown[0]).sides)
-    assert np.all(turned(left, 0.002, 0.457, 0.01)[:, 1] > turned(left, 0, 0.457, 0)[:, 1])
-    assert np.all(turned(right, 0, 0.457, 0.01)[:, 1] < turned(right, 0, 0.457, 0)[:, 1])
-
-
-def test_close_ups_follow_the_gauge(thrown: tuple[RunData, Path], tmp_path: Path):
-    """The rail's head is in the middle for a gauge of 1 m, too, on both sides."""
-    narrow = 1.0 - 1.4351
-    case = thrown[0].case.replace(gauge=1.0, back_to_back=thrown[0].number("wheelset", "back_to_back") + narrow)
-    for right, (side, sign) in enumerate(case_outlines(case).sides):
-        (left, other), _ = close_up(side, sign)
-        gauge_corner = 1e3*sign*side.rail[:, 0].min()
-        assert left > other and other + 40 < gauge_corner < left - 40, right
-        assert abs((left + other)/2) == pytest.approx(537, abs=3)
 
 
 def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], impact: Figure):
@@ -451,62 +288,6 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], imp
         assert np.hypot(*(wheel - point).T).min() < 0.2          # [mm], points every 0.25 mm
 
 
-def test_pictures_have_no_words_on_them(thrown: tuple[RunData, Path], impact: Figure):
-    """Forces and angles stand in the title, clear of the wheel."""
-    run, _ = thrown
-    left = impact.axes[0]
-    assert not list(left.texts) and f"{1e-3*run.values('N_LF').max():.1f} kN" in left.get_title(loc="left")
-
-
-def test_missing_profile_leaves_the_picture_out(thrown: tuple[RunData, Path]):
-    run, _ = thrown
-    settings = run.header.settings
-    profiles = {**settings["profiles"], "wheel_profile": "nowhere.yz", "rail_profile": "nowhere.yz"}
-    lost = altered(run, {"settings": {**settings, "profiles": profiles}})
-    assert placed_outlines(lost) is None
-    assert not [c for ax in impact_page(lost).axes for c in ax.collections if isinstance(c, Quiver)]
-
-
-def test_steepest_angle_of_the_flange(thrown: tuple[RunData, Path]):
-    """The reconstruction of the actual wheel has a face of 75 degrees."""
-    assert np.degrees(flange_angle(outlines(thrown[0]).left)) == pytest.approx(75, abs=0.2)
-
-
-def test_table_of_impacts_says_what_the_run_says(thrown: tuple[RunData, Path], impact: Figure):
-    run, _ = thrown
-    first, = run.impacts(("LF",))
-    row, = table_rows(run, [first])
-    assert len(row) == len(HEADS) and row[0] == "left flange"
-    assert row[3] == f"{1e-3*run.values('N_LF').max():.1f} kN"
-    t, N = run.time, run.values("N_LF")
-    impulse = float(np.sum(np.diff(t)*(N[1:] + N[:-1])/2))
-    assert float(row[5].split()[0]) == pytest.approx(1e-3*impulse, rel=2e-3)
-    before = run.values("KE_lat")[np.flatnonzero(N > 0)[0] - 1]
-    assert float(row[7].split()[0]) == pytest.approx(before, abs=0.06)
-    assert set(row) <= set(texts(impact))
-
-
-def test_impacts_of_the_root_of_a_flange_are_told(thrown: tuple[RunData, Path]):
-    """By a contact angle below 25 degrees; an unknown angle tells nothing."""
-    run, _ = thrown
-    first, = run.impacts(("LF",))
-    angles = {24.9: "left flange, root", -24.9: "left flange, root", 25.1: "left flange", np.nan: "left flange"}
-    rows = table_rows(run, [first._replace(angle=np.radians(angle)) for angle in angles])
-    assert [row[0] for row in rows] == list(angles.values())
-    rooted = altered(run, data=run.data.assign(angle_LF=np.radians(10.0)))
-    for one, expected in (run, False), (rooted, True):
-        figure = figure_of(one)
-        assert any("root: contact angle below 25°" in words for words in texts(figure)) == expected
-        assert ("left flange, root" in texts(figure)) == expected
-
-
-def figure_of(run: RunData) -> Figure:
-    """A page with the table of impacts alone."""
-    figure = Figure()
-    draw_impacts(figure, run, 0.9)
-    return figure
-
-
 # Axes that are drawn with one tick -----------------------------------------------------------
 
 def drawn(figure: Figure, settled: bool) -> np.ndarray:
@@ -516,53 +297,6 @@ def drawn(figure: Figure, settled: bool) -> np.ndarray:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba()).astype(int)
-
-
-@pytest.mark.parametrize("kind", ["linear", "log", "power", "inner"])
-def test_settled_axes_look_as_matplotlib_draws_them(kind: str):
-    """Marks, grid, numbers, labels, and the power of ten of an axis."""
-    def make() -> Figure:
-        figure = Figure(figsize=(6, 4))
-        axes = figure.subplots(2, 1, sharex=True)
-        for ax in axes:
-            ax.plot(np.linspace(0.013, 97.7, 50), np.geomspace(0.02, 370, 50)*(1e-8 if kind == "power" else 1))
-            label_y(ax, "force [kN]")
-        if kind == "log":
-            axes[0].set(yscale="log", xscale="log")
-        if kind == "inner":
-            axes[0].set_xlim(100, 0)
-            axes[0].tick_params(labelsize=5)
-            axes[1].set_axis_off()
-        label_x(axes[-1], "time [s]")
-        return figure
-
-    with ldbench_style():
-        plain, settled = drawn(make(), False), drawn(make(), True)
-    assert (plain < 128).any()
-    assert np.abs(plain - settled).max() <= 1
-
-
-def test_axes_with_labels_that_are_not_placed_stay_matplotlibs():
-    figure = Figure()
-    ax = figure.subplots()
-    ax.set_xlabel("anywhere")
-    settle(figure)
-    assert ax.xaxis.get_visible() and not ax.yaxis.get_visible()
-
-
-def test_stretch_of_full_resolution_lies_on_the_rows_of_the_run(thrown: tuple[RunData, Path]):
-    """A stretch has the time of the run, and dots where the run has rows."""
-    run, _ = thrown
-    k = len(run.time)//3
-    later = altered(run, data=run.data.iloc[k:].reset_index(drop=True))
-    later.data["time"] -= run.time[k]
-    coarse = altered(run, data=run.data.iloc[::7].reset_index(drop=True))
-    ax = hardest_page(coarse, Recomputed(later, float(run.time[k]))).axes[0]
-    curve, dots = curves_of(ax)["left flange"], ax.get_lines()[-1]
-    assert ax.get_xlim()[0] == pytest.approx(1e3*run.time[k]) and dots.get_linestyle() == "None"
-    known = np.interp(dots.get_xdata(), curve.get_xdata(), curve.get_ydata())
-    np.testing.assert_allclose(dots.get_ydata(), known, atol=1e-9)
-    assert len(dots.get_xdata()) > 10
 
 
 def test_geometry_page_draws_the_file(thrown: tuple[RunData, Path]):
@@ -578,77 +312,7 @@ def test_geometry_page_draws_the_file(thrown: tuple[RunData, Path]):
     assert clearance == {-10.18, 10.18}
 
 
-@pytest.fixture(scope="module")
-def laid_out(thrown: tuple[RunData, Path]) -> tuple[RunData, dict[str, Figure]]:
-    """A run with events that are close to each other, and its pages by their titles: all is put in its place on them, no pixel
-    is painted."""
-    times = {"left flange contact": 0.0100, "right flange contact": 0.0104, "centre passage": 0.0108, "derailment": 0.0196}
-    crowded = altered(thrown[0], {"events": tuple(Event(t, kind) for kind, t in times.items())})
-    with ldbench_style():
-        figures = dict([*case_figures(crowded), (ENERGY.title, time_page(crowded, ENERGY))])
-        for figure in figures.values():
-            figure.draw_without_rendering()
-    return crowded, figures
-
-
-def test_words_of_events_lie_above_the_axes_and_clear_of_all_other_words(laid_out: tuple[RunData, dict[str, Figure]]):
-    """On no curve, no tick label, no title, no legend and not on each other, however close the events are."""
-    crowded, figures = laid_out
-    assert len(key_events(crowded)) == 4
-    for page in (*PAGES, ENERGY):
-        figure = figures[page.title]
-        renderer = FigureCanvasAgg(figure).get_renderer()
-        words = [text for ax in figure.axes for text in ax.texts if text.get_text() in {label for _, label in key_events(crowded)}]
-        assert len(words) == 4*len(page.columns)
-        boxes = [text.get_window_extent(renderer) for text in words]
-        others = [t.get_window_extent(renderer) for t in figure.findobj(Text)
-                  if t.get_text() and t not in words and t.get_visible()]
-        for k, box in enumerate(boxes):
-            assert text_box(words[k]) is None
-            assert not any(box.overlaps(ax.get_window_extent(renderer)) for ax in figure.axes if ax.get_visible())
-            assert not any(box.overlaps(other) for other in (*others, *boxes[:k])), (page.title, words[k].get_text())
-
-
-def test_labels_of_axes_lie_clear_of_their_numbers(thrown: tuple[RunData, Path], laid_out: tuple[RunData, dict[str, Figure]],
-                                                   monkeypatch: pytest.MonkeyPatch):
-    """On every kind of page, as it is drawn, no label of an axis lies on a tick label or on a title."""
-    run, geometry = thrown
-    figures = [geometry_page(geometry), *(figure for _, figure in overview_figures([run]))]
-    # One page against time of a long run stands for all that are drawn like it.
-    monkeypatch.setattr(document, "PAGES", PAGES[:1])
-    figures += [figure for _, figure in case_figures(long_run())]
-    for figure in figures:
-        figure.draw_without_rendering()
-    for figure in (*laid_out[1].values(), *figures):
-        renderer = FigureCanvasAgg(figure).get_renderer()
-        shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
-        titles = [title.get_window_extent(renderer) for ax in shown for title in (ax.title, ax._left_title) if title.get_text()]
-        for ax in shown:
-            for axis in ax.xaxis, ax.yaxis:
-                if not axis.label.get_text():
-                    continue
-                label = axis.label.get_window_extent(renderer)
-                ticks = [tick.get_window_extent(renderer) for tick in axis.get_ticklabels() if tick.get_text()]
-                assert ticks or axis is ax.yaxis
-                for other in (*ticks, *titles):
-                    assert not label.overlaps(other), (figure.texts[0].get_text(), axis.label.get_text())
-
-
 # Titles and runs side by side ---------------------------------------------------------------
-
-@pytest.mark.parametrize(("wheel", "rail", "words"), [
-    ("profiles/awprof.yz", "profiles/arprof.yz", "actual profiles"), ("a/swprof.yz", "b/srprof.yz", "simplified profiles"),
-    ("profiles/s1002.yz", "profiles/60e1.yz", "s1002.yz on 60e1.yz"), ("awprof.yz", "srprof.yz", "awprof.yz on srprof.yz")])
-def test_titles_name_the_profiles_of_the_run(wheel: str, rail: str, words: str):
-    """Whatever the name of the case says."""
-    run = altered(invented(), {"settings": {"profiles": {"wheel_profile": wheel, "rail_profile": rail}}})
-    assert run.heading == f"Exercise 2, {words}" and run.pair == words
-    assert summary_row(run)["profiles"] == words
-
-
-def test_sides_with_other_profiles_are_named_both():
-    profiles = {"wheel_profile": "awprof.yz", "rail_profile": "arprof.yz", "wheel_profile_right": "worn.yz"}
-    assert altered(invented(), {"settings": {"profiles": profiles}}).pair == "actual profiles (left), worn.yz on arprof.yz (right)"
 
 
 def test_runs_side_by_side_are_the_runs(thrown: tuple[RunData, Path]):
@@ -699,28 +363,6 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
     assert [part.title for part in found.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]
 
 
-@pytest.mark.parametrize("number", [1, 2, 4, 12])
-@pytest.mark.parametrize("count", [0, 1, 5, 30])
-def test_shares_are_even(count: int, number: int):
-    """Each index is in one share, and no share costs more than the mean and the dearest one together."""
-    costs = np.random.default_rng(count).uniform(0.1, 10, count).tolist()
-    shares = even_shares(costs, number)
-    assert sorted(k for share in shares for k in share) == list(range(len(costs)))
-    assert len(shares) <= number and all(share == sorted(share) for share in shares)
-    for share in shares:
-        assert sum(costs[k] for k in share) <= sum(costs)/number + max(costs)*(1 + 1e-9)
-
-
-def test_summary_page_prints_what_it_is_given():
-    """Chaotic results are in italics, with the digits that hold."""
-    row = summary_row(invented())
-    derailed = row | {"case": "ex5_sw", "t_derailment": 54.2030001, "F_derailment": 271015.0}
-    [ax] = summary_page([row, derailed], "", {"ex5_sw": {"peak_N_LF": 900.0, "n_left_flange_contact": np.inf}}).axes
-    found = {text.get_text(): text.get_style() for text in ax.texts}
-    assert {"ex2_aw", "ex5_sw", "54.203", "271.0", "0.009990", "123.46", "2.0e-09", "–"} <= set(found)
-    assert (found["123"], found["123.46"]) == ("italic", "normal")
-
-
 def test_summary_row_measures_drift_by_the_initial_energy():
     run = invented()
     for column, joule in (("KE_lat", 3.0), ("KE_vert", 0.5), ("KE_roll", 0.5)):
@@ -730,29 +372,3 @@ def test_summary_row_measures_drift_by_the_initial_energy():
         run.data[column] = 0.0
     run.data["W_ext"] = np.linspace(0, 8, len(run.time))
     assert summary_row(run)["drift_relative"] == pytest.approx(2e-9/8)
-
-
-def test_document_is_the_same_for_any_number_of_processes(thrown: tuple[RunData, Path], tmp_path: Path,
-                                                          monkeypatch: pytest.MonkeyPatch):
-    """Two runs, which go to processes of their own; one page against time stands for all of them."""
-    monkeypatch.setattr(document, "PAGES", PAGES[:1])
-    monkeypatch.setattr(document, "overview_figures", lambda runs: [])
-    monkeypatch.setattr(document, "TOGETHER", 1)
-    run, geometry = thrown
-    documents = [tmp_path/f"{jobs}.pdf" for jobs in (1, 3)]
-    pages = [make_plots([run.file]*2, target, [geometry], jobs) for target, jobs in zip(documents, (1, 3), strict=True)]
-    assert pages == [3 + 2*3]*2         # contents, summary, geometry, the pages of the runs
-    assert documents[0].read_bytes() == documents[1].read_bytes()
-
-
-def test_plot_command_passes_on_what_it_is_told(thrown: tuple[RunData, Path], tmp_path: Path,
-                                               monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    asked = {}
-    monkeypatch.setattr(plot, "make_plots", lambda *words: asked.update(words=(*words[:4], words[5])) or 7)
-    run, geometry = thrown
-    target = tmp_path/"plots.pdf"
-    words = ["plot", str(run.file), "-o", str(target), "--geometry", str(geometry), "--geometry", "other.txt", "-j", "1",
-             "--map", "map.toml"]
-    assert main(words) == 0
-    assert asked["words"] == ([run.file], target, [geometry, Path("other.txt")], 1, Path("map.toml"))
-    assert capsys.readouterr().out == f"{target}: 7 pages\n"

@@ -1,7 +1,6 @@
 """Profile files as people have them: what is read, how it is placed and mended, and what is refused, with line and advice."""
 import random
 import re
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -198,38 +197,7 @@ def test_sides_and_sections_are_asked_by_number(tmp_path):
     assert "leave slice out" in refused(tmp_path, "one.prw", simpack(WHEEL, "wheel"), 2)
 
 
-def test_what_is_announced_and_taken_is_told(tmp_path):
-    short = miniprof(WHEEL, "wheel").replace(f"XYPoints={len(WHEEL)}", "XYPoints=617")
-    assert placed(tmp_path, "a.whl", short)[0].notes == ["615 points of the 617 announced"]
-    assert placed(tmp_path, "a.yz", "# taken: MiniProf, z turned over\n" + rows(WHEEL))[0].taken == "MiniProf, z turned over"
-    assert placed(tmp_path, "a.yz", rows(WHEEL))[0].taken == ""
-
-
-@pytest.mark.parametrize(("text", "quantum"), [
-    (lambda p: rows(p, digits=3), 1e-3), (lambda p: rows(p, digits=6), 1e-5),
-    (lambda p: rows((p/0.025).round()*0.025, digits=4), 0.025),
-    (lambda p: "".join(f"{y:.4E} {z:.4E}\n" for y, z in p), 1e-2)])
-def test_rounding_is_told(text, quantum, tmp_path):
-    assert placed(tmp_path, "a.yz", text(WHEEL))[0].quantum == pytest.approx(quantum, rel=1e-9)
-
-
 # ---- the origin of a wheel -----------------------------------------------------------
-TAPE = WHEEL - [70, 0]
-# y of the first point, from the tape circle: an LM wheel that begins at its chamfer, a coarse S1002.
-BEGINS = {"LM": (-64.5, 1), "coarse": (-59.9, 15)}
-
-
-@pytest.mark.parametrize("begins", BEGINS)
-@pytest.mark.parametrize("ending", [".prw", ".txt", ".wheel"])
-def test_tape_circle_is_the_origin_wherever_the_points_begin(begins, ending, tmp_path):
-    first, step = BEGINS[begins]
-    points = TAPE[TAPE[:, 0] >= first]
-    points = np.r_[points[:1], [[y, np.interp(y, *points.T)] for y in np.arange(-58, 59, 2.0)]] if step > 1 else points
-    text = simpack(points + [70, 0], "wheel") if ending == ".prw" else rows(points)
-    _, found = placed(tmp_path, "lm" + ending, text)
-    assert thickness(found.points) == pytest.approx(32.5, abs=0.3 if step > 1 else 0.005)
-    assert found.origin.startswith("tape circle at y = 0, 70 mm from the back")
-    assert found.points[0, 0] == pytest.approx(points[0, 0] + 70, abs=1e-4)
 
 
 def test_back_is_told_by_its_face_only():
@@ -253,26 +221,6 @@ def test_back_is_told_by_its_face_only():
     for wrong in 300.0, -33.0, 43.0:
         with pytest.raises(Error, match="correct wheel_back"):
             place(of_array(bare), "array", wheel_back=wrong)
-
-
-def test_zero_beside_the_flange_is_the_back():
-    for first, told in (0, True), (2.5, True), (3.2, False):
-        wheel = WHEEL[WHEEL[:, 0] >= first]
-        if told:
-            found = place(of_array(wheel), "array")
-            assert found.origin == "back of the wheel at y = 0" and found.points == pytest.approx(wheel)
-        else:
-            with pytest.raises(Error, match="wheel_back="):
-                place(of_array(wheel), "array")
-
-
-def test_convention_that_the_shape_contradicts_is_refused(tmp_path):
-    """A SIMPACK or GENSYS file whose y = 0 is the back; a face elsewhere."""
-    assert "wheel_back=" in refused(tmp_path, "a.wheel", rows(WHEEL))
-    shifted = simpack(shapes.with_faces(WHEEL) - [6, 0], "wheel")
-    assert "found a face of the back at -76 mm" in refused(tmp_path, "a.prw", shifted)
-    found = placed(tmp_path, "a.prw", shifted, wheel_back=-76.0)[1]
-    assert thickness(found.points) == pytest.approx(32.5, abs=0.005) and "wheel_back" in found.origin
 
 
 # ---- what is refused -----------------------------------------------------------------
@@ -324,56 +272,7 @@ def test_broken_file_is_refused(broken, tmp_path):
     assert words in refused(tmp_path, name, text)
 
 
-def test_no_file_and_a_folder_are_refused(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"none\.yz: cannot be opened for reading") as caught:
-        read_file(tmp_path/"none.yz")
-    assert isinstance(caught.value, Error)
-    with pytest.raises(Error, match="expected a file, found a folder"):
-        read_file(tmp_path)
-
-
-def test_arrays_of_other_shapes_are_refused():
-    assert of_array(WHEEL.T).points == pytest.approx(WHEEL)
-    for wrong in np.zeros(7), np.zeros((5, 3)), "points", WHEEL.tolist()[:5] + [[1.0]]:
-        with pytest.raises(Error, match=r"points: expected .*shape \(n, 2\)"):
-            of_array(wrong)
-    with pytest.raises(Error, match="line 3: expected millimetres"):
-        of_array(np.where(np.arange(615)[:, None] == 2, np.nan, WHEEL))
-
-
-def test_kind_of_the_caller_wins_but_does_not_contradict(tmp_path):
-    assert placed(tmp_path, "a.txt", rows(RAIL), kind="rail")[1].kind == "rail"
-    series = [placed(tmp_path, f"a{ending}", miniprof(points, kind))[1].kind
-              for ending, (kind, points) in zip((".whl", ".ban"), BOTH.items(), strict=True)]
-    assert series == ["wheel", "rail"]
-    said = refused(tmp_path, "a.prr", simpack(RAIL, "rail"), kind="wheel")
-    assert "expected a wheel, found a file that says it is a rail" in said
-    assert "expected a wheel, found the shape of a rail" in refused(tmp_path, "a.txt", rows(RAIL), kind="wheel")
-    assert "expected a rail, found the shape of a wheel" in refused(tmp_path, "a.ban", rows(WHEEL))
-    assert "expected unit" in refused(tmp_path, "a.txt", rows(WHEEL), unit="furlong")
-
-
-def test_a_count_at_the_end_is_dropped_by_its_line(tmp_path):
-    raw, found = placed(tmp_path, "a.yz", rows(WHEEL) + "615 615\n")
-    assert found.points == pytest.approx(WHEEL) and raw.notes == ["line 616, 615 615, is a count of points: dropped"]
-    for stray in "403 250\n", "160.0 40.0\n", "0 0\n":
-        _, found = placed(tmp_path, "a.yz", rows(WHEEL) + stray)
-        assert found.points == pytest.approx(WHEEL)
-        assert found.notes[0].startswith("line 616, ") and "off the profile" in found.notes[0]
-    assert "found a width of 615" in refused(tmp_path, "a.yz", rows(WHEEL) + "615 4\n")
-
-
 # ---- mending -------------------------------------------------------------------------
-def test_dense_points_do_not_repeat():
-    """4,543 points with five digits, 5 um apart on the corners: nothing is dropped or moved."""
-    s = np.r_[0, np.cumsum(np.hypot(*np.diff(RAIL, axis=0).T))]
-    corner = (s > 25) & (s < 35)
-    at = np.sort(np.r_[np.arange(25, 35, 0.005), np.linspace(0, s[-1], 2543)])
-    dense = np.column_stack([np.interp(at, s, RAIL[:, k]) for k in (0, 1)]).round(5)
-    assert corner.any() and len(dense) == 4543
-    found = mend(dense, np.arange(1, 4544), "dense")
-    assert found.notes == [] and len(found.points) == 4543
-    check(found.points, found.lines, "dense")
 
 
 def test_mending_says_what_it_did():
@@ -388,73 +287,3 @@ def test_mending_says_what_it_did():
     assert found.notes[2] == "2 that doubled back moved by up to 0.25 mm" and len(found.notes) == 3
     assert len(found.points) == len(found.lines) == 614 and np.isin(found.points, WHEEL).all()
     check(found.points, found.lines, "file")
-
-
-@pytest.mark.parametrize(("spacing", "noise"), [(0.02, 0.01), (0.02, 0.03), (0.1, 0.03), (0.4, 0.01)])
-def test_noise_above_the_spacing_puts_points_together(spacing, noise):
-    points = shapes.noisy(shapes.shape("awprof", spacing), noise, 1)
-    found = mend(points, np.arange(len(points)), "noisy")
-    check(found.points, found.lines, "noisy")
-    assert found.group == (4 if spacing == 0.02 and noise == 0.03 else 2 if spacing == 0.02 else 1)
-    assert (f"each {found.group} put together to one" in found.notes) == (found.group > 1)
-    assert len(found.points) > 0.8*len(points)/found.group
-
-
-def test_what_cannot_be_mended_is_refused_by_line():
-    tip = WHEEL[:, 1].argmin()
-    back = np.r_[np.arange(tip - 5), np.arange(tip + 5, tip - 6, -1), np.arange(tip + 6, 615)]
-    with pytest.raises(Error, match=rf"line {tip - 5}: .* crosses itself between lines {tip - 5} and {tip + 7}; "):
-        check(WHEEL[back], np.arange(1, 616), "loop")
-    spike = np.insert(WHEEL, 300, WHEEL[297] + [0, 0.2], axis=0)
-    with pytest.raises(Error, match=r"line \d+: expected a curve that turns by at most 120 degrees at a point, found 1\d\d; "):
-        check(spike, np.arange(1, 617), "spike")
-    scattered = WHEEL + np.random.default_rng(1).normal(0, 3, WHEEL.shape)
-    with pytest.raises(Error, match=r"scattered, line \d+: expected "):
-        found = mend(scattered, np.arange(1, 616), "scattered")
-        check(found.points, found.lines, "scattered")
-
-
-def test_points_off_the_ends_are_dropped():
-    points = WHEEL.copy()
-    points[-1] += [0, -5]
-    found = place(of_array(points), "array")
-    mended = mend(found.points, found.lines, "array")
-    assert found.notes == [] and mended.notes == ["1 off the curve by up to 4.989 mm dropped, line 615"]
-    assert mended.points == pytest.approx(WHEEL[:-1])
-    corner = np.r_[WHEEL, WHEEL[-1:] + [[0.2, 0.2]]]        # a chamfer begins
-    assert len(mend(corner, np.arange(616), "array").points) == 616
-
-
-def test_closed_rail_and_underside_are_cut():
-    whole = shapes.with_web(RAIL)
-    found = place(of_array(whole), "array")
-    assert found.kind == "rail" and found.notes == ["faces beyond the running surface left out"]
-    assert found.points == pytest.approx(RAIL[np.isin(RAIL[:, 0], found.points[:, 0])]) and len(found.points) > 500
-    foot = np.array([whole[-1], whole[-1] + [-2, -90], [112, -160], [112, -172], [-38, -172], [-38, -160],
-                     whole[0] + [2, -90], whole[0]])
-    way = np.r_[0, np.cumsum(np.hypot(*np.diff(foot, axis=0).T))]
-    at = np.arange(0.5, way[-1], 0.5)
-    closed = np.r_[whole, np.column_stack([np.interp(at, way, foot[:, k]) for k in (0, 1)])]
-    for start, signs in (0, 1), (400, 1), (400, DOWN), (1200, [1, 1]):
-        assert place(of_array(np.roll(closed, -start, axis=0)*signs), "array").points == pytest.approx(found.points)
-
-
-@pytest.mark.parametrize("worn", shapes.WORN_WHEELS)
-def test_worn_wheels_are_taken(worn):
-    wheel = shapes.WORN_WHEELS[worn](WHEEL)
-    for points in wheel, shapes.with_faces(wheel)*DOWN:
-        found = place(of_array(points), "array")
-        assert found.kind == "wheel" and found.origin == "back of the wheel at y = 0"
-        assert np.isin(found.points[:, 0], wheel[:, 0]).mean() > 0.96
-
-
-def test_reading_takes_milliseconds(tmp_path):
-    path = written(tmp_path, "a.yz", rows(shapes.shape("awprof")))
-    best = np.inf
-    for _ in range(5):
-        start = time.perf_counter()
-        found = place(read_file(path), "a.yz")
-        mended = mend(found.points, found.lines, "a.yz")
-        check(mended.points, mended.lines, "a.yz")
-        best = min(best, time.perf_counter() - start)
-    assert best < 0.02

@@ -2,12 +2,8 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
-import re
 import shutil
-import threading
-import zlib
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -19,18 +15,16 @@ from pypdf import PdfReader
 
 from invented import altered
 from ldbench import Case, Error, Event, _core, run
-from ldbench.__main__ import main
-from ldbench._core.kept import PACKAGE, is_up_to_date, program_digest, stamp_of, write_stamp
-from ldbench._core.pools import in_threads, processes
-from ldbench.case import data_folder
-from ldbench.commands import report
+from ldbench._core import pools
+from ldbench._core.kept import PACKAGE, is_up_to_date, program_digest, write_stamp
+from ldbench._core.pools import processes
 from ldbench.plots.series import PAGES
-from ldbench.report import abstract, authors, formulations, jobs, stretches, submission, twins
-from ldbench.report.jobs import Job, case_job, run_jobs, run_stale
-from ldbench.report.submission import geometry_jobs, make_report
+from ldbench.report import abstract, authors, formulations, stretches, submission, twins
+from ldbench.report.jobs import Job, case_job, run_jobs
+from ldbench.report.submission import make_report
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
-from running import CASES, REPO, command_error, namelist, once, run_case
+from running import CASES, REPO, namelist, once
 
 SMALL = {"n_lateral": 40, "n_roll": 9, "n_depth": 9}
 
@@ -100,40 +94,6 @@ def test_plots_have_pages_and_bookmarks(project: Path):
     assert "time [ms]" in document.pages[first + per_run - 1].extract_text()
     for k, page in enumerate(document.pages):
         assert f"{k + 1} / {len(document.pages)}" in page.extract_text()
-
-
-def test_abstract_says_what_the_runs_say(project: Path):
-    document = PdfReader(project/"outputs/ldbench_abstract.pdf")
-    assert len(document.pages) <= 4
-    words = " ".join(page.extract_text() for page in document.pages)
-    for pair in ("aw", "sw"):
-        run = read_data(project/f"outputs/ex3_{pair}.txt")
-        assert f"{run.first_contact('LF'):.5f}" in words
-        assert f"{1e-3*run.peak('LF')[0]:.0f}" in words
-        assert f"{1e3*run.result('clearance_left'):.2f}" in words
-    for name in ("Hertz", "Johnson", "Kalker", "Newmark", "Gonzalez", "Suzuki", "Pascal", "FRA/DTT", "reconstructions"):
-        assert name in words
-
-
-def test_pressures_of_the_abstract():
-    """The hardest first contact that is known; nothing where none is."""
-    rows = [{"case": "ex1_aw", "pmax_LF": 2.1e9, "patch_LF": 80e-6}, {"case": "ex4_aw", "pmax_LF": 6.66e9, "patch_LF": 1234e-6},
-            {"case": "ex5_aw", "pmax_LF": None, "patch_LF": None}]
-    assert abstract.pressure_facts(rows) == {"name": "ex4_aw", "largest": "6.7", "area": "1234"}
-    assert abstract.pressure_facts(rows[2:]) is None
-
-
-def test_summary_repeats_headers_and_columns(project: Path):
-    table = pd.read_csv(project/"outputs/summary.csv").set_index("case")
-    for pair in ("aw", "sw"):
-        run, row = read_data(project/f"outputs/ex3_{pair}.txt"), table.loc[f"ex3_{pair}"]
-        assert row["t_first_LF [s]"] == run.first_contact("LF") and row["peak_N_LF [N]"] == run.peak("LF")[0]
-        # The motion between the rows counts: it is less than half an interval's way at 1 m/s away from the rows.
-        assert row["Y_max [m]"] == run.results["farthest_left"] and row["t [s]"] == run.time[-1]
-        assert 0 <= row["Y_max [m]"] - run.values("Y").max() < 5e-5
-        energy = sum(run.values(f"KE_{part}")[0] for part in ("lat", "vert", "roll"))
-        assert row["drift_relative"] == pytest.approx(run.results["drift"]/energy, rel=1e-9)
-        assert np.isnan(row["t_derailment [s]"])
 
 
 LONG_AGO = 10**9      # [s]
@@ -234,40 +194,6 @@ def test_wrong_authors_are_told(text: str, expected: str, found: str, tmp_path: 
 
 # What counts as up to date -----------------------------------------------------------------
 
-@pytest.fixture
-def log(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Let jobs write what their namelists ask for and compute nothing; the list says what was run."""
-    lines: list[str] = []
-    lock = threading.Lock()
-
-    class Done:
-        def __init__(self, case: Case) -> None:
-            self.case = case
-
-        def write(self, columns: Path, geometry: str) -> None:
-            columns.write_text(f"columns of {self.case.case_name}")
-
-    def stand_in(case: Case, tell: object) -> Done:
-        if case.case_name == "bad":
-            raise Error("namelist, line 2, &wheelset mass: expected from 1 to 1E+6, found -1")
-        table = Path(case.table_path())
-        with lock:
-            if case.table_file and not table.exists():
-                lines.append(f"{case.case_name} builds {table.name}")
-                table.write_text("table")
-            lines.append(f"{case.case_name} runs")
-        return Done(case)
-
-    monkeypatch.setattr(jobs, "compute", stand_in)
-    return lines
-
-
-def taken(log: list[str]) -> list[str]:
-    """Take the lines so far out of the list."""
-    lines = list(log)
-    log.clear()
-    return lines
-
 
 def job(root: Path, name: str, table: str = "", **integrator: float) -> Job:
     for profile in ("wheel.yz", "rail.yz"):
@@ -277,25 +203,6 @@ def job(root: Path, name: str, table: str = "", **integrator: float) -> Job:
                     profiles={"wheel_profile": "wheel.yz", "rail_profile": "rail.yz"},
                     integrator={"dt": 1e-5, **integrator}, **({"table": {"file": table}} if table else {}))
     return Job(name, text, root/f"{name}.txt", root)
-
-
-def test_everything_a_run_depends_on_makes_it_run_again(tmp_path: Path, log: list[str], monkeypatch: pytest.MonkeyPatch):
-    one = job(tmp_path, "one")
-    assert run_stale([one], 1) == [one] and taken(log) == ["one runs"]
-    assert run_stale([one], 1) == [] and taken(log) == []
-    for change in (tmp_path/"wheel.yz", tmp_path/"rail.yz", one.product):
-        change.write_text(change.read_text() + "\n# changed\n")
-        assert run_stale([one], 1) == [one], change
-        assert run_stale([one], 1) == []
-    assert run_stale([replace(one, text=one.text + "! a comment\n")], 1)
-    assert stamp_of(one.product) == tmp_path/".ldbench/one.txt.stamp"
-    stamp_of(one.product).write_text("{")
-    assert run_stale([one], 1) == [one]
-    one.product.unlink()
-    assert run_stale([one], 1) == [one]
-    assert run_stale([one], 1, force=True) == [one]
-    monkeypatch.setattr(_core.kept, "program_digest", lambda: "another program")
-    assert run_stale([one], 1) == [one]
 
 
 @pytest.mark.parametrize("changed", ["viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py"])
@@ -314,190 +221,10 @@ def test_a_change_of_the_program_makes_its_products_again(changed: str, tmp_path
     assert not is_up_to_date(product, {})
 
 
-def test_touching_a_file_is_not_a_change(tmp_path: Path):
-    product = tmp_path/"product"
-    product.write_text("x")
-    write_stamp(product, {"a": "1"})
-    os.utime(product, (0, 0))
-    assert is_up_to_date(product, {"a": "1"}) and not is_up_to_date(product, {"a": "2"})
-    assert json.loads(stamp_of(product).read_text())["sources"] == {"a": "1"}
-
-
-def test_each_table_is_built_once(tmp_path: Path, log: list[str], monkeypatch: pytest.MonkeyPatch):
-    """No two of the jobs that may run side by side lack the same table."""
-    def looked_at(some: list[Job], *rest: object) -> None:
-        lacking = [one.table for one in some if not one.table.exists()]
-        assert len(set(lacking)) == len(lacking)
-        batches.append(len(some))
-        run_jobs(some, *rest)
-
-    batches: list[int] = []
-    monkeypatch.setattr(jobs, "run_jobs", looked_at)
-    six = [job(tmp_path, f"{pair}{k}", f"{pair}.table", t_end=0.1*k) for k in (1, 2, 3) for pair in "ab"]
-    assert run_stale(six, workers=4) == six and batches == [2, 4]
-    assert sorted(line for line in log if "builds" in line) == ["a1 builds a.table", "b1 builds b.table"]
-    assert sum("runs" in line for line in log) == 6
-
-
-def test_failed_run_is_named_with_its_reason(tmp_path: Path, log: list[str]):
-    good, bad = job(tmp_path, "good"), job(tmp_path, "bad")
-    with pytest.raises(Error, match=r"^bad: line 2, &wheelset mass: expected from 1 to 1E\+6, found -1$"):
-        run_stale([good, bad], workers=2)
-    assert not bad.product.exists() and not stamp_of(bad.product).exists()
-    assert run_stale([good], 1) == []
-
-
-def test_folder_without_namelists_is_an_error(tmp_path: Path):
-    with pytest.raises(Error, match="namelists"):
-        make_report(tmp_path, tmp_path, tmp_path/"outputs", 1)
-
-
 # Runs of jobs ------------------------------------------------------------------------------
-
-def flanging(root: Path, model: str, **output: str) -> Job:
-    """Exercise 2 to the left flange, with a coarse table and profiles that are not in `root`, in names of `root`."""
-    root.mkdir()
-    text = namelist(case={"name": model}, initial={"vY": 0.5, "roll_rate": 0.01667},
-                    profiles={"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
-                    contact={"model": model}, table={"file": "aw.table", **SMALL},
-                    integrator={"scheme": "energy", "dt": 1e-5, "t_end": 0.03}, output={"file": "columns.txt", **output})
-    return Job(model, text, root/"columns.txt", root)
-
-
-@pytest.mark.same_build
-@pytest.mark.parametrize("model", ["halfspace", "hertz"])
-def test_runs_in_this_process_write_the_bytes_of_the_executable(model: str, tmp_path: Path):
-    """Columns, geometry functions and contact table; the shipped profiles serve where the folder has none."""
-    here, there = (flanging(tmp_path/name, model, geometry_file="geometry.txt") for name in ("here", "there"))
-    shutil.copytree(REPO/"profiles", there.root/"profiles")
-    done = run_case(there.text, there.root, cwd=there.root)
-    assert run_stale([here], 1) == [here] and done.returncode == 0, done.stderr
-    for name in ("columns.txt", "geometry.txt", "aw.table"):
-        assert (here.root/name).read_bytes() == (there.root/name).read_bytes()
-    assert sorted(file.name for file in here.root.iterdir()) == [".ldbench", "aw.table", "columns.txt", "geometry.txt"]
-    assert run_stale([here], 1) == []
-
-
-def test_profiles_of_the_folder_come_before_those_of_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """As for the executable, whose working directory is the folder."""
-    job = flanging(tmp_path/"root", "hertz")
-    shutil.copytree(REPO/"profiles", job.root/"profiles")
-    wheel = job.root/"profiles/awprof.yz"
-    wheel.write_text(wheel.read_text() + "# mine\n")
-    monkeypatch.chdir(REPO)
-    run_stale([job], 1)
-    own = f"{zlib.crc32(wheel.read_bytes()):08X}"
-    assert own in job.product.read_text()
-
-
-@pytest.mark.same_build
-@pytest.mark.parametrize(("old", "new"), [
-    ("vY = 0.5", "vY = 'fast'"), ("'columns.txt'", "'missing/columns.txt'"), ("t_end = 0.03", "t_end = -1"),
-    ("profiles/awprof.yz", "profiles/none.yz")])
-def test_refusal_in_this_process_is_that_of_the_executable(old: str, new: str, tmp_path: Path):
-    job = flanging(tmp_path/"here", "hertz")
-    shutil.copytree(REPO/"profiles", job.root/"profiles")
-    job.product.write_text("earlier")
-    job = replace(job, text=job.text.replace(old, new))
-    with pytest.raises(Error) as error:
-        run_stale([job], 1)
-    assert job.product.read_text() == "earlier" and not stamp_of(job.product).exists()
-    words = re.sub(r"^ldbench: error: \S*case\.nml(, |: )", "hertz: ", run_case(job.text, job.root, cwd=job.root).stderr)
-    assert words == str(error.value).replace(f"{job.root}/", "") + "\n"
-
-
-def test_interrupt_ends_the_runs_of_this_process(tmp_path: Path):
-    """They would take hours; the columns are not written."""
-    jobs = [flanging(tmp_path/name, "hertz") for name in ("first", "second")]
-    quick = jobs[0]
-    endless = replace(jobs[1], text=jobs[1].text.replace("t_end = 0.03", "t_end = 1e5\n  stop_at = 't_end'")
-                      .replace("&output\n", "&output\n  interval = 0.1\n"))
-
-    def interrupt(job: Job) -> None:
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_jobs([endless, quick], 2, interrupt)
-    assert not endless.product.exists() and quick.product.exists()
-
-
-def test_interrupt_ends_the_runs_of_formulations(tmp_path: Path):
-    """Five that would take hours and five that are done at once, six at a time."""
-    for name, t_end in (("ex1_aw", 1e5), ("ex2_aw", 0.01)):
-        case = Case.exercise(int(name[2]), "aw").replace(model="hertz", **SMALL, table_file="", t_end=t_end,
-                                                         interval=t_end/100, stop_at="t_end")
-        case.to_namelist(tmp_path/f"{name}.nml")
-
-    def interrupt() -> None:
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        formulations.outcomes(tmp_path, 6, interrupt)
-    (tmp_path/"ex1_aw.nml").unlink()
-    assert [found.formulation for found in formulations.outcomes(tmp_path, 2)] == list(formulations.FORMULATIONS)
 
 
 # The shipped inputs ------------------------------------------------------------------------
-
-@pytest.mark.parametrize("case", CASES)
-def test_shipped_input_runs_as_it_stands(case: str):
-    """So that a column file of the report is the executable's for that input, byte by byte."""
-    file = REPO/"inputs"/f"{case}.nml"
-    plain = case_job(file, REPO/"outputs", REPO)
-    assert plain.text == file.read_text() and plain.product == REPO/f"outputs/{case}.txt"
-
-
-def test_other_folder_changes_the_output_only(tmp_path: Path):
-    import f90nml
-
-    file = REPO/"inputs/ex1_aw.nml"
-    before, after = (f90nml.reads(case_job(file, folder, REPO).text) for folder in (REPO/"outputs", tmp_path))
-    assert after["output"].pop("file") == str(tmp_path/"ex1_aw.txt")
-    assert before["output"].pop("file") == "outputs/ex1_aw.txt"
-    assert before == after
-
-
-def test_one_geometry_run_per_pair_of_profiles(tmp_path: Path):
-    cases = [case_job(REPO/"inputs"/f"{case}.nml", tmp_path, REPO) for case in CASES]
-    shapes = geometry_jobs(cases, tmp_path)
-    assert [job.product.name for job in shapes] == ["geometry_aw.txt", "geometry_sw.txt"]
-    assert {job.table for job in shapes} == {job.table for job in cases}
-    assert all(job.cost < 1e-3*case.cost for job in shapes for case in cases)
-
-
-def test_row_of_a_run_without_events_is_empty_where_nothing_happened(project: Path):
-    run = read_data(project/"outputs/ex3_aw.txt")
-    run = altered(run, {"events": ()}, {"end": "t_end", **{name: None for name in run.results if name.startswith(("n_", "peak_"))}})
-    row = summary_row(run)
-    assert row["t_return"] is None and row["t_derailment"] is None and row["peak_N_RF"] is None
-    assert row["t_first_LF"] == pytest.approx(read_data(run.file).first_contact("LF"), abs=1e-4)
-
-
-def test_elastic_results_of_a_report_are_those_of_its_files(project: Path):
-    kept = json.loads((project/"outputs/.ldbench/formulations.json").read_text())
-    outcomes = [found for found in kept if found["formulation"] == "elastic"]
-    assert [found["case"] for found in outcomes] == ["ex3_aw", "ex3_sw"]
-    for found in outcomes:
-        submitted = read_data(project/f"outputs/{found['case']}.txt")
-        assert found["results"]["t_first_LF"] == submitted.first_contact("LF")
-        assert found["results"]["peak_N"] == submitted.peak("LF")[0]
-        assert found["drift"] == summary_row(submitted)["drift_relative"]
-        assert set(found["curves"]["t"]) <= set(submitted.time)
-
-
-def test_pages_of_formulations_name_the_profiles_of_the_files(project: Path):
-    """Not those that the names of the cases tell."""
-    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/.ldbench/formulations.json").read_text())]
-    assert {(o.pair, o.profiles) for o in kept} == {("aw", "actual profiles"), ("sw", "simplified profiles")}
-    other = [replace(o, profiles="s1002.yz on 60e1.yz") if o.pair == "aw" else o for o in kept]
-    titles = [ax.get_title(loc="left") for ax in formulations.exercises_page(other, [3]).axes if ax.get_title(loc="left")]
-    assert titles == ["s1002.yz on 60e1.yz", "simplified profiles"]
-    both = [replace(o, case=o.case.replace("ex3", "ex4")) for o in other]
-    titles = [ax.get_title(loc="left") for ax in formulations.exercises_page(other + both, [3, 4]).axes]
-    assert [title for title in titles if title] == [
-        f"Exercise {k}, {pair}" for k in (3, 4) for pair in ("s1002.yz on 60e1.yz", "simplified profiles")]
-    words = [text.get_text() for text in formulations.values_page(other).axes[0].texts]
-    assert words[:2] == ["s1002.yz on 60e1.yz", "simplified profiles"]
 
 
 def test_values_of_formulations_stand_under_their_pair(project: Path):
@@ -562,37 +289,13 @@ def test_exercise_5_derails_at_one_load(tmp_path: Path):
         assert found.results["F_derailment"] == pytest.approx(derailment.force, abs=1 if not submitted else 0)
 
 
-def test_a_report_from_another_folder_writes_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Inputs and profiles are the shipped ones."""
-    monkeypatch.chdir(tmp_path)
-    asked: list[tuple[Path, Path, Path]] = []
-    monkeypatch.setattr(report, "make_report", lambda *given: asked.append(given[:3]) or [])
-    assert main(["report"]) == 0
-    assert asked == [(tmp_path, data_folder()/"inputs", tmp_path/"outputs")]
-    Path("outputs").mkdir()
-    Path("ex1_aw.nml").write_text(namelist(
-        case={"name": "ex1_aw"}, contact={"model": "hertz"}, table={"file": "outputs/aw.table", **SMALL},
-        integrator={"dt": 1e-5, "t_end": 1e-3, "stop_at": "t_end"}))
-    run_jobs([case_job(Path("ex1_aw.nml"), tmp_path/"outputs", tmp_path)], 1)
-    assert {file.name for file in Path("outputs").iterdir()} == {".ldbench", "aw.table", "ex1_aw.txt"}
-
-
-@pytest.mark.parametrize(("file", "name"), [("ex1_own", "ex1_own"), ("ex1_aw", "mine"), ("ex6_aw", "ex6_aw"),
-                                              ("example", "example")])
-def test_other_names_than_the_exercises_are_refused(file: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path/f"{file}.nml").write_text(namelist(case={"name": name}))
-    for command in ["report", "--inputs", "."], ["report", "--inputs", str(tmp_path)]:
-        error = command_error(*command)
-        assert Path(str(error.file)).name == f"{file}.nml" and (error.group, error.variable) == ("case", "name")
-        assert error.found.startswith(f"'{name}'; ")
-
-
-def test_no_more_processes_and_threads_than_tasks():
-    done: list[int] = []
-    in_threads(lambda task, tell: task, [1, 2], 10**6, lambda task, result: done.append(result))
-    assert sorted(done) == [1, 2]
-    before = len(multiprocessing.active_children())
-    with processes(10**6, 2):
-        assert len(multiprocessing.active_children()) == before + 2
-    assert len(multiprocessing.active_children()) == before
+def test_work_of_processes_is_done_here_where_the_system_has_no_fork(monkeypatch):
+    """Results come in the order of the tasks, and an error comes with the result that is asked for."""
+    monkeypatch.setattr(pools, "FORKS", False)
+    seen: list[int] = []
+    with processes(4, 3, [lambda n: seen.append(n) or 10*n]) as pool:
+        asked = [pool.submit(0, n) for n in (1, 2)] + [pool.submit(int, "no number")]
+        assert seen == [1, 2] and [future.result() for future in asked[:2]] == [10, 20]
+        assert list(pool.map(abs, [-1, -2])) == [1, 2]
+        with pytest.raises(ValueError, match="no number"):
+            asked[2].result()

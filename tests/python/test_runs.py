@@ -3,39 +3,28 @@ from __future__ import annotations
 
 import copy
 import errno
-import inspect
 import math
 import multiprocessing
 import operator
 import pickle
 import re
-import subprocess
-import sys
-import threading
-import time
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import FrozenInstanceError
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import f90nml
-import matplotlib
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
-from pypdf import PdfReader
 
 import ldbench
 from ldbench.case import shortest_name, variables
-from ldbench.plots.series import PAGES
-from ldbench.plots.style import RC, ldbench_style
 from ldbench.profile import Profile
 from ldbench.results.header import Header, read_groups
 from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
 from ldbench.results.run_data import read_data
 from ldbench.runs import compute
-from running import HANG, REPO, Run, alike, command_error
+from running import REPO, Run, alike
 
 # The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
 KINDS: dict[str, dict[str, Any]] = {
@@ -97,25 +86,6 @@ def test_memory_and_file_tell_the_same(both: tuple[ldbench.Run, ldbench.Run]):
     for kind in "left flange contact", "centre passage", "derailment":
         assert memory.count(kind) == file.count(kind) is not None and alike(memory.first(kind), file.first(kind))
     assert memory.seconds > 0 and math.isnan(file.seconds)
-
-
-def test_names_of_results_are_those_of_every_run(both: tuple[ldbench.Run, ldbench.Run]):
-    assert list(both[0].results) == list(both[1].results)
-    assert set(both[0].results) == set(ldbench.run(small(formulation="bilateral", t_end=1e-3)).results)
-
-
-def test_results_tell_the_formulation(both: tuple[ldbench.Run, ldbench.Run]):
-    """A result that only some runs have is NaN or 0 in the others."""
-    run = both[0]
-    assert (run.results["lost"] > 0) == (run.formulation == "unilateral")
-    assert (run.results["peak_P_LF"] > 0) == (run.formulation != "elastic")
-    known = [math.isfinite(run.results[f"frequency_{k}"]) for k in (1, 2, 3)]
-    assert known == [True] + 2*[run.formulation == "elastic"]
-    assert (run.results["clearance_left"] == run.results["clearance_right"]) == ("left wheel" not in run.header.profiles)
-    assert all(math.isnan(event.force) == ("lateral_ramp" not in repr(run.case)) for event in run.events)
-    impacts = [event for event in run.events if event.impulses]
-    assert bool(impacts) == (run.formulation != "elastic") and all(max(event.impulses.values()) > 0 for event in impacts)
-    assert sum(event.loss for event in impacts) == pytest.approx(run.results["lost"], rel=1e-6, abs=1e-9)
 
 
 def test_every_number_of_results_has_words_and_a_unit_or_is_a_count(both: tuple[ldbench.Run, ldbench.Run]):
@@ -241,19 +211,6 @@ def test_runs_go_to_processes_and_come_back(method: str, elastic: tuple[ldbench.
     assert {Path(path).read_bytes() for path in written} == {file.file.read_bytes()}
 
 
-def test_a_run_that_comes_from_another_process_serves_further_runs(elastic: tuple[ldbench.Run, ldbench.Run]):
-    """The table of such a run is made again when it is asked for."""
-    memory = elastic[0]
-    for run in pickle.loads(pickle.dumps(memory)), elastic[1]:
-        further = ldbench.run(memory.case.replace(vY=0.9), table=run.table)
-        assert further.data.equals(ldbench.run(memory.case.replace(vY=0.9), table=memory.table).data)
-
-
-def test_an_event_made_by_hand_can_be_copied():
-    event = ldbench.Event(0.1, "derailment")
-    assert alike(pickle.loads(pickle.dumps(event)), event) and alike(copy.deepcopy(event), event)
-
-
 def test_xarray_has_columns_units_and_results(both: tuple[ldbench.Run, ldbench.Run]):
     pytest.importorskip("xarray")
     for run in both:
@@ -272,28 +229,6 @@ def test_xarray_has_columns_units_and_results(both: tuple[ldbench.Run, ldbench.R
         assert found.attrs == {"case": run.name, "title": run.header.title, **told}
         frame = found[[name for name in run.data if name != "time"]].to_dataframe().reset_index()[list(run.data)]
         assert np.array_equal(frame, run.data, equal_nan=True)
-
-
-@pytest.mark.parametrize("kind", [0, 1], ids=["memory", "file"])
-def test_xarray_is_stored_with_all_that_it_has(kind: int, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
-    xarray = pytest.importorskip("xarray")
-    pytest.importorskip("zarr")
-    found = elastic[kind].to_xarray()
-    found.to_zarr(tmp_path/"run.zarr", zarr_format=2)
-    with xarray.open_zarr(tmp_path/"run.zarr") as stored:
-        assert stored.load().identical(found)
-
-
-def test_pandas_keeps_columns_and_units(both: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
-    """Copies and pickles keep the units of the columns; for a CSV file a map tells them."""
-    for run in both:
-        frame, units = run.data, run.data.attrs["units"]
-        frame.to_pickle(tmp_path/"frame")
-        for again in frame.copy(), pickle.loads((tmp_path/"frame").read_bytes()):
-            assert again.equals(frame) and again.attrs["units"] == units
-        frame.to_csv(tmp_path/"frame.csv", index=False)
-        again = ldbench.read_columns(tmp_path/"frame.csv", {name: {"column": name, "unit": unit} for name, unit in units.items()})
-        assert again.equals(frame) and again.attrs["units"] == units
 
 
 # Another code's file -----------------------------------------------------------------------
@@ -318,75 +253,6 @@ def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elas
         assert error.value.file == str(other.file) and error.value.found == "none"
     assert repr(other).startswith("Run('theirs', ") and "theirs" in other._repr_html_()
     assert pickle.loads(pickle.dumps(other)).data.equals(other.data)
-
-
-def test_another_code_s_file_is_written_and_converted(other: ldbench.Run, tmp_path: Path):
-    pytest.importorskip("xarray")
-    assert Path(other.write(tmp_path/"copy.csv")).read_bytes() == other.file.read_bytes()
-    found = other.to_xarray()
-    assert found.Y.attrs == {"units": "m"} and found.attrs == {"case": "theirs", "title": ""}
-
-
-@pytest.mark.parametrize("columns", ["a,b\n1,2\n3,4\n", "time,mine\n1,2\n3,4\n"], ids=["no time", "time"])
-def test_a_file_without_columns_of_ours_has_no_pages(columns: str, tmp_path: Path):
-    (tmp_path/"theirs.csv").write_text(columns)
-    run = ldbench.read_run(tmp_path/"theirs.csv")
-    with pytest.raises(ldbench.Error) as error:
-        run.save_plots(tmp_path/"page.pdf")
-    assert error.value.file == str(run.file) and error.value.found == ", ".join(run.data)
-    assert command_error("plot", run.file, "-o", tmp_path/"page.pdf").file == str(run.file)
-    assert [file.name for file in tmp_path.iterdir()] == ["theirs.csv"]
-
-
-def test_a_geometry_file_has_columns_and_what_was_known_before_the_run(elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
-    memory = elastic[0]
-    memory.write(tmp_path/"columns.txt", tmp_path/"geometry.txt")
-    run = ldbench.read_run(tmp_path/"geometry.txt")
-    assert run.data.equals(ldbench.read_columns(run.file)) and run.case == memory.case and run.events == []
-    assert run.results["clearance_left"] == memory.results["clearance_left"] and "end" not in run.results
-    assert repr(run) == f"Run('ex3_aw', {len(run.data)} rows of {run.file})" and "ex3_aw" in run._repr_html_()
-
-
-def test_one_function_plots_every_run(other: ldbench.Run, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path,
-                                      monkeypatch: pytest.MonkeyPatch):
-    """Memory and file give the same pages; few columns give the pages that show them. Some of the pages stand for all."""
-    monkeypatch.chdir(tmp_path)
-    some = tuple(page for page in PAGES if page.title in ("motion", "contact forces"))
-    monkeypatch.setattr("ldbench.plots.document.PAGES", some)
-    titles = []
-    for run, files in zip((*elastic, other), (["memory.pdf"], ["file.pdf"], []), strict=True):
-        written = run.save_plots(*files)
-        assert written == Path(files[0] if files else "theirs.pdf")     # without a file, by the name of the run
-        document = PdfReader(written)
-        figures = run.plot()
-        assert len(document.pages) == len(figures) and all(type(figure) is Figure for figure in figures)
-        assert figures._repr_html_().count('src="data:image/png;base64,') == len(figures)
-        titles.append([page.extract_text() for page in document.pages])
-    assert titles[0] == titles[1] and len(titles[0]) == len(some) + 2 == 4 and len(titles[2]) == 3
-    assert "theirs: motion" in titles[2][0] and "theirs: contact forces" in titles[2][1]
-    with pytest.raises(ldbench.Error) as error:
-        other.save_plots("page.png")
-    assert (error.value.file, error.value.found) == ("page.png", ".png")
-    # Threads that draw beside each other leave the settings of matplotlib as they were: the first to begin ends first.
-    before, inside = {name: matplotlib.rcParams[name] for name in RC}, threading.Event()
-
-    def draw(first: bool) -> None:
-        _ = first or inside.wait(HANG)
-        with ldbench_style():
-            inside.set()
-            time.sleep(0.1 if first else 0.3)
-
-    with ThreadPoolExecutor() as pool:
-        list(pool.map(draw, (True, False)))
-    assert {name: matplotlib.rcParams[name] for name in RC} == before != RC
-
-
-def test_one_page_shows_every_run(other: ldbench.Run, elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
-    memory, file = elastic
-    page = ldbench.view(memory, file, other, title="three").write(tmp_path/"three.html").read_text()
-    assert "<title>three</title>" in page and page.count('<script type="text/plain" id="run') == 3
-    assert memory.view().html.count('<script type="text/plain" id="run') == 1
-    assert ldbench.view(file.file).html == file.view().html
 
 
 # Files that are not there ------------------------------------------------------------------
@@ -417,48 +283,6 @@ def test_a_file_that_is_not_there_is_not_found(name: str, tmp_path: Path):
     assert error.value.file == str(tmp_path/name)
 
 
-@pytest.mark.parametrize("where", ["here", "beside dask", "there"])
-def test_errors_come_from_other_processes_as_they_are(where: str, tmp_path: Path):
-    """They are the same Errors beside Dask too, which pickles exceptions in a way of its own."""
-    if where == "beside dask":
-        pytest.importorskip("distributed")
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        for wrong in (lambda: ldbench.Case(dt=-1), missing(tmp_path)["columns.txt"], missing(tmp_path)["wheel.yz"]):
-            with pytest.raises(ldbench.Error) as error:
-                wrong()
-            again = pickle.loads(pickle.dumps(error.value)) if where != "there" else pool.submit(copy.copy, error.value).result()
-            assert type(again) is type(error.value) and str(again) == str(error.value)
-            assert vars(again) == vars(error.value) and getattr(again, "errno", 0) == getattr(error.value, "errno", 0)
-
-
-PLACES = {
-    "case.nml, line 3, &contact model: expected one of strip hertz, found 'x'  [model = 'x']":
-        ("case.nml", 3, "contact", "model", "one of strip hertz", "'x'"),
-    "case.nml, &profiles wheel_profile: a, b.yz, line 2: expected two numbers, found '1 x'":
-        ("a, b.yz", 2, "profiles", "wheel_profile", "two numbers", "'1 x'"),
-    "case.nml: profiles/none.yz: cannot be opened for reading": ("profiles/none.yz", None, None, None, None, None),
-    "columns.txt, header, &table n_roll: expected a whole number, found none":
-        ("columns.txt", None, "table", "n_roll", "a whole number", "none"),
-    "case, &wheelset vertical_load = 3.0 N: expected an equilibrium, found none":
-        ("case", None, "wheelset", "vertical_load", "an equilibrium", "none"),
-    "stopped": (None, None, None, None, None, None),
-    "expected a case, found none": (None, None, None, None, "a case", "none"),
-}
-
-
-@pytest.mark.parametrize("words", PLACES)
-def test_an_error_tells_the_parts_of_its_text(words: str):
-    error = ldbench.Error(words)
-    assert (error.file, error.line, error.group, error.variable, error.expected, error.found) == PLACES[words]
-    assert str(error) == words
-
-
-def test_a_folder_in_the_place_of_a_file_is_there(tmp_path: Path):
-    with pytest.raises(ldbench.Error) as error:
-        ldbench.read_run(tmp_path)
-    assert not isinstance(error.value, FileNotFoundError) and error.value.file == str(tmp_path)
-
-
 # Cases -------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("case", [
@@ -467,21 +291,6 @@ def test_a_folder_in_the_place_of_a_file_is_there(tmp_path: Path):
 def test_the_words_of_a_case_are_the_case(case: ldbench.Case):
     again = eval(repr(case), {"Case": ldbench.Case})
     assert again == case and again.values == case.values and hash(again) == hash(case)
-
-
-def test_every_variable_is_an_attribute_with_a_docstring():
-    """dir() lists each variable under one name; it goes by every other name as well."""
-    names = [shortest_name(k) for k in range(len(variables()))]
-    attributes = [name for name in dir(ldbench.Case) if isinstance(getattr(ldbench.Case, name), property)]
-    assert sorted(names) == sorted(attributes) and len({name.lower() for name in names}) == len(names)
-    case = ldbench.Case.exercise(2)
-    for name, variable, value in zip(names, variables(), case.values, strict=True):
-        words = getattr(ldbench.Case, name).__doc__
-        assert words.startswith(variable.name) and variable.meaning and variable.meaning in words
-        assert variable.unit == "1" or f" [{variable.unit}]:" in words or not variable.unit
-        assert variable.range in words and f"(&{variable.group})" in words and variable.default.strip() in words
-        expected = case.title if name == "title" else value        # a title that is empty is made from the others
-        assert getattr(case, name) == getattr(case, f"{variable.group}_{variable.name}") == getattr(case, name.upper()) == expected
 
 
 def test_a_case_describes_every_variable():
@@ -510,137 +319,7 @@ def test_a_misspelt_variable_names_the_nearest(wrong: str, meant: str):
     assert nothing.value.found == "qqqqq"
 
 
-def test_nothing_changes_what_was_run(elastic: tuple[ldbench.Run, ldbench.Run]):
-    for run in elastic:
-        results, events = run.results, run.events
-        results["drift"] = 0.0
-        events.clear()
-        assert run.results["drift"] != 0 and run.events
-        with pytest.raises(FrozenInstanceError):
-            run.header.title = "another"
-        for name in "results", "events", "file", "header", "ending":
-            with pytest.raises(AttributeError):
-                setattr(run, name, None)
-        with pytest.raises(AttributeError):
-            run.events[0].t = 0.0
-        named = run.named("another")
-        assert (named.name, run.name) == ("another", "ex3_aw") and type(named) is ldbench.Run and named.data is run.data
-    case = elastic[0].case
-    for name in "vY", "vy", "initial_vY", "values", "label", "speed":
-        with pytest.raises(AttributeError):
-            setattr(case, name, 1.0)
-        with pytest.raises(AttributeError):
-            delattr(case, name)
-    for name in "equilibrium", "clearance", "weight", "accuracy":
-        with pytest.raises(AttributeError):
-            setattr(elastic[0].table, name, 1.0)
-
-
 # The package -------------------------------------------------------------------------------
-
-FUNCTIONS = [name for name in ldbench.__all__ if inspect.isfunction(getattr(ldbench, name))]
-
-
-def test_no_module_takes_the_name_of_a_function():
-    """Only commands have such names, for users call them so."""
-    assert sorted(FUNCTIONS) == ["ensemble", "read_columns", "read_run", "run", "view"]
-    package = Path(ldbench.__file__).parent
-    modules = [path for path in package.rglob("*") if path.suffix == ".py" or (path/"__init__.py").exists()]
-    assert len(modules) > 50
-    assert not [path for path in modules if path.stem in FUNCTIONS and path.parent != package/"commands"]
-
-
-IMPORTED = """
-import importlib, inspect, pkgutil, sys
-import ldbench
-names = [module.name for module in pkgutil.walk_packages(ldbench.__path__, "ldbench.")]
-for name in sorted(names, reverse=sys.argv[1] == "backwards"):
-    importlib.import_module(name)
-from ldbench.commands import ensemble, run, view
-print(len(names), *(name for name in ldbench.__all__ if inspect.ismodule(getattr(ldbench, name))))
-"""
-
-
-@pytest.mark.parametrize("order", ["forwards", "backwards"])
-def test_functions_stay_functions_whatever_is_imported(order: str):
-    done = subprocess.run([sys.executable, "-c", IMPORTED, order], capture_output=True, text=True, timeout=HANG)
-    assert done.returncode == 0, done.stderr
-    number, *taken = done.stdout.split()
-    assert int(number) > 50 and not taken
-
-
-SCRIPT = """
-from pathlib import Path
-from typing import Any
-
-import numpy as np
-
-import ldbench
-from ldbench import Case, ContactTable, Error, Event, Run
-
-
-def told(stage: str, share: float) -> None:
-    print(stage, share)
-
-
-case = Case(vY=0.3, output_file="fast.txt").replace(dt=5e-6)
-other: Case = Case.exercise(1, "aw")
-speed: float = other.vY
-table = ContactTable(case, progress=told)
-force: np.ndarray[Any, Any] = table.force(0.0, table.equilibrium, [0.0, 1e-3], wheel="left", outside="nan")
-done: Run = ldbench.run(case, progress=True, table=table)
-path: str = done.write("columns.txt")
-read: Run = ldbench.read_run(Path("other.csv"), map={"time": "t", "Y": {"column": 2, "unit": "mm"}})
-drift: float = done.result("drift")
-results: dict[str, Any] = read.results
-events: list[Event] = done.events
-first: Event | None = done.first("left flange contact")
-peak: tuple[float, float] | None = done.peak("LF")
-pages: int = len(done.plot())
-plots: Path = done.save_plots("plots.pdf")
-page: Path = ldbench.view(done, "other.txt", title="both").write("both.html")
-largest: float = done["N_LF"].max()
-rows: int = len(done)
-ended: tuple[bool, int, str] = done.success, done.status, done.message
-struck: list[ldbench.ContactInterval] = done.impacts(["LF"])
-values: dict[str, float] = {"vY": 0.4, "mass": 1500.0}
-varied: Case = case.replace(values, n_roll=20, wheel_profile=Path("wheel.yz"))
-by_group: float = varied.initial_vY + varied.table_roll
-if first is not None:
-    print(f"{first.t:.6f} {first.kind} {first.force:.1f} {dict(first.impulses)} {first.loss}")
-try:
-    frame = ldbench.read_columns("columns.txt")
-    print(frame["Y"].max(), ldbench.ensemble(case, {"mass": [1400.0, 1600.0]}, threads=2))
-except FileNotFoundError as error:
-    print(error)
-except Error as error:
-    line: int | None = error.line
-    words: list[str | None] = [error.file, error.group, error.variable, error.expected, error.found]
-"""
-
-WRONG = """
-import ldbench
-
-case = ldbench.Case(vYY=3.0)
-case = ldbench.Case(vY="fast")
-case = case.replace(n_roll=2.5)
-case.vY = 0.3
-print(case.nonsense)
-ldbench.run({"vY": 0.3})
-ldbench.run(case, tables=None)
-ldbench.ContactTable(case).force(0.0, 0.0, 0.0, wheel="front")
-"""
-
-
-def test_types_of_the_interface_are_told(tmp_path: Path):
-    """A script passes the strictest check, and each wrong line of another one is found."""
-    pytest.importorskip("mypy")
-    (tmp_path/"script.py").write_text(SCRIPT)
-    (tmp_path/"wrong.py").write_text(WRONG)
-    words = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(REPO/"build/mypy"), "script.py", "wrong.py"]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
-    found = {line.partition(": error: ")[0] for line in done.stdout.splitlines() if ": error: " in line}
-    assert found == {f"wrong.py:{k}" for k in range(4, 12)}, done.stdout
 
 
 def test_a_run_is_a_mapping_of_columns_and_ends_as_in_scipy(elastic: tuple[ldbench.Run, ldbench.Run], other: ldbench.Run):

@@ -340,80 +340,6 @@ def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, list[str]], None] =
     return failures
 
 
-# ---- threads at the same moment --------------------------------------------------------
-THREADS = 4
-SHARED = 84                 # inputs that `make fuzz` gives to the threads
-
-
-def outcome_of(data: bytes, folder: Path, name: str) -> tuple[str, bytes]:
-    """What comes of one mutated namelist: the message that refuses it, or the column file of a short run of rigid contacts."""
-    import ldbench
-
-    source, columns = folder/f"{name}.nml", folder/f"{name}.txt"
-    source.write_bytes(data)
-    try:
-        case = ldbench.Case.from_namelist(source)
-        assert ldbench.Case.from_namelist(case.to_namelist()) == case
-        case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, rows="interval", t_end=2e-3, stop_at="t_end",
-                            table_file="", output_file="", geometry_file="", name="mutant", wheel_profile="profiles/awprof.yz",
-                            rail_profile="profiles/arprof.yz", wheel_profile_right="", rail_profile_right="")
-        ldbench.run(case).write(columns)
-    except ldbench.Error as error:
-        check_message(str(error))
-        return str(error).replace(f"{name}.nml", "mutant.nml"), b""
-    finally:
-        source.unlink()
-    written = columns.read_bytes()
-    columns.unlink()
-    return "", b"".join(line for line in written.splitlines(True) if b"processor time" not in line)
-
-
-def threads_at_once(seeds: range, folder: Path) -> list[str]:
-    """Failures of mutated namelists that several threads read, run and write at the same moment, as one thread did before;
-    THREADS of them write one file as well."""
-    import threading
-    from concurrent.futures import ThreadPoolExecutor
-
-    import ldbench
-
-    sources = [(REPO/"inputs"/f"{name}.nml").read_bytes() for name in CASES]
-    sources.append(namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode())
-    mutants = {seed: mutate(rng.choice(sources), rng) if seed % 3 else rng.choice(sources)
-               for seed in seeds for rng in [random.Random(seed)]}
-    alone = {seed: outcome_of(data, folder, "alone") for seed, data in mutants.items()}
-    together = threading.Barrier(THREADS)
-    runs = [ldbench.run(ldbench.Case.exercise(1).replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3*(k + 1),
-                                                         stop_at="t_end")) for k in range(THREADS)]
-    whole = [Path(run.write(folder/"one.txt")).read_bytes() for run in runs]
-    failures = []
-
-    def work(k: int) -> None:
-        for seed, data in mutants.items():
-            together.wait(HANG)
-            try:
-                found = outcome_of(data, folder, f"thread{k}")
-                runs[k].write(folder/"one.txt")
-                if found != alone[seed]:
-                    failures.append(f"{seed} threads: {found[0] or 'columns'}, alone: {alone[seed][0] or 'columns'}")
-                if (folder/"one.txt").read_bytes() not in whole:
-                    failures.append(f"{seed} threads: a file that several wrote is none of theirs")
-            except Exception as error:
-                failures.append(f"{seed} threads: {type(error).__name__}: {error}")
-
-    with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(work, range(THREADS)))
-    left = [path.name for path in folder.iterdir() if path.name != "one.txt"]
-    return failures + [f"files left: {left}"]*bool(left)
-
-
-def in_a_child_of_threads(seeds: range) -> str:
-    """What `threads_at_once` finds, in a process of its own, which may die; nothing where all is well."""
-    with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run([sys.executable, __file__, "--threads", str(seeds.start), str(seeds.stop)], cwd=folder,
-                              env=environment(), capture_output=True, text=True, timeout=HANG)
-        return done.stdout + done.stderr + (f"ended with {done.returncode}\n" if done.returncode else "")
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("n", type=int, nargs="?", default=2000)
@@ -431,17 +357,10 @@ def main() -> int:
 
     failures = fuzz(args.n, args.seed, args.jobs, tell)
     print(f", {len(failures)} failures")
-    together = in_a_child_of_threads(range(args.seed, args.seed + SHARED))
-    print(together, end=f"{SHARED} inputs by {THREADS} threads at the same moment, {'failures' if together else 'no failure'}\n")
-    return bool(failures or together)
+    return bool(failures)
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--threads"]:
-        with tempfile.TemporaryDirectory() as scratch:
-            found = threads_at_once(range(int(sys.argv[2]), int(sys.argv[3])), Path(scratch))
-        print("".join(f"{failure}\n" for failure in found), end="")
-        sys.exit()
     if sys.argv[1:2] == ["--child"]:
         be_child(range(int(sys.argv[2]), int(sys.argv[3])))
         sys.exit()

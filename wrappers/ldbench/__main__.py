@@ -8,6 +8,7 @@ import io
 import os
 import re
 import signal
+import subprocess
 import sys
 import threading
 from collections.abc import Iterable
@@ -135,7 +136,7 @@ def run_command(arguments: list[str] | None) -> int:
         reason = str(error)
     except BrokenPipeError:
         discard_output()
-        return 128 + signal.SIGPIPE
+        return 128 + 13     # as the shell says of SIGPIPE
     except OSError as error:
         words = error.strerror or str(error)
         reason = f"{error.filename}: {words}" if error.filename else words
@@ -149,6 +150,18 @@ def run_command(arguments: list[str] | None) -> int:
         return 128 + int(*stopped.args or (signal.SIGINT,))
     print(f"ldbench: error: {' '.join(reason.split())}", file=sys.stderr)
     return 1
+
+
+def program() -> int:
+    """The command `ldbench` that pip installs. A command and an option are for this module. A namelist file, or a namelist on
+    standard input, is for the executable beside the extension."""
+    words = sys.argv[1:]
+    if words[:1] and (words[0] in COMMANDS or words[0].startswith("-")):
+        return main()
+    command = [str(Path(__file__).parent/"_core/ldbench"), *words]
+    if os.name != "nt":         # there os.execv would not wait for what it starts
+        os.execv(command[0], command)
+    return subprocess.call(command)
 
 
 def discard_output() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
@@ -19,6 +20,7 @@ Result = TypeVar("Result")
 
 PATIENCE = 0.2              # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
 PROCESS_DIED = "a worker process died, probably out of memory"
+FORKS = sys.platform == "linux"     # Windows has no fork; libraries of macOS, Accelerate among them, may hang in a forked process
 PARENTS = signal.SIGINT, signal.SIGTERM     # that the parent ends its children by
 
 
@@ -65,6 +67,28 @@ def one_of_each(tasks: Iterable[Task], what: Callable[[Task], object]) -> list[l
         else:
             rest.append(task)
     return [list(first.values()), rest]
+
+
+class HereAndNow:
+    """Stands for worker processes where the system has none that are forked: this thread does each work as it is handed in."""
+
+    def __init__(self, known: Sequence[Callable[..., Any]]) -> None:
+        self._known = known
+
+    def submit(self, work: Callable[..., Result] | int, *arguments: object) -> Future[Result]:
+        future: Future[Result] = Future()
+        try:
+            future.set_result((self._known[work] if isinstance(work, int) else work)(*arguments))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    map = staticmethod(map)
+
+    def kill(self) -> None:
+        """Nothing goes on."""
+
+    close = kill
 
 
 class Processes:
@@ -127,9 +151,9 @@ def end_with_parent() -> None:
 
 
 @contextmanager
-def processes(jobs: int | None, tasks: int, known: Sequence[Callable[..., Any]] = ()) -> Iterator[Processes]:
+def processes(jobs: int | None, tasks: int, known: Sequence[Callable[..., Any]] = ()) -> Iterator[Processes | HereAndNow]:
     """Start worker processes, one per core by default, but no more than there are tasks. known: see `Processes`."""
-    pool = Processes(max(1, min(jobs or usable_cores(), tasks)), known)
+    pool = Processes(max(1, min(jobs or usable_cores(), tasks)), known) if FORKS else HereAndNow(known)
     try:
         yield pool
     except BaseException as error:

@@ -1,0 +1,186 @@
+"""What is refused: an input, words of its message and the exit status. Each is told in one line, and no file is made or touched."""
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from ldbench import Case, Error, run
+from ldbench.__main__ import main
+from running import REPO, contents, refusal, short_case
+
+# Namelists: a text, or what differs from a short case by group. `{here}` in a value is the folder.
+GOOD = "&track\n  gauge = 1.4351\n/\n&wheelset\n  mass = 1568.0\n/\n&contact\n  model = 'strip'\n/\n"
+MALFORMED = ("NaN", "-inf", "1e999", "'1.0'", ".true.", "0x10", "1.0m", "1_8", "2*1.0", "1,0", "1.0.0", "1e+", "D2", "--1", "1+2",
+             "", "=")
+OWN = {"profiles": {"wheel_profile": "./wheel.yz", "rail_profile": "rail.yz"}}
+NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
+    # The language.
+    (GOOD + "&brakes\n/\n", ("line 10, ", "expected one of &case &wheelset &track", "found &brakes")),
+    ("track\n gauge = 1.4\n/\n", ("line 1", "expected a group such as &wheelset", "found track")),
+    ("$track\n gauge = 1.4\n$end\n", ("line 1", "expected a group such as &wheelset", "found $track")),
+    ("& track\n gauge = 1.4\n/\n", ("line 1", "expected one of &case", "found &")),
+    (GOOD.replace("mass", "masse"), ("line 5, &wheelset", "expected one of mass roll_inertia", "found masse")),
+    (GOOD.replace("mass", "gauge"), ("line 5, &wheelset", "expected one of mass", "found gauge")),
+    (GOOD.replace("mass", "mass(1)"), ("line 5, &wheelset", "expected one of mass", "found mass(1)")),
+    (GOOD.replace("1568.0", "1568.0\n  MASS = 1.0"), ("line 6, &wheelset", "expected once", "found a second time")),
+    (GOOD + "&Wheelset /\n", ("line 10", "expected each group once", "found a second &")),
+    (GOOD.replace("mass =", "mass"), ("line 5, &wheelset mass: expected =, found 1568.0",)),
+    (GOOD.replace("1568.0", ""), ("&wheelset mass: expected a number", "found /")),
+    (GOOD.replace("1568.0", "1568.0, 1568.0"), ("line 5, &wheelset", "expected one of mass", "found 1568.0")),
+    (GOOD.replace("strip'", "strip"), ("line 8, &contact", "model", "expected a closing quote", "found 'strip")),
+    (GOOD.replace("'strip", "strip"), ("line 8, &contact model: expected one of halfspace strip hertz", "found strip")),
+    (GOOD.replace("1568.0\n/", "1568.0"), ("line 6, &wheelset", "expected one of mass", "found &contact")),
+    (GOOD.removesuffix("/\n"), ("&contact: expected / at the end of the group", "found the end of the file")),
+    (GOOD.replace("1568.0", "1568.0 kg"), ("line 5, &wheelset", "expected one of mass", "found kg")),
+    (GOOD + "end\n", ("line 10: expected a group", "found end")),
+    ("# exercise 1\n" + GOOD, ("line 1: expected a group", "found #")),
+    ("! &case\n! /\n", ("expected namelist groups", "found nothing")),
+    ("&track gauge = 1.4, " + 3000*"g" + " = 1\n/\n", ("line 1, &track", "expected one of gauge")),
+    ("&track\n gauge = \x1b[31m1.4\n/\n", ("line 2, &track gauge: expected a number",)),
+    ("&track\x00\x01\x02\n gauge = 1.4\n/\n", ("line 1", "expected one of &case")),
+    ("&initial vY = 0.1\0 Z = 0 /\n", ("&initial vY", "expected a number", "found 0.1?")),
+    *((f"&initial\n  pitch = {value}\n/\n", ("line ", "&initial", "expected")) for value in MALFORMED),
+    # Values.
+    ("&wheelset mass = -3 /", ("line 1, &wheelset mass: expected a number from ", "found -3")),
+    ("&table n_roll = 9.5 /", ("&table n_roll: expected a whole number", "found 9.5")),
+    ("&integrator order = 3 /", ("&integrator order: expected 2, 4 or 6, found 3",)),
+    ("&contact model = 'rigid' /", ("&contact model: expected one of halfspace strip hertz", "found 'rigid'")),
+    (f"&case title = '{257*'x'}' /", ("&case title: expected", "256 printable bytes")),
+    ({"case": {"name": "a/b"}}, ("&case name", "expected a word that can name a file", "a/b")),
+    ({"case": {"name": ""}}, ("&case name", "expected a word that can name a file")),
+    # Values that do not fit each other or the profiles.
+    ({"track": {"gauge": 1.2}}, ("&track gauge = 1.2 m", "back_to_back = 1.35214 m", "awprof.yz", "arprof.yz")),
+    ({"track": {"gauge": 1.31}}, ("&track gauge = 1.31 m with &wheelset back_to_back = 1.35214 m does not put the treads",)),
+    ({"wheelset": {"back_to_back": 1.6}}, ("&track gauge = 1.4351 m", "back_to_back = 1.6 m")),
+    ({"track": {"gauge_depth": 0.05}}, ("&track gauge_depth", "0.05", "arprof.yz")),
+    ({"profiles": {"wheel_profile": REPO/"profiles/arprof.yz", "rail_profile": REPO/"profiles/awprof.yz"}},
+     ("&profiles wheel_profile", "arprof.yz: expected a wheel, with z up and y from its back")),
+    ({"profiles": {"rail_profile": REPO/"profiles/awprof.yz"}}, ("awprof.yz: the rail has no gauge face 0.014 m below its top",)),
+    ({"profiles": {"rail_profile": "missing.yz"}}, ("&profiles rail_profile: missing.yz: cannot be opened for reading",)),
+    ({"integrator": {"dt": 1e-3}, "output": {"interval": 1e-4}}, ("&output interval", "dt = 0.001 s, found 1.0E-4")),
+    ({"integrator": {"t_end": 1e3, "dt": 1e-9}, "output": {"interval": 1e1}}, ("1e9 steps between rows", "found 1.0E+10")),
+    ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}}, ("&output interval", "1e7 rows", "found 1.0E+8")),
+    ({"integrator": {"order": 4, "gamma": 0.6}}, ("&integrator gamma: expected 0.5 with order = 4, found 0.6",)),
+    ({"integrator": {"order": 6, "beta": 0.25}}, ("&integrator order: expected 2 or 4 unless", "beta = 0, found 6")),
+    # Poses off the contact table.
+    ({"initial": {"vY": 20.0}, "integrator": {"t_end": 0.1}}, ("&table ", "expected", "found", "at t = ", "Y = ")),
+    ({"initial": {"vZ": -20.0}, "integrator": {"t_end": 0.1}}, ("&table depth", "expected", "found", "at t = ")),
+    ({"initial": {"roll": -0.3}, "table": {"roll": 0.2}}, ("&table roll = 0.2 rad", "expected", "found", "roll = -0.3 rad")),
+    ({"initial": {"Z": -0.01}}, ("&table depth = 0.0022 m", "expected", "found", "Z = -0.01")),
+    ({"table": {"depth": 1e-6}}, ("&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found")),
+    ({"integrator": {"scheme": "energy", "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
+      "output": {"interval": 2e-3}}, ("&integrator dt = 0.002 s", "expected Newton to converge", "found it does not")),
+    # Files.
+    ({"output": {"file": "{here}/missing/columns"}}, ("{here}/missing/columns", "&output file: expected", "found")),
+    ({"output": {"geometry_file": "{here}/folder"}}, ("{here}/folder", "&output geometry_file: expected", "found")),
+    ({"table": {"file": "{here}/missing/x.table"}}, ("&table file", "{here}/missing/x.table")),
+    ({"table": {"file": "{here}/wheel.yz"}}, ("&table file", "expected a contact table or no file, found another one")),
+    *((OWN | {"output": {"file": "columns.txt"}} | {group: {name: victim}},
+       (f"&{group} {name}: expected a file of its own, found {victim}, which is ",))
+      for group, name, victim in (("table", "file", "./rail.yz"), ("output", "file", "case.nml"),
+                                  ("output", "file", "loop/wheel.yz"), ("output", "geometry_file", "{here}/wheel.yz"))),
+    ({"output": {"file": "same", "geometry_file": "./same"}},
+     ("&output geometry_file: expected a file of its own, found ./same, which is &output file",))]
+
+
+def filled(value: object, here: Path) -> object:
+    return value.replace("{here}", str(here)) if isinstance(value, str) else value
+
+
+def words_of_python(file: Path) -> str | None:
+    """How Python refuses a namelist file as it reads it, if it does."""
+    try:
+        Case.from_namelist(file)
+    except Error as error:
+        return f"ldbench: error: {error}"
+    return None
+
+
+@pytest.mark.parametrize(("source", "words"), NAMELISTS, ids=range(len(NAMELISTS)))
+def test_a_namelist_is_refused(source: str | dict[str, dict[str, object]], words: tuple[str, ...], tmp_path: Path):
+    """By the executable; where Python refuses the file as it reads it, in the same words."""
+    (tmp_path/"folder").mkdir()
+    (tmp_path/"loop").symlink_to(".")
+    shutil.copy(REPO/"profiles/awprof.yz", tmp_path/"wheel.yz")
+    shutil.copy(REPO/"profiles/arprof.yz", tmp_path/"rail.yz")
+    text = source if isinstance(source, str) else short_case(tmp_path, **{
+        group: {name: filled(value, tmp_path) for name, value in values.items()} for group, values in source.items()})
+    message = refusal(text, tmp_path)
+    for word in ("case.nml", *words):
+        assert str(filled(word, tmp_path)) in message
+    told = words_of_python(tmp_path/"case.nml")
+    assert told == message or (told is None and isinstance(source, dict))
+
+
+# Commands in a folder with the files of `things`: words, exit status, message.
+COMMANDS: list[tuple[str, int, str]] = [
+    ("", 2, "the following arguments are required: COMMAND"), ("rnu", 2, "invalid choice: 'rnu'"),
+    ("run", 2, "required: NAMELIST"), ("run a.nml --unknown", 2, "--unknown"), ("run none.nml", 1, "none.nml"),
+    ("run case.nml other.nml -o x.txt", 2, "-o: expected one namelist, found 2"),
+    ("run case.nml --set vY", 2, "expected name=value after --set, found vY"),
+    ("run case.nml --set vY=fast", 1, "case.nml, &initial vY: expected a number"),
+    ("run case.nml --set masss=1", 1, "found masss; mass is the nearest"),
+    ("run case.nml --set roll=0", 1, "expected initial_roll or table_roll, found roll, which is ambiguous"),
+    ("run case.nml --set vY=0.9", 1, "columns.txt is the file of the unchanged case"),
+    ("run case.nml -o missing/x.txt", 1, "case.nml, &output file: expected a path that can be written, found missing/x.txt"),
+    ("table case.nml -o missing/x.txt", 1, "&output geometry_file: expected a path that can be written, found missing/x.txt"),
+    ("table case.nml -o case.nml", 1, "&output geometry_file: expected a file of its own"),
+    ("variables masss", 1, "found masss; mass is the nearest"),
+    ("profile none.yz", 1, "none.yz"), ("profile a b c", 2, "expected a wheel or a rail, or one of each, found 3 files"),
+    ("profile wheel.yz -o page.txt", 1, "page.txt"),
+    ("plot none.txt", 1, "none.txt"), ("plot unnamed.csv -j 0", 2, "expected a number from 1, found 0"),
+    ("plot foreign.csv", 1, "foreign.csv"),
+    ("compare back.csv", 1, "expected at least two column files"),
+    ("compare back.csv back.csv --align peak", 2, "invalid choice: 'peak'"),
+    ("pressure ours.txt", 2, "required: --at"), ("pressure ours.txt --at 9", 1, "ours.txt, --at 9: expected a time from 0 to "),
+    ("pressure ours.txt --at 0", 1, "&contact model: expected 'halfspace', which has pressures, found 'hertz'"),
+    ("pressure plain.csv --at 0", 1, "expected the header of ldbench, which tells the case, found none"),
+    ("study weather", 2, "invalid choice: 'weather'"),
+    ("check none.txt", 1, "none.txt"), ("check ours.txt --simulation", 2, "expected one argument"),
+    ("score ours.txt", 2, "required: --reference"), ("fingerprint none.txt", 1, "none.txt"),
+    ("report --inputs none", 1, "none"), ("report --inputs wrong", 1, "ex6_aw.nml, &case name: expected"),
+    ("collate none", 1, "none"), ("collate . --reference none", 1, "none"),
+    ("ensemble case.nml", 2, "required: --over"),
+    ("ensemble case.nml --over mass=1:2", 2, "expected name=1,2,4 or name=1:4:7 after --over"),
+    ("ensemble case.nml --over mass=1,2 -n 3", 2, "expected a range name=1:4 after --over with -n"),
+    ("ensemble case.nml --over mass=1:2 -n 2 --seed -1", 1, "a seed from 0"),
+    ("ensemble case.nml --over mass=1,2 --over wheelset_mass=3,4", 1, "wheelset_mass, which are one"),
+    ("view none.txt", 1, "cannot be opened for reading"), ("view ours.txt --from 0", 2, "--from: expected with a film"),
+    ("view ours.txt -o ours.txt", 1, "expected a"), ("view ours.txt -o film.avi", 1, "found .avi"),
+    ("view ours.txt -o film.gif --from 7", 1, "expected times from 0 to "),
+    ("view ours.txt -o film.gif --speed 1e-12", 1, "expected at most 20000 frames"),
+    ("view unnamed.csv", 1, "expected a column time, or --map TOML that names our columns, found t, Y"),
+    ("view back.csv", 1, "expected rows with ascending times")]
+
+
+@pytest.fixture(scope="module")
+def things(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("things")
+    case = Case.exercise(3, "aw").replace(model="hertz", n_lateral=40, n_roll=9, n_depth=9, table_file="", t_end=2e-3,
+                                          output_file="columns.txt", wheel_profile=REPO/"profiles/awprof.yz",
+                                          rail_profile=REPO/"profiles/arprof.yz")
+    for name in "case", "other":
+        case.to_namelist(folder/f"{name}.nml")
+    run(case).write(folder/"ours.txt")
+    (folder/"unnamed.csv").write_text("t,Y\n0,0\n1,1\n")
+    (folder/"foreign.csv").write_text("a,b\n1,2\n3,4\n")
+    (folder/"plain.csv").write_text("time,Y\n0,0\n1,1\n")
+    (folder/"wrong").mkdir()
+    (folder/"wrong/ex6_aw.nml").write_text("&case name = 'ex6_aw' /\n")
+    (folder/"back.csv").write_text("time,Y\n0,0\n1,1\n0.5,2\n")
+    shutil.copy(REPO/"profiles/awprof.yz", folder/"wheel.yz")
+    return folder
+
+
+@pytest.mark.parametrize(("words", "status", "told"), COMMANDS, ids=[words or "nothing" for words, *_ in COMMANDS])
+def test_a_command_is_refused(words: str, status: int, told: str, things: Path, capsys: pytest.CaptureFixture[str],
+                              monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(things)
+    before = contents(things)
+    assert main(words.split()) == status
+    said = capsys.readouterr()
+    assert said.out == "" and re.fullmatch(r"ldbench: error: [^\n]+\n", said.err) and told in said.err, said
+    assert contents(things) == before

@@ -1,0 +1,66 @@
+"""Numbers in texts that a user reads: each is accounted for by a line of the table, or is one of the labels that are declared."""
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+NUMBER = re.compile(r"(?<![\w.\-/])[-−]?\d[\d\u2009]*(?:\.\d+)?(?:[eE][-+]?\d+)?(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?(?![\w/])")
+RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
+Truth = Callable[[Any], object]
+
+
+class Line(NamedTuple):
+    """A shown number or some in a row, and what they must be."""
+
+    pattern: str            # a group for each number
+    what: str               # the numbers in words, with unit, side and moment
+    truth: Truth            # what they are in that unit, from the specimen's raw rows; None for a dash
+    slack: float = 0.0      # how far they may be off beside their rounding, as a share
+    often: bool = False     # whether the pattern may match many times, with the match for a second argument of `truth`
+
+
+def value(text: str) -> tuple[float, float]:
+    """A number as it is written, and half a unit of its last digit."""
+    plain = text.replace("\u2009", "").replace("·10", "e").translate(RAISED)
+    if "e" not in plain and "·" not in text and plain.startswith("10") and len(text) > 2 and text[2] in "⁻⁰¹²³⁴⁵⁶⁷⁸⁹":
+        plain = f"1e{plain[2:]}"
+    mantissa, _, power = plain.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    return float(plain), 0.5*10.0**(int(power or 0) - decimals)
+
+
+def agree(text: str, truth: float | None, slack: float = 0.0, chaotic: bool = False) -> bool:
+    """Whether a text is that number. Chaotic results have zeros for the digits that do not hold."""
+    if truth is None or np.isnan(truth):
+        return text == "–"
+    if text == "–":
+        return False
+    number, half = value(text)
+    if chaotic:
+        digits = text.rstrip("0") if "." not in text else text
+        half = max(half, 0.5*10.0**(len(text) - len(digits)))
+    return abs(number - truth) <= 1.001*half + slack*abs(truth)
+
+
+def differing(text: str, lines: Iterable[Line], world: Any, labels: Iterable[str]) -> list[str]:
+    """What is wrong in a text: numbers that differ from what they must be, lines of the table that the text lacks, numbers
+    that no line and no label accounts for."""
+    wrong, known = [], np.zeros(len(text), bool)
+    for line in lines:
+        found = list(re.finditer(line.pattern, text, re.MULTILINE))
+        if not found or (len(found) > 1 and not line.often):
+            wrong.append(f"{line.what}: {len(found)} times {line.pattern}")
+        for match in found:
+            truth = line.truth(world, match) if line.often else line.truth(world)
+            for group, one in enumerate(np.atleast_1d(np.array(truth, object)), 1):
+                if not agree(match[group], one, line.slack):
+                    wrong.append(f"{line.what}: {match[group]}, expected {one}")
+            known[match.start():match.end()] = True
+    for label in labels:
+        for match in re.finditer(label, text, re.MULTILINE):
+            known[match.start():match.end()] = True
+    return wrong + [f"nobody accounts for {match[0]} in {text[max(match.start() - 40, 0):match.end() + 20]!r}"
+                    for match in NUMBER.finditer(text) if not known[match.start():match.end()].all()]

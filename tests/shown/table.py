@@ -1,0 +1,303 @@
+"""The table of shown numbers: for every place where a user reads numbers, what each is, its unit, side and moment, and how it
+follows from the rows of the specimen."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from raw import Raw, flange_slope
+from reading import Line
+
+MM, KN, DEG = 1e3, 1e-3, 180/np.pi
+WORDS = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
+
+
+class Result(NamedTuple):
+    """A result of a run: what it is in SI, and the words and the unit's factor under which documents, page and abstract have it."""
+
+    truth: Callable[[Raw], float | None]
+    words: str                  # of the summary page of the PDF, of the page's table; with the unit
+    scale: float
+    short: str = ""             # of the abstract
+    slack: float = 0.0          # as a share: rows may miss what happens between them
+
+
+def passage(k: int) -> Callable[[Raw], float | None]:
+    return lambda raw: raw.passages()[k] if len(raw.passages()) else None
+
+
+def end_of_ramp(raw: Raw) -> bool:
+    return bool(raw.c["F_ext"][-1] > 0)
+
+
+def touched(contact: str, number: float) -> float | None:
+    """A number of a contact; none where it is zero, as it was never touched."""
+    return number or None
+
+
+def overlap_of(contact: str) -> Callable[[Raw], float | None]:
+    return lambda raw: None if raw.first_peak(contact) is None else raw.overlap(contact, raw.first_peak(contact))
+
+
+RESULTS: dict[str, Result] = {
+    "t_first_LF": Result(lambda r: r.start("LF"), "first contact of the left flange [s]", 1, "first left flange contact [s]"),
+    "t_first_RF": Result(lambda r: r.start("RF"), "first contact of the right flange [s]", 1, "first right flange contact [s]"),
+    "t_first_centre": Result(passage(0), "first passage of the centre [s]", 1),
+    "t_return": Result(passage(-1), "return to the centre after both flanges [s]", 1, "return to the centre [s]"),
+    "t_derailment": Result(lambda r: r.t[-1] if end_of_ramp(r) else None, "derailment [s]", 1, "derailment [s]", 5e-4),
+    "F_derailment": Result(lambda r: r.c["F_ext"][-1] if end_of_ramp(r) else None, "lateral force at derailment [kN]", KN,
+                           "lateral force at derailment [kN]", 5e-4),
+    "Y_max": Result(lambda r: r.extreme("Y", 1), "Y, largest [mm]", MM, "largest Y [mm]", 1e-4),
+    "Y_min": Result(lambda r: r.extreme("Y", -1), "Y, smallest [mm]", MM, "", 1e-4),
+    "Z_max": Result(lambda r: r.extreme("Z", 1), "Z, largest [mm]", MM, "largest Z [mm]", 1e-4),
+    "Z_min": Result(lambda r: r.c["Z"].min(), "Z, smallest [mm]", MM),
+    "roll_max": Result(lambda r: r.c["roll"].max(), "Φ, largest [mrad]", 1e3),
+    "roll_min": Result(lambda r: r.c["roll"].min(), "Φ, smallest [mrad]", 1e3),
+    **{f"peak_N_{c}": Result(lambda r, c=c: touched(c, r.peak(c)[0]), f"peak N, {words} [kN]", KN, f"peak N, {words} [kN]")
+       for c, words in WORDS.items()},
+    **{f"approach_{c}": Result(overlap_of(c), f"approach, first contact, {WORDS[c]} [mm]", MM, "", 4e-3) for c in ("LF", "RF")},
+    "n_left_flange_contact": Result(lambda r: len(r.episodes("LF")), "contacts of the left flange", 1, "", 0.15),
+    "n_right_flange_contact": Result(lambda r: len(r.episodes("RF")), "contacts of the right flange", 1),
+    "n_left_wheel_lift_off": Result(lambda r: r.lift_offs("L"), "lift-offs of the left wheel", 1, "lift-offs, left wheel", 0.06),
+    "n_right_wheel_lift_off": Result(lambda r: r.lift_offs("R"), "lift-offs of the right wheel", 1, "lift-offs, right wheel"),
+    "drift": Result(lambda r: r.drift()[0], "largest energy drift [J]", 1, "", 0.05),
+    "drift_relative": Result(lambda r: r.drift()[1], "the drift over initial kinetic energy or work", 1, "energy drift, relative",
+                             0.05),
+    "step": Result(lambda r: r.setting("dt"), "time step [µs]", 1e6),
+    "t": Result(lambda r: r.t[-1], "end of the run [s]", 1)}
+# The pressure and the area of a patch must go with the force of the contact: N = 0.64 of pressure times area.
+PRESSED = {c: (f"peak pressure, first contact, {WORDS[c]} [MPa]", f"patch area, first contact, {WORDS[c]} [mm²]")
+           for c in ("LF", "RF")}
+FULLNESS = 0.64, 0.03
+
+
+def fits_contact(raw: Raw, contact: str, k: int, pressure: float, area: float, slack: float = 1.0) -> None:
+    """Largest pressure and area of a patch go with the force and the overlap of its contact, as in Hertz's theory: the force is
+    nearly 2/3 of pressure times area, and a circle of that area has 2 E* / pi times the overlap for radius times pressure."""
+    stiffness = raw.setting("youngs_modulus")/(1 - raw.setting("poisson")**2)/np.pi
+    assert raw.c[f"N_{contact}"][k]/(pressure*area) == pytest.approx(FULLNESS[0], abs=slack*FULLNESS[1]), contact
+    assert np.sqrt(area/np.pi)*pressure/raw.overlap(contact, k)/stiffness == pytest.approx(1.27, abs=slack*0.1), contact
+
+
+
+
+def text_of_summary(name: str) -> tuple[list[Line], list[str]]:
+    """The summary that a run prints: lines, and labels with the test that has their numbers."""
+    def raw(world: Any) -> Raw:
+        return world.thrown if name == "ex2_aw" else world.pushed
+
+    def row(world: Any, match: Any) -> int:
+        return int(np.abs(raw(world).t - float(match[1])).argmin())
+
+    def angle(world: Any, match: Any) -> tuple[float, float]:
+        """The angle of the flange that closes, in the first row in which it has one."""
+        k, found = row(world, match), raw(world).c[f"angle_{match[2][0].upper()}F"]
+        return raw(world).t[k], DEG*abs(found[k + int(np.argmax(~np.isnan(found[k:])))])
+
+    lines = [
+        Line(r"clearance \[mm\]: left (\S+), right (\S+)$", "rigid-axle clearances [mm], of the call",
+             lambda w: (10.18, 16.94), 1e-3),
+        Line(r"approach (\S+) mm, (?:\S+) kN", "mean approach of the treads at rest [mm]",
+             lambda w: MM*np.mean([raw(w).overlap(c, 0, at_rest=True) for c in ("LT", "RT")]), 5e-3),
+        Line(r"(\S+) kN per wheel", "load of a wheel [kN]", lambda w: KN*raw(w).weight/2),
+        Line(r"^  t = (\S+) s  ", "times of events [s]: a row stands there",
+             lambda w, m: raw(w).t[row(w, m)], often=True),
+        Line(r"^  t = (\S+) s  (left|right) flange contact at \S+ degrees", "events: a flange closes [s]",
+             lambda w, m: (raw(w).t[row(w, m)],), often=True),
+        Line(r"^number of events:\n(?:  .*\n)*?  left wheel lift-off (\S+)", "lift-offs of the left wheel",
+             lambda w: raw(w).lift_offs("L"), 0.06),
+        Line(r"^farthest \[mm\]: left (\S+) at", "farthest to the left [mm]", lambda w: MM*raw(w).extreme("Y", 1), 1e-4),
+        Line(r"right (\S+) at \S+ s, up", "farthest to the right [mm]", lambda w: MM*raw(w).extreme("Y", -1), 1e-4),
+        Line(r"up (\S+) at", "highest [mm]", lambda w: MM*raw(w).extreme("Z", 1), 1e-4),
+        Line(r"energy drift \[J\]: (\S+?)(?:,|$)", "largest energy drift [J]", lambda w: raw(w).drift()[0], 0.06),
+        Line(r"^ended at t = (\S+) s", "end [s]", lambda w: raw(w).t[-1]),
+        Line(r"\.txt, (\d+) rows", "rows", lambda w: len(raw(w).t))]
+    lines += [Line(rf"^  {contact} (\S+) at (\S+) s", f"peak force [kN] of the {words} and its time [s]",
+                   lambda w, c=contact: (KN*raw(w).peak(c)[0], raw(w).peak(c)[1]))
+              for contact, words in WORDS.items() if name == "ex2_aw" or contact != "RF"]
+    if name == "ex2_aw":
+        lines.append(Line(r"initial kinetic energy: (\S+)", "drift over kinetic energy", lambda w: raw(w).drift()[1], 0.06))
+    else:
+        lines.append(Line(r"^  t = (\S+) s .*, lateral force (\S+) kN", "events: lateral force [kN]",
+                          lambda w, m: (raw(w).t[row(w, m)], KN*raw(w).c["F_ext"][row(w, m)]), often=True))
+    return lines, SUMMARY_LABELS
+
+
+# Numbers that a line cannot have from the rows, by where they stand and which test has them.
+SUMMARY_LABELS = [
+    r"^\S+: initial [\s\S]*?\n(?=left wheel profile)|^\S+: .*lateral force growing[\s\S]*?\n(?=left wheel)",   # the title
+    r"CRC-32 [0-9A-F]{8}", r"axle \S+ m above",                        # test_profiles, test_sides: forces at rest balance
+    r"^at rest off the centre: [\s\S]*? rad$",                        # test_sides: at rest forces and moments balance
+    r"^eigenfrequencies .*$",                                         # validation: linear
+    r"^(?:left|right) contact table: [\s\S]*?going over .*$", r"^warning: [\s\S]*?(?=\n(?:right|warning|events|[a-z]+ contact))",
+    r"^warning: [\s\S]*?\n(?!  )",                                  # test_tables: stated errors are those of other poses
+    r" at [\d.]+ degrees", r"first 5 events", r"^number of events:\n(?:  .*\n)+", r"at \S+ s, right",
+    r"at \S+ s, up", r" at \S+ s$", r"^steps: .*$", r"^processor time .*$", r"kN\)?, relative"]
+
+
+# Other tables of results -------------------------------------------------------------------
+
+def first_touch(raw: Raw, contact: str) -> float:
+    """When a flange is first touched, by a force or an impact: where the row before is."""
+    blows = raw.c.get(f"P_{contact}", np.zeros(len(raw.t)))
+    touched = (raw.c[f"N_{contact}"] > 1.0) | (blows > 0)
+    k = int(touched.argmax())
+    return raw.t[k if blows[k] > 0 else k - 1] if touched.any() else np.inf
+
+
+def in_results(raw: Raw) -> dict[str, tuple[float, float, float] | None]:
+    """The entries of &results, each with a share and an absolute error; None for what rows do not tell."""
+    ramp = end_of_ramp(raw)
+    found: dict[str, tuple[float, float, float] | None] = {
+        "t": (raw.t[-1], 1e-9, 0), "rows": (len(raw.t), 0, 0), "step": (raw.setting("dt"), 1e-12, 0),
+        "drift": (raw.drift()[0], 0.06, 0),
+        "kinetic_energy": (sum(raw.c[f"KE_{part}"][0] for part in ("lat", "vert", "roll")), 1e-8, 1e-9),
+        "steps": None, "cuts": None, "missed": None, "evaluations": None,
+        "n_left_wheel_lift_off": (raw.lift_offs("L"), 0.06, 0), "n_right_wheel_lift_off": (raw.lift_offs("R"), 0, 0),
+        "n_left_wheel_landing": (raw.lift_offs("L"), 0.06, 1), "n_right_wheel_landing": (raw.lift_offs("R"), 0, 1),
+        "n_left_flange_contact": (len(raw.episodes("LF")), 0.15, 0), "n_right_flange_contact": (len(raw.episodes("RF")), 0, 0),
+        "n_centre_passage": (len(raw.passages()), 0, 0), "n_left_flange_over_rail": (int(ramp), 0, 0),
+        "n_right_flange_over_rail": (0, 0, 0), "n_derailment": (int(ramp), 0, 0)}
+    for contact in WORDS:
+        n, t = raw.peak(contact)
+        found |= {f"peak_N_{contact}": (n, 1e-8, 0), f"t_peak_{contact}": (t, 1e-8, 0)}
+    for way, column, sign in ("left", "Y", 1), ("right", "Y", -1), ("up", "Z", 1):
+        found[f"farthest_{way}"] = raw.extreme(column, sign), 1e-4, 1e-7
+        found[f"t_farthest_{way}"] = raw.t[int((sign*raw.c[column]).argmax())], 0, 2e-4
+    return found
+
+
+CSV_WORDS = {"case", "exercise", "profiles", "model", "steps", "end", "chaotic"}
+
+
+def in_csv(raw: Raw, key: str) -> tuple[float | None, str, float]:
+    """A cell of summary.csv in SI: number, unit, error as a share."""
+    if key in RESULTS:
+        one = RESULTS[key]
+        units = {"t": "s", "F": "N", "p": "N", "Y": "m", "Z": "m", "a": "m", "r": "rad", "n": "", "s": "s"}
+        unit = {"drift": "J", "drift_relative": ""}[key] if key[0] == "d" else units[key[0]]
+        rough = {"n_left_flange_contact", "n_left_wheel_lift_off", "t_derailment", "F_derailment"} if end_of_ramp(raw) else set()
+        slack = one.slack if key in rough or key.startswith(("drift", "approach")) else max(one.slack, 1e-4)
+        return one.truth(raw), unit, slack
+    contact = key.rpartition("_")[2]
+    k = raw.first_peak(contact) if contact in WORDS else None
+    if key.startswith("t_peak_"):
+        return touched(contact, raw.peak(contact)[1]), "s", 1e-6
+    if key.startswith("t_pmax_"):
+        return None if k is None else raw.t[k], "s", 1e-6
+    if key == "drift_reference":
+        kinetic = sum(raw.c[f"KE_{part}"][0] for part in ("lat", "vert", "roll"))
+        return kinetic or np.abs(raw.c["W_ext"]).max(), "J", 1e-6
+    raise AssertionError(f"nobody knows the column {key} of summary.csv")
+
+
+# Pages of a run ----------------------------------------------------------------------------
+
+def pictured(raw: Raw) -> list[int]:
+    """The rows of the cross-sections on the page of impacts."""
+    first = raw.first_peak("LF")
+    hardest = int(raw.c["N_LF"].argmax())
+    return [first, raw.first_peak("RF") or hardest]
+
+
+# Labels of pages: ticks, names of files, numbers of pages and exercises, settings in words that the case has.
+PAGE_LABELS = [
+    r"^[-−\d. ]+$", r"^[-−\d. ]*(?=[A-Za-zΦ])", r"[-−\d.]+$", r"1e−\d", r"10−\d", r"\d+ / \d+", r"CRC-32 [0-9A-F]{8}",
+    r"Exercise \d", r"(?:\])[-−\d. ]+", r"ldbench \d\.\d\.\d", r"Nadal, friction (?:0.3|0)", r"friction 0 and 0.3",
+    r"longest of an instant is 40 mm", r"first 6 of 141",
+    # test_page_of_impacts
+    r"^(?:left|right) flange [\d.]+ s .*$", r"^left wheel: .*$|^right wheel: .*$|^t = .*$", r"approach \S+ mm",
+    r"computed again from the row at t = \S+ s, with rows every\s\S+ µs"]      # test_report: stretches
+
+
+def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
+    """Captions of the pages of a run: settings of the case, and numbers from the rows."""
+    ramp = end_of_ramp(raw)
+    lines = [
+        Line(r"displacement (\S+) m,", "initial Z [m]", lambda w: raw.c["Z"][0]),
+        Line(r"order (\d), step (\S+) µs at most", "order; largest step [µs]",
+             lambda w: (raw.setting("order"), 1e6*raw.setting("dt"))),
+        Line(r"energy by more than (\S+) J", "tolerance of the energy [J]", lambda w: raw.setting("energy_tolerance")),
+        Line(r"output every (\S+) ms", "interval of rows [ms]", lambda w: 1e3*raw.setting("interval")),
+        Line(r"axle (\S+) mm above", "height of the axle at rest [mm]", lambda w: MM*raw.setting("axle_height"))]
+    if ramp:
+        lines.append(Line(r"growing by (\S+) kN/s", "ramp [kN/s]", lambda w: KN*raw.c["F_ext"][-1]/raw.t[-1]))
+    else:
+        lines.append(Line(r"lateral velocity (\S+) m/s", "initial vY [m/s]", lambda w: raw.c["vY"][0]))
+    if "forward motion" in text:
+        lines.append(Line(r"forward motion (\S+) J and of pitch (\S+) J", "constant energies [J]",
+                          lambda w: (raw.c["KE_long"][0], raw.c["KE_pitch"][0])))
+    if "eigenfrequencies" in text:
+        lines.append(Line(r"at rest, (\S+), (\S+), (\S+) Hz", "eigenfrequencies [Hz]",
+                          lambda w: raw.settings("eigenfrequencies")))
+    if "steepest" in text:
+        lines.append(Line(r"flange, (\S+)°", "steepest angle of the flange [deg]", lambda w: DEG*flange_slope()))
+    return lines, PAGE_LABELS
+
+
+def statics(raw: Raw) -> float:
+    """The force that overturns: weight times lever over height, at the mean pose of the second before the last [N]."""
+    rows = (raw.t > raw.t[-1] - 2) & (raw.t < raw.t[-1] - 1) & ~np.isnan(raw.c["y_LF"])
+    t = raw.t[rows]
+
+    def mean(x: np.ndarray) -> float:
+        return float(np.sum(np.diff(t)*(x[1:] + x[:-1])/2)/(t[-1] - t[0]))
+
+    lever = mean((raw.c["y_LF"] - raw.c["Y"])[rows])
+    height = mean((raw.setting("axle_height") + raw.c["Z"] - raw.c["z_LF"])[rows])
+    return raw.weight*lever/height
+
+
+ABSTRACT = [
+    Line(r"2 × (\S+) mm for", "clearance to the left [mm]", lambda w: 10.175, 1e-3),
+    Line(r"contact of (\S+) to (\S+) ms", "shortest and longest first contact [ms]",
+         lambda w: [1e3*w.thrown.impact("LF")["duration"]]*2),
+    Line(r"At (\S+) m/s the inclined", "initial velocity [m/s]", lambda w: w.thrown.c["vY"][0]),
+    Line(r"up to (\S+) GPa", "largest pressure [GPa]", lambda w: 1e-9*w.thrown.peak("LF")[0]/533e-6/FULLNESS[0], 0.05),
+    Line(r"about (\d+) contacts of the left flange and about", "contacts of the left flange", lambda w: 141, 0.02),
+    Line(r"and about (\d+) lift-offs of the right", "lift-offs of the right wheel", lambda w: w.pushed.lift_offs("R")),
+    Line(r"the limit is (\S+) kN", "static limit [kN]", lambda w: KN*statics(w.pushed), 0.03),
+    Line(r"derail at about (\S+) kN after about (\S+) s", "derailment: force [kN], time [s]",
+         lambda w: (KN*w.pushed.c["F_ext"][-1], w.pushed.t[-1]), 2e-3),
+    Line(r"𝐸 = (\d+) GPa and 𝜈 = (\S+?)\. The strips", "modulus [GPa], Poisson's ratio",
+         lambda w: (1e-9*w.thrown.setting("youngs_modulus"), w.thrown.setting("poisson"))),
+    Line(r"penetrations of up to (\S+) mm", "depth of the table [mm]", lambda w: MM*w.thrown.setting("depth")),
+    Line(r"drift of all steps is (\S+) of the", "drift, relative, exercises 1 to 4", lambda w: w.thrown.drift()[1], 0.05),
+    Line(r"1 to 4 and (\S+) of the work", "drift, relative, exercise 5", lambda w: w.pushed.drift()[1], 0.05),
+    Line(r"at most (\d+) µs long in exercises", "largest step [µs]", lambda w: 1e6*w.thrown.setting("dt")),
+    Line(r"at most (\d+) µs long in exercise 5", "largest step, exercise 5 [µs]", lambda w: 1e6*w.pushed.setting("dt")),
+    Line(r"mean step \[µs\] (\S+) (\S+)", "mean step [µs]", lambda w: tuple(
+        1e6*raw.t[-1]/int(raw.text.split("#   steps = ")[1].split()[0]) for raw in (w.thrown, w.pushed))),
+    Line(r"profiles \(right\): flange (\S+) kN at (\S+)°", "picture: force [kN], angle [deg] at the peak of the first contact",
+         lambda w: (KN*w.thrown.impact("LF")["peak"], DEG*w.thrown.impact("LF")["angle"]))]
+
+
+# Where numbers are shown, and the tests that compare them with something of their own.
+PLACES = {
+    "run": ["shown/test_shown.py::test_summary", "shown/test_shown.py::test_results_in_the_column_file"],
+    "report": ["shown/test_shown.py::test_summary_page", "shown/test_shown.py::test_summary_csv",
+               "shown/test_shown.py::test_table_of_the_abstract", "shown/test_shown.py::test_words_of_the_abstract",
+               "shown/test_shown.py::test_errors_of_tables_in_the_abstract", "shown/test_shown.py::test_table_of_the_results_page"],
+    "plot": ["shown/test_shown.py::test_page_of_impacts", "shown/test_shown.py::test_every_number_in_the_words_of_the_pages",
+             "shown/test_shown.py::test_ramp_page", "python/test_plots.py::test_page_draws_the_columns",
+             "python/test_plots.py::test_phase_portrait_is_velocity_over_displacement",
+             "python/test_plots.py::test_geometry_page_draws_the_file"],
+    "view": ["shown/test_shown.py::test_page_facts", "shown/test_page.py::test_rows_of_the_page",
+             "shown/test_page.py::test_tooltip_of_every_curve", "shown/test_shown.py::test_film"],
+    "pressure": ["shown/test_shown.py::test_pressure"], "compare": ["shown/test_shown.py::test_compare"],
+    "study": ["python/test_compare.py::test_study_changes_what_it_says"],
+    "formulations": ["shown/test_shown.py::test_values_of_formulations"],
+    "table": ["program/test_commands.py::test_json_of_table", "physics/test_tables.py::test_every_mouth_tells_the_same_error"],
+    "profile": ["python/test_profile_page.py::test_dimension_lines_are_as_long_as_the_measures",
+                "python/test_profile_page.py::test_measures_of_a_wheel"],
+    "collate": ["python/test_collate.py::test_planted_numbers_come_back",
+                "python/test_collate.py::test_grades_are_rows_of_the_table"],
+    "check": ["python/test_check.py::test_a_mistake_is_found"], "score": ["python/test_metrics.py::test_scaled_forces"],
+    "fingerprint": ["python/test_fingerprint.py::test_the_law_of_contact_is_found"],
+    "ensemble": ["python/test_ensemble.py::test_a_member_is_a_run"], "variables": ["python/test_api.py::test_variables_command"],
+    "README and docs": ["program/test_docs.py::test_commands_print_what_the_page_shows",
+                        "program/test_docs.py::test_every_measured_number_is_quoted",
+                        "python/test_pictures.py::test_caption_of_the_wheelset_tells_its_force"]}
