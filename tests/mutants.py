@@ -85,6 +85,10 @@ def main() -> int:
     faults = [fault for fault in faults if not words or any(word in f"{fault.file} {fault.old}" for word in words)]
     copy()
     begun, survivors = time.monotonic(), 0
+    control = Fault(faults[0].file, sorted({test for fault in faults for test in fault.tests}), faults[0].old, faults[0].old)
+    if found := noticed(control):
+        print(f"without any fault: {found}")
+        return 1
     for k, fault in enumerate(faults, 1):
         found = noticed(fault)
         survivors += not found or found.startswith("OUTDATED")

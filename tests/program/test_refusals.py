@@ -131,6 +131,8 @@ COMMANDS: list[tuple[str, int, str]] = [
     ("variables masss", 1, "found masss; mass is the nearest"),
     ("profile none.yz", 1, "none.yz"), ("profile a b c", 2, "expected a wheel or a rail, or one of each, found 3 files"),
     ("profile wheel.yz -o page.txt", 1, "page.txt"),
+    ("profile wheel.yz --en15302 A", 2, "expected a wheel and a rail for --en15302, found one profile"),
+    ("profile wheel.yz --radii 0.46,0.459", 2, "expected a wheel and a rail for --radii, found one profile"),
     ("plot none.txt", 1, "none.txt"), ("plot unnamed.csv -j 0", 2, "expected a number from 1, found 0"),
     ("plot foreign.csv", 1, "foreign.csv"),
     ("compare back.csv", 1, "expected at least two column files"),

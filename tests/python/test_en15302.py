@@ -6,11 +6,9 @@ import pytest
 import en15302
 from ldbench import Case, Error
 from ldbench.__main__ import main
-from ldbench._core.errors import Usage
 from ldbench.conicity import FINE_PITCH, level_rows, rolled_rows
 from ldbench.geometry.pair import pair, rigid_geometry
 from round_profiles import Shape
-from running import REPO, command_error
 
 PITCH = 5*FINE_PITCH
 CONE, HOLLOW = Shape(np.arctan(1/20), np.inf, 0.08), Shape(np.arctan(1/40), 0.36, 0.3)
@@ -77,21 +75,6 @@ def test_reference_on_the_page(paths, tmp_path, capsys):
     assert main(["profile", paths["A"], paths["rail"], *settings, "--radii", "0.46,0.459", "--en15302", "A-918",
                  "-o", str(target)]) == 0
     assert target.stat().st_size and "equivalent conicity at 3 mm: level 0.261, with roll 0.278" in capsys.readouterr().out
-
-
-WHEEL, RAIL = str(REPO/"profiles/awprof.yz"), str(REPO/"profiles/arprof.yz")
-
-
-@pytest.mark.parametrize(("words", "kind", "words_of_error"), [
-    ([WHEEL, "--en15302", "A"], Usage, "expected a wheel and a rail for --en15302, found one profile"),
-    ([WHEEL, "--radii", "0.46,0.459"], Usage, "expected a wheel and a rail for --radii, found one profile"),
-    ([WHEEL, RAIL, "--radii", "0.46,459"], Error, "rolling_radius"),
-])
-def test_wrong_reference_is_refused(words, kind, words_of_error, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    error = command_error("profile", *words)
-    assert type(error) is kind and words_of_error in str(error), error
-    assert not list(tmp_path.iterdir())
 
 
 def test_radii_need_a_tape_circle(monkeypatch):
