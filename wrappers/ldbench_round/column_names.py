@@ -72,7 +72,8 @@ WORDS = {
     "left": r"left|links|linkes|linker|linke|gauche", "right": r"right|rechts|rechtes|rechter|rechte|droite?",
     "wheel-load": r"radkraft|radlast|wheel ?load",
     "normal": r"normalkraft|normale?", "force": r"force|effort|kraft|load|last|charge",
-    "acceleration": r"acceleration|beschl(?:eunigung)?|accel|acc", "velocity": r"velocity|geschw(?:indigkeit)?|vitesse|speed|veloc|vel|rate",
+    "acceleration": r"acceleration|beschl(?:eunigung)?|accel|acc",
+    "velocity": r"velocity|geschw(?:indigkeit)?|vitesse|speed|veloc|vel|rate",
     "place": r"contact ?point|point ?de ?contact|kontaktpunkt|beruehrpunkt|beruhrpunkt|position|punkt|lage|point|pos",
     "displacement": r"displacement|verschiebung|deplacement|disp|shift|weg",
     "contact angle": r"contact ?angle|angle ?de ?contact|kontaktwinkel|beruehrwinkel|beruhrwinkel",
@@ -81,12 +82,13 @@ WORDS = {
     "": r"wheel|rad|roue|rail|schiene|contact|kontakt|patch|coordinate|koordinate|axis|component"}
 LETTERS = {letters: words.split() for letters, words in {
     "l": "left", "r": "right", "lh": "left", "rh": "right", "li": "left", "re": "right", "lef": "left", "rig": "right",
-    "wl": "left", "wr": "right", "f": "flange", "t": "tread", "fl": "flange", "tr": "tread", "lt": "left tread", "lf": "left flange",
-    "rt": "right tread", "rf": "right flange", "n": "normal", "fn": "normal", "q": "wheel-load", "fy": "force lateral",
-    "fz": "force vertical", "y": "lateral", "z": "vertical", "cp": "place", "ycp": "place lateral", "zcp": "place vertical",
-    "rr": "radius", "cang": "angle", "a": "acceleration", "v": "velocity", "vy": "velocity lateral", "vz": "velocity vertical",
-    "ay": "acceleration lateral", "az": "acceleration vertical", "phi": "roll", "al": "roll", "omega": "velocity",
-    "dot": "derivative", "vit": "velocity", "dep": "displacement", "ang": "angle"}.items()}
+    "wl": "left", "wr": "right", "f": "flange", "t": "tread", "fl": "flange", "tr": "tread", "lt": "left tread",
+    "lf": "left flange", "rt": "right tread", "rf": "right flange", "n": "normal", "fn": "normal", "q": "wheel-load",
+    "fy": "force lateral", "fz": "force vertical", "y": "lateral", "z": "vertical", "cp": "place", "ycp": "place lateral",
+    "zcp": "place vertical", "rr": "radius", "cang": "angle", "a": "acceleration", "v": "velocity",
+    "vy": "velocity lateral", "vz": "velocity vertical", "ay": "acceleration lateral", "az": "acceleration vertical",
+    "phi": "roll", "al": "roll", "omega": "velocity", "dot": "derivative", "vit": "velocity", "dep": "displacement",
+    "ang": "angle"}.items()}
 _WORD = re.compile("|".join(f"(?P<w{k}>{words})" for k, words in enumerate(WORDS.values())))
 AXIS = ("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")
 NOTHING_OF_OURS = frozenset({"another quantity"})

@@ -69,7 +69,7 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
         yield judged(f"contact point of {contact} lies on the rail", most(beyond, n[rows]), *AWAY, worst,
                      "[m]; positions of another origin or of another frame, or another profile")
         if {"Y", "Z", "roll", f"radius_{contact}"} <= set(run.data):
-            yield radius_finding(run, case, contact, rows)
+            yield radius_finding(run, case, contact, rows, n[rows])
         if f"angle_{contact}" not in run.data:
             continue
         light = n[rows] <= LIGHT
@@ -83,9 +83,9 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
                      int(rows[error.argmax()]) + 1, "[rad]; the force is not normal to the profile where it is said to act")
 
 
-def radius_finding(run: RunData, case: Case, contact: str, rows: np.ndarray) -> Finding:
-    """Whether a rolling radius is the distance of the contact from the axle in these rows, in which the contact is closed."""
-    n, y, z, said = (run.values(f"{name}_{contact}")[rows] for name in ("N", "y", "z", "radius"))
+def radius_finding(run: RunData, case: Case, contact: str, rows: np.ndarray, n: np.ndarray) -> Finding:
+    """Whether a rolling radius is the distance of the contact from the axle in these rows, in which the contact carries n [N]."""
+    y, z, said = (run.values(f"{name}_{contact}")[rows] for name in ("y", "z", "radius"))
     roll = run.values("roll")[rows]
     distance = (y - run.values("Y")[rows])*np.sin(roll) - (z - run.values("Z")[rows] - axle_height(case))*np.cos(roll)
     error = np.nan_to_num(np.abs(said - distance), nan=np.inf)

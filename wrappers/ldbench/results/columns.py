@@ -291,9 +291,9 @@ def _numbers(rows: Iterable[str], separator: str) -> np.ndarray:
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)      # numpy's way of saying: not a number
         text = _plain_number("\n".join(rows), separator)
-        for words in (lambda: text), (lambda: EXPONENT.sub("e", text)):
+        for attempt in range(2):
             try:
-                return np.fromstring(words(), sep=" ")
+                return np.fromstring(EXPONENT.sub("e", text) if attempt else text, sep=" ")
             except (DeprecationWarning, ValueError):
                 continue
         return np.empty(0)
