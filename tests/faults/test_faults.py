@@ -83,9 +83,9 @@ def test_out_of_memory_is_told(case):
     half-written."""
     whole = bytes_of(case)
     outcomes = set()
-    for megabytes in (18, 22, 26, 30, 40, 100, 4000):
+    for megabytes in (15, 16, 16.5, 17, 18, 22, 30, 100, 4000):
         (case/"pair.table").unlink()
-        done = run(case, preexec_fn=limit(resource.RLIMIT_AS, megabytes*10**6))
+        done = run(case, preexec_fn=limit(resource.RLIMIT_AS, int(megabytes*1e6)))
         outcomes.add(done.returncode)
         if done.returncode:
             assert re.search("memory|Error allocating|shared object|Thread creation failed", done.stderr), (megabytes, done.stderr)

@@ -624,10 +624,3 @@ def test_variables_command(capsys):
 
 
 # The package
-
-def test_one_version():
-    version = re.search(r"version: '(.*?)'", (REPO / "meson.build").read_text())[1]
-    assert ldbench.__version__ == version
-    assert re.search(r"^version: (.*)$", (REPO / "CITATION.cff").read_text(), re.M)[1] == version
-    assert re.search(r"^## (\S+?),?(?: |$)", (REPO / "CHANGELOG.md").read_text(), re.M)[1] == version
-    assert f'\nversion = "{version}"\n' in (REPO / "pyproject.toml").read_text()
