@@ -208,7 +208,8 @@ contains
     real(dp), intent(inout) :: x(n)
     integer(int64), allocatable :: word(:)
 
-    word = transfer(x, [0_int64])
+    allocate (word(n))
+    word = transfer(x, word)
     call pass(s, word)
     x = transfer(word, x)
   end subroutine pass_numbers
