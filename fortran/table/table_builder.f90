@@ -36,7 +36,7 @@ module table_builder
   integer, parameter :: most_values = 1800000   ! four and a half times those of new profiles
   ! Where wheel and rail have nearly equal radii a contact runs along millimetres of the wheel within some 0.01 mm of u.
   real(dp), parameter :: least_u_strip = least_u/4   ! [m]
-  ! Where contact moves from one arc of the profiles to the next h bends sharply, and errs more than is estimated.
+  ! Where contact moves from one arc of the profiles to the next h bends sharply: a factor of safety.
   real(dp), parameter :: kink_factor = 3
   ! Strips are allowed smaller errors in rolling over: the crown and the corner of a rail touch at once there. With half-spaces
   ! the ratio errs more.

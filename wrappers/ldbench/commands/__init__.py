@@ -15,7 +15,7 @@ COMMANDS = {
     "pressure": "show the pressure between wheel and rail at one moment of a run",
     "plot": "plot column files",
     "compare": "overlay column files, differences as PDF and CSV",
-    "check": "check submissions to the benchmark: complete, and as physics has it",
+    "check": "check submissions to the benchmark: complete and physically consistent",
     "score": "score column files against a reference, in numbers that survive impacts",
     "fingerprint": "tell from column files how their codes treat contact and time",
     "collate": "collate the submissions of a round: table, document and page of all codes",

@@ -4,10 +4,10 @@ Every contact table reaches the workers as the bytes of a table file, together w
 file, or of one that a worker made. So workers need no common file system. When a worker dies, the scheduler gives what
 it had to others.
 
-Members go in pieces of about a second, by the time that the ones before took, of more where so many workers would ask
-more of the scheduler than it can do. No more of them are under way than keep the workers busy: neither client nor
-scheduler holds what is not begun yet. Members and records travel as one string of bytes per piece: the scheduler would
-unpickle the ones, and an array of its own for each figure costs it more than the task.
+Tasks last about 1 s, by the time that the ones before took; longer with many workers, to spare the scheduler. No more
+of them are under way than keep the workers busy: neither client nor scheduler holds what is not begun yet. Members
+and records travel as one string of bytes per piece: the scheduler would unpickle the ones, and an array of its own
+for each figure costs it more than the task.
 """
 from __future__ import annotations
 

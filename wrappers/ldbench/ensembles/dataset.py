@@ -35,7 +35,7 @@ class Memory:
         self.batches.append(batch)
 
     def flush(self) -> None:
-        """Nothing waits."""
+        """Results in memory need no flush."""
 
     def finish(self) -> xr.Dataset:
         """Make the Dataset of all members."""
@@ -44,7 +44,7 @@ class Memory:
         return to_dataset(batch, self.dims, self.coordinates)
 
     def abandon(self) -> None:
-        """Nothing is left."""
+        """Results in memory leave no files."""
 
 
 def to_dataset(batch: Batch, dims: Mapping[str, int], coordinates: Coordinates) -> xr.Dataset:

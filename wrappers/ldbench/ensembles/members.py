@@ -164,7 +164,7 @@ def contents(path: str) -> str:
 
 
 class TableKeys:
-    """The key of a member's table. Most that varies does not matter for it, nor do files change meanwhile."""
+    """Keys of the members' contact tables, kept, because most variables do not affect the table."""
 
     def __init__(self) -> None:
         self.contents = functools.cache(contents)
@@ -202,7 +202,7 @@ def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
 class Group:
     """Members that share a contact table."""
 
-    case: Case                  # to build it for, with the table file that holds it, or none
+    case: Case                  # whose contact table the group shares, with its table file if it has one
     numbers: list[int]
 
 

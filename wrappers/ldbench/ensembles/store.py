@@ -192,7 +192,7 @@ class Growing:
     """A Zarr group that is written in blocks of members, each a row of chunks, from the first member on."""
 
     def __init__(self, folder: Path, dims: Mapping[str, int], coordinates: Coordinates, members: int) -> None:
-        """`members`: of a block, at most."""
+        """`members`: largest number of members per block."""
         self.folder, self.dims, self.done = folder, dims, 0
         self.shape = tuple(dims.values())
         # Trailing dimensions as a whole while they fit, a slice of the one before, one of all others.

@@ -205,8 +205,9 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
             done: Callable[[], None] = lambda: None, further: Sequence[Chapter] = (),
             fine: Mapping[str, Fine] | None = None,
             chaotic: Chaotic | None = None) -> Iterator[Callable[[], int]]:
-    """`make_plots` beside what else is to do: other processes draw from the start, and the function that this gives waits
-    for them and writes the document.  `further`: last chapters, which are drawn there too; to draw them builds no contact
+    """Start drawing in worker processes, and give the function that waits for them and writes the document.
+
+    `further`: last chapters, which are drawn there too; to draw them builds no contact
     tables: OpenMP's threads do not outlive a fork.  `fine`: parts of runs with more rows, by the names of the runs;
     `chaotic`: their results that the summary has in italics."""
     chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
