@@ -252,7 +252,8 @@ def statics(raw: Raw) -> float:
 
 
 ABSTRACT = [
-    Line(r"2 × (\S+) mm for", "clearance to the left [mm]", lambda w: 10.175, 1e-3),
+    Line(r"([\d.]+) \(left\) and ([\d.]+) \(right\) mm for", "clearances to the left and to the right [mm]",
+         lambda w: (10.18, 16.94), 1e-3),
     Line(r"contact of (\S+) to (\S+) ms", "shortest and longest first contact [ms]",
          lambda w: [1e3*w.thrown.impact("LF")["duration"]]*2),
     Line(r"At (\S+) m/s the inclined", "initial velocity [m/s]", lambda w: w.thrown.c["vY"][0]),

@@ -163,16 +163,17 @@ def scientific(x: float) -> str:
 
 def pair_facts(pair: str, runs: Sequence[RunData]) -> dict[str, str]:
     """Collect the facts about a pair of profiles."""
+    left, right = (1e3*runs[0].result(f"clearance_{side}") for side in ("left", "right"))
     return {
         "name": runs[0].pair or PAIRS[pair],
-        "clearance": f"{1e3*runs[0].result('clearance_left'):.2f}",
+        "clearance": f"2 × {left:.2f}" if abs(left - right) < 5e-3 else f"{left:.2f} (left) and {right:.2f} (right)",
         "points": runs[0].header.table_points.replace(" x ", " × "),
     }
 
 
 def percent(share: float) -> str:
     """Write a share in percent with two digits."""
-    return f"{100*share:#.2g} %"
+    return f"{100*share:#.2g}".rstrip(".") + " %"
 
 
 def free(runs: Sequence[RunData]) -> list[RunData]:
