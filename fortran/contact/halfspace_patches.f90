@@ -190,7 +190,7 @@ contains
   end function force_between
 
   !> Mean influence of the loads of two stretches on each other [m/N]: the displacement of one by the other, weighted with its
-  !> own loads. If one stretch has no loads, it is that on the point that is nearest to touching. It is not set if neither has
+  !> own loads. If one stretch has no loads, it is that on the point that is nearest to touching. It is 0 if neither has
   !> loads.
   pure subroutine influence_between(pair, elements, scan, patches, first, last, influence, load, angle)
     type(pair_type), intent(in) :: pair

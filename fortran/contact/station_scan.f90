@@ -18,7 +18,7 @@ module station_scan
     real(dp), allocatable :: rate(:)       !! d(foot)/d(displacement of the wheel's station along the rail's tangent)
     real(dp), allocatable :: step(:)       !! last Newton step of the foot [m]
     real(dp) :: centre(2) = 0, roll = 0    !! pose of the scan [m, rad]
-    logical :: fresh = .true.              !! no feet are known yet
+    logical :: fresh = .true.              !! the next scan searches the feet anew; callers clear it to go on from known feet
   end type scan_type
 
 contains
@@ -97,7 +97,7 @@ contains
   !> Depths [m] of n points inside a rail and the rail's outward normals at their feet.  The foot of a point p is where
   !> p is nearest to the rail's curve r(s): there p - r(s) is normal to the curve.  On entry `foot` and `interval` belong to
   !> points nearby, on return to the points p.  When a point moves along the rail's tangent, its foot moves by `rate`
-  !> times that way.
+  !> times that distance.
   pure subroutine set_depth(rail, n, p, foot, interval, depth, normal, rate, step)
     type(curve_type), intent(in) :: rail
     integer, intent(in) :: n
@@ -124,7 +124,8 @@ contains
   end subroutine set_depth
 
   !> One Newton step for (p - r(s)).r'(s) = 0.  The loop has no branches, so that the compiler can treat two
-  !> points at a time.  Depth and normal follow a tiny step by Taylor's series.
+  !> points at a time.  Depth and normal are updated to the new foot by Taylor's series, which is
+  !> exact enough once the step is below `tolerance`.
   pure subroutine step_foot(knots, s, a, n, p, interval, foot, depth, normal, rate, step)
     integer, intent(in) :: knots, n
     real(dp), intent(in) :: s(0:knots), a(2, 4, 0:knots), p(2, n)

@@ -30,8 +30,8 @@ module newmark
     character(16) :: name = 'newmark'  !! or 'energy'
     integer :: order = 2               !! or 4, or 6 if explicit
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
-    real(dp) :: tolerance = 1e-10_dp   !! largest Newton correction at convergence [m, rad]; the next
-                                       !! correction would be about the square of it times 1/m
+    real(dp) :: tolerance = 1e-10_dp   !! largest Newton correction at convergence [m, rad]: Newton's
+                                       !! method squares it, so that the next one would be tolerance^2/(1 m)
     integer :: max_iterations = 12
   end type scheme_type
 
@@ -54,7 +54,7 @@ module newmark
   real(dp), parameter :: p = 1/(4 - 4**(1/3.0_dp))
   real(dp), parameter :: suzuki(5) = [p, p, 1 - 4*p, p, p]
 
-  integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `contact_table`
+  integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `zone_tables`
 
 contains
 
@@ -70,7 +70,8 @@ contains
   end subroutine evaluate_contacts
 
   !> Largest stable omega*dt of a linear oscillation with the angular frequency omega. Beyond it the trace of the step's matrix is
-  !> beyond +-2. In narrow bands below it, from 3.14 on, compositions grow by 0.2 % a step at most.
+  !> beyond +-2. Compositions have narrow unstable bands between 3.14 and this limit, too: there the amplitude grows by at most
+  !> 0.2 % a step.
   elemental real(dp) function stability_limit(scheme) result(limit)
     type(scheme_type), intent(in) :: scheme
 

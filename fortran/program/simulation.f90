@@ -2,9 +2,9 @@
 !>
 !> 1. `read_case` reads the namelist and `check_case` checks it, before this module is called.
 !> 2. `prepare` places the wheels on the rails, loads the contact tables or builds them, and finds the pose of rest.
-!> 3. `simulate` advances the motion from row to row. A step that changes the energy too much is halved. After each step
-!>    events are watched for, and rows, peaks and the energy balance are noted.
-!> 4. `run_results` tells what the run came to.
+!> 3. `simulate` advances the motion from row to row. A step that changes the energy too much is cut (`elastic_run`,
+!>    `rigid_run`). After each step events are watched for, and rows, peaks and the energy balance are noted.
+!> 4. `run_results` tells what the run came to, after this module has returned.
 module simulation
   use case, only: case_type
   use elastic_run, only: elastic_step, start_elastic
@@ -107,7 +107,8 @@ contains
         (c%stop_at == 'return_to_centre' .and. monitor%run%log%returned) .or. monitor%run%cancelled) exit
     end do rows
     if (allocated(error)) then
-      ! A wheelset that has derailed leaves the table, or the rails on which both wheels are held.
+      ! A wheelset that has derailed leaves the table, or the rails on which both wheels are held: this ends the run, and the
+      ! error is dropped.
       if (.not. monitor%run%log%derailed) return
       monitor%run%gone = .true.
     end if

@@ -29,7 +29,7 @@ module halfspace_correction
 
   integer, parameter :: first_points(3) = [29, 21, 7]          ! of u, roll, q
   integer, parameter :: most_rounds = 5
-  integer, parameter :: most_values = 700000    ! of which a fifth is solved; twice those of new profiles
+  integer, parameter :: most_values = 700000    ! twice what new profiles need; a fifth is solved, the rest continued
   ! Solutions have noise, which would be stiffness in smaller cells. On the tread, where the lateral stiffness is only
   ! gravitational, it would be visible in larger ones, too [m].
   real(dp), parameter :: least_flange = 0.05e-3_dp, least_tread = 0.1e-3_dp
@@ -125,8 +125,8 @@ contains
     h = line(1, :)
   end function heights
 
-  !> Return the first n points of q. The strips' modulus is a mean over more than the smallest patches, so that the ratio
-  !> varies down to 0.
+  !> Return the first n points of q. The strips' modulus is averaged over a width larger than the smallest patches, so
+  !> that the ratio still varies near q = 0.
   pure function first_depths(n, deepest) result(q)
     integer, intent(in) :: n
     real(dp), intent(in) :: deepest
@@ -216,7 +216,7 @@ contains
   end subroutine continue_line
 
   !> Turn a zone's table of strips into one of half-spaces, on axes with the points of both. Points of q below the first of the
-  !> strips are left out: so small patches would show the rounding of the profiles' points.
+  !> strips are left out: patches that small would show the rounding of the profiles' points.
   subroutine multiply(r, old_roll, roll, t)
     type(grid_type), intent(in) :: r
     type(axis_type), intent(in) :: old_roll, roll   !! the table's points; the table's and the ratios' points

@@ -187,9 +187,9 @@ contains
 
   end subroutine sample_pairs
 
-  !> Multiply the influences on zone j by a common factor with which the energy of the zones is that of the whole wheel, which
-  !> patches that meet change. It is that of least squares of the energy's error, in units of `noise`, and of the factor's
-  !> difference from 1. The energy of the zones is stationary in the shifts, so shifts from the table do.
+  !> Scale the influences on zone j so that the coupled zones have the energy of the whole wheel; patches that meet make it
+  !> differ. The factor minimises (error of the energy/noise)^2 + (factor - 1)^2. The energy is stationary in the shifts, so
+  !> that the table's shifts suffice.
   subroutine match_energy(request, elements, table, pose, roll, j, whole, k, scan, c, solutions)
     type(request_type), intent(in) :: request
     type(elements_type), intent(in) :: elements
