@@ -460,6 +460,7 @@ contains
     part = c(on)
     q = motion%q
     v = motion%v
+    a = 0
     dq = 0
     dv = 0
     work = 0
