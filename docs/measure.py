@@ -208,12 +208,8 @@ def of_unknown_profiles(rows: Iterable[dict[str, str]]) -> Values:
             values[f"unknown.{exercise}.{name}.{group}.least [%]"] = float(least)
             values[f"unknown.{exercise}.{name}.{group}.largest [%]"] = float(largest or least)
 
-    def of(name: str, exercises: str) -> list[float]:
-        return [x for key, x in values.items() if key.split(".")[2] == name and key.split(".")[1][2:] in exercises and "[%]" in key]
-
-    contacts, peaks = of("contact", "1234"), of("peak", "1234")
-    return values | {"unknown.contact.early [%]": -min(contacts), "unknown.contact.late [%]": max(contacts),
-                     "unknown.peak.fall [%]": -min(peaks), "unknown.peak.rise [%]": max(peaks)}
+    peaks = [x for key, x in values.items() if key.split(".")[2] == "peak" and "ex5" not in key and "[%]" in key]
+    return values | {"unknown.peak.fall [%]": -min(peaks), "unknown.peak.rise [%]": max(peaks)}
 
 
 # Runs of this program ---------------------------------------------------------------------

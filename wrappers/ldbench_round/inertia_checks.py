@@ -27,7 +27,7 @@ ROLL_INERTIA = 0.03, 0.06   # points of contact may be anywhere within the elast
 def inertia_findings(run: RunData, case: Case) -> Iterator[Finding]:
     """Mass, weight and roll inertia."""
     forces = {name: [f"{name}_{contact}" for contact in CONTACTS] for name in ("Fy", "Fz", "y", "z")}
-    weight = float(case.mass*GRAVITY + case.vertical_load)
+    weight = weight_of(case)
     if has(run, "aZ", *forces["Fz"]):
         force, a = total(run, "Fz"), run.values("aZ")
         quiet = np.abs(a) <= np.nanquantile(np.abs(a), QUIET)
@@ -39,16 +39,27 @@ def inertia_findings(run: RunData, case: Case) -> Iterator[Finding]:
         external = case.lateral_force + case.lateral_ramp*run.time
         yield slope_finding("mass by the lateral forces", run.values("aY"), total(run, "Fy") + external, case.mass, INERTIA, "kg")
     if has(run, "Y", "Z", "roll_acc", *(column for columns in forces.values() for column in columns)):
-        moment = np.zeros(run.time.size)
-        for contact in CONTACTS:
-            fy, fz, y, z = (run.values(f"{name}_{contact}") for name in ("Fy", "Fz", "y", "z"))
-            moment += np.nan_to_num((y - run.values("Y"))*fz - (z - run.values("Z") - axle_height(case))*fy)
-        yield slope_finding("roll inertia", run.values("roll_acc"), moment, case.roll_inertia, ROLL_INERTIA, "kg m2")
+        yield slope_finding("roll inertia", run.values("roll_acc"), roll_moment(run, case), case.roll_inertia, ROLL_INERTIA,
+                            "kg m2")
 
 
 def has(run: RunData, *columns: str) -> bool:
     """Whether a file has columns."""
     return all(column in run.data for column in columns)
+
+
+def weight_of(case: Case) -> float:
+    """Weight of the wheelset and vertical load [N]."""
+    return float(case.mass*GRAVITY + case.vertical_load)
+
+
+def roll_moment(run: RunData, case: Case) -> np.ndarray:
+    """Moment of all contact forces about the axle's centre, (rows,) [N m]."""
+    moment = np.zeros(run.time.size)
+    for contact in CONTACTS:
+        fy, fz, y, z = (run.values(f"{name}_{contact}") for name in ("Fy", "Fz", "y", "z"))
+        moment += np.nan_to_num((y - run.values("Y"))*fz - (z - run.values("Z") - axle_height(case))*fy)
+    return moment
 
 
 def total(run: RunData, name: str) -> np.ndarray:

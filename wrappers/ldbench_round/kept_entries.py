@@ -24,8 +24,9 @@ from ldbench.tools import complete, digest, program_digest
 
 from .check import findings_of, read_submitted
 from .findings import DOUBTFUL, FAILED
+from .inertia_checks import has
 from .jumps import is_rigid
-from .physics_checks import energy_balance, has
+from .physics_checks import energy_balance
 from .round_grades import Graded, Reference, digest_of, graded, read_reference
 from .round_numbers import Number, first_impact, names_of, numbers_of, verdict_counts
 from .submissions import complaint, printable, quiet

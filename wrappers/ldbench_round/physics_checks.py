@@ -8,13 +8,13 @@ import numpy as np
 from ldbench import Case
 from ldbench.geometry.derailment import derailment
 from ldbench.results.derived import cumulative
-from ldbench.results.quantities import CONTACTS, GRAVITY
+from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
-from .inertia_checks import inertia_findings
+from .inertia_checks import has, inertia_findings, roll_moment, total, weight_of
 from .jumps import SHORT, jump_intervals, jumps, typical_interval
-from .place_checks import axle_height, place_findings
+from .place_checks import place_findings
 from .tasks import Task
 
 DOUBT, FAIL = 0.02, 0.1             # relative errors of a balance
@@ -61,11 +61,6 @@ def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     yield energy_finding(run, case, rigid)
     enough = (FEW_ROWS, TOO_FEW_ROWS) if task.exercise < 5 else (RAMP_ROWS, RAMP_ROWS)
     yield Finding(IN_IMPACT, UNKNOWN, hint=f"{IMPULSES}, which take no time") if rigid else row_finding(run, *enough)
-
-
-def has(run: RunData, *columns: str) -> bool:
-    """Whether a file has columns."""
-    return all(column in run.data for column in columns)
 
 
 def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
@@ -211,11 +206,6 @@ def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
                      "without friction the force is normal to the profiles; [rad]")
 
 
-def weight_of(case: Case) -> float:
-    """Weight of the wheelset and vertical load [N]."""
-    return float(case.mass*GRAVITY + case.vertical_load)
-
-
 def integral_finding(run: RunData, what: str, x: str, v: str, jumping: np.ndarray | None = None) -> Finding:
     """Whether a column is the integral of another."""
     if not has(run, x, v):
@@ -276,7 +266,7 @@ def momentum_findings(run: RunData, case: Case, jumping: np.ndarray | None = Non
         if not has(run, v, *columns):
             yield Finding(what, UNKNOWN, hint=f"needs {v} and {name} of all contacts")
             continue
-        force = sum(np.nan_to_num(run.values(column)) for column in columns) + load
+        force = total(run, name) + load
         yield balance(what, t, case.mass*run.values(v), force, "forces of another frame, unit or sign, or a missing load", jumping)
 
 
@@ -290,25 +280,21 @@ def roll_finding(run: RunData, case: Case, jumping: np.ndarray | None = None) ->
     columns = ["Y", "Z", "roll_rate", *(f"{name}_{contact}" for contact in CONTACTS for name in ("Fy", "Fz", "y", "z"))]
     if not has(run, *columns):
         return Finding(what, UNKNOWN, hint="needs Y, Z, the roll velocity, and forces and positions of all contacts")
-    moment, pressed = np.zeros(run.time.size), np.zeros(run.time.size)
-    for contact in CONTACTS:
-        fy, fz, y, z = (run.values(f"{name}_{contact}") for name in ("Fy", "Fz", "y", "z"))
-        pressed += np.hypot(np.nan_to_num(fy), np.nan_to_num(fz))
-        moment += np.nan_to_num((y - run.values("Y"))*fz - (z - run.values("Z") - axle_height(case))*fy)
-    return balance(what, run.time, case.roll_inertia*run.values("roll_rate"), moment,
+    pressed = sum(np.hypot(*(np.nan_to_num(run.values(f"{name}_{contact}")) for name in ("Fy", "Fz"))) for contact in CONTACTS)
+    return balance(what, run.time, case.roll_inertia*run.values("roll_rate"), roll_moment(run, case),
                    "forces act elsewhere than it is said, or in another frame", jumping, APPROACH*cumulative(run.time, pressed))
 
 
-def energy_balance(run: RunData, case: Case) -> np.ndarray | None:
+def energy_balance(run: RunData, case: Case, rigid: bool = False) -> np.ndarray | None:
     """Energy without the work of the lateral force, (rows,) [J]: kinetic, of weight and load, and elastic of the treads by
-    Hertz's law. It dips while a flange stores energy. None without the columns that it needs."""
+    Hertz's law; rigid contacts store nothing. It dips while a flange stores energy. None without the columns that it needs."""
     if not has(run, "vY", "vZ", "roll_rate", "Z", *(f"N_{contact}" for contact in CONTACTS)):
         return None
     weight = weight_of(case)
     energy = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2 \
         + weight*run.values("Z")
     work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
-    return np.asarray(energy + stored_by_treads(run, case) - work)
+    return np.asarray(energy - work if rigid else energy + stored_by_treads(run, case) - work)
 
 
 def stored_by_treads(run: RunData, case: Case) -> np.ndarray:
@@ -324,17 +310,13 @@ def energy_finding(run: RunData, case: Case, rigid: bool = False) -> Finding:
     Hertz's law tells roughly what the treads store: half of it may be wrong. The work of the lateral force is counted.
     """
     what = "energy closes"
-    without_work = energy_balance(run, case)
+    without_work = energy_balance(run, case, rigid)
     if without_work is None:
         return Finding(what, UNKNOWN, hint="needs velocities, Z and N of all contacts")
     work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
     energy = without_work + work
     size = max(float(energy[0]) - float(np.nanmin(energy)), float(energy[0]), float(np.nanmax(work)))
-    # Rigid contacts store nothing.
     stored = np.zeros(run.time.size) if rigid else stored_by_treads(run, case)
-    if rigid:
-        without_work = without_work - stored_by_treads(run, case)
-        energy = without_work + work
     calm = np.isfinite(energy) & ~run.closed("LF") & ~run.closed("RF") & (stored < STORED*size)
     if calm.sum() < 2:
         return Finding(what, UNKNOWN, hint="no two moments at which the contacts store little energy")

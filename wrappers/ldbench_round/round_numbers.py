@@ -13,7 +13,7 @@ from ldbench.results.quantities import KN, OUTCOME, Quantity
 from ldbench.results.run_data import RunData
 
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
-from .physics_checks import has
+from .inertia_checks import has
 from .tasks import Task
 
 #: The numbers in words, and how they are shown.
