@@ -1,6 +1,7 @@
 #!/bin/sh
 # Writes the module `fingerprint`: a checksum of the sources that a contact table depends on, whatever the folder they are in.
 cd "$(dirname "$0")" || exit 1
+export LC_ALL=C     # some shells list files in the order of the locale, which would change the checksum
 cat support/kinds.f90 support/root_bracket.f90 profile/*.f90 contact/*.f90 table/*.f90 | cksum | {
   read -r sum bytes
   echo "!> What a contact table is made by."
