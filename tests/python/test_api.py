@@ -584,8 +584,8 @@ def test_unreadable_columns_are_refused(content, columns, line, expected, found,
 
 
 def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
-    case = to_flange("aw", output_file=tmp_path / "columns.txt")
-    case.to_namelist(tmp_path / "case.nml")
+    coarse(3, "aw", t_end=1e-3, table_file=tmp_path / "aw.table",
+           output_file=tmp_path / "columns.txt").to_namelist(tmp_path / "case.nml")
     assert main(["run", str(tmp_path / "case.nml")]) == 0
     earlier = (tmp_path / "columns.txt").read_bytes()
     capsys.readouterr()
