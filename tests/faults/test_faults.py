@@ -270,6 +270,3 @@ def test_closed_and_full_streams(case):
     # A name that is not UTF-8 is drawn with another letter.
     assert shell("$PYTHON plot columns.txt 2>&-", case).stdout == "outputs/ldbench_plots.pdf: 6 pages\n"
     assert shell("cp columns.txt 'caf\\351.txt' && $PYTHON compare 'caf\\351.txt' columns.txt 2>&1", case).returncode == 0
-
-
-# ---- what is made is freed -----------------------------------------------------------

@@ -228,9 +228,6 @@ def test_an_easy_pair_has_a_small_table(strip_tables: dict[str, Path], tmp_path:
     assert "(found)" in actual.stdout and size < sum(np.prod(zone) for zone in points(actual.stdout))
 
 
-# ---- the law that a table file is made by --------------------------------------------
-
-
 # ---- bytes ---------------------------------------------------------------------------
 @pytest.mark.parametrize("model", MODELS)
 def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):

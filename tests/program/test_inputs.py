@@ -82,9 +82,6 @@ def refused(text: str, folder: Path) -> Error:
     return error
 
 
-# ---- values that do not fit each other or the profiles -------------------------------
-
-
 # ---- the language --------------------------------------------------------------------
 
 
@@ -277,6 +274,3 @@ def test_header_holds_the_values_in_force(case, shipped):
         value = given.get(key, variable.default)
         same = float(in_force[key]) == float(value) if variable.is_number else in_force[key] == value
         assert same, f"{key}: {in_force[key]}, expected {value}"
-
-
-# ---- random mutations ----------------------------------------------------------------
