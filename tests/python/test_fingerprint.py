@@ -102,7 +102,7 @@ def test_softer_and_stiffer_steel_has_less_and_more_of_the_force_of_hertz(scale:
 
 
 def ratios_to_hertz(run: RunData, task: Task) -> Iterator[tuple[float, float]]:
-    """Of each blow the force over that of our table of Hertz's law in the same poses, and what this leaves as a share of the peak.
+    """The force of each blow over that of Hertz's law in the same poses, by our table, and the misfit as a share of the peak.
     No approach, shift or law is fitted. In our own runs the tread's load lowers the surface of the flange, so that Hertz's force
     is that of poses which are less deep by it."""
     table = fingerprints.hertz_table(task.profiles)
