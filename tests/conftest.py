@@ -208,5 +208,5 @@ def shipped(common: Path) -> dict[str, Run]:
     with once(folder) as first:
         if first:
             with kept_tables([folder / f"{pair}_halfspace.table" for pair in PAIRS]):
-                return for_all_cases(lambda case: run_shipped(case, folder))
+                for_all_cases(lambda case: run_shipped(case, folder))
     return {case: read_shipped(case, folder) for case in CASES}

@@ -1,6 +1,6 @@
 """What a run costs, against others and against the floor: `make bench`.
 
-usage: PYTHONPATH=tests/support:profiles python tests/bench [--short | --full] [--only SECTION ...] [--out FOLDER]
+usage: PYTHONPATH=tests/support:profiles python tests/bench [--full] [--only SECTION ...] [--out FOLDER]
 
 Writes bench.csv, one line per figure with median and quartiles, and ldbench_bench.pdf, whose first page has the five
 figures that a reader needs. Nothing here fails because a machine is slow.
@@ -15,7 +15,7 @@ from matplotlib.backends.backend_pdf import PdfPages
 from command import arguments, run_sections, write_csv
 from ldbench._core.files import complete
 from ldbench.plots.style import ldbench_style
-from measure import Form, Section
+from measure import Section
 from sheets import text_pages
 from summary import summary
 
@@ -32,11 +32,9 @@ def write_pdf(path: Path, sections: dict[str, Section]) -> None:
 
 
 def main() -> int:
-    args = arguments("make bench", __doc__, SECTIONS, "one exercise, few settings",
-                     {"scipy": "scipy"},
-                     "all cases, methods, models and members: 15 minutes instead of 6")
-    form = Form.SHORT if args.short else Form.FULL if args.full else Form.USUAL
-    sections = run_sections(args, form, lambda section: (m.line() for m in section.measures if m.headline))
+    args = arguments("make bench", __doc__, SECTIONS, {"scipy": "scipy"},
+                     full="all cases, methods, models and members: 15 minutes instead of 6")
+    sections = run_sections(args, args.full, lambda section: (m.line() for m in section.measures if m.headline))
     print(*(f"{what}: {value}" for what, value, _ in summary(sections).tables[0].rows), sep="\n")
     write_csv(args.out/"bench.csv", HEAD, (
         [name, m.case, m.subject, m.quantity, m.unit, *(f"{x:.6g}" for x in (m.median, *m.quartiles)), len(m.values),

@@ -11,13 +11,11 @@ import numpy as np
 import ldbench
 from evaluation import absolute
 from ldbench import Case, ContactTable
-from measure import Form, Section, measure, ratio
+from measure import Section, measure, ratio
 from programs import resources
-from running import LDBENCH, REPO
+from running import CASES, LDBENCH, REPO
 from sheets import Table
 
-CASES = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4, 5) for pair in ("aw", "sw")]
-SHORT = ["ex2_aw"]
 MODELS = "strip", "hertz", "halfspace"      # the first is what the others' tables are compared with
 THREADS = 1, 2
 
@@ -121,14 +119,11 @@ def python_measures(out: Section, case: Case, rounds: int) -> None:
                      ratio(case.case_name, "Python", "wall time over the executable's", ours, theirs)]
 
 
-def section(form: Form) -> Section:
-    short = form is Form.SHORT
+def section(full: bool) -> Section:
     out = Section("The cases as they are run", TEXT)
     rounds = 3
-    case_measures(out, SHORT if short else CASES, rounds)
-    if not short:
-        models = MODELS if form is Form.FULL else MODELS[::2]
-        table_measures(out, ("aw", "sw"), models, rounds if form is Form.FULL else 2)
-    python_measures(out, Case.exercise(2 if short else 5, "aw"), rounds)
-    writing_measures(out, Case.exercise(2 if short else 1, "aw"), rounds)
+    case_measures(out, CASES, rounds)
+    table_measures(out, ("aw", "sw"), MODELS if full else MODELS[::2], rounds if full else 2)
+    python_measures(out, Case.exercise(5, "aw"), rounds)
+    writing_measures(out, Case.exercise(1, "aw"), rounds)
     return out

@@ -14,12 +14,10 @@ import psutil
 import ldbench
 from ldbench import Case, ContactTable
 from local_cluster import Cluster
-from measure import Form, Section, measure, ratio
+from measure import Section, measure, ratio
 from programs import resources
 from sheets import Table
 
-MEMBERS = {Form.SHORT: 8, Form.USUAL: 500, Form.FULL: 1000}
-ROUNDS = {Form.SHORT: 2, Form.USUAL: 2, Form.FULL: 3}
 WORKERS = 2
 
 TEXT = """Exercise 3 in full, actual profiles, with as many masses between 1000 and 2000 kg as there are members: with one
@@ -67,21 +65,18 @@ def memory(folder: Path, out: Section) -> None:
                          for who, peak in (("client", client), ("scheduler", scheduler))]
 
 
-def section(form: Form) -> Section:
-    short = form is Form.SHORT
+def section(full: bool) -> Section:
     out = Section("Ensembles", TEXT)
-    count, rounds = MEMBERS[form], ROUNDS[form]
+    count, rounds = (1000, 3) if full else (500, 2)
     masses = np.linspace(1000, 2000, count + 1).tolist()
     clusters = []
     with tempfile.TemporaryDirectory() as name:
-        case = Case.exercise(3, "aw")
-        if not short:           # the short form takes the table that is there
-            case = case.replace(table_file=f"{name}/table")
+        case = Case.exercise(3, "aw").replace(table_file=f"{name}/table")
         table = ContactTable(case)
         kinds = {f"{n} thread{'s'*(n > 1)}": lambda some, n=n: ldbench.ensemble(
             case, {"mass": some}, tables=[table], threads=n) for n in (1, 2)}
         try:
-            for n in () if short else (1, WORKERS):
+            for n in (1, WORKERS):
                 folder = Path(name)/str(n)
                 folder.mkdir()
                 clusters.append(Cluster(folder, n))
@@ -102,7 +97,7 @@ def section(form: Form) -> Section:
             # Kind, sweep or its start, wall or processor time, round.
             seconds = np.moveaxis([[spent(*each) for each in zip(kinds.values(), owners, strict=True)]
                                    for _ in range(rounds)], 0, -1)
-            if form is Form.FULL:
+            if full:
                 memory(Path(name), out)
         finally:
             for cluster in clusters:
@@ -113,10 +108,9 @@ def section(form: Form) -> Section:
                          measure(case.case_name, kind, "start", "s", start[0]),
                          measure(case.case_name, kind, "processor time of a member", "s", (whole[1] - start[1])/count)]
     for one, two in ("1 thread", "2 threads"), ("1 process", "2 processes"):
-        if two in names:
-            (a, a_start), (b, b_start) = (seconds[names.index(kind)][:, 0] for kind in (one, two))
-            out.measures += [ratio(case.case_name, two, f"with the start, times faster than {one}", a, b),
-                             ratio(case.case_name, two, f"times faster than {one}", a - a_start, b - b_start)]
+        (a, a_start), (b, b_start) = (seconds[names.index(kind)][:, 0] for kind in (one, two))
+        out.measures += [ratio(case.case_name, two, f"with the start, times faster than {one}", a, b),
+                         ratio(case.case_name, two, f"times faster than {one}", a - a_start, b - b_start)]
     rows = [[m.subject, m.quantity, m.text()] for m in out.measures]
     out.tables.append(Table(f"{count} members: median (quartiles)", ["kind", "quantity", "[s], [MB] or ratio"], rows))
     return out

@@ -11,26 +11,20 @@ import numpy as np
 import ldbench
 from ldbench import Case, Run
 from ldbench._core import _flat
-from measure import Form, Section, measure, ratio
-from problem import absolute, numpy_law
+from measure import Section, measure, ratio
+from problem import absolute
 from programs import fortran_test
 from sheets import Table
 
 EXERCISES = 1, 2
-SHORT = (2,)
 CALLS = 20_000                  # from Python, per round
 LOOPED = 100_000                # in compiled loops, per round
-NAMES = "table", "force alone", "direct", "half-space", "solution", "floor"
+NAMES = "table", "force alone", "direct", "half-space"
 
 TEXT = """One evaluation gives energy, force and tangent stiffness of all four contacts at a pose. Poses: the rows of
 the run. table: the core's look-up in a Fortran loop; force alone: without the tangent, as the explicit step needs it;
 direct: force and energy (no tangent) of strips; half-space: force and energy of half-spaces on 24 x 48 elements per
-patch, to 1e-6; solution: one of those that a table is made of, on 12 x 24 elements, to 1e-2, from that of a pose nearby;
-floor: the loads and multiply-adds of the touching zones' splines with tangent (80 and 400 each)
-in a bare loop, with the values of the basis functions given.
-
-Python's own: what a user would write with numpy alone, one Hertz spring per wheel along the contact angle, height and
-angle of the rigid wheelset by np.interp from the geometry functions. Only its cost counts here: it is a cruder law."""
+patch, to 1e-6."""
 
 
 def seconds_per_call(call: Callable[[float, float, float], object], poses: np.ndarray) -> float:
@@ -68,20 +62,17 @@ def fortran_times(case: Case, poses: np.ndarray, rounds: int) -> tuple[dict[str,
     return dict(zip(NAMES, times, strict=True)), float(lines[-1].split()[0])
 
 
-def section(form: Form) -> Section:
-    short = form is Form.SHORT
+def section(full: bool) -> Section:
     out = Section("Cost of an evaluation", TEXT)
-    rounds = 7 if form is Form.FULL else 3
+    rounds = 7 if full else 3
     rows = []
     table = None
-    for exercise in SHORT if short else EXERCISES:
+    for exercise in EXERCISES:
         case = Case.exercise(exercise, "aw")
         run = ldbench.run(case, table=table)
         table, poses = run.table, poses_of(run)
-        if short:
-            poses = poses[::5].copy()
         times, zones = fortran_times(case, poses, rounds)
-        handle, law = run.table._handle, numpy_law(run.table)
+        handle = run.table._handle
         arrays = [np.ascontiguousarray(x) for x in poses.T]
 
         def loop(procedure: Callable[..., object]) -> float:
@@ -94,8 +85,7 @@ def section(form: Form) -> Section:
         kinds = {"force, array from Python": lambda: loop(_flat.forces),
                  "tangent, array from Python": lambda: loop(_flat.tangents),
                  "force, one by one from Python": lambda: seconds_per_call(
-                     lambda y, z, phi: _flat.forces(handle, 0, y, z, phi), poses),
-                 "Python's own law": lambda: seconds_per_call(law, poses)}
+                     lambda y, z, phi: _flat.forces(handle, 0, y, z, phi), poses)}
         samples = [[kind() for kind in kinds.values()] for _ in range(rounds)]
         times |= dict(zip(kinds, np.array(samples).T, strict=True))
         name = case.case_name

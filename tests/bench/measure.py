@@ -3,22 +3,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from enum import IntEnum
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from sheets import Table
-
-END, STATES, COLUMNS = OUTPUTS = "end alone", "events and states", "events and columns"     # what a solution gives
-
-
-class Form(IntEnum):
-    """How much is measured."""
-
-    SHORT = 0       # that it works, for the test suite
-    USUAL = 1       # in some minutes
-    FULL = 2
 
 
 @dataclass(frozen=True)

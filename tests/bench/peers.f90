@@ -3,7 +3,7 @@
 !> usage: peers input.nml
 !> Does the namelists &job of standard input one after the other (logicals as T or F), the answer to each a line: Y, Z,
 !> roll at the end (NaN if it was not reached), processor time of the integration alone [s], evaluations of the force,
-!> Jacobians, steps, events found.
+!> Jacobians.
 !>
 !> The Fortran modules are those of SUNDIALS 6.4, which Debian 12 has; SPRKStep, its symplectic methods, came with 6.6.
 module by_sundials
@@ -21,8 +21,7 @@ module by_sundials
   use fsunmatrix_dense_mod
   use fsunnonlinsol_fixedpoint_mod
   use kinds, only: dp
-  use contact_table, only: find_roll
-  use zone_tables, only: zone_penetration, inside, roll_type
+  use zone_tables, only: inside
   use run_setup, only: setup_type
   use wheelset, only: contact_state, contacts, external_force
   implicit none
@@ -39,7 +38,6 @@ module by_sundials
   !> An integrator that was started.
   type :: peer_type
     real(dp) :: x(6) = 0               !! where it is
-    real(dp) :: t = 0                  !! [s]
     logical :: explicit = .false.      !! of ARKODE
     real(dp) :: scale(6) = 0           !! absolute tolerances
     type(c_ptr) :: context = c_null_ptr, memory = c_null_ptr
@@ -49,22 +47,19 @@ module by_sundials
     type(SUNMatrix), pointer :: matrix => null()
   end type peer_type
 
-  integer, parameter :: n_roots = 5    !! four contacts and the centre
-
 contains
 
   !> Start `method` at x: 'adams' (fixed-point iteration), 'adams newton', 'bdf' of CVODE, 'erk 4' to 'erk 8' of ARKODE.
-  subroutine new_peer(problem, method, tolerance, x, t_end, roots, peer)
+  subroutine new_peer(problem, method, tolerance, x, t_end, peer)
     type(problem_type), intent(inout), target :: problem
     character(*), intent(in) :: method
     real(dp), intent(in) :: tolerance      !! relative to 1 cm, 10 mrad, 1 m/s, 1 rad/s, and to x
     real(dp), intent(in) :: x(6)
     real(dp), intent(in) :: t_end          !! [s]
-    logical, intent(in) :: roots           !! whether it finds out when contacts open and close
     type(peer_type), intent(out), target :: peer
     integer(c_long), parameter :: many = 100000000
     integer(c_int64_t), parameter :: n = 6
-    integer(c_int) :: status(9)
+    integer(c_int) :: status(8)
     integer :: table
 
     status = 0
@@ -97,8 +92,7 @@ contains
       status(5) = FERKStepSetMaxNumSteps(peer%memory, many)
       status(6) = FERKStepSetUserData(peer%memory, c_loc(problem))
       status(7) = FERKStepSetStopTime(peer%memory, t_end)
-      status(9) = FERKStepSetMaxErrTestFails(peer%memory, 50)      ! in flight a first trial may go far
-      if (roots) status(8) = FERKStepRootInit(peer%memory, n_roots, c_funloc(gaps))
+      status(8) = FERKStepSetMaxErrTestFails(peer%memory, 50)      ! in flight a first trial may go far
     else
       peer%memory = FCVodeCreate(merge(CV_BDF, CV_ADAMS, method == 'bdf'), peer%context)
       status(2) = FCVodeInit(peer%memory, c_funloc(rates), 0.0_dp, peer%state)
@@ -107,16 +101,15 @@ contains
       status(5) = FCVodeSetMaxNumSteps(peer%memory, many)
       status(6) = FCVodeSetUserData(peer%memory, c_loc(problem))
       status(7) = FCVodeSetStopTime(peer%memory, t_end)
-      if (roots) status(8) = FCVodeRootInit(peer%memory, n_roots, c_funloc(gaps))
       select case (method)
       case ('adams')
         peer%fixed_point => FSUNNonlinSol_FixedPoint(peer%state, 0_c_int, peer%context)
-        status(9) = FCVodeSetNonlinearSolver(peer%memory, peer%fixed_point)
+        status(8) = FCVodeSetNonlinearSolver(peer%memory, peer%fixed_point)
       case ('adams newton', 'bdf')
         peer%matrix => FSUNDenseMatrix(n, n, peer%context)
         peer%solver => FSUNLinSol_Dense(peer%state, peer%matrix, peer%context)
-        status(9) = FCVodeSetLinearSolver(peer%memory, peer%solver, peer%matrix)
-        if (status(9) == 0) status(9) = FCVodeSetJacFn(peer%memory, c_funloc(jacobian))
+        status(8) = FCVodeSetLinearSolver(peer%memory, peer%solver, peer%matrix)
+        if (status(8) == 0) status(8) = FCVodeSetJacFn(peer%memory, c_funloc(jacobian))
       case default
         error stop 'expected adams, adams newton or bdf'
       end select
@@ -124,50 +117,38 @@ contains
     if (any(status /= 0)) error stop 'SUNDIALS: an integrator cannot be set up'
   end subroutine new_peer
 
-  !> On to `t`.  `found`: events on the way; `ok`: it was reached.
-  subroutine evolve(peer, t, found, ok)
+  !> On to `t`. `ok`: it was reached.
+  subroutine evolve(peer, t, ok)
     type(peer_type), intent(inout) :: peer
     real(dp), intent(in) :: t              !! [s]
-    integer, intent(inout) :: found
     logical, intent(out) :: ok
     real(dp) :: reached(1)
     integer(c_int) :: status
 
-    do
-      if (peer%explicit) then
-        status = FERKStepEvolve(peer%memory, t, peer%state, reached, ARK_NORMAL)
-      else
-        status = FCVode(peer%memory, t, peer%state, reached, CV_NORMAL)
-      end if
-      ! CV_ROOT_RETURN and ARK_ROOT_RETURN are one number.
-      if (status /= CV_ROOT_RETURN) exit
-      found = found + 1
-    end do
-    peer%t = reached(1)
+    if (peer%explicit) then
+      status = FERKStepEvolve(peer%memory, t, peer%state, reached, ARK_NORMAL)
+    else
+      status = FCVode(peer%memory, t, peer%state, reached, CV_NORMAL)
+    end if
     ok = status == CV_SUCCESS .or. status == CV_TSTOP_RETURN
   end subroutine evolve
 
-  !> Steps taken; everything is freed.
-  integer function free_peer(peer) result(steps)
+  subroutine free_peer(peer)
     type(peer_type), intent(inout) :: peer
-    integer(c_long) :: n(1)
     integer(c_int) :: status
 
     if (peer%explicit) then
-      status = FERKStepGetNumSteps(peer%memory, n)
       call FERKStepFree(peer%memory)
     else
-      status = FCVodeGetNumSteps(peer%memory, n)
       call FCVodeFree(peer%memory)
     end if
-    steps = int(n(1))
     if (associated(peer%fixed_point)) status = FSUNNonlinSolFree(peer%fixed_point)
     if (associated(peer%solver)) status = FSUNLinSolFree(peer%solver)
     if (associated(peer%matrix)) call FSUNMatDestroy(peer%matrix)
     call FN_VDestroy(peer%state)
     call FN_VDestroy(peer%scales)
     status = FSUNContext_Free(peer%context)
-  end function free_peer
+  end subroutine free_peer
 
   !> The numbers of a vector: FN_VGetArrayPointer gives the first one.
   function numbers(vector) result(x)
@@ -233,38 +214,6 @@ contains
     status = merge(0, 1, state%status == inside)
   end function jacobian
 
-  !> Penetrations of the four contacts, negative where they are open, and y [m].
-  integer(c_int) function gaps(t, x, p, user) result(status) bind(c)
-    real(c_double), value :: t
-    type(N_Vector) :: x
-    real(c_double), intent(out) :: p(n_roots)
-    type(c_ptr), value :: user
-    real(dp), parameter :: mirror(3) = [-1, 1, -1]
-    type(problem_type), pointer :: problem
-    type(roll_type) :: roll, opposite, other
-    real(dp) :: q(3)
-    integer :: z, k, outside
-
-    call c_f_pointer(user, problem)
-    q = pose(problem, numbers(x))
-    p = -1
-    p(5) = q(1)
-    status = 0
-    associate (w => problem%setup%wheelset)
-      call find_roll(w%table, q(3), .false., roll, opposite, outside)
-      if (outside /= inside) return
-      if (.not. associated(w%right_table, w%table)) call find_roll(w%right_table, q(3), .false., other, opposite, outside)
-      do z = 1, size(w%table%zones)
-        k = merge(2, 1, w%table%zones(z)%flange)
-        p(k) = max(p(k), zone_penetration(w%table%zones(z), q, roll))
-      end do
-      do z = 1, size(w%right_table%zones)
-        k = merge(4, 3, w%right_table%zones(z)%flange)
-        p(k) = max(p(k), zone_penetration(w%right_table%zones(z), mirror*q, opposite))
-      end do
-    end associate
-  end function gaps
-
   pure function pose(problem, x) result(q)
     type(problem_type), intent(in) :: problem
     real(dp), intent(in) :: x(6)
@@ -274,49 +223,16 @@ contains
   end function pose
 
 end module by_sundials
-!> Rows that nobody keeps.
-module no_rows
-  use errors, only: error_type
-  use kinds, only: dp
-  use row_sink, only: row_writer
-  implicit none
-  private
-  public :: discarded_rows
-
-  type, extends(row_writer) :: discarded_rows
-    real(dp) :: total = 0                  !! of Y: keeps the rows alive
-  contains
-    procedure :: write_row
-  end type discarded_rows
-
-contains
-
-  subroutine write_row(this, row, error)
-    class(discarded_rows), intent(inout) :: this
-    real(dp), intent(in) :: row(:)
-    type(error_type), allocatable, intent(out) :: error
-
-    this%total = this%total + row(3)
-  end subroutine write_row
-
-end module no_rows
 program peers
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: iostat_end
   use by_sundials, only: evolve, free_peer, new_peer, peer_type, problem_type
   use case, only: case_type
-  use columns, only: list_columns, most_columns
-  use errors, only: error_type
-  use events, only: event_log, watch
   use kinds, only: dp
   use motion_state, only: motion_type
   use newmark, only: advance, energy_change, energy_rounding, scheme_type, evaluate_contacts, step_ok
-  use no_rows, only: discarded_rows
   use shared, only: read_prepared
-  use run_monitor, only: run_type
   use run_setup, only: setup_type
-  use simulation, only: simulate
-  use wheelset, only: contacts
   implicit none
   save
   character(16) :: method              ! 'newmark', 'energy'; else of SUNDIALS
@@ -326,22 +242,16 @@ program peers
   real(dp) :: energy_tolerance         ! ours, a step that changes the total energy by more is cut [J]
   real(dp) :: tolerance                ! theirs
   real(dp) :: t_end                    ! [s]
-  real(dp) :: interval                 ! of output [s]; 0: the end alone
-  logical :: events                    ! are looked for
-  logical :: rows                      ! all columns; else the state alone
   real(dp) :: seconds                  ! it is repeated until it took so long
-  namelist /job/ method, order, beta, dt, energy_tolerance, tolerance, t_end, interval, events, rows, seconds
+  namelist /job/ method, order, beta, dt, energy_tolerance, tolerance, t_end, seconds
   type(case_type) :: c
   type(setup_type), target :: setup
   type(problem_type) :: problem
   type(scheme_type) :: scheme
   type(motion_type) :: motion          ! where our steps are
-  type(event_log) :: log
   logical :: ok                        ! so far
-  type(discarded_rows) :: sink
-  type(error_type), allocatable :: error
   real(dp) :: last(3), spent, once
-  integer :: repeats, steps, found, stat
+  integer :: repeats, stat
 
   call read_prepared(c, setup)
   do
@@ -352,9 +262,6 @@ program peers
     energy_tolerance = c%energy_tolerance
     tolerance = 1e-8_dp
     t_end = c%t_end
-    interval = 0
-    events = .false.
-    rows = .false.
     seconds = 0
     read (*, nml=job, iostat=stat)
     if (stat == iostat_end) exit
@@ -364,11 +271,7 @@ program peers
     do
       problem = problem_type(setup)
       if (method == 'newmark' .or. method == 'energy') then
-        if (rows) then
-          call run_ours(once)
-        else
-          call step_ours(once)
-        end if
+        call step_ours(once)
       else
         call solve(once)
       end if
@@ -376,71 +279,46 @@ program peers
       repeats = repeats + 1
       if (spent >= seconds .or. repeats == 1000) exit
     end do
-    write (*, '(4es24.16, 4(1x, i0))') last, spent/repeats, problem%evaluations, problem%jacobians, steps, found
+    write (*, '(4es24.16, 2(1x, i0))') last, spent/repeats, problem%evaluations, problem%jacobians
     flush (6)
   end do
-  if (.not. abs(sink%total) < huge(sink%total)) error stop 'a row is no number'
 
 contains
 
-  !> By SUNDIALS; of every row the contacts are evaluated again.
   subroutine solve(once)
     real(dp), intent(out) :: once
     type(peer_type) :: peer
-    real(dp) :: values(most_columns), from, to, t
-    integer :: columns, i, n
+    real(dp) :: from, to
 
-    n = row_count()
-    found = 0
-    call new_peer(problem, trim(method), tolerance, [c%y, c%z, c%roll, c%vy, c%vz, c%roll_rate], t_end, events, peer)
+    call new_peer(problem, trim(method), tolerance, [c%y, c%z, c%roll, c%vy, c%vz, c%roll_rate], t_end, peer)
     call cpu_time(from)
-    do i = 1, n
-      t = merge(i*interval, t_end, i < n)
-      call evolve(peer, t, found, ok)
-      if (.not. ok) exit
-      if (.not. rows) cycle
-      motion%t = t
-      motion%q = setup%equilibrium + peer%x(:3)
-      motion%v = peer%x(4:)
-      call contacts(setup%wheelset, motion%q, motion%contact, tangent=.false.)
-      problem%evaluations = problem%evaluations + 1
-      call list_columns(c, setup, motion, 0.0_dp, values, columns)
-      call sink%write_row(values(:columns), error)
-    end do
+    call evolve(peer, t_end, ok)
     call cpu_time(to)
     once = to - from
     last = merge(peer%x(:3), ieee_value(1.0_dp, ieee_quiet_nan), ok)
-    steps = free_peer(peer)
+    call free_peer(peer)
   end subroutine solve
 
-  !> By our steps alone, cut as `simulate` cuts them; with events as it sees them, but without peaks and energies.
+  !> By our steps alone, cut as `simulate` cuts them, without events, peaks and energies.
   subroutine step_ours(once)
     real(dp), intent(out) :: once
-    real(dp) :: from, to, piece
-    integer :: k, n, row, substeps, status
+    real(dp) :: from, to
+    integer :: k, steps, status
 
     scheme = scheme_type(method, order, beta, c%gamma, c%tolerance, c%max_iterations)
-    n = row_count()
-    substeps = ceiling(t_end/n/dt*(1 - 1e-9_dp))
-    steps = 0
-    log = event_log()
+    steps = ceiling(t_end/dt*(1 - 1e-9_dp))
     motion = motion_type()
     motion%q = setup%equilibrium + [c%y, c%z, c%roll]
     motion%v = [c%vy, c%vz, c%roll_rate]
     call cpu_time(from)
     call evaluate_contacts(setup%wheelset, motion, status)
     ok = status == step_ok
-    piece = t_end/n/substeps
-    do row = 1, n
-      do k = 1, substeps
-        if (ok) call step(piece, 0)
-      end do
-      sink%total = sink%total + motion%q(1)
+    do k = 1, steps
+      if (ok) call step(t_end/steps, 0)
     end do
     call cpu_time(to)
     once = to - from
     last = merge(motion%q - setup%equilibrium, ieee_value(1.0_dp, ieee_quiet_nan), ok)
-    found = sum(log%counts)
   end subroutine step_ours
 
   recursive subroutine step(dt, halvings)
@@ -470,39 +348,7 @@ contains
       end do
       return
     end if
-    if (events) call watch(log, setup%wheelset, motion, new, setup%side)
     motion = new
-    steps = steps + 1
   end subroutine step
-
-  !> As the executable runs it, but for the file.
-  subroutine run_ours(once)
-    real(dp), intent(out) :: once
-    type(run_type) :: run
-    type(case_type) :: own
-
-    own = c
-    own%scheme = method
-    own%order = order
-    own%beta = beta
-    own%dt = dt
-    own%energy_tolerance = energy_tolerance
-    own%t_end = t_end
-    own%interval = t_end/row_count()
-    own%rows = 'interval'
-    own%stop_at = 't_end'
-    call simulate(own, setup, sink, run, error)
-    last = ieee_value(1.0_dp, ieee_quiet_nan)
-    if (.not. allocated(error)) last = run%last(3:5)
-    once = run%seconds
-    steps = int(run%steps)
-    found = sum(run%log%counts)
-    problem%evaluations = int(run%evaluations)
-  end subroutine run_ours
-
-  integer function row_count()
-    row_count = 1
-    if (interval > 0) row_count = ceiling(t_end/interval*(1 - 1e-9_dp))
-  end function row_count
 
 end program peers

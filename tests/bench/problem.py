@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +15,13 @@ from scipy.integrate import solve_ivp
 import ldbench
 from ldbench import Case, ContactTable
 from ldbench._core import _flat
-from measure import COLUMNS, END
 from running import FORTRAN_TESTS
 
 SIZE = np.array([1e-2, 1e-2, 1e-2, 1.0, 1.0, 1.0])  # of the motion [m, rad] and per second: scales absolute tolerances
 MAX_STEP = 1e-4                 # of DOP853 as reference: a longer one may pass through a contact without seeing it [s]
-STRICT, SHORT_STRICT = (1e-12, 1e-13), (1e-10, 1e-11)       # its tolerances
+STRICT = 1e-12, 1e-13           # its tolerances
 PEER_STRICT = 1e-13, 3e-14      # those of CVODE as reference
-FINE, SHORT_FINE = ((1e-5, 1e-10), (5e-6, 1e-11)), ((1e-5, 1e-8), (1e-5, 1e-9))     # our steps [s] and tolerances [J]
+FINE = (1e-5, 1e-10), (5e-6, 1e-11)     # our steps [s] and tolerances [J] as reference
 ROWS = 100                      # of our output from Python
 FAR_OFF = 1e15                  # rates of a trial pose outside the table: shortens the step (LSODA would keep a NaN)
 PEERS = FORTRAN_TESTS/"peers"   # tests/bench/peers.f90, built where SUNDIALS is
@@ -89,44 +87,6 @@ def absolute(case: Case) -> Case:
                            for name in ("wheel_profile", "rail_profile", "table_file")})
 
 
-@cache
-def numpy_law(table: ContactTable) -> Callable[[float, float, float], np.ndarray]:
-    """Force on the wheelset by one Hertz spring per wheel, from the geometry functions."""
-    g = table.geometry().dropna()
-    Y, Z, roll = (g[c].to_numpy() for c in ("Y", "Z", "roll"))
-    sides = [(g[f"angle_{s}"].to_numpy(), g[f"y_{s}"].to_numpy(), sign) for s, sign in (("L", 1), ("R", -1))]
-    approach = table.rigid_height - table.equilibrium
-    stiffness = table.weight/2/approach**1.5        # Hertz, from the approach at rest [N/m^1.5]
-
-    def force(y: float, z: float, phi: float) -> np.ndarray:
-        total = np.zeros(3)
-        down = np.interp(y, Y, Z) + table.rigid_height - z
-        tilt = np.interp(y, Y, roll) - phi
-        for angle, lateral, sign in sides:
-            gamma, arm = np.interp(y, Y, angle), np.interp(y, Y, lateral) - y
-            depth = (down + tilt*arm)*np.cos(gamma)
-            if depth > 0:
-                N = stiffness*depth**1.5
-                Fy, Fz = -sign*N*np.sin(gamma), N*np.cos(gamma)
-                total += Fy, Fz, arm*Fz + z*Fy
-        return total
-
-    return force
-
-
-def python_alone(p: Problem) -> Problem:
-    """The wheelset on that law, in Python from end to end."""
-    law, height = numpy_law(p.table), p.table.equilibrium
-    mass = np.array([p.case.mass, p.case.mass, p.case.roll_inertia])
-    lateral, ramp, weight = p.case.lateral_force, p.case.lateral_ramp, p.table.weight
-
-    def rates(t: float, x: np.ndarray) -> np.ndarray:
-        force = law(x[0], x[1] + height, x[2]) + (lateral + ramp*t, -weight, 0.0)
-        return np.concatenate([x[3:], force/mass])
-
-    return replace(p, rates=rates)
-
-
 # One solution -----------------------------------------------------------------------------
 
 @dataclass
@@ -142,12 +102,10 @@ class Solution:
 FAILED = np.full(3, np.nan)
 
 
-def compiled(p: Problem, output: str, least: float, **job: str | float | bool) -> Solution:
+def compiled(p: Problem, least: float, **job: str | float) -> Solution:
     """By the program, repeated until it took `least` [s]."""
     job |= {"t_end": p.t_end, "seconds": least}
-    if output != END:
-        job |= {"interval": p.case.interval, "events": True, "rows": output == COLUMNS}
-    words = (f"{name}={'FT'[value] if isinstance(value, bool) else repr(value)}" for name, value in job.items())
+    words = (f"{name}={value!r}" for name, value in job.items())
     p.program.stdin.write(f"&job {' '.join(words)} /\n")
     words = p.program.stdout.readline().split()
     if not words:
@@ -155,11 +113,11 @@ def compiled(p: Problem, output: str, least: float, **job: str | float | bool) -
     return Solution(np.array(words[:3], float), float(words[3]), int(words[4]), int(words[5]))
 
 
-def by_ours(p: Problem, output: str, least: float, scheme: str, order: int, beta: float, dt: float,
+def by_ours(p: Problem, least: float, scheme: str, order: int, beta: float, dt: float,
             energy_tolerance: float = 0.0) -> Solution:
     """By the core; without the program its time includes events, energies and the columns of some rows."""
     if p.program:
-        return compiled(p, output, least, method=scheme, order=order, beta=beta, dt=dt, energy_tolerance=energy_tolerance)
+        return compiled(p, least, method=scheme, order=order, beta=beta, dt=dt, energy_tolerance=energy_tolerance)
     case = p.case.replace(scheme=scheme, order=order, beta=beta, dt=min(dt, p.t_end/ROWS), stop_at="t_end",
                           energy_tolerance=energy_tolerance, t_end=p.t_end, interval=p.t_end/ROWS)
 
@@ -175,9 +133,9 @@ def by_ours(p: Problem, output: str, least: float, scheme: str, order: int, beta
     return lasting(once, least)
 
 
-def by_peer(p: Problem, output: str, least: float, method: str, tolerance: float) -> Solution:
+def by_peer(p: Problem, least: float, method: str, tolerance: float) -> Solution:
     """By SUNDIALS."""
-    return compiled(p, output, least, method=method, tolerance=tolerance)
+    return compiled(p, least, method=method, tolerance=tolerance)
 
 
 def by_scipy(p: Problem, least: float, method: str, tolerance: float, max_step: float = np.inf) -> Solution:
@@ -211,19 +169,17 @@ class Reference:
     apart: float                # the other candidate's Y from it [m]
 
 
-def reference(p: Problem, short: bool = False) -> Reference:
+def reference(p: Problem) -> Reference:
     """Our cut steps or another's, small: the one that changes less from the setting before.
 
     The two have nothing in common but the force law, so their distance bounds the errors of both.
     """
-    fine = SHORT_FINE if short else FINE
-    ours = [by_ours(p, END, 0, "newmark", 4, 0.0, *settings) for settings in fine]
+    ours = [by_ours(p, 0, "newmark", 4, 0.0, *settings) for settings in FINE]
     if p.program:
-        other, theirs = f"CVODE Adams, {PEER_STRICT[1]:g}", [by_peer(p, END, 0, "adams", x) for x in PEER_STRICT]
+        other, theirs = f"CVODE Adams, {PEER_STRICT[1]:g}", [by_peer(p, 0, "adams", x) for x in PEER_STRICT]
     else:
-        strict = SHORT_STRICT if short else STRICT
-        other, theirs = f"DOP853, {strict[1]:g}", [by_scipy(p, 0, "DOP853", x, MAX_STEP) for x in strict]
+        other, theirs = f"DOP853, {STRICT[1]:g}", [by_scipy(p, 0, "DOP853", x, MAX_STEP) for x in STRICT]
     candidates = [(abs(coarse.pose[0] - fine.pose[0]), source, fine.pose) for source, (coarse, fine) in (
-        (other, theirs), (f"cut 4, {fine[1][1]:g} J", ours))]
+        (other, theirs), (f"cut 4, {FINE[1][1]:g} J", ours))]
     (error, source, pose), (_, _, other) = sorted(candidates, key=lambda c: c[0])
     return Reference(pose, float(error), source, float(abs(pose[0] - other[0])))

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from measure import END, Measure, Section
+from measure import Measure, Section
 from sheets import Table
 
 TEXT = """Median (quartiles) of the rounds; every figure is on the pages that follow, with what it was measured by. A ratio
@@ -15,7 +15,7 @@ def summary(sections: Mapping[str, Section]) -> Section:
     def found(name: str, wanted: Callable[[Measure], bool]) -> list[Measure]:
         return [m for m in sections[name].measures if wanted(m)] if name in sections else []
 
-    peers = found("precision", lambda m: "SUNDIALS over ours" in m.quantity and m.quantity.endswith(END))
+    peers = found("precision", lambda m: "SUNDIALS over ours" in m.quantity)
     cases = {m.case for m in peers}
     nearest = [min((m for m in peers if m.case == case), key=lambda m: m.median) for case in sorted(cases)]
     memory = found("cases", lambda m: m.quantity == "peak memory")

@@ -425,6 +425,3 @@ def test_film(ending: str, shipped: dict[str, Run], tmp_path: Path, capsys: pyte
         frames = [np.frombuffer(frame, np.uint8) for frame in reader]
     assert len(frames) == 8
     assert all(np.any(a != b) for a, b in pairwise(frames))
-
-
-# Refusals --------------------------------------------------------------------------------------

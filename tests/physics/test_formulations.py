@@ -458,7 +458,8 @@ def test_motions_are_the_stored_ones(name: str, stored: pd.DataFrame):
 
 
 @pytest.mark.parametrize(("pair", "formulation"), [
-    pytest.param(pair, name, marks=[pytest.mark.slow] if name == "unilateral, e = 1" else [])     # it rattles for ever
+    # Without a loss the wheelset rattles for ever; with bilateral contacts it falls back from the flange some thousand times.
+    pytest.param(pair, name, marks=[pytest.mark.slow] if name in ("unilateral, e = 1", "bilateral") else [])
     for pair, name in zip(("aw", "sw", "aw", "sw"), RIGID, strict=True)])
 def test_exercise_5_ends_as_stored(pair: str, formulation: str):
     """And keeps its energy up to there: up to 59 kJ of work. With impacts that lose energy, the wheelset rolls over the edge

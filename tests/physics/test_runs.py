@@ -296,7 +296,7 @@ def test_halved_step(exercise: int, pair: str, shipped: dict[str, Run], tmp_path
     done = run_case(re.sub(r"\benergy_tolerance\s*=\s*\S+", f"energy_tolerance = {tolerance/32}", text), tmp_path)
     assert done.returncode == 0, done.stderr
     finer, c = (on_grid(run).columns for run in (
-        replace(shipped[case], columns=columns(tmp_path/f"{case}.txt")), shipped[case]))
+        replace(shipped[case], file=tmp_path/f"{case}.txt"), shipped[case]))
     last = min(len(c["time"]), len(finer["time"])) - 1
     assert c["time"][last] == finer["time"][last]
     assert abs(len(c["time"]) - len(finer["time"])) <= 1

@@ -296,9 +296,6 @@ def test_conicity_about_the_centre_of_the_motion():
     assert np.isnan(conicities(y, delta_r(y), [9.9e-3])).all(), "leaves the functions"
 
 
-# ---- files ---------------------------------------------------------------------------
-
-
 # ---- Python --------------------------------------------------------------------------
 
 

@@ -278,9 +278,6 @@ def test_a_closed_pipe_is_no_error(words: list[str]):
     assert (process.wait(HANG), said) == (141, b"")
 
 
-# ---- files ---------------------------------------------------------------------------
-
-
 # ---- several cases, numbers for other programs ---------------------------------------
 def test_run_takes_several_namelists(place: Path, capsys: pytest.CaptureFixture[str]):
     """Each writes its file, the executable's byte by byte; the summaries stand one after the other."""

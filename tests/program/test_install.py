@@ -98,6 +98,3 @@ def test_shipped_inputs_are_found_from_any_folder(tmp_path, monkeypatch):
     assert Case.from_namelist("inputs/ex4_sw.nml").vY == 0.25
     with pytest.raises(Error, match=r"inputs/ex6_sw\.nml"):
         Case.from_namelist("inputs/ex6_sw.nml")
-
-
-# ---- bootstrap and make --------------------------------------------------------------

@@ -197,6 +197,3 @@ BROKEN_FILES: dict[str, tuple[bytes | None, str]] = {
 def test_broken_file_is_refused(broken, tmp_path):
     content, words = BROKEN_FILES[broken]
     assert words in message_for(content, tmp_path)
-
-
-# ---- the shipped files ---------------------------------------------------------------

@@ -39,6 +39,3 @@ def test_references_say_something(case):
 @pytest.fixture
 def stored() -> Reference:
     return reference.read("ex2_aw")
-
-
-# ---- how tolerances are measured -----------------------------------------------------

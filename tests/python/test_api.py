@@ -423,13 +423,6 @@ def test_wheels_and_contacts_add_up(table):
     np.testing.assert_allclose(contacts[:, 2:].sum(axis=1), table.force(*poses, wheel="right"), rtol=1e-12, atol=1e-6)
 
 
-def test_right_wheel_is_the_left_one_in_the_mirror(table):
-    y, z, roll = touching_poses(table, 100)
-    mirror = np.array([-1, 1, -1])
-    assert np.array_equal(table.force(y, z, roll, "left"), mirror*table.force(-y, z, -roll, "right"))
-    assert np.array_equal(table.tangent(y, z, roll, "left"), np.outer(mirror, mirror)*table.tangent(-y, z, -roll, "right"))
-
-
 def test_forces_are_those_of_the_run(flange_run):
     """At the poses of a run: what its columns say, contact by contact."""
     columns = flange_run.data
@@ -584,8 +577,8 @@ def test_unreadable_columns_are_refused(content, columns, line, expected, found,
 
 
 def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
-    case = to_flange("aw", output_file=tmp_path / "columns.txt")
-    case.to_namelist(tmp_path / "case.nml")
+    coarse(3, "aw", t_end=1e-3, table_file=tmp_path / "aw.table",
+           output_file=tmp_path / "columns.txt").to_namelist(tmp_path / "case.nml")
     assert main(["run", str(tmp_path / "case.nml")]) == 0
     earlier = (tmp_path / "columns.txt").read_bytes()
     capsys.readouterr()
@@ -621,6 +614,3 @@ def test_variables_command(capsys):
     group = capsys.readouterr().out
     assert group.startswith("&integrator\n") and group in every and len(re.findall("^&", group, re.M)) == 1
     assert command_error("variables", "masss").found == "masss; mass is the nearest"
-
-
-# The package

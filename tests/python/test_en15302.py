@@ -19,9 +19,6 @@ def paths(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return en15302.write(tmp_path_factory.mktemp("en15302"))
 
 
-# ---- the reference cases -------------------------------------------------------------
-
-
 # ---- closed forms --------------------------------------------------------------------
 
 

@@ -206,9 +206,6 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
     assert len(read_places(tmp_path/"sweep.zarr.parts")) == 1
 
 
-# ---- batches ------------------------------------------------------------------------
-
-
 # ---- store ---------------------------------------------------------------------------
 def test_only_what_is_missing_is_run(tmp_path, table, counted):
     store = tmp_path/"sweep.zarr"

@@ -216,9 +216,6 @@ def test_rigid_impacts_are_those_of_the_columns(hertz: dict[str, ldbench.Run]):
     assert told and told[0].t in [one.start for one in run.intervals("LF")]
 
 
-# ---- matching ------------------------------------------------------------------------
-
-
 # ---- horizons ------------------------------------------------------------------------
 
 

@@ -14,15 +14,12 @@ from ldbench._core.files import complete
 from ldbench._core.optional import needed
 
 
-def arguments(program: str, about: str, sections: Sequence[str], short: str, modules: Mapping[str, str],
-              full: str = "") -> argparse.Namespace:
-    """`short` and `full` say what the other forms leave out or add; modules that it takes by packages. The folder is
-    there afterwards."""
+def arguments(program: str, about: str, sections: Sequence[str], modules: Mapping[str, str], **forms: str) -> argparse.Namespace:
+    """The options of a program; `forms` says what another form, `short` or `full`, leaves out or adds. `modules` are needed, by
+    the packages that have them. The folder is there afterwards."""
     parser = argparse.ArgumentParser(prog=program, description=about.split("\n")[0])
-    forms = parser.add_mutually_exclusive_group()
-    forms.add_argument("--short", action="store_true", help=short)
-    if full:
-        forms.add_argument("--full", action="store_true", help=full)
+    for form, text in forms.items():
+        parser.add_argument(f"--{form}", action="store_true", help=text)
     parser.add_argument("--only", nargs="+", choices=sections, default=sections, help="these sections only")
     parser.add_argument("--out", type=Path, default=Path("outputs"), help="folder of the two files (outputs)")
     args = parser.parse_args()

@@ -196,26 +196,9 @@ class Child:
 
     def column_file(self, rng: random.Random) -> None:
         path = self.mutant(mutate(rng.choice(self.columns), rng))
-        if rng.random() < 0.05:
-            self.ragged_file(rng)
         mapped = rng.choice([None, {"time": 1, "Y": {"column": 2, "unit": "mm"}}])
         frame = self.ldbench.read_columns(path, mapped)
         assert len(frame) and len(frame.columns) and all(kind == np.dtype(float) for kind in frame.dtypes)
-
-    def ragged_file(self, rng: random.Random) -> None:
-        """A cell moved from a row to another one leaves as many numbers as there were, and no rows of equal lengths."""
-        data = rng.choice(self.columns)
-        mark = next(mark for mark in (b";", b"\t", b",", b" ") if mark in data)
-        lines = data.split(b"\n")
-        k, j = rng.sample(range(len(lines) - 20, len(lines) - 1), 2)
-        lines[k], cell = lines[k].rstrip(b"\r").rsplit(mark, 1)
-        lines[j] = lines[j].rstrip(b"\r") + mark + cell
-        said = ""
-        try:
-            self.ldbench.read_columns(self.mutant(b"\n".join(lines)))
-        except self.ldbench.Error as error:
-            said = str(error)
-        assert f"line {min(k, j) + 1}: expected 4 numbers" in said, f"rows of unequal lengths: {said or 'read'}"
 
     def our_file(self, rng: random.Random) -> None:
         """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""

@@ -1,4 +1,4 @@
-"""Imaginary codes: runs of ours written as somebody else would write them, with mistakes if wanted."""
+"""Imaginary codes: runs of ours written as somebody else would write them."""
 from __future__ import annotations
 
 import random
@@ -116,8 +116,8 @@ def table_of(run: RunData, interval: float) -> pd.DataFrame:
     return frame
 
 
-def write(frame: pd.DataFrame, path: Path, dialect: Dialect, lies: dict[str, str] | None = None) -> dict[str, int]:
-    """Write a table in a dialect; the numbers of the columns, from 1. lies: units that the file says falsely."""
+def write(frame: pd.DataFrame, path: Path, dialect: Dialect) -> dict[str, int]:
+    """Write a table in a dialect; the numbers of the columns, from 1."""
     names = list(frame)
     if dialect.shuffled is not None:
         rest = names[1:]
@@ -133,10 +133,9 @@ def write(frame: pd.DataFrame, path: Path, dialect: Dialect, lies: dict[str, str
         if name == "Z":
             x = x + dialect.height
         columns.append(dialect.sign(name)*x/UNITS[unit][1])
-        said = (lies or {}).get(name, unit)
         called = f"c{k}" if dialect.scheme is None else SCHEMES[dialect.scheme](name)
-        below.append(f"[{said}]")
-        heading.append(f"{called}[{said}]" if dialect.says_units and dialect.preamble != "units below" else called)
+        below.append(f"[{unit}]")
+        heading.append(f"{called}[{unit}]" if dialect.says_units and dialect.preamble != "units below" else called)
     mark = dialect.separator
     row = mark.join(["%.8g"]*len(columns))
     numbers = "\n".join([row % cells for cells in zip(*(x.tolist() for x in columns), strict=True)])
@@ -148,50 +147,7 @@ def write(frame: pd.DataFrame, path: Path, dialect: Dialect, lies: dict[str, str
     return {name: k for k, name in enumerate(names, 1)}
 
 
-# ---- mistakes ------------------------------------------------------------------------
-@dataclass(frozen=True)
-class Mistake:
-    """What a code does wrong, and the checks of which one has to fail."""
-
-    what: str
-    spoil: Callable[[pd.DataFrame], pd.DataFrame]
-    found_by: str | tuple[str, ...]     # the beginning of the check, or of several that tell it
-    told_by: str = ""           # 'names' or 'units', without which nobody could find it
-
-
-def scaled(column: str, factor: float) -> Callable[[pd.DataFrame], pd.DataFrame]:
-    def spoil(frame: pd.DataFrame) -> pd.DataFrame:
-        return _with(frame, {column: factor*frame[column]})
-    return spoil
-
-
-def _with(frame: pd.DataFrame, columns: dict[str, pd.Series]) -> pd.DataFrame:
-    changed = frame.assign(**columns)
-    changed.attrs = frame.attrs
-    return changed
-
-
-def without(*columns: str) -> Callable[[pd.DataFrame], pd.DataFrame]:
-    def spoil(frame: pd.DataFrame) -> pd.DataFrame:
-        changed = frame.drop(columns=list(columns))
-        changed.attrs = frame.attrs
-        return changed
-    return spoil
-
-
-def swapped_wheels(frame: pd.DataFrame) -> pd.DataFrame:
-    other = {f"{base}_{a}": f"{base}_{b}" for base in ("angle", "N", "Fz", "Fy", "y", "z", "radius")
-             for a, b in (("LT", "RT"), ("LF", "RF"), ("RT", "LT"), ("RF", "LF"))}
-    return _with(frame, {name: frame[source] for name, source in other.items()})
-
-
-def cut(frame: pd.DataFrame) -> pd.DataFrame:
-    """The file ends in the middle, before the right flange."""
-    changed = frame.iloc[:int(0.3*len(frame))]
-    changed.attrs = frame.attrs
-    return changed
-
-
+# ---- codes that err ------------------------------------------------------------------
 def thinned(frame: pd.DataFrame) -> pd.DataFrame:
     """A row every 2 ms."""
     changed = frame.iloc[::max(1, round(2e-3/(frame["time"].iloc[1] - frame["time"].iloc[0])))]
@@ -203,43 +159,6 @@ def damped(frame: pd.DataFrame) -> pd.DataFrame:
     """The velocities die away, by a quarter over the run."""
     t = frame["time"].to_numpy()
     fading = 1 - 0.25*t/t[-1]
-    return _with(frame, {name: frame[name]*fading for name in ("vY", "vZ", "roll_rate")})
-
-
-def turned(frame: pd.DataFrame) -> pd.DataFrame:
-    """Fy and Fz are exchanged at the left flange."""
-    return _with(frame, {"Fy_LF": frame["Fz_LF"], "Fz_LF": -frame["Fy_LF"]})
-
-
-def moved(frame: pd.DataFrame) -> pd.DataFrame:
-    """The contact points of the left flange lie 4 mm above those at which the forces act."""
-    return _with(frame, {"z_LF": frame["z_LF"] + 4e-3})
-
-
-def tilted(frame: pd.DataFrame) -> pd.DataFrame:
-    """Forces and angle of the left flange are turned by a third of a radian, as by another profile."""
-    angle = frame["angle_LF"] - 0.33
-    n = frame["N_LF"]
-    return _with(frame, {"angle_LF": angle, "Fy_LF": -n*np.sin(angle.fillna(0)), "Fz_LF": n*np.cos(angle.fillna(0))})
-
-
-MISTAKES = (
-    Mistake("the file says mm where it has m", lambda frame: frame, "units", "units"),
-    Mistake("the velocity is twice what it is", scaled("vY", 2.0), "lateral velocity is the rate"),
-    Mistake("the roll velocity has the other sign", scaled("roll_rate", -1.0), "roll "),
-    Mistake("the vertical forces lack a fifth", lambda f: _with(f, {f"Fz_{c}": 0.8*f[f"Fz_{c}"] for c in LONG}),
-            "vertical momentum"),
-    Mistake("no angle on the right flange", without("angle_RF"), "quantities"),
-    Mistake("no vertical displacement", without("Z"), "quantities"),
-    Mistake("left and right are exchanged", swapped_wheels, ("left flange first", "contact point of"), "names"),
-    Mistake("the file ends before the right flange", cut, "return to the centre"),
-    Mistake("rows every 2 ms", thinned, "rows in an impact"),
-    Mistake("the motion is damped", damped, "energy closes"),
-    Mistake("a flange pulls", lambda f: _with(f, {"N_LF": f["N_LF"] - 2e3}), "N_LF is not negative"),
-    Mistake("a flange only pulls", lambda f: _with(f, {"N_LF": 0*f["N_LF"] - 2e3}), "N_LF is not negative"),
-    Mistake("positions of the left flange are wrong", moved, "contact point of LF"),
-    Mistake("the left flange is touched elsewhere", lambda f: _with(f, {"y_LF": f["y_LF"] + 0.03}),
-            ("roll momentum", "contact point of LF")),
-    Mistake("the normal of the left flange is wrong", tilted, "angle_LF is that of the rail"),
-    Mistake("the initial velocity is a half", scaled("vY", 0.5), "initial vY"),
-)
+    changed = frame.assign(**{name: frame[name]*fading for name in ("vY", "vZ", "roll_rate")})
+    changed.attrs = frame.attrs
+    return changed

@@ -19,7 +19,6 @@ from scipy.spatial import cKDTree
 import ldbench
 from ldbench import Case
 from ldbench.geometry.outlines import case_outlines
-from ldbench.results.derived import cumulative
 from ldbench_round.physics_checks import weight_of
 from ldbench_round.tasks import QUANTITIES, Task
 
@@ -248,23 +247,3 @@ def rigid(task: Task, restitution: float) -> ldbench.Run:
     """A run of ours with rigid contacts, to be written without its impulses."""
     case = Case.exercise(task.exercise, task.profiles)
     return ldbench.run(case.replace(formulation="unilateral", restitution=restitution, output_file=""))
-
-
-def loss_of(frame: pd.DataFrame, contact: str = "LF") -> float:
-    """Share of the energy that the first impact of a contact loses, by the closing velocity times N of dense rows."""
-    n = frame[f"N_{contact}"].to_numpy()
-    first = int(np.argmax(n > 0))
-    last = first + int(np.argmin(n[first:] > 0))
-    part = frame.iloc[first:last]
-    side = 1.0 if contact[0] == "L" else -1.0
-    angle, height = side*part[f"angle_{contact}"], geometry_height(frame)
-    a_y, a_z = part[f"y_{contact}"] - part.Y, part[f"z_{contact}"] - part.Z - height
-    power = part[f"N_{contact}"]*((part.vY - part.roll_rate*a_z)*np.sin(angle) - (part.vZ + part.roll_rate*a_y)*np.cos(angle))
-    t, power = part.time.to_numpy(), power.to_numpy()
-    put_in = cumulative(t, np.maximum(power, 0))[-1]
-    return float(1 - cumulative(t, np.maximum(-power, 0))[-1]/put_in)
-
-
-def geometry_height(frame: pd.DataFrame) -> float:
-    """Height of the axle in the first row of a table [m]: the treads' contact points are at their rolling radius below it."""
-    return float(frame["z_LT"].iloc[0] + frame["radius_LT"].iloc[0])

@@ -112,13 +112,6 @@ class Shape:
         mean, half = self.angles(low)
         return np.copysign(self.R_w*(np.cos(mean - half + low) - np.cos(mean + half - low)), y)
 
-    def level_delta_r(self, y: np.ndarray) -> np.ndarray:
-        """Closed form of the difference of the rolling radii of the wheelset that is kept level [m]."""
-        if np.isinf(self.R_w):
-            return 2*y*np.tan(self.taper)
-        s, u = np.sin(self.taper), y/(self.R_w - self.R_r)
-        return self.R_w*(np.sqrt(1 - (s - u)**2) - np.sqrt(1 - (s + u)**2))
-
     @property
     def d(self) -> float:
         return RADIUS + self.head*np.tan(self.taper) + self.R_r*np.cos(self.taper)

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -171,11 +172,17 @@ def header(file: Path) -> str:
 
 @dataclass
 class Run:
-    """A shipped input, run."""
+    """A shipped input, run; its file is read when a test asks for what it holds."""
     file: Path       # of columns
     summary: str     # what it printed
-    header: str
-    columns: Columns
+
+    @cached_property
+    def header(self) -> str:
+        return header(self.file)
+
+    @cached_property
+    def columns(self) -> Columns:
+        return columns(self.file)
 
 
 def read_interval(text: str) -> float:
@@ -188,7 +195,9 @@ def on_grid(run: Run) -> Run:
     rows = run.columns["time"]/interval
     kept = np.abs(rows - np.rint(rows)) < 1e-6
     kept[-1] = True
-    return replace(run, columns={name: values[kept] for name, values in run.columns.items()})
+    gridded = replace(run)
+    gridded.columns = {name: values[kept] for name, values in run.columns.items()}
+    return gridded
 
 
 def shipped_text(case: str, folder: Path) -> str:
@@ -210,7 +219,7 @@ def run_shipped(case: str, folder: Path, change: Callable[[str], str] = lambda t
 def read_shipped(case: str, folder: Path) -> Run:
     """What run_shipped left in `folder`."""
     file = folder / f"{case}.txt"
-    return Run(file, (folder / case / "summary").read_text(), header(file), columns(file))
+    return Run(file, (folder / case / "summary").read_text())
 
 
 def for_all_cases(work: Callable[[str], T]) -> dict[str, T]:

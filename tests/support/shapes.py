@@ -37,14 +37,6 @@ def with_faces(wheel: Points, step: float = 0.25) -> Points:
     return np.concatenate([back, wheel, chamfer, face])
 
 
-def with_web(rail: Points, step: float = 0.25) -> Points:
-    """A rail with the lower side of its head, to the web."""
-    run = np.arange(step, 25, step)
-    left = rail[0] + np.column_stack([run, -run/2.75])
-    right = rail[-1] + np.column_stack([-run, -run/2.75])
-    return np.concatenate([left[::-1], rail, right])
-
-
 def bump(points: Points, centre: float, width: float, height: float) -> Points:
     """Points moved along their normal, where y is near `centre`: worn by a height > 0 on a wheel."""
     share = np.clip(1 - ((points[:, 0] - centre)/width)**2, 0, None)**2

@@ -32,8 +32,8 @@ def lines(section: Section) -> Iterator[str]:
 
 
 def main() -> int:
-    args = arguments("make validate", __doc__, SECTIONS, "fewer cases and poses and smaller tables, for the test suite",
-                     {"scipy": "scipy"})
+    args = arguments("make validate", __doc__, SECTIONS, {"scipy": "scipy"},
+                     short="fewer cases and poses and smaller tables, for the test suite")
     warnings.simplefilter("ignore", ldbench.Warning)        # tables that are coarse on purpose
     sections = run_sections(args, args.short, lines)
     write_csv(args.out/"validation.csv", HEAD, (

@@ -1,15 +1,12 @@
 """What a validation section returns: checks against references, figures, tables."""
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from sheets import Table
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
