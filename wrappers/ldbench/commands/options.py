@@ -19,6 +19,7 @@ from .._core.pools import usable_cores
 from ..case import Value, find_variable, shortest_name, variables
 from ..results.header import read_header
 from ..results.run_data import read_data
+from . import NEXT
 
 LOG = logging.getLogger("ldbench")
 
@@ -111,6 +112,12 @@ def spoken(args: argparse.Namespace) -> Iterator[None]:
     finally:
         LOG.removeHandler(handler)
         LOG.setLevel(level)
+
+
+def tell_next(args: argparse.Namespace) -> None:
+    """Tell a person at a terminal what may come after a command; pipes and files get the results alone."""
+    if args.command in NEXT and sys.stdout.isatty() and not getattr(args, "json", False):
+        print(f"next: {NEXT[args.command].format_map(vars(args))}")
 
 
 class Levels(logging.Formatter):
