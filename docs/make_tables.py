@@ -160,10 +160,10 @@ def variable_tables() -> str:
     found = []
     for group in dict.fromkeys(variable.group for variable in variables()):
         rows = [(f"`{variable.name}`" + ("" if shortest_name(k) == variable.name else f"<br>`{shortest_name(k)}` in Python"),
-                 f"`{variable.default.strip()}`", unit(variable.unit), admitted(variable.range),
-                 meaning(variable.meaning, variable.name))
+                 meaning(variable.meaning, variable.name), f"`{variable.default.strip()}`", unit(variable.unit),
+                 admitted(variable.range))
                 for k, variable in enumerate(variables()) if variable.group == group]
-        found.append(f"### &{group}\n\n{GROUPS[group]}\n\n" + table(("name", "default", "unit", "range", "meaning"), rows))
+        found.append(f"### &{group}\n\n{GROUPS[group]}\n\n" + table(("name", "meaning", "default", "unit", "range"), rows))
     return "\n".join(found)
 
 
@@ -189,10 +189,15 @@ def unit(name: str) -> str:
 def admitted(words: str) -> str:
     """A range as a table has it."""
     if found := re.match(r"a (whole )?number from (\S+) to (\S+)", words):
-        return f"{found[2]} to {found[3]}{', whole' if found[1] else ''}"
+        return f"{plain(found[2])} to {plain(found[3])}{', whole' if found[1] else ''}"
     if found := re.match(r"one of (.*)", words):
         return ", ".join(f"`{word}`" for word in found[1].split())
     return "text"
+
+
+def plain(number: str) -> str:
+    """A bound of a range in few digits."""
+    return f"{float(number):g}".replace("e+0", "e").replace("e-0", "e-")
 
 
 def meaning(words: str, name: str) -> str:
@@ -208,10 +213,10 @@ def column_table() -> str:
         key = re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name)
         if key not in COLUMNS:
             raise SystemExit(f"docs: expected a meaning of the column {key} in {__file__}, found none")
-        rows[key] = f"`{key}`", unit(si), COLUMNS[key]
+        rows[key] = f"`{key}`", COLUMNS[key], unit(si)
     if unknown := COLUMNS.keys() - rows.keys():
         raise SystemExit(f"docs: expected columns of the program in {__file__}, found {', '.join(unknown)}")
-    return table(("column", "unit", "meaning"), rows.values())
+    return table(("column", "meaning", "unit"), rows.values())
 
 
 def result_table() -> str:
@@ -227,8 +232,8 @@ def result_table() -> str:
             known = si_unit(name.replace(f"_{CONTACT}", "_LT"))
             if known not in ("", si or "1"):
                 raise SystemExit(f"docs: expected the unit {known} of the result {name}, found {si}")
-    rows = ((", ".join(f"`{name}`" for name in names.split(", ")), unit(si), words) for names, (si, words) in RESULTS.items())
-    return table(("result", "unit", "meaning"), rows)
+    rows = ((", ".join(f"`{name}`" for name in names.split(", ")), words, unit(si)) for names, (si, words) in RESULTS.items())
+    return table(("result", "meaning", "unit"), rows)
 
 
 def command_table() -> str:
