@@ -53,14 +53,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                        "(outputs/NAME.html, by the first file's name)")
     add_map(parser)
     parser.add_argument("--case", metavar="NAMELIST",
-                        help="whose profiles are drawn for files that name none (default: those of the first file that "
-                             "does, else the benchmark's)")
-    parser.add_argument("--title", default="", help="of the page (default: the cases')")
+                        help="case whose profiles are drawn for files that name none (default: the first file that names "
+                             "some, else the benchmark)")
+    parser.add_argument("--title", default="", help="title of the page (default: those of the cases)")
     parser.add_argument("--from", dest="start", type=float, metavar="S",
                         help="start of the film, or the moment of the picture [s] (start of the run)")
     parser.add_argument("--to", dest="end", type=float, metavar="S", help="end of the film [s] (end of the run)")
     parser.add_argument("--speed", type=speed, metavar="X",
-                        help="of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")
+                        help="speed of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")
     parser.add_argument("--no-browser", dest="browser", action="store_false",
                         help="write the page and do not open it; pipes, CI and machines without a display never open it")
 
