@@ -304,11 +304,12 @@ endef
 docs: .venv/stamp
 	$(call built,$(EXE) $(WRAPPER))
 	$(call tools,ford==7.0.13 sphinx==9.0.4 furo==2025.12.19 myst-nb==1.4.0 myst-parser==5.2.0 sphinx-copybutton==0.5.2 \
-	  sphinx-mathjax-offline==0.0.2 ipykernel==7.4.0)
+	  sphinx-mathjax-offline==0.0.2 ipykernel==7.4.0 Bootstrap-Flask==2.6.0)
 	$(PYTHON) docs/make_tables.py --check
 	rm -rf build/docs
 	mkdir -p build/docs
 	$(TOOLS)/ford fortran/docs.md > build/docs.log 2>&1 && ! grep -i warning build/docs.log || { cat build/docs.log >&2; exit 1; }
+	$(TOOLS)/python docs/without_network.py build/docs/fortran
 	$(TOOLS)/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env --doctree-dir build/doctrees docs build/docs
 	$(TOOLS)/python docs/check_links.py build/docs
 	@echo build/docs/index.html

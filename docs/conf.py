@@ -55,7 +55,8 @@ html_title = f"ldbench {release}"
 html_show_sphinx = False
 html_copy_source = False
 # MathJax as one file, so that equations are set without a network.
-html_static_path = [str(Path(find_spec("sphinx-mathjax-offline").origin).parent/"static/mathjax/tex-svg.js")]
+html_static_path = ["static", str(Path(find_spec("sphinx-mathjax-offline").origin).parent/"static/mathjax/tex-svg.js")]
+html_css_files = ["site.css"]
 mathjax_path = "tex-svg.js"
 html_theme_options = {"navigation_with_keys": True, "footer_icons": []}
 copybutton_prompt_text = "$ "

@@ -48,7 +48,7 @@ GROUPS = {
 COLUMNS = {
     "time": "time",
     "X": "distance travelled, positive forward",
-    "Y": "lateral displacement of the axle's centre from the track's centre, positive to the left",
+    "Y": "lateral displacement of the axle's centre, positive to the left",
     "Z": "vertical displacement of the axle's centre from static equilibrium at Y = 0, positive upwards",
     "roll": "roll angle from static equilibrium at Y = 0, positive if the left wheel rises",
     "pitch": "pitch angle, positive in the sense of forward rolling",
@@ -60,16 +60,16 @@ COLUMNS = {
     "aY": "lateral acceleration of the axle's centre",
     "aZ": "vertical acceleration of the axle's centre",
     "roll_acc": "roll acceleration",
-    "angle_C": "contact angle: angle between the contact force and the vertical of the track, positive if the rail pushes the "
-               "wheel towards the track's centre, on either side; NaN if the contact is open",
-    "N_C": "normal force; negative if a rail pulls, which only rigid contacts of the formulation `bilateral` do",
-    "Fy_C": "lateral component of the contact force of the rail on the wheel",
-    "Fz_C": "vertical component of the contact force of the rail on the wheel",
-    "y_C": "lateral position of the contact point, from the track's centre; NaN if the contact is open",
-    "z_C": "vertical position of the contact point, from the top of rail; NaN if the contact is open",
-    "radius_C": "rolling radius: distance of the contact point from the axle's axis; NaN if the contact is open",
+    "angle_C": "contact angle, between the contact force and the vertical, positive if the rail pushes the wheel towards the "
+               "track's centre, on either side",
+    "N_C": "normal force; negative where a rail pulls (`bilateral` only)",
+    "Fy_C": "lateral force of the rail on the wheel",
+    "Fz_C": "vertical force of the rail on the wheel",
+    "y_C": "lateral position of the contact point, from the track's centre",
+    "z_C": "vertical position of the contact point, from the top of rail",
+    "radius_C": "rolling radius: distance of the contact point from the axle's axis",
     "F_ext": "external lateral force at the centre of gravity",
-    "M_gyro": "gyroscopic moment about the vertical axis, pitch inertia × pitch rate × roll rate; the yaw constraint carries it",
+    "M_gyro": "moment about Z with which the yaw constraint holds the wheelset: pitch inertia × pitch rate × roll rate",
     "KE_long": "kinetic energy of the forward motion, constant",
     "KE_lat": "kinetic energy of the lateral motion",
     "KE_vert": "kinetic energy of the vertical motion",
@@ -160,10 +160,10 @@ def variable_tables() -> str:
     found = []
     for group in dict.fromkeys(variable.group for variable in variables()):
         rows = [(f"`{variable.name}`" + ("" if shortest_name(k) == variable.name else f"<br>`{shortest_name(k)}` in Python"),
-                 f"`{variable.default.strip()}`", unit(variable.unit), admitted(variable.range),
-                 meaning(variable.meaning, variable.name))
+                 meaning(variable.meaning, variable.name), f"`{variable.default.strip()}`", unit(variable.unit),
+                 admitted(variable.range))
                 for k, variable in enumerate(variables()) if variable.group == group]
-        found.append(f"### &{group}\n\n{GROUPS[group]}\n\n" + table(("name", "default", "unit", "range", "meaning"), rows))
+        found.append(f"### &{group}\n\n{GROUPS[group]}\n\n" + table(("name", "meaning", "default", "unit", "range"), rows))
     return "\n".join(found)
 
 
@@ -189,10 +189,15 @@ def unit(name: str) -> str:
 def admitted(words: str) -> str:
     """A range as a table has it."""
     if found := re.match(r"a (whole )?number from (\S+) to (\S+)", words):
-        return f"{found[2]} to {found[3]}{', whole' if found[1] else ''}"
+        return f"{plain(found[2])} to {plain(found[3])}{', whole' if found[1] else ''}"
     if found := re.match(r"one of (.*)", words):
         return ", ".join(f"`{word}`" for word in found[1].split())
     return "text"
+
+
+def plain(number: str) -> str:
+    """A bound of a range in few digits."""
+    return f"{float(number):g}".replace("e+0", "e").replace("e-0", "e-")
 
 
 def meaning(words: str, name: str) -> str:
@@ -208,10 +213,10 @@ def column_table() -> str:
         key = re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name)
         if key not in COLUMNS:
             raise SystemExit(f"docs: expected a meaning of the column {key} in {__file__}, found none")
-        rows[key] = f"`{key}`", unit(si), COLUMNS[key]
+        rows[key] = f"`{key}`", COLUMNS[key], unit(si)
     if unknown := COLUMNS.keys() - rows.keys():
         raise SystemExit(f"docs: expected columns of the program in {__file__}, found {', '.join(unknown)}")
-    return table(("column", "unit", "meaning"), rows.values())
+    return table(("column", "meaning", "unit"), rows.values())
 
 
 def result_table() -> str:
@@ -227,8 +232,8 @@ def result_table() -> str:
             known = si_unit(name.replace(f"_{CONTACT}", "_LT"))
             if known not in ("", si or "1"):
                 raise SystemExit(f"docs: expected the unit {known} of the result {name}, found {si}")
-    rows = ((", ".join(f"`{name}`" for name in names.split(", ")), unit(si), words) for names, (si, words) in RESULTS.items())
-    return table(("result", "unit", "meaning"), rows)
+    rows = ((", ".join(f"`{name}`" for name in names.split(", ")), words, unit(si)) for names, (si, words) in RESULTS.items())
+    return table(("result", "meaning", "unit"), rows)
 
 
 def command_table() -> str:

@@ -5,6 +5,9 @@
 !> (C. A. Hall, J. Approx. Theory 1 (1968) 209-218). The fourth derivative is estimated by the jump of the spline's third
 !> derivative at a point over the distance between the middles of the neighbouring cells.
 !>
+!> In a cell the force may err by tolerance*allowance*max(|F|, 5 kN, estimated force of the deepest other zone of the wheel);
+!> the allowance is 1 in service and more in rolling over (`service_poses`).
+!>
 !> An extension of `gridded_function` says how values are computed and how an error of them changes the force.
 module grid_refinement
   use bspline, only: axis_type, graded_points, new_axis, third_jumps

@@ -1,4 +1,10 @@
-!> Error of a contact table: its forces against direct evaluation, in poses between its points.
+!> Error of a contact table: its forces against direct evaluation, in poses between its points,
+!>
+!>     |F_table - F_direct|/max(|F_direct|, 5 kN),
+!>
+!> as rms and largest value in four places: tread alone, flange alone, both, and going over the rail. It is a sample and no bound.
+!> F_direct is the central difference of the energy; for half-spaces the whole wheel is pressed as one system, unless the zones
+!> do not act on each other.
 !>
 !> The poses follow an additive recurrence (Kronecker's sequence), which is the same for every table: a station of the
 !> wheel touches the rail's point of the same normal, at some roll angle, and is pressed in by some depth. Only poses

@@ -343,6 +343,40 @@ def test_a_file_without_our_names_is_refused_with_the_way_to_a_map(words: list[s
     assert "ex2_aw.csv: expected a column time, or --map TOML" in told and "--save-map" in told
 
 
+def test_a_terminal_is_told_what_comes_next(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
+    words = ["table", str(REPO/"inputs/ex1_aw.nml"), "--set", "formulation=unilateral"]
+    told = {}
+    for terminal in False, True:
+        monkeypatch.setattr(sys.stdout, "isatty", lambda terminal=terminal: terminal)
+        for options in (), ("--json",), ("-q",):
+            assert main([*words, *options]) == 0
+            told[terminal, options] = "next: " in capsys.readouterr().out
+    assert [key for key, found in told.items() if found] == [(True, ())]
+
+
+def test_a_page_opens_before_a_person_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    page = tmp_path/"page.html"
+
+    def opens(*options: str, terminal: bool = True, **variables: str) -> list[str]:
+        opened.clear()
+        with monkeypatch.context() as changed:
+            for name in "CI", "PYTEST_CURRENT_TEST", "DISPLAY", "WAYLAND_DISPLAY":
+                changed.delenv(name, raising=False)
+            for name, value in variables.items():
+                changed.setenv(name, value)
+            changed.setattr(sys, "platform", "linux")
+            changed.setattr(sys.stdout, "isatty", lambda: terminal)
+            assert main(["view", str(REPO/"outputs/reference/ex1_aw.txt"), "-o", str(page), *options]) == 0
+        return opened.copy()
+
+    assert opens(DISPLAY=":0") == opens(WAYLAND_DISPLAY="wayland-0") == [page.resolve().as_uri()]
+    assert opens() == opens("--no-browser", DISPLAY=":0") == opens("-q", DISPLAY=":0") == []
+    assert opens(DISPLAY=":0", CI="true") == opens(DISPLAY=":0", PYTEST_CURRENT_TEST="this") == []
+    assert opens(DISPLAY=":0", terminal=False) == []
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
 def test_completion_knows_every_command_and_option(shell: str, capsys: pytest.CaptureFixture[str]):
     with pytest.raises(SystemExit):

@@ -20,7 +20,7 @@ from ._core.calls import version
 from ._core.errors import Error, Usage
 from ._core.optional import needed
 from .commands import COMMANDS, module_of
-from .commands.options import add_loudness, spoken
+from .commands.options import add_loudness, spoken, tell_next
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -127,6 +127,8 @@ def run_command(arguments: list[str] | None) -> int:
         args = make_parser(given[:1]).parse_args(given)
         with spoken(args):
             status = module_of(args.command).main(args)
+            if not status:
+                tell_next(args)
             sys.stdout.flush()
         return status
     except Usage as error:

@@ -27,6 +27,20 @@ COMMANDS = {
     "variables": "list the variables of a namelist",
 }
 
+#: What may come after a command, in terms of its arguments.
+NEXT = {
+    "run": "`python -m ldbench view FILE` shows the columns as a page",
+    "table": "`python -m ldbench run {namelist}` runs the case",
+    "profile": "`python -m ldbench run NAMELIST --set wheel_profile=FILE --set rail_profile=FILE` runs a pair",
+    "plot": "`python -m ldbench view {files[0]}` shows the run as a page",
+    "compare": "`python -m ldbench score FILE --reference {files[0]}` gives numbers that survive impacts",
+    "check": "`python -m ldbench score {path} --reference outputs` scores against our solutions, which `report` makes",
+    "score": "`python -m ldbench fingerprint FILE` tells how a code treats contact",
+    "collate": "open {output}/collation.html",
+    "study": "`python -m ldbench formulations` compares elastic contact with constraint equations",
+    "report": "open {output}/ldbench_results.html; `python -m ldbench check {output}` checks the submission",
+}
+
 #: The commands of a round of the benchmark, which a package beside this one has.
 ROUND = "check", "score", "fingerprint", "collate"
 

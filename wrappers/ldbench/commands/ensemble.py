@@ -53,8 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="a variable and its values: 1,2,4 or 1:4:7 (from, to, number), or with -n a range 1:4; as often as "
                              "given")
     parser.add_argument("-n", type=int, help="number of draws")
-    parser.add_argument("--draw", choices=("random", "even"), default="random", help="how (%(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the draws (%(default)s)")
+    parser.add_argument("--draw", choices=("random", "even"), default="random", help="how values are drawn (%(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the draws (%(default)s)")
     add_set(parser)
     add_output(parser, "Zarr directory for the results; what is done is not run again", "DIR")
     parser.add_argument("--columns", metavar="NAME,NAME", default="", help="keep these columns of every run")

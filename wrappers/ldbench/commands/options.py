@@ -19,6 +19,7 @@ from .._core.pools import usable_cores
 from ..case import Value, find_variable, shortest_name, variables
 from ..results.header import read_header
 from ..results.run_data import read_data
+from . import NEXT
 
 LOG = logging.getLogger("ldbench")
 
@@ -49,7 +50,7 @@ def add_jobs(parser: argparse.ArgumentParser, what: str = "runs side by side") -
 def add_map(parser: argparse.ArgumentParser) -> None:
     """Add --map, the map of another code's columns."""
     parser.add_argument("--map", type=Path, metavar="TOML",
-                        help="how files without ldbench's header name our columns; files with it need no map")
+                        help="names and units of the columns, for files without ldbench's header")
 
 
 def check_names(files: Iterable[Path], map: Path | None) -> None:
@@ -62,13 +63,13 @@ def check_names(files: Iterable[Path], map: Path | None) -> None:
 
 def add_simulation(parser: argparse.ArgumentParser) -> None:
     """Declare --simulation: which of the ten simulations a file is."""
-    parser.add_argument("--simulation", metavar="NAME", help="which simulation a file is, as ex2_aw (the name of the file says it)")
+    parser.add_argument("--simulation", metavar="NAME", help="simulation of the file, such as ex2_aw (default: as its name says)")
 
 
 def add_reference(parser: argparse.ArgumentParser, required: bool = False) -> None:
     """Declare --reference: the files that others are scored against."""
     parser.add_argument("--reference", type=Path, metavar="FILE|FOLDER", required=required,
-                        help="what is right: a column file of the same simulation, or a folder of them")
+                        help="the reference: a column file of the same simulation, or a folder of them")
 
 
 def add_loudness(parser: argparse.ArgumentParser) -> None:
@@ -111,6 +112,12 @@ def spoken(args: argparse.Namespace) -> Iterator[None]:
     finally:
         LOG.removeHandler(handler)
         LOG.setLevel(level)
+
+
+def tell_next(args: argparse.Namespace) -> None:
+    """Tell a person at a terminal what may come after a command; pipes and files get the results alone."""
+    if args.command in NEXT and sys.stdout.isatty() and not getattr(args, "json", False):
+        print(f"next: {NEXT[args.command].format_map(vars(args))}")
 
 
 class Levels(logging.Formatter):

@@ -3,8 +3,8 @@
 The page shows which part is what, dimension lines of Sh, Sd and qR, tangent angle and curvature before and after
 smoothing, the measures of workshop and track, and what was mended. A pair has a second page: each wheel on its rail
 with contact lines, and over the lateral displacement the rolling radius difference, the contact angles and their
-tangents, the contact positions, roll and conicity. The functions are told of the wheelset that is kept level
-(EN 15302) and of the one that stands with roll. A picture .png has the second page below the first.
+tangents, the contact positions, roll and conicity. They are given for the level wheelset
+(EN 15302) and for the one that rolls until it stands on both rails. A picture .png has the second page below the first.
 
 examples:
   python -m ldbench profile profiles/awprof.yz
@@ -35,9 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--smoothing", type=float, metavar="MM",
                         help="rms distance that the curve may keep from the points [mm], 0 for none; their noise by default")
     parser.add_argument("--unit", choices=["auto", "mm", "cm", "m", "in"], default="auto",
-                        help="of the file; as its width says by default")
+                        help="unit of the file (default: as its width says)")
     parser.add_argument("--flip", choices=["auto", "none", "y", "z", "yz"], default="auto",
-                        help="axes to turn over; as the shape says by default")
+                        help="axes to turn over (default: as the shape says)")
     parser.add_argument("--wheel-back", type=float, metavar="MM", help="y of the wheel's back in its file [mm]")
     parser.add_argument("--slice", type=int, metavar="N", help="which profile of a file that has several, from 1")
     parser.add_argument("--radii", type=two_radii, metavar="LEFT,RIGHT",

@@ -22,7 +22,7 @@ STUDIES = "contact-law", "derailment"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.add_argument("study", choices=STUDIES, help="which one")
+    parser.add_argument("study", choices=STUDIES, help="which study")
     add_folder(parser, "where the results go")
     add_jobs(parser)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="derailment: run on the workers of this Dask scheduler")

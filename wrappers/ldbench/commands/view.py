@@ -17,6 +17,9 @@ examples:
 from __future__ import annotations
 
 import argparse
+import os
+import sys
+import webbrowser
 from fractions import Fraction
 from pathlib import Path
 
@@ -50,14 +53,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                        "(outputs/NAME.html, by the first file's name)")
     add_map(parser)
     parser.add_argument("--case", metavar="NAMELIST",
-                        help="whose profiles are drawn for files that name none (default: those of the first file that "
-                             "does, else the benchmark's)")
-    parser.add_argument("--title", default="", help="of the page (default: the cases')")
+                        help="case whose profiles are drawn for files that name none (default: the first file that names "
+                             "some, else the benchmark)")
+    parser.add_argument("--title", default="", help="title of the page (default: those of the cases)")
     parser.add_argument("--from", dest="start", type=float, metavar="S",
                         help="start of the film, or the moment of the picture [s] (start of the run)")
     parser.add_argument("--to", dest="end", type=float, metavar="S", help="end of the film [s] (end of the run)")
     parser.add_argument("--speed", type=speed, metavar="X",
-                        help="of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")
+                        help="speed of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")
+    parser.add_argument("--no-browser", dest="browser", action="store_false",
+                        help="write the page and do not open it; pipes, CI and machines without a display never open it")
 
 
 def main(args: argparse.Namespace) -> int:
@@ -79,7 +84,15 @@ def main(args: argparse.Namespace) -> int:
         check_film(target)
         make_film(read(args.files, args.map), target, args.start, args.end, args.speed, case)
     print(f"{target}  {target.stat().st_size/1e6:.2f} MB")
+    if kind in PAGES and args.browser and at_display() and not webbrowser.open(target.resolve().as_uri()):
+        print("found no browser that opens the page")
     return 0
+
+
+def at_display() -> bool:
+    """Whether a person at a terminal called, on a machine that shows windows; never in tests and CI."""
+    shows = sys.platform in ("darwin", "win32") or bool({"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys())
+    return shows and sys.stdout.isatty() and not {"CI", "PYTEST_CURRENT_TEST"} & os.environ.keys()
 
 
 def read(files: list[Path], map: Path | None) -> list[RunData]:
