@@ -278,7 +278,7 @@ def number_table(found: Collation, task: Task) -> Table:
             continue
         counts = " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
         rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
-        rows.append([BELOW, *(distance(found, code, task, name) for name in names), ""])
+        rows.append([f"{BELOW}from the median", *(distance(found, code, task, name) for name in names), ""])
     return Table("Numbers", header, rows, [1.3, *(1.25 if name in WIDE else 1.0 for name in names), 1.75], (0,), TABLE_NOTE, units)
 
 
