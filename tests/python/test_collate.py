@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -271,6 +272,31 @@ def test_a_description_is_read(tmp_path: Path):
     assert code.seconds == {"ex1_aw": 1.5, "ex2_sw": 2.0}
     assert code.map == {"time": 1, "Y": {"column": "ylat", "unit": "mm"}}
     assert code.remarks == ("expected files such as ex1_aw.csv, found none",)
+
+
+@pytest.mark.parametrize(("told", "said"), [
+    ("step = nan", "step: expected a time in seconds, found nan"), ("step = 0", "step: expected a time in seconds, found 0"),
+    ("step = -1e-5", "step: expected a time in seconds"), ("step = true", "step: expected a time in seconds"),
+    ("step = [1, 2]\nlaw = [[1]]", "law: expected words"), ("step = 0x" + "f"*9000, ""),
+    ("processor_time = -5", "processor_time: expected a time in seconds, found -5"), ("processor_time = inf", "expected a time"),
+    ("processor_time = { ex1_aw = -5 }", "found ex1_aw = -5"),
+    ('formulation = "quantum"', "expected elastic or constraints, found q"),
+    ("formulation = 3", "expected elastic or constraints, found 3"), ("code = nan", "code: expected words"),
+    ("version = " + "1"*9000, ""), ("restitution = nan", "expected a number from 0 to 1, found nan")])
+def test_what_cannot_be_in_a_description_is_one_line(told: str, said: str, tmp_path: Path):
+    (code,), _ = find_submissions(described(tmp_path, told))
+    first, *rest = code.remarks
+    assert said in first and len(first) < 420 and rest == ["expected files such as ex1_aw.csv, found none"], code.remarks
+    assert told.partition(" =")[0] not in code.facts or "[" in told or "{" in told
+
+
+def test_thousands_of_unknown_keys_are_eleven_lines(tmp_path: Path):
+    keys = "".join(f"formulatio_{k} = {k}\n" for k in range(16000))
+    begun = time.process_time()
+    (code,), _ = find_submissions(described(tmp_path, f'code = "One"\n{keys}'))
+    assert time.process_time() - begun < 5
+    assert code.facts == {"code": "One"}
+    assert len(code.remarks) == 12 and "more keys that are unknown" in code.remarks[10]
 
 
 def test_the_map_of_a_description_is_used(codes: Path, own: None, tmp_path: Path):
