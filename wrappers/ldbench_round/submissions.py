@@ -24,7 +24,7 @@ LONGEST_DESCRIPTION = 1_000_000     # of a description or a map [bytes]
 LONGEST_NAME = 40                   # of a code [characters]
 LONGEST_FACT = 200                  # [characters]
 MOST_REMARKS = 10                   # about the keys of a description
-FORMULATIONS = "elastic", "constraints"
+FORMULATIONS = "elastic", "constraint", "rigid"      # of which one is a word of what a description says
 
 #: The keys of a description, all optional, and what they are in words.
 FACTS = {"code": "code", "version": "version", "authors": "authors", "formulation": "formulation of contact",
@@ -173,7 +173,8 @@ def told_facts(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[st
         elif key in ("step", "processor_time") and not isinstance(value, str | list | Mapping):
             wrong = "" if is_seconds(value) and (value > 0 or key != "step") else "a time in seconds"
         elif key == "formulation":
-            wrong = "" if value in FORMULATIONS else " or ".join(FORMULATIONS)
+            told_one = isinstance(value, str) and any(word in value[:LONGEST_FACT].lower() for word in FORMULATIONS)
+            wrong = "" if told_one else "elastic or constraints"
         elif key == "restitution":
             wrong = "" if told_restitution(told, []) is not None else None      # which has a remark of its own
             if wrong is None:
