@@ -1,8 +1,9 @@
 """Score column files against a reference, in numbers that survive impacts.
 
-Motion is compared pointwise only while both files have the same contacts closed. Events are matched by contact, kind and
+Columns are compared pointwise only while both files have the same contacts closed. Events are matched by contact, kind and
 order, and forces by the impulse of each impact. Nothing counts beyond the horizon of the simulation, where a difference of
-1e-9 has grown to 1e-3. A grade is the smallest of 1e-3, 1e-2 and 0.1 that a relative difference is inside. Beside it stands the
+1e-9 has grown to 1e-3. A grade is the smallest of 1e-3, 1e-2 and 0.1 that a relative difference is inside; each kind of quantity
+has that of its worst one, and what has no partner counts as a difference of 1. Beside it stand the share that was scored and the
 difference in units of what Hertz's law, and rigid contacts or Hertz's law, change in runs of our own. The files may be those
 of any code; without a map their columns are guessed, as `check` does. A file with rigid contacts and one with elastic ones
 differ after the first impact, and the heading says so. docs/benchmark.md defines every number.
