@@ -24,7 +24,7 @@ LONGEST_DESCRIPTION = 1_000_000     # of a description or a map [bytes]
 LONGEST_NAME = 40                   # of a code [characters]
 LONGEST_FACT = 200                  # [characters]
 MOST_REMARKS = 10                   # about the keys of a description
-FORMULATIONS = "elastic", "constraint", "rigid"      # of which one is a word of what a description says
+FORMULATIONS = "elastic", "constraint", "rigid", "unilateral", "bilateral"     # of which a description says one
 
 #: The keys of a description, all optional, and what they are in words.
 FACTS = {"code": "code", "version": "version", "authors": "authors", "formulation": "formulation of contact",
