@@ -27,10 +27,10 @@ MATRIX_NOTE = (
     f"( ): less than {100*LITTLE:.0f} % of the time, or of the events or impacts, could be scored; rigid: the reference is our own "
     "run with rigid contacts and that restitution; –: none, and collation.csv tells why")
 SCORES_NOTE = (
-    "difference of the worst quantity of each kind, relative to the reference, up to the horizon; contacts: time with other "
-    "contacts closed; scored: share of the time, or of the events or impacts; (rigid): against our own run with rigid contacts\n"
-    "of spread: the difference in units of what Hertz's law or rigid contacts change in our own runs; below 1, a code differs by "
-    "less than modelling does; –: collation.csv tells why")
+    "difference of the worst quantity of each kind from the reference, up to the horizon; contacts: time with other contacts "
+    "closed; scored: share of the time, events or impacts\n"
+    "(rigid): against our own run with rigid contacts; of spread: in units of what Hertz's law or rigid contacts change in our own "
+    "runs; –: collation.csv tells why")
 
 
 def text(x: float) -> str:
