@@ -23,6 +23,7 @@ from ldbench.tools import complete
 from ldbench_round.horizon import BEYOND, DISPLACEMENTS, FILE, Yardstick
 from ldbench_round.metrics import scored
 from ldbench_round.own_runs import ending, exact
+from ldbench_round.scores import OVER_TIME
 from ldbench_round.tasks import TASKS, Task, task_named
 
 ASIDE = 1e-9            # of a start, as a share of the largest value of the coordinate in the case
@@ -144,7 +145,7 @@ def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTabl
         tables[name] = other.table
         scores = scored(other, first, task, horizon)
         found[name] = {one.name: one.difference for one in scores.scores if np.isfinite(one.difference)
-                       and (one.kind != "motion" or scores.share >= LEAST_SHARE)}
+                       and (one.kind not in OVER_TIME or scores.share >= LEAST_SHARE)}
     return found
 
 

@@ -18,10 +18,11 @@ from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.runs import compute
 from ldbench_round import own_runs
+from ldbench_round.energies import SUMS
 from ldbench_round.horizon import yardsticks
 from ldbench_round.metrics import closed_at, score
 from ldbench_round.scores import KINDS, Scores
-from ldbench_round.tasks import MOTION, Task
+from ldbench_round.tasks import MOTION, QUANTITIES, Task
 from running import Run
 from yardsticks import measured_yardstick, rounded
 
@@ -87,8 +88,9 @@ def test_a_run_is_itself(name: str, task: Task, hertz: dict[str, ldbench.Run]):
     """Everything is of the best grade, whatever the formulation."""
     found = score(hertz[name], hertz[name], task)
     assert found.share == 1 and not found.unmatched and not found.left_out
-    assert [one.name for one in found.of_kind("motion")] == list(MOTION)
+    assert [one.name for kind in ("displacement", "velocity", "acceleration") for one in found.of_kind(kind)] == list(MOTION)
     assert {one.difference for one in found.scores} == {0.0} and {one.grade for one in found.scores} == {1e-3}
+    assert {one.share for one in found.scores if one.kind in ("displacement", "force", "event", "impulse")} == {1.0}
     if name in ("ex1_aw", "ex2_aw"):
         assert {one.kind for one in found.scores} == set(KINDS)
         assert {"LF 1 impulse", "RF 1 peak", "LF closes 1", "LF opens 1", "centre passage 2"} <= {one.name for one in found.scores}
@@ -142,8 +144,9 @@ def test_scaled_forces(factor: float, reference: RunData, frame: pd.DataFrame):
         for one in found.of_kind(kind):
             assert one.difference == pytest.approx(abs(factor - 1), rel=1e-4)
             assert one.grade == {1.0009: 1e-3, 0.991: 1e-2, 1.09: 0.1, 1.2: None}[factor]
-    for kind in ("motion", "contacts", "event", "duration", "unmatched"):
+    for kind in ("displacement", "acceleration", "radius", "contacts", "event", "duration", "unmatched"):
         assert max(differences(found, kind).values()) < 1e-4, kind
+    assert found.get("N_LF").difference == pytest.approx(abs(factor - 1), rel=1e-3)
 
 
 def bump(t: np.ndarray, start: float, length: float, peak: float) -> np.ndarray:
@@ -162,13 +165,44 @@ def test_one_impact_more(start: float, reference: RunData, frame: pd.DataFrame):
         one, = found.unmatched
         assert (one.where, one.name) == (where, "LF")
         assert one.time == pytest.approx(start, abs=1e-4) and one.impulse == pytest.approx(2/np.pi*peak*length, rel=0.01)
-        for kind in ("event", "impulse", "peak", "duration"):
-            assert set(differences(found, kind).values()) == {0.0}, kind
+        for kind, wrong in ("event", 1), ("impulse", 1), ("peak", 0), ("duration", 0):
+            told = list(differences(found, kind).values())
+            assert sorted(told) == [0.0]*(len(told) - wrong) + [1.0]*wrong, kind
         assert 1 - found.share == pytest.approx(length/t[-1], rel=0.1)
     whole = sum(one.impulse for contact in CONTACTS for one in reference.intervals(contact) if one.whole)
     assert more.get("unmatched").difference == pytest.approx(more.unmatched[0].impulse/whole)
     # The order in the reference names an impact, whether or not the run has one more before it.
     assert more.get("LF 1 impulse").reference == score(reference, reference, TASK).get("LF 1 impulse").reference
+
+
+LEFT_FLANGE = [f"{base}_LF" for base in ("N", "Fy", "Fz", "angle", "y", "z", "radius")]
+SPOILT: dict[str, tuple[Callable[[pd.DataFrame], pd.DataFrame], set[str]]] = {
+    "no force of the left flange": (lambda f: f.assign(N_LF=0.0),
+                                    {"force", "angle", "place", "radius", "event", "impulse"}),
+    "a flange never touched": (lambda f: f.assign(**{name: 0.0 if name[0] in "NF" else np.nan for name in LEFT_FLANGE}),
+                               {"force", "angle", "place", "radius", "event", "impulse"}),
+    "the first 3 ms": (lambda f: f[f.time < 3e-3], {"displacement", "velocity", "acceleration", "contacts", "event", "impulse"}),
+    "angles 1.3 times": (lambda f: f.assign(**{f"angle_{c}": 1.3*f[f"angle_{c}"] for c in CONTACTS}), {"angle"}),
+    "radii doubled": (lambda f: f.assign(**{f"radius_{c}": 2*f[f"radius_{c}"] for c in CONTACTS}), {"radius"}),
+    "one radius doubled": (lambda f: f.assign(radius_RF=2*f.radius_RF), {"radius"}),
+    "vertical forces exchanged": (lambda f: f.assign(Fz_LT=f.Fz_RT, Fz_RT=f.Fz_LT), {"force"}),
+    "points 5 mm aside": (lambda f: f.assign(y_LF=f.y_LF + 5e-3), {"place"}),
+    "kinetic energy doubled": (lambda f: f.assign(**{name: 2*f[name] for name in ("KE_lat", "KE_vert", "KE_roll")}), {"energy"}),
+    "energy of the load missing": (lambda f: f.assign(PE_load=0.0), {"energy"})}
+
+
+@pytest.mark.parametrize("what", SPOILT)
+def test_what_has_no_partner_or_is_wrong_gets_a_bad_grade(what: str, reference: RunData, frame: pd.DataFrame):
+    """Every quantity of the call has a grade, and a quantity that is as it should be keeps its good one."""
+    change, bad = SPOILT[what]
+    found = score(made(change(frame)), reference, TASK)
+    grades = {kind: one.grade for kind in KINDS if (one := found.graded(kind))}
+    assert {kind for kind in bad if grades.get(kind) is None} == bad, grades
+    if what != "the first 3 ms":
+        assert {kind for kind, limit in grades.items() if limit is None} <= bad | {"contacts"}, grades
+        assert found.share_of("displacement") > 0.5
+    else:
+        assert found.share_of("displacement") == pytest.approx(3e-3/frame.time.iloc[-1], rel=0.1) and found.share_of("event") < 0.1
 
 
 # ---- files of all kinds --------------------------------------------------------------
@@ -196,11 +230,13 @@ def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
     by_parts = score(made(HOSTILE["components without N"](frame)), reference, TASK)
     assert max(differences(by_parts, "impulse").values()) < 1e-9 and by_parts.share == pytest.approx(1, abs=1e-9)
     bare = score(made(HOSTILE["time and Y alone"](frame)), reference, TASK)
-    assert {one.name for one in bare.scores} == {"Y", "centre passage 1", "centre passage 2"} and np.isnan(bare.share)
-    assert set(bare.left_out) == set(CONTACTS) | set(MOTION) - {"Y"}
+    scored = {one.name for one in bare.scores if np.isfinite(one.difference)}
+    assert scored == {"Y", "centre passage 1", "centre passage 2"} and np.isnan(bare.share)
+    assert set(bare.left_out) == {*CONTACTS, *QUANTITIES, *SUMS} - {"Y"}
+    assert bare.share_of("displacement") == pytest.approx(1/3)
     cut = score(made(HOSTILE["a third of the file"](frame)), reference, TASK)
-    assert cut.end == frame.time[len(frame)//3 - 1] and not cut.unmatched
-    assert "LF 1 impulse" in {one.name for one in cut.scores} and "RF 1 impulse" not in {one.name for one in cut.scores}
+    assert cut.end == frame.time[len(frame)//3 - 1] and {one.where for one in cut.unmatched} == {"reference"}
+    assert cut.get("LF 1 impulse").grade == 1e-3 and cut.get("RF 1 impulse").difference == 1
     holes = score(made(HOSTILE["empty cells"](frame)), reference, TASK)
     assert holes.get("Y").difference < 1e-3
 

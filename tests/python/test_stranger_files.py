@@ -19,10 +19,10 @@ from ldbench_round.findings import DOUBTFUL, FAILED, PASSED
 from ldbench_round.submissions import find_files
 
 CASES = "ex2_aw", "ex2_sw"
+NO_FILE = "changes no file of exercise 2 that check takes"
 SLOW = "LDBENCH_SLOW" in os.environ
-# What check does not see: energies and the elastic law are not judged, and a missing file is the folder's matter.
-SILENT = {"mistake_modulus_of_one_body", "mistake_kinetic_energy_without_half", "mistake_potential_energy_of_load_missing",
-          "mistake_potential_energy_negative", "mistake_simulation_missing"}
+# What check does not see: a missing file is the folder's matter.
+SILENT = {"mistake_simulation_missing"}
 # Frames that are not those of the call, and another zero of time, are told.
 TOLD = {"faultless_Y_to_the_right", "faultless_Z_down", "faultless_Y_right_and_Z_down", "faultless_roll_the_other_way",
         "faultless_everything_reversed", "faultless_time_from_minus_100_ms", "faultless_time_from_10_s"}
@@ -62,19 +62,24 @@ def worst(make: Callable[..., Mapping[str, str | bytes]], name: str, frames: dic
             verdicts |= {finding.verdict for finding in check_file(file, task).findings}
         except Error:
             verdicts.add(FAILED)
-    return next((verdict for verdict in (FAILED, DOUBTFUL) if verdict in verdicts), PASSED if found else FAILED)
+    return next((verdict for verdict in (FAILED, DOUBTFUL) if verdict in verdicts), PASSED if found else NO_FILE)
 
 
 @pytest.mark.parametrize("name", some(strangers.MISTAKES))
 def test_a_mistake_does_not_pass(name: str, frames: dict[str, pd.DataFrame], tmp_path: Path):
     if name in SILENT:
         pytest.skip("check cannot see it")
-    assert worst(strangers.MISTAKES[name], name, frames, tmp_path) in (FAILED, DOUBTFUL)
+    verdict = worst(strangers.MISTAKES[name], name, frames, tmp_path)
+    if verdict == NO_FILE:
+        pytest.skip(NO_FILE)
+    assert verdict in (FAILED, DOUBTFUL)
 
 
 @pytest.mark.parametrize("name", some(strangers.FAULTLESS))
 def test_a_faultless_file_passes(name: str, frames: dict[str, pd.DataFrame], tmp_path: Path):
     verdict = worst(strangers.FAULTLESS[name], name, frames, tmp_path)
+    if verdict == NO_FILE:
+        pytest.skip(NO_FILE)
     assert verdict == (FAILED if name in NOT_UNDERSTOOD else DOUBTFUL if name in TOLD else PASSED)
 
 

@@ -18,7 +18,7 @@ from .jumps import is_rigid
 from .kept_entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
 from .own_runs import own_run, write_rigid_run
 from .round_grades import ROWS, Graded, Reference, read_reference, reference_of, split_row
-from .round_numbers import NUMBERS, SI, VERDICTS, names_of
+from .round_numbers import SI, VERDICTS, names_of
 from .submissions import Submission, find_submissions, printable
 from .tasks import TASKS, Task
 
@@ -49,12 +49,12 @@ class Collation:
         entry = self.entry(code, task)
         return entry.numbers[number].value if entry and number in entry.numbers else np.nan
 
-    def grade(self, code: Submission, task: Task, name: str) -> Graded:
-        """A difference from the reference by its name of GRADED, or why there is none."""
+    def grade(self, code: Submission, task: Task, kind: str) -> Graded:
+        """A difference from the reference by its kind of GRADED, or why there is none."""
         entry = self.entry(code, task)
         why = "not submitted" if entry is None else entry.error or \
             ("" if task in self.referred else "the reference has no file of this simulation") or entry.unscored
-        return Graded(np.nan, reason=why) if entry is None or name not in entry.grades else entry.grades[name]
+        return Graded(np.nan, reason=why) if entry is None or kind not in entry.grades else entry.grades[kind]
 
     def against(self, code: Submission, task: Task) -> str:
         """What a simulation of a code is scored against, in words; '' for the reference."""
@@ -229,11 +229,10 @@ def write_csv(found: Collation, target: Path) -> None:
                 rows.append((code.name, task.name, name, value, SI[name], (number.reason if number else "") or
                              ("" if np.isfinite(value) else missing or "not computed")))
             for name in ROWS if found.referred else ():
-                word, ending = split_row(name)
-                value, why = found.grade(code, task, word).row(ending)
+                kind, ending = split_row(name)
+                value, why = found.grade(code, task, kind).row(ending)
                 rows.append((code.name, task.name, name, value, "1", why or (found.against(code, task) if not ending else "")))
             for name in VERDICTS.values():
                 count = entry.verdict.get(name) if entry else None
                 rows.append((code.name, task.name, f"checks_{name}", count, "1", "" if count is not None else missing))
-    assert all(name in NUMBERS or name in ROWS or name.startswith("checks_") for _, _, name, *_ in rows)
     write_frame(pd.DataFrame(rows, columns=["code", "simulation", "number", "value", "unit", "remark"]), target)

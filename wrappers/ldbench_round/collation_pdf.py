@@ -128,7 +128,7 @@ def cell_words(found: Collation, code: Submission, task: Task, entry: Entry | No
 # ---- the codes -----------------------------------------------------------------------
 def code_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
     """What the submissions tell of the codes, and what could not be used."""
-    header = ["folder", *(words for words in FACTS.values()), "files"]
+    header = ["folder", *(key.replace("_", " ") for key in FACTS), "files"]
     rows = []
     for code in found.codes:
         entries = [found.entry(code, task) for task in found.tasks]
@@ -146,7 +146,8 @@ def chapter(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
         return
     yield "curves", curves_page(found, task)
     tables = number_table(found, task), score_table(found, task), finding_table(found, task)
-    yield from stacked(f"numbers, scores and findings, {task.words}", f"all codes, {task.name}", tables)
+    for _, figure in stacked(f"numbers, scores and findings, {task.words}", f"all codes, {task.name}", tables):
+        yield "numbers, scores, findings", figure       # which is short enough for the contents
 
 
 def curves_page(found: Collation, task: Task) -> Figure:
@@ -278,7 +279,7 @@ def number_table(found: Collation, task: Task) -> Table:
             continue
         counts = " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
         rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
-        rows.append([BELOW, *(distance(found, code, task, name) for name in names), ""])
+        rows.append([f"{BELOW}from the median", *(distance(found, code, task, name) for name in names), ""])
     return Table("Numbers", header, rows, [1.3, *(1.25 if name in WIDE else 1.0 for name in names), 1.75], (0,), TABLE_NOTE, units)
 
 

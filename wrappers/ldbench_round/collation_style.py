@@ -8,7 +8,7 @@ from ldbench.plots.style import CODE_LINES, Line
 from ldbench.plots.tables import LINES
 
 CODES_ON_PAGE = 14
-BELOW = "    from the median"       # begins a line that belongs to the one above it
+BELOW = "    "      # begins a line that belongs to the one above it
 
 
 class Table(NamedTuple):
@@ -32,7 +32,7 @@ class Table(NamedTuple):
         most, start = LINES - 4, 0
         while start < len(self.rows):
             end = start + most
-            if end < len(self.rows) and self.rows[end][0] == BELOW:
+            while start < end < len(self.rows) and self.rows[end][0].startswith(BELOW):
                 end -= 1
             yield self._replace(rows=self.rows[start:end])
             start = end

@@ -94,12 +94,17 @@ AXIS = ("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")
 NOTHING_OF_OURS = frozenset({"another quantity"})
 
 
+def flat(name: str) -> str:
+    """The words of a name in lower case, in letters and digits of ASCII, with a blank between them."""
+    words = unicodedata.normalize("NFKD", name.lower().replace("ß", "ss").replace("ä", "ae").replace("ö", "oe").replace("ü", "ue"))
+    return re.sub(r"[^a-z0-9]+", " ", "".join(c for c in words if not unicodedata.combining(c))).strip()
+
+
 def words_of(name: str) -> set[str]:
     """What the words of a name mean; words in one, as in German, are told apart."""
-    flat = unicodedata.normalize("NFKD", name.lower().replace("ß", "ss").replace("ä", "ae").replace("ö", "oe").replace("ü", "ue"))
-    flat = re.sub(r"[^a-z0-9]+", " ", "".join(c for c in flat if not unicodedata.combining(c))).strip()
-    found = {word for letters in re.findall("[a-z]+", flat) for word in LETTERS.get(letters, ())}
-    for match in _WORD.finditer(flat):
+    words = flat(name)
+    found = {word for letters in re.findall("[a-z]+", words) for word in LETTERS.get(letters, ())}
+    for match in _WORD.finditer(words):
         if match.lastgroup:
             found.add(list(WORDS)[int(match.lastgroup[1:])])
     return found - {""}

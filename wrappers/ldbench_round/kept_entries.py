@@ -55,7 +55,7 @@ class Entry:
     curves: Mapping[str, Curve] = field(default_factory=dict)       # of OVERALL over time, of IMPACTS from the first contact on
     rows: int = 0
     error: str = ""                                                 # why there is none of this
-    grades: Mapping[str, Graded] = field(default_factory=dict)      # differences from the reference, by the names of GRADED
+    grades: Mapping[str, Graded] = field(default_factory=dict)      # differences from the reference, by the kinds of GRADED
     unscored: str = ""                                              # why there is a reference, but no grades
 
 

@@ -18,7 +18,8 @@ from ldbench.results.columns import UNITS, RawTable, read_raw
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
-from .column_names import meanings
+from .column_names import flat, meanings
+from .energies import ENERGIES, energy_named
 from .jumps import ACCELERATIONS, VELOCITIES
 from .tasks import QUANTITIES
 
@@ -29,6 +30,7 @@ NAMED_ALIKE = 0.7                   # likeness of a named column that has our si
 NEAR = 1.3                          # ratio of a rate to a change over an interval, of which rows are not too far apart
 MISSTATED = 30.0                    # how many times nearer to ours a file has to last in another unit of time than it states
 EARLY = 0.95                        # weight of the likeness before the flange touches
+JOULES = {"N.m": "J", "Nm": "J", "kN.m": "kJ", "kNm": "kJ"}
 SYNONYMS = {"sec", "Nm", "kNm", "-"}
 RARE = {"in", "lbf", "cm", "in/s", "MN"}     # less likely, unless the file says them
 UNUSUAL = {"um", "g", "km/h"}       # only if the file says them
@@ -112,9 +114,20 @@ def guess_map(file: Path, ours: RunData, raw: RawTable | None = None, length: fl
     agree_with_the_file(taken)
     agree_with_velocities(raw, t, taken)
     agree_on_zeros(taken)
-    order = ["time", *QUANTITIES]
+    match_energies(raw, taken, used)
+    order = ["time", *QUANTITIES, *ENERGIES]
     rest = [name for k, name in enumerate(raw.names, 1) if k not in used]
     return Guess(file, {column: taken[column] for column in order if column in taken}, rest)
+
+
+def match_energies(raw: RawTable, taken: dict[str, Match], used: set[int]) -> None:
+    """Find energies by their names alone: the motion judges their numbers, and no unit but the joule is in use."""
+    for k, (name, said) in enumerate(zip(raw.names, raw.units, strict=True), 1):
+        column = energy_named(flat(name)) if k not in used else ""
+        unit = JOULES.get(said, said)
+        if column and column not in taken and (not unit or UNITS[unit][0] == "J"):
+            taken[column] = Match(column, k, name, unit, unit or "J", 1, 0.0, np.nan)
+            used.add(k)
 
 
 def tell_normal_from_vertical(raw: RawTable, taken: dict[str, Match]) -> None:

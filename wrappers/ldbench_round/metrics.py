@@ -17,15 +17,17 @@ from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
+from .energies import SUMS, told
 from .horizon import horizon, spreads
 from .jumps import IMPULSES, is_rigid, tells_impulses
-from .scores import Score, Scores, Unmatched
-from .tasks import MOTION, Task
+from .scores import OVER_TIME, Score, Scores, Unmatched
+from .tasks import Task
 
 MATCHED_BEYOND = 1.1    # times the horizon, up to which partners are looked for
 MOST = 1000             # intervals of a contact that are matched, at most
 LEAST = 1e-3            # share of the largest impulse of a contact's impacts below which an impact is not scored by itself
 PASSAGE = "centre passage"
+WHOLE = 0.9             # share of the reference's time from which a file is whole: simulations end when the wheelset returns
 CROSSED = 1e-4          # share of the largest |Y| beyond which the wheelset is on one side
 OF_IMPACTS = "impulse", "peak", "duration", "unmatched"         # kinds of scores
 
@@ -56,10 +58,12 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
     for one in run, reference:
         if len(one.time) < 2:
             raise Error(f"{one.file}: expected rows at two times at least, found {len(one.time)}")
-    end = min(limit, float(run.time[-1]), float(reference.time[-1]))
-    begin = max(float(run.time[0]), float(reference.time[0]))
+    needed = float(reference.time[0]), min(limit, float(reference.time[-1]))
+    begin, end = max(float(run.time[0]), needed[0]), min(needed[1], float(run.time[-1]))
     if end <= begin:
         raise Error(f"{run.file}: expected times in common with {reference.file} before the horizon {limit:.4g} s, found none")
+    present = (end - begin)/(needed[1] - needed[0])
+    lost = 1 - present if present < WHOLE else 0.0
     left_out: dict[str, str] = {}
     known: dict[str, tuple[list[ContactInterval], list[ContactInterval]]] = {}
     for contact in CONTACTS:
@@ -69,28 +73,20 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
         else:
             known[contact] = mine[:MOST], theirs[:MOST]
     share = share_of_time(known.values(), begin, end) if known else np.nan
-    t = np.unique(run.time)
-    t = t[(t >= begin) & (t <= end)]
-    same = np.ones(len(t), bool)
-    for mine, theirs in known.values():
-        same &= closed_at(mine, t) == closed_at(theirs, t)
-    found: list[Score] = []
-    for column in MOTION:
-        missing = [where for where, one in (("run", run), ("reference", reference)) if column not in one.data]
-        if missing:
-            left_out[column] = f"no such column in the {' and the '.join(missing)}"
-        else:
-            found.append(motion_score(column, run, reference, t, same))
+    found = list(scores_over_time(run, reference, task, known, (begin, end), lost, left_out))
     if known:
-        found.append(Score("contacts", "other contacts closed", 1 - share, end - begin, (1 - share)*(end - begin)))
+        other = (1 - share)*(1 - lost) + lost
+        found.append(Score("contacts", "other contacts closed", other, end - begin, other*(end - begin), present))
+    until = end if not lost else needed[1]
     alone: list[Unmatched] = []
     for contact, (mine, theirs) in known.items():
         matched = pairs([one.start for one in theirs], [one.start for one in mine])
-        found += contact_scores(contact, mine, theirs, matched, limit)
-        alone += without_partner(contact, mine, theirs, matched, end)
-    found += passage_scores(passages(run, MATCHED_BEYOND*limit), passages(reference, MATCHED_BEYOND*limit), limit, end, alone)
+        found += contact_scores(contact, mine, theirs, matched, limit, until)
+        alone += without_partner(contact, mine, theirs, matched, until)
+    mine_passed, theirs_passed = (passages(one, MATCHED_BEYOND*limit) for one in (run, reference))
+    found += passage_scores(mine_passed, theirs_passed, limit, until, alone)
     if known:
-        found.append(unmatched_score(alone, [one for _, theirs in known.values() for one in theirs], end))
+        found.append(unmatched_score(alone, [one for _, theirs in known.values() for one in theirs], until))
     return Scores(task, limit, end, share, tuple(found), tuple(sorted(alone, key=lambda one: one.time)), left_out)
 
 
@@ -100,7 +96,7 @@ def with_spreads(scores: Scores, known: Mapping[str, Mapping[str, float]]) -> Sc
                                                 rigid=known["rigid"].get(one.name, np.nan)) for one in scores.scores))
 
 
-# Motion -----------------------------------------------------------------------------------
+# Over time --------------------------------------------------------------------------------
 
 def share_of_time(known: Iterable[tuple[Sequence[ContactInterval], Sequence[ContactInterval]]], begin: float, end: float) -> float:
     """The share of the time from `begin` to `end` [s] in which both files have the same contacts closed."""
@@ -114,23 +110,76 @@ def share_of_time(known: Iterable[tuple[Sequence[ContactInterval], Sequence[Cont
     return float(np.sum(steps[same])/np.sum(steps))
 
 
-def motion_score(column: str, run: RunData, reference: RunData, t: np.ndarray, same: np.ndarray) -> Score:
-    """The root mean square of the difference over that of the reference, at those times `t` of rows of the run at which the
-    same contacts are closed; a time counts by how far its neighbours are."""
-    mine, theirs = (np.interp(t, one.time, one.values(column)) for one in (run, reference))
+def scores_over_time(run: RunData, reference: RunData, task: Task,
+                     known: Mapping[str, tuple[Sequence[ContactInterval], Sequence[ContactInterval]]],
+                     window: tuple[float, float], lost: float, left_out: dict[str, str]) -> Iterator[Score]:
+    """The scores of columns at those times of rows of the run at which the same contacts are closed.
+
+    lost: share of the reference's time that the file does not have; it counts as wrong by the size of the quantity. What cannot
+    be compared is added to `left_out`.
+    """
+    t = np.unique(run.time)
+    t = t[(t >= window[0]) & (t <= window[1])]
+    closed = {contact: [closed_at(own, t) for own in both] for contact, both in known.items()}
+    same = np.ones(len(t), bool)
+    for run_closed, reference_closed in closed.values():
+        same &= run_closed == reference_closed
+    elastic = all("PE_elastic_L" in one.data for one in (run, reference))
+    for kind, columns in OVER_TIME.items():
+        for column in columns:
+            contact = column[-2:] if column[-2:] in CONTACTS else ""
+            asked = closed[contact][1] if contact in closed else np.ones(len(t), bool)
+            if not (asked[1:] & asked[:-1]).any():
+                continue            # a contact that the reference never closes
+            mine, theirs = (values_at(one, column, t, elastic) for one in (run, reference))
+            if mine is None or theirs is None:
+                where = [where for where, x in (("run", mine), ("reference", theirs)) if x is None]
+                left_out[column] = f"no such column in the {' and the '.join(where)}"
+                yield Score(kind, column, np.nan, share=0.0)
+                continue
+            if contact in closed and not (same & asked).any():
+                yield Score(kind, column, 1.0, share=0.0)
+                continue
+            size = task.clearance if kind in ("place", "radius") else None
+            yield from score_over_time(kind, column, mine, theirs, t, same & asked, asked, lost, size)
+
+
+def values_at(one: RunData, column: str, t: np.ndarray, elastic: bool) -> np.ndarray | None:
+    """A column at times, (times,), or the change of an energy since the first; None where the file has none."""
+    if column not in SUMS:
+        return np.interp(t, one.time, one.values(column)) if column in one.data else None
+    energy = told(one, column, elastic)
+    if energy is None:
+        return None
+    x = np.interp(t, one.time, energy)
+    return x - x[:1]
+
+
+def score_over_time(kind: str, column: str, mine: np.ndarray, theirs: np.ndarray, t: np.ndarray, same: np.ndarray,
+                    asked: np.ndarray, lost: float, size: float | None) -> Iterator[Score]:
+    """The root mean square of a difference over a size, by default over that of the reference; a time counts by how far its
+    neighbours are. same, asked: where to compare, and where the reference has the contact closed, (times,). None where the
+    reference has no numbers."""
+    steps = np.diff(t)
+
+    def whole(where: np.ndarray) -> float:
+        return float(np.sum(steps[where[1:] & where[:-1]]))
+
     good = same & np.isfinite(mine) & np.isfinite(theirs)
-    steps = np.where(good[1:] & good[:-1], np.diff(t), 0.0)
-    whole = float(np.sum(steps))
-    if not whole:
-        return Score("motion", column, np.nan)
+    time, all_time = whole(good), whole(asked & np.isfinite(theirs))
+    if not time:
+        yield from [Score(kind, column, np.nan, share=0.0)]*bool(all_time)
+        return
 
     def rms(x: np.ndarray) -> float:
         squares = np.where(good, x, 0.0)**2
-        return float(np.sqrt(np.sum(steps*(squares[1:] + squares[:-1]))/(2*whole)))
+        return float(np.sqrt(np.sum(np.where(good[1:] & good[:-1], steps, 0.0)*(squares[1:] + squares[:-1]))/(2*time)))
 
     with np.errstate(over="ignore", invalid="ignore"):
-        error, size = rms(mine - theirs), rms(theirs)
-    return Score("motion", column, relative(error, 0.0, size), size, error)
+        error, usual = rms(mine - theirs), rms(theirs)
+    difference = relative(error, 0.0, usual if size is None else size) if error else 0.0
+    yield Score(kind, column, float(np.hypot(difference*np.sqrt(1 - lost), np.sqrt(lost))), usual, error,
+                (1 - lost)*time/max(all_time, time))
 
 
 def relative(value: float, expected: float, size: float | None = None) -> float:
@@ -143,15 +192,25 @@ def relative(value: float, expected: float, size: float | None = None) -> float:
 # Contacts ---------------------------------------------------------------------------------
 
 def contact_scores(contact: str, mine: Sequence[ContactInterval], theirs: Sequence[ContactInterval],
-                   matched: Sequence[tuple[int, int]], limit: float) -> Iterator[Score]:
-    """Times at which a contact closes and opens, and the impacts: those that both files have, before the horizon."""
+                   matched: Sequence[tuple[int, int]], limit: float, until: float) -> Iterator[Score]:
+    """Times at which a contact closes and opens, and the impacts, before the horizon.
+
+    An impact of either file without a partner, up to a time, is wrong altogether: its difference is 1.
+    """
     largest = max((one.impulse for one in theirs if one.whole and one.end <= limit), default=0.0)
-    partner = dict(matched)
+    partner, taken = dict(matched), {i for _, i in matched}
     closed = opened = struck = 0
     for k, one in enumerate(theirs):
         other = mine[partner[k]] if k in partner else None
         closed, opened, struck = closed + one.begins, opened + one.ends, struck + one.whole
-        if other is None or (one.whole and one.impulse < LEAST*largest):
+        if one.whole and one.impulse < LEAST*largest:
+            continue
+        if other is None:
+            if one.end <= until:
+                if one.begins:
+                    yield Score("event", f"{contact} closes {closed}", 1.0, one.start, share=0.0)
+                if one.whole:
+                    yield Score("impulse", f"{contact} {struck} impulse", 1.0, one.impulse, 0.0, share=0.0)
             continue
         if one.begins and other.begins and one.start <= limit:
             yield event_score(f"{contact} closes {closed}", other.start, one.start)
@@ -162,6 +221,10 @@ def contact_scores(contact: str, mine: Sequence[ContactInterval], theirs: Sequen
                                           ("duration", other.end - other.start, one.end - one.start)):
                 if np.isfinite(value) and np.isfinite(expected) and expected > 0 and (kind != "duration" or value > 0):
                     yield Score(kind, f"{contact} {struck} {kind}", relative(value, expected), expected, value)
+    for i, one in enumerate(mine):
+        if i not in taken and one.whole and one.end <= until and one.impulse >= LEAST*largest:
+            yield Score("event", f"{contact} closes in the file alone at {one.start:.6f} s", 1.0, value=one.start, share=0.0)
+            yield Score("impulse", f"{contact} impulse of the file alone at {one.start:.6f} s", 1.0, 0.0, one.impulse, share=0.0)
 
 
 def event_score(name: str, value: float, expected: float) -> Score:
@@ -185,6 +248,9 @@ def passage_scores(mine: Sequence[float], theirs: Sequence[float], limit: float,
     for k, i in matched:
         if theirs[k] <= limit:
             yield event_score(f"{PASSAGE} {k + 1}", mine[i], theirs[k])
+    for k in sorted(set(range(len(theirs))) - {k for k, _ in matched}):
+        if theirs[k] <= end:
+            yield Score("event", f"{PASSAGE} {k + 1}", 1.0, theirs[k], share=0.0)
     for where, own, taken in (("reference", theirs, {k for k, _ in matched}), ("run", mine, {i for _, i in matched})):
         alone += [Unmatched(where, PASSAGE, time, 0.0) for k, time in enumerate(own) if k not in taken and time <= end]
 

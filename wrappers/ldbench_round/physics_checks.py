@@ -11,6 +11,7 @@ from ldbench.results.derived import cumulative
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
+from .energies import energy_findings
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
 from .inertia_checks import has, inertia_findings, roll_moment, total, weight_of
 from .jumps import SHORT, jump_intervals, jumps, typical_interval
@@ -25,7 +26,6 @@ FINE, COARSE = 0.04, 0.05           # what coarse rows leave of a balance in suc
 STEADY = 0.2                        # relative change of a rate in an interval that the trapezoidal rule integrates well
 APPROACH = 0.115e-3                 # of a wheel with half the weight on its rail, by Hertz [m]
 FAR = 0.5                           # of the smaller of the farthest displacements to both sides, which only a flange turns back
-CLEARANCES = {"aw": 10.18e-3, "sw": 16.94e-3}   # of the call, one side [m]
 CLEARANCE = 0.04, 0.1               # relative: doubtful, wrong. Radii that the call leaves open move it by 5 %
 GAP, GAP_AROUND = 10, 10            # an interval is long beside the median of so many on either side
 GAP_CHANGE = 0.05, 0.2              # change of a velocity in a long interval, of its largest value: doubtful, wrong
@@ -59,6 +59,7 @@ def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     yield from momentum_findings(run, case, jumping)
     yield roll_finding(run, case, jumping)
     yield energy_finding(run, case, rigid)
+    yield from energy_findings(run, case)
     enough = (FEW_ROWS, TOO_FEW_ROWS) if task.exercise < 5 else (RAMP_ROWS, RAMP_ROWS)
     yield Finding(IN_IMPACT, UNKNOWN, hint=f"{IMPULSES}, which take no time") if rigid else row_finding(run, *enough)
 
@@ -118,7 +119,7 @@ def clearance_findings(run: RunData, task: Task) -> Iterator[Finding]:
     if first is None:
         return
     y = float(np.interp(first, run.time, run.values("Y")))
-    expected = CLEARANCES[task.profiles]
+    expected = task.clearance
     yield judged("first left flange contact at the published clearance", abs(y/expected - 1), *CLEARANCE,
                  hint=f"expected Y = {1e3*expected:.2f} mm, found {1e3*y:.2f} mm: other profiles, gauge or back-to-back distance")
 

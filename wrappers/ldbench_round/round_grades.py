@@ -10,27 +10,29 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ldbench import Error
-from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.tools import digest
 
 from .check import Mapped, read_submitted
+from .energies import ENERGIES
 from .horizon import horizon
+from .jumps import IMPULSES
 from .metrics import MATCHED_BEYOND, score
-from .scores import GRADES, Score, Scores, grade
+from .scores import GRADES, Scores, grade
 from .submissions import DESCRIPTION, complaint, present, printable, read_small_toml, reason, reference_files, told_map
-from .tasks import MOTION, Task, task_of
+from .tasks import QUANTITIES, Task, task_of
 
 LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
 BLOCK = 2**20                   # of a file that is read for its digest [bytes]
 
-#: The kinds of scores with a median and a worst one, by their names in the table of numbers.
-KINDS = {"motion": "motion", "events": "event", "impulses": "impulse"}
-#: The relative differences of a file from the reference that are kept, by their names in the table of numbers.
-GRADED = ("score_contacts", *(f"score_{kind}{ending}" for kind in KINDS for ending in ("", "_worst")))
-#: What the table tells of each: the difference, its grade, and its share of the spread of formulations.
-ROWS = tuple(f"{name}{ending}" for name in GRADED for ending in ("", "_grade", "_of_spread"))
-NEEDED = {"time", *MOTION, *(f"{name}_{contact}" for name in ("N", "Fy", "Fz", "P") for contact in CONTACTS)}
+#: The kinds of scores that are graded, and how a page calls them; `score_` and the kind is the name in the table of numbers.
+GRADED = {"displacement": "displacement", "velocity": "velocity", "acceleration": "acceleration", "force": "forces",
+          "angle": "angles", "place": "points", "radius": "radii", "energy": "energies", "contacts": "contacts",
+          "event": "events", "impulse": "impulses"}
+#: What the table tells of each: the difference, its grade, its share of the spread of formulations, and what was scored.
+ROW_ENDINGS = "", "_grade", "_of_spread", "_share"
+ROWS = tuple(f"score_{kind}{ending}" for kind in GRADED for ending in ROW_ENDINGS)
+NEEDED = {"time", *QUANTITIES, *ENERGIES, *IMPULSES}
 
 
 class Graded(NamedTuple):
@@ -38,7 +40,8 @@ class Graded(NamedTuple):
 
     difference: float               # NaN where there is none
     of_spread: float = np.nan       # in units of the spread of formulations; NaN where that is not known
-    name: str = ""                  # of the score that it is: 'Y', 'LF closes 1'
+    name: str = ""                  # of the quantity that it is of: 'Y', 'LF'
+    share: float = 0.0              # of the time, or of the events or impacts, that was scored
     reason: str = ""                # why there is no difference
 
     @property
@@ -50,6 +53,8 @@ class Graded(NamedTuple):
         """The value of a row of the table, and why it is NaN. ending: of the name of the row."""
         if np.isnan(self.difference):
             return np.nan, self.reason or "no difference is known"
+        if ending == "_share":
+            return self.share, ""
         if ending == "_grade":
             return (np.nan, f"beyond {GRADES[-1]:g}") if self.grade is None else (self.grade, "")
         if ending == "_of_spread":
@@ -58,9 +63,9 @@ class Graded(NamedTuple):
 
 
 def split_row(name: str) -> tuple[str, str]:
-    """The name of a difference and the ending of a row of ROWS."""
-    ending = next((ending for ending in ("_grade", "_of_spread") if name.endswith(ending)), "")
-    return name.removesuffix(ending), ending
+    """The kind of a difference and the ending of a row of ROWS."""
+    ending = next(ending for ending in (*ROW_ENDINGS[1:], "") if name.endswith(ending))
+    return name.removeprefix("score_").removesuffix(ending), ending
 
 
 @dataclass(frozen=True)
@@ -136,7 +141,7 @@ def read_reference(one: Reference) -> RunData:
 
 
 def graded(run: RunData, task: Task, reference: RunData) -> tuple[dict[str, Graded], str]:
-    """The differences of a run from the reference by the names of GRADED; or none, and why, whatever is wrong."""
+    """The differences of a run from the reference by the kinds of GRADED; or none, and why, whatever is wrong."""
     try:
         return grades_of(score(run, reference, task)), ""
     except Exception as error:
@@ -144,15 +149,10 @@ def graded(run: RunData, task: Task, reference: RunData) -> tuple[dict[str, Grad
 
 
 def grades_of(scores: Scores) -> dict[str, Graded]:
-    """The median and the worst difference of motion, events and impulses, and the share of time with other contacts closed."""
-    found = {"score_contacts": made(scores.worst("contacts"), "no normal forces in one of the files")}
-    for name, kind in KINDS.items():
-        none = f"no {name} in common with the reference before the horizon"
-        found[f"score_{name}"] = made(scores.middle(kind), none)
-        found[f"score_{name}_worst"] = made(scores.worst(kind), none)
+    """What is kept of the scores: of each kind the quantity that grades it."""
+    found = {}
+    for kind in GRADED:
+        one = scores.graded(kind)
+        found[kind] = Graded(np.nan, reason="no number in common with the reference before the horizon") if one is None else \
+            Graded(one.difference, one.of_spread, one.quantity, share=scores.share_of(kind))
     return found
-
-
-def made(one: Score | None, none: str) -> Graded:
-    """What is kept of a score."""
-    return Graded(np.nan, reason=none) if one is None else Graded(one.difference, one.of_spread, one.name)

@@ -7,12 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from .tasks import Task
+from ldbench.results.quantities import CONTACTS
+
+from .energies import SUMS
+from .tasks import MOTION, Task
 
 GRADES = 1e-3, 1e-2, 0.1                        # limits of a relative difference
-KINDS = {"motion": "motion, rms while the same contacts are closed", "contacts": "share of time with other contacts closed",
-         "event": "times of events", "impulse": "impulse of an impact", "peak": "largest force of an impact",
-         "duration": "duration of an impact", "unmatched": "impulse without a partner"}
+#: The quantities that are compared over time, while the same contacts are closed, by the kind of score.
+OVER_TIME = {"displacement": MOTION[:3], "velocity": MOTION[3:6], "acceleration": MOTION[6:],
+             **{kind: tuple(f"{base}_{contact}" for base in bases for contact in CONTACTS) for kind, bases in (
+                 ("force", ("N", "Fy", "Fz")), ("angle", ("angle",)), ("place", ("y", "z")), ("radius", ("radius",)))},
+             "energy": tuple(SUMS)}
+KINDS = {"displacement": "displacements", "velocity": "velocities", "acceleration": "accelerations", "force": "contact forces",
+         "angle": "contact angles", "place": "contact points", "radius": "rolling radii", "energy": "energies",
+         "contacts": "time with other contacts closed", "event": "times of events", "impulse": "impulses of impacts",
+         "peak": "largest forces of impacts", "duration": "durations of impacts", "unmatched": "impulse without a partner"}
 
 
 def grade(difference: float) -> float | None:
@@ -31,6 +40,7 @@ class Score:
     # they differ; of impulses without a partner, those of all impacts of the reference and those without one.
     reference: float = np.nan
     value: float = np.nan
+    share: float = 1.0          # of the reference that was compared: of its time, or 0 of an event or impact without a partner
     # Relative differences of our own runs from that with half-spaces; NaN where they are not known.
     hertz: float = np.nan       # Hertz's law
     rigid: float = np.nan       # rigid contacts with restitution 1
@@ -39,6 +49,11 @@ class Score:
     def grade(self) -> float | None:
         """The smallest limit that the difference is inside: 1e-3, 1e-2 or 0.1; None beyond."""
         return grade(self.difference)
+
+    @property
+    def quantity(self) -> str:
+        """What it is a score of: a column, or the contact of an event or impact."""
+        return self.name.split()[0]
 
     @property
     def spread(self) -> float:
@@ -53,7 +68,8 @@ class Score:
     def facts(self) -> dict[str, Any]:
         """The score for other programs."""
         return {"kind": self.kind, "name": self.name, "difference": self.difference, "grade": self.grade, "value": self.value,
-                "reference": self.reference, "hertz": self.hertz, "rigid": self.rigid, "of_spread": self.of_spread}
+                "reference": self.reference, "share": self.share, "hertz": self.hertz, "rigid": self.rigid,
+                "of_spread": self.of_spread}
 
 
 @dataclass(frozen=True)
@@ -92,10 +108,20 @@ class Scores:
         own = self.ranked(kind)
         return own[-1] if own else None
 
-    def middle(self, kind: str) -> Score | None:
-        """The score of a kind that as many are better as worse than, of an even number the worse one; None without one."""
-        own = self.ranked(kind)
-        return own[len(own)//2] if own else None
+    def graded(self, kind: str) -> Score | None:
+        """The score that grades a kind: that of its worst quantity; None without one.
+
+        A column has one score. Of the events or impacts of a contact the score in the middle counts, of an even number the worse.
+        """
+        own: dict[str, list[Score]] = {}
+        for one in self.ranked(kind):
+            own.setdefault(one.quantity, []).append(one)
+        return max((same[len(same)//2] for same in own.values()), key=lambda one: one.difference, default=None)
+
+    def share_of(self, kind: str) -> float:
+        """Which share of a kind could be scored: of the time of all its columns, or of all events or impacts; NaN without any."""
+        own = self.of_kind(kind)
+        return float(np.mean([one.share for one in own])) if own else np.nan
 
     def get(self, name: str) -> Score | None:
         """The score of a name; None without one."""

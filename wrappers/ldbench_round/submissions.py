@@ -23,6 +23,8 @@ DESCRIPTION = "submission.toml"
 LONGEST_DESCRIPTION = 1_000_000     # of a description or a map [bytes]
 LONGEST_NAME = 40                   # of a code [characters]
 LONGEST_FACT = 200                  # [characters]
+MOST_REMARKS = 10                   # about the keys of a description
+FORMULATIONS = "elastic", "constraint", "rigid", "unilateral", "bilateral"     # of which a description says one
 
 #: The keys of a description, all optional, and what they are in words.
 FACTS = {"code": "code", "version": "version", "authors": "authors", "formulation": "formulation of contact",
@@ -118,8 +120,8 @@ def read_submission(folder: Path, name: str) -> Submission:
         told = read_small_toml(folder/DESCRIPTION) if present(folder/DESCRIPTION) else {}
         facts, seconds = dict(told_facts(told, remarks)), dict(told_seconds(told, remarks))
         map, restitution = told_map(told, folder, remarks), told_restitution(told, remarks)
-    except Error as error:
-        remarks.append(without(str(error), folder))
+    except (Error, ValueError) as error:        # ValueError: a whole number of thousands of digits
+        remarks.append(without(f"{DESCRIPTION}: cannot be read: {error}" if isinstance(error, ValueError) else str(error), folder))
     told_before = len(remarks)
     try:
         files = find_files(folder, remarks)
@@ -154,23 +156,43 @@ def read_small_toml(path: Path) -> dict[str, Any]:
 
 
 def told_facts(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[str, str]]:
-    """The facts of a description in words; remarks about keys that nobody knows, with the nearest known one."""
+    """The facts of a description in words; remarks about what cannot be, and about keys that nobody knows, with the nearest one."""
+    unknown = [key for key in told if key not in (*FACTS, MAP)]
+    for key in unknown[:MOST_REMARKS]:
+        near = difflib.get_close_matches(key[:LONGEST_NAME].lower(), [*FACTS, MAP], 1)
+        remarks.append(f"{DESCRIPTION}: expected keys among {', '.join([*FACTS, MAP])}, found {printable(key, 40)}"
+                       + (f"; {near[0]} is the nearest" if near else ""))
+    if len(unknown) > MOST_REMARKS:
+        remarks.append(f"{DESCRIPTION}: and {len(unknown) - MOST_REMARKS} more keys that are unknown")
     for key, value in told.items():
-        if key == MAP:
-            continue
         if key not in FACTS:
-            near = difflib.get_close_matches(key.lower(), [*FACTS, MAP], 1)
-            remarks.append(f"{DESCRIPTION}: expected keys among {', '.join([*FACTS, MAP])}, found {printable(key, 40)}"
-                           + (f"; {near[0]} is the nearest" if near else ""))
-        elif isinstance(value, list) and all(isinstance(one, str | int | float) for one in value):
-            yield key, printable(", ".join(map(str, value)))
-        elif isinstance(value, Mapping) and key == "processor_time":
-            total = sum(x for x in value.values() if is_seconds(x))
-            yield key, f"{total:.4g}"
-        elif isinstance(value, str | int | float) and not isinstance(value, bool):
-            yield key, printable(f"{value:.6g}" if isinstance(value, float) else value)
+            continue
+        wrong = None
+        if key == "processor_time" and isinstance(value, Mapping):
+            yield key, f"{sum(x for x in value.values() if is_seconds(x)):.4g}"
+        elif key in ("step", "processor_time") and not isinstance(value, str | list | Mapping):
+            wrong = "" if is_seconds(value) and (value > 0 or key != "step") else "a time in seconds"
+        elif key == "formulation":
+            told_one = isinstance(value, str) and any(word in value[:LONGEST_FACT].lower() for word in FORMULATIONS)
+            wrong = "" if told_one else "elastic or constraints"
+        elif key == "restitution":
+            wrong = "" if told_restitution(told, []) is not None else None      # which has a remark of its own
+            if wrong is None:
+                continue
         else:
-            remarks.append(f"{DESCRIPTION}: {key}: expected words, a number or a list of them, found {printable(value, 40)}")
+            parts = value if isinstance(value, list) else [value]
+            fine = all(isinstance(one, str | int | float) and not isinstance(one, bool) for one in parts)
+            wrong = "" if parts and fine and all(map(is_finite, parts)) else "words, a number or a list of them"
+        if wrong == "":
+            parts = value if isinstance(value, list) else [value]
+            yield key, printable(", ".join(f"{one:.6g}" if isinstance(one, float) else str(one) for one in parts))
+        elif wrong:
+            remarks.append(f"{DESCRIPTION}: {key}: expected {wrong}, found {printable(value, 40)}")
+
+
+def is_finite(x: object) -> bool:
+    """Whether a value is no number, or one that can be."""
+    return not isinstance(x, int | float) or abs(x) < 1e12
 
 
 def is_seconds(x: object) -> bool:
@@ -183,9 +205,12 @@ def told_seconds(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[
     given = told.get("processor_time")
     if not isinstance(given, Mapping):
         return
-    names = [task.name for task in TASKS]
+    wrong = 0
     for key, value in given.items():
-        if key not in names or not is_seconds(value):
+        if key not in TASK_NAMES or not is_seconds(value):
+            wrong += 1
+            if wrong > MOST_REMARKS:
+                continue
             remarks.append(f"{DESCRIPTION}: processor_time: expected simulations as ex2_aw = 1.5 [s], "
                            f"found {printable(key, 40)} = {printable(value, 40)}")
         else:

@@ -16,6 +16,7 @@ QUANTITIES = (*MOTION, *(f"{name}_{contact}" for name in PER_CONTACT for contact
 
 ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn"}      # of column files
 EXERCISE = re.compile(r"(?:ex(?:ercise)?|case|run|e)[ _.-]*([1-5])(?!\d)", re.IGNORECASE)
+CLEARANCES = {"aw": 10.18e-3, "sw": 16.94e-3}
 PROFILES = {"aw": r"(?<![a-z])(?:aw|act(?:ual)?|a)(?![a-z])", "sw": r"(?<![a-z])(?:sw|simp(?:lified)?|s)(?![a-z])"}
 
 
@@ -30,6 +31,11 @@ class Task:
     def name(self) -> str:
         """The name of the shipped input."""
         return f"ex{self.exercise}_{self.profiles}"
+
+    @property
+    def clearance(self) -> float:
+        """The clearance of one side that the call publishes [m]."""
+        return CLEARANCES[self.profiles]
 
     @property
     def words(self) -> str:

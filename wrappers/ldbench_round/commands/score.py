@@ -1,8 +1,9 @@
 """Score column files against a reference, in numbers that survive impacts.
 
-Motion is compared pointwise only while both files have the same contacts closed. Events are matched by contact, kind and
+Columns are compared pointwise only while both files have the same contacts closed. Events are matched by contact, kind and
 order, and forces by the impulse of each impact. Nothing counts beyond the horizon of the simulation, where a difference of
-1e-9 has grown to 1e-3. A grade is the smallest of 1e-3, 1e-2 and 0.1 that a relative difference is inside. Beside it stands the
+1e-9 has grown to 1e-3. A grade is the smallest of 1e-3, 1e-2 and 0.1 that a relative difference is inside; each kind of quantity
+has that of its worst one, and what has no partner counts as a difference of 1. Beside it stand the share that was scored and the
 difference in units of what Hertz's law, and rigid contacts or Hertz's law, change in runs of our own. The files may be those
 of any code; without a map their columns are guessed, as `check` does. A file with rigid contacts and one with elastic ones
 differ after the first impact, and the heading says so. docs/benchmark.md defines every number.
@@ -27,7 +28,7 @@ from ..findings import FAILED
 from ..horizon import yardsticks
 from ..metrics import score
 from ..physics_checks import start_findings
-from ..scores import KINDS, Score, Scores
+from ..scores import KINDS, OVER_TIME, Score, Scores
 from ..submissions import complaint, find_files, reference_files
 from ..tasks import TASKS, Task, task_named, task_of
 
@@ -114,16 +115,15 @@ def heading(scores: Scores) -> str:
 
 
 def lines(scores: Scores, everything: bool) -> Iterator[str]:
-    """The table of a file: motion, then the median and the worst of every other kind; or all scores."""
-    yield f"  {'quantity':44} {'difference':>10} {'grade':>6} {'of Hertz':>9} {'of spread':>9}"
+    """The table of a file: a line for each kind, with the quantity that grades it; or all scores."""
+    yield f"  {'quantity':44} {'difference':>10} {'grade':>6} {'scored':>7} {'of Hertz':>9} {'of spread':>9}"
     for kind, words in KINDS.items():
-        own = scores.of_kind(kind)
-        if kind in ("motion", "contacts", "unmatched") or everything:
-            yield from (row(quantity(one.name).words if kind == "motion" else words if len(own) == 1 else one.name, one)
-                        for one in own)
-        elif (worst := scores.worst(kind)) and (middle := scores.middle(kind)):
-            yield row(f"{words}, median of {len(own)}", middle)
-            yield row(f"  worst: {worst.name}", worst)
+        if everything:
+            yield from (row(quantity(one.name).words if kind in OVER_TIME else one.name, one, one.share)
+                        for one in scores.of_kind(kind))
+        elif worst := scores.graded(kind):
+            named = words if kind in ("contacts", "unmatched") else f"{words}, worst: {worst.quantity}"
+            yield row(named, worst, scores.share_of(kind))
     listed = scores.unmatched if everything else sorted(scores.unmatched, key=lambda one: -one.impulse)[:SHOWN]
     for one in listed:
         yield f"  only in the {one.where}: {one.name} at {one.time:.6f} s" + (f", {one.impulse:.4g} N s" if one.impulse else "")
@@ -132,11 +132,11 @@ def lines(scores: Scores, everything: bool) -> Iterator[str]:
     yield from (f"  not scored: {name}: {why}" for name, why in scores.left_out.items())
 
 
-def row(words: str, one: Score) -> str:
+def row(words: str, one: Score, share: float) -> str:
     """A line of the table."""
     def number(x: float) -> str:
         return "-" if x != x else f"{x:.2g}"
 
     by_hertz = one.difference/one.hertz if one.hertz > 0 else float("nan")
-    return (f"  {words:44} {number(one.difference):>10} {'-' if one.grade is None else f'{one.grade:g}':>6} "
+    return (f"  {words:44} {number(one.difference):>10} {'-' if one.grade is None else f'{one.grade:g}':>6} {100*share:5.3g} % "
             f"{number(by_hertz):>9} {number(one.of_spread):>9}")

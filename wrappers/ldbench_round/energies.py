@@ -1,0 +1,79 @@
+"""Kinetic and potential energy of a file: what its columns say, and what the motion says that they are."""
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from ldbench import Case
+from ldbench.results.derived import cumulative
+from ldbench.results.quantities import GRAVITY, quantity
+from ldbench.results.run_data import RunData
+
+from .findings import Finding, judged
+
+#: The sums that a file may give, with their parts; the elastic energy of the contacts belongs to the potential energy.
+KINETIC, POTENTIAL = "KE", "PE"
+PARTS = {KINETIC: ("KE_lat", "KE_vert", "KE_roll"), POTENTIAL: ("PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R")}
+ENERGIES = (*PARTS, *(part for parts in PARTS.values() for part in parts))
+SUMS = {KINETIC: "kinetic energy", POTENTIAL: "potential energy"}
+WRONG = 0.02, 0.1       # of the largest change of an energy: doubtful, wrong
+AT_REST = 20.0          # elastic energy of the contacts at rest, at most [J]; zero may be there or where they are open
+
+KINDS = {"kinetic": r"kinet\w*|cinetique|e?kin|ke|ec", "potential": r"potent\w*|e?pot|pe|ep", "elastic": r"e?elast\w*"}
+WHERE = {"lat": r"lat(?:eral)?|quer|y", "vert": r"vert(?:ical)?|vertikal|z", "roll": r"roll|roulis|wanken|al",
+         "grav": r"grav(?:ity)?|weight|pesanteur|gewicht", "load": r"load|charge|last", "elastic_L": r"left|gauche|links",
+         "elastic_R": r"right|droite?|rechts"}
+NO_PART = "energy", "energie", "e", "total"
+
+
+def energy_named(words: str) -> str:
+    """The column of ours that a name in lower case and plain letters, as 'kinetic energy lateral', stands for; '' for none."""
+    tokens = [token for token in re.findall("[a-z]+", words) if token not in NO_PART]
+    kinds = {kind for token in tokens for kind, pattern in KINDS.items() if re.fullmatch(pattern, token)}
+    places = {place for token in tokens for place, pattern in WHERE.items() if re.fullmatch(pattern, token)}
+    if not kinds or len(places) > 1 or len(tokens) > len(kinds) + len(places):
+        return ""
+    whole = KINETIC if "kinetic" in kinds else POTENTIAL
+    column = f"{whole}_{next(iter(places))}" if places else whole if "elastic" not in kinds else ""
+    return column if column in ENERGIES else ""
+
+
+def told(run: RunData, whole: str, elastic: bool = True) -> np.ndarray | None:
+    """The kinetic or potential energy of a file, (rows,) [J], by its parts or its sum; None where it has neither.
+
+    elastic: whether parts of the elastic energy count, if the file has them.
+    """
+    needed = [part for part in PARTS[whole] if not part.startswith("PE_elastic")]
+    if not all(part in run.data for part in needed):
+        return run.values(whole) if whole in run.data else None
+    parts = [part for part in PARTS[whole] if part in run.data and (elastic or part in needed)]
+    return np.asarray(sum(np.nan_to_num(run.values(part)) for part in parts))
+
+
+def energy_findings(run: RunData, case: Case) -> Iterator[Finding]:
+    """Whether energies, where a file has them, are those of its motion. Their zeros are free, so changes are compared."""
+    motion = {"vY": case.mass, "vZ": case.mass, "roll_rate": case.roll_inertia}
+    if not all(name in run.data for name in (*motion, "Z")):
+        return
+    expected = dict(zip(PARTS[KINETIC], (inertia*run.values(name)**2/2 for name, inertia in motion.items()), strict=True))
+    expected[KINETIC] = np.asarray(sum(expected.values()))
+    expected |= {"PE_grav": case.mass*GRAVITY*run.values("Z"), "PE_load": case.vertical_load*run.values("Z")}
+    expected[POTENTIAL] = expected["PE_grav"] + expected["PE_load"]
+    kinetic = expected[KINETIC] - expected[KINETIC][0]
+    work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
+    for column, energy in expected.items():
+        if column not in run.data:
+            continue
+        change, of_motion = (x - x[0] for x in (run.values(column), energy))
+        over = change - of_motion
+        if column == POTENTIAL:
+            # The contacts may have stored what kinetic energy, weight and load have lost.
+            stored = np.maximum(work - kinetic - of_motion, 0.0) + AT_REST
+            over = over - np.clip(over, -AT_REST, stored)
+        size = max(np.ptp(of_motion), 1e-300)
+        error = np.nan_to_num(np.abs(over), nan=np.inf)/size
+        ratio = float(np.sum(change*of_motion)/max(np.sum(of_motion**2), 1e-300))
+        yield judged(f"{SUMS.get(column) or quantity(column).words} is that of the motion", error.max(), *WRONG,
+                     int(error.argmax()) + 1, f"about {ratio:.3g} times what velocities, or weight, load and Z make")
