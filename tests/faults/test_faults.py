@@ -208,7 +208,7 @@ def test_commands_of_python_tell_what_cannot_be_written(product, command, result
     assert status == 1 and re.fullmatch(r"ldbench: error: [^\n]+\n", said.split("\r")[-1]), said
     assert product in said or TOLD in said      # pages are put together from some in the system's folder for such
     left = contents(tmp_path)
-    assert {path: data for path, data in left.items() if ".parts" not in str(path)} == before
+    assert {path: data for path, data in left.items() if ".ldbench" not in str(path)} == before
 
 
 # Their path with both wheels on the rails has thousands of poses.

@@ -20,9 +20,9 @@ import xarray as xr
 
 import ldbench
 from ldbench.__main__ import main
-from ldbench.ensembles import members, threads
+from ldbench.ensembles import members, pools
 from ldbench.ensembles.members import draws
-from ldbench.ensembles.store import read_places
+from ldbench.ensembles.store import kept_keys
 from local_cluster import Cluster
 from running import HANG
 
@@ -53,7 +53,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
         return counted_work
 
     monkeypatch.setattr(members, "compute", counting("runs", members.compute))
-    monkeypatch.setattr(threads.ContactTable, "quiet", counting("tables", threads.ContactTable.quiet))
+    monkeypatch.setattr(pools.ContactTable, "quiet", counting("tables", pools.ContactTable.quiet))
     return counts
 
 
@@ -145,7 +145,7 @@ def test_rows_are_thinned_or_padded(table):
 def test_refusals(arguments, expected, found, monkeypatch):
     if "scheduler" in arguments:
         pytest.importorskip("distributed")
-        monkeypatch.setattr("ldbench.ensembles.cluster.CONNECT", 0.2)
+        monkeypatch.setattr("ldbench.ensembles.pools.CONNECT", 0.2)
     with pytest.raises(ldbench.Error) as error:
         ldbench.ensemble(short(), **arguments)
     told = error.value
@@ -203,7 +203,8 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
     finally:
         process.kill()
     assert (out.splitlines()[-1], process.returncode, err) == ("stopped []", 0, "")
-    assert len(read_places(tmp_path/"sweep.zarr.parts")) == 1
+    folder, = (tmp_path/".ldbench").glob("sweep.zarr.*/")
+    assert np.count_nonzero(kept_keys(folder)[1]) == 1
 
 
 # ---- store ---------------------------------------------------------------------------
@@ -217,7 +218,7 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     assert counted["runs"] == 4 and more.isel(mass=slice(3)).drop_vars("error").identical(first.drop_vars("error"))
     with xr.open_zarr(store) as stored:
         assert stored.load().identical(more)
-    assert [path.suffix for path in (tmp_path/"sweep.zarr.parts").iterdir()] == [".npz"]
+    assert [path.name for path in (tmp_path/".ldbench").iterdir()] == ["sweep.zarr.lock"]
 
 
 def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
@@ -250,15 +251,41 @@ def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch
     assert len(set().union(*found)) == 2*len(found) == 12
 
 
-def test_a_damaged_part_counts_as_missing(tmp_path, table, counted):
-    def sweep() -> xr.Dataset:
-        return ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, store=tmp_path/"sweep.zarr", tables=[table])
+KILLED = """
+import os, sys, ldbench
+done = []
+def kill(*report):
+    done.append(report)
+    if len(done) == 3:
+        os.kill(os.getpid(), 9)
+import ldbench.ensembles.store
+ldbench.ensembles.store.FLUSH = 0.0
+ldbench.ensemble(ldbench.Case.from_namelist(sys.argv[1]), {"mass": [1300.0, 1400.0, 1500.0, 1600.0], "vY": [0.5, 1.0]},
+                 columns=["Y"], store="sweep.zarr", threads=1, progress=kill)
+"""
 
-    first = sweep()
-    part, = (tmp_path/"sweep.zarr.parts").iterdir()
-    part.write_bytes(part.read_bytes()[:-100])
-    (tmp_path/"sweep.zarr.parts"/"0123.npz.99.new").write_bytes(b"PK")        # what a killed process leaves
-    assert sweep().identical(first) and counted["runs"] == 6
+
+def test_a_killed_process_loses_nothing_that_was_written(tmp_path, table, counted):
+    """Nor does an ensemble of other members, which begins with what the killed one has."""
+    case = short(t_end=1e-3)
+    case.to_namelist(tmp_path/"case.nml")
+    assert subprocess.run([sys.executable, "-c", KILLED, "case.nml"], cwd=tmp_path, timeout=HANG).returncode == -signal.SIGKILL
+    expected = {masses: ldbench.ensemble(case, {"mass": masses, "vY": [0.5, 1.0]}, columns=["Y"], tables=[table])
+                for masses in ((1300.0, 1400.0, 1500.0, 1600.0), (1250.0, 1300.0, 1400.0, 1500.0, 1600.0))}
+    case = ldbench.Case.from_namelist(tmp_path/"case.nml")
+    for masses, new in zip(expected, (5, 2), strict=True):
+        before = counted["runs"]
+        found = ldbench.ensemble(case, {"mass": masses, "vY": [0.5, 1.0]}, columns=["Y"], store=tmp_path/"sweep.zarr",
+                                 tables=[table])
+        assert counted["runs"] - before == new and found.identical(expected[masses])
+
+
+def test_damaged_results_are_told(tmp_path, table):
+    over = {"mass": MASSES}
+    ldbench.ensemble(short(t_end=1e-3), over, store=tmp_path/"sweep.zarr", tables=[table])
+    (tmp_path/"sweep.zarr/peak_N_LF/0").write_bytes(b"no numbers")
+    with pytest.raises(ldbench.Error, match="expected results that an ensemble kept, found them damaged"):
+        ldbench.ensemble(short(t_end=1e-3), {"mass": [*MASSES, 1900.0]}, store=tmp_path/"sweep.zarr", tables=[table])
 
 
 def test_two_processes_with_one_store_leave_what_one_would(tmp_path, table):
@@ -280,7 +307,7 @@ def test_two_processes_with_one_store_leave_what_one_would(tmp_path, table):
         other.kill()
     with xr.open_zarr(tmp_path/"sweep.zarr") as stored:
         assert stored.load().identical(expected)
-    assert {file.name for file in tmp_path.iterdir()} == {"case.nml", "sweep.zarr", "sweep.zarr.parts"}
+    assert {file.name for file in tmp_path.iterdir()} == {".ldbench", "case.nml", "sweep.zarr"}
 
 
 def test_a_store_is_not_written_over_something_else(tmp_path):
@@ -292,7 +319,7 @@ def test_a_store_is_not_written_over_something_else(tmp_path):
         with pytest.raises(ldbench.Error, match=f"{name}: expected a Zarr directory that an ensemble has made, or nothing"):
             ldbench.ensemble(short(), {"mass": MASSES}, store=tmp_path/name)
     assert xr.open_zarr(tmp_path/"mine0.zarr").mine.values.tolist() == [1, 2]
-    assert not list(tmp_path.glob("*.parts"))
+    assert not (tmp_path/".ldbench").exists()
 
 
 def test_failed_members_are_stored_too(tmp_path, table):

@@ -31,6 +31,7 @@ Wheel = Literal["both", "left", "right"]
 Outside = Literal["raise", "nan"]
 
 WHEELS = "both", "left", "right"
+PROFILES = "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"
 PLACES = "tread", "flange", "both", "going over"       # of the table's error
 
 # What a case may change and keep its contact table. Profiles are compared by their contents.
@@ -362,8 +363,7 @@ def core_files(case: Case) -> dict[str, str]:
 def located(case: Case) -> bytes:
     """Paths of the case's files, as the core takes them: profiles, those of the right side, contact table."""
     files = core_files(case)
-    paths = *(path_bytes(files.get(name, "")) for name in
-              ("wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right")), path_bytes(case.table_path())
+    paths = *(path_bytes(files.get(name, "")) for name in PROFILES), path_bytes(case.table_path())
     for path in paths:
         if len(path) > TEXT_LENGTH:
             raise Error(f"{case.label}, &profiles: expected paths of at most {TEXT_LENGTH} characters, "

@@ -4,10 +4,9 @@ from __future__ import annotations
 import functools
 import itertools
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,23 +14,21 @@ from .._core.calls import Progress, descriptions
 from .._core.errors import BadValue, Error, unknown
 from .._core.files import digest
 from .._core.kept import program_digest
-from ..case import Case, Value, Variable, find_variable, find_variables, variables
-from ..results.events import Event, event_kinds
+from ..case import Case, Value, find_variable, find_variables, variables
+from ..results.events import event_kinds
 from ..runs import Run, compute
 from ..table import FREE_GROUPS, FREE_NAMES, ContactTable
 
-Record = dict[str, Any]              # what is kept of a run, by name; of one that failed its `error` alone
-Batch = dict[str, np.ndarray]           # records of some members, by name, the first axis over members
-TableKey = tuple[object, ...]
+Record = dict[str, Any]             # what is kept of a run, by name; of one that failed its `error` alone
+TableKey = tuple[object, ...]       # equal for cases that share a contact table
 Coordinates = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]
 
-OCCURRENCES = 5                         # of each kind of event that a run lists
+OCCURRENCES = 5                     # of each kind of event that a run lists
 EVENTS = "event_time", "event_force"
 
 
-@dataclass(frozen=True)
-class Member:
-    """One run of an ensemble: a case with other values of some variables. Small: the case is many members'."""
+class Member(NamedTuple):
+    """One run of an ensemble: a case, which many members share, with other values of some variables."""
 
     base: Case
     changes: tuple[tuple[str, Value], ...] = ()
@@ -41,25 +38,22 @@ class Member:
         return self.base.replace(dict(self.changes)) if self.changes else self.base
 
     def unchecked(self) -> Case:
-        """The case before its values are checked, for names and keys; the common case where they are no values at all."""
+        """The case before its values are checked, for names and keys; the shared case where they are no values at all."""
         try:
             return self.base._with(dict(self.changes))
         except Error:
             return self.base
 
 
-@dataclass(frozen=True)
-class Wanted:
+class Wanted(NamedTuple):
     """What is kept of a run beside its results and events."""
 
     columns: tuple[str, ...] = ()
     rows: int | None = None     # at most
 
 
-# What to run ------------------------------------------------------------------------------
-
-def plan(case: Case | Sequence[Case], over: dict[str, Sequence[Value]], n: int | None, seed: int, draw: str,
-          ) -> tuple[Sequence[Member], dict[str, int], Coordinates]:
+def plan(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]], n: int | None, seed: int, draw: str,
+         ) -> tuple[list[Member], dict[str, int], Coordinates]:
     """The members; sizes of the dimensions; coordinates."""
     if not isinstance(case, Case):
         if over or n is not None:
@@ -67,34 +61,18 @@ def plan(case: Case | Sequence[Case], over: dict[str, Sequence[Value]], n: int |
         if not case:
             raise BadValue("ensemble: expected at least one case, found none")
         return [Member(each) for each in case], {"member": len(case)}, {}
-    find_variables(over)
+    known = {name: variables()[k] for name, k in zip(over, find_variables(over), strict=True)}
     if n is None:
-        values: Sequence[tuple[Value, ...]] = list(itertools.product(*over.values()))
-        if not values:
+        points: Iterable[tuple[Value, ...]] = itertools.product(*over.values())
+        dims, values = {name: len(listed) for name, listed in over.items()}, over
+        if not all(dims.values()):
             raise BadValue("ensemble: expected at least one value of every variable, found none")
-        dims = {name: len(listed) for name, listed in over.items()}
-        coordinates: Coordinates = {name: ((name,), np.array(listed), _described(name)) for name, listed in over.items()}
     else:
-        values = draws(over, n, seed, draw)
-        dims = {"member": n}
-        coordinates = {name: (("member",), np.array(drawn), _described(name))
-                       for name, drawn in zip(over, zip(*values, strict=True), strict=True)}
-    return Variations(case, tuple(over), values), dims, coordinates
-
-
-@dataclass(frozen=True)
-class Variations(Sequence[Member]):
-    """A case with each of many values, of which a member is made when it is asked for."""
-
-    base: Case
-    names: tuple[str, ...]
-    values: Sequence[tuple[Value, ...]]
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-    def __getitem__(self, k: int) -> Member:    # type: ignore[override]  # no slices
-        return Member(self.base, tuple(zip(self.names, self.values[k], strict=True)))
+        points = draws(over, n, seed, draw)
+        dims, values = {"member": n}, dict(zip(over, zip(*points, strict=True), strict=True))
+    coordinates: Coordinates = {name: ((name if n is None else "member",), np.array(listed),
+                          {"units": known[name].unit or "1", "long_name": known[name].meaning}) for name, listed in values.items()}
+    return [Member(case, tuple(zip(over, point, strict=True))) for point in points], dims, coordinates
 
 
 def draws(over: Mapping[str, Sequence[Value]], n: int, seed: int, draw: str) -> list[tuple[float, ...]]:
@@ -123,12 +101,7 @@ def draws(over: Mapping[str, Sequence[Value]], n: int, seed: int, draw: str) -> 
     return [tuple(point) for point in (low + unit*(high - low)).tolist()]
 
 
-def _described(name: str) -> dict[str, str]:
-    variable = variables()[find_variable(name)]
-    return {"units": variable.unit or "1", "long_name": variable.meaning}
-
-
-def check_wanted(wanted: Wanted, over: Mapping[str, object]) -> None:
+def check_wanted(wanted: Wanted, over: Iterable[str]) -> None:
     """Raise Error where a wanted column does not exist or has the name of a variable, or where too few rows are wanted."""
     known = descriptions()[0].split()
     for name in wanted.columns:
@@ -137,22 +110,25 @@ def check_wanted(wanted: Wanted, over: Mapping[str, object]) -> None:
         if name in over:
             variable = variables()[find_variable(name)]
             raise BadValue(f"ensemble: {name} is both a column and a variable of the case: call the latter "
-                        f"{variable.group}_{variable.name}")
+                           f"{variable.group}_{variable.name}")
     if wanted.rows is not None and wanted.rows < 2:
         raise BadValue(f"ensemble: expected rows of at least 2, found {wanted.rows}")
 
 
-def table_key(case: Case, contents: Callable[[str], str]) -> TableKey:
-    """Equal for cases that share a contact table; `contents`: what stands for that of a file."""
-    files = case.profile_files()
-    profiles = [contents(files.get(f"{which}_right", files[which]) if right else files[which])
-                for right in (False, True) for which in ("wheel_profile", "rail_profile")]
-    return (*(value for variable, value in zip(variables(), case.values, strict=True) if of_table(variable)), *profiles)
+class TableKeys:
+    """Keys of contact tables by case. Files are read once: they do not change while an ensemble runs."""
 
+    def __init__(self) -> None:
+        self._contents = functools.cache(contents)
+        self._places = [k for k, variable in enumerate(variables())
+                        if variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES]
 
-def of_table(variable: Variable) -> bool:
-    """Whether the contact table depends on a variable."""
-    return variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES
+    def __call__(self, case: Case) -> TableKey:
+        """The key of the table of a case: the values that the table depends on, and the contents of the profiles."""
+        files = case.profile_files()
+        profiles = [self._contents(files.get(f"{which}{side}", files[which]))
+                    for side in ("", "_right") for which in ("wheel_profile", "rail_profile")]
+        return (*(case.values[k] for k in self._places), *profiles)
 
 
 def contents(path: str) -> str:
@@ -163,96 +139,71 @@ def contents(path: str) -> str:
         return ""               # the run will say so
 
 
-class TableKeys:
-    """Keys of the members' contact tables, kept, because most variables do not affect the table."""
-
-    def __init__(self) -> None:
-        self.contents = functools.cache(contents)
-        self.known: dict[tuple[object, ...], TableKey] = {}
-
-    def __call__(self, member: Member) -> TableKey:
-        """The key of the table of a member."""
-        what = id(member.base), tuple(change for change in member.changes if matters(change[0]))
-        if what not in self.known:
-            self.known[what] = table_key(member.unchecked(), self.contents)
-        return self.known[what]
-
-
-@functools.cache
-def matters(name: str) -> bool:
-    """Whether the contact table or its file depends on a variable."""
-    variable = variables()[find_variable(name)]
-    return of_table(variable) or variable.kind == "text"
-
-
 def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
     """The key of each member; it changes with anything that the result depends on."""
-    table = TableKeys()
-    tail = json.dumps([program_digest(), wanted.columns, wanted.rows])
+    table, tail = TableKeys(), json.dumps([program_digest(), *wanted])
 
     def key(member: Member) -> str:
         case = member.unchecked()
         refused = member.changes if case is member.base else ()
-        return digest((json.dumps([case.values, refused, table(member)], default=str) + tail).encode())
+        return digest((json.dumps([case.values, refused, table(case)], default=str) + tail).encode())[:32]
 
     return [key(member) for member in members]
 
 
-@dataclass(frozen=True)
-class Group:
+class Group(NamedTuple):
     """Members that share a contact table."""
 
-    case: Case                  # whose contact table the group shares, with its table file if it has one
+    key: TableKey
     numbers: list[int]
+    case: Case | None           # to build the table for, with the file that holds it or none; None if all members are refused
 
 
-def groups_of(members: Sequence[Member], numbers: Iterable[int], base: Case | None = None,
-              ) -> tuple[list[Group], list[int]]:
-    """The numbered members by table, and those of which all that would share one are refused.
-
-    A table file holds the table of the first case that names it, `base` before all.
-    """
+def groups_of(members: Sequence[Member], numbers: Iterable[int], base: Case | None = None) -> Iterator[Group]:
+    """The numbered members by table. A table file holds the table of the first case that names it, `base` before all."""
     key = TableKeys()
-    files = {base.table_file: key(Member(base))} if base else {}
+    files = {base.table_file: key(base)} if base else {}
     found: dict[TableKey, list[int]] = {}
     for number in numbers:
-        found.setdefault(key(members[number]), []).append(number)
-    groups: list[Group] = []
-    refused: list[int] = []
+        found.setdefault(key(members[number].unchecked()), []).append(number)
     for table, own in found.items():
-        if case := _first_case((members[number] for number in own), files, table):
-            groups.append(Group(case, own))
-        else:
-            refused += own
-    return groups, refused
+        case = next(filter(None, map(_accepted, (members[number] for number in own))), None)
+        if case and files.setdefault(case.table_file, table) != table:
+            case = case.replace(table_file="")
+        yield Group(table, own, case)
 
 
-def _first_case(members: Iterable[Member], files: dict[str, TableKey], table: TableKey) -> Case | None:
-    for member in members:
-        try:
-            case = member.case()
-        except Error:
-            continue
-        return case if files.setdefault(case.table_file, table) == table else case.replace(table_file="")
-    return None
-
-
-# One run ----------------------------------------------------------------------------------
-
-def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progress: Progress | None = None,
-               place: Callable[[Case], Case] = lambda case: case) -> Record:
-    """Run a member, its case after `place`; without a table: one whose values are refused."""
+def _accepted(member: Member) -> Case | None:
     try:
-        # Rows at equal intervals are common to all members.
-        return record(compute(place(member.case()).replace(rows="interval"), progress, table), wanted)
-    except Error as error:
-        return {"error": str(error)}
+        return member.case()
+    except Error:
+        return None
+
+
+def run_members(members: Iterable[Member], table: ContactTable | None, wanted: Wanted, progress: Progress | None = None,
+                files: Mapping[str, str] = {}) -> list[Record]:
+    """The records of members of one table; without a table: of members whose values are refused.
+
+    files: the profiles in this process, by variable.
+    """
+    def run(member: Member) -> Record:
+        try:
+            # Rows at equal intervals are common to all members.
+            return record(compute(member.case()._with(files).replace(rows="interval"), progress, table), wanted)
+        except Error as error:
+            return {"error": str(error)}
+
+    return [run(member) for member in members]
 
 
 def record(done: Run, wanted: Wanted) -> Record:
     """Results, events and wanted columns of a run."""
     found: Record = {name: value if isinstance(value, (bool, str)) else float(value) for name, value in done.results.items()}
-    found |= dict(zip(EVENTS, _event_tables(done.events), strict=True))
+    times, forces = np.full((2, len(event_kinds()), OCCURRENCES), np.nan)     # [s], [N]
+    for k, kind in enumerate(event_kinds()):
+        for place, event in enumerate([event for event in done.events if event.kind == kind][:OCCURRENCES]):
+            times[k, place], forces[k, place] = event.t, event.force
+    found |= dict(zip(EVENTS, (times, forces), strict=True))
     if wanted.columns:
         n = len(done.data)
         rows = np.arange(n)
@@ -262,69 +213,3 @@ def record(done: Run, wanted: Wanted) -> Record:
         found |= {name: done.data[name].to_numpy()[rows] if name in done.data else np.full(len(rows), np.nan)
                   for name in wanted.columns}
     return found | {"error": ""}
-
-
-def _event_tables(events: Iterable[Event]) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and lateral forces [N], shape (kind, occurrence)."""
-    kinds = event_kinds()
-    times, forces = np.full((2, len(kinds), OCCURRENCES), np.nan)
-    counts = dict.fromkeys(kinds, 0)
-    for event in events:
-        place = kinds.index(event.kind), counts[event.kind]
-        counts[event.kind] += 1
-        if place[1] < OCCURRENCES:
-            times[place], forces[place] = event.t, event.force
-    return times, forces
-
-
-# Many of them -----------------------------------------------------------------------------
-
-def stack(records: Sequence[Record]) -> Batch:
-    """Records as arrays. Rows of columns are padded with NaN; what failed has NaN, False and ''."""
-    names = next((list(r) for r in records if not r["error"]), ["error"])
-    rows = max((len(r["time"]) for r in records if "time" in r), default=0)
-    of_rows, batch = row_names(), {}
-    for name in names:
-        like = next(r[name] for r in records if name in r)
-        if name in of_rows:
-            batch[name] = np.array([_padded(r.get(name, ()), rows) for r in records])
-            continue
-        blank = np.full_like(like, np.nan) if isinstance(like, np.ndarray) else _blank(type(like))
-        batch[name] = np.array([r.get(name, blank) for r in records])
-    return batch
-
-
-def join(batches: Sequence[Batch]) -> Batch:
-    """Batches one after another."""
-    names = dict.fromkeys(name for batch in batches for name in batch)
-    of_rows, joined = row_names(), {}
-    for name in names:
-        like = next(batch[name] for batch in batches if name in batch)
-        inner = like.shape[1:]
-        if name in of_rows:
-            inner = (max(batch[name].shape[1] for batch in batches if name in batch),)
-        blank = _blank({"f": float, "b": bool, "U": str}[like.dtype.kind])
-        parts = []
-        for batch in batches:
-            part = batch.get(name)
-            if part is None or part.shape[1:] != inner:
-                whole = np.full((len(batch["error"]), *inner), blank)
-                if part is not None:
-                    whole[:, :part.shape[1]] = part
-                part = whole
-            parts.append(part)
-        joined[name] = np.concatenate(parts)
-    return joined
-
-
-def row_names() -> set[str]:
-    """The names of the columns, which are arrays over rows."""
-    return set(descriptions()[0].split())
-
-
-def _blank(kind: type) -> Value:
-    return False if kind is bool else "" if kind is str else np.nan
-
-
-def _padded(values: Sequence[float], n: int) -> np.ndarray:
-    return np.concatenate([values, np.full(n - len(values), np.nan)])

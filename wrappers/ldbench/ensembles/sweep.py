@@ -1,10 +1,10 @@
 """One case many times: `ensemble`."""
 from __future__ import annotations
 
-import itertools
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing, nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from .._core.calls import Progress
@@ -13,11 +13,10 @@ from .._core.optional import needed
 from .._core.pools import usable_cores
 from ..case import Case, Value
 from ..table import ContactTable
-from .cluster import run_on_cluster
 from .dataset import Memory
-from .members import Wanted, check_wanted, groups_of, keys_of, plan, run_member, stack
-from .store import Store
-from .threads import run_in_threads
+from .members import TableKeys, Wanted, check_wanted, groups_of, keys_of, plan
+from .pools import Cluster, Here, run_groups
+from .store import open_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,11 +43,13 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
 
     threads: all cores by default. scheduler: address of a Dask scheduler, whose workers then do it all.
     store: the Dataset goes to this Zarr directory, under its name when it is complete; what is there is replaced if an
-    ensemble has made it, and refused if not. Members that are done are kept
-    beside it, in STORE.parts; when the ensemble is run again, only what is missing or has changed is computed. Then
-    memory does not grow with the number of members, and a Dataset of more than 100 MB is read from the store when it
-    is used. A progress function is called as `progress("ensemble", share)`. Ctrl-C stops the runs.
+    ensemble has made it, and refused if not. Until then it grows beside it, in the folder .ldbench; when the ensemble is
+    run again, only what is missing or has changed is computed. Then memory does not grow with the number of members, and
+    a Dataset of more than 100 MB is read from the store when it is used. A progress function is called as
+    `progress("ensemble", share)`. Ctrl-C stops the runs.
     """
+    from tqdm import tqdm
+
     needed("xarray", "ensemble")
     if threads is not None and threads < 1:
         raise BadValue(f"ensemble: expected at least one thread, found {threads}")
@@ -56,41 +57,23 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
     check_wanted(wanted, over)
     members, dims, coordinates = plan(case, over, n, seed, draw)
-    keys = keys_of(members, wanted) if store else [str(number) for number in range(len(members))]
-    kept: Store | Memory = Store(store, dims, coordinates, keys) if store else Memory(dims, coordinates)
-    missing = [number for number, key in enumerate(keys) if key not in kept]
-    groups, without = groups_of(members, missing, case if isinstance(case, Case) else None)
-    refused = (([number], stack([run_member(members[number], None, wanted)])) for number in without)
-    if scheduler and groups:
-        results = run_on_cluster(members, groups, scheduler, wanted)
-    else:
-        results = run_in_threads(members, groups, tables, threads or usable_cores(), wanted)
-    try:
-        try:
-            with closing(results), _counted(len(members) - len(missing), len(members), progress) as tell:
-                for numbers, batch in itertools.chain(refused, results):
-                    kept.add([keys[number] for number in numbers], batch)
+    memory = nullcontext(Memory(dims, coordinates))
+    with open_store(Path(store), dims, coordinates, keys_of(members, wanted)) if store else memory as kept:
+        if missing := kept.missing():
+            groups = groups_of(members, missing, case if isinstance(case, Case) else None)
+            at_hand, key = {}, TableKeys()
+            if not scheduler:
+                at_hand = {key(table.case): table for table in tables}
+            place = Cluster(scheduler) if scheduler else Here(threads or usable_cores())
+            done = len(members) - len(missing)
+            with (closing(run_groups(members, groups, at_hand, place, wanted)) as results,
+                  tqdm(desc="ensemble", total=len(members), initial=done, unit="run", delay=1, leave=False,
+                       disable=None if progress is True else True) as bar):
+                for numbers, records in results:
+                    kept.add(numbers, records)
                     for _ in numbers:
-                        tell()          # what is told is kept, whatever comes then
-        finally:
-            kept.flush()
+                        bar.update()
+                        done += 1
+                        if callable(progress):      # what is told is kept, whatever comes then
+                            progress("ensemble", done/len(members))
         return kept.finish()
-    finally:
-        kept.abandon()
-
-
-@contextmanager
-def _counted(done: int, total: int, progress: Progress | bool | None) -> Iterator[Callable[[], None]]:
-    """A function to call for every member that is done; it moves the bar or calls `progress`."""
-    from tqdm import tqdm
-
-    numbers = itertools.count(done + 1)
-    with tqdm(desc="ensemble", total=total, initial=done, unit="run", delay=1, leave=False,
-              disable=None if progress is True else True) as bar:
-        def tell() -> None:
-            number = next(numbers)
-            bar.update()
-            if callable(progress):
-                progress("ensemble", number/total)
-
-        yield tell
