@@ -1,7 +1,6 @@
 """Files that are written whole or not at all, and checks before the work that they can be."""
 from __future__ import annotations
 
-import glob
 import hashlib
 import logging
 import os
@@ -54,27 +53,6 @@ def failing_as(target: Path, scratch: Path) -> Iterator[None]:
         if not isinstance(cause, OSError) or cause.filename not in (None, str(scratch)):
             raise
         raise Error(f"{target}: cannot be written completely: {cause.strerror or cause}") from None
-
-
-def left_by_dead(target: Path, ends: str) -> Iterator[Path]:
-    """What dead processes left of a folder that they wrote: its name, and `ends` with * for the process, or for process-thread."""
-    before, after = ends.split("*")
-    for path in sorted(target.parent.glob(glob.escape(target.name) + ends)):
-        process = path.name[len(target.name) + len(before):len(path.name) - len(after)].partition("-")[0]
-        if process.isdecimal() and not is_alive(int(process)):
-            yield path
-
-
-def is_alive(process: int) -> bool:
-    if os.name == "nt":     # there os.kill ends what it asks for: what a dead process left stays
-        return True
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:
-        pass
-    return True
 
 
 def check_target(file: Path) -> None:
