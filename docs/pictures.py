@@ -19,7 +19,6 @@ from PIL.PngImagePlugin import PngInfo
 import ldbench
 from browser import Browser, find_browser, started
 from ldbench.__main__ import main
-from ldbench.plots.frame import label_x, label_y
 from ldbench.plots.style import ldbench_style
 from ldbench.report.formulations import FORMULATIONS, LINES
 from ldbench.results.quantities import KN, MM
@@ -80,10 +79,10 @@ def laws(folder: Path) -> Numbers:
         axes[1].plot(t, KN*(run.values("N_LF") + run.values("N_RF")), **look.kwargs())
         axes[2].plot(t, 1e9*run.values("E_drift"), **look.kwargs())
     for ax, words in zip(axes, ("Y [mm]", "flange forces [kN]", "energy drift [nJ]"), strict=True):
-        label_y(ax, words, left=34)
+        ax.set_ylabel(words)
     axes[0].legend(loc="upper right")
     axes[0].set_title("Exercise 2, actual profiles: half-spaces and Hertz springs", loc="left")
-    label_x(axes[-1], "time [ms]")
+    axes[-1].set_xlabel("time [ms]")
     figure.savefig(folder/"picture.png")
     return {f"{name}.{law}": value for law, run in runs.items() for name, value in (
         ("t_return [s]", float(run.time[-1])), ("drift [J]", run.result("drift")))}
@@ -101,9 +100,9 @@ def formulations(folder: Path) -> Numbers:
     axes[0].set(xlim=(0, 200))
     axes[0].set_title("Exercise 4, actual profiles, by formulation", loc="left")
     axes[0].legend(loc="upper right")
-    label_y(axes[0], "Y [mm]", left=30)
-    label_y(axes[1], "Z [mm]", left=30)
-    label_x(axes[1], "time [ms]")
+    axes[0].set_ylabel("Y [mm]")
+    axes[1].set_ylabel("Z [mm]")
+    axes[1].set_xlabel("time [ms]")
     figure.savefig(folder/"picture.png")
     return {f"{what}.{name}": value for name, run in runs.items() for what, value in (
         ("t [s]", float(run.time[-1])), ("derailed", float(run.result("derailed"))))}

@@ -242,8 +242,8 @@ def test_study_of_a_small_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert [part.title for part in pages.outline if not isinstance(part, list)] == [
         "Summary", "Exercise 3, actual profiles", "Exercise 5, actual profiles"]
     texts = [page.extract_text() for page in pages.pages]
-    assert len(texts) == 4 and "law [µm]" in texts[0] and "normal force, left flange" in texts[1]
-    assert "Exercise 3, actual profiles: contact law or time step?" in texts[2]
+    assert len(texts) == 3 and "law [µm]" in texts[0] and "normal force, left flange" in texts[0]
+    assert "Exercise 3, actual profiles: contact law or time step?" in texts[1]
     before = {file: file.stat().st_mtime_ns for file in (root/"outputs/study").glob("*.txt")}
     make_study(root, root/"inputs", root/"outputs", workers=2, ramp_end=0.1)
     assert before == {file: file.stat().st_mtime_ns for file in (root/"outputs/study").glob("*.txt")}

@@ -29,7 +29,6 @@ from ldbench.plots.sections import instants
 from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
 from ldbench.plots.stretches import band, first_impact, last_second, thin
 from ldbench.plots.style import ldbench_style
-from ldbench.plots.ticks import settle
 from ldbench.plots.times import time_page
 from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
@@ -286,17 +285,6 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], imp
     for c in closed:
         point = 1e3*np.array([run.values(f"y_{c}")[k], run.values(f"z_{c}")[k]])
         assert np.hypot(*(wheel - point).T).min() < 0.2          # [mm], points every 0.25 mm
-
-
-# Axes that are drawn with one tick -----------------------------------------------------------
-
-def drawn(figure: Figure, settled: bool) -> np.ndarray:
-    """The picture of a figure."""
-    if settled:
-        settle(figure)
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba()).astype(int)
 
 
 def test_geometry_page_draws_the_file(thrown: tuple[RunData, Path]):

@@ -234,7 +234,7 @@ def test_values_of_formulations_stand_under_their_pair(project: Path):
     texts = formulations.values_page(found).axes[0].texts
     row = next(text.get_position()[1] for text in texts if text.get_text() == "largest Y [mm]")
     cells = sorted((text.get_position()[0], text.get_text()) for text in texts if text.get_position()[1] == row)
-    assert [words for _, words in cells] == ["largest Y [mm]", *(f"{k + 1:g}" for k in range(len(kept)))]
+    assert [words for _, words in cells] == ["largest Y [mm]", *(f"{k + 1:#.4g}" for k in range(len(kept)))]
     heads = [text for text in texts if text.get_text() in ("elastic", "bilateral", "e = 1", "e = 0.5", "e = 0")]
     assert [text.get_text() for text in heads] == 2*["elastic", "bilateral", "e = 1", "e = 0.5", "e = 0"]
     assert [text.get_position()[0] for text in heads] == [x for x, _ in cells[1:]]

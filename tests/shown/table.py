@@ -205,11 +205,11 @@ def pictured(raw: Raw) -> list[int]:
 
 # Labels of pages: ticks, names of files, numbers of pages and exercises, settings in words that the case has.
 PAGE_LABELS = [
-    r"^[-−\d. ]+$", r"^[-−\d. ]*(?=[A-Za-zΦ])", r"[-−\d.]+$", r"1e−\d", r"10−\d", r"\d+ / \d+", r"CRC-32 [0-9A-F]{8}",
+    r"^[-−\d. ]+$", r"^[-−\d. ]*(?=[A-Za-zΦ])", r"[-−\d.]+$", r"1e−\d", r"^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$", r"\d+ / \d+", r"CRC-32 [0-9A-F]{8}",
     r"Exercise \d", r"(?:\])[-−\d. ]+", r"ldbench \d\.\d\.\d", r"Nadal, friction (?:0.3|0)", r"friction 0 and 0.3",
     r"longest of an instant is 40 mm", r"first 6 of 141",
     # test_page_of_impacts
-    r"^(?:left|right) flange [\d.]+ s .*$", r"^left wheel: .*$|^right wheel: .*$|^t = .*$", r"approach \S+ mm",
+    r"^(?:left|right) flange [\d.]+ s .*$", r"^left: .*$|^right: .*$|^t = .*$", r"approach \S+ mm",
     r"computed again from the row at t = \S+ s, with rows every\s\S+ µs"]      # test_report: stretches
 
 

@@ -14,7 +14,6 @@ from checks import Check, Section, number
 from ldbench._core.files import complete
 from ldbench.plots.document import no_collection
 from ldbench.plots.style import GREY, ldbench_style
-from ldbench.plots.ticks import settle
 from sheets import HEIGHT, RIGHT, WIDTH, Sheets, Table, text_pages
 
 OVERVIEW = "section", "quantity", "value", "reference", "source of the reference", "deviation", "bar", "verdict"
@@ -45,7 +44,6 @@ def save(pdf: PdfPages, figure: Figure, name: str) -> None:
     """Write a page with a footer."""
     footer = figure.text(RIGHT/WIDTH, 7/HEIGHT, f"ldbench {ldbench.__version__}, validation: {name}, "
                          f"page {pdf.get_pagecount() + 1}", fontsize=6.5, ha="right", va="bottom", color=GREY)
-    settle(figure)
     pdf.savefig(figure)
     footer.remove()
 

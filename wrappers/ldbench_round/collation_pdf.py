@@ -14,11 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from ldbench.plots.document import Part, bind, save_parts
-from ldbench.plots.frame import label_x, label_y, new_page
+from ldbench.plots.frame import legend_of_page, new_page
 from ldbench.plots.style import ldbench_style, plain
 from ldbench.plots.tables import LINES, draw_listing, paged
-from ldbench.report.compare_pages import short
-from ldbench.results.quantities import CONTACT_NAMES, KN, quantity
+from ldbench.results.quantities import CONTACT_NAMES, KN, quantity, significant
 from ldbench.tools import check_ending, check_written, processes
 
 from .collation import Collation
@@ -153,8 +152,7 @@ def chapter(found: Collation, task: Task) -> Iterator[tuple[str, Figure]]:
 def curves_page(found: Collation, task: Task) -> Figure:
     """Motion and energy over the whole run, and the forces of the flanges from their first contacts on."""
     figure = new_page(capital(task.words), f"all codes, {task.name}", CURVES_NOTE)
-    grid = figure.add_gridspec(3, 2, left=0.055, right=0.985, top=0.86, bottom=0.1, hspace=0.24, wspace=0.17,
-                               width_ratios=(1.35, 1))
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.35, 1))
     shared: Axes | None = None
     for k, (name, words, unit, scale) in enumerate((
             ("Y", "lateral Y", "mm", 1e3), ("roll", quantity("roll").words, "mrad", 1e3), ("energy", "energy − start", "J", 1.0))):
@@ -165,28 +163,27 @@ def curves_page(found: Collation, task: Task) -> Figure:
             ax.set_xlim(0 if limits.start >= 0 else limits.start, limits.end)
             spare = 0.04*(limits.high - limits.low) or 1e-3/scale
             ax.set_ylim(scale*(limits.low - spare), scale*(limits.high + spare))
-        label_y(ax, f"{words} [{unit}]", left=36)
+        ax.set_ylabel(f"{words} [{unit}]")
         if k < 2:
             ax.tick_params(labelbottom=False)
         else:
-            label_x(ax, "time [s]")
+            ax.set_xlabel("time [s]")
     struck = [name for name in IMPACTS if any(entry and name in entry.curves for code in found.codes
                                               for entry in [found.entry(code, task)])]
     for k, name in enumerate(struck):
         ax = figure.add_subplot(grid[:, 1] if len(struck) == 1 else grid[:2, 1] if k == 0 else grid[2, 1])
         draw(ax, found, task, name, 1e3, KN)
         ax.set_title(f"normal force, {CONTACT_NAMES[name[2:]]}, first contact", loc="left", pad=3)
-        label_y(ax, "N [kN]", left=36)
+        ax.set_ylabel("N [kN]")
         end = end_of(found, task, name)
         ax.set_xlim(1e3*CLOSE[0], 1e3*end)
         ax.set_ylim(0, KN*1.06*(largest_until(found, task, name, end) or 1.0))
         if name == struck[-1]:
-            label_x(ax, "time since the contact closed [ms]")
+            ax.set_xlabel("time since the contact closed [ms]")
     drawn = [(i, code) for i, code in enumerate(found.codes) if (entry := found.entry(code, task)) and entry.curves]
     handles = [figure.axes[0].plot([], [], label=plain(cut(code.name, 22 if len(drawn) <= 12 else 11)), **line_of(i).kwargs())[0]
                for i, code in drawn]
-    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.05, 0.868), ncols=max(6, -(-len(handles)//2)),
-                  columnspacing=1.2, fontsize=6.5, handlelength=2.8)
+    legend_of_page(figure, handles, max(6, -(-len(handles)//2)))
     return figure
 
 
@@ -289,7 +286,7 @@ def distance(found: Collation, code: Submission, task: Task, name: str) -> str:
     if name == "energy_error":      # how far one is from no error is what counts
         return ""
     if name == "processor_time":
-        return f"× {short(value/median)}" if np.isfinite(value) and median > 0 else "–"
+        return f"× {significant(value/median)}" if np.isfinite(value) and median > 0 else "–"
     if name == "rebound":           # it may be 0
         return f"{value - median:+.4f}".replace("-", "−") if np.isfinite(value) else "–"
     return signed_percent(deviation(found, code, task, name))
@@ -300,7 +297,7 @@ def spread_row(found: Collation, task: Task, names: Sequence[str]) -> list[str]:
     cells = ["smallest to largest"]
     for name in names:
         known = [x for code in found.codes if np.isfinite(x := found.value(code, task, name))]
-        digits = min(NUMBERS[name].digits, 2) if NUMBERS[name].digits > 0 else None
+        digits = min(NUMBERS[name].digits or 0, 2) or None
         shown = [f"{NUMBERS[name].scale*x:.0e}".replace("-", "−") if name == "energy_error" else text(name, x, digits)
                  for x in (min(known), max(known))]
         cells.append("…".join(shown))

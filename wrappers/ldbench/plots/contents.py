@@ -9,13 +9,13 @@ from pypdf import PageObject, PdfWriter
 from pypdf.annotations import Link
 from pypdf.generic import ArrayObject, DecodedStreamObject, DictionaryObject, Fit, NameObject
 
-from .frame import new_page
+from .frame import FOOT, LEFT, RIGHT, new_page
 from .style import PAGE, plain
 
 COLUMNS = 3             # of the contents page
-TOP, BOTTOM, LINE = 0.89, 0.05, 0.0195      # of its lines, over the height of the page
+TOP, BOTTOM, LINE = 0.88, 0.09, 0.0195      # of its lines, over the height of the page
 SIZE = 7                # of page numbers [pt]
-FOOT = 0.985*72*PAGE[0], 0.014*72*PAGE[1]   # where a page number ends [pt]
+CORNER = RIGHT*72*PAGE[0], FOOT*72*PAGE[1]      # where a page number ends [pt]
 FONT = NameObject("/PageNumber")
 WIDTH = {" ": 0.278, "/": 0.278}            # of characters of Helvetica over the size; digits are 0.556 wide
 
@@ -50,10 +50,10 @@ def contents_page(title: str, lines: Sequence[Entry]) -> tuple[Figure, list[Targ
     columns = arranged(lines)
     rows = max(map(len, columns), default=1)
     height = min(LINE, (TOP - BOTTOM)/rows)
-    width = 0.93/COLUMNS
+    width = (RIGHT - LEFT)/COLUMNS
     targets = []
     for column, row, entry in ((j, k, entry) for j, found in enumerate(columns) for k, entry in enumerate(found)):
-        left, top = 0.055 + width*column, TOP - height*row
+        left, top = LEFT + width*column, TOP - height*row
         indent = 0.0 if entry.chapter else 0.012
         weight = "bold" if entry.chapter else "normal"
         size = 8*min(1.0, height/LINE)
@@ -95,9 +95,9 @@ def number(writer: PdfWriter) -> None:
         NameObject("/BaseFont"): NameObject("/Helvetica"), NameObject("/Encoding"): NameObject("/WinAnsiEncoding")}))
     for k, page in enumerate(writer.pages):
         words = f"{k + 1} / {len(writer.pages)}"
-        x = FOOT[0] - SIZE*sum(WIDTH.get(character, 0.556) for character in words)
+        x = CORNER[0] - SIZE*sum(WIDTH.get(character, 0.556) for character in words)
         stream = DecodedStreamObject()
-        stream.set_data(f"q BT {FONT} {SIZE} Tf 0.25 g {x:.2f} {FOOT[1]:.2f} Td ({words}) Tj ET Q\n".encode())
+        stream.set_data(f"q BT {FONT} {SIZE} Tf 0.25 g {x:.2f} {CORNER[1]:.2f} Td ({words}) Tj ET Q\n".encode())
         append(page, writer, stream)
         resources = page["/Resources"].get_object()
         assert isinstance(resources, DictionaryObject)

@@ -15,6 +15,7 @@ from typing import Any
 
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
+from PIL import Image
 from pypdf import PdfReader, PdfWriter
 
 from .._core.errors import Error
@@ -32,8 +33,7 @@ from .ramp import is_ramp, ramp_page
 from .series import IMPULSES, LAST, PAGES
 from .stretches import is_long, last_second
 from .style import ldbench_style
-from .summary import SUMMARY_NOTE, summary_page
-from .ticks import settle
+from .tables import summary_page
 from .times import time_page
 
 
@@ -47,9 +47,8 @@ class Part:
 
 
 LISTED = 8      # pages from which on a document has a contents page
-TOGETHER = 3    # chapters, about, that a process draws into one file, in which they share the fonts; for any number of processes
-LONG_COST = 1.5     # to draw a long run or the comparison of formulations, over that of a short run
-SPARED = 1_000_000      # objects that a process that only draws may leave to the system at its end: about 50 pages, 200 MB
+DPI = 110       # of a picture
+
 
 class Figures(tuple[Figure, ...]):
     """Figures of matplotlib, which a notebook shows one below the other."""
@@ -62,7 +61,7 @@ def png(figure: Figure) -> bytes:
     """A figure as a PNG file."""
     file = io.BytesIO()
     with ldbench_style():
-        figure.savefig(file, format="png", dpi=100, metadata={"Software": None})
+        figure.savefig(file, format="png", dpi=DPI, metadata={"Software": None})
     return file.getvalue()
 
 
@@ -93,10 +92,25 @@ def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, 
     titles = []
     with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
         for title, figure in figures:
-            settle(figure)
+            if figure.axes and (layout := figure.get_layout_engine()):
+                layout.execute(figure)
+            figure.set_layout_engine("none")        # with another one, matplotlib would draw twice
             pdf.savefig(figure)
             titles.append(title)
     return tuple(titles)
+
+
+def save_sheets(figures: Sequence[Figure], target: Path) -> None:
+    """Write pages, a .pdf, or a .png with one below the other."""
+    with complete(target) as scratch:
+        if target.suffix.lower() == ".pdf":
+            save_pages(scratch, (("", figure) for figure in figures))
+            return
+        images = [Image.open(io.BytesIO(png(figure))).convert("RGB") for figure in figures]
+        whole = Image.new("RGB", (images[0].width, sum(image.height for image in images)))
+        for k, image in enumerate(images):
+            whole.paste(image, (0, k*image.height))
+        whole.save(scratch, format="PNG")
 
 
 @contextmanager
@@ -135,14 +149,10 @@ def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
     return parts
 
 
-def share_parts(chapters: Iterable[Chapter], target: Path) -> list[Part]:
-    """Some chapters in one file, in a process that only draws: it looks for garbage where there is much, and seldom."""
-    gc.disable()
+def draw_chapter(chapter: Chapter, target: Path) -> list[Part]:
+    """One chapter in a file, for a process that only draws."""
     with ldbench_style():
-        parts = save_parts(target, chapters)
-    if gc.get_count()[0] > SPARED:
-        gc.collect()
-    return parts
+        return save_parts(target, [chapter])
 
 
 def run_chapter(run: RunData, fine: Fine | None = None) -> Chapter:
@@ -161,7 +171,7 @@ def check_drawn(parts: Sequence[Part], runs: Sequence[RunData]) -> None:
 def front_parts(rows: Sequence[dict[str, Any]], geometry: Sequence[Path], runs: Sequence[RunData],
                 chaotic: Chaotic | None, target: Path) -> list[Part]:
     """The table of all runs, the pages of geometry files, and the pages that compare runs."""
-    note = SUMMARY_NOTE if chaotic is None else f"{CHAOTIC_NOTE}.  {SUMMARY_NOTE}"
+    note = "" if chaotic is None else f"{CHAOTIC_NOTE}.  "
     with ldbench_style():
         shapes = [geometry_page(source) for source in geometry]
         chapters: list[Chapter] = [("Summary", [("summary", summary_page(rows, note, chaotic))])]
@@ -211,15 +221,12 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
     tables: OpenMP's threads do not outlive a fork.  `fine`: parts of runs with more rows, by the names of the runs;
     `chaotic`: their results that the summary has in italics."""
     chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
-    costs = [LONG_COST if is_long(run) else 1.0 for run in runs] + [LONG_COST]*len(further)
-    shares = even_shares(costs, -(-len(chapters)//TOGETHER))
     # The processes have the runs as they are forked; nothing is sent to them.
-    work = [partial(share_parts, [chapters[k] for k in share]) for share in shares]
+    work = [partial(draw_chapter, chapter) for chapter in chapters]
     with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), work) as pool:
         tasks: list[Future[list[Part]]] = [pool.submit(n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
-        for task, share in zip(tasks, shares, strict=True):
-            for _ in (k for k in share if k < len(runs)):
-                task.add_done_callback(lambda _: done())
+        for task in tasks[:len(runs)]:
+            task.add_done_callback(lambda _: done())
         compared = [run for run in runs if run.exercise in range(1, 5)]
         front = front_parts([full_row(run) for run in runs], geometry, compared if len(compared) > 1 else [], chaotic,
                             Path(scratch)/"front.pdf")
@@ -227,25 +234,11 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
             done()
 
         def finish() -> int:
-            drawn: dict[int, Part] = {}
-            for task, share in zip(tasks, shares, strict=True):
-                drawn.update(zip(share, task.result(), strict=True))
-            parts = [drawn[k] for k in range(len(chapters))]
+            parts = [part for task in tasks for part in task.result()]
             check_drawn(parts[:len(runs)], runs)
             return bind([*front, *parts], target)
 
         yield finish
-
-
-def even_shares(costs: Sequence[float], number: int) -> list[list[int]]:
-    """Indices in at most `number` shares of about equal costs, each in ascending order."""
-    shares: list[list[int]] = [[] for _ in range(number)]
-    sums = [0.0]*number
-    for k in sorted(range(len(costs)), key=lambda k: -costs[k]):
-        least = sums.index(min(sums))
-        shares[least].append(k)
-        sums[least] += costs[k]
-    return [sorted(share) for share in shares if share]
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:

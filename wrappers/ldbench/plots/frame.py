@@ -1,28 +1,37 @@
-"""An empty page with its title and the settings of a run, and labels of axes."""
+"""An empty page with its title and the settings of a run, and legends above panels."""
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.transforms import ScaledTranslation
 
 from ..results.quantities import MM
 from ..results.run_data import RunData
 from .style import PAGE, plain
-from .ticks import placed
 
-LINE_LENGTH = 236       # characters of a caption that fit between the edges of a page
+EDGE = 10/25.4          # free on all sides of a page, so that every printer prints it [in]
+LEFT, FOOT = EDGE/PAGE[0], EDGE/PAGE[1]     # the same as shares of the page
+RIGHT, TOP = 1 - LEFT, 1 - FOOT
+LINE = 9.1/72/PAGE[1]   # height of a line of the caption
+HEAD = 0.045            # height of title and subtitle
+LINE_LENGTH = 234       # characters of a caption; its last line, which is short, leaves room for the number of the page
 
 
 def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
-    """Make an empty page with title, subtitle and caption."""
-    figure = Figure(figsize=PAGE)
-    figure.text(0.055, 0.962, plain(title), fontsize=12, weight="bold", va="top")
-    figure.text(0.985, 0.959, plain(subtitle), fontsize=8, va="top", ha="right", color="#404040")
+    """Make an empty page with title, subtitle and caption; what is drawn is laid out between them."""
+    figure = Figure(figsize=PAGE, layout="constrained")
+    figure.text(LEFT, TOP, plain(title), fontsize=12, weight="bold", va="top")
+    figure.text(RIGHT, TOP - 0.004, plain(subtitle), fontsize=8, va="top", ha="right", color="#404040")
     lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, LINE_LENGTH)]
-    figure.text(0.055, 0.014, plain("\n".join(lines)), fontsize=6.5, va="bottom", color="#404040", linespacing=1.4)
+    figure.text(LEFT, FOOT, plain("\n".join(lines)), fontsize=6.5, va="bottom", color="#404040", linespacing=1.4)
+    bottom = FOOT + LINE*max(len(lines), 1) + 0.006
+    layout = figure.get_layout_engine()
+    assert layout
+    layout.set(rect=(LEFT, bottom, RIGHT - LEFT, TOP - HEAD - bottom), w_pad=0.05, h_pad=0.04, wspace=0.02, hspace=0.02)
     return figure
 
 
@@ -56,16 +65,16 @@ def caption(run: RunData) -> str:
     return f"{settings}\n{profiles}"
 
 
-def label_x(ax: Axes, text: str, below: float = 19) -> None:
-    """The label of the horizontal axis, at a fixed distance [pt]: matplotlib would measure all ticks first."""
-    ax.set_xlabel(plain(text))
-    ax.xaxis.set_label_coords(0.5, 0.0, ax.transAxes + ScaledTranslation(0, -below/72, ax.figure.dpi_scale_trans))
-    ax.xaxis.label.set_verticalalignment("center")
-    placed.add(ax.xaxis.label)
+def legend_above(ax: Axes, ncols: int = 5, raised: float = 0.0, **more: Any) -> None:
+    """The legend of axes in a row above their right corner, `raised` by so many of its letters."""
+    ax.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": ncols, "borderaxespad": 0.1 + raised,
+                 "columnspacing": 0.8, "handlelength": 1.6, "handletextpad": 0.4} | more)
 
 
-def label_y(ax: Axes, text: str, left: float = 40) -> None:
-    """Write the label of the vertical axis at a fixed distance [pt]."""
-    ax.set_ylabel(plain(text))
-    ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-left/72, 0, ax.figure.dpi_scale_trans))
-    placed.add(ax.yaxis.label)
+def legend_of_page(figure: Figure, handles: Sequence[Any], ncols: int = 5) -> None:
+    """One legend for all panels of a page, in rows above them."""
+    figure.legend(handles=handles, loc="upper right", bbox_to_anchor=(RIGHT, TOP - 0.018), ncols=ncols, borderaxespad=0)
+    layout = figure.get_layout_engine()
+    assert layout
+    left, bottom, width, height = layout.get()["rect"]
+    layout.set(rect=(left, bottom, width, height - 0.016*(-(-len(handles)//ncols) - 1)))

@@ -3,14 +3,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
+from matplotlib.ticker import LogLocator
 
 from ..results.quantities import DEG, MM
 from ..results.run_data import RunData, read_data
-from .frame import caption, label_x, label_y, new_page
-from .style import BLACK, CONTACT_LINES, GREY
+from .frame import caption, legend_above, new_page
+from .style import BLACK, CONTACT_LINES, GREY, Line, plain_numbers
+
+SIDES = {"_L": "left", "_R": "right"}
 
 
 def geometry_page(path: Path) -> Figure:
@@ -20,37 +21,27 @@ def geometry_page(path: Path) -> Figure:
     figure = new_page(f"Contact geometry, {run.pair or run.name}", "rigid wheelset standing on both rails",
                       f"dotted: rigid-axle clearance, {clearance_words(run)} mm; conicity: equivalent, by "
                       f"harmonic linearisation, for the amplitude |Y|\n{caption(run).splitlines()[-1]}")
-    axes = figure.subplots(2, 4, gridspec_kw={
-        "left": 0.062, "right": 0.985, "top": 0.885, "bottom": 0.125, "hspace": 0.28, "wspace": 0.4})
-    left, right = CONTACT_LINES["LT"], CONTACT_LINES["RT"]
-
-    def both(ax: Axes, quantity: str, label: str, scale: float, sign: float = 1.0) -> None:
-        ax.plot(y, scale*run.values(f"{quantity}_L"), label="left", **left.kwargs())
-        ax.plot(y, sign*scale*run.values(f"{quantity}_R"), label="right", **right.kwargs())
-        label_y(ax, label)
-        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
-
-    def one(ax: Axes, column: str, label: str, scale: float) -> None:
-        ax.plot(y, scale*run.values(column), color=BLACK, linewidth=0.9)
-        label_y(ax, label)
-
-    both(axes[0, 0], "angle", "contact angle [°]", DEG)
-    both(axes[0, 1], "radius", "rolling radius [mm]", MM)
-    one(axes[0, 2], "delta_r", "Δr = left − right [mm]", MM)
-    one(axes[0, 3], "conicity", "equivalent conicity", 1.0)
-    axes[0, 3].set_yscale("log")
-    axes[0, 3].yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes[0, 3].set_ylim(bottom=0.02)
-    axes[0, 3].yaxis.set_major_formatter(FormatStrFormatter("%g"))
-    axes[0, 3].yaxis.set_minor_locator(NullLocator())
-    both(axes[1, 0], "y", "contact position, outward |y| [mm]", MM, -1.0)
-    both(axes[1, 1], "z", "contact position z [mm]", MM)
-    one(axes[1, 2], "roll", "roll Φ [mrad]", 1e3)
-    one(axes[1, 3], "Z", "height Z [mm]", MM)
-    for ax in axes.ravel():
-        label_x(ax, "lateral displacement Y [mm]")
+    axes = figure.subplots(2, 4)
+    left, right, black = CONTACT_LINES["LT"], CONTACT_LINES["RT"], Line(BLACK)
+    for ax, (label, scale, curves) in zip(axes.ravel(), (
+            ("contact angle [°]", DEG, (("angle_L", left), ("angle_R", right))),
+            ("rolling radius [mm]", MM, (("radius_L", left), ("radius_R", right))),
+            ("Δr = left − right [mm]", MM, (("delta_r", black),)), ("equivalent conicity", 1.0, (("conicity", black),)),
+            ("contact position, outward |y| [mm]", MM, (("y_L", left), ("y_R", right))),
+            ("contact position z [mm]", MM, (("z_L", left), ("z_R", right))),
+            ("roll Φ [mrad]", 1e3, (("roll", black),)), ("height Z [mm]", MM, (("Z", black),))), strict=True):
+        for column, line in curves:
+            ax.plot(y, (-scale if column == "y_R" else scale)*run.values(column), label=SIDES.get(column[-2:]), **line.kwargs())
+        ax.set(xlabel="lateral displacement Y [mm]", ylabel=label)
+        if len(curves) > 1:
+            legend_above(ax)
         for reach in (-run.result("clearance_right"), run.result("clearance_left")):
             ax.axvline(MM*reach, color=GREY, linewidth=0.6, linestyle=":")
+    conicity = axes[0, 3]
+    conicity.set_yscale("log")
+    conicity.set_ylim(bottom=0.02)
+    conicity.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    plain_numbers(conicity.yaxis)
     return figure
 
 

@@ -5,21 +5,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 
 from ..geometry.pressures import patch_history
 from ..results.contact_intervals import ContactInterval
 from ..results.derived import PARTS, exchange
 from ..results.events import FLANGE_ANGLE
-from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
+from ..results.quantities import CONTACT_NAMES, DEG, KN, MM, significant
 from ..results.run_data import RunData
-from .frame import caption, label_x, label_y, new_page
+from .frame import caption, new_page
 from .sections import draw_detail, instants, placed_outlines
 from .series import CLOSE, Page
 from .stretches import Window, first_impact
 from .style import BLACK, CONTACT_LINES
 from .tables import draw_table
-from .times import BOTTOM, LEFT, RIGHT, TOP, draw_columns
+from .times import draw_columns
 
 MOST = 6            # impacts in the table
 HARDEST = "hardest contact of the left flange"
@@ -27,8 +29,7 @@ SECTIONS = 2        # instants with a picture
 SOLVED = 9          # instants of the first contact at which its patch is solved
 HEADS = ("impact", "begins at", "lasts", "peak N", "at angle", "impulse ∫N dt", "elastic, largest",
          "lateral KE", "vertical KE", "roll KE")
-EDGES = LEFT - 0.02, 0.12, 0.175, 0.235, 0.31, 0.375, 0.475, 0.575, 0.71, 0.845, RIGHT      # of the table's columns
-LINE = 0.0205       # height of the table's rows, over that of the page
+EDGES = 0.0, 0.09, 0.145, 0.21, 0.28, 0.345, 0.445, 0.55, 0.7, 0.85, 1.0      # of the table's columns
 
 
 @dataclass(frozen=True)
@@ -61,39 +62,38 @@ def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
     if first is not None:
         notes.append(f"first contact of the left flange: {first.words}")
     figure = new_page(f"{run.heading}: impacts of flanges", run.header.title, f"{'; '.join(notes)}\n{caption(run)}".strip())
+    body = figure.add_gridspec(4, 1, height_ratios=(0.2, 1.3, 1.7, 0.7))        # the first row is for words
     if placed:
         shown = instants(run)[:SECTIONS]
-        axes = figure.subplots(1, 2*SECTIONS, squeeze=False, gridspec_kw={
-            "left": 0.03, "right": RIGHT, "top": 0.872, "bottom": 0.66, "wspace": 0.13})[0]
+        axes = body[1].subgridspec(1, 2*SECTIONS).subplots(squeeze=False)[0]
         for ax in axes[2*len(shown):]:
             ax.set_visible(False)
         for (label, k), left, right in zip(shown, axes[::2], axes[1::2], strict=False):
             draw_detail(left, run, placed, k, right=False)
             draw_detail(right, run, placed, k, right=True)
-            figure.text(left.get_position().x0, 0.897, f"t = {run.time[k]:.4f} s: {label}", fontsize=8, color="#404040")
+            left.annotate(f"t = {run.time[k]:.4f} s: {label}", (0, 1), xycoords="axes fraction", xytext=(0, 14),
+                          textcoords="offset points", fontsize=8, color="#404040", in_layout=False)
     if window is not None:
-        draw_close(figure, run, first or window, 0.60, 0.33)
-    draw_impacts(figure, run, 0.248)
+        draw_close(body[2], run, first or window)
+    draw_impacts(figure.add_subplot(body[3]), run)
     return figure
 
 
 def hardest_page(run: RunData, hardest: Recomputed) -> Figure:
     """The hardest contact of the left flange, computed again with rows as close as it needs."""
     figure = new_page(f"{run.heading}: {HARDEST}", run.header.title, f"{hardest.words}\n{caption(run)}")
-    draw_close(figure, run, hardest, TOP, BOTTOM, 3*SOLVED)
+    draw_close(figure.add_gridspec(1, 1)[0], run, hardest, 3*SOLVED)
     return figure
 
 
-def draw_close(figure: Figure, run: RunData, shown: Window | Recomputed, top: float, bottom: float, number: int = SOLVED) -> None:
-    """The panels around an impact, between two heights of a page; its patch is solved at `number` instants."""
+def draw_close(place: SubplotSpec, run: RunData, shown: Window | Recomputed, number: int = SOLVED) -> None:
+    """The panels around an impact in a place of a page; its patch is solved at `number` instants."""
     fine, window = (shown.run, shown.window) if isinstance(shown, Recomputed) else (run, shown)
     page = Page("", CLOSE).of(fine)
     if page is None:
         return
     pressed = patch_history(fine, "LF", number)
-    axes = figure.subplots(max(map(len, page.columns)), len(page.columns) + bool(pressed.size), sharex=True, squeeze=False,
-                           gridspec_kw={"left": LEFT, "right": RIGHT, "top": top, "bottom": bottom, "hspace": 0.3, "wspace": 0.28})
-    draw_columns(axes[:, :len(page.columns)], fine, page.columns, window, alone=False)
+    axes = draw_columns(place, fine, page.columns, window, alone=False, spare=int(pressed.size > 0))
     if pressed.size:
         draw_patch(axes[:, -1], pressed, window)
     if isinstance(shown, Recomputed):
@@ -105,16 +105,14 @@ def draw_patch(axes: np.ndarray, pressed: np.ndarray, window: Window) -> None:
     """Largest pressure and area of the patches of the left flange; the approach at the largest pressure in words."""
     t = window.scale*(pressed[0] - window.zero)
     look = CONTACT_LINES["LF"].kwargs() | {"marker": "o", "markersize": 2.5}
-    axes[0].plot(t, 1e-9*pressed[1], **look)
-    axes[1].plot(t, 1e6*pressed[2], **look)
     hardest = int(pressed[1].argmax())
     axes[0].set_title(f"left flange, largest; approach {MM*pressed[3, hardest]:.3f} mm", fontsize=6.3, loc="right", pad=2.5)
-    label_y(axes[0], "pressure [GPa]", left=26)
-    label_y(axes[1], "patch area [mm²]", left=26)
-    label_x(axes[1], "time [ms]" if window.milliseconds else "time [s]")
-    for ax in axes:
+    for ax, values, words in zip(axes, (1e-9*pressed[1], 1e6*pressed[2]), ("pressure [GPa]", "patch area [mm²]"), strict=True):
+        ax.plot(t, values, **look)
+        ax.set_ylabel(words)
         ax.set_ylim(bottom=0)
-        ax.yaxis.get_major_locator().set_params(nbins=5)
+        ax.locator_params(axis="y", nbins=5)
+    axes[1].set_xlabel(window.axis)
 
 
 def chosen_impacts(run: RunData) -> tuple[list[ContactInterval], int]:
@@ -126,31 +124,27 @@ def chosen_impacts(run: RunData) -> tuple[list[ContactInterval], int]:
 
 def table_rows(run: RunData, found: Sequence[ContactInterval]) -> list[list[str]]:
     """Numbers of impacts as the page shows them."""
+    def told(x: float, unit: str) -> str:
+        return "–" if np.isnan(x) else f"{significant(x)}{unit}"
+
     rows = []
     for one in found:
-        rigid = one.duration == 0
         energies = exchange(run, one.start, one.end)
-        row = [CONTACT_NAMES[one.contact] + ", root"*one.at_root, f"{one.start:.6f} s",
-               "–" if rigid else f"{1e3*one.duration:.3f} ms",
-               "–" if np.isnan(one.peak) else f"{KN*one.peak:.1f} kN", "–" if np.isnan(one.angle) else f"{DEG*one.angle:.1f}°",
-               f"{KN*one.impulse:.4f} kN·s"]
-        if energies is None:
-            rows.append([*row, "–", "–", "–", "–"])
-        else:
-            rows.append([*row, f"{energies.elastic:.1f} J", *(
-                f"{energies.before[part]:.1f} → {energies.after[part]:.1f} J" for part in PARTS)])
+        rows.append([
+            CONTACT_NAMES[one.contact] + ", root"*one.at_root, f"{one.start:.6f} s", told(1e3*one.duration or np.nan, " ms"),
+            told(KN*one.peak, " kN"), told(DEG*one.angle, "°"), told(KN*one.impulse, " kN·s"),
+            *(["–"]*4 if energies is None else [told(energies.elastic, " J"), *(
+                f"{significant(energies.before[part])} → {significant(energies.after[part])} J" for part in PARTS)])])
     return rows
 
 
-def draw_impacts(figure: Figure, run: RunData, top: float) -> None:
-    """The impacts of flanges in numbers, below the height `top`."""
+def draw_impacts(ax: Axes, run: RunData) -> None:
+    """The impacts of flanges in numbers."""
     found, count = chosen_impacts(run)
     which = f"the first {MOST} of {count}" if count > MOST else "all"
     words = f"Impacts of flanges, {which}" if count else "No impact of a flange that begins and ends in the run"
     if any(one.at_root for one in found):
         words += f"; root: contact angle below {DEG*FLANGE_ANGLE:.0f}°"
-    figure.text(LEFT - 0.02, top, words, fontsize=8, color="#404040", va="bottom")
-    if count:
-        rows = [list(HEADS), *table_rows(run, found)]
-        draw_table(figure, (0.0, top - 0.0075 - LINE*len(rows), 1.0, LINE*len(rows)), rows, EDGES, pad=0.0, size=6.8,
-                   band=lambda i: "")
+    draw_table(ax, [list(HEADS), *table_rows(run, found)] if count else [], EDGES, 1/(MOST + 2.5), above=1, pad=0.0, size=6.8,
+               band=lambda i: "")
+    ax.text(0, 1, words, fontsize=8, color="#404040", va="top")

@@ -6,16 +6,15 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator
 
 from ..results.derived import PARTS, exchange
 from ..results.quantities import KN, MM
 from ..results.run_data import RunData
-from .frame import label_x, label_y, new_page
+from .frame import legend_above, legend_of_page, new_page
 from .series import Curve
 from .stretches import PANEL, thin
-from .style import BLACK, BLUE, DASHED, GREEN, GREY, PURPLE, RED, SKY, Line
-from .times import LEFT, RIGHT
+from .style import BLACK, BLUE, DASHED, GREEN, GREY, PURPLE, RED, SKY, Line, plain_numbers
 
 PAIR_LINES = Line(BLACK), Line(RED, DASHED, 1.1)
 KINETIC = Curve(tuple(PARTS), "kinetic", Line(BLACK))
@@ -39,12 +38,10 @@ def side_by_side(runs: Sequence[RunData]) -> Figure | None:
         return None
     figure = new_page("Exercises 1 to 4 side by side", "", "first contact: the time counts from the first touch of the left "
                       "flange; force of flanges: the left one upwards, the right one downwards")
-    axes = figure.subplots(len(free), 4, squeeze=False, gridspec_kw={
-        "left": LEFT, "right": RIGHT, "top": 0.885, "bottom": 0.09, "hspace": 0.25, "wspace": 0.3})
+    axes = figure.subplots(len(free), 4, squeeze=False)
     for row, (exercise, own) in zip(axes, free.items(), strict=True):
         for run, line in zip(own, PAIR_LINES, strict=False):
-            t = run.time
-            look = line.kwargs() | {"label": run.pair or run.name}
+            t, look = run.time, line.kwargs() | {"label": run.pair or run.name}
             row[0].plot(*thin(t, MM*run.values("Y"), PANEL), **look)
             row[1].plot(*thin(t, KN*run.values("N_LF"), PANEL), **look)
             row[1].plot(*thin(t, -KN*run.values("N_RF"), PANEL), **line.kwargs())
@@ -52,17 +49,14 @@ def side_by_side(runs: Sequence[RunData]) -> Figure | None:
                 rows = slice(*np.searchsorted(t, [first.start, first.end]) + [-1, 2])
                 row[2].plot(1e3*(t[rows] - first.start), KN*run.values("N_LF")[rows], **look)
             row[3].plot(*thin(t, KINETIC.values(run), PANEL), **look)
-        label_y(row[0], f"Exercise {exercise}: Y [mm]", left=28)
-        label_y(row[1], "N of flanges [kN]", left=32)
-        label_y(row[2], "N, first contact [kN]", left=32)
-        label_y(row[3], "kinetic energy [J]", left=30)
-        for ax in row:
-            ax.xaxis.get_major_locator().set_params(nbins=6)
-            ax.yaxis.get_major_locator().set_params(nbins=5)
-    for ax, words in zip(axes[-1], ("time [s]", "time [s]", "time since the touch [ms]", "time [s]"), strict=True):
-        label_x(ax, words)
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper right", bbox_to_anchor=(RIGHT, 0.955), ncols=2, borderaxespad=0)
+        words = f"Exercise {exercise}: Y [mm]", "N of flanges [kN]", "N, first contact [kN]", "kinetic energy [J]"
+        for ax, label in zip(row, words, strict=True):
+            ax.set_ylabel(label)
+            ax.locator_params(nbins=5)
+    for ax, label in zip(axes[-1], ("time [s]", "time [s]", "time since the touch [ms]", "time [s]"), strict=True):
+        ax.set_xlabel(label)
+    figure.align_ylabels(axes)
+    legend_of_page(figure, axes[0, 0].get_lines())
     return figure
 
 
@@ -76,11 +70,10 @@ def first_contacts(runs: Sequence[RunData]) -> Figure | None:
     figure = new_page("First contact of the left flange in exercises 1 to 4", "", (
         "bars: kinetic energy at the end of the contact over that at its beginning; what is missing is elastic and potential "
         "energy. Dotted: powers 6/5, -1/5 and 1 of Hertz's impact of two bodies, through the slowest run with the first pair"))
-    bars = figure.add_axes((LEFT + 0.03, 0.115, 0.40, 0.77))
-    draw_shares(bars, [run.name for run, *_ in told], [energies.before for *_, energies in told],
+    body = figure.add_gridspec(1, 2, width_ratios=(1.1, 1))
+    draw_shares(figure.add_subplot(body[0]), [run.name for run, *_ in told], [energies.before for *_, energies in told],
                 [energies.after for *_, energies in told])
-    axes = figure.subplots(2, 2, gridspec_kw={"left": 0.57, "right": RIGHT, "top": 0.885, "bottom": 0.115, "hspace": 0.25,
-                                              "wspace": 0.3})
+    axes = body[1].subgridspec(2, 2).subplots()
     pairs = list(dict.fromkeys(run.pair for run, *_ in told))
     for pair, marker in zip(pairs, "os", strict=False):
         own = [(run, first) for run, first, _ in told if run.pair == pair]
@@ -95,20 +88,15 @@ def first_contacts(runs: Sequence[RunData]) -> Figure | None:
                         label="Hertz" if ax is axes[0, 0] else None)
     for ax, words in zip(axes.ravel(), ("peak N [kN]", "duration [ms]", "impulse ∫N dt [kN·s]",
                                         "lateral velocity after / before, reversed"), strict=True):
-        ax.set(xscale="log")
-        if ax is not axes[1, 1]:
-            ax.set(yscale="log")
-            ax.margins(y=0.15)
-            ax.yaxis.set_major_formatter(FormatStrFormatter("%g"))
-            ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            ax.yaxis.set_minor_formatter(NullFormatter())
-        else:
+        ax.set(xscale="log", xlabel="initial lateral velocity [m/s]", ylabel=words)
+        ax.margins(0.12)
+        plain_numbers(ax.xaxis)
+        if ax is axes[1, 1]:
             ax.set_ylim(-0.1, 1)
-        ax.margins(x=0.1)
-        ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-        ax.xaxis.set_minor_formatter(NullFormatter())
-        label_y(ax, words, left=30)
-        label_x(ax, "initial lateral velocity [m/s]")
+        else:
+            ax.set(yscale="log")
+            plain_numbers(ax.yaxis)
+            ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes[0, 0].legend(loc="lower right", fontsize=6.5)
     return figure
 
@@ -134,8 +122,8 @@ def draw_shares(ax: Axes, names: Sequence[str], before: Sequence[dict[str, float
     ax.set(xlim=(0, 100), yticks=range(len(names)), yticklabels=names)
     ax.invert_yaxis()
     ax.grid(visible=False, axis="y")
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
-    label_x(ax, "share of the kinetic energy before the contact [%]")
+    legend_above(ax)
+    ax.set_xlabel("share of the kinetic energy before the contact [%]")
 
 
 def overview_figures(runs: Sequence[RunData]) -> list[tuple[str, Figure]]:

@@ -11,8 +11,8 @@ from ..geometry.en15302 import AMPLITUDES, window
 from ..geometry.outlines import Side
 from ..geometry.pair import Pair
 from ..results.quantities import DEG, MM
-from .frame import label_x, label_y, new_page
-from .style import BLACK, BLUE, CONTACT_LINES, GREY, PAGE, RED, SKY, Line
+from .frame import legend_above, new_page
+from .style import BLACK, BLUE, CONTACT_LINES, GREY, RED, SKY, Line
 
 RAISED = 16.0           # the wheel above its rail in the drawing of contact lines [mm]
 BEYOND = 3e-3           # contact lines go so far past the clearance [m]
@@ -20,6 +20,7 @@ JUMP = 1e-3             # a contact that moves more between neighbouring displac
 LEVEL, ROLLED, HARMONIC = Line(BLUE), Line(BLACK), Line(RED, "--", 0.8)
 SIDES = {1: ("left", "L", CONTACT_LINES["LT"]), -1: ("right", "R", CONTACT_LINES["RT"])}
 FACE = "#EEF0F3"
+DRAWN = 75.0            # height of the drawing of contact lines, at least [mm]
 
 
 class ContactLine(NamedTuple):
@@ -61,9 +62,10 @@ def pair_page(found: Pair, note: str, reference: str | None, title: str = "") ->
     figure = new_page(title, note, "drawings: the wheel is raised above its rail; a line joins the points that touch at the "
                                    "lateral displacement Y [mm] beside it, of the wheelset that stands on both rails\n"
                                    "dotted: rigid-axle clearance; level: wheelset kept level as in EN 15302")
-    for k, side in enumerate((1, -1)):
-        draw_contact_lines(figure.add_axes((0.03 + 0.485*k, 0.56, 0.465, 0.345)), found, side)
-    axes = [figure.add_axes((0.062 + 0.33*(k % 3), 0.335 - 0.235*(k//3), 0.258, 0.165)) for k in range(6)]
+    body = figure.add_gridspec(2, 1, height_ratios=(1, 1.35))
+    for ax, side in zip(body[0].subgridspec(1, 2).subplots(), (1, -1), strict=True):
+        draw_contact_lines(ax, found, side)
+    axes = body[1].subgridspec(2, 3).subplots().ravel()
     g = found.rolled.geometry
     over(axes[0], "Δr = left − right [mm]", {"level": (found.level.geometry, "delta_r", MM, LEVEL),
                                              "with roll": (g, "delta_r", MM, ROLLED)})
@@ -78,7 +80,7 @@ def pair_page(found: Pair, note: str, reference: str | None, title: str = "") ->
     over(axes[4], "roll Φ [mrad]", {"with roll": (g, "roll", 1e3, ROLLED)})
     draw_conicity(axes[5], found, reference)
     for ax in axes:
-        label_x(ax, "amplitude [mm]" if ax is axes[5] else "lateral displacement Y [mm]")
+        ax.set_xlabel("amplitude [mm]" if ax is axes[5] else "lateral displacement Y [mm]")
         for reach in {found.clearance[0], found.clearance[1] if ax is axes[5] else -found.clearance[1]}:
             ax.axvline(MM*reach, color=GREY, linewidth=0.6, linestyle=":")
     return figure
@@ -94,9 +96,9 @@ def over(ax: Axes, label: str, curves: dict[str, tuple[dict[str, np.ndarray], st
                 gaps[1:] |= np.abs(np.diff(geometry[f"y_{letter}"] - geometry["Y"])) > JUMP
         values[gaps] = np.nan
         ax.plot(MM*geometry["Y"], values, label=words, **line.kwargs())
-    label_y(ax, label, left=34)
+    ax.set_ylabel(label)
     if len(curves) > 1:
-        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
+        legend_above(ax)
 
 
 def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
@@ -106,8 +108,6 @@ def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
     lift = np.array([0.0, MM*found.outlines.axle + RAISED])
     wheel, rail = MM*own.wheel + lift, MM*own.rail
     inner, outer = min(wheel[0, 0], rail[:, 0].min()) - 3, max(wheel[-1, 0], rail[:, 0].max()) + 3
-    box = ax.get_position()
-    shown = (outer - inner)*box.height*PAGE[1]/(box.width*PAGE[0])         # height of the drawing [mm]
     top = max(wheel[:, 1].max(), 0.0) + 8
     ax.fill(*np.vstack([wheel, [wheel[-1, 0], top], [wheel[0, 0], top]]).T, facecolor=FACE, linewidth=0)
     ax.fill(*rail.T, facecolor=FACE, linewidth=0)
@@ -118,10 +118,11 @@ def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
         above, below = MM*one.wheel + lift, MM*one.rail
         ax.plot(*np.array([above, below]).T, color=line.color, linewidth=0.6)
         ax.plot(*np.array([above, below]).T, "o", color=line.color, markersize=1.6)
-        if above[0] - labelled > 3.2:
+        if above[0] - labelled > 3.5:
             labelled = above[0]
-            ax.text(above[0], above[1] + 1.0, f"{MM*one.y:.0f}".replace("-", "−"), fontsize=5.5, ha="center", va="bottom")
-    ax.set(xlim=(outer, inner) if side > 0 else (inner, outer), ylim=(top - shown, top))
+            ax.text(above[0], above[1] + 1.0, f"{MM*one.y:.0f}".replace("-", "−"), fontsize=6, ha="center", va="bottom")
+    ax.set(xlim=(outer, inner) if side > 0 else (inner, outer), ylim=(top - DRAWN, top))
+    ax.set_aspect("equal", adjustable="datalim")
     ax.set_title(f"{name} wheel and rail, y outward from the track's centre [mm]", loc="left")
     ax.tick_params(labelleft=False, left=False)
     ax.grid(False)
@@ -139,6 +140,5 @@ def draw_conicity(ax: Axes, found: Pair, reference: str | None) -> None:
     ax.plot(MM*found.rolled.amplitude, found.rolled.linearised, label="with roll, harmonic", **HARMONIC.kwargs())
     ax.set(xlim=(0, max(1.2*MM*max(found.clearance), MM*AMPLITUDES[-1])))
     ax.set_ylim(bottom=0)
-    label_y(ax, "equivalent conicity", left=34)
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1, columnspacing=0.8, fontsize=5.5,
-              handlelength=1.6)
+    ax.set_ylabel("equivalent conicity")
+    legend_above(ax, 3, fontsize=6)

@@ -10,15 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
 
-from .._core.files import complete
 from ..geometry.outlines import Outlines, pose, run_outlines, turned
 from ..geometry.pressures import hardest
 from ..pressure import Patch
 from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
 from ..results.run_data import RunData
-from .frame import caption, label_x, label_y, new_page
+from .document import save_sheets
+from .frame import caption, legend_above, new_page
 from .sections import RAIL_GREY
-from .style import BLACK, BLUE, DASHED, GREEN, PAGE, RED, ldbench_style
+from .style import BLACK, BLUE, DASHED, GREEN, RED, ldbench_style
 
 MPA = 1e-6
 LEVELS = 10             # of the contours
@@ -35,20 +35,16 @@ def pressure_page(run: RunData, k: int, patches: Sequence[Patch]) -> Figure:
                       "wheel's profile towards the field side; dashed: Hertz's ellipse with ∫p dA and the curvatures where the "
                       "bodies overlap most; force and angle as in the columns; ∫p dA is larger, as the normals turn over a patch"
                       f"\n{caption(run)}")
-    axes = figure.subplots(3, len(contacts), squeeze=False, gridspec_kw={
-        "left": 0.06, "right": 0.96, "top": 0.85, "bottom": 0.135, "hspace": 0.3, "wspace": 0.3,
-        "height_ratios": [1, 0.85, 1]})
+    axes = figure.subplots(3, len(contacts), squeeze=False, gridspec_kw={"height_ratios": [1, 0.85, 1]})
     outlines, _ = run_outlines(run)
     for (contact, found), (surface, cuts, section) in zip(contacts.items(), axes.T, strict=True):
         draw_surface(figure, surface, found)
+        surface.set_title("\n".join([CONTACT_NAMES[contact], *map(words, found)]), fontsize=7, loc="left", linespacing=1.4)
         draw_cuts(cuts, found)
         if outlines is None:
             section.set_visible(False)
         else:
             draw_section(section, found, outlines, pose(run, k))
-        column = cuts.get_position()
-        figure.text(column.x0, 0.925, "\n".join([CONTACT_NAMES[contact], *map(words, found)]), fontsize=7, va="top",
-                    linespacing=1.4)
     return figure
 
 
@@ -77,8 +73,7 @@ def draw_surface(figure: Figure, ax: Axes, patches: Sequence[Patch]) -> None:
     ax.set_aspect("equal", adjustable="box")
     ax.grid(False)
     figure.colorbar(colours, ax=ax, location="right", pad=0.02, aspect=12, fraction=0.06).set_label("pressure [MPa]")
-    label_x(ax, "x along the rail [mm]")
-    label_y(ax, "s [mm]", left=28)
+    ax.set(xlabel="x along the rail [mm]", ylabel="s [mm]")
 
 
 def draw_cuts(ax: Axes, patches: Sequence[Patch]) -> None:
@@ -93,9 +88,8 @@ def draw_cuts(ax: Axes, patches: Sequence[Patch]) -> None:
             ax.plot(MM*half*share, MPA*patch.hertz.largest*np.sqrt(1 - share**2), color=colour, linestyle=DASHED, linewidth=0.8)
     ax.set_ylim(bottom=0)
     ax.margins(x=0.03)
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
-    label_x(ax, "from the largest overlap [mm]")
-    label_y(ax, "pressure [MPa]", left=30)
+    legend_above(ax)
+    ax.set(xlabel="from the largest overlap [mm]", ylabel="pressure [MPa]")
 
 
 def draw_section(ax: Axes, patches: Sequence[Patch], outlines: Outlines, at: tuple[float, float, float]) -> None:
@@ -115,18 +109,13 @@ def draw_section(ax: Axes, patches: Sequence[Patch], outlines: Outlines, at: tup
         ax.plot(*track[pressed].T, color=RED, linewidth=2.0, solid_capstyle="butt")
     centre = MM*np.mean([patch.centre for patch in patches], axis=0)
     apart = max(MM*abs(patch.centre[0] - patches[0].centre[0]) for patch in patches)
-    place = ax.get_position()
     height = REACH + apart
-    width = height*min(place.width/place.height*PAGE[0]/PAGE[1], WIDEST)
-    ax.set(xlim=(centre[0] + width, centre[0] - width), ylim=(centre[1] - height, centre[1] + height))
+    ax.set(xlim=(centre[0] + WIDEST*height, centre[0] - WIDEST*height), ylim=(centre[1] - height, centre[1] + height))
     ax.set_aspect("equal", adjustable="box")
-    label_x(ax, "y in the track [mm]")
-    label_y(ax, "z [mm]", left=28)
+    ax.set(xlabel="y in the track [mm]", ylabel="z [mm]")
 
 
 def save_page(run: RunData, k: int, patches: Sequence[Patch], target: Path) -> None:
     """Write the picture, a .pdf or a .png."""
-    with ldbench_style(), complete(target) as scratch:
-        page = pressure_page(run, k, patches)
-        page.savefig(scratch, format=target.suffix[1:].lower(), dpi=110,
-                     **({"metadata": {"CreationDate": None}} if target.suffix.lower() == ".pdf" else {}))
+    with ldbench_style():
+        save_sheets([pressure_page(run, k, patches)], target)

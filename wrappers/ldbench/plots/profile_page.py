@@ -7,22 +7,17 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
 
-from .._core.files import complete
 from ..geometry.pair import Pair
 from ..profiles.measures import PARTS
 from ..profiles.profile import ProfileData
 from ..results.quantities import DEG, MM
 from .dimensions import draw_rail_dimensions, draw_wheel_dimensions
-from .document import save_pages
-from .frame import new_page
+from .document import save_sheets
+from .frame import legend_above, new_page
 from .pair_page import pair_page
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style, plain
-
-DPI = 110       # of a picture
 
 
 def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str) -> Figure:
@@ -31,8 +26,8 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
     figure = new_page(" on ".join(Path(p.path).name for p in profiles), note)
     smoothed = any(profile.smoothing for profile in profiles)
     heights = [1.7, 0.6, 1, 1] if smoothed else [1.7, 1, 1]
-    grid = figure.add_gridspec(len(heights), len(profiles), left=0.06, right=0.735, top=0.905, bottom=0.065, hspace=0.3, wspace=0.2,
-                               height_ratios=heights)
+    grid = figure.add_gridspec(len(heights), len(profiles) + 1, height_ratios=heights, width_ratios=[1]*len(profiles) + [
+        0.36*len(profiles)])
     for column, profile in enumerate(profiles):
         shape, *distance, angle, curvature = (figure.add_subplot(grid[row, column]) for row in range(len(heights)))
         if distance:
@@ -52,8 +47,8 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
         angle.set_ylabel("tangent angle [°]")
         curvature.set_ylabel("curvature [1/m]")
         curvature.set_xlabel("y [mm]")
-        curvature.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
-    write_lines(figure, profiles, found)
+        legend_above(curvature)
+    write_lines(figure.add_subplot(grid[:, -1]), profiles, found)
     return figure
 
 
@@ -75,16 +70,17 @@ def draw_shape(ax: Axes, profile: ProfileData, found: Pair | None) -> None:
     ax.margins(0.05, 0.08)
     ax.set_ylabel("z [mm]")
     ax.set_title(profile.kind, loc="left", weight="bold")
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.1, columnspacing=1.0)
+    legend_above(ax)
 
 
-def write_lines(figure: Figure, profiles: Sequence[ProfileData], found: Pair | None) -> None:
+def write_lines(ax: Axes, profiles: Sequence[ProfileData], found: Pair | None) -> None:
     """The numbers, in a column on the right."""
     blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
     wrapped = []
     for block in blocks:
         wrapped += [line for entry in block for line in textwrap.wrap(entry, 52, subsequent_indent="  ")] + [""]
-    figure.text(0.752, 0.905, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45)
+    ax.set_axis_off()
+    ax.text(0, 1, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45, in_layout=False)
 
 
 def save_page(profiles: Sequence[ProfileData], found: Pair | None, note: str, target: Path, reference: str | None = None) -> None:
@@ -92,20 +88,8 @@ def save_page(profiles: Sequence[ProfileData], found: Pair | None, note: str, ta
 
     reference: the combination of EN 15302 that is drawn behind the conicity.
     """
-    with ldbench_style(), complete(target) as scratch:
+    with ldbench_style():
         figures = [profile_page(profiles, found, note)]
         if found:
             figures.append(pair_page(found, note, reference, " on ".join(Path(p.path).name for p in profiles)))
-        if target.suffix == ".pdf":
-            save_pages(scratch, [("", figure) for figure in figures])
-            return
-        images = []
-        for figure in figures:
-            figure.set_dpi(DPI)
-            canvas = FigureCanvasAgg(figure)
-            canvas.draw()
-            images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
-        whole = Image.new("RGB", (images[0].width, sum(image.height for image in images)))
-        for k, image in enumerate(images):
-            whole.paste(image, (0, k*image.height))
-        whole.save(scratch, format="PNG")
+        save_sheets(figures, target)

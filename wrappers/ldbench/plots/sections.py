@@ -9,7 +9,6 @@ from ..geometry.outlines import Outlines, Side, pose, run_outlines, turned
 from ..results.contact_intervals import is_closed
 from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
 from ..results.run_data import RunData
-from .frame import label_x
 from .style import BLACK, CONTACT_LINES
 
 RAIL_GREY = "#D0D0D0"
@@ -60,9 +59,10 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
         ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010, zorder=4)
         ax.plot([x], [z], "o", color=color, markersize=3.5, markeredgecolor=BLACK, markeredgewidth=0.4, zorder=5)
         words.append(f"{CONTACT_NAMES[c].split()[1]} {KN*N:.1f} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
-    ax.set_title(f"{'right' if right else 'left'} wheel: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)
+    title = ax.set_title(f"{'right' if right else 'left'}: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)
+    title.set_in_layout(False)
     y, z = close_up(side, sign)
     ax.set(xlim=y, ylim=z)
-    ax.set_aspect("equal", anchor="N")
+    ax.set_aspect("equal", anchor="NW")
     ax.tick_params(labelsize=6)
-    label_x(ax, "y [mm]", below=18.5)
+    ax.set_xlabel("y [mm]")

@@ -57,12 +57,17 @@ class Page:
         """All panels of the page, column by column."""
         return tuple(panel for column in self.columns for panel in column)
 
+    def words(self, run: RunData) -> str:
+        """The note on the page of a run."""
+        return self.note(run) if callable(self.note) else self.note
+
     def of(self, run: RunData) -> Page | None:
-        """The page with what the run has columns for; None without any."""
+        """The page with what the run has columns for, without work where no force does any; None without any column."""
         found = []
         for column in self.columns:
             panels = tuple(replace(panel, curves=curves) for panel in column if (curves := tuple(
-                curve for curve in panel.curves if all(name in run.data for name in curve.columns))))
+                curve for curve in panel.curves if all(name in run.data for name in curve.columns)
+                and (curve.columns != WORK or run.values(*WORK).any()))))
             found += [panels] if panels else []
         return replace(self, columns=tuple(found)) if found else None
 
@@ -111,6 +116,7 @@ def constant_energies(run: RunData) -> str:
             "drift: total energy − work of the lateral force − total energy at the start")
 
 
+WORK = "W_ext",
 RATIO = Panel("L/V", "", 1.0, (ratio_curve("left"), ratio_curve("right")))
 KINETIC = Panel("kinetic energy", "J", 1.0, (
     Curve(("KE_lat",), "lateral", Line(BLACK)), Curve(("KE_vert",), "vertical", Line(GREEN, DASHED)),
@@ -123,7 +129,7 @@ ENERGIES = (
     Panel("sums", "J", 1.0, (
         Curve(("KE_lat", "KE_vert", "KE_roll"), "kinetic", Line(BLACK)),
         Curve(("PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R"), "potential", Line(GREEN, DASHED)),
-        Curve(("W_ext",), "work of lateral force", Line(ORANGE)))),
+        Curve(WORK, "work of lateral force", Line(ORANGE)))),
     Panel("drift", "J", 1.0, (Curve(("E_drift",), "drift", Line(BLACK)),)),
 )
 

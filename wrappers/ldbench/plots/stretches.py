@@ -29,6 +29,11 @@ class Window:
         """The factor from seconds to the unit of the time axis."""
         return 1e3 if self.milliseconds else 1.0
 
+    @property
+    def axis(self) -> str:
+        """The label of the time axis."""
+        return "time [ms]" if self.milliseconds else "time [s]"
+
     def rows(self, run: RunData) -> slice:
         """The rows inside and one more at either side."""
         t = run.time
@@ -89,11 +94,10 @@ def thin(t: np.ndarray, x: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarr
     column = np.minimum(((t - t[0])*(columns/(t[-1] - t[0]))).astype(int), columns - 1)
     starts = np.flatnonzero(np.diff(column, prepend=-1))
     group = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(t)))
-    keep = np.zeros(len(t), bool)
-    keep[starts] = keep[starts[1:] - 1] = keep[-1] = True
+    gaps = np.flatnonzero(np.diff(np.isnan(x)))
+    keep = [starts, starts - 1, gaps, gaps + 1]         # row -1 is the last one
     for extreme in np.fmin, np.fmax:
         there = np.flatnonzero(x == extreme.reduceat(x, starts)[group])
-        keep[there[np.diff(group[there], prepend=-1) > 0]] = True       # the first of equals
-    gaps = np.flatnonzero(np.diff(np.isnan(x)))
-    keep[gaps] = keep[gaps + 1] = True
-    return t[keep], x[keep]
+        keep.append(there[np.diff(group[there], prepend=-1) > 0])       # the first of equals
+    rows = np.unique(np.concatenate(keep) % len(t))
+    return t[rows], x[rows]

@@ -14,6 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import matplotlib
+from matplotlib.axis import Axis
+from matplotlib.ticker import NullFormatter
+
+from ..results.quantities import scientific
 
 PAGE = 11.69, 8.27          # A4 landscape [in]
 
@@ -55,7 +59,6 @@ RC = {
     "axes.axisbelow": True,
     "axes.formatter.limits": (-3, 5),
     "axes.formatter.useoffset": False,
-    "axes.titley": 1.0,         # given, it need not be searched for at every drawing
     "axes.unicode_minus": True,
     "axes.xmargin": 0.0,
     "grid.color": "#D9D9D9",
@@ -85,6 +88,18 @@ def ldbench_style() -> Iterator[None]:
     """Draw with the look of ldbench within this context; other threads that draw so wait."""
     with _style, matplotlib.rc_context(RC):
         yield
+
+
+def powers_of_ten(axis: Axis) -> None:
+    """Numbers of a logarithmic axis over many decades, in letters of one size: small ones do not print."""
+    axis.set_major_formatter(lambda x, _: scientific(x))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def plain_numbers(axis: Axis) -> None:
+    """Numbers of a logarithmic axis over few decades."""
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def plain(words: str) -> str:

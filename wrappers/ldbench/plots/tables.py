@@ -9,6 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from ..results.quantities import OUTCOME
+from ..results.summary import SUMMARY, Chaotic, shown
 from .frame import new_page
 from .style import plain
 
@@ -21,18 +23,18 @@ Rows = Sequence[Sequence[str]]
 Look = Callable[[int, int], dict[str, Any]]     # of a cell by row and column: what matplotlib takes for a text
 
 
-def draw_table(figure: Figure, box: tuple[float, float, float, float], rows: Rows, edges: Sequence[float] | np.ndarray,
-               height: float = 0.0, *, above: int = 0, left: Sequence[int] = (0,), pad: float = 0.005, size: float = 7.0,
+def draw_table(ax: Axes, rows: Rows, edges: Sequence[float] | np.ndarray, height: float = 0.0, *, above: int = 0,
+               left: Sequence[int] = (0,), pad: float = 0.005, size: float = 7.0,
                look: Look = lambda i, j: {"weight": "normal" if i else "bold"},
                band: Callable[[int], str] = lambda i: STRIPE if i and i % 2 == 0 else "",
-               shade: Callable[[int, int], str] = lambda i, j: "") -> Axes:
-    """Draw rows of words in a box of the figure, column j from edges[j] to edges[j + 1]; shares of the box. Returns its axes.
+               shade: Callable[[int, int], str] = lambda i, j: "") -> None:
+    """Draw rows of words in axes, column j from edges[j] to edges[j + 1]; shares of the axes.
 
-    height: of a row, by default such that the rows fill the box. above: rows that stay free. left: columns that are set to the
+    height: of a row, by default such that the rows fill the axes. above: rows that stay free. left: columns that are set to the
     left; the others end at their right edge, `pad` before it. band: the colour behind a row; shade: behind a cell.
     """
-    ax = figure.add_axes(box)
     ax.set_axis_off()
+    ax.set(xlim=(0, 1), ylim=(0, 1))
     height = height or 1/(above + len(rows))
     for i, row in enumerate(rows):
         y = 1 - (above + i + 0.5)*height
@@ -42,12 +44,9 @@ def draw_table(figure: Figure, box: tuple[float, float, float, float], rows: Row
             if colour := shade(i, j):
                 ax.add_patch(Rectangle((edges[j], y - height/2), edges[j + 1] - edges[j], height, facecolor=colour,
                                        edgecolor="white", linewidth=1.5, zorder=0))
-            if not words:
-                continue
-            x, side = (edges[j] + pad, "left") if j in left else (edges[j + 1] - pad, "right")
-            ax.text(x, y, plain(words), ha=side, va="center", **{"fontsize": size} | look(i, j))
-    ax.set(xlim=(0, 1), ylim=(0, 1))
-    return ax
+            if words:
+                x, side = (edges[j] + pad, "left") if j in left else (edges[j + 1] - pad, "right")
+                ax.text(x, y, plain(words), ha=side, va="center", in_layout=False, **{"fontsize": size} | look(i, j))
 
 
 def draw_listing(figure: Figure, header: Sequence[str], rows: Rows, widths: Sequence[float], left: Sequence[int], heads: int = 1,
@@ -63,7 +62,7 @@ def draw_listing(figure: Figure, header: Sequence[str], rows: Rows, widths: Sequ
         if not heading(i):
             fits = ((edges[1:] - edges[:-1])*CHARACTERS).astype(int)
             lines[i] = [word if len(word) <= n else word[:max(n - 1, 1)] + "…" for word, n in zip(line, fits, strict=False)]
-    draw_table(figure, (0.055, 0.08, 0.93, 0.83), lines, edges, 1/max(above + len(lines), LINES), above=above, left=left,
+    draw_table(figure.add_subplot(), lines, edges, 1/max(above + len(lines), LINES), above=above, left=left,
                look=lambda i, j: {"weight": "bold" if heading(i) else "normal"},
                band=lambda i: STRIPE if i >= heads and i % 2 == 0 else "")
 
@@ -87,3 +86,22 @@ def paged(title: str, subtitle: str, header: Sequence[str], rows: Rows, widths: 
         yield title, table_page(title[0].upper() + title[1:], subtitle, header,
                                 [*([second] if second else []), *rows[start:start + ROWS]], widths, note, left,
                                 2 if second else 1)
+
+
+SUMMARY_NOTE = (
+    "Event times and peaks of forces lie within the steps; Y, Z and Φ are those of the rows. –: did not happen.  aw: "
+    "actual wheel and rail profiles, sw: simplified.\n"
+    "In all plots: Y left, Z up, Φ lifts the left wheel; Z and Φ from static equilibrium at Y = 0; left blue, right "
+    "red; tread dark and solid, flange light and dashed; dotted in panels over time: events.")
+
+
+def summary_page(rows: Sequence[dict[str, Any]], note: str = "", chaotic: Chaotic | None = None) -> Figure:
+    """All runs in one table, `chaotic` results in italics."""
+    figure = new_page("LD benchmark: summary of all runs", "single wheelset without friction", f"{note}{SUMMARY_NOTE}")
+    cells = [[shown(row, key, chaotic or {}) for row in rows] for key in SUMMARY]
+    lines = [["", *(str(row["case"]) for row in rows)],
+             *([OUTCOME[key].label, *(words for words, _ in own)] for key, own in zip(SUMMARY, cells, strict=True))]
+    draw_table(figure.add_subplot(), lines, [0, *np.linspace(0.24, 1, max(len(rows), 1) + 1)], pad=0.003,
+               look=lambda i, j: {"weight": "normal" if i else "bold",
+                                  "style": "italic" if i and j and cells[i - 1][j - 1][1] else "normal"})
+    return figure

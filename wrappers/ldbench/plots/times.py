@@ -7,81 +7,90 @@ from itertools import groupby
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+from matplotlib.patheffects import withStroke
 
 from ..results.run_data import RunData
-from .frame import caption, label_x, label_y, new_page
+from .frame import caption, legend_above, legend_of_page, new_page
 from .series import Page, Panel
-from .stretches import PANEL, Window, band, overall, thin
-from .style import GREY
+from .stretches import BINS, PANEL, Window, band, overall, thin
+from .style import GREY, PAGE, Line
 
 EVENT_SIZE = 6.0            # of the words of events [pt]
-LINE = 7.5                  # distance of lines of such words [pt]
 PAGE_KEY = 4                # as many curves or fewer have one legend for the page
-LEFT, RIGHT, TOP, BOTTOM = 0.058, 0.985, 0.878, 0.125
+FEW_ROWS = 60               # that are marked by dots
+ROOM = 70.0                 # about as much of its width a column of panels leaves to labels and margins [pt]
 
 
 def time_page(run: RunData, page: Page, window: Window | None = None) -> Figure:
     """A page of panels against time, of the whole run unless a window is given."""
     window = window or overall(run)
-    note = page.note(run) if callable(page.note) else page.note
-    note = "; ".join(words for words in (note, window.title) if words)
-    figure = new_page(f"{run.heading}: {page.title}", run.header.title, f"{note}\n{caption(run)}".strip())
-    axes = figure.subplots(max(map(len, page.columns)), len(page.columns), sharex=True, squeeze=False, gridspec_kw={
-        "left": LEFT, "right": RIGHT, "top": TOP, "bottom": BOTTOM, "hspace": 0.1, "wspace": 0.06 + 0.06*len(page.columns)})
-    draw_columns(axes, run, page.columns, window)
+    figure = new_page(f"{run.heading}: {page.title}", run.header.title,
+                      "; ".join(words for words in (page.words(run), window.title) if words) + f"\n{caption(run)}")
+    draw_columns(figure.add_gridspec(1, 1)[0], run, page.columns, window)
     return figure
 
 
-def draw_columns(axes: np.ndarray, run: RunData, columns: Sequence[Sequence[Panel]], window: Window, alone: bool = True) -> None:
-    """Panels in columns of axes. `alone`: the panels fill the page, so the events of the run are marked above them, and one
-    legend is for all of them where they share a few curves."""
+def draw_columns(place: SubplotSpec, run: RunData, columns: Sequence[Sequence[Panel]], window: Window, alone: bool = True,
+                 spare: int = 0) -> np.ndarray:
+    """Panels in columns of a place of a page, and `spare` columns of axes for others; all axes. `alone`: the panels fill the
+    page, so the events of the run are marked above them, and one legend is for all of them where they share a few curves."""
+    figure = place.get_gridspec().figure
+    axes: np.ndarray = place.subgridspec(max(map(len, columns)), len(columns) + spare).subplots(sharex=True, squeeze=False)
     lines = {curve.label: curve.line for column in columns for panel in column if len(panel.curves) > 1 for curve in panel.curves}
     together = alone and 0 < len(lines) <= PAGE_KEY
-    width = axes[0, 0].get_position().width*axes[0, 0].figure.get_figwidth()*72
-    room = mark_events(axes, run, window, width) if alone else 0
-    for column, shown in zip(axes.T, columns, strict=True):
+    raised = mark_events(axes, run, window, figure) if alone else 0
+    for column, shown in zip(axes.T[:len(columns)], columns, strict=True):
         for k, ax in enumerate(column):
             if k >= len(shown):
                 ax.set_visible(False)
                 continue
             draw_panel(ax, run, shown[k], window)
-            label_y(ax, shown[k].words, left=38 if alone else 31)
             if not together and len(shown[k].curves) > 1:
-                ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.1 + (k == 0)*room*LINE/7,
-                          columnspacing=0.7, handlelength=1.4, handletextpad=0.3, fontsize=6.3)
-        label_x(column[len(shown) - 1], "time [ms]" if window.milliseconds else "time [s]")
+                legend_above(ax, raised=raised if k == 0 else 0, fontsize=6.3)
+        column[len(shown) - 1].set_xlabel(window.axis)
         column[len(shown) - 1].tick_params(labelbottom=True)
-    start, end = (window.scale*(x - window.zero) for x in (window.start, window.end))
-    axes[0, 0].set_xlim(start, end)
-    axes[0, 0].xaxis.get_major_locator().set_params(nbins=6)
+    axes[0, 0].set_xlim(*(window.scale*(x - window.zero) for x in (window.start, window.end)))
+    axes[0, 0].locator_params(axis="x", nbins=6)
+    figure.align_ylabels(axes)
     if together:
-        handles: dict[str, object] = {}
-        for ax in axes.ravel():
-            handles |= {line.get_label(): line for line in ax.get_lines() if line.get_label() in lines}
-        axes[0, 0].figure.legend(handles.values(), handles.keys(), loc="upper right", bbox_to_anchor=(RIGHT, 0.943), ncols=4,
-                                 borderaxespad=0)
+        handles = {line.get_label(): line for ax in axes.ravel() for line in ax.get_lines() if line.get_label() in lines}
+        legend_of_page(figure, list(handles.values()))
+    return axes
 
 
 def draw_panel(ax: Axes, run: RunData, panel: Panel, window: Window) -> None:
     """One quantity in one window."""
     rows = window.rows(run)
     t = window.scale*(run.time[rows] - window.zero)
-    drawn = [(curve, panel.scale*curve.values(run)[rows]) for curve in panel.curves]
-    for curve, x in drawn:
-        style = curve.line.kwargs()
-        if window.band:
-            centre, low, high, x = band(t, x)
-            ax.fill_between(centre, low, high, color=curve.line.color, alpha=0.35, linewidth=0)
-            ax.plot(centre, x, label=curve.label, **style)
-        else:
-            marker = {"marker": ".", "markersize": 2.5} if len(t) < 60 else {}
-            ax.plot(*thin(t, x, PANEL), label=curve.label, **style, **marker)
-    if all(np.isnan(x).all() for _, x in drawn):
+    drawn = [(t, panel.scale*curve.values(run)[rows], curve.label, curve.line) for curve in panel.curves]
+    draw_curves(ax, drawn, window.band)
+    ax.set_ylabel(panel.words)
+    if all(np.isnan(x).all() for _, x, *_ in drawn):
         ax.text(0.5, 0.5, "no contact", transform=ax.transAxes, ha="center", va="center", color="#606060", fontsize=7)
         ax.set_yticks([])
     else:
         widen_flat(ax)
-        ax.yaxis.get_major_locator().set_params(nbins=5)
+        ax.locator_params(axis="y", nbins=5)
+
+
+def draw_curves(ax: Axes, curves: Sequence[tuple[np.ndarray, np.ndarray, str, Line]], banded: bool) -> None:
+    """Curves over time with their labels and looks; smooth ones lie over those that swing."""
+    swings = [np.nansum(np.abs(np.diff(x))) for _, x, *_ in curves]
+    for curve, swing in zip(curves, swings, strict=True):
+        draw_curve(ax, *curve, banded, 2 + 0.01*sum(other > swing for other in swings))
+
+
+def draw_curve(ax: Axes, t: np.ndarray, x: np.ndarray, label: str, line: Line, banded: bool, zorder: float = 2) -> None:
+    """A curve, or the band of a long run and over it the mean with a white rim, which no other band hides."""
+    look = line.kwargs() | {"label": label, "zorder": zorder}
+    if banded:
+        t, low, high, x = band(t, x, BINS)
+        ax.fill_between(t, low, high, color=line.color, alpha=0.3, linewidth=0)
+        look |= {"linewidth": 1.1, "path_effects": [withStroke(linewidth=2.2, foreground="white")]}
+    elif len(t) < FEW_ROWS:
+        look |= {"marker": ".", "markersize": 2.5}
+    ax.plot(*thin(t, x, PANEL), **look)
 
 
 def widen_flat(ax: Axes) -> None:
@@ -95,34 +104,28 @@ def widen_flat(ax: Axes) -> None:
 
 def key_events(run: RunData) -> list[tuple[float, str]]:
     """The events to mark on the whole run."""
-    found = []
-    for contact, label in (("LF", "left flange"), ("RF", "right flange")):
-        t = run.first_contact(contact)
-        if t is not None:
-            found.append((t, label))
+    found = [(t, f"{side} flange") for side in ("left", "right") if (t := run.first_contact(f"{side[0].upper()}F")) is not None]
     found += [(passage, "centre") for passage in run.passages()[:1]]
-    derailment = run.first("derailment")
-    if derailment:
+    if derailment := run.first("derailment"):
         found.append((derailment.t, "derailment"))
     return sorted(found)
 
 
-def mark_events(axes: np.ndarray, run: RunData, window: Window, width: float) -> int:
-    """Mark events by dotted lines, with their words above the topmost axes, `width` points wide; the number of lines that
-    the words take. Events at one place share a line, and words that would overlap go one line up."""
-    shown = [(t, label) for t, label in key_events(run) if window.start <= t <= window.end]
-    place = {t: (t - window.start)/(window.end - window.start)*width for t, _ in shown}
+def mark_events(axes: np.ndarray, run: RunData, window: Window, figure: Figure) -> int:
+    """Mark events by dotted lines, with their words above the topmost axes; the number of lines that the words take. Events at
+    one place share a line, and words that would overlap go one line up."""
+    width = 72*PAGE[0]/axes.shape[1] - ROOM         # of a panel [pt]
     ends: list[float] = []
+    shown = [(t, label) for t, label in key_events(run) if window.start <= t <= window.end]
     for t, group in groupby(shown, key=lambda event: event[0]):
         words = ", ".join(label for _, label in group)
         half = 0.27*EVENT_SIZE*len(words) + 1
-        middle = min(max(place[t], half), width - half)
+        middle = min(max((t - window.start)/(window.end - window.start)*width, half), width - half)
         line = next((k for k, end in enumerate(ends) if middle - half > end + 2), len(ends))
         ends[line:line + 1] = [middle + half]
-        x = window.scale*(t - window.zero)
         for ax in axes.ravel():
-            ax.axvline(x, color=GREY, linewidth=0.6, linestyle=":", zorder=1)
+            ax.axvline(window.scale*(t - window.zero), color=GREY, linewidth=0.6, linestyle=":", zorder=1)
         for ax in axes[0]:
-            ax.annotate(words, (middle/width, 1.0), xycoords="axes fraction", xytext=(0, 1.5 + LINE*line), va="bottom",
+            ax.annotate(words, (middle/width, 1.0), xycoords="axes fraction", xytext=(0, 1.5 + 1.25*EVENT_SIZE*line), va="bottom",
                         textcoords="offset points", ha="center", fontsize=EVENT_SIZE, color="#505050", annotation_clip=False)
     return len(ends)

@@ -17,7 +17,7 @@ from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, impact_figure, motion_figure
 from ..plots.style import ldbench_style
 from ..results.columns import time_mean
-from ..results.quantities import GRAVITY, KN, OUTCOME, PAIRS
+from ..results.quantities import GRAVITY, KN, OUTCOME, PAIRS, scientific
 from ..results.run_data import RunData
 from ..results.summary import Chaotic, shown, summary_row
 from . import formulations
@@ -150,15 +150,6 @@ def table_cell(key: str, row: dict[str, Any], chaotic: Chaotic) -> str | dict[st
         return scientific(float(row[key]))
     text, leaning = shown(row, key, chaotic, TABLE[key])
     return {"leaning": text} if leaning else text
-
-
-def scientific(x: float) -> str:
-    """'1.3e-12' as the text prints it: 1.3·10⁻¹²."""
-    if not x:
-        return "0"
-    mantissa, exponent = f"{x:.1e}".split("e")
-    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return (f"{mantissa.removesuffix('.0')}·" if mantissa != "1.0" else "") + f"10{power}"
 
 
 def pair_facts(pair: str, runs: Sequence[RunData]) -> dict[str, str]:

@@ -8,17 +8,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..plots.frame import label_x, new_page
+from ..plots.frame import legend_of_page, new_page
 from ..plots.stretches import thin
 from ..plots.style import SERIES, plain
 from ..plots.tables import LINES, draw_listing, paged, table_page
-from ..results.quantities import DEG, GROUPS, KN
+from ..results.quantities import DEG, GROUPS, KN, significant
 from .differences import Comparison, Pairing, difference_table, event_table, paired_impacts
 
 PANELS = 4              # quantities on a page
 OVERLAYS = 12           # impacts on a page
 OVERLAY_PAGES = 2
-IMPACT_COLUMNS = ("start", 1e3, 3), ("duration", 1e3, 3), ("peak", KN, 1), ("impulse", KN, 4), ("angle", DEG, 1)
+IMPACT_COLUMNS = ("start", 1e3), ("duration", 1e3), ("peak", KN), ("impulse", KN), ("angle", DEG)
+TIMES = "start", "duration"     # in microseconds, as events
 MARGIN = 0.35           # time before and after an impact, of the longest one
 
 
@@ -31,19 +32,13 @@ def themes(found: Comparison) -> dict[str, list[str]]:
 def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figure:
     """Overlay and difference of a few quantities."""
     figure = new_page(title[0].upper() + title[1:], f"reference: {found.runs[0].name}", footnote(found))
-    room = max(len(columns), 2)
-    axes = figure.subplots(room, 2, squeeze=False, sharex=True, gridspec_kw={
-        "left": 0.05, "right": 0.985, "top": 0.865, "bottom": 0.125, "hspace": 0.32, "wspace": 0.1})
-    for unused in axes[len(columns):].ravel():
-        unused.remove()
-    axes = axes[:len(columns)]
+    axes = figure.subplots(len(columns), 2, squeeze=False, sharex=True)
     for (overlay, difference), column in zip(axes, columns, strict=True):
         draw_overlay(overlay, found, column)
         draw_difference(difference, found, column)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower left", bbox_to_anchor=(0.045, 0.892), ncols=4)
+    legend_of_page(figure, axes[0, 0].get_lines(), 4)
     for ax in axes[-1]:
-        ax.tick_params(labelbottom=True)
-        label_x(ax, "time [s]" if not any(found.shifts) else "time from the first flange contact [s]")
+        ax.set_xlabel("time [s]" if not any(found.shifts) else "time from the first flange contact [s]")
     return figure
 
 
@@ -81,12 +76,7 @@ def footnote(found: Comparison) -> str:
     return words
 
 
-def short(x: float | None) -> str:
-    """Write a number with four digits; a dash for none."""
-    return "–" if x is None or not np.isfinite(x) else f"{x:.4g}".replace("-", "−")
-
-
-def number(x: float | None, digits: int) -> str:
+def number(x: float | None, digits: int = 3) -> str:
     """Write a number with so many decimals; a dash for none."""
     return "–" if x is None or not np.isfinite(x) else f"{x:.{digits}f}".replace("-", "−")
 
@@ -114,9 +104,9 @@ def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
                       [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], left=(0, 1, 2))
     events = []
     for _, row in event_table(found.runs).iterrows():
-        scale, digits, unit = (1e3, 3, "ms") if row["unit"] == "s" else (KN, 2, "kN")
+        scale, told, unit = (1e3, number, "ms") if row["unit"] == "s" else (KN, significant, "kN")
         events.append([row["file"], f"{row['words']} [{unit}]",
-                       *(number(x if x is None else scale*x, digits) for x in (row["reference"], row["value"], row["difference"]))])
+                       *(told(x if x is None else scale*x) for x in (row["reference"], row["value"], row["difference"]))])
     header, widths = ["events and peaks", "", "reference", "file", "difference"], [1.5, 3, 1, 1, 1]
     above = len(files) + 3
     together = above + len(events) < LINES
@@ -141,8 +131,8 @@ def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
         for one in pairings:
             a, b = one.impacts[0], one.impacts[k]
             if a or b:
-                rows.append([one.words, *(number(scale*getattr(x, name) if x else None, digits)
-                                          for name, scale, digits in IMPACT_COLUMNS for x in (a, b))])
+                rows.append([one.words, *((number if name in TIMES else significant)(scale*getattr(x, name) if x else None)
+                                          for name, scale in IMPACT_COLUMNS for x in (a, b))])
         units = "start [ms]", "duration [ms]", "peak [kN]", "impulse [kN·s]", "angle [°]"
         header = ["impact", *(word for unit in units for word in (unit, ""))]
         names = ["", *["reference", "file"]*len(units)]
@@ -160,8 +150,7 @@ def overlay_page(found: Comparison, pairings: Sequence[Pairing], more: int) -> F
                       "normal force [kN] over the time [ms] since the contact closed in each file; above each panel stands when "
                       "that was in the reference; an impact that the reference or all other files lack is in the tables alone"
                       + (f"\n{more} more impacts are in the tables alone" if more > 0 else ""))
-    axes = figure.subplots(3, 4, squeeze=False, gridspec_kw={
-        "left": 0.045, "right": 0.985, "top": 0.865, "bottom": 0.085, "hspace": 0.33, "wspace": 0.2}).ravel()
+    axes = figure.subplots(3, 4).ravel()
     for ax, one in zip(axes, pairings, strict=False):
         longest = max(impact.duration for impact in one.impacts if impact)
         for run, impact, line in zip(found.runs, one.impacts, itertools.cycle(SERIES), strict=False):
@@ -176,9 +165,8 @@ def overlay_page(found: Comparison, pairings: Sequence[Pairing], more: int) -> F
         ax.set_title(f"{one.words}: {1e3*one.impacts[0].start:.3f} ms" if one.impacts[0] else one.words, loc="left", pad=3)
     for unused in axes[len(pairings):]:
         unused.remove()
-    samples = [ax.plot([], [], label=plain(run.name), **line.kwargs())[0] for ax in axes[:1]
-               for run, line in zip(found.runs, itertools.cycle(SERIES), strict=False)]
-    figure.legend(handles=samples, loc="lower left", bbox_to_anchor=(0.04, 0.892), ncols=4)
+    legend_of_page(figure, [axes[0].plot([], [], label=plain(run.name), **line.kwargs())[0]
+                            for run, line in zip(found.runs, itertools.cycle(SERIES), strict=False)], 4)
     return figure
 
 
@@ -191,8 +179,8 @@ def difference_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
             rows.append([group, "", "", "", ""])
             for column in columns:
                 row, known = table.loc[(run.name, column)], found.shown(column)
-                rows.append(["   " + known.label, short(known.scale*row["rms"]), short(known.scale*row["largest"]),
-                             number(1e3*row["at [s]"], 3), number(100*row["share compared"], 1)])
+                rows.append(["   " + known.label, significant(known.scale*row["rms"]), significant(known.scale*row["largest"]),
+                             number(1e3*row["at [s]"]), number(100*row["share compared"], 1)])
         yield from paged(f"differences of {run.name}", f"reference: {found.runs[0].name}",
                          ["quantity", "root mean square", "largest", "at [ms]", "compared [% of rows]"], rows,
                          [2, 1.2, 1.2, 1.2, 1], (0,), footnote(found))

@@ -18,7 +18,7 @@ from .._core.errors import Error
 from .._core.files import complete, make_results_folder
 from ..case import Case, data_folder
 from ..ensembles.sweep import ensemble
-from ..plots.frame import label_x, label_y, new_page
+from ..plots.frame import new_page
 from ..plots.style import BLACK, BLUE, DASHED, GREEN, GREY, ORANGE, PURPLE, RED, SKY, Line, ldbench_style
 from ..results.quantities import GRAVITY, KN, MM
 from ..table import ContactTable
@@ -165,11 +165,9 @@ def plot(impact: xr.Dataset, ramp: xr.Dataset) -> Figure:
                       "after hops, where small differences grow\n"
                       "right: exercise 5 with other flange angles, from equilibrium on the flange 10 kN below the largest load "
                       "that has one; the weight includes the vertical load")
-    left, right = figure.subplots(1, 2, gridspec_kw={"left": 0.06, "right": 0.925, "top": 0.87, "bottom": 0.13, "wspace": 0.2})
+    left, right = figure.subplots(1, 2)
     draw_flange_forces(left, impact)
-    dots = draw_derailment(right, ramp)
-    colours = figure.colorbar(dots, cax=figure.add_axes((0.935, 0.3, 0.012, 0.4)))
-    colours.set_label("mass of the wheelset [kg]")
+    figure.colorbar(draw_derailment(right, ramp), ax=right, shrink=0.5, label="mass of the wheelset [kg]")
     return figure
 
 
@@ -186,8 +184,7 @@ def draw_flange_forces(ax: Axes, impact: xr.Dataset) -> None:
     ax.set_ylim(bottom=0)
     ax.set_title("exercise 3: largest normal force of a flange", loc="left")
     ax.legend(loc="lower right", ncols=2)
-    label_x(ax, "mass of the wheelset [kg]")
-    label_y(ax, "peak normal force [kN]")
+    ax.set(xlabel="mass of the wheelset [kg]", ylabel="peak normal force [kN]")
 
 
 def draw_derailment(ax: Axes, ramp: xr.Dataset) -> PathCollection:
@@ -208,6 +205,5 @@ def draw_derailment(ax: Axes, ramp: xr.Dataset) -> PathCollection:
     ax.margins(x=0.04)
     ax.set_title("exercise 5: lateral force when the wheelset derails", loc="left")
     ax.legend(loc="lower right")
-    label_x(ax, "steepest angle γ of the flange [°]")
-    label_y(ax, "lateral force over weight")
+    ax.set(xlabel="steepest angle γ of the flange [°]", ylabel="lateral force over weight")
     return dots

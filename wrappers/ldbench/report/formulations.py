@@ -16,7 +16,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 from tqdm import tqdm
 
 from .._core.calls import Progress
@@ -25,9 +27,10 @@ from .._core.kept import hashes, is_up_to_date, kept_in, write_stamp
 from .._core.pools import in_threads
 from ..case import Case
 from ..plots.document import Chapter, bind, save_parts
-from ..plots.frame import label_x, label_y, new_page
+from ..plots.frame import legend_of_page, new_page
 from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
 from ..plots.tables import draw_table
+from ..plots.times import draw_curves
 from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
 from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
@@ -229,22 +232,28 @@ def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
     rows += [[in_short(key), *(cell(found, case, key) for case in cases)] for key in JUDGED]
     rows.append(["ending", *("differs" if len({o.ending for o in found if o.case == case}) > 1 else "the same"
                              for case in cases)])
-    height = 1/(len(rows) + 11.5)
-    ax = draw_table(figure, (0.055, 0.1, 0.93, 0.81), rows, [0, *np.linspace(0.28, 1, len(cases) + 1)], height, size=7.5,
-                    look=lambda i, j: {"weight": "normal" if i and j else "bold"}, band=lambda i: "",
-                    shade=lambda i, j: colour(rows[i][j]) if i and j else "")
-    y = 1 - (len(rows) + 1.2)*height
-    for case in cases:
-        own = {o.formulation: o.ending for o in found if o.case == case}
-        groups: dict[str, list[str]] = {}
-        for name, ending in own.items():
-            groups.setdefault(ending, []).append(name.replace("unilateral, ", ""))
-        words = "; ".join(f"{ending} ({', '.join(names) if len(groups) > 1 else 'all'})" for ending, names in groups.items())
-        ax.text(0.005, y, case, fontsize=7.5, weight="bold", va="center")
-        ax.text(0.075, y, words, fontsize=7.5, va="center")
-        y -= 0.95*height
-    draw_climb(figure, inputs)
+    body = figure.add_gridspec(2, 1, height_ratios=(1.2, 1))
+    draw_table(figure.add_subplot(body[0]), rows, [0, *np.linspace(0.28, 1, len(cases) + 1)], size=7.5,
+               look=lambda i, j: {"weight": "normal" if i and j else "bold"}, band=lambda i: "",
+               shade=lambda i, j: colour(rows[i][j]) if i and j else "")
+    below = body[1].subgridspec(1, 2, width_ratios=(1.7, 1))
+    draw_endings(figure.add_subplot(below[0]), found, cases)
+    draw_climb(below[1], inputs)
     return figure
+
+
+def draw_endings(ax: Axes, found: Sequence[Outcome], cases: Sequence[str]) -> None:
+    """How the runs of each case end."""
+    rows = []
+    for case in cases:
+        groups: dict[str, list[str]] = {}
+        for o in found:
+            if o.case == case:
+                groups.setdefault(o.ending, []).append(o.formulation.replace("unilateral, ", ""))
+        rows.append([case, "; ".join(f"{ending} ({', '.join(names) if len(groups) > 1 else 'all'})"
+                                     for ending, names in groups.items())])
+    draw_table(ax, rows, (0, 0.1, 1), 1/11, left=(0, 1), size=7.5, look=lambda i, j: {"weight": "normal" if j else "bold"},
+               band=lambda i: "")
 
 
 def cell(found: Sequence[Outcome], case: str, key: str) -> str:
@@ -288,28 +297,20 @@ def values_page(found: Sequence[Outcome]) -> Figure:
         bold.add(len(lines))
         lines.append([f"Exercise {exercise}", *(name.removeprefix("unilateral, ") for _ in pairs for name in FORMULATIONS)])
         for key in RESULTS:
-            unit = OUTCOME[key].unit
-            values = [OUTCOME[key].scale*o.results[key] if o else np.nan for o in own]
+            known, values = OUTCOME[key], [o.results[key] if o else np.nan for o in own]
             if any(x for x in values if np.isfinite(x)):
-                lines.append([f"{in_short(key)} [{unit}]" if unit else in_short(key), *(short(x) for x in values)])
-        endings = (o.ending.replace(" rail: ", " rail:\n").replace("derails over", "over") if o else "–" for o in own)
-        lines.append(["ending", *endings])
+                lines.append([known._replace(words=in_short(key)).label, *map(known.text, values)])
+        lines.append(["ending", *(o.ending.rpartition(": ")[2].removesuffix(" the flange") if o else "–" for o in own)])
     pair_heads = [pair_words(found, pair) if name == list(FORMULATIONS)[-1] else "" for pair in pairs for name in FORMULATIONS]
     rows = [["", *pair_heads], *lines]
     heads = {0, *(i + 1 for i in bold)}
-    ax = draw_table(figure, (0.055, 0.05, 0.93, 0.87), rows, [0, *(np.linspace(0.26, 1, len(pairs)*len(FORMULATIONS) + 1) - 0.005)],
-                    1/(len(rows) + 1), look=lambda i, j: {
-                        "weight": "bold" if i in heads else "normal", "linespacing": 0.9,
-                        "fontsize": 7 if i == 0 else 4.6 if "\n" in rows[i][j] else 6.2},
-                    band=lambda i: "#E6E6E6" if i - 1 in bold else "")
+    ax = figure.add_subplot()
+    draw_table(ax, rows, [0, *(np.linspace(0.26, 1, len(pairs)*len(FORMULATIONS) + 1) - 0.005)], size=6.2,
+               look=lambda i, j: {"weight": "bold" if i in heads else "normal"},
+               band=lambda i: "#E6E6E6" if i - 1 in bold else "")
     for k in range(1, len(pairs)):
         ax.axvline(0.26 + 0.74/len(pairs)*k, color=GREY, linewidth=0.4)
     return figure
-
-
-def short(x: float) -> str:
-    """Write a number with six digits; a dash for none."""
-    return "–" if not np.isfinite(x) else f"{x:.6g}" if x < 1e5 else f"{x:.0f}"
 
 
 # Pages ------------------------------------------------------------------------------------
@@ -328,21 +329,21 @@ def exercises_page(found: Sequence[Outcome], exercises: Sequence[int]) -> Figure
     figure = new_page(f"{together(exercises)}: elastic contact or constraint equations", "", (
         "impulse: of forces and, with rigid contacts, of impacts, in the direction of the contact normal; "
         "bilateral: both wheels held on the rails; unilateral: rigid contacts that only push, e: restitution"))
-    axes = figure.subplots(len(ROWS), len(shown), sharex="col", squeeze=False, gridspec_kw={
-        "left": 0.065, "right": 0.985, "top": 0.885, "bottom": 0.09, "hspace": 0.14, "wspace": 0.2})
+    axes = figure.subplots(len(ROWS), len(shown), sharex="col", squeeze=False)
     for column, (exercise, pair) in zip(axes.T, shown, strict=True):
         own = [o for o in found if (o.exercise, o.pair) == (exercise, pair)]
         for ax, (key, label, scale) in zip(column, ROWS, strict=True):
-            for o in own:
-                ax.plot(o.curves["t"], scale*np.array(o.curves[key]), label=o.formulation, **LINES[o.formulation].kwargs())
+            draw_curves(ax, [(np.array(o.curves["t"]), scale*np.array(o.curves[key]), o.formulation, LINES[o.formulation])
+                             for o in own], exercise == 5)
             if exercise == 5 and key in RAMP_LIMITS:
                 ax.set_ylim(*RAMP_LIMITS[key])
             if ax in axes[:, 0]:
-                label_y(ax, label, left=35)
+                ax.set_ylabel(label)
         words = pair_words(own, pair)
-        column[0].set_title(f"Exercise {exercise}, {words}" if len(exercises) > 1 else words, loc="left", fontsize=8)
-        label_x(column[-1], "time [s]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(0.985, 0.945), ncols=5)
+        column[0].set_title(f"Exercise {exercise}, {words}" if len(exercises) > 1 else words, loc="left")
+        column[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    legend_of_page(figure, axes[0, 0].get_lines())
     return figure
 
 
@@ -351,12 +352,10 @@ def together(exercises: Sequence[int]) -> str:
     return f"Exercise{'s' if len(exercises) > 1 else ''} {' and '.join(map(str, exercises))}"
 
 
-def draw_climb(figure: Figure, inputs: Path) -> None:
+def draw_climb(place: SubplotSpec, inputs: Path) -> None:
     """Draw the work that lifts the wheelset over the flange with both wheels on the rails, beside the endings."""
     files = {file.stem[-2:]: file for file in find_namelists(inputs)}
-    figure.text(0.64, 0.475, "Over the flange with both wheels on the rails", fontsize=7.5, weight="bold", va="top")
-    axes = figure.subplots(1, len(files), sharey=True, squeeze=False, gridspec_kw={
-        "left": 0.64, "right": 0.985, "top": 0.425, "bottom": 0.125, "wspace": 0.08})[0]
+    axes = place.subgridspec(1, len(files)).subplots(sharey=True, squeeze=False)[0]
     for ax, (pair, file) in zip(axes, files.items(), strict=True):
         case = Case.from_namelist(file)
         made = climbing_run(case)
@@ -366,9 +365,9 @@ def draw_climb(figure: Figure, inputs: Path) -> None:
             energy = 0.5*case.mass*v**2
             ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
             ax.text(0.01, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), va="bottom", fontsize=6)
-        ax.set_title(made.pair or PAIRS[pair], loc="left", fontsize=7, pad=3)
-        label_x(ax, "lateral Y [mm]")
-    label_y(axes[0], "work of weight and load [J]", left=30)
+        ax.set_title(f"over the flange, {made.pair or PAIRS[pair]}", loc="left", fontsize=7, pad=3)
+        ax.set_xlabel("lateral Y [mm]")
+    axes[0].set_ylabel("work of weight and load [J]")
 
 
 def climb(case: Case) -> pd.DataFrame:

@@ -8,17 +8,18 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from .._core.files import make_results_folder, write_frame
 from .._core.kept import inside
 from ..plots.document import Part, bind, save_pages
-from ..plots.frame import label_y, new_page
-from ..plots.style import SERIES, ldbench_style
-from ..plots.tables import table_page
+from ..plots.frame import legend_of_page, new_page
+from ..plots.style import SERIES, ldbench_style, powers_of_ten
+from ..plots.tables import draw_table
 from ..results.columns import time_mean
-from ..results.quantities import KN, MM, quantity
+from ..results.quantities import KN, MM, quantity, significant
 from ..results.run_data import RunData, read_data
 from .compare_pages import quantity_page
 from .differences import Comparison, compare, event_times, peaks
@@ -101,35 +102,22 @@ TABLE = (("Y, first contact", "Y rms, first contact [m]", 1e6, "µm"),
          ("end of the run", "end [s]", 1e3, "ms"))
 
 
-def study_table(rows: pd.DataFrame) -> Figure:
-    """Contact law against time step, one row per exercise."""
-    header = ["", *(word for words, *_ in TABLE for word in ("", words))]
-    units = ["", *(f"{variant} [{unit}]" for *_, unit in TABLE for variant in ("law", "step"))]
-    table = [units]
-    for case, both in rows.groupby("case", sort=False):
-        law, step = (both[both["variant"] == v].iloc[0] for v in ("law", "step"))
-        table.append([str(case), *(f"{scale*row[name]:.3g}".replace("-", "−") if np.isfinite(row[name]) else "–"
-                                   for _, name, scale, _ in TABLE for row in (law, step))])
-    return table_page(
-        "Contact law or time step?", "all exercises; reference: half-spaces with cut steps", header, table,
-        [1.3] + [1]*12,
-        "root mean squares of the differences in lateral displacement Y and in the normal force of the left flange; differences of "
-        "the first peak and of the end of the run\n"
+def study_summary(rows: pd.DataFrame) -> Figure:
+    """Contact law against time step: the differences of every exercise in numbers, and as bars over the reference's root mean
+    square."""
+    figure = new_page(
+        "Contact law or time step?", "all exercises; reference: half-spaces with cut steps",
+        "table: root mean squares of the differences in lateral displacement Y and in the normal force of the left flange; "
+        "differences of the first peak and of the end of the run\nbars: root mean square of the difference over that of the "
+        "reference; no bar: no difference, or no contact in the reference\n"
         "law: one Hertz spring per zone instead of half-spaces, same steps; step: average acceleration with whole steps of "
         "0.1 ms instead of the shipped integrator, same law; exercise 5 cut short\nfirst contact: from the start to "
         "the end of the first contact of the left flange; over the whole run every impact multiplies what the ones "
-        "before it left", heads=2)
-
-
-def study_figure(rows: pd.DataFrame) -> Figure:
-    """Draw the differences as bars, relative to the reference's root mean square."""
-    figure = new_page("Contact law or time step?", "all exercises; reference: half-spaces with cut steps",
-                      "root mean square of the difference over the root mean square of the reference; no bar: no difference, or no "
-                      "contact in the reference")
-    axes = figure.subplots(2, 2, gridspec_kw={
-        "left": 0.06, "right": 0.985, "top": 0.855, "bottom": 0.095, "hspace": 0.3, "wspace": 0.12})
+        "before it left")
+    body = figure.add_gridspec(2, 1, height_ratios=(1, 1.7))
+    draw_numbers(figure.add_subplot(body[0]), rows)
+    axes = body[1].subgridspec(2, 2).subplots(sharex=True)
     cases = list(dict.fromkeys(rows["case"]))
-    ticks = [case.replace("_", "\n") for case in cases]
     for line, (column, unit) in zip(axes, (("Y", "m"), ("N_LF", "N")), strict=True):
         for ax, (key, words) in zip(line, ((f"{column} rms, first contact [{unit}]", "to the end of the first flange contact"),
                                            (f"{column} rms [{unit}]", "whole run")), strict=True):
@@ -138,14 +126,23 @@ def study_figure(rows: pd.DataFrame) -> Figure:
                 share = part[key]/part[f"{column} rms of the reference [{unit}]"]
                 ax.bar(np.arange(len(cases)) + shift, share, width=0.38, color=style.color,
                        label=f"{variant}: {VARIANT_WORDS[variant]}")
-            ax.set_yscale("log")
-            ax.set_xticks(np.arange(len(cases)), ticks, fontsize=6.5)
+            ax.set(yscale="log", xlim=(-0.6, len(cases) - 0.4), xticks=np.arange(len(cases)), xticklabels=cases)
+            powers_of_ten(ax.yaxis)
             ax.grid(axis="x", visible=False)
-            ax.set_xlim(-0.6, len(cases) - 0.4)
             ax.set_title(f"{quantity(column).words}, {words}", loc="left", pad=3)
-        label_y(line[0], "difference over reference", left=34)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower left", bbox_to_anchor=(0.055, 0.892), ncols=2)
+        line[0].set_ylabel("difference over reference")
+    legend_of_page(figure, axes[0, 0].get_legend_handles_labels()[0])
     return figure
+
+
+def draw_numbers(ax: Axes, rows: pd.DataFrame) -> None:
+    """The differences in numbers, a row for each exercise."""
+    table = [["", *(word for words, *_ in TABLE for word in ("", words))],
+             ["", *(f"{variant} [{unit}]" for *_, unit in TABLE for variant in ("law", "step"))]]
+    for case, both in rows.groupby("case", sort=False):
+        law, step = (both[both["variant"] == v].iloc[0] for v in ("law", "step"))
+        table.append([str(case), *(significant(scale*row[name]) for _, name, scale, _ in TABLE for row in (law, step))])
+    draw_table(ax, table, [0, *np.linspace(0.08, 1, 2*len(TABLE) + 1)], look=lambda i, j: {"weight": "bold" if i < 2 else "normal"})
 
 
 def study_page(heading: str, runs: Sequence[RunData]) -> Figure:
@@ -176,8 +173,7 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
             bar.update()
         table = pd.DataFrame(rows)
         first = Path(scratch)/"summary.pdf"
-        figures = [("table", study_table(table)), ("bars", study_figure(table))]
-        summary = Part("Summary", first, save_pages(first, figures))
+        summary = Part("Summary", first, save_pages(first, [("summary", study_summary(table))]))
         target = outputs/"ldbench_study.pdf"
         bind([summary, *pages], target, "ldbench: contact law or time step?")
         bar.update()

@@ -18,6 +18,24 @@ PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
 PAIR_FILES = {(f"{pair[0]}wprof.yz", f"{pair[0]}rprof.yz"): words for pair, words in PAIRS.items()}
 
 
+def significant(x: float | None) -> str:
+    """A number as tables have it: four significant digits, all those before the point; a dash for none."""
+    if x is None or not np.isfinite(x):
+        return "–"
+    if abs(x) < 1e-4:
+        return scientific(x, 3)
+    return f"{x:.{max(3 - int(np.floor(np.log10(abs(x)))), 0)}f}".replace("-", "−")
+
+
+def scientific(x: float, digits: int = 1) -> str:
+    """'1.3e-12' in print: 1.3·10⁻¹²."""
+    if not x:
+        return "0"
+    mantissa, exponent = f"{x:.{digits}e}".split("e")
+    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return ("" if float(mantissa) == 1 else f"{mantissa.removesuffix('.0')}·".replace("-", "−")) + f"10{power}"
+
+
 class Quantity(NamedTuple):
     """A column or a result in words."""
 
@@ -25,7 +43,7 @@ class Quantity(NamedTuple):
     unit: str               # as it is shown
     scale: float            # from SI to that unit
     group: str = ""         # of columns that are chosen together
-    digits: int = 4         # decimals in tables, in the unit
+    digits: int | None = None   # decimals in tables, in the unit; None for four significant digits
     short: str = ""         # words where there is little room
 
     def text(self, x: float | None, digits: int | None = None, spread: float = 0.0) -> str:
@@ -34,11 +52,13 @@ class Quantity(NamedTuple):
         if x is None or not np.isfinite(x):
             return "–"
         shown, places = self.scale*x, self.digits if digits is None else digits
-        if self.digits < 0:
-            return f"{shown:.1e}"
+        if places is not None and places < 0:
+            return scientific(shown)
+        if places is None:
+            places = max(3 - int(np.floor(np.log10(abs(shown)))), 0) if shown else 0
         if 0 < spread < np.inf and shown:
             places = min(places, int(max(np.round(-np.log10(self.scale*spread)), -np.floor(np.log10(abs(shown))))))
-        return f"{round(shown, places) if places < 0 else shown:.{max(places, 0)}f}"
+        return f"{round(shown, places) if places < 0 else shown:.{max(places, 0)}f}".replace("-", "−")
 
     @property
     def label(self) -> str:
@@ -110,14 +130,14 @@ OUTCOME = {
     "Z_min": Quantity("Z, smallest", "mm", MM),
     "roll_max": Quantity("Φ, largest", "mrad", 1e3),
     "roll_min": Quantity("Φ, smallest", "mrad", 1e3),
-    **{f"peak_N_{c}": Quantity(f"peak N, {words}", "kN", KN, digits=2, short=f"peak N, {words}")
+    **{f"peak_N_{c}": Quantity(f"peak N, {words}", "kN", KN, short=f"peak N, {words}")
        for c, words in CONTACT_NAMES.items()},
     **{key: value for c in ("LF", "RF") for key, value in {
         f"pmax_{c}": Quantity(f"peak pressure, first contact, {CONTACT_NAMES[c]}", "MPa", 1e-6, digits=0,
                               short=f"peak pressure, {CONTACT_NAMES[c]}"),
         f"patch_{c}": Quantity(f"patch area, first contact, {CONTACT_NAMES[c]}", "mm²", 1e6, digits=0,
                                short=f"patch area, {CONTACT_NAMES[c]}"),
-        f"approach_{c}": Quantity(f"approach, first contact, {CONTACT_NAMES[c]}", "mm", MM, digits=3,
+        f"approach_{c}": Quantity(f"approach, first contact, {CONTACT_NAMES[c]}", "mm", MM,
                                   short=f"approach, {CONTACT_NAMES[c]}")}.items()},
     "n_left_flange_contact": Quantity("contacts of the left flange", "", 1, digits=0),
     "n_right_flange_contact": Quantity("contacts of the right flange", "", 1, digits=0),
@@ -126,7 +146,7 @@ OUTCOME = {
     "drift": Quantity("largest energy drift", "J", 1, digits=-1),
     "drift_relative": Quantity("the drift over initial kinetic energy or work", "", 1, digits=-1, short="energy drift, relative"),
     "step": Quantity("time step", "µs", 1e6, digits=0),
-    "t": Quantity("end of the run", "s", 1),
+    "t": Quantity("end of the run", "s", 1, digits=6),
     # The comparison of formulations and ensembles have these.
     "climb": Quantity("highest, to the left", "mm", MM),
     "first_impulse": Quantity("impulse of the first left flange contact", "kN·s", KN),
