@@ -22,7 +22,7 @@ from .events import Event, count_name, event_kinds
 from .header import Header, read_header
 from .quantities import CONTACT_NAMES, CONTACTS, PAIR_FILES, PAIRS
 
-# The core's words for why a run ended: after both flanges; at its time, with ", ... not reached" where an event should have ended it.
+# The core's words for why a run ended: after both flanges, or at its time; after the latter stands what was not reached.
 RETURNED = "return to the centre after both flanges"
 TIME_IS_OVER = "t_end"
 # What a Dataset has of events: its name, the field, and the unit.
