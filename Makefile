@@ -365,7 +365,7 @@ help:
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make lint       ruff, mypy, and the Fortran sources without a warning'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
-	@echo 'make mutants    whether the tests notice 60 faults, put one at a time into a copy in build/mutants; an hour or two'
+	@echo 'make mutants    whether the tests notice faults, put one at a time into a copy in build/mutants; an hour'
 	@echo 'make fuzz       N=100000 mutated inputs from seed SEED=0 on'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'

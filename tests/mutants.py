@@ -1,6 +1,6 @@
 """Faults, put one at a time into a scratch copy, and whether the tests that should notice do: `make mutants`.
 
-usage: python tests/mutants.py [WORD ...] [--nine]        only faults whose file or text has a word; the first nine
+usage: python tests/mutants.py [WORD | NUMBER | FROM-TO ...]      only faults whose file or text has a word, or with these numbers
 The faults are in mutants.txt: `file | tests`, the old text after `- `, the new one after `+ `; `...` stands for test_shown.py.
 A fault in fortran/ is compiled into the executable alone, so its tests must call that.
 """
@@ -79,20 +79,29 @@ def noticed(fault: Fault) -> str:
     return failed[0] if failed else ""
 
 
+def chosen(word: str, k: int, fault: Fault) -> bool:
+    """Whether a word of the command line means this fault."""
+    first, _, last = word.partition("-")
+    if first.isdecimal():
+        return int(first) <= k <= int(last or first)
+    return word in f"{fault.file} {fault.old}"
+
+
 def main() -> int:
-    words = [word for word in sys.argv[1:] if not word.startswith("--")]
-    faults = read_faults()[:9 if "--nine" in sys.argv else None]
-    faults = [fault for fault in faults if not words or any(word in f"{fault.file} {fault.old}" for word in words)]
+    words = sys.argv[1:]
+    faults = {k: fault for k, fault in enumerate(read_faults(), 1) if not words or any(chosen(word, k, fault) for word in words)}
     copy()
     begun, survivors = time.monotonic(), 0
-    control = Fault(faults[0].file, sorted({test for fault in faults for test in fault.tests}), faults[0].old, faults[0].old)
+    one = next(iter(faults.values()))
+    control = Fault(one.file, sorted({test for fault in faults.values() for test in fault.tests}), one.old, one.old)
     if found := noticed(control):
         print(f"without any fault: {found}")
         return 1
-    for k, fault in enumerate(faults, 1):
+    for k, fault in faults.items():
+        start = time.monotonic()
         found = noticed(fault)
         survivors += not found or found.startswith("OUTDATED")
-        print(f"{k:2} {fault.file}: {fault.new.strip()[:70]}: {found or 'SURVIVED'}", flush=True)
+        print(f"{k:2} {fault.file}: {fault.new.strip()[:70]}: {found or 'SURVIVED'} ({time.monotonic() - start:.0f} s)", flush=True)
     print(f"{len(faults)} faults, {survivors} survivors, {time.monotonic() - begun:.0f} s")
     return bool(survivors)
 

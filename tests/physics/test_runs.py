@@ -97,6 +97,15 @@ def test_a_flange_contact_is_on_the_flange(exercise: int, pair: str, shipped: di
         assert len(stretches) == len(reaching)        # no contact at a smaller angle has the flange's name
 
 
+def test_peaks_are_those_of_the_rows(run: Run):
+    """The program writes a row at the largest force of each contact."""
+    for contact in CONTACTS:
+        k = int(run.columns[f"N_{contact}"].argmax())
+        peak, t = (float(re.search(rf"\b{name}_{contact} = (\S+)", run.header)[1]) for name in ("peak_N", "t_peak"))
+        assert peak == pytest.approx(run.columns[f"N_{contact}"][k], rel=1e-8)
+        assert t == pytest.approx(run.columns["time"][k] if peak else 0.0, rel=1e-8)
+
+
 @pytest.mark.parametrize("pair", PAIRS)
 def test_exercise_4(pair: str, shipped: dict[str, Run]):
     """Exercise 4 strikes both flanges with meganewtons and returns; the actual pair's flange goes over the right rail's

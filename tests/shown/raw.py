@@ -73,16 +73,31 @@ class Raw:
     def impact(self, contact: str) -> dict[str, float]:
         """The numbers of the first contact."""
         rows = self.first(contact)
-        if rows is None:
-            return {}
+        return {} if rows is None else self.exchange(contact, rows)
+
+    def exchange(self, contact: str, rows: slice) -> dict[str, float]:
+        """The numbers of an episode."""
         t, n = self.t[rows], self.c[f"N_{contact}"][rows]
-        k = self.first_peak(contact)
+        k = rows.start + int(n.argmax())
         found = {"start": t[0], "duration": t[-1] - t[0], "peak": n.max(), "angle": abs(self.c[f"angle_{contact}"][k]),
                  "impulse": float(np.sum(np.diff(t)*(n[1:] + n[:-1])/2)),
                  "elastic": (self.c["PE_elastic_L"] + self.c["PE_elastic_R"])[rows].max()}
         for part in "lat", "vert", "roll":
             found |= {f"{part}_before": self.c[f"KE_{part}"][rows][0], f"{part}_after": self.c[f"KE_{part}"][rows][-1]}
         return found
+
+    @cached_property
+    def events(self) -> list[tuple[float, str, dict[str, float]]]:
+        """Time, kind and other numbers of each event in the results of the file."""
+        found: dict[int, dict[str, str]] = {}
+        for k, name, text in re.findall(r"event\((\d+)\)%(\w+) = ('[^']*'|[^,\s]+)", self.text):
+            found.setdefault(int(k), {})[name] = text
+        return [(float(one.pop("t")), one.pop("kind").strip("'"), {name: float(x) for name, x in one.items()})
+                for one in found.values()]
+
+    def result(self, name: str) -> float:
+        """A number of &results that rows do not tell."""
+        return float(re.search(rf"^#   {name} = (\S+)", self.text[len(self.head):], re.MULTILINE)[1])
 
     def loads(self, side: str) -> np.ndarray:
         """Vertical force on a wheel."""
@@ -98,6 +113,11 @@ class Raw:
         """How often a wheel leaves its rail."""
         closed = self.c[f"N_{side}T"] + self.c[f"N_{side}F"] > 0
         return int(np.sum(closed[:-1] & ~closed[1:]))
+
+    def landings(self, side: str) -> int:
+        """How often a wheel comes down on its rail."""
+        closed = self.c[f"N_{side}T"] + self.c[f"N_{side}F"] > 0
+        return int(np.sum(~closed[:-1] & closed[1:]))
 
     def passages(self) -> np.ndarray:
         """When the wheelset passes the centre, by straight lines between rows."""

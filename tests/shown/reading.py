@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 NUMBER = re.compile(r"(?<![\w.\-/])[-−]?\d[\d\u2009]*(?:\.\d+)?(?:[eE][-+]?\d+)?(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?(?![\w/])")
 RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
@@ -24,7 +26,7 @@ class Line(NamedTuple):
 
 def value(text: str) -> tuple[float, float]:
     """A number as it is written, and half a unit of its last digit."""
-    plain = text.replace("\u2009", "").replace("·10", "e").translate(RAISED)
+    plain = text.replace("\u2009", "").replace(" ", "").replace("·10", "e").translate(RAISED)
     if "e" not in plain and "·" not in text and plain.startswith("10") and len(text) > 2 and text[2] in "⁻⁰¹²³⁴⁵⁶⁷⁸⁹":
         plain = f"1e{plain[2:]}"
     mantissa, _, power = plain.lower().partition("e")
@@ -64,3 +66,17 @@ def differing(text: str, lines: Iterable[Line], world: Any, labels: Iterable[str
             known[match.start():match.end()] = True
     return wrong + [f"nobody accounts for {match[0]} in {text[max(match.start() - 40, 0):match.end() + 20]!r}"
                     for match in NUMBER.finditer(text) if not known[match.start():match.end()].all()]
+
+
+def words_of(figure: Figure) -> str:
+    """The words of a figure: a line for each text and for each row of a table, but not the numbers at ticks."""
+    axes = [axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)]
+    ticks = {axis.offsetText for axis in axes}
+    ticks |= {label for axis in axes for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
+              for label in (tick.label1, tick.label2)}
+    rows: dict[tuple[object, ...], list[Text]] = {}
+    for text in figure.findobj(Text):
+        if text.get_text() and text.get_visible() and text not in ticks:
+            rows.setdefault((text.axes, round(text.get_position()[1], 6)) if text.axes else (text,), []).append(text)
+    return "\n".join(" ".join(text.get_text() for text in sorted(row, key=lambda text: text.get_position()[0]))
+                     for row in rows.values())

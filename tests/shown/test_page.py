@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from browser import Browser, go, started
+from reading import Line, differing
 from specimen import World
-from table import fits_contact
+from table import CRC, PRESSED, RESULTS, fits_contact
 
 # Words and units of the page, and the columns and factors that they stand for.
 CONTACTS = {"left tread": "LT", "left flange": "LF", "right tread": "RT", "right flange": "RF"}
@@ -103,3 +104,41 @@ def test_tooltip_of_every_curve(page: Browser, world: World):
                 shown, unit = text.split(" ")
                 assert unit == expected, words
                 assert number(shown) == pytest.approx(scale*raw.c[column][row], rel=1e-5, abs=1e-12), (words, text)
+
+
+def test_every_number_of_the_page(page: Browser, world: World):
+    """All that stands on the page at the peak of the left flange, except choices of scale and speed."""
+    raw = world.thrown
+    k = raw.first_peak("LF")
+    page.open(world.outputs/"ldbench_results.html")     # without a tooltip of another test
+    go(page, raw.t[k])
+    text = page.run("return document.body.innerText").replace("\t", " ").replace("−", "-")
+
+    def legend(_: object, match: re.Match[str]) -> float:
+        column, _, scale = COLUMNS[match[0].partition("\n")[0]]
+        return scale*raw.c[column][k]
+
+    def event(_: object, match: re.Match[str]) -> float:
+        return next(t for t, kind, _ in raw.events if kind == match[0].partition(" s ")[2] and abs(t - float(match[1])) < 1e-5)
+
+    def unlisted(_: object, match: re.Match[str]) -> int:
+        kind = match[0].split("\u201c")[1].split("\u201d")[0]
+        happened = (raw.lift_offs if kind.endswith("lift-off") else raw.landings)(kind[0].upper())
+        return happened - sum(kind == what for _, what, _ in raw.events)
+
+    lines = [
+        Line(r"vertical displacement (\S+) m, initial lateral velocity (\S+) m/s", "initial Z [m], vY [m/s]",
+             lambda w, m: (raw.c["Z"][0], raw.c["vY"][0]), often=True),
+        Line(r"^Y (\S+) mm, Z (\S+) mm, Φ (\S+) mrad$", "pose", lambda w: [1e3*raw.c[name][k] for name in ("Y", "Z", "roll")]),
+        Line(r"^time of the row (\S+) s$", "moment [s]", lambda w: raw.t[k]), Line(r"^(\S+) s$", "clock [s]", lambda w: raw.t[k]),
+        Line(rf"^(?:{'|'.join(COLUMNS)})\n(\S+) \S+$", "legends of the charts", legend, 1e-6, often=True),
+        Line(r"^(\S+) s (?!largest)[a-z -]+$", "events [s]", event, often=True),
+        Line(r"^(\d+) more of .*$", "events that are not listed", unlisted, often=True),
+        *(Line(rf"^(\S+) s,? largest normal force, {words}, (\S+) {unit}$", "largest force and when",
+               lambda w, m, c=contact, f=factor: (raw.peak(c)[1], f*raw.peak(c)[0]), often=True)
+          for words, contact in CONTACTS.items()
+          for unit, factor in ([("MN", 1e-6)] if raw.peak(contact)[0] > 1e6 else [("kN", 1e-3)]))]
+    rows = [result.words for result in RESULTS.values()] + [words for both in PRESSED.values() for words in both]
+    labels = [CRC, *(rf"^{re.escape(words)} .*$" for words in (*rows, *COLUMNS)),      # the tests of both tables
+              r"moved by 1 µm|than 0\.1 %", r"^(?:displacement|roll|gap) ×(?:\n\d+)+$", r"^speed(?:\n1:\d+)+$", r"^Exercise \d"]
+    assert differing(text, lines, world, labels) == []

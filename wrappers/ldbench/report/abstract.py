@@ -18,13 +18,12 @@ from ..plots.figures import by_pair, contact_figure, derailment_figure, first_sh
 from ..plots.style import ldbench_style
 from ..results.columns import time_mean
 from ..results.quantities import GRAVITY, KN, OUTCOME, PAIRS, scientific
-from ..results.run_data import RunData
+from ..results.run_data import RETURNED, RunData
 from ..results.summary import Chaotic, shown, summary_row
 from . import formulations
 
 TEMPLATE = Path(__file__).resolve().parent/"template"/"abstract.typ"
 SPREAD = TEMPLATE.parent/"spread.json"       # how far the answers move with the unknown profiles [%], as `make validate` has it
-RETURNED = "return to the centre after both flanges"
 
 FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derailment_figure, "contact": contact_figure}
 

@@ -34,7 +34,7 @@ from ..plots.times import draw_curves
 from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
 from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
-from ..results.run_data import RunData
+from ..results.run_data import RETURNED, RunData
 from ..results.summary import drift_reference
 from ..runs import compute
 from ..table import ContactTable
@@ -124,7 +124,7 @@ def outcome(done: RunData, name: str) -> Outcome:
     def first(kind: str, of: str = "t") -> float:
         return float(getattr(done.first(kind), of, np.nan))
 
-    returned, derailed = "return" in done.ending, done.first("derailment") is not None
+    derailed = done.first("derailment") is not None
     rigid = "P_LF" in c
     t = c.time.to_numpy()
     pushed = cumulative(np.asarray(t), c.N_LF.to_numpy())
@@ -139,7 +139,7 @@ def outcome(done: RunData, name: str) -> Outcome:
         "peak_N": (done.peak("LF") or (np.nan,))[0],
         "peak_P": done.result("peak_P_LF") or np.nan,
         "t_first_RF": first("right flange contact"),
-        "t_return": t[-1] if returned else np.nan,
+        "t_return": t[-1] if done.ending == RETURNED else np.nan,
         "lift_offs": sum(done.count(f"{side} wheel lift-off") or 0 for side in ("left", "right")),
         "lost": round(float(c.E_lost.iloc[-1]), 6) + 0.0 if rigid else 0.0,
         "t_derailment": first("derailment"),
@@ -166,7 +166,8 @@ def why(done: RunData) -> str:
     """How the run ended; of a derailment, whether over the flange or overturning."""
     derailment = done.first("derailment")
     if not derailment:
-        return {"return to the centre after both flanges": "returns"}.get(done.ending, "does not derail")
+        awaited = "derail" if done.setting("integrator", "stop_at") == "derailment" else "return"
+        return "returns" if done.ending == RETURNED else f"does not {awaited}"
     # How the flange came over the rail says it; on the crown both wheels may stand on their rails again.
     over = [event.t for event in done.events if event.kind.endswith("over rail") and event.t <= derailment.t]
     c = done.data

@@ -22,7 +22,9 @@ from .events import Event, count_name, event_kinds
 from .header import Header, read_header
 from .quantities import CONTACT_NAMES, CONTACTS, PAIR_FILES, PAIRS
 
-TIME_IS_OVER = "t_end"      # the core's word where no event ended a run
+# The core's words for why a run ended: after both flanges, or at its time; after the latter stands what was not reached.
+RETURNED = "return to the centre after both flanges"
+TIME_IS_OVER = "t_end"
 # What a Dataset has of events: its name, the field, and the unit.
 EVENT_FIELDS: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("time", "t", {"units": "s"}), ("kind", "kind", {}), ("force", "force", {"units": "N"}),
@@ -191,7 +193,7 @@ class RunData:
     @property
     def status(self) -> int:
         """As of SciPy's `solve_ivp`: 1 where an event ended the run, as the return to the centre or derailment, else 0."""
-        return int(self.ending not in ("", TIME_IS_OVER))
+        return int(self.ending.partition(",")[0] not in ("", TIME_IS_OVER))
 
     @property
     def success(self) -> bool:

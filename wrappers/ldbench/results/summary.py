@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .quantities import CONTACTS, OUTCOME
-from .run_data import RunData
+from .run_data import RETURNED, RunData
 
 # The rows of the table of all runs, by their names in `quantities.OUTCOME`. Pressures come from `geometry.pressures`.
 SUMMARY = (
@@ -42,7 +42,6 @@ def summary_row(run: RunData) -> dict[str, Any]:
     """The run in one row, SI units; None for what did not happen."""
     passages = run.passages()
     derailment = run.first("derailment")
-    returned = "return" in run.ending
     row: dict[str, Any] = {
         "case": run.name,
         "exercise": run.exercise,
@@ -55,7 +54,7 @@ def summary_row(run: RunData) -> dict[str, Any]:
         "t_first_LF": run.first_contact("LF"),
         "t_first_RF": run.first_contact("RF"),
         "t_first_centre": passages[0] if passages else None,
-        "t_return": passages[-1] if passages and returned else None,
+        "t_return": passages[-1] if passages and run.ending == RETURNED else None,
         "t_derailment": derailment.t if derailment else None,
         "F_derailment": derailment.force if derailment and np.isfinite(derailment.force) else None,
     }
