@@ -109,15 +109,10 @@ class Raw:
         with np.errstate(all="ignore"):
             return np.where(self.loads(side) > 0, outwards/self.loads(side), np.nan)
 
-    def lift_offs(self, side: str) -> int:
-        """How often a wheel leaves its rail."""
+    def lift_offs(self, side: str, landings: bool = False) -> int:
+        """How often a wheel leaves its rail, or comes down on it."""
         closed = self.c[f"N_{side}T"] + self.c[f"N_{side}F"] > 0
-        return int(np.sum(closed[:-1] & ~closed[1:]))
-
-    def landings(self, side: str) -> int:
-        """How often a wheel comes down on its rail."""
-        closed = self.c[f"N_{side}T"] + self.c[f"N_{side}F"] > 0
-        return int(np.sum(~closed[:-1] & closed[1:]))
+        return int(np.sum((closed[:-1] != closed[1:]) & (closed[1:] == landings)))
 
     def passages(self) -> np.ndarray:
         """When the wheelset passes the centre, by straight lines between rows."""

@@ -1,4 +1,4 @@
-"""Numbers of the pages that stand beside the runs: geometry, side by side, comparison, formulations, pressure, film, profiles."""
+"""Numbers of the pages that stand beside the runs: geometry, side by side, comparison, study, formulations, profiles."""
 from __future__ import annotations
 
 import json
@@ -11,21 +11,18 @@ from pypdf import PdfReader
 
 import ldbench
 from ldbench.__main__ import main
-from ldbench.geometry.pressures import run_patches
 from ldbench.plots.geometry import geometry_page
 from ldbench.plots.overview import overview_figures
-from ldbench.plots.pressure_page import pressure_page
 from ldbench.plots.style import ldbench_style
 from ldbench.report import formulations
 from ldbench.report.compare_pages import comparison_figures
 from ldbench.report.differences import compare
 from ldbench.report.study import make_study
-from ldbench.viewer.picture import Picture
 from probes import profile
 from raw import Raw
 from reading import Line, agree, differing, words_of
 from specimen import World
-from table import CRC, DEG, KN, MM, PAGE_LABELS, WORDS, words_of_a_page
+from table import CRC, DEG, KN, MM, WORDS
 from test_page import COLUMNS
 
 RUN = r"\bex\d_aw\b"
@@ -122,13 +119,11 @@ def test_comparison_pages(world: World):
     a, b = world.thrown, world.pushed
 
     def events(_: object, match: re.Match[str]) -> list[float | None]:
+        """First events of a kind [ms], ends [ms] or largest forces [kN]: of both files, and the difference."""
         kind = match[0].partition(" ")[2].removeprefix("first ").partition(" [")[0]
-        found = [next((1e3*t for t, what, _ in raw.events if what == kind), None) for raw in (a, b)]
-        return [*found, None if None in found else found[1] - found[0]]
-
-    def forces(_: object, match: re.Match[str]) -> list[float | None]:
-        contact = next(c for c, words in WORDS.items() if words in match[0])
-        found = [KN*raw.peak(contact)[0] or None for raw in (a, b)]
+        contact = next((c for c, words in WORDS.items() if kind == f"largest normal force, {words}"), None)
+        found = [KN*raw.peak(contact)[0] or None if contact else 1e3*raw.t[-1] if kind == "end" else
+                 next((1e3*t for t, what, _ in raw.events if what == kind), None) for raw in (a, b)]
         return [*found, None if None in found else found[1] - found[0]]
 
     def impacts(_: object, match: re.Match[str]) -> list[float | None]:
@@ -142,9 +137,6 @@ def test_comparison_pages(world: World):
         return [None if one is None else scale*one[key] for key, scale in (
             ("start", 1e3), ("duration", 1e3), ("peak", KN), ("impulse", KN), ("angle", DEG)) for one in found]
 
-    def begin(_: object, match: re.Match[str]) -> float | None:
-        return impacts(None, re.match("(.*)", match[0].partition(":")[0] + 10*" –"))[0]
-
     def differences(_: object, match: re.Match[str]) -> list[float | None]:
         column, _, scale = COLUMNS[match[0].strip().partition(" [")[0]]
         d = difference(a, b, column)
@@ -157,9 +149,7 @@ def test_comparison_pages(world: World):
     n = r" (\S+)"
     lines = [Line(rf"^ex{k}_aw .* ldbench \S+ halfspace{n} 0 to{n} ", "rows; last time [s]",
                   lambda w, raw=raw: (len(raw.t), raw.t[-1]), 1e-4) for k, raw in ((2, a), (5, b))]
-    lines += [Line(rf"^ex5_aw end \[ms\]{n}{n}{n}$", "ends [ms]", lambda w: (1e3*a.t[-1], 1e3*b.t[-1], 1e3*(b.t[-1] - a.t[-1]))),
-              Line(rf"^ex5_aw (?!end)[a-z -]+ \[ms\]{n}{n}{n}$", "first events of a kind [ms]", events, often=True),
-              Line(rf"^ex5_aw largest normal force, .* \[kN\]{n}{n}{n}$", "largest forces [kN]", forces, often=True)]
+    lines.append(Line(rf"^ex5_aw [a-z -]+(?:, [a-z ]+)? \[\S+\]{n}{n}{n}$", "events and forces", events, often=True))
     row = rf"^(?:left|right) (?:flange|tread) \d+{n*10}$"
     table = rf"^ +(?:.* )?\[\S+\]{n}{n}{n}{n}$"
     seen: list[str] = []
@@ -187,7 +177,8 @@ def test_comparison_pages(world: World):
                         assert agree(match[k], truth, slack), (match[0], k, truth)
                 labels = [RUN, row, r"\d+ more impacts"]
             elif "laid on each other" in title:
-                own = [Line(r"^(?:left|right) (?:flange|tread) \d+: (\S+) ms$", "begin of an impact [ms]", begin, often=True)]
+                own = [Line(r"^(?:left|right) (?:flange|tread) \d+: (\S+) ms$", "begin of an impact [ms]",
+                            lambda w, m: impacts(w, re.match(".*", m[0].partition(":")[0] + 10*" –"))[0], often=True)]
             seen.append(title)
             assert differing(text.replace("−", "-"), own, world, labels) == [], title
     assert len(seen) > 15
@@ -250,43 +241,6 @@ def test_formulations(world: World):
         assert row(words, 5)[0] == pytest.approx(truth, rel=slack), words
 
 
-# One moment --------------------------------------------------------------------------------
-
-@pytest.mark.parametrize("contact", ["LF", "RF"])
-def test_pressure_page(contact: str, world: World):
-    """The page's words: time, force, angle, and pressures and areas that go with the force."""
-    raw, run = world.thrown, world.run("ex2_aw")
-    k = raw.first_peak(contact)
-    with ldbench_style():
-        text = words_of(pressure_page(run, k, run_patches(run, k, [contact])))
-    force, area = raw.c[f"N_{contact}"][k], 1e-6*float(re.search(r"on (\S+) mm²\n", text)[1])
-    pressure = force/area/0.64
-    lines, _ = words_of_a_page(raw, text)
-    lines += [Line(r"pressure at t = (\S+) s", "moment [s]", lambda w: raw.t[k]),
-              Line(r"^(\S+) kN at (\S+)°, ∫p dA (?:\S+) kN on (\S+) mm²$", "force [kN], angle [deg], area [mm2]",
-                   lambda w: (KN*force, DEG*abs(raw.c[f"angle_{contact}"][k]), 1e6*area)),
-              Line(r"^largest (\S+) MPa, mean (\S+) MPa, Hertz (\S+) MPa on (\S+) mm²", "pressures [MPa], area [mm2]",
-                   lambda w: (1e-6*pressure, 1e-6*force/area, 1e-6*pressure, 1e6*area), 0.09)]
-    integral = float(re.search(r"∫p dA (\S+) kN", text)[1])
-    assert 1.0 < integral/(KN*force) < 1.04
-    assert differing(text, lines, world, PAGE_LABELS) == []
-
-
-def test_every_number_of_a_film(world: World):
-    """Clock, speed, pose and forces: no other number is drawn."""
-    raw = world.thrown
-    k = raw.first_peak("LF")
-    picture = Picture([world.run("ex2_aw")], 0.0, raw.t[-1], 1e-3, None)
-    text = "\n".join(words for _, words, *_ in picture.words(raw.t[k])) + "\n" + words_of(picture.figure)
-    lines = [Line(r"^ *(\S+) ms   1:1,000$", "time [ms], at the speed asked for", lambda w: 1e3*raw.t[k]),
-             Line(r"^Y (\S+) mm,  Z (\S+) mm,  Φ (\S+) mrad", "pose [mm, mm, mrad]",
-                  lambda w: [1e3*raw.c[name][k] for name in ("Y", "Z", "roll")]),
-             Line(r"flange (\S+) kN at (\S+)°", "force [kN], angle [deg]",
-                  lambda w: (KN*raw.c["N_LF"][k], DEG*raw.c["angle_LF"][k]))]
-    scales = r"^\d+ (?:mm|kN)$"      # test_film.py has their lengths
-    assert differing(text, lines, world, [r"^Exercise \d", scales]) == []
-
-
 # Profiles ----------------------------------------------------------------------------------
 
 def test_profile(tmp_path: Path, capsys: pytest.CaptureFixture[str], world: World):
@@ -299,8 +253,8 @@ def test_profile(tmp_path: Path, capsys: pytest.CaptureFixture[str], world: Worl
     y, z = 1e3*profile("awprof").T
     tape = np.interp(70.0, y, z)
     face = (y > y[z.argmin()]) & (y < 60)
-    below = np.interp(tape - 10, *sorted_pair(z[face], y[face]))
-    tip = np.interp(z.min() + 2, *sorted_pair(z[face], y[face]))
+    below = np.interp(tape - 10, z[face], y[face])
+    tip = np.interp(z.min() + 2, z[face], y[face])
     lines = [
         Line(r"^wheel awprof.yz: (\d+) points", "points", lambda w: len(y)),
         Line(r"^rail arprof.yz: (\d+) points", "points", lambda w: len(profile("arprof"))),
@@ -321,8 +275,3 @@ def test_profile(tmp_path: Path, capsys: pytest.CaptureFixture[str], world: Worl
     labels = [CRC, r"below \S+ mm", r"top of rail at y .*$", r"right \S+ mm$", r"\bwith roll.*$", r"nonlinearity .*$",
               r"(?:rolling radii coefficient|parameter at) .*$", r"zone of the .*$"]
     assert differing(text, lines, world, labels) == []
-
-
-def sorted_pair(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    order = np.argsort(x)
-    return x[order], y[order]
