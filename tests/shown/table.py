@@ -361,7 +361,7 @@ PLACES = {
                 "python/test_profile_page.py::test_measures_of_a_wheel"],
     "collate": ["python/test_collate.py::test_planted_numbers_come_back",
                 "python/test_collate.py::test_grades_are_rows_of_the_table"],
-    "check": ["python/test_check.py::test_a_mistake_is_found"], "score": ["python/test_metrics.py::test_scaled_forces"],
+    "check": ["python/test_stranger_files.py::test_a_mistake_does_not_pass"], "score": ["python/test_metrics.py::test_scaled_forces"],
     "fingerprint": ["python/test_fingerprint.py::test_the_law_of_contact_is_found"],
     "ensemble": ["python/test_ensemble.py::test_a_member_is_a_run"], "variables": ["python/test_api.py::test_variables_command"],
     "README and docs": ["program/test_docs.py::test_commands_print_what_the_page_shows",

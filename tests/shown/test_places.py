@@ -202,7 +202,7 @@ def test_study(world: World, tmp_path: Path):
 
     lines = [Line(f"^{name}" + 12*r" (\S+)" + "$", "differences, of law and step in turn", lambda w, name=name: row(name), 0.01)
              for name in ("ex2_aw", "ex5_aw")]
-    assert differing(first, lines, world, [r"steps of 0\.1 ms", r"exercise 5 cut short", r"\d / \d+$", r"^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$"]) == []
+    assert differing(first, lines, world, [r"steps? (?:of )?0\.1 ms", r"exercise 5 cut short", r"\d / \d+$", r"^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$"]) == []
     assert not any(re.search(r"\d (?:mm|kN|ms|µm|%)", text.replace("step 0.1 ms", "")) for text in others)
 
 
@@ -226,7 +226,9 @@ def test_formulations(world: World):
         shares = [100*np.nanmax(np.abs(one[1:]/one[0] - 1)) for one, there in zip(shown, known, strict=True) if there]
         cells = [(r"(\S+) %" + ("" if np.isfinite(one).all() else r" \*")) if there else "–"
                  for one, there in zip(shown, known, strict=True)]
-        lines.append(Line(rf"^{words} {' '.join(cells)}$", f"{words} [%]", lambda w, shares=shares: shares, 2e-3))
+        # The values beside have four digits, which is up to 0.1 % of their ratio.
+        slack = max(2e-3, *(0.1/share for share in shares if share > 0))
+        lines.append(Line(rf"^{words} {' '.join(cells)}$", f"{words} [%]", lambda w, shares=shares: shares, slack))
     hops = [row("lift-offs of both wheels", exercise) for exercise in (2, 5)]
     lines.append(Line(r"^lift-offs of both wheels (\d+) to (\d+) (\d+) to (\d+)$", "fewest and most lift-offs",
                       lambda w: [end(x) for x in hops for end in (min, max)]))
@@ -236,7 +238,7 @@ def test_formulations(world: World):
         assert differing(text, lines if title.startswith("which") else [], world, labels) == [], title
     raw = world.pushed
     for words, truth, slack in (
-            ("first left flange contact", raw.start("LF"), 1e-5), ("largest force of a left flange", KN*raw.peak("LF")[0], 1e-5),
+            ("first left flange contact", raw.start("LF"), 5e-4), ("largest force of a left flange", KN*raw.peak("LF")[0], 5e-4),
             ("derailment", raw.t[-1], 5e-4), ("lateral force at derailment", KN*raw.c["F_ext"][-1], 5e-4)):
         assert row(words, 5)[0] == pytest.approx(truth, rel=slack), words
 
