@@ -202,7 +202,8 @@ def test_study(world: World, tmp_path: Path):
 
     lines = [Line(f"^{name}" + 12*r" (\S+)" + "$", "differences, of law and step in turn", lambda w, name=name: row(name), 0.01)
              for name in ("ex2_aw", "ex5_aw")]
-    assert differing(first, lines, world, [r"steps? (?:of )?0\.1 ms", r"exercise 5 cut short", r"\d / \d+$", r"^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$"]) == []
+    labels = [r"steps? (?:of )?0\.1 ms", r"exercise 5 cut short", r"\d / \d+$", r"^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$"]
+    assert differing(first, lines, world, labels) == []
     assert not any(re.search(r"\d (?:mm|kN|ms|µm|%)", text.replace("step 0.1 ms", "")) for text in others)
 
 
