@@ -88,7 +88,7 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
         entry["shown"] = shown is None or len(entries) < shown
         entries.append(entry)
         bodies.append(base64.b64encode(body).decode())
-    title = title or ", ".join(run.heading for run in runs)
+    title = title or ", ".join(run.heading for run in runs[:2]) + (f" and {len(runs) - 2} more runs" if len(runs) > 2 else "")
     facts = {
         "title": title, "version": version(), "groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries,
         "note": note, "summary": [{"words": words, "cells": [cell_entry(cell) for cell in row]} for words, row in summary],

@@ -72,13 +72,13 @@ class Picture:
     def draw_charts(self) -> list[Line2D]:
         """Displacement and normal forces over the time of the film; returns the cursors.
 
-        One run has a panel for the flanges and one for the treads, several runs have a panel for each contact.
+        One run has a panel for the flanges and one for the treads, several runs have a panel for each contact that closes.
         """
         panels: list[tuple[str, ...]] = ([("Y",), ("N_LF",), ("N_RF",), ("N_LT",), ("N_RT",)] if self.several else
                   [("Y",), ("N_LF", "N_RF"), ("N_LT", "N_RT")])
-        panels = [columns for columns in panels if any(c in actor.columns for c in columns for actor in self.actors)]
-        count = 5 if self.several else 3
-        gap = 0.05 if self.several else 0.065
+        panels = [columns for columns in panels if any(np.any(actor.columns[c][actor.rows(self.start, self.end)])
+                                                       for c in columns for actor in self.actors if c in actor.columns)]
+        count, gap = max(len(panels), 3), 0.05 if self.several else 0.065
         height = (0.9 - 0.075 + gap)/count - gap
         cursors = []
         for k, columns in enumerate(panels):
@@ -111,8 +111,6 @@ class Picture:
             ax.set_ylabel(plain(f"[{shown[0].unit}]"))
         else:
             ax.set_title(plain(shown[0].label), loc="left", fontsize=8, pad=2)
-        if not any(np.any(line.get_ydata()) for line in ax.get_lines()):
-            ax.set_yticks([0])
         self.charts |= dict.fromkeys(columns, ax)
         return ax.axvline(scale*self.start, color=GREY, linewidth=1.0)
 

@@ -157,7 +157,7 @@ class Scene:
             ax.set_title("left wheel" if far > 0 else "right wheel", fontsize=9, pad=4)
         low, high = ax.get_ylim()
         step = (0.13 if self.side else 0.11)*(high - low)
-        self.scale_force, self.scale_length = round_number(0.6*largest), 0.02 if self.side else 0.2
+        self.scale_force, self.scale_length = round_number(largest), 0.02 if self.side else 0.2
         outer = ax.get_xlim()[0 if far > 0 else 1]
         start = outer - far*0.02*abs(np.diff(ax.get_xlim())[0]) if self.side else 0.14
         for k, (length, words) in enumerate((

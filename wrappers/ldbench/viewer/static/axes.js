@@ -68,20 +68,27 @@ function line(g, x1, y1, x2, y2) {
   g.stroke();
 }
 
+// The factor and the unit in which the numbers of an axis are short: a drift of 1e-8 J is 10 nJ.
+function shortUnit(unit, largest) {
+  return unit !== "J" || largest >= 1e-3 ? [1, unit] : largest >= 1e-6 ? [1e6, "µJ"] : [1e9, "nJ"];
+}
+
 // Draw both axes of a chart. `box` is where it draws; the last number of the horizontal axis carries the unit.
 function drawAxes(g, colour, box, scale, unit, low, high, x, horizontalUnit) {
   const {left, right, top, bottom} = box;
   g.lineWidth = 1;
   g.textBaseline = "middle";
   g.textAlign = "right";
+  const [factor, shown] = scale.log ? [1, unit] : shortUnit(unit, Math.max(Math.abs(scale.low), Math.abs(scale.high)));
   const [values, digits, step] = scale.log ? [logTicks(scale.low, scale.high), 9, 0]
-    : ticks(scale.low, scale.high, Math.max((bottom - top) / 34, 3));
+    : ticks(factor * scale.low, factor * scale.high, Math.max((bottom - top) / 34, 3));
   for (const v of values) {
     g.strokeStyle = colour.of("faint");
-    line(g, left, scale.y(v), right, scale.y(v));
+    const y = scale.y(v / factor);
+    line(g, left, y, right, y);
     g.fillStyle = colour.of("muted");
     const text = scale.log ? `${+v.toPrecision(2)}`.replace("e+", "e").replace("-", "−") : tickWords(v, digits, step);
-    g.fillText(text, left - 6, Math.min(Math.max(scale.y(v), top + 2), bottom - 2));
+    g.fillText(text, left - 6, Math.min(Math.max(y, top + 2), bottom - 2));
   }
   const [times, timeDigits, timeStep] = ticks(low, high, Math.max((right - left) / 95, 3));
   g.textAlign = "center";
@@ -100,7 +107,7 @@ function drawAxes(g, colour, box, scale, unit, low, high, x, horizontalUnit) {
   g.save();
   g.translate(8, (top + bottom) / 2);
   g.rotate(-Math.PI / 2);
-  g.fillText(scale.log ? `|${unit || "1"}|, logarithmic` : unit, 0, 0);
+  g.fillText(scale.log ? `|${unit || "1"}|, logarithmic` : shown, 0, 0);
   g.restore();
   g.strokeStyle = colour.of("muted");
   line(g, left, bottom, right, bottom);

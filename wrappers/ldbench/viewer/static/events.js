@@ -61,9 +61,9 @@ function eventsOfRows(run) {
       if (wanted[kind] && !listed[kind].some(other => Math.abs(other - time) <= aside))
         found.push({t: time, what: kinds[kind], force: null, fromRows: true});
     };
-    const carried = i => flange[i] > CLOSED || (tread?.[i] ?? 0) > CLOSED;
+    const carried = i => isClosed(flange[i]) || isClosed(tread?.[i] ?? 0);
     for (let i = 1; i < t.length; i++) {
-      if (flange[i] > CLOSED && !(flange[i - 1] > CLOSED)) see(0, i - 1);
+      if (isClosed(flange[i]) && !isClosed(flange[i - 1])) see(0, i - 1);
       if (tread && carried(i) !== carried(i - 1)) carried(i) ? see(2, i - 1) : see(1, i);
     }
   }

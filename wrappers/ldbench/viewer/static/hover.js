@@ -16,7 +16,15 @@ class Hover {
       canvas.addEventListener(end, () => this.hide(), {passive: true});
   }
 
-  hide() { this.line.hidden = this.box.hidden = true; }
+  // The lines of the pointer: over time, one in each chart.
+  get lines() {
+    return this.chart.over ? [] : this.chart.page.charts.filter(({over}) => !over).map(({hover}) => hover.line);
+  }
+
+  hide() {
+    this.box.hidden = true;
+    for (const line of this.lines) line.hidden = true;
+  }
 
   show(x, y) {
     const {chart} = this, {left, right, top, bottom} = chart.box;
@@ -26,9 +34,11 @@ class Hover {
     const {words, t, at} = found;
     this.box.replaceChildren(make("b", {}, `${timeWords(t)} s`), ...words.map(([look, text]) =>
       make("span", {}, swatch(look.colour, look.dash, look.width), text)));
-    this.line.hidden = Boolean(chart.over);
     this.box.hidden = false;
-    this.line.style.transform = `translateX(${at - 0.5}px)`;
+    for (const line of this.lines) {
+      line.hidden = false;
+      line.style.transform = `translateX(${at - 0.5}px)`;
+    }
     const beyond = at + 12 + this.box.offsetWidth > chart.w;
     this.box.style.transform = `translate(${beyond ? Math.max(at - 12 - this.box.offsetWidth, 0) : at + 12}px, ${top}px)`;
   }

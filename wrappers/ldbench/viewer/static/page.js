@@ -73,7 +73,8 @@ class Page {
       defaultCharts(this.runs).forEach(([names, mode]) => this.addChart({names, mode}));
       this.firstCharts = this.charts.map(wordsOfChart).join("\n");
     }
-    get("subtitle").textContent = this.runs.map(run => run.title).filter(Boolean).join(" · ");
+    const titles = this.runs.map(run => run.title).filter(Boolean);
+    get("subtitle").textContent = titles.slice(0, 2).join(" · ") + (titles.length > 2 ? ` · and ${titles.length - 2} more runs` : "");
     this.list.drawChoice();
     this.list.drawAbout();
     this.values.draw(this.runs, this.columns(), this.facts.groups);
@@ -298,8 +299,12 @@ class Page {
 
   redrawScene() { this.scene.draw(this.runs, this.shapes, this.t); }
 
+  // Zoom about a place on the screen; without one, nearer goes to the contact that is in view.
   zoomScene(factor, ...about) {
-    this.scene.zoom(factor, ...about);
+    const {scene} = this, [first] = this.runs, side = {left: "L", right: "R"}[scene.view];
+    const point = about.length || factor < 1 || !first ? null : scene.anchor(first, this.shapes[first.shape], this.t, side);
+    const [x, y] = point ? scene.px(...point) : [-1, -1];
+    scene.zoom(factor, ...(x > 0 && x < scene.w && y > 0 && y < scene.h ? [x, y] : about));
     this.redrawScene();
     this.write();
   }

@@ -23,7 +23,7 @@ function drawAgain(holder, draw) {
 }
 
 const DASHES = [[], [7, 3], [8, 3, 2, 3], [2, 2]];
-const FLANGE_DASH = [6, 2];
+const FLANGE_DASHES = {L: [6, 2], R: [2, 2]};
 const NEUTRAL = [0, 2, 3, 4, 7];        // series for columns that belong to no side
 
 // Read the colours that the style sheet has now. Left is blue and right is orange.
@@ -42,7 +42,7 @@ class Colours {
   // The look of a column that belongs to a side, by the end of its name: N_LF, PE_elastic_L; null for others.
   ofColumn(name) {
     const [, side, part] = /_([LR])([TF]?)$/.exec(name) ?? [];
-    return side ? {colour: this.of(side + (part || "T")), dash: part === "F" ? FLANGE_DASH : []} : null;
+    return side ? {colour: this.of(side + (part || "T")), dash: part === "F" ? FLANGE_DASHES[side] : []} : null;
   }
 
   neutral(k) { return {colour: this.of("series" + NEUTRAL[k % 5]), dash: DASHES[k % 4]}; }
@@ -90,6 +90,7 @@ function readingWords({x, about, low, high}, column, si = false, digits = 7) {
 
 function kilonewtons(N) {
   const x = N / 1e3;
+  if (x < 0) return `−${kilonewtons(-N)}`;
   return x >= 1000 ? `${(x / 1e3).toFixed(2)} MN` : x >= 100 ? `${x.toFixed(0)} kN` : `${x.toFixed(1)} kN`;
 }
 

@@ -50,7 +50,7 @@ class RunList {
     const head = make("tr", {}, make("th", {}, "runs"), ...page.facts.runs.slice(0, summary[0].cells.length).map(run =>
       make("th", {}, make("a", {href: page.address.link(0, [run.name])}, run.name))));
     const body = summary.map(row => make("tr", {}, make("th", {scope: "row"}, row.words), ...row.cells.map(cell)));
-    get("summary").replaceChildren(make("details", {open: true},
+    get("summary").replaceChildren(make("details", {open: window.innerWidth > 860},
       make("summary", {}, ["Summary; a number opens its moment", page.facts.note].filter(Boolean).join("; ")),
       make("table", {}, make("thead", {}, head), make("tbody", {}, ...body))));
   }

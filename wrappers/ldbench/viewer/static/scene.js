@@ -247,8 +247,9 @@ class Scene {
         g.stroke();
         g.setLineDash([]);
       }
-      const length = this.arrowLength(contact.N, largest);
-      this.arrow(x, y, nx, ny, length, first ? 3 : 2);
+      // A rail that pulls has its arrow turned round.
+      const length = this.arrowLength(Math.abs(contact.N), largest), way = Math.sign(contact.N), [ax, ay] = [way * nx, way * ny];
+      this.arrow(x, y, ax, ay, length, first ? 3 : 2);
       g.beginPath();
       g.arc(x, y, 3.5, 0, 2 * Math.PI);
       g.fill();
@@ -256,10 +257,10 @@ class Scene {
       g.lineWidth = 1;
       g.stroke();
       this.labels.keepPoint(x, y, 8);
-      this.labels.keepArrow(x, y, nx, ny, length);
+      this.labels.keepArrow(x, y, ax, ay, length);
       const inside = x > 0 && x < this.w && y > 0 && y < this.h, beyond = length + 14;
       if (inside && (first || !several))
-        found.push([`${c} ${kilonewtons(contact.N)}`, x + beyond * nx, y + beyond * ny, ny < 0 ? -1 : 1]);
+        found.push([`${c} ${kilonewtons(contact.N)}`, x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
     }
     return found;
   }

@@ -24,7 +24,8 @@ function interpolate(t, x, at) {
   return x[i] + (x[i + 1] - x[i]) * (at - t[i]) / (t[i + 1] - t[i]);
 }
 
-const CLOSED = 1;               // a contact with a larger normal force is closed [N]; as in run_data.py
+// A contact with a larger normal force is closed [N], whether its rail pushes or pulls; as in contact_intervals.py.
+const CLOSED = 1, isClosed = N => Math.abs(N) > CLOSED;
 const CONTACTS = ["LT", "LF", "RT", "RF"];
 const OF_OPEN = /^(?:angle|y|z|radius)_([LR][TF])$/;      // columns without a value where a contact is open
 
@@ -110,7 +111,7 @@ class Run {
   // series; direction and point between the rows that are kept, or from the nearest one with a closed contact.
   contact(c, at) {
     const N = this.at("N_" + c, at);
-    if (!(N > CLOSED)) return null;
+    if (!isClosed(N)) return null;
     const i = indexBefore(this.t, at), j = Math.min(i + 1, this.t.length - 1);
     const a = this.contactAtRow(c, i), b = this.contactAtRow(c, j);
     if (a && b) {
@@ -126,7 +127,7 @@ class Run {
   }
 
   contactAtRow(c, i) {
-    if (i < 0 || i >= this.t.length || !(this.value("N_" + c, i) > CLOSED)) return null;
+    if (i < 0 || i >= this.t.length || !isClosed(this.value("N_" + c, i))) return null;
     let angle = this.value("angle_" + c, i);
     if (!Number.isFinite(angle)) {
       const inward = c[0] === "L" ? -1 : 1;
@@ -144,13 +145,13 @@ class Run {
   contactNear(side, at) {
     const names = CONTACTS.filter(c => (!side || c[0] === side) && this.has("N_" + c));
     const hardest = find => names.map(find).filter(found => found && Number.isFinite(found.u + found.v))
-      .sort((a, b) => b.N - a.N)[0];
+      .sort((a, b) => Math.abs(b.N) - Math.abs(a.N))[0];
     const now = hardest(c => this.contact(c, at));
     if (now) return now;
     const i = indexBefore(this.t, at);
     for (const step of [-1, 1])
       for (let k = i; k >= 0 && k < this.t.length && Math.abs(k - i) < 5000; k += step) {
-        const found = names.some(c => this.exact["N_" + c][k] > CLOSED)
+        const found = names.some(c => isClosed(this.exact["N_" + c][k]))
           && hardest(c => ({...this.contactAtRow(c, k), N: this.exact["N_" + c][k]}));
         if (found) return found;
       }
