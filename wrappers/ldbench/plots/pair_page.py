@@ -121,7 +121,9 @@ def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
         if above[0] - labelled > 3.5:
             labelled = above[0]
             ax.text(above[0], above[1] + 1.0, f"{MM*one.y:.0f}".replace("-", "−"), fontsize=6, ha="center", va="bottom")
-    ax.set(xlim=(outer, inner) if side > 0 else (inner, outer), ylim=(top - DRAWN, top))
+    # The limits are the least; `auto` lets the aspect widen them.
+    ax.set_xlim((outer, inner) if side > 0 else (inner, outer), auto=True)
+    ax.set_ylim((top - DRAWN, top), auto=True)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_title(f"{name} wheel and rail, y outward from the track's centre [mm]", loc="left")
     ax.tick_params(labelleft=False, left=False)
