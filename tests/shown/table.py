@@ -225,7 +225,7 @@ IMPACT = r"^(?:left|right) flange {n} s {n} ms {n} kN {n}° {n} kN·s {n} J {n} 
 
 def row_of_impacts(raw: Raw) -> Callable[[Any, Any], list[float]]:
     def truth(_: Any, match: Any) -> list[float]:
-        """Of the contact of this flange that begins nearest."""
+        """The numbers are those of the contact of this flange that begins nearest."""
         contact = f"{match[0][0].upper()}F"
         ones = [raw.exchange(contact, rows) for rows in raw.episodes(contact)]
         one = min(ones, key=lambda one: abs(one["start"] - float(match[1])))

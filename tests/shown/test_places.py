@@ -95,7 +95,7 @@ def test_side_by_side(world: World, faster: tuple[ldbench.Run, Raw]):
 
 
 def test_highest_to_the_left_is_before_the_right_flange(faster: tuple[ldbench.Run, Raw]):
-    """Of the page of formulations, in a run that rises higher later."""
+    """The page of formulations tells the right moment, in a run that rises higher later."""
     run, raw = faster
     left = raw.t <= raw.start("RF")
     assert raw.c["Z"].max() > 1.2*raw.c["Z"][left].max()
