@@ -82,7 +82,7 @@ def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
         (start, start, np.searchsorted(run.time, start + 1e-8)), abs=1e-8)
     assert collated["peak"].value == first.peak == run.first_interval("LF").peak
     assert chosen_impacts(run)[1] == summary_row(run)["n_left_flange_contact"] + summary_row(run)["n_right_flange_contact"]
-    assert f"const CLOSED = {CLOSED:g};" in (FOLDER/"series.js").read_text()
+    assert f"const CLOSED = {CLOSED:g}, isClosed = N => Math.abs(N) > CLOSED;" in (FOLDER/"series.js").read_text()
 
 
 def test_impulses_of_rigid_contacts():
