@@ -141,7 +141,8 @@ def scores_over_time(run: RunData, reference: RunData, task: Task,
                 yield Score(kind, column, 1.0, share=0.0)
                 continue
             size = task.clearance if kind in ("place", "radius") else None
-            yield from score_over_time(kind, column, mine, theirs, t, same & asked, asked, lost, size)
+            if one := score_over_time(kind, column, mine, theirs, t, same & asked, asked, lost, size):
+                yield one
 
 
 def values_at(one: RunData, column: str, t: np.ndarray, elastic: bool) -> np.ndarray | None:
@@ -156,7 +157,7 @@ def values_at(one: RunData, column: str, t: np.ndarray, elastic: bool) -> np.nda
 
 
 def score_over_time(kind: str, column: str, mine: np.ndarray, theirs: np.ndarray, t: np.ndarray, same: np.ndarray,
-                    asked: np.ndarray, lost: float, size: float | None) -> Iterator[Score]:
+                    asked: np.ndarray, lost: float, size: float | None) -> Score | None:
     """The root mean square of a difference over a size, by default over that of the reference; a time counts by how far its
     neighbours are. same, asked: where to compare, and where the reference has the contact closed, (times,). None where the
     reference has no numbers."""
@@ -168,8 +169,7 @@ def score_over_time(kind: str, column: str, mine: np.ndarray, theirs: np.ndarray
     good = same & np.isfinite(mine) & np.isfinite(theirs)
     time, all_time = whole(good), whole(asked & np.isfinite(theirs))
     if not time:
-        yield from [Score(kind, column, np.nan, share=0.0)]*bool(all_time)
-        return
+        return Score(kind, column, np.nan, share=0.0) if all_time else None
 
     def rms(x: np.ndarray) -> float:
         squares = np.where(good, x, 0.0)**2
@@ -178,8 +178,8 @@ def score_over_time(kind: str, column: str, mine: np.ndarray, theirs: np.ndarray
     with np.errstate(over="ignore", invalid="ignore"):
         error, usual = rms(mine - theirs), rms(theirs)
     difference = relative(error, 0.0, usual if size is None else size) if error else 0.0
-    yield Score(kind, column, float(np.hypot(difference*np.sqrt(1 - lost), np.sqrt(lost))), usual, error,
-                (1 - lost)*time/max(all_time, time))
+    return Score(kind, column, float(np.hypot(difference*np.sqrt(1 - lost), np.sqrt(lost))), usual, error,
+                 (1 - lost)*time/max(all_time, time))
 
 
 def relative(value: float, expected: float, size: float | None = None) -> float:

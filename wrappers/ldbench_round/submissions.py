@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import difflib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -164,40 +164,40 @@ def told_facts(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[st
                        + (f"; {near[0]} is the nearest" if near else ""))
     if len(unknown) > MOST_REMARKS:
         remarks.append(f"{DESCRIPTION}: and {len(unknown) - MOST_REMARKS} more keys that are unknown")
-    for key, value in told.items():
-        if key not in FACTS:
+    for key in FACTS:
+        value = told.get(key)
+        if value is None or (key == "restitution" and told_restitution(told, []) is None):    # which has a remark of its own
             continue
-        wrong = None
-        if key == "processor_time" and isinstance(value, Mapping):
+        parts = value if isinstance(value, list) else [value]
+        if expected := missed(key, value, parts):
+            remarks.append(f"{DESCRIPTION}: {key}: expected {expected}, found {printable(value, 40)}")
+        elif isinstance(value, Mapping):
             yield key, f"{sum(x for x in value.values() if is_seconds(x)):.4g}"
-        elif key in ("step", "processor_time") and not isinstance(value, str | list | Mapping):
-            wrong = "" if is_seconds(value) and (value > 0 or key != "step") else "a time in seconds"
-        elif key == "formulation":
-            told_one = isinstance(value, str) and any(word in value[:LONGEST_FACT].lower() for word in FORMULATIONS)
-            wrong = "" if told_one else "elastic or constraints"
-        elif key == "restitution":
-            wrong = "" if told_restitution(told, []) is not None else None      # which has a remark of its own
-            if wrong is None:
-                continue
         else:
-            parts = value if isinstance(value, list) else [value]
-            fine = all(isinstance(one, str | int | float) and not isinstance(one, bool) for one in parts)
-            wrong = "" if parts and fine and all(map(is_finite, parts)) else "words, a number or a list of them"
-        if wrong == "":
-            parts = value if isinstance(value, list) else [value]
             yield key, printable(", ".join(f"{one:.6g}" if isinstance(one, float) else str(one) for one in parts))
-        elif wrong:
-            remarks.append(f"{DESCRIPTION}: {key}: expected {wrong}, found {printable(value, 40)}")
 
 
-def is_finite(x: object) -> bool:
-    """Whether a value is no number, or one that can be."""
-    return not isinstance(x, int | float) or abs(x) < 1e12
+def missed(key: str, value: object, parts: Sequence[object]) -> str:
+    """What was expected of the value of a key, in words; '' where it is that. parts: the value, or the values of a list."""
+    if key == "formulation":
+        told = isinstance(value, str) and any(word in value[:LONGEST_FACT].lower() for word in FORMULATIONS)
+        return "" if told else "elastic or constraints"
+    if key == "processor_time" and isinstance(value, Mapping):
+        return ""
+    if key in ("step", "processor_time") and not isinstance(value, str | list | Mapping):
+        return "" if is_seconds(value) and (value or key != "step") else "a time in seconds"
+    fine = all(isinstance(one, str) or is_number(one) for one in parts)
+    return "" if parts and fine else "words, a number or a list of them"
+
+
+def is_number(x: object) -> TypeGuard[float]:
+    """Whether a value is a number of a size that can be."""
+    return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e12
 
 
 def is_seconds(x: object) -> bool:
     """Whether a value is a time that can be."""
-    return isinstance(x, int | float) and not isinstance(x, bool) and 0 <= x < 1e12
+    return is_number(x) and x >= 0
 
 
 def told_seconds(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[str, float]]:

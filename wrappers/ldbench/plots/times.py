@@ -51,7 +51,7 @@ def draw_columns(place: SubplotSpec, run: RunData, columns: Sequence[Sequence[Pa
         column[len(shown) - 1].set_xlabel(window.axis)
         column[len(shown) - 1].tick_params(labelbottom=True)
     axes[0, 0].set_xlim(*(window.scale*(x - window.zero) for x in (window.start, window.end)))
-    axes[0, 0].locator_params(axis="x", nbins=6)
+    axes[0, 0].locator_params(axis="x", nbins=4 if window.milliseconds else 6)      # 49220 is longer than 0.2
     figure.align_ylabels(axes)
     if together:
         handles = {line.get_label(): line for ax in axes.ravel() for line in ax.get_lines() if line.get_label() in lines}
