@@ -18,6 +18,7 @@ from .differences import Comparison, Pairing, difference_table, event_table, pai
 PANELS = 4              # quantities on a page
 OVERLAYS = 12           # impacts on a page
 OVERLAY_PAGES = 2
+ENOUGH_ROWS = 6         # of an impact, for its peak and times
 IMPACT_COLUMNS = ("start", 1e3), ("duration", 1e3), ("peak", KN), ("impulse", KN), ("angle", DEG)
 TIMES = "start", "duration"     # in microseconds, as events
 MARGIN = 0.35           # time before and after an impact, of the longest one
@@ -125,6 +126,11 @@ def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
     note = ("impact: a closed interval of a contact between two open rows, or an impact of rigid contacts; impacts of a contact "
             "are compared by their number\npeak: largest normal force of the rows; impulse: integral of the normal force; angle: "
             "contact angle at the largest force") + (f"; {left_out} more impacts are left out" if left_out else "")
+    few = {run.name: n for run, impacts in zip(found.runs, zip(*(one.impacts for one in pairings), strict=True), strict=True)
+           if (n := sum(0 < impact.rows.stop - impact.rows.start < ENOUGH_ROWS for impact in impacts if impact))}
+    if few:
+        note += "\n" + "; ".join(f"{name}: {n} impacts have fewer than {ENOUGH_ROWS} rows, so their numbers are rough"
+                                 for name, n in few.items())
     reference = found.runs[0].name
     for k, run in enumerate(found.runs[1:], 1):
         rows = []
