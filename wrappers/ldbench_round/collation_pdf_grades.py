@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from ldbench.plots.frame import LEFT, RIGHT
 from ldbench.results.quantities import quantity
 
 from .collation import Collation
@@ -96,7 +97,7 @@ def words_of(found: Collation, code: Submission, task: Task, kind: str) -> str:
 
 def draw_key(figure: Figure) -> None:
     """What the shades mean, above the matrix."""
-    ax = figure.add_axes((0.055, 0.912, 0.93, 0.022))
+    ax = figure.add_axes((LEFT, 0.908, RIGHT - LEFT, 0.02))
     ax.set_axis_off()
     for k, (limit, colour) in enumerate(SHADES.items()):
         ax.add_patch(Rectangle((0.085*k, 0), 0.082, 1, facecolor=colour, linewidth=0))

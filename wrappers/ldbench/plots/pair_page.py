@@ -20,7 +20,7 @@ JUMP = 1e-3             # a contact that moves more between neighbouring displac
 LEVEL, ROLLED, HARMONIC = Line(BLUE), Line(BLACK), Line(RED, "--", 0.8)
 SIDES = {1: ("left", "L", CONTACT_LINES["LT"]), -1: ("right", "R", CONTACT_LINES["RT"])}
 FACE = "#EEF0F3"
-DRAWN = 75.0            # height of the drawing of contact lines, at least [mm]
+DRAWN = 82.0            # height of the drawing of contact lines [mm]
 
 
 class ContactLine(NamedTuple):
@@ -122,7 +122,7 @@ def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
             labelled = above[0]
             ax.text(above[0], above[1] + 1.0, f"{MM*one.y:.0f}".replace("-", "−"), fontsize=6, ha="center", va="bottom")
     ax.set(xlim=(outer, inner) if side > 0 else (inner, outer), ylim=(top - DRAWN, top))
-    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_aspect("equal")
     ax.set_title(f"{name} wheel and rail, y outward from the track's centre [mm]", loc="left")
     ax.tick_params(labelleft=False, left=False)
     ax.grid(False)
