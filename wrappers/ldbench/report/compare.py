@@ -10,16 +10,11 @@ from .._core.files import check_ending, check_written, write_frame
 from ..plots.document import save_document
 from ..results.run_data import RunData
 from .compare_pages import comparison_figures
-from .differences import Comparison, compare, difference_table, event_table, impact_table
-
-
-def write_tables(found: Comparison, target: Path) -> None:
-    """Write differences, events, peaks and impacts as CSV, SI units."""
-    write_frame(pd.concat([difference_table(found), event_table(found.runs), impact_table(found.runs)]), target)
+from .differences import compare, difference_table, event_table, impact_table
 
 
 def make_comparison(runs: Sequence[RunData], target: Path, align: str = "time") -> list[Path]:
-    """Write the PDF of a comparison and its tables."""
+    """Write the PDF of a comparison, and differences, events, peaks and impacts as CSV, SI units."""
     read = [run.file for run in runs]
     check_written([target], read)
     tables = target.with_suffix(".csv")
@@ -27,5 +22,5 @@ def make_comparison(runs: Sequence[RunData], target: Path, align: str = "time") 
     check_ending(target, "a document .pdf, beside which the tables go as .csv", ".pdf")
     found = compare(runs, align)
     save_document([("Comparison", comparison_figures(found))], target, "ldbench: comparison")
-    write_tables(found, tables)
+    write_frame(pd.concat([difference_table(found), event_table(found.runs), impact_table(found.runs)]), tables)
     return [target, tables]

@@ -297,7 +297,7 @@ def values_page(found: Sequence[Outcome]) -> Figure:
         for key in RESULTS:
             known, values = OUTCOME[key], [o.results[key] if o else np.nan for o in own]
             if any(x for x in values if np.isfinite(x)):
-                lines.append([known._replace(words=in_short(key)).label, *map(known.text, values)])
+                lines.append([known.brief, *map(known.text, values)])
         lines.append(["ending", *(o.ending.rpartition(": ")[2].removesuffix(" the flange") if o else "–" for o in own)])
     pair_heads = [pair_words(found, pair) if name == list(FORMULATIONS)[-1] else "" for pair in pairs for name in FORMULATIONS]
     rows = [["", *pair_heads], *lines]

@@ -1,7 +1,7 @@
 """Contact law or time step: how much of the spread between codes is which?"""
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -144,11 +144,6 @@ def draw_numbers(ax: Axes, rows: pd.DataFrame) -> None:
     draw_table(ax, table, [0, *np.linspace(0.08, 1, 2*len(TABLE) + 1)], look=lambda i, j: {"weight": "bold" if i < 2 else "normal"})
 
 
-def study_page(heading: str, runs: Sequence[RunData]) -> Figure:
-    """One exercise with all variants: overlay and difference of the quantities that matter."""
-    return quantity_page(compare(runs), STUDY_COLUMNS, f"{heading}: contact law or time step?")
-
-
 def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: float = SHORT_RAMP) -> list[Path]:
     """Run what is not up to date; write the PDF and the CSV file of the study."""
     namelists = find_namelists(inputs)
@@ -173,7 +168,8 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
         def chapters() -> Iterator[Chapter]:
             yield "Summary", [("summary", study_summary(table))]
             for heading, runs in compared:
-                yield heading, [(heading, study_page(heading, runs))]
+                yield heading, [(heading, quantity_page(compare(runs), STUDY_COLUMNS,
+                                                        f"{heading}: contact law or time step?"))]
                 bar.update()
 
         save_document(chapters(), target, "ldbench: contact law or time step?")
