@@ -44,7 +44,7 @@ def misprint_words() -> str:
         at, values = en15302_tables.table(name)
         words.append(f"radius difference of {name} at {y:g} mm {values[np.argmin(np.abs(at - y))]:.3f} for {meant:.3f} mm")
     for (name, amplitude), meant in MISPRINTS.items():
-        printed = float(TABLES[name][0].split()[int(np.argmin(np.abs(AMPLITUDES - 1e-3*amplitude)))])/1e3
+        printed = TABLES[name][0, int(np.argmin(np.abs(AMPLITUDES - 1e-3*amplitude)))]/1e3
         words.append(f"conicity of {name} at {amplitude:g} mm {printed:.3f} for {meant:.3f}")
     return "; ".join(words)
 

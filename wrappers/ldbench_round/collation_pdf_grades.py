@@ -7,6 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from ldbench.plots.frame import LEFT, RIGHT
+
 from .collation import Collation
 from .collation_pdf_matrix import new_matrix
 from .collation_style import BELOW, CODES_ON_PAGE, Table
@@ -19,7 +21,8 @@ SHADES: dict[float | None, str] = {GRADES[0]: "#A9D8B8", GRADES[1]: "#D9F0DF", G
 UNKNOWN = "#ECECEC"
 WORDS: dict[float | None, str] = {**{limit: f"grade {limit:g}" for limit in GRADES}, None: f"beyond {GRADES[-1]:g}"}
 LITTLE = 0.9        # share that was scored, below which a difference stands in brackets
-LEFT, RIGHT = ("displacement", "velocity", "acceleration", "energy", "event"), ("force", "angle", "place", "radius", "impulse")
+ON_THE_LEFT = ("displacement", "velocity", "acceleration", "energy", "event")
+ON_THE_RIGHT = ("force", "angle", "place", "radius", "impulse")
 
 MATRIX_NOTE = (
     "relative difference from the reference up to the horizon, of the worst quantity of each kind: a column, or the events or "
@@ -63,13 +66,13 @@ def grade_page(found: Collation, start: int) -> Figure:
                       MATRIX_NOTE, 0.2)
     ax, first, width, height = page.ax, page.first, page.width, page.height
     draw_key(page.figure)
-    band, half = 0.94*height/len(LEFT), (width - 0.003)/2
+    band, half = 0.94*height/len(ON_THE_LEFT), (width - 0.003)/2
     for i, code in enumerate(page.codes):
         y = page.name_row(i, 16)
         if any(found.against(code, task) for task in found.tasks):
             ax.text(0.028, y - 0.3*height, f"rigid, restitution {code.restitution:g}", ha="left", va="center", fontsize=6,
                     color="#404040")
-        for k, kinds in enumerate(zip(LEFT, RIGHT, strict=True)):
+        for k, kinds in enumerate(zip(ON_THE_LEFT, ON_THE_RIGHT, strict=True)):
             middle = y + (2 - k)*band
             ax.text(first - 0.004, middle, " | ".join(GRADED[kind] for kind in kinds), ha="right", va="center_baseline",
                     fontsize=5.2, color="#404040")
@@ -89,7 +92,7 @@ def words_of(one: Graded) -> str:
 
 def draw_key(figure: Figure) -> None:
     """What the shades mean, above the matrix."""
-    ax = figure.add_axes((0.055, 0.912, 0.93, 0.022))
+    ax = figure.add_axes((LEFT, 0.908, RIGHT - LEFT, 0.02))
     ax.set_axis_off()
     for k, (limit, colour) in enumerate(SHADES.items()):
         ax.add_patch(Rectangle((0.085*k, 0), 0.082, 1, facecolor=colour, linewidth=0))

@@ -41,7 +41,7 @@ def new_matrix(found: Collation, start: int, title: str, facts: str, note: str, 
     """A page with rows for the codes from one on. facts: beside the title; note: below the matrix."""
     codes = found.codes[start:start + CODES_ON_PAGE]
     figure = new_page(title, facts, note)
-    ax = figure.add_axes((0.055, 0.10, 0.93, 0.81))
+    ax = figure.add_subplot()
     ax.set_axis_off()
     ax.set(xlim=(0, 1), ylim=(0, 1))
     width, height = (1 - first)/len(found.tasks), 1/(max(len(codes), LEAST_ROWS) + 1)

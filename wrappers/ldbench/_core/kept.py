@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from .files import LOG, complete, digest
 
@@ -70,6 +71,18 @@ def write_stamp(product: Path, sources: Mapping[str, str]) -> None:
     stamp_of(product).parent.mkdir(exist_ok=True)
     with complete(stamp_of(product)) as scratch:
         scratch.write_text(json.dumps(stamp(product, sources), indent=1) + "\n")
+
+
+def kept_json(product: Path, sources: Mapping[str, str], force: bool, make: Callable[[], Any]) -> Any:
+    """What a JSON file keeps, made anew where it is not up to date."""
+    if not force and is_up_to_date(product, sources):
+        return json.loads(product.read_text())
+    found = make()
+    product.parent.mkdir(parents=True, exist_ok=True)
+    with complete(product) as scratch:
+        scratch.write_text(json.dumps(found))
+    write_stamp(product, sources)
+    return found
 
 
 def stamp(product: Path, sources: Mapping[str, str]) -> dict[str, object]:

@@ -36,6 +36,22 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
     return press(_placed[run], case, pose(run, k), contacts, elements, loads)
 
 
+def contact_patches(run: RunData, k: int, contact: str) -> list[Patch]:
+    """The patches of a contact at row k; none where no pressure is known: of another law of contact, or with profiles that are not
+    there or not those of the run."""
+    if run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+        return []
+    try:
+        return [patch for patch in run_patches(run, k, [contact]) if patch.contact == contact]
+    except Error:
+        return []
+
+
+def told(patches: Sequence[Patch]) -> tuple[float, float, float]:
+    """Largest pressure [Pa], area of all patches [m²] and largest approach [m]."""
+    return hardest(patches).largest, sum(patch.area for patch in patches), max(patch.approach for patch in patches)
+
+
 def hardest(patches: Sequence[Patch]) -> Patch:
     """The patch with the largest pressure."""
     return max(patches, key=lambda patch: patch.largest)
@@ -58,17 +74,11 @@ def first_pressures(run: RunData) -> dict[str, Any]:
 def _solve_first(run: RunData) -> dict[str, Any]:
     row: dict[str, Any] = {}
     for contact in FLANGES:
-        row |= {f"pmax_{contact}": None, f"patch_{contact}": None, f"approach_{contact}": None, f"t_pmax_{contact}": None}
         first = run.first_interval(contact)
-        if first is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
-            continue
-        try:
-            patches = [patch for patch in run_patches(run, first.top, [contact]) if patch.contact == contact]
-        except Error:           # the profiles are not those of the run, or not there
-            continue
-        if patches:
-            row |= {f"pmax_{contact}": hardest(patches).largest, f"patch_{contact}": sum(patch.area for patch in patches),
-                    f"approach_{contact}": max(patch.approach for patch in patches), f"t_pmax_{contact}": first.t_peak}
+        patches = contact_patches(run, first.top, contact) if first else []
+        names = "pmax", "patch", "approach", "t_pmax"
+        values = (*told(patches), first.t_peak) if first and patches else [None]*4
+        row |= {f"{name}_{contact}": value for name, value in zip(names, values, strict=True)}
     return row
 
 
@@ -76,17 +86,9 @@ def patch_history(run: RunData, contact: str, number: int) -> np.ndarray:
     """Time [s], largest pressure [Pa], area of all patches [m²] and largest approach [m], (4, n), at rows of the first
     contact of a flange at about equal intervals; empty where no pressure is known."""
     first = run.first_interval(contact)
-    if first is None or run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+    if first is None:
         return np.empty((4, 0))
     ends = run.time[max(first.rows.start - 1, 0)], run.time[min(first.rows.stop, len(run.time) - 1)]
-    wanted = np.linspace(*ends, number + 2)[1:-1]
-    found = []
-    for k in np.unique([*np.searchsorted(run.time, wanted), first.top]):
-        try:
-            patches = [patch for patch in run_patches(run, int(k), [contact]) if patch.contact == contact]
-        except Error:           # the profiles are not those of the run, or not there
-            return np.empty((4, 0))
-        if patches:
-            found.append((run.time[k], hardest(patches).largest, sum(patch.area for patch in patches),
-                          max(patch.approach for patch in patches)))
+    rows = np.unique([*np.searchsorted(run.time, np.linspace(*ends, number + 2)[1:-1]), first.top])
+    found = [(run.time[k], *told(patches)) for k in rows if (patches := contact_patches(run, int(k), contact))]
     return np.array(found).reshape(-1, 4).T

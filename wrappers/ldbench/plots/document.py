@@ -204,10 +204,17 @@ def plot_runs(runs: Sequence[RunData], target: Path) -> int:
     """Write the PDF of plots of runs in memory or from files; returns the number of pages."""
     check_written([target], [])
     check_ending(target, "a document .pdf", ".pdf")
+    return save_document(map(run_chapter, runs), target, f"ldbench: {', '.join(run.name for run in runs)}", runs)
+
+
+def save_document(chapters: Iterable[Chapter], target: Path, title: str, runs: Sequence[RunData] = ()) -> int:
+    """Draw chapters here, one after the other, into a document; the number of its pages. Error where one of `runs`, which have a
+    chapter each, has nothing to draw."""
     with tempfile.TemporaryDirectory() as scratch, ldbench_style():
-        parts = save_parts(Path(scratch)/"runs.pdf", map(run_chapter, runs))
-        check_drawn(parts, runs)
-        return bind(parts, target, f"ldbench: {', '.join(run.name for run in runs)}")
+        parts = save_parts(Path(scratch)/"pages.pdf", chapters)
+        if runs:
+            check_drawn(parts, runs)
+        return bind(parts, target, title)
 
 
 @contextmanager

@@ -78,7 +78,7 @@ def first_contacts(runs: Sequence[RunData]) -> Figure | None:
     for pair, marker in zip(pairs, "os", strict=False):
         own = [(run, first) for run, first, _ in told if run.pair == pair]
         speed = np.array([run.values("vY")[0] for run, _ in own])
-        rebound = [-value_at(run, "vY", first.end)/run.values("vY")[0] for run, first in own]
+        rebound = [-np.interp(first.end, run.time, run.values("vY"))/run.values("vY")[0] for run, first in own]
         for ax, x, power in zip(axes.ravel(), (
                 [KN*first.peak for _, first in own], [1e3*first.duration for _, first in own],
                 [KN*first.impulse for _, first in own], rebound), (6/5, -1/5, 1, None), strict=True):
@@ -99,11 +99,6 @@ def first_contacts(runs: Sequence[RunData]) -> Figure | None:
             ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes[0, 0].legend(loc="lower right", fontsize=6.5)
     return figure
-
-
-def value_at(run: RunData, column: str, t: float) -> float:
-    """A column at a time between rows [s]."""
-    return float(np.interp(t, run.time, run.values(column)))
 
 
 def draw_shares(ax: Axes, names: Sequence[str], before: Sequence[dict[str, float]], after: Sequence[dict[str, float]]) -> None:

@@ -20,7 +20,7 @@ JUMP = 1e-3             # a contact that moves more between neighbouring displac
 LEVEL, ROLLED, HARMONIC = Line(BLUE), Line(BLACK), Line(RED, "--", 0.8)
 SIDES = {1: ("left", "L", CONTACT_LINES["LT"]), -1: ("right", "R", CONTACT_LINES["RT"])}
 FACE = "#EEF0F3"
-DRAWN = 75.0            # height of the drawing of contact lines, at least [mm]
+DRAWN = 82.0            # height of the drawing of contact lines [mm]
 
 
 class ContactLine(NamedTuple):

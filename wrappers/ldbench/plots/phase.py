@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
@@ -29,9 +28,8 @@ def energy_page(run: RunData) -> Figure | None:
     if energies is None and not portraits:
         return None
     notes = ["; ".join(words for words in (ENERGY.words(run), window.title) if words)]
-    found = [run.result(f"frequency_{k}") for k in (1, 2, 3)]
-    if np.isfinite(found).any():
-        notes.append(f"dotted in spectra: eigenfrequencies at rest, {', '.join(f'{f:.4g}' for f in found if np.isfinite(f))} Hz")
+    if found := frequencies(run):
+        notes.append(f"dotted in spectra: eigenfrequencies at rest, {', '.join(f'{f:.4g}' for f in found)} Hz")
     figure = new_page(f"{run.heading}: energy, phase portrait, spectrum", run.header.title,
                       "\n".join(note for note in (*notes, caption(run)) if note))
     body = figure.add_gridspec(1, 3, width_ratios=(1.1, 1, 1))
@@ -80,14 +78,12 @@ def draw_spectra(place: SubplotSpec, run: RunData, window: Window) -> None:
         ax.plot(*thin(f[shown], np.maximum(scale*amplitude[shown], DECADES*top), PANEL), color=BLACK, linewidth=0.7)
         ax.set(yscale="log", ylim=(DECADES*top, 2*top), xlim=(0, HIGHEST), xlabel="frequency [Hz]", ylabel=f"{words} [{unit}]")
         powers_of_ten(ax.yaxis)
-        mark_frequencies(ax, run)
+        for frequency in frequencies(run):
+            ax.axvline(frequency, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
     if all(name in run.data for curve in RATIO.curves for name in curve.columns):
         draw_columns(grid[2], run, ((RATIO,),), window, alone=False)
 
 
-def mark_frequencies(ax: Axes, run: RunData) -> None:
-    """Dotted lines at the eigenfrequencies at rest."""
-    for k in (1, 2, 3):
-        f = run.result(f"frequency_{k}")
-        if np.isfinite(f) and f <= HIGHEST:
-            ax.axvline(f, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+def frequencies(run: RunData) -> list[float]:
+    """The eigenfrequencies at rest that are known [Hz]."""
+    return [f for k in (1, 2, 3) if np.isfinite(f := run.result(f"frequency_{k}"))]

@@ -132,8 +132,7 @@ def slope(y: np.ndarray, z: np.ndarray) -> float:
     """Slope of the line through points by least squares; NaN for fewer than three points."""
     if y.size < 3:
         return np.nan
-    off = y - np.mean(y)
-    return float(np.sum(off*z)/np.sum(off**2))
+    return float(np.polyfit(y - np.mean(y), z, 1)[0])
 
 
 def inclination(y: np.ndarray, z: np.ndarray, top: int) -> float:

@@ -19,7 +19,7 @@ from .._core.files import DEFAULT_FOLDER, complete
 from .formats import of_array, read_file
 from .measures import Stations, survey, waviness
 from .placing import place
-from .repair import check as check_curve, mend
+from .repair import check as check_curve, mend, turns_of
 from .smoothing import FAR, Smoothed, chord_lengths, smooth
 
 MM, DEG = 1e3, 180/np.pi    # in SI units
@@ -141,7 +141,7 @@ class ProfileData:
         """The smooth curve; where points follow no curve, as those of two scans that disagree, it is laid without them."""
         for _ in range(MOST_TANGLES):
             found = smooth(self.points, distance, rounding, most)
-            turns = largest_turns(found.points)
+            turns = turns_of(found.points)
             if turns.max() <= LARGEST_TURN or (distance is not None and distance < found.noise):
                 return found
             wild = found.points[1 + turns.argmax()]
@@ -253,12 +253,6 @@ class ProfileData:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.lines()[0]}>"
-
-
-def largest_turns(points: np.ndarray) -> np.ndarray:
-    """Angles by which a polygon (n, 2) turns at its inner corners, (n - 2,) [rad]."""
-    a, b = np.diff(points, axis=0)[:-1], np.diff(points, axis=0)[1:]
-    return np.abs(np.arctan2(a[:, 0]*b[:, 1] - a[:, 1]*b[:, 0], np.sum(a*b, 1)))
 
 
 def point_noise(points: np.ndarray) -> float:

@@ -55,7 +55,7 @@ def mend(points: np.ndarray, lines: np.ndarray, where: str) -> Mended:
     if len(points) < LEAST_POINTS:
         raise Error(f"{where}: expected at least {LEAST_POINTS} points, found {len(points)}; give more points")
     group = 1
-    while len(points) > ENOUGH_POINTS and (_turns(points) > LARGEST_TURN).mean() > LARGEST_BACKWARD:
+    while len(points) > ENOUGH_POINTS and (turns_of(points) > LARGEST_TURN).mean() > LARGEST_BACKWARD:
         n = len(points)//2
         points, lines, group = points[:2*n].reshape(n, 2, 2).mean(axis=1), lines[:2*n:2], 2*group
     if group > 1:
@@ -83,7 +83,7 @@ def check(points: np.ndarray, lines: np.ndarray, where: str) -> None:
         ends = sorted((lines[i[k]], lines[j[k] + 1]))
         raise Error(f"{where}, line {ends[0]}: expected a curve that does not cross itself, found that it crosses itself between "
                     f"lines {ends[0]} and {ends[1]}; look whether the points are in order")
-    turns = _turns(points)
+    turns = turns_of(points)
     if (turns > LARGEST_TURN).any():
         k = int((turns > LARGEST_TURN).argmax())
         raise Error(f"{where}, line {lines[k + 1]}: expected a curve that turns by at most 120 degrees at a point, found "
@@ -142,7 +142,7 @@ def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     return np.abs(np.arctan2(u[..., 0]*v[..., 1] - u[..., 1]*v[..., 0], u[..., 0]*v[..., 0] + u[..., 1]*v[..., 1]))
 
 
-def _turns(points: np.ndarray) -> np.ndarray:
+def turns_of(points: np.ndarray) -> np.ndarray:
     """Turns at the inner points of (n, 2), (n - 2,) [rad]."""
     return _turn(points[:-2], points[1:-1], points[2:])
 
@@ -166,7 +166,7 @@ def _straighten(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.n
     for _ in range(SWEEPS):
         n = len(points)
         back = np.zeros(n, bool)
-        back[1:-1] = _turns(points) > LARGEST_TURN
+        back[1:-1] = turns_of(points) > LARGEST_TURN
         for m in range(2, LOOP + 2):        # neighbouring segments always touch
             i = np.arange(n - 1 - m)
             back[i + 1] |= _cross(points, i, i + m)

@@ -28,11 +28,11 @@ SPREAD = TEMPLATE.parent/"spread.json"       # how far the answers move with the
 FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derailment_figure, "contact": contact_figure}
 
 # Rows of the table of results, by their names in `quantities.OUTCOME`, and decimals where they are other ones.
-TABLE = {
+TABLE: dict[str, int | None] = {
     "t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 4, "F_derailment": 1, "Y_max": 2, "Z_max": 2,
     "peak_N_LT": 0, "peak_N_LF": 0, "peak_N_RT": 0, "peak_N_RF": 0, "pmax_LF": 0, "patch_LF": 0,
     "n_left_wheel_lift_off": 0, "n_right_wheel_lift_off": 0,
-    "drift_relative": 0}
+    "drift_relative": None}
 
 
 # Where a contact table measures its error, by the names in the header of a column file.
@@ -69,7 +69,7 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "version": first.header.version,
         "figures": {},
         "names": [run.name for run in runs],
-        "table": [[in_short(key), *(table_cell(key, row, chaotic) for row in rows)]
+        "table": [[OUTCOME[key].brief, *(table_cell(key, row, chaotic) for row in rows)]
                   for key in TABLE],
         "marked": any(key in TABLE for found in chaotic.values() for key in found),
         "costs": costs(runs),
@@ -137,16 +137,8 @@ def is_explicit(run: RunData) -> bool:
             and run.number("integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0)
 
 
-def in_short(key: str) -> str:
-    """Name a result in few words, with its unit."""
-    known = OUTCOME[key]
-    return f"{known.short} [{known.unit}]" if known.unit else known.short
-
-
 def table_cell(key: str, row: dict[str, Any], chaotic: Chaotic) -> str | dict[str, str]:
     """A result for the table; a chaotic one in a dictionary, which the template has in italics."""
-    if key == "drift_relative" and row[key] is not None:
-        return scientific(float(row[key]))
     text, leaning = shown(row, key, chaotic, TABLE[key])
     return {"leaning": text} if leaning else text
 

@@ -1,36 +1,26 @@
 """Column files laid over each other: the document and the tables of a comparison."""
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from .._core.files import check_ending, check_written, write_frame
-from ..plots.document import Part, bind, save_pages
-from ..plots.style import ldbench_style
+from ..plots.document import save_document
 from ..results.run_data import RunData
 from .compare_pages import comparison_figures
-from .differences import Comparison, compare, difference_table, event_table, impact_table
-
-
-def write_tables(found: Comparison, target: Path) -> None:
-    """Write differences, events, peaks and impacts as CSV, SI units."""
-    write_frame(pd.concat([difference_table(found), event_table(found.runs), impact_table(found.runs)]), target)
+from .differences import compare, difference_table, event_table, impact_table
 
 
 def make_comparison(runs: Sequence[RunData], target: Path, align: str = "time") -> list[Path]:
-    """Write the PDF of a comparison and its tables."""
+    """Write the PDF of a comparison, and differences, events, peaks and impacts as CSV, SI units."""
     read = [run.file for run in runs]
     check_written([target], read)
     tables = target.with_suffix(".csv")
     check_written([target, tables], read)
     check_ending(target, "a document .pdf, beside which the tables go as .csv", ".pdf")
     found = compare(runs, align)
-    with ldbench_style(), tempfile.TemporaryDirectory() as scratch:
-        part = Path(scratch)/"pages.pdf"
-        pages = save_pages(part, comparison_figures(found))
-        bind([Part("Comparison", part, pages)], target, "ldbench: comparison")
-    write_tables(found, tables)
+    save_document([("Comparison", comparison_figures(found))], target, "ldbench: comparison")
+    write_frame(pd.concat([difference_table(found), event_table(found.runs), impact_table(found.runs)]), tables)
     return [target, tables]

@@ -5,7 +5,6 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..plots.frame import legend_of_page, new_page
@@ -18,6 +17,7 @@ from .differences import Comparison, Pairing, difference_table, event_table, pai
 PANELS = 4              # quantities on a page
 OVERLAYS = 12           # impacts on a page
 OVERLAY_PAGES = 2
+ENOUGH_ROWS = 6         # of an impact, for its peak and times
 IMPACT_COLUMNS = ("start", 1e3), ("duration", 1e3), ("peak", KN), ("impulse", KN), ("angle", DEG)
 TIMES = "start", "duration"     # in microseconds, as events
 MARGIN = 0.35           # time before and after an impact, of the longest one
@@ -34,35 +34,23 @@ def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figu
     figure = new_page(title[0].upper() + title[1:], f"reference: {found.runs[0].name}", footnote(found))
     axes = figure.subplots(len(columns), 2, squeeze=False, sharex=True)
     for (overlay, difference), column in zip(axes, columns, strict=True):
-        draw_overlay(overlay, found, column)
-        draw_difference(difference, found, column)
+        known = found.shown(column)
+        apart = [found.difference(k, column) for k in range(1, len(found.runs))]
+        for ax, curves, first in (overlay, [values[column] for values in found.values], 0), (difference, apart, 1):
+            looks = itertools.islice(itertools.cycle(SERIES), first, None)
+            for run, x, line in zip(found.runs[first:], curves, looks, strict=False):
+                ax.plot(*thin(found.time, known.scale*x), label=plain(run.name), **line.kwargs())
+        overlay.set_title(plain(known.label), loc="left", pad=3)
+        unit = f" [{known.unit}]" if known.unit else ""
+        difference.set_title(plain(f"difference from the reference{unit}"), loc="left", color="#404040", pad=3)
+        if all(np.isnan(x).all() for x in apart):
+            difference.text(0.5, 0.5, "never in contact together", transform=difference.transAxes, ha="center", va="center",
+                            color="#606060")
+            difference.set_yticks([])
     legend_of_page(figure, axes[0, 0].get_lines(), 4)
     for ax in axes[-1]:
         ax.set_xlabel("time [s]" if not any(found.shifts) else "time from the first flange contact [s]")
     return figure
-
-
-def draw_overlay(ax: Axes, found: Comparison, column: str) -> None:
-    """Draw a column of all runs over each other."""
-    known = found.shown(column)
-    for k, (run, line) in enumerate(zip(found.runs, itertools.cycle(SERIES), strict=False)):
-        t, x = thin(found.time, known.scale*found.values[k][column])
-        ax.plot(t, x, label=plain(run.name), **line.kwargs())
-    ax.set_title(plain(known.label), loc="left", pad=3)
-
-
-def draw_difference(ax: Axes, found: Comparison, column: str) -> None:
-    """Draw the difference of a column from the reference."""
-    known = found.shown(column)
-    for k, line in zip(range(1, len(found.runs)), itertools.cycle(SERIES[1:]), strict=False):
-        t, x = thin(found.time, known.scale*found.difference(k, column))
-        ax.plot(t, x, label=plain(found.runs[k].name), **line.kwargs())
-    ax.set_title(plain(f"difference from the reference [{known.unit}]" if known.unit else "difference from the reference"),
-                 loc="left", color="#404040", pad=3)
-    if all(np.isnan(found.difference(k, column)).all() for k in range(1, len(found.runs))):
-        ax.text(0.5, 0.5, "never in contact together", transform=ax.transAxes, ha="center", va="center",
-                color="#606060")
-        ax.set_yticks([])
 
 
 def footnote(found: Comparison) -> str:
@@ -125,6 +113,11 @@ def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
     note = ("impact: a closed interval of a contact between two open rows, or an impact of rigid contacts; impacts of a contact "
             "are compared by their number\npeak: largest normal force of the rows; impulse: integral of the normal force; angle: "
             "contact angle at the largest force") + (f"; {left_out} more impacts are left out" if left_out else "")
+    few = {run.name: n for run, impacts in zip(found.runs, zip(*(one.impacts for one in pairings), strict=True), strict=True)
+           if (n := sum(0 < impact.rows.stop - impact.rows.start < ENOUGH_ROWS for impact in impacts if impact))}
+    if few:
+        note += "\n" + "; ".join(f"{name}: {n} impacts have fewer than {ENOUGH_ROWS} rows, so their numbers are rough"
+                                 for name, n in few.items())
     reference = found.runs[0].name
     for k, run in enumerate(found.runs[1:], 1):
         rows = []

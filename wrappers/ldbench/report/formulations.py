@@ -6,9 +6,7 @@ files.
 """
 from __future__ import annotations
 
-import json
 import re
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,13 +20,13 @@ from matplotlib.gridspec import SubplotSpec
 from tqdm import tqdm
 
 from .._core.calls import Progress
-from .._core.files import complete, make_results_folder, write_frame
-from .._core.kept import hashes, is_up_to_date, kept_in, write_stamp
+from .._core.files import make_results_folder, write_frame
+from .._core.kept import hashes, kept_in, kept_json
 from .._core.pools import in_threads
 from ..case import Case
-from ..plots.document import Chapter, bind, save_parts
+from ..plots.document import Chapter, save_document
 from ..plots.frame import legend_of_page, new_page
-from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line, ldbench_style
+from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line
 from ..plots.tables import draw_table
 from ..plots.times import draw_curves
 from ..results.contact_intervals import is_closed
@@ -300,7 +298,7 @@ def values_page(found: Sequence[Outcome]) -> Figure:
         for key in RESULTS:
             known, values = OUTCOME[key], [o.results[key] if o else np.nan for o in own]
             if any(x for x in values if np.isfinite(x)):
-                lines.append([known._replace(words=in_short(key)).label, *map(known.text, values)])
+                lines.append([known.brief, *map(known.text, values)])
         lines.append(["ending", *(o.ending.rpartition(": ")[2].removesuffix(" the flange") if o else "–" for o in own)])
     pair_heads = [pair_words(found, pair) if name == list(FORMULATIONS)[-1] else "" for pair in pairs for name in FORMULATIONS]
     rows = [["", *pair_heads], *lines]
@@ -431,27 +429,19 @@ def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: boo
                   submitted: Callable[[], Sequence[RunData]] = tuple) -> list[Outcome]:
     """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`; `submitted` reads
     the column files of elastic runs."""
-    kept = kept_file(outputs)
-    depends = sources(inputs, root)
-    if not force and is_up_to_date(kept, depends):
-        return [Outcome(**o) for o in json.loads(kept.read_text())]
-    make_results_folder(outputs)
-    kept.parent.mkdir(exist_ok=True)
-    with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
-        found = outcomes(inputs, jobs, bar.update, submitted())
-    with complete(kept) as scratch:
-        scratch.write_text(json.dumps([vars(o) for o in found]))
-    write_stamp(kept, depends)
-    return found
+    def make() -> list[dict[str, Any]]:
+        make_results_folder(outputs)
+        with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
+            return [vars(o) for o in outcomes(inputs, jobs, bar.update, submitted())]
+
+    return [Outcome(**o) for o in kept_json(kept_file(outputs), sources(inputs, root), force, make)]
 
 
 def make_comparison(root: Path, inputs: Path, outputs: Path, jobs: int) -> list[Path]:
     """Write the PDF and the CSV file of the comparison of formulations."""
     found = kept_outcomes(root, inputs, outputs, jobs)
     target = outputs/"ldbench_formulations.pdf"
-    with tempfile.TemporaryDirectory() as scratch, ldbench_style():
-        parts = save_parts(Path(scratch)/"pages.pdf", [chapter(found, inputs)])
-        bind(parts, target, "ldbench: elastic contact or constraint equations")
+    save_document([chapter(found, inputs)], target, "ldbench: elastic contact or constraint equations")
     write_frame(table(found), target.with_suffix(".csv"))
     return [target, target.with_suffix(".csv")]
 

@@ -60,6 +60,12 @@ class Job:
             ("rail_profile_right", ""))]
         return [str(name) for name in names if name]
 
+    @property
+    def case(self) -> Case:
+        """The case of the run."""
+        read = Case.from_namelist(self.text + "\n")         # text, not the name of a file
+        return RootedCase.of_values(read.values, "namelist", self.root)
+
     def sources(self) -> dict[str, str]:
         """Hashes of what the product depends on besides the program."""
         profiles = [profile_in(self.root, name) for name in self.profiles]
@@ -129,8 +135,7 @@ def run_job(job: Job, tell: Progress) -> None:
     """Run one job; an Error with the core's text if it fails. An exception in `tell` ends it early."""
     sources = job.sources()
     try:
-        read = Case.from_namelist(job.text + "\n")         # text, not the name of a file
-        case = RootedCase.of_values(read.values, "namelist", job.root)
+        case = job.case
         columns = job.root/output_path(case)
         geometry = job.root/case.geometry_file if case.geometry_file else ""
         for variable, path in (("&output file", columns), ("&output geometry_file", geometry),

@@ -1,8 +1,7 @@
 """Contact law or time step: how much of the spread between codes is which?"""
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,9 @@ from tqdm import tqdm
 
 from .._core.files import make_results_folder, write_frame
 from .._core.kept import inside
-from ..plots.document import Part, bind, save_pages
+from ..plots.document import Chapter, save_document
 from ..plots.frame import legend_of_page, new_page
-from ..plots.style import SERIES, ldbench_style, powers_of_ten
+from ..plots.style import SERIES, powers_of_ten
 from ..plots.tables import draw_table
 from ..results.columns import time_mean
 from ..results.quantities import KN, MM, quantity, significant
@@ -145,11 +144,6 @@ def draw_numbers(ax: Axes, rows: pd.DataFrame) -> None:
     draw_table(ax, table, [0, *np.linspace(0.08, 1, 2*len(TABLE) + 1)], look=lambda i, j: {"weight": "bold" if i < 2 else "normal"})
 
 
-def study_page(heading: str, runs: Sequence[RunData]) -> Figure:
-    """One exercise with all variants: overlay and difference of the quantities that matter."""
-    return quantity_page(compare(runs), STUDY_COLUMNS, f"{heading}: contact law or time step?")
-
-
 def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: float = SHORT_RAMP) -> list[Path]:
     """Run what is not up to date; write the PDF and the CSV file of the study."""
     namelists = find_namelists(inputs)
@@ -158,24 +152,26 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
     folder.mkdir(exist_ok=True)
     jobs = {file.stem: study_jobs(file, folder, root, ramp_end) for file in namelists}
     flat = [job for variants in jobs.values() for job in variants.values()]
-    rows, pages = [], []
-    with (tqdm(total=len(flat) + len(jobs) + 1, desc="study", disable=None, leave=False) as bar, ldbench_style(),
-          tempfile.TemporaryDirectory() as scratch):
+    rows: list[dict[str, Any]] = []
+    compared: list[tuple[str, list[RunData]]] = []
+    target = outputs/"ldbench_study.pdf"
+    with tqdm(total=len(flat) + len(jobs), desc="study", disable=None, leave=False) as bar:
         run_stale(flat, workers, done=lambda job, ran: bar.update())
         for case, variants in jobs.items():
             found = [read_data(job.product) for job in variants.values()]
             runs = [run.named(VARIANT_WORDS[v]) for run, v in zip(found, variants, strict=True)]
-            for variant, other in zip(list(variants)[1:], runs[1:], strict=True):
-                rows.append(study_row(compare([runs[0], other]), variant) | {"case": case})
-            part = Path(scratch)/f"{case}.pdf"
-            heading = found[0].heading
-            pages.append(Part(heading, part, save_pages(part, [(heading, study_page(heading, runs))])))
-            bar.update()
+            rows += [study_row(compare([runs[0], other]), variant) | {"case": case}
+                     for variant, other in zip(list(variants)[1:], runs[1:], strict=True)]
+            compared.append((found[0].heading, runs))
         table = pd.DataFrame(rows)
-        first = Path(scratch)/"summary.pdf"
-        summary = Part("Summary", first, save_pages(first, [("summary", study_summary(table))]))
-        target = outputs/"ldbench_study.pdf"
-        bind([summary, *pages], target, "ldbench: contact law or time step?")
-        bar.update()
+
+        def chapters() -> Iterator[Chapter]:
+            yield "Summary", [("summary", study_summary(table))]
+            for heading, runs in compared:
+                yield heading, [(heading, quantity_page(compare(runs), STUDY_COLUMNS,
+                                                        f"{heading}: contact law or time step?"))]
+                bar.update()
+
+        save_document(chapters(), target, "ldbench: contact law or time step?")
     write_frame(table, target.with_suffix(".csv"))
     return [target, target.with_suffix(".csv")]

@@ -107,11 +107,6 @@ def geometry_jobs(cases: Sequence[Job], folder: Path) -> list[Job]:
 def write_summary(runs: Sequence[RunData], target: Path, chaotic: Chaotic) -> None:
     """One row per run; units in brackets behind the names, and the names of results that are chaotic at the end."""
     table = pd.DataFrame([full_row(run) | {"chaotic": " ".join(chaotic.get(run.name, ()))} for run in runs])
-    table.columns = [with_unit(name) for name in table.columns]
+    units = {name: si_unit(name) for name in table.columns}
+    table.columns = [f"{name} [{unit}]" if unit not in ("", "1") else name for name, unit in units.items()]
     write_frame(table, target)
-
-
-def with_unit(name: str) -> str:
-    """A result with its unit in brackets, where it has one."""
-    unit = si_unit(name)
-    return f"{name} [{unit}]" if unit not in ("", "1") else name

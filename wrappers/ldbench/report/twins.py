@@ -6,7 +6,6 @@ that hold.
 """
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,14 +13,12 @@ from typing import Any
 import numpy as np
 
 from .._core.calls import Progress
-from .._core.files import complete
-from .._core.kept import is_up_to_date, kept_in, stamped, write_stamp
+from .._core.kept import kept_in, kept_json, stamped
 from .._core.pools import in_threads
-from ..case import Case
 from ..results.run_data import RunData
 from ..results.summary import Chaotic, summary_row
 from ..runs import compute
-from .jobs import Job, RootedCase
+from .jobs import Job
 
 ASIDE = 1e-6            # of the start of a twin [m]
 SAME = 1e-3             # share of a result by which a twin may move it
@@ -48,9 +45,7 @@ def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
 
     def work(job: Job, tell: Progress) -> dict[str, Any]:
-        read = Case.from_namelist(job.text + "\n")
-        case = RootedCase.of_values(read.values, "namelist", job.root)
-        return summary_row(compute(case.replace(initial_Y=case.initial_Y + ASIDE), tell))
+        return summary_row(compute(job.case.replace(initial_Y=job.case.initial_Y + ASIDE), tell))
 
     def keep(job: Job, row: dict[str, Any]) -> None:
         found[job.name] = row
@@ -66,15 +61,8 @@ def kept_file(outputs: Path) -> Path:
 
 def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
     """The results of the twins, run anew where something they depend on has changed since they were kept in `outputs`."""
-    kept = kept_file(outputs)
     depends = {name: x for job in jobs for name, x in stamped(job.product, job.root).items()}
-    if not force and is_up_to_date(kept, depends):
-        rows: dict[str, dict[str, Any]] = json.loads(kept.read_text())
-        return rows
-    rows = twin_rows(jobs, workers)
-    with complete(kept) as scratch:
-        scratch.write_text(json.dumps(rows))
-    write_stamp(kept, depends)
+    rows: dict[str, dict[str, Any]] = kept_json(kept_file(outputs), depends, force, lambda: twin_rows(jobs, workers))
     return rows
 
 

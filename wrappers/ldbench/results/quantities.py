@@ -65,6 +65,11 @@ class Quantity(NamedTuple):
         """Words and unit: 'Y, largest [mm]'."""
         return f"{self.words} [{self.unit}]" if self.unit else self.words
 
+    @property
+    def brief(self) -> str:
+        """The same in few words, where there are some."""
+        return self._replace(words=self.short or self.words).label
+
 
 # Columns of a column file; those of a contact by their beginning.
 COLUMNS = {

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
+from PIL import Image
 from tqdm import tqdm
 
 from .._core.errors import Error
@@ -46,7 +47,7 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
         raise Error(f"{target}: expected times from {first:g} to {last:g} s in ascending order, found {start:g} to {end:g} s")
     if still:
         with ldbench_style(), complete(target) as scratch:
-            write_picture(scratch, Picture(runs, first, last, None, case).frame(start))
+            Image.fromarray(Picture(runs, first, last, None, case).frame(start)).save(scratch, format="PNG", optimize=True)
         return 1
     rate = RATES[target.suffix.lower()]
     speed = speed or (end - start)/SECONDS
@@ -83,8 +84,6 @@ def mp4_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
 @contextmanager
 def gif_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
     """Open a writer of a repeating GIF, with the colours of the first frame and of lines and arrows."""
-    from PIL import Image
-
     frames: list[Image.Image] = []
     palettes: list[Image.Image] = []
 
@@ -100,10 +99,3 @@ def gif_writer(path: Path, rate: int) -> Iterator[Callable[[Frame], object]]:
 
     yield add
     frames[0].save(path, format="GIF", save_all=True, append_images=frames[1:], duration=1000//rate, loop=0)
-
-
-def write_picture(path: Path, frame: Frame) -> None:
-    """Write a frame as a PNG file."""
-    from PIL import Image
-
-    Image.fromarray(frame).save(path, format="PNG", optimize=True)

@@ -91,7 +91,9 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
     title = title or ", ".join(run.heading for run in runs[:2]) + (f" and {len(runs) - 2} more runs" if len(runs) > 2 else "")
     facts = {
         "title": title, "version": version(), "groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries,
-        "note": note, "summary": [{"words": words, "cells": [cell_entry(cell) for cell in row]} for words, row in summary],
+        "note": note, "summary": [{"words": words, "cells": [
+            {"text": cell.text, "run": cell.run, "t": number(cell.time), "with": cell.beside, "leaning": cell.leaning}
+            for cell in row]} for words, row in summary],
     }
     return Page(fill(title, facts, bodies, FOLDER/"page.html", [FOLDER/name for name in SCRIPTS]))
 
@@ -208,15 +210,9 @@ def shape_entry(outlines: Outlines) -> dict[str, Any]:
     return {"sides": [left] if left == right else [left, right], "axle": outlines.axle, "roll": outlines.roll}
 
 
-def cell_entry(cell: Cell) -> dict[str, Any]:
-    """A cell of the summary for the page."""
-    time = None if cell.time is None else number(cell.time)
-    return {"text": cell.text, "run": cell.run, "t": time, "with": cell.beside, "leaning": cell.leaning}
-
-
-def number(x: float) -> float | None:
+def number(x: float | None) -> float | None:
     """A number for JSON, which has no NaN: None instead."""
-    return float(x) if np.isfinite(x) else None
+    return float(x) if x is not None and np.isfinite(x) else None
 
 
 # The file ---------------------------------------------------------------------------------
