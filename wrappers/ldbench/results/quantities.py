@@ -67,7 +67,7 @@ class Quantity(NamedTuple):
 
     @property
     def brief(self) -> str:
-        """The same in few words, where there are some."""
+        """Brief words, where there are some, and unit."""
         return self._replace(words=self.short or self.words).label
 
 
