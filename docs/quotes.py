@@ -106,19 +106,6 @@ def influence_table() -> str:
                         for influence in INFLUENCES)) for case in CASES))
 
 
-def accuracy_table() -> str:
-    """Results with contact tables of several accuracies."""
-    v = measured()
-    rows = []
-    for exercise, digits in (1, 2), (2, 1), (4, 0):
-        least, largest = (v[f"accuracies.ex{exercise}.peak.{end} [kN]"] for end in ("least", "largest"))
-        begin, end = (v[f"accuracies.ex{exercise}.t_return.{end} [ms]"] for end in ("least", "largest"))
-        rows.append([str(exercise), f"{least:.{digits}f} to {largest:.{digits}f}",
-                     f"{v[f'accuracies.ex{exercise}.spread [%]']:.2f} %", f"{begin:.1f} to {end:.1f}"])
-    return table(("exercise (aw)", "first peak of the left flange [kN]", "spread of the peak", "return to the centre [ms]"),
-                 rows)
-
-
 def unknown_table() -> str:
     """How far the answers move with wheels and arcs that the call allows."""
     v = measured()
@@ -153,6 +140,6 @@ def force_table() -> str:
 
 
 TABLES = {
-    "laws": law_table, "influence": influence_table, "errors of half-space tables": error_table, "accuracies": accuracy_table,
+    "laws": law_table, "influence": influence_table, "errors of half-space tables": error_table,
     "unknown profiles": unknown_table, "forces of exercise 5": force_table,
 }
