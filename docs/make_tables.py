@@ -31,18 +31,11 @@ DOCS = Path(__file__).resolve().parent
 TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"
 CONTACT = "C"       # stands for LT, LF, RT, RF
 
+# What the names of groups do not say.
 GROUPS = {
-    "case": "The name and the title of the case.",
-    "wheelset": "Mass, inertia, dimensions and load of the wheelset.",
-    "track": "Gauge and friction.",
-    "material": "Elastic constants of wheel and rail, which are of one material.",
-    "profiles": "Files of the profiles. [Profiles](profiles.md) explains the formats.",
-    "initial": "State of the wheelset at t = 0.",
-    "loading": "The lateral force at the centre of gravity, `lateral_force + lateral_ramp*t`.",
-    "contact": "Treatment of contact: the formulation, and the law of elastic contact.",
-    "table": "The contact table, from which elastic forces are interpolated. The run stops where a wheel leaves the range.",
-    "integrator": "Time integration, and the end of the run.",
-    "output": "Files that the run writes.",
+    "profiles": "[Profiles](profiles.md) explains the formats.",
+    "loading": "The lateral force is `lateral_force + lateral_ramp*t`.",
+    "table": "Elastic forces are interpolated from the contact table. The run stops where a wheel leaves the range.",
 }
 
 COLUMNS = {
@@ -160,10 +153,11 @@ def variable_tables() -> str:
     found = []
     for group in dict.fromkeys(variable.group for variable in variables()):
         rows = [(f"`{variable.name}`" + ("" if shortest_name(k) == variable.name else f"<br>`{shortest_name(k)}` in Python"),
-                 meaning(variable.meaning, variable.name), f"`{variable.default.strip()}`", unit(variable.unit),
+                 meaning(variable.meaning, variable.name), f"`{variable.default.strip()}` {unit(variable.unit)}".strip(),
                  admitted(variable.range))
                 for k, variable in enumerate(variables()) if variable.group == group]
-        found.append(f"### &{group}\n\n{GROUPS[group]}\n\n" + table(("name", "meaning", "default", "unit", "range"), rows))
+        remark = f"{GROUPS[group]}\n\n" if group in GROUPS else ""
+        found.append(f"### &{group}\n\n{remark}" + table(("name", "meaning", "default", "range"), rows))
     return "\n".join(found)
 
 
