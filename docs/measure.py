@@ -66,7 +66,6 @@ def of_report() -> Values:
         *(file for file in formulations.kept_file(OUTPUTS).parent.iterdir() if file.suffix != ".stamp")])
     values["size.ex5 [MB]"] = megabytes(OUTPUTS.glob("ex5_?w.txt"))
     values["size.ex5_aw [MB]"] = megabytes([OUTPUTS/"ex5_aw.txt"])
-    values["size.tables [MB]"] = megabytes(tables)
     return values
 
 
