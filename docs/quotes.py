@@ -98,12 +98,15 @@ def error_table() -> str:
 
 
 def influence_table() -> str:
-    """The first flange contact and the return of a run by the model of influence."""
+    """The spread of the first flange contact and of the return of a run over the models of influence."""
     v = measured()
-    heading = [f"{what}, `{name}`" for what in ("peak [kN]", "return [ms]") for name in INFLUENCES]
-    return table(("case", *heading), (
-        (f"`{case}`", *(f"{v[f'influence.{case}.{influence}.{what}']:.1f}" for what in ("first LF [kN]", "return [ms]")
-                        for influence in INFLUENCES)) for case in CASES))
+
+    def spread(case: str, what: str) -> str:
+        values = [v[f"influence.{case}.{influence}.{what}"] for influence in INFLUENCES]
+        return f"{min(values):.1f} to {max(values):.1f}"
+
+    return table(("case", "first peak of the left flange [kN]", "return to the centre [ms]"), (
+        (f"`{case}`", spread(case, "first LF [kN]"), spread(case, "return [ms]")) for case in CASES))
 
 
 def unknown_table() -> str:
