@@ -91,8 +91,7 @@ RESULTS = {
     "drift": ("J", "largest absolute energy error of all steps"),
     "kinetic_energy": ("J", "kinetic energy of lateral, vertical and roll motion at t = 0"),
     "changes": ("", "initial values that the constraints replaced (rigid contacts only)"),
-    "rows, steps, cuts, evaluations": ("", "numbers of rows, of steps, of steps that were halved, and of evaluations of the contact "
-                                           "forces"),
+    "rows, steps, cuts, evaluations": ("", "numbers of rows, of steps, of halved steps, of evaluations of the contact forces"),
     "step": ("s", "largest step, `dt`"),
     "missed": ("", "number of steps that miss `energy_tolerance` after `max_halvings` cuts"),
     "n_KIND": ("", "number of events of a kind, for example `n_left_flange_contact`"),
