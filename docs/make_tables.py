@@ -31,18 +31,11 @@ DOCS = Path(__file__).resolve().parent
 TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"
 CONTACT = "C"       # stands for LT, LF, RT, RF
 
+# What the names of groups do not say.
 GROUPS = {
-    "case": "The name and the title of the case.",
-    "wheelset": "Mass, inertia, dimensions and load of the wheelset.",
-    "track": "Gauge and friction.",
-    "material": "Elastic constants of wheel and rail, which are of one material.",
-    "profiles": "Files of the profiles. [Profiles](profiles.md) explains the formats.",
-    "initial": "State of the wheelset at t = 0.",
-    "loading": "The lateral force at the centre of gravity, `lateral_force + lateral_ramp*t`.",
-    "contact": "Treatment of contact: the formulation, and the law of elastic contact.",
-    "table": "The contact table, from which elastic forces are interpolated. The run stops where a wheel leaves the range.",
-    "integrator": "Time integration, and the end of the run.",
-    "output": "Files that the run writes.",
+    "profiles": "[Profiles](profiles.md) explains the formats.",
+    "loading": "The lateral force is `lateral_force + lateral_ramp*t`.",
+    "table": "Elastic forces are interpolated from the contact table. The run stops where a wheel leaves the range.",
 }
 
 COLUMNS = {
@@ -53,32 +46,21 @@ COLUMNS = {
     "roll": "roll angle from static equilibrium at Y = 0, positive if the left wheel rises",
     "pitch": "pitch angle, positive in the sense of forward rolling",
     "vX": "forward velocity, constant",
-    "vY": "lateral velocity of the axle's centre",
-    "vZ": "vertical velocity of the axle's centre",
-    "roll_rate": "roll velocity",
-    "pitch_rate": "pitch velocity, constant",
-    "aY": "lateral acceleration of the axle's centre",
-    "aZ": "vertical acceleration of the axle's centre",
+    "vY, vZ": "lateral and vertical velocity of the axle's centre",
+    "roll_rate, pitch_rate": "roll velocity; pitch velocity, constant",
+    "aY, aZ": "lateral and vertical acceleration of the axle's centre",
     "roll_acc": "roll acceleration",
     "angle_C": "contact angle, between the contact force and the vertical, positive if the rail pushes the wheel towards the "
                "track's centre, on either side",
     "N_C": "normal force; negative where a rail pulls (`bilateral` only)",
-    "Fy_C": "lateral force of the rail on the wheel",
-    "Fz_C": "vertical force of the rail on the wheel",
-    "y_C": "lateral position of the contact point, from the track's centre",
-    "z_C": "vertical position of the contact point, from the top of rail",
+    "Fy_C, Fz_C": "lateral and vertical force of the rail on the wheel",
+    "y_C, z_C": "position of the contact point, from the track's centre and from the top of rail",
     "radius_C": "rolling radius: distance of the contact point from the axle's axis",
     "F_ext": "external lateral force at the centre of gravity",
     "M_gyro": "moment about Z with which the yaw constraint holds the wheelset: pitch inertia × pitch rate × roll rate",
-    "KE_long": "kinetic energy of the forward motion, constant",
-    "KE_lat": "kinetic energy of the lateral motion",
-    "KE_vert": "kinetic energy of the vertical motion",
-    "KE_roll": "kinetic energy of the roll motion",
-    "KE_pitch": "kinetic energy of the pitch motion, constant",
-    "PE_grav": "potential energy of the weight, zero at Z = 0",
-    "PE_load": "potential energy of the vertical load, zero at Z = 0",
-    "PE_elastic_L": "elastic energy of the contacts of the left wheel",
-    "PE_elastic_R": "elastic energy of the contacts of the right wheel",
+    "KE_long, KE_lat, KE_vert, KE_roll, KE_pitch": "kinetic energies; those of forward motion and pitch are constant",
+    "PE_grav, PE_load": "potential energies of the weight and of the vertical load, zero at Z = 0",
+    "PE_elastic_L, PE_elastic_R": "elastic energy of the contacts of the left and the right wheel, zero without contact",
     "W_ext": "work of the external lateral force since t = 0",
     "E_total": "total energy: the sum of all kinetic and potential energies",
     "E_drift": "energy error: E_total minus its value at t = 0, minus W_ext, plus E_lost. The exact motion has zero",
@@ -89,18 +71,15 @@ COLUMNS = {
 
 # Results: unit and meaning. Those of the setup come first.
 RESULTS = {
-    "clearance_left": ("m", "rigid-axle flange clearance to the left"),
-    "clearance_right": ("m", "rigid-axle flange clearance to the right"),
+    "clearance_left, clearance_right": ("m", "rigid-axle flange clearances"),
     "axle_height": ("m", "height of the axle above the top of rail, at rest, held at Y = 0; Z is measured from it"),
     "axle_roll": ("rad", "roll angle at rest, held at Y = 0; zero for equal sides. The column `roll` is measured from it"),
-    "rest_Y": ("m", "Y at which the wheelset rests if nothing holds it"),
-    "rest_Z": ("m", "Z at which the wheelset rests if nothing holds it"),
-    "rest_roll": ("rad", "roll at which the wheelset rests if nothing holds it"),
+    "rest_Y, rest_Z": ("m", "Y and Z at which the wheelset rests if nothing holds it"),
+    "rest_roll": ("rad", "roll angle there"),
     "frequency_1, frequency_2, frequency_3": ("Hz", "eigenfrequencies at rest; the file has them as `eigenfrequencies`. NaN if "
                                                     "rigid contacts leave fewer"),
     "end": ("", "why the run ended"),
     "t": ("s", "time of the last row"),
-    "rows": ("", "number of rows"),
     "farthest_left, farthest_right": ("m", "largest and smallest Y of all steps"),
     "farthest_up": ("m", "largest Z of all steps"),
     "t_farthest_left, t_farthest_right, t_farthest_up": ("s", "times of these"),
@@ -112,11 +91,9 @@ RESULTS = {
     "drift": ("J", "largest absolute energy error of all steps"),
     "kinetic_energy": ("J", "kinetic energy of lateral, vertical and roll motion at t = 0"),
     "changes": ("", "initial values that the constraints replaced (rigid contacts only)"),
-    "steps": ("", "number of steps"),
+    "rows, steps, cuts, evaluations": ("", "numbers of rows, of steps, of halved steps, of evaluations of the contact forces"),
     "step": ("s", "largest step, `dt`"),
-    "cuts": ("", "number of steps that were halved"),
     "missed": ("", "number of steps that miss `energy_tolerance` after `max_halvings` cuts"),
-    "evaluations": ("", "number of evaluations of the contact forces"),
     "n_KIND": ("", "number of events of a kind, for example `n_left_flange_contact`"),
     "derailed": ("", "Python only: whether the wheelset derailed"),
 }
@@ -160,10 +137,11 @@ def variable_tables() -> str:
     found = []
     for group in dict.fromkeys(variable.group for variable in variables()):
         rows = [(f"`{variable.name}`" + ("" if shortest_name(k) == variable.name else f"<br>`{shortest_name(k)}` in Python"),
-                 meaning(variable.meaning, variable.name), f"`{variable.default.strip()}`", unit(variable.unit),
+                 meaning(variable.meaning, variable.name), f"`{variable.default.strip()}` {unit(variable.unit)}".strip(),
                  admitted(variable.range))
                 for k, variable in enumerate(variables()) if variable.group == group]
-        found.append(f"### &{group}\n\n{GROUPS[group]}\n\n" + table(("name", "meaning", "default", "unit", "range"), rows))
+        remark = f"{GROUPS[group]}\n\n" if group in GROUPS else ""
+        found.append(f"### &{group}\n\n{remark}" + table(("name", "meaning", "default", "range"), rows))
     return "\n".join(found)
 
 
@@ -208,15 +186,18 @@ def meaning(words: str, name: str) -> str:
 def column_table() -> str:
     """Every column of a column file; those of a contact once."""
     names, units = (line.split() for line in descriptions()[:2])
-    rows: dict[str, tuple[str, str, str]] = {}
-    for name, si in zip(names, units, strict=True):
-        key = re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name)
-        if key not in COLUMNS:
-            raise SystemExit(f"docs: expected a meaning of the column {key} in {__file__}, found none")
-        rows[key] = f"`{key}`", COLUMNS[key], unit(si)
-    if unknown := COLUMNS.keys() - rows.keys():
-        raise SystemExit(f"docs: expected columns of the program in {__file__}, found {', '.join(unknown)}")
-    return table(("column", "meaning", "unit"), rows.values())
+    told = {re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name): unit(si) for name, si in zip(names, units, strict=True)}
+    explained = {name for names in COLUMNS for name in names.split(", ")}
+    if told.keys() != explained:
+        raise SystemExit(f"docs: expected a meaning of every column in {__file__}, found differences: "
+                         f"{sorted(told.keys() ^ explained)}")
+    rows = []
+    for group, words in COLUMNS.items():
+        members = group.split(", ")
+        if len({told[name] for name in members}) > 1:
+            raise SystemExit(f"docs: expected one unit of the columns {group}, found several")
+        rows.append((", ".join(f"`{name}`" for name in members), words, told[members[0]]))
+    return table(("column", "meaning", "unit"), rows)
 
 
 def result_table() -> str:
@@ -243,10 +224,11 @@ def command_table() -> str:
     for name, parser in make_parser(COMMANDS).commands.items():
         actions = [action for action in parser._actions if not common & set(action.option_strings)]
         arguments = [str(action.metavar or "|".join(action.choices)) for action in actions if not action.option_strings]
+        usage = " ".join((name, *arguments))
         options = [" ".join(filter(None, (*action.option_strings[:1], action.metavar))) for action in actions
                    if action.option_strings]
-        rows.append((f"`{name}`", COMMANDS[name], *(", ".join(f"`{word}`" for word in words) for words in (arguments, options))))
-    return table(("command", "what it does", "arguments", "options"), rows)
+        rows.append((f"`{usage}`", COMMANDS[name], ", ".join(f"`{word}`" for word in options)))
+    return table(("command", "what it does", "options"), rows)
 
 
 def event_list() -> str:

@@ -12,6 +12,9 @@ field side, so flange contact has g > 0.
 The arcs of the benchmark's profiles are assumptions (see README.md).  The one free length of each wheel,
 the y at which the throat leaves the tread line, follows from the rigid-axle
 clearance the call publishes.
+
+The spacing of the points was chosen with rigid contacts, which feel every kink: against points every 0.0125 mm, the return time
+of exercises 1 to 4 moves by 5e-5 at most, and by 4e-3 with points every 0.25 mm alone.
 """
 import argparse
 from dataclasses import dataclass

@@ -45,7 +45,7 @@ contains
     integer :: iter
 
     ! Secant iteration for log(ratio) on log((K - D)/(ratio^2 D)) = log(curvatures),
-    ! started from the fit of Brewe and Hamrock (1977).
+    ! started from the fit of D. E. Brewe, B. J. Hamrock, J. Lubr. Technol. 99 (1977) 485-487.
     x_old = 0
     f_old = -log(curvatures)
     x = min(-0.636_dp*log(curvatures), -1e-3_dp)

@@ -1,7 +1,8 @@
 !> Impacts of rigid contacts, and the choice of the contacts that carry a force after an impact.
 !>
 !> Impact: Newton's law in the form of J. J. Moreau, "Unilateral contact and dry friction in finite freedom
-!> dynamics" (1988), for all contacts that touch at that instant at once: impulses P >= 0 with
+!> dynamics", in: Nonsmooth Mechanics and Applications (Springer 1988) 1-82, for all contacts
+!> that touch at that instant at once: impulses P >= 0 with
 !>
 !>     u+ + e u- >= 0,  P.(u+ + e u-) = 0,  u+ = u- + J M^-1 J' P,
 !>

@@ -1,4 +1,4 @@
-"""How far the ten runs of other builds lie from those of one build, as a table for docs/install.md.
+"""How far the ten runs of other builds lie from those of one build, as a table. docs/install.md states the largest.
 
 usage: python tests/support/deviations.py FOLDER OTHER...
 

@@ -1,5 +1,8 @@
 """Geometry functions of the rigid wheelset at any displacement, and the equivalent conicity by EN 15302.
 
+Sources: EN 15302:2021; O. Polach, D. Nicklisch, Wear 366-367 (2016) 200-208; K. Knothe, S. Stichel, Rail Vehicle Dynamics,
+Springer 2017.
+
 delta_r is the rolling radius difference, left minus right [m], at lateral displacements y [m] that increase evenly.
 """
 from __future__ import annotations
