@@ -153,7 +153,7 @@ def harmonic_slope(amplitude: float, centre: float, y: np.ndarray, values: np.nd
 
 def integral_of(y: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """The integral, as a function of its end, of values that are linear between points y."""
-    from scipy.interpolate import make_interp_spline        # takes longer than a short run
+    from scipy.interpolate import make_interp_spline  # takes longer than a short run
 
     return make_interp_spline(y, values, k=1).antiderivative()
 
