@@ -43,24 +43,21 @@ def main(args: argparse.Namespace) -> int:
                 case.check_writable(f"&output {name}", path)
     written_files = [Path(path) for case in cases for path in (output_path(case), case.geometry_file) if path]
     check_written(written_files, map(Path, args.namelists))
-    waiting: dict[int, Run] = {}
-    told = 0
+    if len(cases) == 1:
+        show(written(cases[0], True), 0, args.json)
+        return 0
 
     def work(number: int, stopping: Progress) -> Run:
         return written(cases[number], stopping)
 
-    def tell(number: int, result: Run) -> None:
-        """Print a result when those before it are printed."""
-        nonlocal told
-        waiting[number] = result
-        while told in waiting:
-            show(waiting.pop(told), told, args.json)
-            told += 1
-
-    if len(cases) == 1:
-        tell(0, written(cases[0], True))
-    for batch in one_of_each(range(len(cases)), lambda number: cases[number].table_path()) if len(cases) > 1 else ():
-        in_threads(work, batch, args.jobs, tell)
+    waiting: dict[int, Run] = {}
+    told = 0
+    for batch in one_of_each(range(len(cases)), lambda number: cases[number].table_path()):
+        for number, result in in_threads(work, batch, args.jobs):
+            waiting[number] = result
+            while told in waiting:          # a result is printed when those before it are
+                show(waiting.pop(told), told, args.json)
+                told += 1
     return 0
 
 
