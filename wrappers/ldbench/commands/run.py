@@ -24,7 +24,6 @@ from .options import LOG, add_jobs, add_json, add_output, add_set, print_json, s
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("namelists", nargs="+", metavar="NAMELIST", help="namelist files")
     add_set(parser)
     add_output(parser, "the column file of one case (as the namelist says, which a case that --set changes may not replace)")
@@ -33,7 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     if args.output and len(args.namelists) > 1:
         raise Usage(f"-o: expected one namelist, found {len(args.namelists)}")
     cases = [chosen(namelist, settings(args.set), args.output) for namelist in args.namelists]

@@ -16,7 +16,6 @@ from .options import add_json, add_output, add_set, print_json, settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("namelist", metavar="NAMELIST", help="namelist file")
     add_set(parser)
     add_output(parser, "write the geometry functions over the lateral displacement")
@@ -24,7 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     case = Case.from_namelist(args.namelist).replace(settings(args.set))
     if args.output:
         case = case.replace(geometry_file=args.output)      # which looks at what else is read and written

@@ -47,7 +47,6 @@ def speed(word: str) -> float:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files; the first is the reference")
     add_output(parser, "the page .html, the film .mp4 or .gif, or the picture of one moment .png "
                        "(outputs/NAME.html, by the first file's name)")
@@ -66,7 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     target = args.output or Path(DEFAULT_FOLDER, f"{args.files[0].stem}.html")
     check_ending(target, "a page .html, a film .mp4 or .gif, or a picture .png", *PAGES, *FILMS, PICTURE)
     kind = target.suffix.lower()
