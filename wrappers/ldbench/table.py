@@ -1,6 +1,7 @@
 """The contact table of a case: forces, energies and stiffness of any pose."""
 from __future__ import annotations
 
+import functools
 import logging
 import os
 import threading
@@ -38,6 +39,13 @@ PLACES = "tread", "flange", "both", "going over"       # of the table's error
 FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
 FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "friction", "shear_modulus",
               "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right", "file", "restitution")
+
+
+@functools.cache
+def bound_places() -> list[int]:
+    """Places of the variables, beside the profiles, that a contact table depends on."""
+    return [k for k, variable in enumerate(variables()) if variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES]
+
 
 # Held while the core may use a table file: gfortran does not open a file that another thread has open.
 _table_file = threading.Lock()
@@ -132,9 +140,9 @@ class ContactTable:
 
         Raises Error when the case needs another table.
         """
-        for variable, ours, theirs in zip(variables(), self.case.values, case.values, strict=True):
-            if ours != theirs and variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES:
-                raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
+        for k in bound_places():
+            if (ours := self.case.values[k]) != (theirs := case.values[k]):
+                raise Error(f"{case.label}, &{variables()[k].group} {variables()[k].name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
         address, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
         check(message, length, case.label)

@@ -43,14 +43,15 @@ def complete(target: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def failing_as(target: Path, scratch: Path) -> Iterator[None]:
-    """An Error that names `target`, where `scratch`, which is to become it, cannot be written."""
+def failing_as(target: Path, scratch: Path | None = None) -> Iterator[None]:
+    """An Error that names `target`, where `scratch`, which is to become it, or any file cannot be written."""
     try:
         yield
     except Exception as error:
         # Some libraries raise something else when they close what they could not write.
         cause = error if isinstance(error, OSError) else error.__context__
-        if not isinstance(cause, OSError) or cause.filename not in (None, str(scratch)):
+        if (isinstance(error, Error) or not isinstance(cause, OSError)
+                or (scratch and cause.filename not in (None, str(scratch)))):
             raise
         raise Error(f"{target}: cannot be written completely: {cause.strerror or cause}") from None
 
