@@ -7,12 +7,15 @@ examples:
 from __future__ import annotations
 
 import argparse
+import textwrap
 from dataclasses import asdict
 
-from .._core.wording import counted, wrapped
+from .._core.wording import counted
 from ..case import Case
 from ..table import ContactTable, profile_names
 from .options import add_json, add_output, add_set, print_json, settings
+
+WIDTH = 100         # longest line on the terminal [characters], as in fortran/program/run_results.f90
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -73,4 +76,4 @@ def describe(table: ContactTable) -> None:
             print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
                   f"at {counted(error.poses, 'pose')}")
     for words in table.warnings:
-        print(wrapped(f"warning: {words}"))
+        print(textwrap.fill(f"warning: {words}", WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
