@@ -128,7 +128,7 @@ def ramp(read_hertz: Callable[[str], ContactTable]) -> pd.DataFrame:
 
 def findings_of(frame: pd.DataFrame, task: Task) -> dict[str, Finding]:
     """The findings about columns of ours, by what they are about."""
-    run = RunData(check.Mapped(Path("other_code.csv"), Header(), frame))
+    run = RunData(Path("other_code.csv"), header=Header(), data=frame)
     return {finding.what: finding for finding in check.findings_of(check.SubmittedFile(task, run, None))}
 
 

@@ -133,7 +133,7 @@ class Invented(RunData):
     def __init__(self, **columns: np.ndarray) -> None:
         frame = pd.DataFrame(columns)
         frame.attrs["units"] = {}
-        super().__init__(check.Mapped(Path("invented.csv"), ldbench.results.header.Header(), frame))
+        super().__init__(Path("invented.csv"), header=ldbench.results.header.Header(), data=frame)
 
 
 def half_sine(peak: float = 2e5, start: float = 0.02, duration: float = 0.005, interval: float = 1e-5) -> Invented:

@@ -33,20 +33,8 @@ pytestmark = pytest.mark.usefixtures("known_hertz")
 FIRST = 0.05            # to after the first blow of the left flange [s]
 
 
-class Frame:
-    """Columns in memory as the source of a run."""
-
-    file, header = Path("other_code.csv"), Header()
-
-    def __init__(self, frame: pd.DataFrame) -> None:
-        self.frame = frame
-
-    def columns(self) -> pd.DataFrame:
-        return self.frame
-
-
 def of(frame: pd.DataFrame, task: Task = AW) -> Fingerprint:
-    return fingerprint(RunData(Frame(frame)), task)
+    return fingerprint(RunData(Path("other_code.csv"), header=Header(), data=frame), task)
 
 
 # ---- planted laws of contact ---------------------------------------------------------

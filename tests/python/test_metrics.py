@@ -11,7 +11,7 @@ import pytest
 
 import imaginary_codes as imaginary
 import ldbench
-from ldbench import Case, ContactTable, Error
+from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACTS
@@ -30,21 +30,8 @@ TASK = Task(2, "aw")
 HERTZ = {"model": "hertz", "table_file": ""}
 
 
-class Made:
-    """Columns that stand for a file."""
-
-    def __init__(self, columns: Mapping[str, np.ndarray] | pd.DataFrame) -> None:
-        self.file, self.header, self._columns = Path("made.txt"), Header(), pd.DataFrame(columns)
-
-    def columns(self) -> pd.DataFrame:
-        return self._columns
-
-    def case(self) -> Case:
-        raise Error("made.txt: no case")
-
-
 def made(columns: Mapping[str, np.ndarray] | pd.DataFrame) -> RunData:
-    return RunData(Made(columns))
+    return RunData(Path("made.txt"), header=Header(), data=pd.DataFrame(columns))
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from invented import altered
 from ldbench import Case, Error, Event, _core, run
 from ldbench._core import pools
 from ldbench._core.kept import PACKAGE, is_up_to_date, program_digest, write_stamp
-from ldbench._core.pools import processes
+from ldbench._core.pools import call_known, processes
 from ldbench.plots.series import PAGES
 from ldbench.report import abstract, authors, formulations, stretches, submission, twins
 from ldbench.report.jobs import Job, case_job, run_jobs
@@ -294,7 +294,7 @@ def test_work_of_processes_is_done_here_where_the_system_has_no_fork(monkeypatch
     monkeypatch.setattr(pools, "FORKS", False)
     seen: list[int] = []
     with processes(4, 3, [lambda n: seen.append(n) or 10*n]) as pool:
-        asked = [pool.submit(0, n) for n in (1, 2)] + [pool.submit(int, "no number")]
+        asked = [pool.submit(call_known, 0, n) for n in (1, 2)] + [pool.submit(int, "no number")]
         assert seen == [1, 2] and [future.result() for future in asked[:2]] == [10, 20]
         assert list(pool.map(abs, [-1, -2])) == [1, 2]
         with pytest.raises(ValueError, match="no number"):

@@ -189,7 +189,7 @@ COPIES: dict[str, Callable[[Any], Any]] = {
 @pytest.mark.parametrize("kind", [0, 1], ids=["memory", "file"])
 def test_copies_are_the_run(how: str, kind: int, both: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
     run, again = both[kind], COPIES[how](both[kind])
-    assert type(again) is ldbench.Run and repr(again) == repr(run) and again.case == run.case
+    assert type(again) is type(run) and repr(again) == repr(run) and again.case == run.case
     assert again.data.equals(run.data) and again.data.attrs == run.data.attrs
     assert alike(vars(again.header), vars(run.header)) and alike(again.events, run.events) and alike(again.results, run.results)
     assert alike(again.seconds, run.seconds)

@@ -2,41 +2,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from ldbench import Case, Error
+from ldbench import Case
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData
-
-
-@dataclass(frozen=True)
-class Invented:
-    """The source of a run that neither the core nor a file tells."""
-
-    frame: pd.DataFrame
-    file: Path
-    header: Header
-    told: Case | None       # None: as the settings of the header say
-
-    def columns(self) -> pd.DataFrame:
-        return self.frame
-
-    def case(self) -> Case:
-        if self.told is not None:
-            return self.told
-        if not self.header.settings:
-            raise Error(f"{self.file}: expected a case, found none")
-        return Case.of_groups(self.header.settings, f"{self.file}, header", self.file.resolve().parent)
 
 
 def invented_run(frame: pd.DataFrame, file: str | Path = "invented.txt", name: str = "", header: Header | None = None,
                  case: Case | None = None) -> RunData:
     """A run with the columns `frame`; without a header it is like another code's file."""
-    return RunData(Invented(frame, Path(file), header or Header(), case), name)
+    return RunData(Path(file), name=name, header=header or Header(), data=frame, case=case)
 
 
 def altered(run: RunData, header: Mapping[str, Any] | None = None, results: Mapping[str, Any] | None = None,

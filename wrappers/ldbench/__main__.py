@@ -141,7 +141,7 @@ def run_command(arguments: list[str] | None) -> int:
         return 128 + 13     # as the shell says of SIGPIPE
     except OSError as error:
         words = error.strerror or str(error)
-        reason = f"{error.filename}: {words}" if error.filename else words
+        reason = str(Error(f"{error.filename}: {words}" if error.filename else words))
         if error.errno in UNWRITABLE and not error.filename:
             reason = f"standard output: {words}"
             discard_output()
@@ -150,7 +150,7 @@ def run_command(arguments: list[str] | None) -> int:
     except KeyboardInterrupt as stopped:
         print("ldbench: stopped", file=sys.stderr)
         return 128 + int(*stopped.args or (signal.SIGINT,))
-    print(f"ldbench: error: {' '.join(reason.split())}", file=sys.stderr)
+    print(f"ldbench: error: {reason}", file=sys.stderr)
     return 1
 
 

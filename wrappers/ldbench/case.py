@@ -121,11 +121,10 @@ class Case(Variables):
     @classmethod
     def of_values(cls, values: Sequence[Value], label: str = "case", folder: Path | None = None) -> Case:
         """A case of the values of all variables, in the order of `variables()`."""
-        if not isinstance(values, Sequence) or len(values) != len(variables()):
-            raise Error(f"{label}: expected the values of {len(variables())} variables, found {values!r}")
         case = cls.__new__(cls)
         vars(case).update(label=label, folder=folder)
-        vars(case)["unchanged"] = vars(case)["values"] = tuple(map(case._coerced, variables(), values))
+        vars(case)["unchanged"] = vars(case)["values"] = tuple(
+            case._coerced(variable, value) for variable, value in zip(variables(), values, strict=True))
         case._check()
         return case
 

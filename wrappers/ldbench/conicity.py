@@ -17,7 +17,8 @@ from ._core.calls import Handle
 GEOMETRY_PITCH = 1e-4       # between rows of geometry functions [m]
 FINE_PITCH = 2e-5           # between rows from which the conicity is integrated where the radius difference may jump [m]
 ROLL_STRIDE, LARGEST_ROLL = 1e-3, 0.1       # two ways to stand on both rails are farther apart than the stride [rad]
-SAME_HEIGHT, MISSED_HEIGHT = 1e-13, 1e-9   # difference of heights that ends a search, that is refused after it [m]
+SAME, MISSED = 1e-13, 1e-9  # difference of heights or radii that ends a search, that is refused after it [m]
+ROUNDING = 1e-12            # of radii, and of places at the ends of y [m]
 NO_DIFFERENCE = 1e-9        # a radius difference that is below this over all of a motion does not steer [m]
 
 
@@ -58,11 +59,12 @@ def rolled_rows(handle: Handle, y: np.ndarray, raised: tuple[float, float] = (0.
         return _flat.geometry_functions(handle, y)
 
     def difference(at: np.ndarray, phi: np.ndarray) -> np.ndarray:
-        """Height at which the left wheel touches less the one of the right wheel, at places `at` of y and roll angles [m]."""
+        """Height at which the left wheel touches less the one of the right wheel, at places `at` of y and roll angles [m]. A
+        positive one asks for roll that lifts the left wheel."""
         left, right = both_wheels(handle, y[at], phi, raised)
-        return left[0] - right[0]
+        return np.where(np.abs(phi) <= LARGEST_ROLL, left[0] - right[0], np.nan)
 
-    roll = standing_roll(difference, y.size)
+    roll = nearest_root(difference, y.size, ROLL_STRIDE)
     found = np.full((12, y.size), np.nan)
     at = np.flatnonzero(np.isfinite(roll))
     left, right = both_wheels(handle, y[at], roll[at], raised)
@@ -80,36 +82,34 @@ def both_wheels(handle: Handle, y: np.ndarray, roll: np.ndarray, raised: tuple[f
     return left, right
 
 
-def standing_roll(difference: Callable[[np.ndarray, np.ndarray], np.ndarray], n: int) -> np.ndarray:
-    """Roll angles nearest to 0 at which difference(places, angles) vanishes, (n,) [rad]; NaN where none is found.
+def nearest_root(function: Callable[[np.ndarray, np.ndarray], np.ndarray], n: int, stride: float) -> np.ndarray:
+    """Arguments nearest to 0 at which function(places, arguments) vanishes, (n,); NaN where none is found.
 
-    The difference is that of the heights at which the left and the right wheel touch: a positive one asks for roll that lifts
-    the left wheel.
+    A positive value at 0 asks for a larger argument. A search goes away from 0 in strides and ends where the function is NaN.
     """
     inner, outer = np.zeros(n), np.zeros(n)
-    start = difference(np.arange(n), inner)
+    start = function(np.arange(n), inner)
     near, far = start.copy(), start.copy()
     seeking = np.flatnonzero(np.isfinite(start) & (start != 0))
-    while seeking.size and np.max(np.abs(outer)) < LARGEST_ROLL:
+    while seeking.size:
         inner[seeking], near[seeking] = outer[seeking], far[seeking]
-        outer[seeking] += np.copysign(ROLL_STRIDE, start[seeking])
-        far[seeking] = difference(seeking, outer[seeking])
+        outer[seeking] += np.copysign(stride, start[seeking])
+        far[seeking] = function(seeking, outer[seeking])
         seeking = seeking[far[seeking]*start[seeking] > 0]
-    roll = np.where(far*start <= 0, outer, np.nan)
-    at = np.flatnonzero(np.isfinite(roll) & (far != 0))
+    root = np.where(far*start <= 0, outer, np.nan)
+    at = np.flatnonzero(np.isfinite(root) & (far != 0))
     for k in range(60):             # regula falsi with halved values (Illinois), and bisection where it creeps
-        at = at[np.abs(far[at]) > SAME_HEIGHT]
+        at = at[np.abs(far[at]) > SAME]
         if not at.size:
             break
         share = far[at]/(far[at] - near[at]) if k < 20 else 0.5
         middle = outer[at] + share*(inner[at] - outer[at])
-        found = difference(at, middle)
+        found = function(at, middle)
         beyond = found*far[at] < 0
         near[at] = np.where(beyond, far[at], near[at]/2)
         inner[at] = np.where(beyond, outer[at], inner[at])
         outer[at], far[at] = middle, found
-    roll[np.isfinite(roll)] = outer[np.isfinite(roll)]
-    return np.where(np.abs(far) <= MISSED_HEIGHT, roll, np.nan)
+    return np.where(np.isfinite(root) & (np.abs(far) <= MISSED), outer, np.nan)
 
 
 def gathered(y: np.ndarray, roll: np.ndarray, left: np.ndarray, right: np.ndarray, raised: tuple[float, float]) -> np.ndarray:
@@ -134,8 +134,8 @@ def equivalent_conicity(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarra
     amplitude, in half a wave. The conicity is 0 where delta_r vanishes over all of the motion, and NaN where delta_r turns the
     wheelset away from the centre of the motion, or y does not hold the motion.
     """
-    integral = Integral(y, delta_r)
-    centre = motion_centre(amplitude, integral)
+    integral = integral_of(y, delta_r)
+    centre = motion_centre(amplitude, y, delta_r)
     # y'^2 = 2/(e r) times the integral of delta_r from y to the end; y = c + a sin tau takes away the singularity at both
     # ends. wave = wavelength / sqrt(e r).
     n = 400
@@ -154,44 +154,26 @@ def harmonic_slope(amplitude: float, centre: float, y: np.ndarray, values: np.nd
     return float(2*np.mean(np.interp(centre + amplitude*np.sin(tau), y, values)*np.sin(tau))/amplitude)
 
 
-class Integral:
-    """Integral of values that are linear between evenly spaced points y, (n,), from the first point on."""
+def integral_of(y: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """The integral, as a function of its end, of values that are linear between points y."""
+    from scipy.interpolate import make_interp_spline  # takes longer than a short run
 
-    def __init__(self, y: np.ndarray, values: np.ndarray) -> None:
-        self.y, self.values, self.step = y, values, y[1] - y[0]
-        self.area = np.concatenate([[0.0], np.cumsum((values[:-1] + values[1:])/2*self.step)])
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """The integral from the first point to x; NaN where x is."""
-        share = np.nan_to_num((x - self.y[0])/self.step)
-        j = np.clip(share.astype(int), 0, self.y.size - 2)
-        share = np.where(np.isnan(x), np.nan, share - j)
-        return self.area[j] + self.step*share*(self.values[j] + share*(self.values[j + 1] - self.values[j])/2)
+    return make_interp_spline(y, values, k=1).antiderivative()
 
 
-def motion_centre(amplitude: np.ndarray, integral: Integral) -> np.ndarray:
+def motion_centre(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarray) -> np.ndarray:
     """Centres of motions about which delta_r is zero in the mean over the way, (m,) [m]; NaN where y holds none.
 
-    The centre is off the track's centre where left and right differ.
+    The centre is off the track's centre where left and right differ. delta_r grows with y: a positive mean asks for a centre
+    farther to the right.
     """
-    def mean(centre: np.ndarray) -> np.ndarray:
-        return (integral(centre + amplitude) - integral(centre - amplitude))/(2*amplitude)
+    integral = integral_of(y, delta_r)
 
-    y, step = integral.y, integral.step
-    start = mean(np.zeros_like(amplitude))
-    away = -step*np.sign(start)                 # delta_r grows with y: the centre is on the side that lowers the mean
-    high = np.where(np.abs(start) <= 1e-12, 0.0, np.nan)        # rounding, where left and right are the same [m]
-    seeking = np.isnan(high)
-    centre = np.zeros_like(amplitude)
-    while seeking.any():
-        centre = centre + away
-        seeking &= (centre - amplitude >= y[0]) & (centre + amplitude <= y[-1])
-        found = seeking & (mean(centre)*start <= 0)
-        high[found] = centre[found]
-        seeking &= ~found
-    low = np.where(high == 0, 0.0, high - away)
-    for _ in range(50):                         # a step of 0.1 mm to below the rounding of a displacement
-        middle = (low + high)/2
-        before = mean(middle)*start > 0
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return high
+    def mean(at: np.ndarray, centre: np.ndarray) -> np.ndarray:
+        """The mean of delta_r over motions about -centre [m]; none that is above rounding where left and right are the same."""
+        low, high = -centre - amplitude[at], -centre + amplitude[at]
+        found = (integral(high) - integral(low))/(2*amplitude[at])
+        inside = (low >= y[0] - ROUNDING) & (high <= y[-1] + ROUNDING)
+        return np.where(np.abs(found) <= ROUNDING, 0.0, np.where(inside, found, np.nan))
+
+    return -nearest_root(mean, amplitude.size, y[1] - y[0])

@@ -109,12 +109,10 @@ class Patch:
 
     def facts(self) -> dict[str, object]:
         """The numbers, SI units."""
-        hertz = self.hertz and {"half_x": self.hertz.half_x, "half_s": self.hertz.half_s, "area": self.hertz.area,
-                                "largest": self.hertz.largest}
-        return {"contact": self.contact, "force": self.force, "integral": self.integral, "energy": self.energy,
-                "largest": self.largest, "mean": self.mean, "area": self.area, "half_x": self.half_x,
-                "half_s": self.half_s, "approach": self.approach, "angle": self.angle, "centre": self.centre,
-                "centre_wheel": self.centre_wheel, "s_centre": self.s_centre, "s_ends": self.s_ends, "hertz": hertz}
+        names = ("contact", "force", "integral", "energy", "largest", "mean", "area", "half_x", "half_s", "approach", "angle",
+                 "centre", "centre_wheel", "s_centre", "s_ends")
+        hertz = self.hertz and {name: getattr(self.hertz, name) for name in ("half_x", "half_s", "area", "largest")}
+        return {name: getattr(self, name) for name in names} | {"hertz": hertz}
 
 
 def _top(squares: np.ndarray, k: int) -> float:

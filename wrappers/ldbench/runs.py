@@ -19,9 +19,9 @@ from ._core.notebook import html_table
 from ._core.units import Units
 from ._core.wording import counted
 from .case import Case, variables
-from .results.header import Header, parse_header
+from .results.header import parse_header
 from .results.quantities import CONTACT_NAMES
-from .results.run_data import ColumnFile, RunData, checked
+from .results.run_data import RunData, checked
 from .table import ContactTable
 
 if TYPE_CHECKING:       # what draws and makes frames is imported where it is needed: it takes longer than a short run
@@ -41,7 +41,13 @@ class Run(RunData):
     processes.
     """
 
-    _source: CoreRun | ColumnFile
+    #: Processor time of the integration [s]; NaN of a run from a file, which does not tell it.
+    seconds: float = np.nan
+
+    @functools.cached_property
+    def _in_core(self) -> ComputedRun:
+        """The run in the core's memory; a run from a file is computed again."""
+        return compute(self.case)
 
     @property
     def table(self) -> ContactTable:
@@ -55,20 +61,6 @@ class Run(RunData):
         return self._in_core.text
 
     @property
-    def seconds(self) -> float:
-        """Processor time of the integration [s]; NaN of a run from a file, which does not tell it."""
-        return self._source.seconds if isinstance(self._source, CoreRun) else np.nan
-
-    @functools.cached_property
-    def _in_core(self) -> CoreRun:
-        """The run in the core's memory; a run from a file is computed again."""
-        if isinstance(self._source, CoreRun):
-            return self._source
-        again = compute(self.case)._source
-        assert isinstance(again, CoreRun)
-        return again
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """What is doubtful about the profiles, the contact table and the run, in a line each."""
         told = [line.removeprefix("warning: ") for line in self._in_core.comments.splitlines() if line.startswith("warning: ")]
@@ -80,17 +72,15 @@ class Run(RunData):
 
         geometry: a file for the geometry functions. No earlier file is replaced before both new ones are complete.
         """
-        target, others = Path(path or self.file), [Path(geometry)] if geometry else []
-        if target.resolve() in [other.resolve() for other in others]:
+        if geometry and Path(path or self.file).resolve() == Path(geometry).resolve():
             raise Error(f"{geometry}: expected a file of its own for the geometry functions, found the column file")
-        if isinstance(self._source, CoreRun):
-            if path is None:
-                check_own_file(self.case, "a path, or another output_file in `replace`")
-            return self._source.write(path, geometry)
+        return self._write(path, geometry)
+
+    def _write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:
         if path is None:
             raise Error(f"{self.file}: expected the path of another file, to which the run is copied, found none")
-        check_written([target, *others], [self.file])
-        with complete(target) as scratch:
+        check_written([Path(path), *([Path(geometry)] if geometry else [])], [self.file])
+        with complete(Path(path)) as scratch:
             shutil.copyfile(self.file, scratch)
             if geometry:
                 self.table.write_geometry(geometry)
@@ -140,52 +130,45 @@ class Run(RunData):
         return f"Run({self.name!r}, {self.result('rows'):.0f} rows to t = {self.result('t'):g} s: {self.ending})"
 
 
-class CoreRun:
-    """A run in the core's memory."""
+class ComputedRun(Run):
+    """A run in the core's memory. In another process table and run are made again from the case where they are asked for."""
 
     def __init__(self, table: ContactTable, handle: Handle) -> None:
         """handle: the run, which the core integrated with that table."""
-        self._case = table.case
         vars(self).update(table=table, handle=handle)
         listing, length, self.seconds = _flat.run_comments(table._handle, handle)
         self.comments = text(listing, length)
         before, _, after = self.comments.partition("\x1c\n")
-        self.header: Header = parse_header(before.splitlines(), after.splitlines())
+        super().__init__(Path(output_path(table.case)), header=parse_header(before.splitlines(), after.splitlines()),
+                         case=table.case)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return super().__getstate__() | {"text": self.text, "comments": self.comments, "seconds": self.seconds}
+
+    @property
+    def _in_core(self) -> ComputedRun:
+        return self
 
     @functools.cached_property
     def text(self) -> str:
         """The summary that the executable prints."""
         return text(*_flat.run_summary(self.table._handle, self.handle))
 
-    def __getstate__(self) -> dict[str, Any]:
-        """What is known; table and run are made again from the case where they are asked for."""
-        _ = self.text
-        return {name: value for name, value in vars(self).items() if name not in ("table", "handle")}
-
     @functools.cached_property
     def table(self) -> ContactTable:
         """The contact table, loaded or built where it is not at hand."""
-        return ContactTable.quiet(self._case)
+        return ContactTable.quiet(self.case)
 
     @functools.cached_property
     def handle(self) -> Handle:
         """Handle of the run. A run from another process is computed again, once, to write its file."""
-        again = compute(self._case, table=self.table)._source
-        assert isinstance(again, CoreRun)
+        again = compute(self.case, table=self.table)
         if again.comments != self.comments:
-            raise Error(f"{self._case.label}: expected the profiles and the program that made the run, found others")
+            raise Error(f"{self.case.label}: expected the profiles and the program that made the run, found others")
         return again.handle
 
-    @property
-    def file(self) -> Path:
-        """Path of the column file that the case names."""
-        return Path(output_path(self._case))
-
-    def case(self) -> Case:
-        """The case that was run."""
-        return self._case
-
-    def columns(self) -> pd.DataFrame:
+    @functools.cached_property
+    def data(self) -> pd.DataFrame:
         """Copy the columns from the core."""
         import pandas as pd
 
@@ -195,11 +178,12 @@ class CoreRun:
         frame.attrs["units"] = Units(zip(names, units, strict=True))
         return frame
 
-    def write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:
-        """Write the column file as the executable does; returns its path."""
+    def _write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:
+        if path is None:
+            check_own_file(self.case, "a path, or another output_file in `replace`")
         path = os.fspath(path or self.file)
         message, length = _flat.write_run(self.table._handle, self.handle, path_bytes(path), path_bytes(geometry))
-        check(message, length, self._case.label)
+        check(message, length, self.case.label)
         return path
 
 
@@ -219,14 +203,14 @@ def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = 
     return done
 
 
-def compute(case: Case, progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
+def compute(case: Case, progress: Progress | bool | None = None, table: ContactTable | None = None) -> ComputedRun:
     """`run` without a `ldbench.Warning`, for commands and workers."""
     fitting = table.for_case(case) if table else ContactTable.quiet(case, progress)
 
-    def work(shared: Shared) -> Run:
+    def work(shared: Shared) -> ComputedRun:
         address, message, length = _flat.simulate_case(fitting._handle, *shared)
         check(message, length, case.label)
-        return Run(CoreRun(fitting, Handle(_flat.free_run, address)))
+        return ComputedRun(fitting, Handle(_flat.free_run, address))
 
     done = watched(work, progress)
     log.info("%r, %.2f s of processor time", done, done.seconds)
@@ -239,9 +223,7 @@ def read_run(path: str | os.PathLike[str], map: Any = None) -> Run:
     map: how another code names the columns, a mapping or a TOML file (see `read_columns`). It is not used for a file with
     ldbench's header. Raises FileNotFoundError where there is no file, Error where it cannot be understood.
     """
-    found = Run(ColumnFile(Path(path), map))
-    checked(found)
-    return found
+    return checked(Run(Path(path), map))
 
 
 def check_own_file(case: Case, wanted: str) -> None:

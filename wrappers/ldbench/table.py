@@ -1,6 +1,7 @@
 """The contact table of a case: forces, energies and stiffness of any pose."""
 from __future__ import annotations
 
+import functools
 import logging
 import os
 import threading
@@ -39,6 +40,13 @@ FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
 FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "friction", "shear_modulus",
               "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right", "file", "restitution")
 
+
+@functools.cache
+def bound_places() -> list[int]:
+    """Places of the variables, beside the profiles, that a contact table depends on."""
+    return [k for k, variable in enumerate(variables()) if variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES]
+
+
 # Held while the core may use a table file: gfortran does not open a file that another thread has open.
 _table_file = threading.Lock()
 
@@ -71,6 +79,26 @@ class ContactTable:
     case: Case
     seconds: float      # processor time for building the table [s]; 0 where it was found
     found: bool         # whether it was read from a file
+    #: Rigid-axle flange clearance to the left [m].
+    clearance: float
+    #: Rigid-axle flange clearance to the right [m]; that to the left where both sides have the same profiles.
+    clearance_right: float
+    #: Height z of the axle centre of the wheelset at rest, held at y = 0 [m].
+    equilibrium: float
+    #: Roll angle of the wheelset at rest [rad], 0 where left and right are the same: a column file's roll is measured from it.
+    equilibrium_roll: float
+    #: The pose (y, z, roll) in which the wheelset rests by itself; off the centre where left and right differ.
+    rest: tuple[float, float, float]
+    #: Height z of the axle centre at which the centred wheelset just touches [m].
+    rigid_height: float
+    #: Elastic approach of wheels and rails at rest [m].
+    approach: float
+    #: Gravity and vertical load [N].
+    weight: float
+    #: Half of the weight [N].
+    load_per_wheel: float
+    #: The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative; nan but for one with rigid contacts.
+    frequencies: tuple[float, ...]
 
     def __init__(self, case: Case | str | os.PathLike[str], progress: Progress | bool | None = None) -> None:
         """Load the table of a case, or of a namelist file, from the table file, or build it (some seconds); `progress` as in
@@ -102,18 +130,19 @@ class ContactTable:
 
     def _own(self, case: Case, handle: Handle) -> None:
         self.case, self._handle = case, handle
-        (self._clearance, self._clearance_right, self._equilibrium, self._equilibrium_roll, self._rigid_height, *rest,
-         self._weight, self.seconds, found, f1, f2, f3) = _flat.prepared_numbers(handle).tolist()
-        self._rest, self._frequencies, self.found = tuple(rest), (f1, f2, f3), bool(found)
+        (self.clearance, self.clearance_right, self.equilibrium, self.equilibrium_roll, self.rigid_height, y, z, roll,
+         self.weight, self.seconds, found, *frequencies) = _flat.prepared_numbers(handle).tolist()
+        self.rest, self.frequencies, self.found = (y, z, roll), tuple(frequencies), bool(found)
+        self.approach, self.load_per_wheel = self.rigid_height - self.equilibrium, self.weight/2
 
     def for_case(self, case: Case) -> ContactTable:
         """This table for a case that differs in initial conditions, loading, inertia, integrator or output.
 
         Raises Error when the case needs another table.
         """
-        for variable, ours, theirs in zip(variables(), self.case.values, case.values, strict=True):
-            if ours != theirs and variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES:
-                raise Error(f"{case.label}, &{variable.group} {variable.name}: expected {ours!r}, "
+        for k in bound_places():
+            if (ours := self.case.values[k]) != (theirs := case.values[k]):
+                raise Error(f"{case.label}, &{variables()[k].group} {variables()[k].name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
         address, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
         check(message, length, case.label)
@@ -133,7 +162,7 @@ class ContactTable:
 
     def _landmarks(self) -> tuple[float, ...]:
         """What changes with the profiles."""
-        return self._clearance, self._clearance_right, self._equilibrium, self._rigid_height
+        return self.clearance, self.clearance_right, self.equilibrium, self.rigid_height
 
     @property
     def accuracy(self) -> dict[str, Accuracy]:
@@ -172,58 +201,6 @@ class ContactTable:
         """Warn at the line that calls the caller of this method."""
         for words in self.warnings:
             warnings.warn(words, Warning, stacklevel=3)
-
-    @property
-    def clearance(self) -> float:
-        """Rigid-axle flange clearance to the left [m]."""
-        return self._clearance
-
-    @property
-    def clearance_right(self) -> float:
-        """Rigid-axle flange clearance to the right [m]; that to the left where both sides have the same profiles."""
-        return self._clearance_right
-
-    @property
-    def equilibrium(self) -> float:
-        """Height z of the axle centre of the wheelset at rest, held at y = 0 [m]."""
-        return self._equilibrium
-
-    @property
-    def equilibrium_roll(self) -> float:
-        """Roll angle of the wheelset at rest [rad], 0 where left and right are the same: a column file's roll is measured
-        from it."""
-        return self._equilibrium_roll
-
-    @property
-    def rest(self) -> tuple[float, float, float]:
-        """The pose (y, z, roll) in which the wheelset rests by itself; off the centre where left and right differ."""
-        return self._rest
-
-    @property
-    def rigid_height(self) -> float:
-        """Height z of the axle centre at which the centred wheelset just touches [m]."""
-        return self._rigid_height
-
-    @property
-    def approach(self) -> float:
-        """Elastic approach of wheels and rails at rest [m]."""
-        return self._rigid_height - self._equilibrium
-
-    @property
-    def load_per_wheel(self) -> float:
-        """Half of the weight [N]."""
-        return self._weight/2
-
-    @property
-    def weight(self) -> float:
-        """Gravity and vertical load [N]."""
-        return self._weight
-
-    @property
-    def frequencies(self) -> tuple[float, ...]:
-        """The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative; nan but for one with rigid
-        contacts."""
-        return self._frequencies
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
                   outside: Outside = "raise") -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ldbench import Case, Error
 from ldbench.results.columns import converted, read_raw
-from ldbench.results.header import Header, read_header
+from ldbench.results.header import read_header
 from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData, read_data
 
@@ -62,23 +62,6 @@ class SubmittedFile:
     guess: Guess | None             # of the map; None where a map was given or the file has ldbench's header
 
 
-@dataclass(frozen=True)
-class Mapped:
-    """Source of a run: another code's file that was read once, with the map that was guessed for it."""
-
-    file: Path
-    header: Header
-    frame: Any                      # a pandas DataFrame
-
-    def columns(self) -> Any:
-        """The columns in SI units."""
-        return self.frame
-
-    def case(self) -> Case:
-        """No file of another code tells its case."""
-        raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
-
-
 @quiet()
 def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> SubmittedFile:
     """Read a file of any code, once, and guess its map where it needs one and none is given.
@@ -97,7 +80,7 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
     # Our own run of exercise 5 may be its first seconds alone.
     length = Case.exercise(5, task.profiles).t_end if task.exercise == 5 else None
     guess = guess_map(file, own_run(task), raw, length)
-    return SubmittedFile(task, RunData(Mapped(file, header, converted(file, raw, guess.map))), guess)
+    return SubmittedFile(task, RunData(file, header=header, data=converted(file, raw, guess.map)), guess)
 
 
 @quiet()

@@ -13,7 +13,7 @@ from ldbench import Error
 from ldbench.results.run_data import RunData
 from ldbench.tools import digest
 
-from .check import Mapped, read_submitted
+from .check import read_submitted
 from .energies import ENERGIES
 from .horizon import horizon
 from .jumps import IMPULSES
@@ -136,7 +136,7 @@ def read_reference(one: Reference) -> RunData:
         # The row behind the last one that is matched: the reference is interpolated between rows.
         rows = int(np.searchsorted(run.time, MATCHED_BEYOND*horizon(one.task), "right")) + 1
         few = data.iloc[:rows][[name for name in data if name in NEEDED]].copy()
-        _READ[one.key] = RunData(Mapped(one.file, run.header, few))
+        _READ[one.key] = RunData(one.file, header=run.header, data=few)
     return _READ[one.key]
 
 

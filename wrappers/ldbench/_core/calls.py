@@ -3,9 +3,10 @@ from __future__ import annotations
 
 import functools
 import os
-import threading
 import weakref
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import closing, nullcontext
 from typing import Any, NoReturn, TypeVar
 
 import numpy as np
@@ -84,40 +85,19 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
     terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
     """
     shared = np.zeros(2), np.zeros(1, np.intc)
-    results: list[Result] = []
-    errors: list[BaseException] = []
-    done = threading.Event()        # Thread.join takes a thread for finished when Ctrl-C interrupts it (Python 3.11)
-
-    def keep_outcome() -> None:
-        try:
-            results.append(work(shared))
-        except BaseException as error:
-            errors.append(error)
-        finally:
-            done.set()
-
     bar = Bar() if progress is True else None
     tell = bar or (progress if callable(progress) else None)
-    worker = threading.Thread(target=keep_outcome, name="ldbench")
-    try:
-        worker.start()
-        while not done.wait(0.05):
-            stage, share = shared[0]
-            if tell and stage:
-                tell(STAGES[int(stage)], float(share))
-    except BaseException:
-        shared[1][0] = 1
-        if worker.is_alive():
-            done.wait()
-        raise
-    finally:
-        if done.is_set():
-            worker.join()       # it only has to end
-        if bar:
-            bar.close()
-    if errors:
-        raise errors[0]
-    return results[0]
+    with ThreadPoolExecutor(1, "ldbench") as pool, closing(bar) if bar else nullcontext():
+        try:
+            future = pool.submit(work, shared)
+            while not wait([future], 0.05).done:
+                stage, share = shared[0]
+                if tell and stage:
+                    tell(STAGES[int(stage)], float(share))
+            return future.result()
+        except BaseException:
+            shared[1][0] = 1
+            raise
 
 
 class Bar:

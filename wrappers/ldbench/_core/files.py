@@ -28,7 +28,8 @@ def digest(data: bytes) -> str:
 def complete(target: Path) -> Iterator[Path]:
     """Give a scratch file to write, beside the target. On success it takes the name of the target."""
     check_target(target)
-    make_folder(target)
+    if target.parent == Path(DEFAULT_FOLDER):
+        target.parent.mkdir(exist_ok=True)
     file = target.resolve()     # that a link leads to
     scratch = file.with_name(f"{file.name}.ldbench-part{secrets.token_hex(8)}")
     try:
@@ -43,14 +44,15 @@ def complete(target: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def failing_as(target: Path, scratch: Path) -> Iterator[None]:
-    """An Error that names `target`, where `scratch`, which is to become it, cannot be written."""
+def failing_as(target: Path, scratch: Path | None = None) -> Iterator[None]:
+    """An Error that names `target`, where `scratch`, which is to become it, or any file cannot be written."""
     try:
         yield
     except Exception as error:
         # Some libraries raise something else when they close what they could not write.
         cause = error if isinstance(error, OSError) else error.__context__
-        if not isinstance(cause, OSError) or cause.filename not in (None, str(scratch)):
+        if (isinstance(error, Error) or not isinstance(cause, OSError)
+                or (scratch and cause.filename not in (None, str(scratch)))):
             raise
         raise Error(f"{target}: cannot be written completely: {cause.strerror or cause}") from None
 
@@ -69,12 +71,6 @@ def check_ending(file: Path, what: str, *endings: str) -> None:
     """Refuse to write something else than the name of a file says; `what` is written, with one of these endings."""
     if file.suffix.lower() not in endings:
         raise Error(f"{file}: expected {what}, found {file.suffix or 'no ending'}")
-
-
-def make_folder(file: Path) -> None:
-    """Make the default folder, if a file needs it and it does not exist."""
-    if file.parent == Path(DEFAULT_FOLDER):
-        file.parent.mkdir(exist_ok=True)
 
 
 def make_results_folder(folder: Path) -> None:

@@ -7,8 +7,8 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
-from contextlib import contextmanager, suppress
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from multiprocessing.connection import wait as wait_for
 from typing import Any, TypeVar
 
@@ -29,9 +29,8 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], workers: int,
-               done: Callable[[Task, Result], object]) -> None:
-    """Do `work(task, tell)` in threads, in the order of the tasks; `done(task, result)` is called here after each.
+def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], workers: int) -> Iterator[tuple[Task, Result]]:
+    """Do `work(task, tell)` in threads, in the order of the tasks; each task and its result, as they come.
 
     When one fails with an Error, those at work are waited for, the others are not begun. At Ctrl-C `tell`, which runs
     take for their progress, stops them too.
@@ -42,13 +41,12 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
         if stop.is_set():
             raise Error("stopped")
 
-    workers = max(1, min(workers, len(tasks)))
-    with ThreadPoolExecutor(workers) as pool:
+    with ThreadPoolExecutor(max(1, min(workers, len(tasks)))) as pool:
         try:
             going = {pool.submit(work, task, tell): task for task in tasks}
             while going:
                 for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
-                    done(going.pop(future), future.result())
+                    yield going.pop(future), future.result()
         except BaseException as error:
             if not isinstance(error, Error):
                 stop.set()
@@ -69,77 +67,32 @@ def one_of_each(tasks: Iterable[Task], what: Callable[[Task], object]) -> list[l
     return [list(first.values()), rest]
 
 
-class HereAndNow:
+class HereAndNow(Executor):
     """Stands for worker processes where the system has none that are forked: this thread does each work as it is handed in."""
 
-    def __init__(self, known: Sequence[Callable[..., Any]]) -> None:
-        self._known = known
-
-    def submit(self, work: Callable[..., Result] | int, *arguments: object) -> Future[Result]:
+    def submit(self, work: Callable[..., Result], /, *arguments: Any, **options: Any) -> Future[Result]:
         future: Future[Result] = Future()
         try:
-            future.set_result((self._known[work] if isinstance(work, int) else work)(*arguments))
+            future.set_result(work(*arguments, **options))
         except Exception as error:
             future.set_exception(error)
         return future
-
-    map = staticmethod(map)
-
-    def kill(self) -> None:
-        """Nothing goes on."""
-
-    close = kill
-
-
-class Processes:
-    """Worker processes, forked: they have every module from their start, and the functions in `known` with all data in them."""
-
-    def __init__(self, number: int, known: Sequence[Callable[..., Any]] = ()) -> None:
-        fork = multiprocessing.get_context("fork")
-        self._children = fork.SimpleQueue()
-        self._pool = ProcessPoolExecutor(number, fork, begin, (self._children, known))
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, PARENTS)      # a child shall not take them for its own
-        try:
-            self._pool.submit(usable_cores).result()        # forks all of them, before other threads begin
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-    def submit(self, work: Callable[..., Result] | int, *arguments: object) -> Future[Result]:
-        """Ask for the result of a function, or of one in `known` by its place there."""
-        return self._pool.submit(call_known, work, *arguments) if isinstance(work, int) else self._pool.submit(work, *arguments)
-
-    def map(self, work: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:
-        """Results in the order of the tasks."""
-        return self._pool.map(work, tasks)
-
-    def kill(self) -> None:
-        """End the processes, whatever they do."""
-        while not self._children.empty():
-            with suppress(ProcessLookupError):
-                os.kill(self._children.get(), signal.SIGKILL)
-
-    def close(self) -> None:
-        """Wait for the processes to end; what has not begun is not done."""
-        self._pool.shutdown(cancel_futures=True)
 
 
 _known: Sequence[Callable[..., Any]] = ()
 
 
-def begin(children: Any, known: Sequence[Callable[..., Any]]) -> None:
+def call_known(number: int, *arguments: object) -> Any:
+    """The result of one of the functions that `processes` was given, by its place there."""
+    return _known[number](*arguments)
+
+
+def begin() -> None:
     """Begin a worker process, which ends with its parent."""
-    global _known       # noqa: PLW0603, a process has one parent
-    _known = known
-    children.put(os.getpid())
     signal.signal(signal.SIGINT, signal.SIG_IGN)        # Ctrl-C goes to the parent as well, which says so in one line
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, PARENTS)
     threading.Thread(target=end_with_parent, daemon=True).start()
-
-
-def call_known(number: int, *arguments: object) -> Any:
-    """The result of a function that this process had from its start."""
-    return _known[number](*arguments)
 
 
 def end_with_parent() -> None:
@@ -151,15 +104,30 @@ def end_with_parent() -> None:
 
 
 @contextmanager
-def processes(jobs: int | None, tasks: int, known: Sequence[Callable[..., Any]] = ()) -> Iterator[Processes | HereAndNow]:
-    """Start worker processes, one per core by default, but no more than there are tasks. known: see `Processes`."""
-    pool = Processes(max(1, min(jobs or usable_cores(), tasks)), known) if FORKS else HereAndNow(known)
+def processes(jobs: int | None, tasks: int, known: Sequence[Callable[..., Any]] = ()) -> Iterator[Executor]:
+    """Start worker processes, one per core by default, but no more than there are tasks.
+
+    They are forked: they have every module from their start, and the functions in `known` with all data in them, for `call_known`.
+    """
+    global _known       # noqa: PLW0603, forked processes have it
+    _known, others = known, multiprocessing.active_children()
+    pool: Executor = HereAndNow()
     try:
+        if FORKS:
+            pool = ProcessPoolExecutor(max(1, min(jobs or usable_cores(), tasks)), multiprocessing.get_context("fork"), begin)
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, PARENTS)      # a child shall not take them for its own
+            try:
+                pool.submit(usable_cores).result()      # forks all of them, before other threads begin
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
         yield pool
     except BaseException as error:
-        pool.kill()
+        for child in multiprocessing.active_children():
+            if child not in others:
+                child.kill()
         if isinstance(error, BrokenExecutor):
             raise Error(PROCESS_DIED) from None
         raise
     finally:
-        pool.close()
+        _known = ()
+        pool.shutdown(cancel_futures=True)

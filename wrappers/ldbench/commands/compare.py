@@ -22,7 +22,6 @@ from .options import add_map, add_output, check_names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files; the first is the reference")
     add_output(parser, "the PDF; the tables go beside it as CSV", default="comparison.pdf")
     parser.add_argument("--align", choices=("time", "first-flange"), default="time",
@@ -31,7 +30,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     check_names(args.files, args.map)
     runs = distinct([read_data(file, args.map) for file in args.files])
     print("\n".join(str(file) for file in make_comparison(runs, args.output, args.align)))

@@ -47,7 +47,6 @@ def parse_values(setting: str, drawn: bool = False) -> tuple[str, list[Value]]:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("namelist", metavar="NAMELIST", help="namelist file")
     parser.add_argument("--over", metavar="NAME=VALUES", action="append", required=True,
                         help="a variable and its values: 1,2,4 or 1:4:7 (from, to, number), or with -n a range 1:4; as often as "
@@ -64,7 +63,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     case = Case.from_namelist(args.namelist).replace(settings(args.set))
     over = [parse_values(setting, args.n is not None) for setting in args.over]
     find_variables(name for name, _ in over)

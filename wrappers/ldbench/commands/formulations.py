@@ -18,13 +18,11 @@ from .options import add_folder, add_jobs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     add_folder(parser, "where the results go")
     add_jobs(parser)
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     root = Path.cwd()
     print("\n".join(str(file) for file in make_comparison(root, shipped_inputs(root), args.output, args.jobs)))
     return 0

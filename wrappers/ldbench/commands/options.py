@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -79,21 +80,6 @@ def add_loudness(parser: argparse.ArgumentParser) -> None:
     both.add_argument("-v", "--verbose", action="store_true", help="tell what is written and why, on standard error")
 
 
-class NoTerminal:
-    """A stream as it is, but for being a terminal: bars of progress are drawn on terminals alone."""
-
-    def __init__(self, stream: Any) -> None:
-        self.stream = stream
-
-    def __getattr__(self, name: str) -> Any:
-        """What the stream has."""
-        return getattr(self.stream, name)
-
-    def isatty(self) -> bool:
-        """Whether it is a terminal."""
-        return False
-
-
 @contextmanager
 def spoken(args: argparse.Namespace) -> Iterator[None]:
     """Print and log as much as -q and -v ask for."""
@@ -105,7 +91,9 @@ def spoken(args: argparse.Namespace) -> Iterator[None]:
     try:
         with ExitStack() as stack:
             if args.quiet:
-                stack.enter_context(redirect_stderr(NoTerminal(sys.stderr)))
+                # Bars of progress are drawn on terminals alone.
+                plain: Any = SimpleNamespace(write=sys.stderr.write, flush=sys.stderr.flush, isatty=lambda: False)
+                stack.enter_context(redirect_stderr(plain))
                 if not getattr(args, "json", False):
                     stack.enter_context(redirect_stdout(stack.enter_context(open(os.devnull, "w"))))
             yield

@@ -18,7 +18,6 @@ from .options import add_jobs, add_map, add_output, check_names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files")
     add_output(parser, "the PDF", default="ldbench_plots.pdf")
     parser.add_argument("--geometry", action="append", type=Path, default=[], metavar="FILE",
@@ -28,7 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     check_names(args.files, args.map)
     with tqdm(total=len(args.files) + len(args.geometry), desc="plots", disable=None) as bar:
         pages = make_plots(args.files, args.output, args.geometry, args.jobs, bar.update, args.map)

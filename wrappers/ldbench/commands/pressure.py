@@ -24,7 +24,6 @@ from .options import add_json, add_output, print_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE", help="a column file")
     parser.add_argument("--at", type=float, metavar="S", required=True, help="the moment [s]; the nearest row counts")
     parser.add_argument("--contact", choices=tuple(CONTACT_NAMES),
@@ -34,7 +33,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     check_ending(args.output, "a picture .pdf or .png", ".pdf", ".png")
     check_written([args.output], [args.file])
     run = read_data(args.file)

@@ -29,7 +29,6 @@ from .options import add_json, add_output, add_set, print_json, settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("files", nargs="+", metavar="PROFILE", help="a wheel or a rail, or one of each")
     add_set(parser)
     parser.add_argument("--smoothing", type=float, metavar="MM",
@@ -59,7 +58,6 @@ def two_radii(words: str) -> tuple[float, float]:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     if len(args.files) > 2:
         raise Usage(f"expected a wheel or a rail, or one of each, found {len(args.files)} files")
     check_ending(args.output, "a page .pdf or .png, or a curve .yz", ".pdf", ".png", ".yz")

@@ -19,7 +19,6 @@ from .options import add_folder, add_jobs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     add_folder(parser, "where everything goes")
     parser.add_argument("--inputs", type=Path, metavar="DIR",
                         help="namelists exN_PAIR.nml (inputs in this folder, or those shipped)")
@@ -28,7 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     root = Path.cwd()
     made = make_report(root, args.inputs or shipped_inputs(root), root/args.output, args.jobs, args.force)
     for file in made:

@@ -24,7 +24,6 @@ from .options import LOG, add_jobs, add_json, add_output, add_set, print_json, s
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("namelists", nargs="+", metavar="NAMELIST", help="namelist files")
     add_set(parser)
     add_output(parser, "the column file of one case (as the namelist says, which a case that --set changes may not replace)")
@@ -33,7 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     if args.output and len(args.namelists) > 1:
         raise Usage(f"-o: expected one namelist, found {len(args.namelists)}")
     cases = [chosen(namelist, settings(args.set), args.output) for namelist in args.namelists]
@@ -43,24 +41,21 @@ def main(args: argparse.Namespace) -> int:
                 case.check_writable(f"&output {name}", path)
     written_files = [Path(path) for case in cases for path in (output_path(case), case.geometry_file) if path]
     check_written(written_files, map(Path, args.namelists))
-    waiting: dict[int, Run] = {}
-    told = 0
+    if len(cases) == 1:
+        show(written(cases[0], True), 0, args.json)
+        return 0
 
     def work(number: int, stopping: Progress) -> Run:
         return written(cases[number], stopping)
 
-    def tell(number: int, result: Run) -> None:
-        """Print a result when those before it are printed."""
-        nonlocal told
-        waiting[number] = result
-        while told in waiting:
-            show(waiting.pop(told), told, args.json)
-            told += 1
-
-    if len(cases) == 1:
-        tell(0, written(cases[0], True))
-    for batch in one_of_each(range(len(cases)), lambda number: cases[number].table_path()) if len(cases) > 1 else ():
-        in_threads(work, batch, args.jobs, tell)
+    waiting: dict[int, Run] = {}
+    told = 0
+    for batch in one_of_each(range(len(cases)), lambda number: cases[number].table_path()):
+        for number, result in in_threads(work, batch, args.jobs):
+            waiting[number] = result
+            while told in waiting:          # a result is printed when those before it are
+                show(waiting.pop(told), told, args.json)
+                told += 1
     return 0
 
 

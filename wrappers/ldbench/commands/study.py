@@ -21,7 +21,6 @@ STUDIES = "contact-law", "derailment"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("study", choices=STUDIES, help="which study")
     add_folder(parser, "where the results go")
     add_jobs(parser)
@@ -29,7 +28,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     if args.study == "derailment":
         from ..report.derailment_demo import derailment_demo
 

@@ -7,16 +7,18 @@ examples:
 from __future__ import annotations
 
 import argparse
+import textwrap
 from dataclasses import asdict
 
-from .._core.wording import counted, wrapped
+from .._core.wording import counted
 from ..case import Case
 from ..table import ContactTable, profile_names
 from .options import add_json, add_output, add_set, print_json, settings
 
+WIDTH = 100         # longest line on the terminal [characters], as in fortran/program/run_results.f90
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("namelist", metavar="NAMELIST", help="namelist file")
     add_set(parser)
     add_output(parser, "write the geometry functions over the lateral displacement")
@@ -24,7 +26,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     case = Case.from_namelist(args.namelist).replace(settings(args.set))
     if args.output:
         case = case.replace(geometry_file=args.output)      # which looks at what else is read and written
@@ -75,4 +76,4 @@ def describe(table: ContactTable) -> None:
             print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
                   f"at {counted(error.poses, 'pose')}")
     for words in table.warnings:
-        print(wrapped(f"warning: {words}"))
+        print(textwrap.fill(f"warning: {words}", WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))

@@ -12,12 +12,10 @@ from ..case import find_variable, variables
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("names", nargs="*", metavar="NAME", help="groups or variables (all)")
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     groups = {variable.group for variable in variables()}
     chosen = {k for name in args.names for k, variable in enumerate(variables())
               if (variable.group == name.lstrip("&").lower() if name.lstrip("&").lower() in groups else k == find_variable(name))}

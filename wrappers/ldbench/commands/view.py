@@ -26,7 +26,7 @@ from pathlib import Path
 from .._core.errors import Usage
 from .._core.files import DEFAULT_FOLDER, check_ending, check_written
 from ..case import Case
-from ..results.run_data import RunData, read_data
+from ..results.run_data import read_data
 from ..viewer.film import FILMS, PICTURE, check_film, make_film
 from ..viewer.page import make_page
 from ..viewer.show import distinct
@@ -47,7 +47,6 @@ def speed(word: str) -> float:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files; the first is the reference")
     add_output(parser, "the page .html, the film .mp4 or .gif, or the picture of one moment .png "
                        "(outputs/NAME.html, by the first file's name)")
@@ -66,7 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     target = args.output or Path(DEFAULT_FOLDER, f"{args.files[0].stem}.html")
     check_ending(target, "a page .html, a film .mp4 or .gif, or a picture .png", *PAGES, *FILMS, PICTURE)
     kind = target.suffix.lower()
@@ -78,11 +76,13 @@ def main(args: argparse.Namespace) -> int:
     case = Case.from_namelist(args.case) if args.case else None
     check_written([target], args.files)
     check_names(args.files, args.map)
-    if kind in PAGES:
-        make_page(read(args.files, args.map), args.title, case).write(target)
-    else:
+    if kind not in PAGES:
         check_film(target)
-        make_film(read(args.files, args.map), target, args.start, args.end, args.speed, case)
+    runs = distinct([read_data(file, args.map) for file in args.files])
+    if kind in PAGES:
+        make_page(runs, args.title, case).write(target)
+    else:
+        make_film(runs, target, args.start, args.end, args.speed, case)
     print(f"{target}  {target.stat().st_size/1e6:.2f} MB")
     if kind in PAGES and args.browser and at_display() and not webbrowser.open(target.resolve().as_uri()):
         print("found no browser that opens the page")
@@ -93,8 +93,3 @@ def at_display() -> bool:
     """Whether a person at a terminal called, on a machine that shows windows; never in tests and CI."""
     shows = sys.platform in ("darwin", "win32") or bool({"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys())
     return shows and sys.stdout.isatty() and not {"CI", "PYTEST_CURRENT_TEST"} & os.environ.keys()
-
-
-def read(files: list[Path], map: Path | None) -> list[RunData]:
-    """Read the files; the map of names applies to files without ldbench's header."""
-    return distinct([read_data(file, map) for file in files])

@@ -4,7 +4,8 @@ from __future__ import annotations
 import functools
 import itertools
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ from .._core.kept import program_digest
 from ..case import Case, Value, find_variable, find_variables, variables
 from ..results.events import event_kinds
 from ..runs import Run, compute
-from ..table import FREE_GROUPS, FREE_NAMES, ContactTable
+from ..table import ContactTable, bound_places
 
 Record = dict[str, Any]             # what is kept of a run, by name; of one that failed its `error` alone
 TableKey = tuple[object, ...]       # equal for cases that share a contact table
@@ -115,33 +116,27 @@ def check_wanted(wanted: Wanted, over: Iterable[str]) -> None:
         raise BadValue(f"ensemble: expected rows of at least 2, found {wanted.rows}")
 
 
-class TableKeys:
-    """Keys of contact tables by case. Files are read once: they do not change while an ensemble runs."""
+def table_keys() -> Callable[[Case], TableKey]:
+    """The key of the table of a case: the values that the table depends on, and the contents of the profiles. Files are read once:
+    they do not change while an ensemble runs."""
+    @functools.cache
+    def contents(path: str) -> str:
+        with suppress(OSError):         # the run will say so
+            return digest(Path(path).read_bytes())
+        return ""
 
-    def __init__(self) -> None:
-        self._contents = functools.cache(contents)
-        self._places = [k for k, variable in enumerate(variables())
-                        if variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES]
-
-    def __call__(self, case: Case) -> TableKey:
-        """The key of the table of a case: the values that the table depends on, and the contents of the profiles."""
+    def key(case: Case) -> TableKey:
         files = case.profile_files()
-        profiles = [self._contents(files.get(f"{which}{side}", files[which]))
+        profiles = [contents(files.get(f"{which}{side}", files[which]))
                     for side in ("", "_right") for which in ("wheel_profile", "rail_profile")]
-        return (*(case.values[k] for k in self._places), *profiles)
+        return (*(case.values[k] for k in bound_places()), *profiles)
 
-
-def contents(path: str) -> str:
-    """The digest of a file; the empty text where it cannot be read."""
-    try:
-        return digest(Path(path).read_bytes())
-    except OSError:
-        return ""               # the run will say so
+    return key
 
 
 def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
     """The key of each member; it changes with anything that the result depends on."""
-    table, tail = TableKeys(), json.dumps([program_digest(), *wanted])
+    table, tail = table_keys(), json.dumps([program_digest(), *wanted])
 
     def key(member: Member) -> str:
         case = member.unchecked()
@@ -161,7 +156,7 @@ class Group(NamedTuple):
 
 def groups_of(members: Sequence[Member], numbers: Iterable[int], base: Case | None = None) -> Iterator[Group]:
     """The numbered members by table. A table file holds the table of the first case that names it, `base` before all."""
-    key = TableKeys()
+    key = table_keys()
     files = {base.table_file: key(base)} if base else {}
     found: dict[TableKey, list[int]] = {}
     for number in numbers:

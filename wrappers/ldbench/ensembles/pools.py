@@ -12,10 +12,9 @@ import pickle
 import tempfile
 import threading
 import time
-from collections import deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     import distributed
 
 AHEAD = 3           # tasks of a thread, so that it has some while this process hands on what is done
-MOST = 1000         # tasks on a cluster, each of which a thread of this process waits for
 PIECE = 1.0         # work of a task on a cluster [s], longer with more threads than RATE
 SHORTEST = 0.05     # work of the last tasks [s]
 RATE = 100          # tasks per second that a scheduler can do
@@ -40,10 +38,13 @@ TABLES_KEPT = 4     # by a worker process
 
 
 class Here:
-    """The threads of this process."""
+    """The threads of this process. A thread that needs a table waits for the one that builds it."""
+
+    died: Any = ()      # what tells that workers die again and again
 
     def __init__(self, threads: int) -> None:
-        self.workers, self._stop = threads, threading.Event()
+        self._threads, self._stop = threads, threading.Event()
+        self._pool = ThreadPoolExecutor(threads, "ldbench ensemble")
 
     def _tell(self, stage: str, share: float) -> None:
         """Progress of a table or a run; stops it."""
@@ -52,38 +53,42 @@ class Here:
 
     def threads(self) -> int:
         """Members that can run at the same time."""
-        return self.workers
-
-    def tables(self) -> int:
-        """Tables that are built ahead. The core builds one at a time, so one thread builds while the others run members."""
-        return 1
+        return self._threads
 
     def size(self, left: int) -> int:
         """How many of the members that are left make a task."""
         return 1
 
-    def build(self, case: Case) -> ContactTable:
+    def build(self, case: Case) -> Future[ContactTable]:
         """The table of a case, for `run`."""
-        return ContactTable.quiet(case, self._tell)
+        return self._pool.submit(ContactTable.quiet, case, self._tell)
 
-    def run(self, members: Sequence[Member], table: ContactTable, wanted: Wanted) -> list[Record]:
+    def run(self, members: Sequence[Member], table: Future[ContactTable] | ContactTable | None,
+            wanted: Wanted) -> Future[list[Record]]:
         """The records of members of one table."""
-        return run_members(members, table, wanted, self._tell)
+        def work() -> list[Record]:
+            return run_members(members, table.result() if isinstance(table, Future) else table, wanted, self._tell)
+
+        return self._pool.submit(work)
+
+    def records(self, done: Future[list[Record]]) -> list[Record]:
+        """What a task has brought; an Error where its table cannot be made."""
+        return done.result()
 
     def close(self) -> None:
-        """Stop what runs."""
+        """Stop what runs; what has not begun is not done."""
         self._stop.set()
+        self._pool.shutdown(cancel_futures=True)
 
 
 class Cluster:
     """The workers of a Dask cluster. Tasks take about a second, by the time of members that have run, and less at the end, so that
     the workers end together."""
 
-    workers = MOST
-
     def __init__(self, scheduler: str) -> None:
-        self._distributed = distributed = needed("distributed", "ensemble", "dask[distributed]")
-        self._scheduler, self._counted, self._threads, self._seconds = scheduler, -math.inf, 1, 0.0
+        distributed = needed("distributed", "ensemble", "dask[distributed]")
+        self.died = distributed.KilledWorker
+        self._counted, self._threads, self._seconds = -math.inf, 1, 0.0
         try:
             kind, place = distributed.comm.parse_address(scheduler)
             if kind in {"tcp", "tls"}:
@@ -94,14 +99,13 @@ class Cluster:
             self._client = distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError) as error:
             raise Error(f"{scheduler}: expected a Dask scheduler, found none: {error}") from None
+        self._pool = self._client.get_executor(pure=False)
 
     def threads(self) -> int:
         """Members that can run at the same time; workers come and go."""
         if time.monotonic() > self._counted + COUNT:
             self._threads, self._counted = max(1, sum(self._client.nthreads().values())), time.monotonic()
         return self._threads
-
-    tables = threads
 
     def size(self, left: int) -> int:
         """How many of the members that are left make a task."""
@@ -110,28 +114,22 @@ class Cluster:
         longest, share = PIECE*max(1.0, self._threads/RATE), left*self._seconds/(AHEAD*self._threads)
         return max(1, int(min(longest, max(share, SHORTEST))/self._seconds))
 
-    def build(self, case: Case) -> distributed.Future:
-        """The table of a case, which stays on the workers, for `run`."""
-        table = self._client.submit(build_there, files_of(case), pure=False)
-        with self._dying():
-            if error := table.exception():
-                raise error
-        return table
-
-    def run(self, members: Sequence[Member], table: distributed.Future, wanted: Wanted) -> list[Record]:
-        """The records of members of one table."""
-        with self._dying():
-            done = self._client.submit(run_there, pickle.dumps(members), table, wanted, pure=False).result()
-        records: list[Record]
-        records, self._seconds = pickle.loads(done)
-        return records
-
-    @contextmanager
-    def _dying(self) -> Iterator[None]:
+    def build(self, case: Case) -> distributed.Future | None:
+        """The table of a case, which stays on the workers, for `run`; None where the profiles cannot be read, as runs will say."""
         try:
-            yield
-        except self._distributed.KilledWorker as error:
-            raise Error(f"{self._scheduler}: workers died again and again at the same task: {error}") from None
+            return self._client.submit(build_there, files_of(case), pure=False)
+        except Error:
+            return None
+
+    def run(self, members: Sequence[Member], table: distributed.Future | None, wanted: Wanted) -> Future[bytes]:
+        """The records of members of one table."""
+        return self._pool.submit(run_there, pickle.dumps(members), table, wanted)
+
+    def records(self, done: Future[bytes]) -> list[Record]:
+        """What a task has brought; an Error where its table cannot be made."""
+        records: list[Record]
+        records, self._seconds = pickle.loads(done.result())
+        return records
 
     def close(self) -> None:
         """Leave the cluster; what has not begun is not done."""
@@ -194,9 +192,9 @@ def load_there(files: Files) -> tuple[ContactTable, dict[str, str], tempfile.Tem
     return *files.table_in(folder.name), folder
 
 
-def run_there(pickled: bytes, files: Files, wanted: Wanted) -> bytes:
+def run_there(pickled: bytes, files: Files | None, wanted: Wanted) -> bytes:
     """Run members on this worker: their records and the time that a member took [s], pickled both ways."""
-    table, paths, _ = load_there(files)
+    table, paths, _ = load_there(files) if files else (None, {}, None)
     begin = time.perf_counter()
     records = run_members(pickle.loads(pickled), table, wanted, files=paths)
     return pickle.dumps((records, (time.perf_counter() - begin)/len(records)))
@@ -204,43 +202,36 @@ def run_there(pickled: bytes, files: Files, wanted: Wanted) -> bytes:
 
 def run_groups(members: Sequence[Member], groups: Iterable[Group], tables: Mapping[TableKey, ContactTable], place: Here | Cluster,
                wanted: Wanted) -> Generator[tuple[list[int], list[Record]]]:
-    """Numbers of members and their records as they come; `tables` by their keys are at hand.
+    """Numbers of members and their records as they come; `tables` by their keys are at hand. No more tasks are handed in than keep
+    the place busy."""
+    tasks = tasks_of(groups, tables, place)
+    going: dict[Future[Any], list[int]] = {}
+    try:
+        while True:
+            for table, numbers in islice(tasks, max(0, AHEAD*place.threads() - len(going))):
+                going[place.run([members[k] for k in numbers], table, wanted)] = numbers
+            if not going:
+                return
+            for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
+                numbers = going.pop(future)
+                try:
+                    records = place.records(future)
+                except Error as error:
+                    records = [{"error": str(error)}]*len(numbers)
+                yield numbers, records
+    except place.died as error:
+        raise Error(f"ensemble: workers died again and again at the same task: {error}") from None
+    finally:
+        place.close()
 
-    A thread of this process does each task, or waits for it. No more tasks are handed in than keep the place busy.
-    """
-    waiting = deque(groups)
-    ready: deque[tuple[Any, deque[int]]] = deque()              # tables, and the members that have not begun
-    going: dict[Future[Any], Group | list[int]] = {}            # tables and members that are under way
-    with ThreadPoolExecutor(place.workers, "ldbench ensemble") as pool:
-        try:
-            while waiting or ready or going:
-                while len(going) < AHEAD*place.threads():
-                    building = sum(isinstance(what, Group) for what in going.values())
-                    if waiting and building + len(ready) <= place.tables():
-                        group = waiting.popleft()
-                        if group.case is None:
-                            yield group.numbers, run_members([members[k] for k in group.numbers], None, wanted)
-                        elif group.key in tables:
-                            ready.append((tables[group.key], deque(group.numbers)))
-                        else:
-                            going[pool.submit(place.build, group.case)] = group
-                    elif ready:
-                        table, left = ready[0]
-                        numbers = [left.popleft() for _ in range(min(len(left), place.size(len(left))))]
-                        if not left:
-                            ready.popleft()
-                        going[pool.submit(place.run, [members[k] for k in numbers], table, wanted)] = numbers
-                    else:
-                        break
-                for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
-                    done = going.pop(future)
-                    if isinstance(done, list):
-                        yield done, future.result()
-                        continue
-                    try:
-                        ready.append((future.result(), deque(done.numbers)))
-                    except Error as error:
-                        yield done.numbers, [{"error": str(error)}]*len(done.numbers)
-        finally:
-            place.close()
-            pool.shutdown(cancel_futures=True)
+
+def tasks_of(groups: Iterable[Group], tables: Mapping[TableKey, ContactTable],
+             place: Here | Cluster) -> Iterator[tuple[Any, list[int]]]:
+    """A table and the numbers of members that a task runs with it. A table that is not at hand is asked for with its first task."""
+    for group in groups:
+        table = tables.get(group.key) or (place.build(group.case) if group.case else None)
+        begun = 0
+        while begun < len(group.numbers):
+            end = begun + place.size(len(group.numbers) - begun)
+            yield table, group.numbers[begun:end]
+            begun = end

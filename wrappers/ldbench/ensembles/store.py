@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from .._core.errors import Error
-from .._core.files import LOG, digest
+from .._core.files import LOG, digest, failing_as
 from .._core.kept import kept_in
 from .._core.optional import needed
 from .dataset import MARK, Batch, stack, to_dataset
@@ -42,7 +42,7 @@ def open_store(path: Path, dims: Mapping[str, int], coordinates: Coordinates, ke
                     "Remove it or choose another name")
     kept = kept_in(path.parent)
     with ExitStack() as held:
-        with writing(path):
+        with failing_as(path):
             kept.mkdir(parents=True, exist_ok=True)
             lock(held.enter_context(open(kept/f"{path.name}.lock", "w")), path)
             store = Store(path, dims, coordinates, keys)
@@ -57,15 +57,6 @@ def is_ours(path: Path) -> bool:
     with suppress(OSError, ValueError):
         return MARK.items() <= dict(json.loads((path/".zattrs").read_bytes())).items()
     return False
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """An Error that names the store where something of it cannot be written."""
-    try:
-        yield
-    except OSError as error:
-        raise Error(f"{path}: cannot be written completely: {error.strerror or error}") from None
 
 
 def lock(file: TextIO, path: Path) -> None:
@@ -137,7 +128,7 @@ class Store:
     def flush(self) -> None:
         """Write what waits."""
         if self.waiting:
-            with writing(self.path):
+            with failing_as(self.path):
                 self._write(np.array(list(self.waiting)), stack(list(self.waiting.values())))
         self.waiting = {}
         self.held, self.flushed = 0, time.monotonic()
@@ -196,7 +187,7 @@ class Store:
     def finish(self) -> xr.Dataset:
         """The complete Dataset, under its name."""
         self.flush()
-        with writing(self.path):
+        with failing_as(self.path):
             if not self.complete:
                 needed("zarr", "ensemble").consolidate_metadata(self.folder, zarr_format=2)
                 for folder in self.earlier:

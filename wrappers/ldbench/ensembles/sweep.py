@@ -14,7 +14,7 @@ from .._core.pools import usable_cores
 from ..case import Case, Value
 from ..table import ContactTable
 from .dataset import Memory
-from .members import TableKeys, Wanted, check_wanted, groups_of, keys_of, plan
+from .members import Wanted, check_wanted, groups_of, keys_of, plan, table_keys
 from .pools import Cluster, Here, run_groups
 from .store import open_store
 
@@ -61,9 +61,8 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     with open_store(Path(store), dims, coordinates, keys_of(members, wanted)) if store else memory as kept:
         if missing := kept.missing():
             groups = groups_of(members, missing, case if isinstance(case, Case) else None)
-            at_hand, key = {}, TableKeys()
-            if not scheduler:
-                at_hand = {key(table.case): table for table in tables}
+            key = table_keys()
+            at_hand = {} if scheduler else {key(table.case): table for table in tables}
             place = Cluster(scheduler) if scheduler else Here(threads or usable_cores())
             done = len(members) - len(missing)
             with (closing(run_groups(members, groups, at_hand, place, wanted)) as results,

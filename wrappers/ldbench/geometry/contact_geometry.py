@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..conicity import GEOMETRY_PITCH, Integral, equivalent_conicity, harmonic_slope, linearised_conicity, motion_centre
+from ..conicity import GEOMETRY_PITCH, equivalent_conicity, harmonic_slope, linearised_conicity, motion_centre
 
 AMPLITUDE = 3e-3            # at which parameters are told [m]
 SOFT, STIFF = 2e-3, 4e-3    # amplitudes of the nonlinearity parameter [m]
@@ -77,7 +77,7 @@ class ContactGeometry:
         values = {"angle": (np.tan(g["angle_L"]) - np.tan(g["angle_R"]))/2, "roll": g["roll"]}[name]
         if not self.amplitude.size or amplitude > self.amplitude[-1]:
             return np.nan
-        centre = motion_centre(np.array([amplitude]), Integral(g["Y"], g["delta_r"]))[0]
+        centre = motion_centre(np.array([amplitude]), g["Y"], g["delta_r"])[0]
         return self.distance/2*harmonic_slope(amplitude, centre, g["Y"], values) if np.isfinite(centre) else np.nan
 
     def facts(self) -> dict[str, object]:

@@ -20,7 +20,7 @@ from pypdf import PdfReader, PdfWriter
 
 from .._core.errors import Error
 from .._core.files import check_ending, check_written, complete, failing_as
-from .._core.pools import processes
+from .._core.pools import call_known, processes
 from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import CHAOTIC_NOTE, Chaotic
@@ -231,7 +231,7 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
     # The processes have the runs as they are forked; nothing is sent to them.
     work = [partial(draw_chapter, chapter) for chapter in chapters]
     with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), work) as pool:
-        tasks: list[Future[list[Part]]] = [pool.submit(n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
+        tasks: list[Future[list[Part]]] = [pool.submit(call_known, n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
         for task in tasks[:len(runs)]:
             task.add_done_callback(lambda _: done())
         compared = [run for run in runs if run.exercise in range(1, 5)]

@@ -103,16 +103,14 @@ def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
             case = case.replace(interval=LONG_INTERVAL, dt=LONG_STEP)
         return outcome(compute(case.replace(FORMULATIONS[name]), tell), name)
 
-    def keep(task: tuple[Case, str], found: Outcome) -> None:
-        results[task] = found
-        told()
-
     todo = [(case, name) for case in cases for name in FORMULATIONS]
     results: dict[tuple[Case, str], Outcome] = {}
     for case in cases:
         if case.case_name not in known:
             tabled(case)
-    in_threads(work, sorted(todo, key=lambda task: -task[0].t_end), jobs, keep)     # the longest first
+    for task, found in in_threads(work, sorted(todo, key=lambda task: -task[0].t_end), jobs):       # the longest first
+        results[task] = found
+        told()
     return [results[task] for task in todo]
 
 

@@ -152,7 +152,8 @@ def run_job(job: Job, tell: Progress) -> None:
 
 def run_jobs(jobs: Sequence[Job], workers: int, done: Callable[[Job], object] = lambda job: None) -> None:
     """Run jobs side by side, the longest first; `done` is called after each."""
-    in_threads(run_job, sorted(jobs, key=lambda job: -job.cost), workers, lambda job, _: done(job))
+    for job, _ in in_threads(run_job, sorted(jobs, key=lambda job: -job.cost), workers):
+        done(job)
 
 
 def find_stale(jobs: Sequence[Job], force: bool = False) -> list[Job]:

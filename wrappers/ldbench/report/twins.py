@@ -42,15 +42,10 @@ def chaotic(row: Mapping[str, Any], twin: Mapping[str, Any]) -> dict[str, float]
 
 def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
     """The results of the twins, by the names of the cases."""
-    found: dict[str, dict[str, Any]] = {}
-
     def work(job: Job, tell: Progress) -> dict[str, Any]:
         return summary_row(compute(job.case.replace(initial_Y=job.case.initial_Y + ASIDE), tell))
 
-    def keep(job: Job, row: dict[str, Any]) -> None:
-        found[job.name] = row
-
-    in_threads(work, sorted(jobs, key=lambda job: -job.cost), workers, keep)
+    found = {job.name: row for job, row in in_threads(work, sorted(jobs, key=lambda job: -job.cost), workers)}
     return {job.name: found[job.name] for job in jobs}
 
 

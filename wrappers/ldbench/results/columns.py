@@ -66,6 +66,13 @@ class Source:
     factor: float = 1.0         # applied after the unit; -1 turns a sign
     offset: float = 0.0         # added at last, SI
 
+    def __post_init__(self) -> None:
+        """What a map says may be of any type."""
+        numbers = self.factor, self.offset
+        if not (isinstance(self.column, str | int) and isinstance(self.unit, str | None)
+                and all(isinstance(x, Real) and np.isfinite(x) for x in numbers)):
+            raise TypeError
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -321,19 +328,10 @@ def _sources(columns: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, S
     sources = {}
     for name, value in columns.items():
         try:
-            sources[name] = _checked(Source(**value) if isinstance(value, Mapping) else Source(value))
+            sources[name] = Source(**value) if isinstance(value, Mapping) else Source(value)
         except TypeError:
             raise Error(f"{where}, {name}: expected column, unit, factor, offset, found {value}") from None
     return sources
-
-
-def _checked(source: Source) -> Source:
-    """What a map says may be of any type: TypeError where it is none of these."""
-    numbers = source.factor, source.offset
-    if not (isinstance(source.column, str | int) and isinstance(source.unit, str | None)
-            and all(isinstance(x, Real) and np.isfinite(x) for x in numbers)):
-        raise TypeError
-    return source
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -5,6 +5,7 @@ lines. A file without these lines, another code's, has an empty header.
 """
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -86,13 +87,8 @@ def _last_comments(file: BinaryIO) -> list[str]:
         if size == end or any(line and not line.startswith(b"#") for line in lines[1:]):
             break
         size = min(2*size, end)
-    found: list[str] = []
-    for line in reversed(lines):
-        if line.startswith(b"#"):
-            found.append(_plain(line))
-        elif line.strip():
-            break
-    return found[::-1]
+    last = itertools.takewhile(lambda line: line.startswith(b"#"), filter(bytes.strip, reversed(lines)))
+    return [*map(_plain, last)][::-1]
 
 
 def _plain(line: bytes) -> str:
@@ -114,15 +110,14 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
             reconstruction = reconstruction or bool(found[3])
     groups = read_groups(head)
     setup = groups.pop("setup", {})
-    settings = {group: {known_name(group, key): setting_value(group, key, value) for key, value in values.items()}
-                for group, values in groups.items()}
+    settings = {group: dict(setting(group, key, value) for key, value in values.items()) for group, values in groups.items()}
     errors = {key.removeprefix("table_error_").replace("_", " "): (number(setup, key, 0), number(setup, key, 1))
               for key in setup if key.startswith("table_error_") and not key.endswith("_right")}
     results: dict[str, Any] = {key: number(setup, key) for key in SETUP}
     results |= {key: number(setup, key) for key in ("rest_Y", "rest_Z", "rest_roll") if key in setup}
     frequencies = setup.get("eigenfrequencies", [])
-    for k, _ in enumerate(frequencies if isinstance(frequencies, list) else [frequencies]):
-        results[f"frequency_{k + 1}"] = number(setup, "eigenfrequencies", k if isinstance(frequencies, list) else None)
+    for k, frequency in enumerate(frequencies if isinstance(frequencies, list) else [frequencies], 1):
+        results[f"frequency_{k}"] = number({"eigenfrequencies": frequency}, "eigenfrequencies")
     events: tuple[Event, ...] = ()
     if told := read_groups(tail).get("results"):
         events = tuple(map(read_event, told.pop("event", [])))
@@ -138,11 +133,9 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
 
 def read_event(event: Mapping[str, Any]) -> Event:
     """An event from its part of the group &results."""
-    force = number(event, "force") if "force" in event else np.nan
+    told = {name: number(event, name) for name in ("force", "angle", "loss") if name in event}
     impulses = {c: number(event, f"p_{c.lower()}") for c in CONTACTS if f"p_{c.lower()}" in event}
-    angle = number(event, "angle") if "angle" in event else np.nan
-    return Event(number(event, "t"), str(event.get("kind", "")), force, angle, impulses,
-                 number(event, "loss") if "loss" in event else 0.0)
+    return Event(number(event, "t"), str(event.get("kind", "")), impulses=impulses, **told)
 
 
 WORD = r"[^\s,'\"!=]+"
@@ -217,15 +210,10 @@ def kinds() -> dict[tuple[str, str], tuple[str, str]]:
     return {(variable.group, variable.name.lower()): (variable.name, variable.kind) for variable in variables()}
 
 
-def known_name(group: str, name: str) -> str:
-    """The name of a variable as the namelist has it; a name that this version does not know stays as it is."""
-    return kinds().get((group, name.lower()), (name, ""))[0]
-
-
-def setting_value(group: str, name: str, value: Any) -> Value:
-    """A text or a number; of a variable that this version does not know, whichever it is."""
-    kind = kinds().get((group, name.lower()), ("", ""))[1]
+def setting(group: str, name: str, value: Any) -> tuple[str, Value]:
+    """A variable as the namelist calls it, and its text or number; one that this version does not know stays as it is."""
+    known, kind = kinds().get((group, name.lower()), (name, ""))
     if kind == "text":
-        return str(value or "")
+        return known, str(value or "")
     found = number({name: value}, name) if kind else value
-    return int(found) if kind == "integer" and found == int(found) else found
+    return known, int(found) if kind == "integer" and found == int(found) else found

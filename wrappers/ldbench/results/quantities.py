@@ -20,11 +20,7 @@ PAIR_FILES = {(f"{pair[0]}wprof.yz", f"{pair[0]}rprof.yz"): words for pair, word
 
 def significant(x: float | None) -> str:
     """A number as tables have it: four significant digits, all those before the point; a dash for none."""
-    if x is None or not np.isfinite(x):
-        return "–"
-    if abs(x) < 1e-4:
-        return scientific(x, 3)
-    return f"{x:.{max(3 - int(np.floor(np.log10(abs(x)))), 0)}f}".replace("-", "−")
+    return scientific(x, 3) if x and abs(x) < 1e-4 else Quantity("", "", 1).text(x)
 
 
 def scientific(x: float, digits: int = 1) -> str:

@@ -5,10 +5,9 @@ import copy
 import functools
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -30,56 +29,11 @@ EVENT_FIELDS: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("time", "t", {"units": "s"}), ("kind", "kind", {}), ("force", "force", {"units": "N"}),
     ("angle", "angle", {"units": "rad"}), ("loss", "loss", {"units": "J"}))
 
+AnyRun = TypeVar("AnyRun", bound="RunData")
+
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
     import xarray as xr
-
-
-class Source(Protocol):
-    """Source of a run: a file or the core."""
-
-    @property
-    def file(self) -> Path:
-        """Path of the column file, which need not exist."""
-
-    @property
-    def header(self) -> Header:
-        """The facts beside the columns."""
-
-    def columns(self) -> pd.DataFrame:
-        """The columns in SI units; units in `attrs["units"]`."""
-
-    def case(self) -> Case:
-        """The case; raises Error where the source does not tell it."""
-
-
-@dataclass(frozen=True)
-class ColumnFile:
-    """A column file. `map` tells how another code names our columns, see `read_columns`."""
-
-    file: Path
-    map: Any = None
-
-    @functools.cached_property
-    def header(self) -> Header:
-        """The comments of the file, read once."""
-        return read_header(self.file)
-
-    def columns(self) -> pd.DataFrame:
-        """Read the columns; Error where the run is not finished."""
-        if not self.header.settings:
-            return read_columns(self.file, self.map)
-        found = read_own_columns(self.file)
-        if not self.header.finished and "time" in found.columns:
-            raise Error(f"{self.file}: expected the group &results after the last row, found none: the run is not finished, or "
-                        "the file is cut")
-        return found
-
-    def case(self) -> Case:
-        """The case of the header."""
-        if not self.header.settings:
-            raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
-        return Case.of_groups(self.header.settings, f"{self.file}, header", self.file.resolve().parent)
 
 
 class RunData:
@@ -88,13 +42,20 @@ class RunData:
     A file without ldbench's header has `data` alone: `results` is empty, `events` too, and `case` raises Error.
     """
 
-    def __init__(self, source: Source, name: str = "") -> None:
-        self._source = source
+    def __init__(self, file: Path, map: Any = None, name: str = "", *, header: Header | None = None,
+                 data: pd.DataFrame | None = None, case: Case | None = None) -> None:
+        """A run from a column file, or that has what is given in its place. `map` tells how another code names our columns, see
+        `read_columns`."""
+        #: Path of the column file that exists or that the case names.
+        self.file: Path = file
+        self._map = map
+        vars(self).update({key: part for key, part in (("header", header), ("data", data), ("case", case)) if part is not None})
         #: The name of the case, or of the file.
-        self.name: str = name or source.header.name or source.file.stem
+        self.name: str = name or self.header.name or file.stem
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"_source": self._source, "name": self.name, "data": self.data}
+        _ = self.data
+        return {key: part for key, part in vars(self).items() if key in ("file", "_map", "name", "header", "data", "case")}
 
     def named(self, name: str) -> RunData:
         """The run by another name."""
@@ -107,22 +68,25 @@ class RunData:
     @functools.cached_property
     def data(self) -> pd.DataFrame:
         """The columns of the column file in SI units, a row per output interval and event; units in `attrs["units"]`."""
-        return self._source.columns()
+        if not self.header.settings:
+            return read_columns(self.file, self._map)
+        found = read_own_columns(self.file)
+        if not self.header.finished and "time" in found.columns:
+            raise Error(f"{self.file}: expected the group &results after the last row, found none: the run is not finished, or "
+                        "the file is cut")
+        return found
 
     @functools.cached_property
     def case(self) -> Case:
         """The case that was run; Error where the file does not tell it."""
-        return self._source.case()
+        if not self.header.settings:
+            raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
+        return Case.of_groups(self.header.settings, f"{self.file}, header", self.file.resolve().parent)
 
-    @property
-    def file(self) -> Path:
-        """Path of the column file that exists or that the case names."""
-        return self._source.file
-
-    @property
+    @functools.cached_property
     def header(self) -> Header:
-        """Title, version, profiles, settings: the comments before the rows."""
-        return self._source.header
+        """Title, version, profiles, settings: the comments before and after the rows."""
+        return read_header(self.file)
 
     @property
     def results(self) -> dict[str, Any]:
@@ -380,10 +344,10 @@ def check_kind(kind: str) -> None:
 
 def read_data(path: str | PathLike[str], map: Any = None) -> RunData:
     """Read a column file. map: how another code names our columns; it is for a file without ldbench's header."""
-    return checked(RunData(ColumnFile(Path(path), map)))
+    return checked(RunData(Path(path), map))
 
 
-def checked(run: RunData) -> RunData:
+def checked(run: AnyRun) -> AnyRun:
     """The run; Error at once where its file cannot be read."""
     _ = run.data
     return run

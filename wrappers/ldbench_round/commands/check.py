@@ -27,7 +27,6 @@ from ..tasks import task_named
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("path", type=Path, metavar="FILE|FOLDER", help="a column file, or a folder of them")
     add_simulation(parser)
     parser.add_argument("--save-map", type=Path, metavar="TOML", help="write the map that was guessed for a file")
@@ -38,7 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     folder: list[Finding] = []
     if args.path.is_dir():
         checked, folder = check_folder(args.path, args.map)

@@ -30,7 +30,6 @@ from ..round_grades import find_references
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="a folder that holds a folder for each code")
     add_folder(parser, "where the results go")
     add_reference(parser)
@@ -38,7 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     if not args.folder.is_dir():
         raise Error(f"{args.folder}: expected a folder that holds a folder for each code, found none")
     if not any(path.is_dir() and not path.name.startswith(".") for path in args.folder.iterdir()):

@@ -24,7 +24,6 @@ from ..tasks import task_named
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="column files of one simulation of the benchmark each")
     add_simulation(parser)
     add_map(parser)
@@ -32,7 +31,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     task = task_named(args.simulation) if args.simulation else None
     found: list[tuple[Path, Fingerprint]] = []
     failures: list[str] = []

@@ -36,7 +36,6 @@ SHOWN = 5       # impacts without a partner
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
     parser.add_argument("path", type=Path, metavar="FILE|FOLDER", help="a column file, or a folder of them")
     add_reference(parser, required=True)
     add_simulation(parser)
@@ -46,7 +45,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the command; returns the exit status."""
     found: list[tuple[Path, Scores, list[str]]] = []
     failures: list[str] = []
     left_out: list[str] = []
