@@ -289,7 +289,7 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], imp
 
 def test_geometry_page_draws_the_file(thrown: tuple[RunData, Path]):
     table = read_columns(thrown[1])
-    figure = geometry_page(thrown[1])
+    figure = geometry_page(thrown[0], table)
     angle, radius, delta, conicity, *_ = figure.axes
     for ax, column, factor in ((angle, "angle_L", 180/np.pi), (radius, "radius_L", 1e3), (delta, "delta_r", 1e3),
                                (conicity, "conicity", 1)):

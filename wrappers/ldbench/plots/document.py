@@ -25,7 +25,7 @@ from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import CHAOTIC_NOTE, Chaotic
 from .contents import contents_page, entries, link, number
-from .geometry import geometry_page
+from .geometry import Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .overview import overview_figures
 from .phase import energy_page
@@ -168,12 +168,12 @@ def check_drawn(parts: Sequence[Part], runs: Sequence[RunData]) -> None:
                         f"found {', '.join(map(str, run.data))}")
 
 
-def front_parts(rows: Sequence[dict[str, Any]], geometry: Sequence[Path], runs: Sequence[RunData],
+def front_parts(rows: Sequence[dict[str, Any]], geometry: Iterable[Shape], runs: Sequence[RunData],
                 chaotic: Chaotic | None, target: Path) -> list[Part]:
-    """The table of all runs, the pages of geometry files, and the pages that compare runs."""
+    """The table of all runs, the pages of geometry functions, and the pages that compare runs."""
     note = "" if chaotic is None else f"{CHAOTIC_NOTE}.  "
     with ldbench_style():
-        shapes = [geometry_page(source) for source in geometry]
+        shapes = [geometry_page(*shape) for shape in geometry]
         chapters: list[Chapter] = [("Summary", [("summary", summary_page(rows, note, chaotic))])]
         chapters += [(figure.texts[0].get_text(), [("geometry", figure)]) for figure in shapes]
         if beside := overview_figures(runs):
@@ -188,7 +188,8 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
     check_written([target], [*files, *geometry])
     check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
     runs = read_all(files, jobs) if map is None else [read_data(file, map) for file in files]
-    with drawing(runs, target, geometry, jobs, done) as finish:
+    shapes = [(run, run.data) for run in map(read_data, geometry)]
+    with drawing(runs, target, shapes, jobs, done) as finish:
         return finish()
 
 
@@ -218,7 +219,7 @@ def save_document(chapters: Iterable[Chapter], target: Path, title: str, runs: S
 
 
 @contextmanager
-def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
+def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (), jobs: int | None = None,
             done: Callable[[], None] = lambda: None, further: Sequence[Chapter] = (),
             fine: Mapping[str, Fine] | None = None,
             chaotic: Chaotic | None = None) -> Iterator[Callable[[], int]]:
@@ -237,8 +238,6 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
         compared = [run for run in runs if run.exercise in range(1, 5)]
         front = front_parts([full_row(run) for run in runs], geometry, compared if len(compared) > 1 else [], chaotic,
                             Path(scratch)/"front.pdf")
-        for _ in geometry:
-            done()
 
         def finish() -> int:
             parts = [part for task in tasks for part in task.result()]

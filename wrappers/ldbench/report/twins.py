@@ -61,7 +61,7 @@ def kept_file(outputs: Path) -> Path:
 
 def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
     """The results of the twins, run anew where something they depend on has changed since they were kept in `outputs`."""
-    depends = {name: x for job in jobs for name, x in stamped(job.product, job.root).items()}
+    depends = {name: x for job in jobs for name, x in stamped(job.product, Path()).items()}
     rows: dict[str, dict[str, Any]] = kept_json(kept_file(outputs), depends, force, lambda: twin_rows(jobs, workers))
     return rows
 
