@@ -118,8 +118,8 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         notes.append("profiles are reconstructions, not the organisers' files")
     units = run.data.attrs.get("units", {})
     peaks = [peak[1] for peak in map(run.peak, CONTACT_NAMES) if peak]
-    packed = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells,
-                  lambda: wheel_columns(run))
+    index, body = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells,
+                       lambda: wheel_columns(run))
     known = {name: quantity(name, units.get(name, "")) for name in columns}
     entry = {
         "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
@@ -127,11 +127,11 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         "model": str(run.setting("contact", "model") or ""), "ending": run.ending, "notes": notes,
         "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
-        "events": event_entries(run), "unlisted": unlisted(run), "firstFlange": run.first_flange(), "index": packed.index,
+        "events": event_entries(run), "unlisted": unlisted(run), "firstFlange": run.first_flange(), "index": index,
         "shape": place(outlines, shapes), "clearance": number(run.result("clearance_left")),
         "namelist": namelist_text(run),
     }
-    return entry, packed.body
+    return entry, body
 
 
 def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
