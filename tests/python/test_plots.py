@@ -343,9 +343,9 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
     assert [column[0].chapter for column in columns] == [True]*len(columns)
     figure, targets = contents_page("contents", lines)
     renderer = FigureCanvasAgg(figure).get_renderer()
-    for line, target, link in zip(lines, targets, links, strict=True):
-        assert [float(x) for x in link["/Rect"]] == pytest.approx(target.rectangle, abs=0.01)
-        left, low, right, high = target.rectangle
+    for line, (rectangle, page), link in zip(lines, targets, links, strict=True):
+        assert [float(x) for x in link["/Rect"]] == pytest.approx(rectangle, abs=0.01) and page == line.page
+        left, low, right, high = rectangle
         boxes = [t.get_window_extent(renderer) for t in figure.texts if t.get_text() == line.words]
         assert [box for box in boxes if left - 1 <= box.x0 <= box.x1 <= right + 1 and low - 1 <= box.y0 <= box.y1 <= high + 1]
     assert [part.title for part in found.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]

@@ -17,6 +17,8 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from PIL import Image
 from pypdf import PdfReader, PdfWriter
+from pypdf.annotations import Link
+from pypdf.generic import Fit
 
 from .._core.errors import Error
 from .._core.files import check_ending, check_written, complete, failing_as
@@ -24,7 +26,7 @@ from .._core.pools import processes
 from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import CHAOTIC_NOTE, Chaotic
-from .contents import contents_page, entries, link, number
+from .contents import contents_page, entries, number
 from .geometry import Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .overview import overview_figures
@@ -131,21 +133,17 @@ Chapter = tuple[str, Iterable[tuple[str, Figure]]]        # title, and pages wit
 
 def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
     """Write chapters into one file, in which they share the fonts: to cut a font takes as long as a page."""
-    counts: list[tuple[str, int]] = []
+    parts: list[Part] = []
 
     def figures() -> Iterator[tuple[str, Figure]]:
         for title, pages in chapters:
-            count = 0
-            for page in pages:
-                count += 1
-                yield page
-            counts.append((title, count))
+            names = []
+            for name, figure in pages:
+                names.append(name)
+                yield name, figure
+            parts.append(Part(title, target, tuple(names), sum(len(part.pages) for part in parts)))
 
-    titles = save_pages(target, figures())
-    parts, first = [], 0
-    for title, count in counts:
-        parts.append(Part(title, target, titles[first:first + count], first))
-        first += count
+    save_pages(target, figures())
     return parts
 
 
@@ -153,11 +151,6 @@ def draw_chapter(chapter: Chapter, target: Path) -> list[Part]:
     """One chapter in a file, for a process that only draws."""
     with ldbench_style():
         return save_parts(target, [chapter])
-
-
-def run_chapter(run: RunData, fine: Fine | None = None) -> Chapter:
-    """The pages of a run, which are drawn when they are asked for."""
-    return run.heading, case_figures(run, fine)
 
 
 def check_drawn(parts: Sequence[Part], runs: Sequence[RunData]) -> None:
@@ -205,7 +198,8 @@ def plot_runs(runs: Sequence[RunData], target: Path) -> int:
     """Write the PDF of plots of runs in memory or from files; returns the number of pages."""
     check_written([target], [])
     check_ending(target, "a document .pdf", ".pdf")
-    return save_document(map(run_chapter, runs), target, f"ldbench: {', '.join(run.name for run in runs)}", runs)
+    chapters = [(run.heading, case_figures(run)) for run in runs]
+    return save_document(chapters, target, f"ldbench: {', '.join(run.name for run in runs)}", runs)
 
 
 def save_document(chapters: Iterable[Chapter], target: Path, title: str, runs: Sequence[RunData] = ()) -> int:
@@ -228,7 +222,7 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (
     `further`: last chapters, which are drawn there too; to draw them builds no contact
     tables: OpenMP's threads do not outlive a fork.  `fine`: parts of runs with more rows, by the names of the runs;
     `chaotic`: their results that the summary has in italics."""
-    chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
+    chapters = [*((run.heading, case_figures(run, (fine or {}).get(run.name))) for run in runs), *further]
     # The processes have the runs as they are forked; nothing is sent to them.
     work = [partial(draw_chapter, chapter) for chapter in chapters]
     with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), work) as pool:
@@ -268,7 +262,8 @@ def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of al
                 for k, name in enumerate(part.pages):
                     writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
         if listed:
-            link(writer, 0, links)
+            for rectangle, number_of_page in links:
+                writer.add_annotation(0, Link(rect=rectangle, target_page_index=number_of_page - 1, fit=Fit("/Fit")))
     number(writer)
     writer.add_metadata({"/Title": title})
     writer.compress_identical_objects()
