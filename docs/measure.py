@@ -206,7 +206,7 @@ def of_variants() -> Values:
         values[f"accuracies.ex{exercise}.spread [%]"] = 100*(max(peaks)/min(peaks) - 1)
         values[f"accuracies.ex{exercise}.t_return.least [ms]"], values[f"accuracies.ex{exercise}.t_return.largest [ms]"] = \
             min(returns), max(returns)
-    climb = formulations.climb(Case.exercise(4, "aw"))
+    climb = formulations.climb(Case.exercise(4, "aw")).data
     values["climb.aw [J]"] = float((climb.PE_grav + climb.PE_load).max())
     with tempfile.TemporaryDirectory() as folder:
         for name in CASES:

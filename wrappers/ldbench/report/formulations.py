@@ -356,7 +356,7 @@ def draw_climb(place: SubplotSpec, inputs: Path) -> None:
     cases = {case.case_name[-2:]: case for case in find_cases(inputs)}
     axes = place.subgridspec(1, len(cases)).subplots(sharey=True, squeeze=False)[0]
     for ax, (pair, case) in zip(axes, cases.items(), strict=True):
-        made = climbing_run(case)
+        made = climb(case)
         c = made.data
         ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
         for exercise, v in enumerate((0.1, 0.5, 1.0, 2.0), 1):
@@ -368,12 +368,7 @@ def draw_climb(place: SubplotSpec, inputs: Path) -> None:
     axes[0].set_ylabel("work of weight and load [J]")
 
 
-def climb(case: Case) -> pd.DataFrame:
-    """The columns of `climbing_run`."""
-    return climbing_run(case).data
-
-
-def climbing_run(case: Case) -> RunData:
+def climb(case: Case) -> RunData:
     """The run of a wheelset that is fast enough to go over the left flange with both wheels on the rails."""
     return compute(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5,
                             dt=2e-5, t_end=0.1, stop_at="derailment"))

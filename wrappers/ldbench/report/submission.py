@@ -17,7 +17,7 @@ from ..plots.document import drawing
 from ..plots.ramp import is_ramp
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
-from ..results.summary import Chaotic
+from ..results.summary import Chaotic, summary_row
 from ..table import ContactTable
 from ..viewer import results
 from . import abstract, authors, formulations, stretches, twins
@@ -52,7 +52,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
         due = [product for product in products if force or not is_up_to_date(product, depends[product])]
         runs = submitted() if due else []
-        chaotic = twins.chaotic_results(runs, other)
+        chaotic = {run.name: twins.chaotic(summary_row(run), other[run.name]) for run in runs}
         # Before other processes are forked: a run starts threads of OpenMP.
         fine = {run.name: around for run in runs if plotted in due and is_ramp(run)
                 and (around := stretches.first_and_hardest(run))}

@@ -15,8 +15,7 @@ import numpy as np
 from .._core.calls import Progress
 from .._core.kept import kept_in, kept_json, stamped
 from .._core.pools import in_threads
-from ..results.run_data import RunData
-from ..results.summary import Chaotic, summary_row
+from ..results.summary import summary_row
 from ..runs import compute
 from .jobs import Job
 
@@ -47,11 +46,8 @@ def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
     def work(job: Job, tell: Progress) -> dict[str, Any]:
         return summary_row(compute(job.case.replace(initial_Y=job.case.initial_Y + ASIDE), tell))
 
-    def keep(job: Job, row: dict[str, Any]) -> None:
-        found[job.name] = row
-
-    in_threads(work, sorted(jobs, key=lambda job: -job.cost), workers, keep)
-    return {job.name: found[job.name] for job in jobs}
+    in_threads(work, sorted(jobs, key=lambda job: -job.cost), workers, lambda job, row: found.update({job.name: row}))
+    return found
 
 
 def kept_file(outputs: Path) -> Path:
@@ -64,8 +60,3 @@ def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = F
     depends = {name: x for job in jobs for name, x in stamped(job.product, Path()).items()}
     rows: dict[str, dict[str, Any]] = kept_json(kept_file(outputs), depends, force, lambda: twin_rows(jobs, workers))
     return rows
-
-
-def chaotic_results(runs: Sequence[RunData], twins: Mapping[str, Mapping[str, Any]]) -> Chaotic:
-    """The chaotic results of each run, by its name."""
-    return {one.name: chaotic(summary_row(one), twins[one.name]) for one in runs if one.name in twins}
