@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import base64
-import gc
 import io
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,6 +26,7 @@ from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import CHAOTIC_NOTE, Chaotic
 from .contents import contents_page, entries, number
+from .figures import free
 from .geometry import Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .overview import overview_figures
@@ -92,7 +92,7 @@ def case_figures(run: RunData, fine: Fine | None = None) -> Iterator[tuple[str, 
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
     """Write figures as the pages of a PDF; returns their titles."""
     titles = []
-    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
+    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf:
         for title, figure in figures:
             if figure.axes and (layout := figure.get_layout_engine()):
                 layout.execute(figure)
@@ -113,19 +113,6 @@ def save_sheets(figures: Sequence[Figure], target: Path) -> None:
         for k, image in enumerate(images):
             whole.paste(image, (0, k*image.height))
         whole.save(scratch, format="PNG")
-
-
-@contextmanager
-def no_collection() -> Iterator[None]:
-    """Without looking for garbage: the many objects of a figure all live until it is saved, and a search through
-    them takes a quarter of the time of drawing."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 Chapter = tuple[str, Iterable[tuple[str, Figure]]]        # title, and pages with their titles
@@ -229,7 +216,7 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (
         tasks: list[Future[list[Part]]] = [pool.submit(n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
         for task in tasks[:len(runs)]:
             task.add_done_callback(lambda _: done())
-        compared = [run for run in runs if run.exercise in range(1, 5)]
+        compared = free(runs)
         front = front_parts([full_row(run) for run in runs], geometry, compared if len(compared) > 1 else [], chaotic,
                             Path(scratch)/"front.pdf")
 

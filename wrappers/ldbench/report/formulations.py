@@ -353,9 +353,9 @@ def together(exercises: Sequence[int]) -> str:
 
 def draw_climb(place: SubplotSpec, inputs: Path) -> None:
     """Draw the work that lifts the wheelset over the flange with both wheels on the rails, beside the endings."""
-    cases = {case.case_name[-2:]: case for case in find_cases(inputs)}
+    cases = {case.case_name[-2:]: case for case in find_cases(inputs)}.values()
     axes = place.subgridspec(1, len(cases)).subplots(sharey=True, squeeze=False)[0]
-    for ax, (pair, case) in zip(axes, cases.items(), strict=True):
+    for ax, case in zip(axes, cases, strict=True):
         made = climb(case)
         c = made.data
         ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
@@ -363,7 +363,7 @@ def draw_climb(place: SubplotSpec, inputs: Path) -> None:
             energy = 0.5*case.mass*v**2
             ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
             ax.text(0.01, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), va="bottom", fontsize=6)
-        ax.set_title(f"over the flange, {made.pair or PAIRS[pair]}", loc="left", fontsize=7, pad=3)
+        ax.set_title(f"over the flange, {made.pair}", loc="left", fontsize=7, pad=3)
         ax.set_xlabel("lateral Y [mm]")
     axes[0].set_ylabel("work of weight and load [J]")
 

@@ -83,9 +83,6 @@ def relative(reference: float, value: float) -> float:
     return (value - reference)/reference if reference else np.nan
 
 
-STUDY_COLUMNS = ("Y", "Z", "N_LF")
-
-
 # Words above a pair of columns, the column of the rows, the factor from SI, and the unit.
 TABLE = (("Y, first contact", "Y rms, first contact [m]", 1e6, "µm"),
          ("Y, whole run", "Y rms [m]", MM, "mm"),
@@ -162,8 +159,8 @@ def make_study(inputs: Path, outputs: Path, workers: int, ramp_end: float = SHOR
         def chapters() -> Iterator[Chapter]:
             yield "Summary", [("summary", study_summary(table))]
             for heading, runs in compared:
-                yield heading, [(heading, quantity_page(compare(runs), STUDY_COLUMNS,
-                                                        f"{heading}: contact law or time step?"))]
+                title = f"{heading}: contact law or time step?"
+                yield heading, [(heading, quantity_page(compare(runs), ("Y", "Z", "N_LF"), title))]
                 bar.update()
 
         save_document(chapters(), target, "ldbench: contact law or time step?")

@@ -14,6 +14,7 @@ from .._core.kept import hashes, is_up_to_date, stamped, write_stamp
 from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import drawing
+from ..plots.figures import by_pair
 from ..plots.ramp import is_ramp
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
@@ -79,10 +80,8 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
 
 def shapes(runs: Sequence[RunData]) -> Iterator[tuple[RunData, pd.DataFrame]]:
     """The geometry functions of each pair of profiles, with a run that has them."""
-    first = {run.pair: run for run in reversed(runs)}
-    for run in runs:
-        if first[run.pair] is run:
-            yield run, ContactTable.quiet(run.case).geometry()
+    for run, *_ in filter(None, by_pair(runs).values()):
+        yield run, ContactTable.quiet(run.case).geometry()
 
 
 def write_summary(runs: Sequence[RunData], target: Path, chaotic: Chaotic) -> None:
