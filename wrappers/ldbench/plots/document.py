@@ -168,7 +168,7 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
     check_written([target], [*files, *geometry])
     check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
     runs = read_all(files, jobs) if map is None else [read_data(file, map) for file in files]
-    shapes = [(run, run.data) for run in map(read_data, geometry)]
+    shapes = [(run := read_data(file), run.data) for file in geometry]
     with drawing(runs, target, shapes, jobs, done) as finish:
         return finish()
 
