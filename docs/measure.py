@@ -201,7 +201,7 @@ def of_variants() -> Values:
         table_file=kept, scheme="energy", beta=0.25, order=2, energy_tolerance=0.0, dt=2e-6)).results["drift"]
     for exercise, peaks in of_accuracies((1, 2, 4)).items():
         values[f"accuracies.ex{exercise}.spread [%]"] = 100*(max(peaks)/min(peaks) - 1)
-    climb = formulations.climb(Case.exercise(4, "aw"))
+    climb = formulations.climb(Case.exercise(4, "aw")).data
     values["climb.aw [J]"] = float((climb.PE_grav + climb.PE_load).max())
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder)/"ex5_aw.html"

@@ -289,7 +289,7 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], imp
 
 def test_geometry_page_draws_the_file(thrown: tuple[RunData, Path]):
     table = read_columns(thrown[1])
-    figure = geometry_page(thrown[1])
+    figure = geometry_page(thrown[0], table)
     angle, radius, delta, conicity, *_ = figure.axes
     for ax, column, factor in ((angle, "angle_L", 180/np.pi), (radius, "radius_L", 1e3), (delta, "delta_r", 1e3),
                                (conicity, "conicity", 1)):
@@ -343,9 +343,9 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
     assert [column[0].chapter for column in columns] == [True]*len(columns)
     figure, targets = contents_page("contents", lines)
     renderer = FigureCanvasAgg(figure).get_renderer()
-    for line, target, link in zip(lines, targets, links, strict=True):
-        assert [float(x) for x in link["/Rect"]] == pytest.approx(target.rectangle, abs=0.01)
-        left, low, right, high = target.rectangle
+    for line, (rectangle, page), link in zip(lines, targets, links, strict=True):
+        assert [float(x) for x in link["/Rect"]] == pytest.approx(rectangle, abs=0.01) and page == line.page
+        left, low, right, high = rectangle
         boxes = [t.get_window_extent(renderer) for t in figure.texts if t.get_text() == line.words]
         assert [box for box in boxes if left - 1 <= box.x0 <= box.x1 <= right + 1 and low - 1 <= box.y0 <= box.y1 <= high + 1]
     assert [part.title for part in found.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]

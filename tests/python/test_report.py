@@ -20,7 +20,7 @@ from ldbench._core.kept import PACKAGE, is_up_to_date, program_digest, write_sta
 from ldbench._core.pools import call_known, processes
 from ldbench.plots.series import PAGES
 from ldbench.report import abstract, authors, formulations, stretches, submission, twins
-from ldbench.report.jobs import Job, case_job, run_jobs
+from ldbench.report.jobs import case_job, run_stale
 from ldbench.report.submission import make_report
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
@@ -54,7 +54,8 @@ def report_small_project(root: Path) -> None:
             integrator={"scheme": "energy", "dt": 1e-5, "t_end": 0.03}, output={"file": f"outputs/ex3_{pair}.txt"}))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ldbench.plots.document.PAGES", SOME)
-        made = make_report(root, root/"inputs", root/"outputs", jobs=2)
+        patch.chdir(root)
+        made = make_report(Path("inputs"), Path("outputs"), jobs=2)
     assert [file.name for file in made] == [
         "ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv",
         "ldbench_results.html"]
@@ -62,7 +63,7 @@ def report_small_project(root: Path) -> None:
 
 def test_products_are_there_and_nothing_else(project: Path):
     sent = {"ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
-    kept = {"geometry_aw.txt", "geometry_sw.txt", "formulations.json", "twins.json"}
+    kept = {"formulations.json", "twins.json"}
     assert {file.name for file in (project/"outputs").iterdir()} == sent | {"aw_strip.table", "sw_strip.table", ".ldbench"}
     assert {file.name for file in (project/"outputs/.ldbench").iterdir()} == kept | {f"{name}.stamp" for name in sent | kept}
 
@@ -104,7 +105,9 @@ def remake(project: Path) -> set[str]:
     files = [file for file in (project/"outputs").rglob("*") if file.is_file() and file.suffix != ".stamp"]
     for file in files:
         os.utime(file, (LONG_AGO, LONG_AGO))
-    make_report(project, project/"inputs", project/"outputs", jobs=2)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(project)
+        make_report(Path("inputs"), Path("outputs"), jobs=2)
     return {file.name for file in files if file.stat().st_mtime != LONG_AGO}
 
 
@@ -117,7 +120,7 @@ def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, 
     inputs = project/"inputs/ex3_sw.nml"
     inputs.write_text(inputs.read_text().replace("vY = 1.0", "vY = 0.9"))
     assert remake(project) == {
-        "ex3_sw.txt", "geometry_sw.txt", "formulations.json", "twins.json", "ldbench_plots.pdf", "ldbench_abstract.pdf",
+        "ex3_sw.txt", "formulations.json", "twins.json", "ldbench_plots.pdf", "ldbench_abstract.pdf",
         "summary.csv", "ldbench_results.html"}
     assert remake(project) == set()
     columns = project/"outputs/ex3_aw.txt"
@@ -195,16 +198,6 @@ def test_wrong_authors_are_told(text: str, expected: str, found: str, tmp_path: 
 # What counts as up to date -----------------------------------------------------------------
 
 
-def job(root: Path, name: str, table: str = "", **integrator: float) -> Job:
-    for profile in ("wheel.yz", "rail.yz"):
-        if not (root/profile).exists():
-            (root/profile).write_text(profile)
-    text = namelist(output={"file": f"{name}.txt"}, case={"name": name},
-                    profiles={"wheel_profile": "wheel.yz", "rail_profile": "rail.yz"},
-                    integrator={"dt": 1e-5, **integrator}, **({"table": {"file": table}} if table else {}))
-    return Job(name, text, root/f"{name}.txt", root)
-
-
 @pytest.mark.parametrize("changed", ["viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py"])
 def test_a_change_of_the_program_makes_its_products_again(changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Any file counts: scripts of the page, modules, the compiled core. What Python keeps of its own does not."""
@@ -260,11 +253,10 @@ def test_stretches_of_a_run_follow_its_rows(tmp_path: Path):
     """Computed again from a row on, the motion is that of the run for some hundredths of a second."""
     case = Case.exercise(5, "aw").replace(model="hertz", **SMALL, table_file="", lateral_ramp=4e5, t_end=0.15,
                                           interval=1e-3, stop_at="t_end")
-    case.to_namelist(tmp_path/"ex5_aw.nml")
-    job = case_job(tmp_path/"ex5_aw.nml", tmp_path, tmp_path)
-    run_jobs([job], 1)
+    job = case_job(case, tmp_path)
+    run_stale([job], 1)
     whole = read_data(job.product)
-    first, hardest = stretches.first_and_hardest(job, whole)
+    first, hardest = stretches.first_and_hardest(whole)
     assert hardest.start < whole.peak("LF")[1] < hardest.start + hardest.run.time[-1]
     assert first.start < whole.first_contact("LF") < first.start + first.run.time[-1]
     for stretch in (first, hardest):

@@ -40,13 +40,15 @@ def curve(ax: object, k: int = 0) -> np.ndarray:
     return np.asarray(ax.get_lines()[k].get_ydata(), float)
 
 
-def test_geometry_page(world: World):
+def test_geometry_page(world: World, tmp_path: Path):
     """Clearances in words and as lines, and every curve from the columns of the file, left and right."""
-    file = world.outputs/".ldbench/geometry_aw.txt"
+    run = world.run("ex2_aw")
+    file = tmp_path/"geometry.txt"
+    ldbench.ContactTable.quiet(run.case).write_geometry(file)
     names, *lines = file.read_text().splitlines()
     column = dict(zip(names.split(), np.array([line.split() for line in lines if line[0] != "#"], float).T, strict=True))
     with ldbench_style():
-        figure = geometry_page(file)
+        figure = geometry_page(run, ldbench.read_columns(file))
     clearance = Line(r"left (\S+), right (\S+) mm", "clearances [mm]", lambda w: (10.18, 16.945), 1e-3)
     assert differing(words_of(figure), [clearance], world, [CRC]) == []
     axes = {ax.get_ylabel(): ax for ax in figure.axes}
@@ -154,7 +156,8 @@ def test_comparison_pages(world: World):
     table = rf"^ +(?:.* )?\[\S+\]{n}{n}{n}{n}$"
     seen: list[str] = []
     with ldbench_style():
-        pages = [(title, words_of(figure)) for title, figure in comparison_figures(compare([world.run("ex2_aw"), world.run("ex5_aw")]))]
+        compared = compare([world.run("ex2_aw"), world.run("ex5_aw")])
+        pages = [(title, words_of(figure)) for title, figure in comparison_figures(compared)]
         listed = [match[0].rsplit(" ", 10)[0].rsplit(" ", 1) for title, text in pages if title.startswith("impacts of")
                   for match in re.finditer(row, text, re.MULTILINE)]
 
@@ -196,9 +199,10 @@ def test_comparison_pages(world: World):
     assert len(seen) > 15
 
 
-def test_study(world: World, tmp_path: Path):
+def test_study(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The differences of every variant, from its files: rms of Y and of the left flange, first peak, end; the bars beside them."""
-    target, _ = make_study(world.folder, world.folder/"inputs", tmp_path, 2, ramp_end=0.3)
+    monkeypatch.chdir(world.folder)
+    target, _ = make_study(Path("inputs"), tmp_path, 2, ramp_end=0.3)
     first, *others = (page.extract_text() for page in PdfReader(target).pages)
 
     def row(name: str) -> list[float]:

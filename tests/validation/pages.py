@@ -12,7 +12,6 @@ from pypdf import PdfReader, PdfWriter
 import ldbench
 from checks import Check, Section, number
 from ldbench._core.files import complete
-from ldbench.plots.document import no_collection
 from ldbench.plots.style import GREY, ldbench_style
 from sheets import HEIGHT, RIGHT, WIDTH, Sheets, Table, text_pages
 
@@ -22,7 +21,7 @@ OVERVIEW = "section", "quantity", "value", "reference", "source of the reference
 def write_pdf(path: Path, sections: dict[str, Section]) -> None:
     """Write the document; same sections, same bytes. It appears under its name when it is complete."""
     writer, pages = PdfWriter(), io.BytesIO()
-    with ldbench_style(), PdfPages(pages, metadata={"CreationDate": None, "ModDate": None}) as pdf, no_collection():
+    with ldbench_style(), PdfPages(pages, metadata={"CreationDate": None, "ModDate": None}) as pdf:
         chapters = [("Overview", "overview", overview(sections)),
                     *((s.title, name, (*text_pages(s), *s.figures)) for name, s in sections.items())]
         for _, name, figures in chapters:

@@ -10,7 +10,6 @@ examples:
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from ..report.formulations import make_comparison
 from ..report.jobs import shipped_inputs
@@ -23,6 +22,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    root = Path.cwd()
-    print("\n".join(str(file) for file in make_comparison(root, shipped_inputs(root), args.output, args.jobs)))
+    print("\n".join(str(file) for file in make_comparison(shipped_inputs(), args.output, args.jobs)))
     return 0

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     check_names(args.files, args.map)
-    with tqdm(total=len(args.files) + len(args.geometry), desc="plots", disable=None) as bar:
+    with tqdm(total=len(args.files), desc="plots", disable=None) as bar:
         pages = make_plots(args.files, args.output, args.geometry, args.jobs, bar.update, args.map)
     print(f"{args.output}: {counted(pages, 'page')}")
     return 0

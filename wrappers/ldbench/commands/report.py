@@ -27,8 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    root = Path.cwd()
-    made = make_report(root, args.inputs or shipped_inputs(root), root/args.output, args.jobs, args.force)
+    made = make_report(args.inputs or shipped_inputs(), args.output, args.jobs, args.force)
     for file in made:
-        print(f"{inside(file, root)}  {file.stat().st_size/1e6:.2f} MB")
+        print(f"{inside(file, Path())}  {file.stat().st_size/1e6:.2f} MB")
     return 0

@@ -13,7 +13,6 @@ examples:
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from .options import add_folder, add_jobs
 
@@ -36,6 +35,5 @@ def main(args: argparse.Namespace) -> int:
     from ..report.jobs import shipped_inputs
     from ..report.study import make_study
 
-    root = Path.cwd()
-    print("\n".join(str(file) for file in make_study(root, shipped_inputs(root), args.output, args.jobs)))
+    print("\n".join(str(file) for file in make_study(shipped_inputs(), args.output, args.jobs)))
     return 0

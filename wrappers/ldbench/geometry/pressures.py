@@ -36,13 +36,13 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
     return press(_placed[run], case, pose(run, k), contacts, elements, loads)
 
 
-def contact_patches(run: RunData, k: int, contact: str) -> list[Patch]:
-    """The patches of a contact at row k; none where no pressure is known: of another law of contact, or with profiles that are not
-    there or not those of the run."""
+def known_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS) -> list[Patch]:
+    """The patches of some contacts at row k; none where no pressure is known: of another law of contact, of another code, or with
+    profiles that are not there or not those of the run."""
     if run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
         return []
     try:
-        return [patch for patch in run_patches(run, k, [contact]) if patch.contact == contact]
+        return run_patches(run, k, contacts)
     except Error:
         return []
 
@@ -66,16 +66,12 @@ def first_pressures(run: RunData) -> dict[str, Any]:
     """Largest pressure [Pa], area of all patches [m²], largest approach [m] and time [s] at the peak of the first contact of
     each flange, for the table of all runs; None where there is no contact, or no pressure is known, or the tread's patch only
     reaches over to the flange. A run is solved once."""
-    if run not in _known:
-        _known[run] = _solve_first(run)
-    return _known[run]
-
-
-def _solve_first(run: RunData) -> dict[str, Any]:
-    row: dict[str, Any] = {}
+    if run in _known:
+        return _known[run]
+    row = _known[run] = {}
     for contact in FLANGES:
         first = run.first_interval(contact)
-        patches = contact_patches(run, first.top, contact) if first else []
+        patches = known_patches(run, first.top, [contact]) if first else []
         names = "pmax", "patch", "approach", "t_pmax"
         values = (*told(patches), first.t_peak) if first and patches else [None]*4
         row |= {f"{name}_{contact}": value for name, value in zip(names, values, strict=True)}
@@ -90,5 +86,5 @@ def patch_history(run: RunData, contact: str, number: int) -> np.ndarray:
         return np.empty((4, 0))
     ends = run.time[max(first.rows.start - 1, 0)], run.time[min(first.rows.stop, len(run.time) - 1)]
     rows = np.unique([*np.searchsorted(run.time, np.linspace(*ends, number + 2)[1:-1]), first.top])
-    found = [(run.time[k], *told(patches)) for k in rows if (patches := contact_patches(run, int(k), contact))]
+    found = [(run.time[k], *told(patches)) for k in rows if (patches := known_patches(run, int(k), [contact]))]
     return np.array(found).reshape(-1, 4).T

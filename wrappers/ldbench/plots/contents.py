@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 from pypdf import PageObject, PdfWriter
-from pypdf.annotations import Link
-from pypdf.generic import ArrayObject, DecodedStreamObject, DictionaryObject, Fit, NameObject
+from pypdf.generic import ArrayObject, DecodedStreamObject, DictionaryObject, NameObject
 
 from .frame import FOOT, LEFT, RIGHT, new_page
 from .style import PAGE, plain
 
 COLUMNS = 3             # of the contents page
 TOP, BOTTOM, LINE = 0.88, 0.09, 0.0195      # of its lines, over the height of the page
+Rectangle = tuple[float, float, float, float]       # left, bottom, right, top [pt]
 SIZE = 7                # of page numbers [pt]
 CORNER = RIGHT*72*PAGE[0], FOOT*72*PAGE[1]      # where a page number ends [pt]
 FONT = NameObject("/PageNumber")
@@ -27,12 +27,6 @@ class Entry(NamedTuple):
     chapter: bool
 
 
-class Target(NamedTuple):
-    """A rectangle [pt] of the contents page, and the number of the page to which it leads, from 1."""
-    rectangle: tuple[float, float, float, float]
-    page: int
-
-
 def entries(parts: Sequence[tuple[str, Sequence[str]]], first: int) -> list[Entry]:
     """The lines for parts of the document, of which the first begins on page `first`. A part of one page has one line."""
     found, page = [], first
@@ -44,8 +38,8 @@ def entries(parts: Sequence[tuple[str, Sequence[str]]], first: int) -> list[Entr
     return found
 
 
-def contents_page(title: str, lines: Sequence[Entry]) -> tuple[Figure, list[Target]]:
-    """The contents page with the places of its links."""
+def contents_page(title: str, lines: Sequence[Entry]) -> tuple[Figure, list[tuple[Rectangle, int]]]:
+    """The contents page, the places of its links, and the numbers of the pages to which they lead, from 1."""
     figure = new_page(title, "contents", "each line leads to its page; the bookmarks of the document are the same")
     columns = arranged(lines)
     rows = max(map(len, columns), default=1)
@@ -60,7 +54,7 @@ def contents_page(title: str, lines: Sequence[Entry]) -> tuple[Figure, list[Targ
         figure.text(left + indent, top, plain(entry.words), fontsize=size, weight=weight, va="top")
         figure.text(left + width - 0.03, top, f"{entry.page}", fontsize=size, weight=weight, va="top", ha="right")
         x, y = 72*PAGE[0], 72*PAGE[1]
-        targets.append(Target((left*x, (top - 0.85*height)*y, (left + width - 0.03)*x, (top + 0.15*height)*y), entry.page))
+        targets.append(((left*x, (top - 0.85*height)*y, (left + width - 0.03)*x, (top + 0.15*height)*y), entry.page))
     return figure, targets
 
 
@@ -80,12 +74,6 @@ def arranged(lines: Sequence[Entry]) -> list[list[Entry]]:
         if len(columns) <= COLUMNS:
             return columns
     return [list(lines)]
-
-
-def link(writer: PdfWriter, page: int, targets: Sequence[Target]) -> None:
-    """Add the links of a contents page, which is the page with that index."""
-    for target in targets:
-        writer.add_annotation(page, Link(rect=target.rectangle, target_page_index=target.page - 1, fit=Fit("/Fit")))
 
 
 def number(writer: PdfWriter) -> None:

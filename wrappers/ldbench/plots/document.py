@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import base64
-import gc
 import io
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,6 +16,8 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from PIL import Image
 from pypdf import PdfReader, PdfWriter
+from pypdf.annotations import Link
+from pypdf.generic import Fit
 
 from .._core.errors import Error
 from .._core.files import check_ending, check_written, complete, failing_as
@@ -24,8 +25,9 @@ from .._core.pools import call_known, processes
 from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import CHAOTIC_NOTE, Chaotic
-from .contents import contents_page, entries, link, number
-from .geometry import geometry_page
+from .contents import contents_page, entries, number
+from .figures import free
+from .geometry import Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .overview import overview_figures
 from .phase import energy_page
@@ -90,7 +92,7 @@ def case_figures(run: RunData, fine: Fine | None = None) -> Iterator[tuple[str, 
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
     """Write figures as the pages of a PDF; returns their titles."""
     titles = []
-    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf, no_collection():
+    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf:
         for title, figure in figures:
             if figure.axes and (layout := figure.get_layout_engine()):
                 layout.execute(figure)
@@ -113,39 +115,22 @@ def save_sheets(figures: Sequence[Figure], target: Path) -> None:
         whole.save(scratch, format="PNG")
 
 
-@contextmanager
-def no_collection() -> Iterator[None]:
-    """Without looking for garbage: the many objects of a figure all live until it is saved, and a search through
-    them takes a quarter of the time of drawing."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
-
-
 Chapter = tuple[str, Iterable[tuple[str, Figure]]]        # title, and pages with their titles
 
 
 def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
     """Write chapters into one file, in which they share the fonts: to cut a font takes as long as a page."""
-    counts: list[tuple[str, int]] = []
+    parts: list[Part] = []
 
     def figures() -> Iterator[tuple[str, Figure]]:
         for title, pages in chapters:
-            count = 0
-            for page in pages:
-                count += 1
-                yield page
-            counts.append((title, count))
+            names = []
+            for name, figure in pages:
+                names.append(name)
+                yield name, figure
+            parts.append(Part(title, target, tuple(names), sum(len(part.pages) for part in parts)))
 
-    titles = save_pages(target, figures())
-    parts, first = [], 0
-    for title, count in counts:
-        parts.append(Part(title, target, titles[first:first + count], first))
-        first += count
+    save_pages(target, figures())
     return parts
 
 
@@ -153,11 +138,6 @@ def draw_chapter(chapter: Chapter, target: Path) -> list[Part]:
     """One chapter in a file, for a process that only draws."""
     with ldbench_style():
         return save_parts(target, [chapter])
-
-
-def run_chapter(run: RunData, fine: Fine | None = None) -> Chapter:
-    """The pages of a run, which are drawn when they are asked for."""
-    return run.heading, case_figures(run, fine)
 
 
 def check_drawn(parts: Sequence[Part], runs: Sequence[RunData]) -> None:
@@ -168,12 +148,12 @@ def check_drawn(parts: Sequence[Part], runs: Sequence[RunData]) -> None:
                         f"found {', '.join(map(str, run.data))}")
 
 
-def front_parts(rows: Sequence[dict[str, Any]], geometry: Sequence[Path], runs: Sequence[RunData],
+def front_parts(rows: Sequence[dict[str, Any]], geometry: Iterable[Shape], runs: Sequence[RunData],
                 chaotic: Chaotic | None, target: Path) -> list[Part]:
-    """The table of all runs, the pages of geometry files, and the pages that compare runs."""
+    """The table of all runs, the pages of geometry functions, and the pages that compare runs."""
     note = "" if chaotic is None else f"{CHAOTIC_NOTE}.  "
     with ldbench_style():
-        shapes = [geometry_page(source) for source in geometry]
+        shapes = [geometry_page(*shape) for shape in geometry]
         chapters: list[Chapter] = [("Summary", [("summary", summary_page(rows, note, chaotic))])]
         chapters += [(figure.texts[0].get_text(), [("geometry", figure)]) for figure in shapes]
         if beside := overview_figures(runs):
@@ -188,7 +168,8 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
     check_written([target], [*files, *geometry])
     check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
     runs = read_all(files, jobs) if map is None else [read_data(file, map) for file in files]
-    with drawing(runs, target, geometry, jobs, done) as finish:
+    shapes = [(run := read_data(file), run.data) for file in geometry]
+    with drawing(runs, target, shapes, jobs, done) as finish:
         return finish()
 
 
@@ -204,7 +185,8 @@ def plot_runs(runs: Sequence[RunData], target: Path) -> int:
     """Write the PDF of plots of runs in memory or from files; returns the number of pages."""
     check_written([target], [])
     check_ending(target, "a document .pdf", ".pdf")
-    return save_document(map(run_chapter, runs), target, f"ldbench: {', '.join(run.name for run in runs)}", runs)
+    chapters = [(run.heading, case_figures(run)) for run in runs]
+    return save_document(chapters, target, f"ldbench: {', '.join(run.name for run in runs)}", runs)
 
 
 def save_document(chapters: Iterable[Chapter], target: Path, title: str, runs: Sequence[RunData] = ()) -> int:
@@ -218,7 +200,7 @@ def save_document(chapters: Iterable[Chapter], target: Path, title: str, runs: S
 
 
 @contextmanager
-def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
+def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (), jobs: int | None = None,
             done: Callable[[], None] = lambda: None, further: Sequence[Chapter] = (),
             fine: Mapping[str, Fine] | None = None,
             chaotic: Chaotic | None = None) -> Iterator[Callable[[], int]]:
@@ -227,18 +209,16 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = ()
     `further`: last chapters, which are drawn there too; to draw them builds no contact
     tables: OpenMP's threads do not outlive a fork.  `fine`: parts of runs with more rows, by the names of the runs;
     `chaotic`: their results that the summary has in italics."""
-    chapters = [*(run_chapter(run, (fine or {}).get(run.name)) for run in runs), *further]
+    chapters = [*((run.heading, case_figures(run, (fine or {}).get(run.name))) for run in runs), *further]
     # The processes have the runs as they are forked; nothing is sent to them.
     work = [partial(draw_chapter, chapter) for chapter in chapters]
     with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), work) as pool:
         tasks: list[Future[list[Part]]] = [pool.submit(call_known, n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
         for task in tasks[:len(runs)]:
             task.add_done_callback(lambda _: done())
-        compared = [run for run in runs if run.exercise in range(1, 5)]
+        compared = free(runs)
         front = front_parts([full_row(run) for run in runs], geometry, compared if len(compared) > 1 else [], chaotic,
                             Path(scratch)/"front.pdf")
-        for _ in geometry:
-            done()
 
         def finish() -> int:
             parts = [part for task in tasks for part in task.result()]
@@ -269,7 +249,8 @@ def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of al
                 for k, name in enumerate(part.pages):
                     writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
         if listed:
-            link(writer, 0, links)
+            for rectangle, number_of_page in links:
+                writer.add_annotation(0, Link(rect=rectangle, target_page_index=number_of_page - 1, fit=Fit("/Fit")))
     number(writer)
     writer.add_metadata({"/Title": title})
     writer.compress_identical_objects()

@@ -24,9 +24,14 @@ def by_pair(runs: Sequence[RunData]) -> dict[str, list[RunData]]:
     return {pair: [run for run in runs if run.name.endswith(f"_{pair}")] for pair in PAIRS}
 
 
+def free(runs: Sequence[RunData]) -> list[RunData]:
+    """Exercises 1 to 4."""
+    return [run for run in runs if run.exercise in range(1, 5)]
+
+
 def pair_words(pair: str, own: Sequence[RunData]) -> str:
     """The profiles of a pair's runs in words."""
-    return own[0].pair or PAIRS[pair] if own else PAIRS[pair]
+    return own[0].pair if own else PAIRS[pair]
 
 
 def motion_figure(runs: Sequence[RunData]) -> Figure:
@@ -34,7 +39,7 @@ def motion_figure(runs: Sequence[RunData]) -> Figure:
     figure = small_figure()
     axes = figure.subplots(1, 2)
     for ax, (pair, own) in zip(axes, by_pair(runs).items(), strict=True):
-        for run, line in zip([r for r in own if r.exercise in range(1, 5)], SERIES, strict=False):
+        for run, line in zip(free(own), SERIES, strict=False):
             speed = run.values("vY")[0]
             ax.plot(MM*speed*run.time, MM*run.values("Y"), label=f"{speed:g} m/s", **line.kwargs())
         ax.set_title(pair_words(pair, own), loc="left")
@@ -51,7 +56,7 @@ def impact_figure(runs: Sequence[RunData]) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1])
     for (pair, own), dashes, marker in zip(by_pair(runs).items(), ("-", DASHED), "os", strict=True):
         speeds, peaks = [], []
-        for run, line in zip([r for r in own if r.exercise in range(1, 5)], SERIES, strict=False):
+        for run, line in zip(free(own), SERIES, strict=False):
             first = run.first_interval("LF")
             if first is None:
                 continue
@@ -114,7 +119,7 @@ def percentiles(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
 
 def first_shown(runs: Sequence[RunData]) -> RunData | None:
     """The run whose first flange contact the abstract shows: exercise 2, or the first with such a contact."""
-    touched = [run for run in runs if run.exercise in range(1, 5) and first_impact(run)]
+    touched = [run for run in free(runs) if first_impact(run)]
     return next((run for run in touched if run.exercise == 2), touched[0] if touched else None)
 
 

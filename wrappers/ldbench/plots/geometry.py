@@ -1,23 +1,27 @@
 """Contact geometry: functions of the lateral displacement."""
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from ..results.quantities import DEG, MM
-from ..results.run_data import RunData, read_data
+from ..results.run_data import RunData
 from .frame import caption, legend_above, new_page
 from .style import BLACK, CONTACT_LINES, GREY, Line, plain_numbers
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 SIDES = {"_L": "left", "_R": "right"}
+Shape = tuple[RunData, "pd.DataFrame"]      # a run, and the geometry functions of its profiles
 
 
-def geometry_page(path: Path) -> Figure:
-    """The geometry functions of a pair, from the file that `&output geometry_file` asks for."""
-    run = read_data(path)
-    y = MM*run.values("Y")
+def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
+    """The geometry functions of the profiles of a run, as `ContactTable.geometry` and the file of `&output geometry_file` have
+    them."""
+    y = MM*functions["Y"]
     figure = new_page(f"Contact geometry, {run.pair or run.name}", "rigid wheelset standing on both rails",
                       f"dotted: rigid-axle clearance, {clearance_words(run)} mm; conicity: equivalent, by "
                       f"harmonic linearisation, for the amplitude |Y|\n{caption(run).splitlines()[-1]}")
@@ -31,7 +35,7 @@ def geometry_page(path: Path) -> Figure:
             ("contact position z [mm]", MM, (("z_L", left), ("z_R", right))),
             ("roll Φ [mrad]", 1e3, (("roll", black),)), ("height Z [mm]", MM, (("Z", black),))), strict=True):
         for column, line in curves:
-            ax.plot(y, (-scale if column == "y_R" else scale)*run.values(column), label=SIDES.get(column[-2:]), **line.kwargs())
+            ax.plot(y, (-scale if column == "y_R" else scale)*functions[column], label=SIDES.get(column[-2:]), **line.kwargs())
         ax.set(xlabel="lateral displacement Y [mm]", ylabel=label)
         if len(curves) > 1:
             legend_above(ax)

@@ -89,16 +89,10 @@ def of_contacts(what: str, label: str, *contacts: str, outwards: bool = False) -
     return Panel(label, PER_CONTACT[what].unit, PER_CONTACT[what].scale, contact_curves(what, *contacts, outwards=outwards))
 
 
-def side_panels(*quantities: tuple[str, str]) -> tuple[tuple[Panel, ...], ...]:
-    """A column of panels per wheel, left and right, each with tread and flange."""
-    return tuple(tuple(of_contacts(what, f"{label}, {side} wheel", *contacts) for what, label in quantities)
-                 for side, contacts in (("left", ("LT", "LF")), ("right", ("RT", "RF"))))
-
-
-def part_panels(*quantities: tuple[str, str]) -> tuple[tuple[Panel, ...], ...]:
-    """A column of panels for the treads and one for the flanges, each with left and right; y points outwards."""
-    return tuple(tuple(of_contacts(what, f"{label}, {part}", *contacts, outwards=what == "y") for what, label in quantities)
-                 for part, contacts in (("treads", ("LT", "RT")), ("flanges", ("LF", "RF"))))
+def panels(places: dict[str, tuple[str, str]], *quantities: tuple[str, str]) -> tuple[tuple[Panel, ...], ...]:
+    """A column of panels for each place, with its contacts; y points outwards."""
+    return tuple(tuple(of_contacts(what, f"{label}, {place}", *contacts, outwards=what == "y") for what, label in quantities)
+                 for place, contacts in places.items())
 
 
 def ratio_curve(side: str) -> Curve:
@@ -116,6 +110,8 @@ def constant_energies(run: RunData) -> str:
             "drift: total energy − work of the lateral force − total energy at the start")
 
 
+WHEELS = {f"{side} wheel": contacts for side, contacts in SIDES.items()}
+PARTS = {"treads": ("LT", "RT"), "flanges": ("LF", "RF")}
 WORK = "W_ext",
 RATIO = Panel("L/V", "", 1.0, (ratio_curve("left"), ratio_curve("right")))
 KINETIC = Panel("kinetic energy", "J", 1.0, (
@@ -138,15 +134,14 @@ PAGES = (
         (single("Y", "lateral Y"), single("Z", "vertical Z"), single("roll", "roll Φ")),
         (single("vY", "dY/dt"), single("vZ", "dZ/dt"), single("roll_rate", "dΦ/dt")),
         (single("aY", "d²Y/dt²"), single("aZ", "d²Z/dt²"), single("roll_acc", "d²Φ/dt²")))),
-    Page("contact forces", side_panels(("N", "normal N"), ("Fz", "vertical"), ("Fy", "lateral")),
+    Page("contact forces", panels(WHEELS, ("N", "normal N"), ("Fz", "vertical"), ("Fy", "lateral")),
          "of the rail on the wheel, in the directions up and left"),
-    Page("contact points", part_panels(("angle", "angle"), ("radius", "rolling radius"), ("y", "outward y"), ("z", "z")),
+    Page("contact points", panels(PARTS, ("angle", "angle"), ("radius", "rolling radius"), ("y", "outward y"), ("z", "z")),
          "angle of the contact normal to the vertical, positive towards the flange; outward y: from the track centreline, "
          "positive to the left on the left side and to the right on the right side; z: from the top of the rails, up positive"),
 )
 IMPULSES = Page("impulses of impacts, and energy lost", (
-    tuple(of_contacts("P", f"impulses so far, {side} wheel", *contacts) for side, contacts in (
-        ("left", ("LT", "LF")), ("right", ("RT", "RF")))) + (single("E_lost", "energy lost so far"),),),
+    (*(panel for panel, in panels(WHEELS, ("P", "impulses so far"))), single("E_lost", "energy lost so far")),),
     "rigid contacts: forces that last are on the page of forces, impacts on this one")
 ENERGY = Page("energy", (ENERGIES,), constant_energies)
 # Around an impact, and before the end of a long run.
@@ -160,4 +155,4 @@ CLOSE = (
 )
 LAST = Page("motion and forces, last second", (
     (single("Y", "lateral Y"), single("Z", "vertical Z"), single("roll", "roll Φ")),
-    (of_contacts("N", "normal N, left wheel", "LT", "LF"), of_contacts("N", "normal N, right wheel", "RT", "RF"), RATIO)))
+    (*(panel for panel, in panels(WHEELS, ("N", "normal N"))), RATIO)))

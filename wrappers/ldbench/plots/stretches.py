@@ -36,8 +36,12 @@ class Window:
 
     def rows(self, run: RunData) -> slice:
         """The rows inside and one more at either side."""
-        t = run.time
-        return slice(max(np.searchsorted(t, self.start) - 1, 0), np.searchsorted(t, self.end, "right") + 1)
+        return rows_between(run.time, self.start, self.end)
+
+
+def rows_between(t: np.ndarray, start: float, end: float) -> slice:
+    """The rows from `start` to `end` [s], and one more at either side."""
+    return slice(max(np.searchsorted(t, start) - 1, 0), np.searchsorted(t, end, "right") + 1)
 
 
 def is_long(run: RunData) -> bool:

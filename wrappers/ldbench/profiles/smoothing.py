@@ -43,36 +43,26 @@ class Smoothed:
 
 
 class Splines:
-    """The equations of B-splines on the knots 0, h, 2 h, ... for points at stations."""
+    """The equations of k cubic B-splines on knots 0, 1, 2, ... for points at stations x [intervals]."""
 
-    def __init__(self, points: np.ndarray, stations: np.ndarray, h: float, k: int) -> None:
+    def __init__(self, points: np.ndarray, x: np.ndarray, k: int) -> None:
+        from scipy.interpolate import BSpline
+        from scipy.sparse import diags
+
         self.points, self.k = points, k
-        self.first, weights = basis(stations/h, k)
-        self.weights, self.places = weights.T, self.first[:, None] + np.arange(4)
-        self.band = np.zeros((4, k))
-        for a in range(4):
-            for b in range(a, 4):
-                self.band[3 + a - b] += np.bincount(self.first + b, weights[a]*weights[b], k)
-        self.right = self.weigh(points)
-
-    def weigh(self, values: np.ndarray) -> np.ndarray:
-        """Right-hand sides, (k, columns), for values at the points, (n, columns)."""
-        return np.stack([np.bincount(self.places.ravel(), (self.weights*column[:, None]).ravel(), self.k)
-                         for column in values.T], 1)
-
-    def at_points(self, coefficients: np.ndarray) -> np.ndarray:
-        """The splines at the stations."""
-        return np.einsum("ij,ijc->ic", self.weights, coefficients[self.places])
+        self.at_points = BSpline.design_matrix(x, knots(k), 3)      # times coefficients: the splines at the stations
+        self.differences = diags(DIFFERENCE, range(4), (k - 3, k))
+        self.normal = self.at_points.T @ self.at_points
+        self.right = self.at_points.T @ points
 
     def solve(self, log_lambda: float, weights: np.ndarray, right: np.ndarray | None = None) -> np.ndarray:
         """Coefficients for a penalty with weights of the k - 3 third differences."""
         from scipy.linalg import solveh_banded
 
-        penalty = np.zeros((4, self.k))
-        for a, x in enumerate(DIFFERENCE):
-            for b in range(a, 4):
-                penalty[3 + a - b, b:self.k - 3 + b] += x*DIFFERENCE[b]*weights
-        return solveh_banded(np.exp(log_lambda)*penalty + self.band, self.right if right is None else right, check_finite=False)
+        penalty = self.differences.T @ self.differences.multiply(weights[:, None])
+        whole = np.exp(log_lambda)*penalty + self.normal
+        band = np.stack([np.pad(whole.diagonal(above), (above, 0)) for above in (3, 2, 1, 0)])
+        return solveh_banded(band, self.right if right is None else right, check_finite=False)
 
 
 def smooth(points: np.ndarray, distance: float | None = None, least: float = 0.0, most: float = np.inf) -> Smoothed:
@@ -80,13 +70,14 @@ def smooth(points: np.ndarray, distance: float | None = None, least: float = 0.0
 
     distance: the rms distance that the curve may keep from them [mm]; None for their noise, which is from `least` to `most` [mm].
     """
+    from scipy.interpolate import BSpline
     from scipy.stats import chi2
 
     s = chord_lengths(points)
     n = len(points)
     m = min(max(8, round(s[-1]/np.clip(s[-1]/(n - 1), FINEST, COARSEST))), n)
-    h, k = s[-1]/m, m + 3
-    splines = Splines(points, s, h, k)
+    x, k = s*(m/s[-1]), m + 3
+    splines = Splines(points, np.minimum(x, m), k)
     logs, distances, noise = cross_validated(splines)
     noise = max(min(noise, most), least)
     asked = noise if distance is None else distance
@@ -97,34 +88,35 @@ def smooth(points: np.ndarray, distance: float | None = None, least: float = 0.0
     c = splines.solve(log_lambda, relief)
     for rounds in ROUNDS:
         if rounds is not ROUNDS[0]:
-            s, order = feet(c, splines.points, s/h)
-            splines = Splines(splines.points[order], s[order]*h, h, k)
+            x, order = feet(c, points, x)
+            x = x[order]
+            splines = Splines(points[order], x, k)
         for _ in range(rounds):
-            squares = np.sum((splines.at_points(c) - splines.points)**2, 1)
+            squares = np.sum((splines.at_points @ c - splines.points)**2, 1)
             log_lambda += np.clip(GAIN*np.log(asked/np.sqrt(np.mean(squares))), -1.6, 1.6)
             log_lambda = max(float(log_lambda), logs[0])
-            relieve(relief, splines.first, np.sqrt(local_mean(squares, near))/usual)
+            relieve(relief, x, np.sqrt(local_mean(squares, near))/usual)
             d = np.hypot(*np.diff(c, 3, axis=0).T)
             try:
                 c = splines.solve(log_lambda, 1/(relief*np.sqrt(1 + (d/(np.median(d) + 1e-12))**2)))
             except np.linalg.LinAlgError:       # as above
                 log_lambda -= 2
-    squares = np.sum((splines.at_points(c) - splines.points)**2, 1)
+    squares = np.sum((splines.at_points @ c - splines.points)**2, 1)
     far = peaks(np.sqrt(local_mean(squares, 1)), FAR*noise)
-    return Smoothed(spline(c, np.arange(m + 1.0))[0], noise, float(np.sqrt(np.mean(squares))), splines.points[far])
+    return Smoothed(BSpline(knots(k), c, 3)(np.arange(m + 1.0)), noise, float(np.sqrt(np.mean(squares))), splines.points[far])
 
 
 def cross_validated(splines: Splines) -> tuple[np.ndarray, np.ndarray, float]:
     """Values of ln(lambda), the rms distances [mm] with equal weights at them, which grow, and the noise of the points [mm]."""
     n = len(splines.points)
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (n, 2))
-    right = np.concatenate([splines.right, splines.weigh(signs)], 1)
+    right = np.concatenate([splines.right, splines.at_points.T @ signs], 1)
     equal = np.ones(splines.k - 3)
-    low = np.log(1e-7*np.sum(splines.band[3])/(20*splines.k))
+    low = np.log(1e-7*splines.normal.diagonal().sum()/(20*splines.k))
     logs, distances, best, noise = [], [], np.inf, 0.0
     for log_lambda in low + np.linspace(0, RANGE, TRIALS):
         try:
-            values = splines.at_points(splines.solve(log_lambda, equal, right))
+            values = splines.at_points @ splines.solve(log_lambda, equal, right)
         except np.linalg.LinAlgError:       # rounding spoils the system: lambda is far too large
             break
         logs.append(log_lambda)
@@ -135,11 +127,11 @@ def cross_validated(splines: Splines) -> tuple[np.ndarray, np.ndarray, float]:
     return np.array(logs), np.maximum.accumulate(distances), noise
 
 
-def relieve(relief: np.ndarray, first: np.ndarray, excess: np.ndarray) -> None:
-    """Lower the weights of the differences about the points at which the local distance is too large by a factor `excess`."""
+def relieve(relief: np.ndarray, x: np.ndarray, excess: np.ndarray) -> None:
+    """Lower the weights of the differences about points at x [intervals] whose local distance is too large by a factor `excess`."""
     far = np.flatnonzero(excess > 1)
     if len(far):
-        about = np.clip(first[far, None] + np.arange(-3, 4), 0, len(relief) - 1)
+        about = np.clip(x[far, None].astype(int) + np.arange(-3, 4), 0, len(relief) - 1)
         factor = np.ones(len(relief))
         np.maximum.at(factor, about.ravel(), np.repeat(excess[far]**2, about.shape[1]))
         np.minimum(relief*factor, MOST_RELIEF, out=relief)
@@ -165,26 +157,18 @@ def peaks(values: np.ndarray, least: float) -> np.ndarray:
     return np.array([low + np.argmax(values[low:high]) for low, high in ends], dtype=int)
 
 
-def basis(x: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """The first of the four of k B-splines that are not 0 at x [intervals], (n,), and their values, (4, n)."""
-    first = np.clip(x.astype(int), 0, k - 4)
-    t = x - first
-    return first, np.stack([(1 - t)**3, 4 - 6*t**2 + 3*t**3, 1 + 3*t + 3*t**2 - 3*t**3, t**3])/6
-
-
-def spline(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The curve and its derivative, (n, 2) each, at x [intervals]."""
-    first, weights = basis(x, len(c))
-    t = x - first
-    slopes = np.stack([-(1 - t)**2, 3*t**2 - 4*t, 1 + 2*t - 3*t**2, t**2])/2
-    four = c[first + np.arange(4)[:, None]]
-    return np.einsum("ji,jic->ic", weights, four), np.einsum("ji,jic->ic", slopes, four)
+def knots(k: int) -> np.ndarray:
+    """The knots of k cubic B-splines, one to an interval."""
+    return np.arange(-3.0, k + 1)
 
 
 def feet(c: np.ndarray, points: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Where the feet of points are on the curve [intervals], from places nearby, and their order along it."""
+    from scipy.interpolate import BSpline
+
+    curve = BSpline(knots(len(c)), c, 3)
     for _ in range(3):
-        r, slope = spline(c, x)
+        r, slope = curve(x), curve(x, 1)
         x = x + np.clip(np.sum((points - r)*slope, 1)/np.sum(slope**2, 1), -0.5, 0.5)
     x = np.clip(x, 0, len(c) - 3)
     return x, np.argsort(x, kind="stable")

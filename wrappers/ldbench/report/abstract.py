@@ -14,10 +14,10 @@ from .._core.files import complete
 from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import save_pages
-from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, impact_figure, motion_figure
+from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, free, impact_figure, motion_figure
 from ..plots.style import ldbench_style
 from ..results.columns import time_mean
-from ..results.quantities import GRAVITY, KN, OUTCOME, PAIRS, scientific
+from ..results.quantities import GRAVITY, KN, OUTCOME, scientific
 from ..results.run_data import RETURNED, RunData
 from ..results.summary import Chaotic, shown, summary_row
 from . import formulations
@@ -74,13 +74,13 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "marked": any(key in TABLE for found in chaotic.values() for key in found),
         "costs": costs(runs),
         "first": {"name": drawn.name} if (drawn := first_shown(runs)) else None,
-        "pairs": [pair_facts(pair, runs) for pair, runs in by_pair(runs).items() if runs],
+        "pairs": [pair_facts(own) for own in by_pair(runs).values() if own],
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({str(run.setting("contact", "model")) for run in runs}),
         "places": [PLACES.get(place, place) for place in first.header.table_errors],
-        "errors": [[own[0].pair or PAIRS[pair], *(f"{percent(rms)} ({percent(largest)})" for rms, largest in
+        "errors": [[own[0].pair, *(f"{percent(rms)} ({percent(largest)})" for rms, largest in
                                    own[0].header.table_errors.values())]
-                   for pair, own in by_pair(runs).items() if own and own[0].header.table_errors],
+                   for own in by_pair(runs).values() if own and own[0].header.table_errors],
         "others": [{"name": run.name, "ending": run.ending} for run in free(runs) if run.ending != RETURNED],
         "corners": [{"name": run.name, "times": times(passages)} for run in free(runs) if (passages := corner_passages(run))],
         "exponents": exponents(runs),
@@ -143,11 +143,11 @@ def table_cell(key: str, row: dict[str, Any], chaotic: Chaotic) -> str | dict[st
     return {"leaning": text} if leaning else text
 
 
-def pair_facts(pair: str, runs: Sequence[RunData]) -> dict[str, str]:
+def pair_facts(runs: Sequence[RunData]) -> dict[str, str]:
     """Collect the facts about a pair of profiles."""
     left, right = (1e3*runs[0].result(f"clearance_{side}") for side in ("left", "right"))
     return {
-        "name": runs[0].pair or PAIRS[pair],
+        "name": runs[0].pair,
         "clearance": f"2 × {left:.2f}" if abs(left - right) < 5e-3 else f"{left:.2f} (left) and {right:.2f} (right)",
         "points": runs[0].header.table_points.replace(" x ", " × "),
     }
@@ -156,11 +156,6 @@ def pair_facts(pair: str, runs: Sequence[RunData]) -> dict[str, str]:
 def percent(share: float) -> str:
     """Write a share in percent with two digits."""
     return f"{100*share:#.2g}".rstrip(".") + " %"
-
-
-def free(runs: Sequence[RunData]) -> list[RunData]:
-    """Exercises 1 to 4."""
-    return [run for run in runs if run.exercise in range(1, 5)]
 
 
 def speeds(runs: Sequence[RunData], lifting: bool) -> list[float]:
@@ -189,7 +184,7 @@ def exponents(runs: Sequence[RunData]) -> list[dict[str, str]]:
     The power follows from the slowest and the fastest run of exercises 1 to 4.
     """
     found = []
-    for pair, own in by_pair(free(runs)).items():
+    for own in by_pair(free(runs)).values():
         peaks: dict[float, float] = {}
         for run in own:
             if first := run.first_interval("LF"):
@@ -197,7 +192,7 @@ def exponents(runs: Sequence[RunData]) -> list[dict[str, str]]:
         if len(peaks) > 1:
             slow, fast = min(peaks), max(peaks)
             power = np.log(peaks[fast]/peaks[slow])/np.log(fast/slow)
-            found.append({"name": own[0].pair or PAIRS[pair], "value": f"{power:.2f}"})
+            found.append({"name": own[0].pair, "value": f"{power:.2f}"})
     return found
 
 
@@ -225,7 +220,7 @@ def ramp_facts(run: RunData, chaotic: Chaotic | None = None) -> dict[str, Any]:
         return f"about {text}" if leaning else text
 
     return {
-        "name": run.pair or PAIRS[run.name[-2:]], "statics": f"{1e-3*weight*lever/height:.1f}",
+        "name": run.pair, "statics": f"{1e-3*weight*lever/height:.1f}",
         "derails": KN*float(row["F_derailment"] or np.nan),
         "right_flange": f"{run.count('right flange contact') or 0}",
     } | {name: told(key) for name, key in (("time", "t_derailment"), ("force", "F_derailment"), ("peak", "peak_N_LF"),

@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..plots.frame import legend_of_page, new_page
-from ..plots.stretches import thin
+from ..plots.stretches import rows_between, thin
 from ..plots.style import SERIES, plain
 from ..plots.tables import LINES, draw_listing, paged, table_page
 from ..results.quantities import DEG, GROUPS, KN, significant
+from ..viewer.show import law
 from .differences import Comparison, Pairing, difference_table, event_table, paired_impacts
 
 PANELS = 4              # quantities on a page
@@ -84,9 +85,8 @@ def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
     files = []
     for k, run in enumerate(found.runs):
         program = f"ldbench {run.header.version}" if run.header.settings else "–"
-        law = str(run.setting("contact", "model") or "") if run.formulation == "elastic" else run.formulation
-        files.append([run.name + (" (reference)" if k == 0 else ""), run.file.name, run.header.title or "–", program, law or "–",
-                      f"{len(run.time)}", f"{run.time[0]:g} to {run.time[-1]:g}", run.ending or "–"])
+        files.append([run.name + (" (reference)" if k == 0 else ""), run.file.name, run.header.title or "–", program,
+                      law(run) or "–", f"{len(run.time)}", f"{run.time[0]:g} to {run.time[-1]:g}", run.ending or "–"])
     reference = f"reference: {found.runs[0].name}"
     page = table_page("Comparison", reference, ["name", "file", "title", "program", "contact", "rows", "time [s]", "end"], files,
                       [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], left=(0, 1, 2))
@@ -150,7 +150,7 @@ def overlay_page(found: Comparison, pairings: Sequence[Pairing], more: int) -> F
             if impact is None or not impact.duration > 0:
                 continue
             low, high = impact.start - MARGIN*longest, impact.start + (1 + MARGIN)*longest
-            rows = slice(max(np.searchsorted(run.time, low) - 1, 0), np.searchsorted(run.time, high, "right") + 1)
+            rows = rows_between(run.time, low, high)
             ax.plot(1e3*(run.time[rows] - impact.start), KN*run.values(f"N_{one.contact}")[rows], label=plain(run.name),
                     **line.kwargs())
         ax.set_xlim(-1e3*MARGIN*longest, 1e3*(1 + MARGIN)*longest)

@@ -21,7 +21,7 @@ from tqdm import tqdm
 
 from .._core.calls import Progress
 from .._core.files import make_results_folder, write_frame
-from .._core.kept import hashes, kept_in, kept_json
+from .._core.kept import kept_in, kept_json
 from .._core.pools import in_threads
 from ..case import Case
 from ..plots.document import Chapter, save_document
@@ -36,7 +36,7 @@ from ..results.run_data import RETURNED, RunData
 from ..results.summary import drift_reference
 from ..runs import compute
 from ..table import ContactTable
-from .jobs import find_namelists
+from .jobs import find_cases, sources
 
 FORMULATIONS: dict[str, dict[str, Any]] = {
     "elastic": {},
@@ -85,7 +85,7 @@ def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
              submitted: Sequence[RunData] = ()) -> list[Outcome]:
     """Run every exercise in every formulation; `told` is called after each run. An elastic run whose column file is
     submitted is not done again: its steps end at its rows, and with other rows exercise 5 derails at another load."""
-    cases = [Case.from_namelist(file) for file in find_namelists(inputs)]
+    cases = find_cases(inputs)
     known = {one.name: one for one in submitted}
     tables: dict[str, ContactTable] = {}
 
@@ -351,28 +351,22 @@ def together(exercises: Sequence[int]) -> str:
 
 def draw_climb(place: SubplotSpec, inputs: Path) -> None:
     """Draw the work that lifts the wheelset over the flange with both wheels on the rails, beside the endings."""
-    files = {file.stem[-2:]: file for file in find_namelists(inputs)}
-    axes = place.subgridspec(1, len(files)).subplots(sharey=True, squeeze=False)[0]
-    for ax, (pair, file) in zip(axes, files.items(), strict=True):
-        case = Case.from_namelist(file)
-        made = climbing_run(case)
+    cases = {case.case_name[-2:]: case for case in find_cases(inputs)}.values()
+    axes = place.subgridspec(1, len(cases)).subplots(sharey=True, squeeze=False)[0]
+    for ax, case in zip(axes, cases, strict=True):
+        made = climb(case)
         c = made.data
         ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
         for exercise, v in enumerate((0.1, 0.5, 1.0, 2.0), 1):
             energy = 0.5*case.mass*v**2
             ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
             ax.text(0.01, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), va="bottom", fontsize=6)
-        ax.set_title(f"over the flange, {made.pair or PAIRS[pair]}", loc="left", fontsize=7, pad=3)
+        ax.set_title(f"over the flange, {made.pair}", loc="left", fontsize=7, pad=3)
         ax.set_xlabel("lateral Y [mm]")
     axes[0].set_ylabel("work of weight and load [J]")
 
 
-def climb(case: Case) -> pd.DataFrame:
-    """The columns of `climbing_run`."""
-    return climbing_run(case).data
-
-
-def climbing_run(case: Case) -> RunData:
+def climb(case: Case) -> RunData:
     """The run of a wheelset that is fast enough to go over the left flange with both wheels on the rails."""
     return compute(case.replace(formulation="bilateral", vY=2.5, lateral_force=0.0, lateral_ramp=0.0, interval=2e-5,
                             dt=2e-5, t_end=0.1, stop_at="derailment"))
@@ -410,34 +404,28 @@ def figures(found: Sequence[Outcome], inputs: Path) -> Iterator[tuple[str, Figur
 
 # Files ------------------------------------------------------------------------------------
 
-def sources(inputs: Path, root: Path) -> dict[str, str]:
-    """Hashes of what the outcomes depend on besides the program."""
-    files = find_namelists(inputs)
-    cases = [Case.from_namelist(file) for file in files]
-    profiles = {Path(file) for case in cases for file in case.profile_files().values()}
-    return hashes([*files, *sorted(profiles)], root)
-
-
 def kept_file(outputs: Path) -> Path:
     """The file that keeps the outcomes."""
     return kept_in(outputs)/"formulations.json"
 
 
-def kept_outcomes(root: Path, inputs: Path, outputs: Path, jobs: int, force: bool = False,
+def kept_outcomes(inputs: Path, outputs: Path, jobs: int, force: bool = False,
                   submitted: Callable[[], Sequence[RunData]] = tuple) -> list[Outcome]:
     """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`; `submitted` reads
     the column files of elastic runs."""
     def make() -> list[dict[str, Any]]:
         make_results_folder(outputs)
-        with tqdm(total=len(FORMULATIONS)*len(find_namelists(inputs)), desc="formulations", disable=None) as bar:
+        with tqdm(total=len(FORMULATIONS)*len(cases), desc="formulations", disable=None) as bar:
             return [vars(o) for o in outcomes(inputs, jobs, bar.update, submitted())]
 
-    return [Outcome(**o) for o in kept_json(kept_file(outputs), sources(inputs, root), force, make)]
+    cases = find_cases(inputs)
+    depends = {name: x for case in cases for name, x in sources(case).items()}
+    return [Outcome(**o) for o in kept_json(kept_file(outputs), depends, force, make)]
 
 
-def make_comparison(root: Path, inputs: Path, outputs: Path, jobs: int) -> list[Path]:
+def make_comparison(inputs: Path, outputs: Path, jobs: int) -> list[Path]:
     """Write the PDF and the CSV file of the comparison of formulations."""
-    found = kept_outcomes(root, inputs, outputs, jobs)
+    found = kept_outcomes(inputs, outputs, jobs)
     target = outputs/"ldbench_formulations.pdf"
     save_document([chapter(found, inputs)], target, "ldbench: elastic contact or constraint equations")
     write_frame(table(found), target.with_suffix(".csv"))

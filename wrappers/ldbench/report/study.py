@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from .._core.files import make_results_folder, write_frame
 from .._core.kept import inside
+from ..case import Case
 from ..plots.document import Chapter, save_document
 from ..plots.frame import legend_of_page, new_page
 from ..plots.style import SERIES, powers_of_ten
@@ -22,37 +23,30 @@ from ..results.quantities import KN, MM, quantity, significant
 from ..results.run_data import RunData, read_data
 from .compare_pages import quantity_page
 from .differences import Comparison, compare, event_times, peaks
-from .jobs import Job, find_namelists, run_stale, with_values
+from .jobs import Job, find_cases, run_stale
 
-VARIANTS: dict[str, dict[str, dict[str, Any]]] = {
+VARIANTS: dict[str, dict[str, float | str]] = {
     "fine": {},
-    "law": {"contact": {"model": "hertz"}},
-    "step": {"integrator": {"scheme": "newmark", "order": 2, "beta": 0.25, "dt": 1e-4, "energy_tolerance": 0.0}},
+    "law": {"model": "hertz"},
+    "step": {"scheme": "newmark", "order": 2, "beta": 0.25, "dt": 1e-4, "energy_tolerance": 0.0},
 }
 VARIANT_WORDS = {"fine": "half-spaces, cut steps", "law": "one Hertz spring per zone", "step": "average acceleration, step 0.1 ms"}
 SHORT_RAMP = 3.0           # of exercise 5, in the study [s]
 
 
-def study_jobs(namelist: Path, folder: Path, root: Path, ramp_end: float = SHORT_RAMP) -> dict[str, Job]:
+def study_jobs(case: Case, folder: Path, ramp_end: float = SHORT_RAMP) -> dict[str, Job]:
     """The runs of one exercise, by variant.  Exercise 5 is cut short; all are written every 0.1 ms."""
-    text = namelist.read_text()
-    plain = Job(namelist.stem, text, namelist, root)
-    base: dict[str, dict[str, Any]] = {
-        "output": {"interval": 1e-4, "geometry_file": ""},
-        "integrator": {"dt": min(1e-4, float(plain.value("integrator", "dt", 1e-4)))}}
-    if plain.value("integrator", "stop_at") == "derailment":
-        base["integrator"] |= {"t_end": ramp_end, "stop_at": "t_end"}
+    base = case.replace(interval=1e-4, geometry_file="", dt=min(1e-4, case.dt))
+    if case.stop_at == "derailment":
+        base = base.replace(t_end=ramp_end, stop_at="t_end")
     found = {}
     for name, changes in VARIANTS.items():
-        product = folder/f"{namelist.stem}_{name}.txt"
-        values = {group: dict(variables) for group, variables in base.items()}
-        for group, variables in changes.items():
-            values.setdefault(group, {}).update(variables)
-        values["output"]["file"] = inside(product, root)
-        if "contact" in changes and plain.table:
-            table = plain.table.with_name(plain.table.stem.rpartition("_")[0] + f"_{changes['contact']['model']}.table")
-            values["table"] = {"file": inside(table, root)}
-        found[name] = Job(product.stem, with_values(text, values), product, root)
+        product = folder/f"{case.case_name}_{name}.txt"
+        variant = base.replace(changes, output_file=inside(product, Path()))
+        if variant.model != base.model and base.table_file:
+            table = Path(base.table_file)
+            variant = variant.replace(table_file=table.with_name(f"{table.stem.rpartition('_')[0]}_{variant.model}.table"))
+        found[name] = Job(variant, product)
     return found
 
 
@@ -87,9 +81,6 @@ def first_force(run: RunData) -> float:
 def relative(reference: float, value: float) -> float:
     """The difference of a value from the reference, relative to the reference."""
     return (value - reference)/reference if reference else np.nan
-
-
-STUDY_COLUMNS = ("Y", "Z", "N_LF")
 
 
 # Words above a pair of columns, the column of the rows, the factor from SI, and the unit.
@@ -144,13 +135,13 @@ def draw_numbers(ax: Axes, rows: pd.DataFrame) -> None:
     draw_table(ax, table, [0, *np.linspace(0.08, 1, 2*len(TABLE) + 1)], look=lambda i, j: {"weight": "bold" if i < 2 else "normal"})
 
 
-def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: float = SHORT_RAMP) -> list[Path]:
+def make_study(inputs: Path, outputs: Path, workers: int, ramp_end: float = SHORT_RAMP) -> list[Path]:
     """Run what is not up to date; write the PDF and the CSV file of the study."""
-    namelists = find_namelists(inputs)
+    cases = find_cases(inputs)
     folder = outputs/"study"
     make_results_folder(outputs)
     folder.mkdir(exist_ok=True)
-    jobs = {file.stem: study_jobs(file, folder, root, ramp_end) for file in namelists}
+    jobs = {case.case_name: study_jobs(case, folder, ramp_end) for case in cases}
     flat = [job for variants in jobs.values() for job in variants.values()]
     rows: list[dict[str, Any]] = []
     compared: list[tuple[str, list[RunData]]] = []
@@ -168,8 +159,8 @@ def make_study(root: Path, inputs: Path, outputs: Path, workers: int, ramp_end: 
         def chapters() -> Iterator[Chapter]:
             yield "Summary", [("summary", study_summary(table))]
             for heading, runs in compared:
-                yield heading, [(heading, quantity_page(compare(runs), STUDY_COLUMNS,
-                                                        f"{heading}: contact law or time step?"))]
+                title = f"{heading}: contact law or time step?"
+                yield heading, [(heading, quantity_page(compare(runs), ("Y", "Z", "N_LF"), title))]
                 bar.update()
 
         save_document(chapters(), target, "ldbench: contact law or time step?")

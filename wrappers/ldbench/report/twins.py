@@ -15,8 +15,7 @@ import numpy as np
 from .._core.calls import Progress
 from .._core.kept import kept_in, kept_json, stamped
 from .._core.pools import in_threads
-from ..results.run_data import RunData
-from ..results.summary import Chaotic, summary_row
+from ..results.summary import summary_row
 from ..runs import compute
 from .jobs import Job
 
@@ -56,11 +55,6 @@ def kept_file(outputs: Path) -> Path:
 
 def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
     """The results of the twins, run anew where something they depend on has changed since they were kept in `outputs`."""
-    depends = {name: x for job in jobs for name, x in stamped(job.product, job.root).items()}
+    depends = {name: x for job in jobs for name, x in stamped(job.product, Path()).items()}
     rows: dict[str, dict[str, Any]] = kept_json(kept_file(outputs), depends, force, lambda: twin_rows(jobs, workers))
     return rows
-
-
-def chaotic_results(runs: Sequence[RunData], twins: Mapping[str, Mapping[str, Any]]) -> Chaotic:
-    """The chaotic results of each run, by its name."""
-    return {one.name: chaotic(summary_row(one), twins[one.name]) for one in runs if one.name in twins}

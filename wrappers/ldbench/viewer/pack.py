@@ -11,8 +11,7 @@ to the last bit. Bytes of equal weight lie together, and deflate does the rest.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -28,17 +27,10 @@ POWERS = np.array([float(f"1e{k}") for k in range(129)])
 EXPONENTS = -118, 118       # of the last digit; smaller numbers are zero, larger ones are left out
 
 
-@dataclass(frozen=True)
-class Packed:
-    """A run for the page: `body` is deflated, `index` says what is in it."""
-    index: dict[str, Any]
-    body: bytes
-
-
 def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[str] = (),
          moments: Sequence[float] = (), peaks: Sequence[str] = (), cells: int = CELLS,
-         derived: Callable[[], dict[str, np.ndarray]] = dict) -> Packed:
-    """Columns, each of shape (rows,), over `time`.
+         derived: Callable[[], dict[str, np.ndarray]] = dict) -> tuple[dict[str, Any], bytes]:
+    """Columns, each of shape (rows,), over `time`, for the page: an index of what is in the body, and the deflated body.
 
     every_row: columns of which a long run keeps all rows; moments: times [s] round which it keeps rows exactly;
     peaks: columns whose largest values' rows are kept. derived: makes columns that the page computes of others at the rows that
@@ -48,39 +40,18 @@ def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[s
     room = max(cells//max(len(columns), 1), 200)
     whole = n <= room
     rows = np.arange(n) if whole else keep_rows(time, columns, moments, peaks, room)
-    t = time[rows]
-    parts, exact = [], []
-    known: list[tuple[str, np.ndarray]] = []
-    decoded_time = None
-    for name, x in {"time": time, **columns}.items():
-        values, method, data = pack_exact(x[rows], decoded_time, known)
-        if decoded_time is None:
-            decoded_time = values
-        else:
-            known.append((name, values))
-        exact.append({"name": name, **method})
-        parts.append(data)
-    index: dict[str, Any] = {"rows": n, "kept": len(t), "exact": exact, "bands": []}
+    t, data = pack_exact(time[rows])
+    parts = [data, *(pack_exact(x[rows], t)[1] for x in columns.values())]
+    index: dict[str, Any] = {"rows": n, "kept": len(t), "exact": list(columns), "bands": []}
     if not whole:
-        size = -(-n//BINS)
-        even = np.ptp(np.diff(time)) <= 1e-6*(time[-1] - time[0])/n
-        # Bins lie at equal numbers of rows; the page has their times by interpolation, or told.
-        edges = np.arange(0, n, size)
-        index["bin"] = size
-        index["start"], index["end"] = float(time[0]), float(time[-1])
-        if not even:
-            parts.append(pack_exact(time, None, [], orders=(1,))[2])
-        index["even"] = bool(even)
-        for name, x in columns.items():
-            track = name in every_row
-            band, data = pack_track(x) if track else pack_band(x, edges)
+        index["bin"] = -(-n//BINS)
+        edges = np.arange(0, n, index["bin"])        # bins have equal numbers of rows
+        parts.append(pack_exact(time)[1])
+        for name, x in (columns | derived()).items():
+            band, data = pack_track(x) if name in every_row else pack_band(x, edges)
             index["bands"].append({"name": name, **band})
             parts.append(data)
-        for name, x in derived().items():
-            band, data = pack_band(x, edges)
-            index["bands"].append({"name": name, **band})
-            parts.append(data)
-    return Packed(index, zlib.compress(b"".join(parts), 6))
+    return index, zlib.compress(b"".join(parts), 6)
 
 
 def keep_rows(time: np.ndarray, columns: dict[str, np.ndarray], moments: Sequence[float], peaks: Sequence[str],
@@ -145,61 +116,29 @@ def value_of(m: np.ndarray, e: np.ndarray) -> np.ndarray:
     return values
 
 
-def predictions(x: np.ndarray, t: np.ndarray | None) -> list[np.ndarray]:
-    """Predict every number from those before it: 0, the last one, the line and the parabola through the last ones.
-    Without t, rows are at equal distances."""
-    def before(v: np.ndarray, k: int) -> np.ndarray:
-        return np.concatenate([np.zeros(k), v[:-k]])[:len(v)] if k else v
-
+def predicted(x: np.ndarray, t: np.ndarray | None) -> np.ndarray:
+    """Every number from the three before it, by the parabola through them; the first three are taken for 0. Without t, rows are
+    at equal distances."""
     t = np.arange(len(x), dtype=float) if t is None else t
-    x1, x2, x3, t1, t2, t3 = (before(v, k) for v in (x, t) for k in (1, 2, 3))
+    found = np.zeros(len(x))
+    (x3, x2, x1), (t3, t2, t1) = ((v[:-3], v[1:-2], v[2:-1]) for v in (x, t))
     with np.errstate(all="ignore"):
         d1 = (x1 - x2)/(t1 - t2)
-        line = x1 + d1*(t - t1)
         d2 = (x2 - x3)/(t2 - t3)
-        parabola = line + (d1 - d2)/(t1 - t3)*(t - t1)*(t - t2)
-    found = [np.zeros(len(x)), x1, line, parabola]
-    for order in (1, 2, 3):
-        found[order][:order] = 0.0
+        found[3:] = x1 + d1*(t[3:] - t1) + (d1 - d2)/(t1 - t3)*(t[3:] - t1)*(t[3:] - t2)
     return found
 
 
-def pack_exact(x: np.ndarray, t: np.ndarray | None,
-               known: Sequence[tuple[str, np.ndarray]],
-               orders: Sequence[int] = (0, 1, 2, 3)) -> tuple[np.ndarray, dict[str, Any], bytes]:
-    """The numbers as the page will have them, how they are predicted, and their bytes: exponents, then the
-    differences' four bytes.  `known` are columns that went before: one may be a multiple of another."""
+def pack_exact(x: np.ndarray, t: np.ndarray | None = None) -> tuple[np.ndarray, bytes]:
+    """The numbers as the page will have them, and their bytes: exponents, then the four bytes of the differences from what is
+    predicted."""
     m, e = decimals(x)
     values = value_of(m, e)
-    least = np.inf
-    for method, guess in candidates(values, t, known, orders):
-        with np.errstate(all="ignore"):
-            units = np.floor(scaled(guess, e) + 0.5)
-        units = np.where(np.abs(units) <= 1e9, units, 0.0)      # NaN too
-        difference = np.where(e >= ZERO, 0, m - units).astype(np.int64)
-        code = np.where(difference >= 0, 2*difference, -2*difference - 1)
-        cost = float(np.log2(code + 1.0).sum())
-        if cost < least:
-            least, best = cost, (method, code)
-    method, code = best
-    return values, method, e.astype(np.int8).tobytes() + planes(code, 4)
-
-
-def candidates(values: np.ndarray, t: np.ndarray | None, known: Sequence[tuple[str, np.ndarray]],
-               orders: Sequence[int]) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
-    """Ways to predict, and what they predict."""
-    found = predictions(values, t)
-    for order in orders:
-        yield {"order": order}, found[order]
-    filled = np.flatnonzero(np.isfinite(values) & (values != 0))
-    if filled.size:
-        k = filled[np.argmax(np.abs(values[filled]))]
-        for name, other in known:
-            if other[k] and np.isfinite(other[k]):
-                ratio = float(values[k]/other[k])
-                middle = filled[filled.size//2]
-                if abs(values[middle] - ratio*other[middle]) <= 1e-6*abs(values[middle]):
-                    yield {"of": name, "ratio": ratio}, ratio*other
+    with np.errstate(all="ignore"):
+        units = np.floor(scaled(predicted(values, t), e) + 0.5)
+    units = np.where(np.abs(units) <= 1e9, units, 0.0)      # NaN too
+    difference = np.where(e >= ZERO, 0, m - units).astype(np.int64)
+    return values, e.astype(np.int8).tobytes() + planes(np.where(difference >= 0, 2*difference, -2*difference - 1), 4)
 
 
 def planes(code: np.ndarray, count: int) -> bytes:

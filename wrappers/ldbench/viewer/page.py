@@ -58,25 +58,16 @@ class Page:
                 f'style="width: 100%; height: {self.height}px; border: 0"></iframe>')
 
 
-@dataclass(frozen=True)
-class Cell:
-    """A cell of the summary table; `time` is the moment at which its number holds."""
-    text: str
-    run: str = ""
-    time: float | None = None
-    beside: tuple[str, ...] = ()    # runs to show with it
-    leaning: bool = False           # in italics
-
-
 def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None, shown: int | None = None,
-              summary: Sequence[tuple[str, Sequence[Cell]]] = (), cells: Mapping[str, int] | None = None,
+              summary: Sequence[Mapping[str, object]] = (), cells: Mapping[str, int] | None = None,
               patches: Sequence[str] = CONTACTS, note: str = "") -> Page:
     """The page of some runs.
 
     case: whose profiles stand for those of runs without our header; by default the case of the first run with one, else
     the benchmark's with actual profiles. shown: how many runs are shown at first; the others are one click away.
-    summary: lines of a table, each with its name and cells; note: words about them. cells: of some runs, how many numbers are
-    kept whole. patches: contacts at whose largest forces pressed patches are shown, of runs that are not in `cells`.
+    summary: lines of a table, each with its `words` and `cells`, see `results.cell`; note: words about them. cells: of some runs,
+    how many numbers are kept whole. patches: contacts at whose largest forces pressed patches are shown, of runs that are not in
+    `cells`.
     """
     assumed = assumed_profiles(runs, case)
     shapes: list[dict[str, Any]] = []
@@ -91,9 +82,7 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
     title = title or ", ".join(run.heading for run in runs[:2]) + (f" and {len(runs) - 2} more runs" if len(runs) > 2 else "")
     facts = {
         "title": title, "version": version(), "groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries,
-        "note": note, "summary": [{"words": words, "cells": [
-            {"text": cell.text, "run": cell.run, "t": number(cell.time), "with": cell.beside, "leaning": cell.leaning}
-            for cell in row]} for words, row in summary],
+        "note": note, "summary": summary,
     }
     return Page(fill(title, facts, bodies, FOLDER/"page.html", [FOLDER/name for name in SCRIPTS]))
 
@@ -118,8 +107,8 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         notes.append("profiles are reconstructions, not the organisers' files")
     units = run.data.attrs.get("units", {})
     peaks = [peak[1] for peak in map(run.peak, CONTACT_NAMES) if peak]
-    packed = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells,
-                  lambda: wheel_columns(run))
+    index, body = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells,
+                       lambda: wheel_columns(run))
     known = {name: quantity(name, units.get(name, "")) for name in columns}
     entry = {
         "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
@@ -127,11 +116,11 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         "model": str(run.setting("contact", "model") or ""), "ending": run.ending, "notes": notes,
         "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
-        "events": event_entries(run), "unlisted": unlisted(run), "firstFlange": run.first_flange(), "index": packed.index,
+        "events": event_entries(run), "unlisted": unlisted(run), "firstFlange": run.first_flange(), "index": index,
         "shape": place(outlines, shapes), "clearance": number(run.result("clearance_left")),
         "namelist": namelist_text(run),
     }
-    return entry, packed.body
+    return entry, body
 
 
 def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -190,24 +179,21 @@ def namelist_text(run: RunData) -> str:
 
 
 def place(outlines: Outlines | None, shapes: list[dict[str, Any]]) -> int | None:
-    """Number of an outline among `shapes`, to which it is added if it is not there."""
+    """Number of an outline among `shapes`, to which it is added if it is not there; sides that are mirror images stand there
+    once."""
     if outlines is None:
         return None
-    entry = shape_entry(outlines)
-    if entry not in shapes:
-        shapes.append(entry)
-    return shapes.index(entry)
 
-
-def shape_entry(outlines: Outlines) -> dict[str, Any]:
-    """Outlines for the page; sides that are mirror images go there once."""
     def side(one: Side) -> dict[str, list[float]]:
         flank, gauge = facing(one.wheel, one.rail)
         return {name: points.ravel().round(7).tolist() for name, points in
                 (("wheel", one.wheel), ("rail", one.rail), ("flank", flank), ("gauge", gauge))}
 
     left, right = side(outlines.left), side(outlines.right)
-    return {"sides": [left] if left == right else [left, right], "axle": outlines.axle, "roll": outlines.roll}
+    entry = {"sides": [left] if left == right else [left, right], "axle": outlines.axle, "roll": outlines.roll}
+    if entry not in shapes:
+        shapes.append(entry)
+    return shapes.index(entry)
 
 
 def number(x: float | None) -> float | None:

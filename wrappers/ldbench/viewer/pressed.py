@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core.errors import Error
-from ..geometry.pressures import run_patches
+from ..geometry.pressures import known_patches
 from ..pressure import CONTACTS, Patch, reach
 from ..results.run_data import RunData
 
@@ -15,21 +14,10 @@ LEVELS = 99         # of a pressure and of half a width, from 0 to the largest
 
 
 def pressure_entries(run: RunData, contacts: Sequence[str] = CONTACTS) -> list[dict[str, Any]]:
-    """The patches at the largest normal force of each of some contacts and at the peak of the first contact of each flange.
-
-    There are none for a run of another contact law, of another code, or whose profiles are not there or have changed.
-    """
-    if run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
-        return []
-    found = []
-    try:
-        for k in moments(run, contacts):
-            patches = [patch_entry(patch) for patch in run_patches(run, k)]
-            if patches:
-                found.append({"t": float(run.time[k]), "patches": patches})
-    except Error:
-        return []
-    return found
+    """The patches that are known at the largest normal force of each of some contacts and at the peak of the first contact of
+    each flange."""
+    return [{"t": float(run.time[k]), "patches": list(map(patch_entry, patches))} for k in moments(run, contacts)
+            if (patches := known_patches(run, k))]
 
 
 def moments(run: RunData, contacts: Sequence[str]) -> list[int]:

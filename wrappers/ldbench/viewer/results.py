@@ -12,7 +12,7 @@ from ..results.header import read_header
 from ..results.quantities import OUTCOME
 from ..results.run_data import RunData, read_data
 from ..results.summary import CHAOTIC_NOTE, SUMMARY, Chaotic, shown
-from .page import Cell, Page, make_page
+from .page import Page, make_page, number
 
 TITLE = "LD benchmark: single wheelset without friction, all results"
 VARIANT_CELLS = 100_000         # numbers that are kept whole of a run that is there for comparison
@@ -39,19 +39,24 @@ def results_page(runs: Sequence[RunData], variants: Sequence[Path] = (), chaotic
         cells = []
         for run, row in zip(runs, rows, strict=True):
             text, leaning = shown(row, key, chaotic or {})
-            cells.append(Cell(text, run.name, None if text == "–" else moment(run, row, key), leaning=leaning))
-        summary.append((OUTCOME[key].label, cells))
+            cells.append(cell(run, text, None if text == "–" else moment(run, row, key), leaning=leaning))
+        summary.append({"words": OUTCOME[key].label, "cells": cells})
     if others:
-        summary.append(("side by side with", [beside(run, others) for run in runs]))
+        summary.append({"words": "side by side with", "cells": [beside(run, others) for run in runs]})
     return make_page([*runs, *others], TITLE, shown=1, summary=summary, note=CHAOTIC_NOTE if chaotic else "",
                      cells={other.name: VARIANT_CELLS for other in others}, patches=FLANGES)
 
 
-def beside(run: RunData, others: Sequence[RunData]) -> Cell:
+def cell(run: RunData, text: str, time: float | None, others: Sequence[str] = (), leaning: bool = False) -> dict[str, object]:
+    """A cell of the summary table, which opens its run at the moment at which its number holds, with other runs."""
+    return {"text": text, "run": run.name, "t": number(time), "with": others, "leaning": leaning}
+
+
+def beside(run: RunData, others: Sequence[RunData]) -> dict[str, object]:
     """The cell that lays other runs of a case over it."""
     mine = [other for other in others if other.name.startswith(f"{run.name}_")]
     words = ", ".join(str(other.setting("contact", "model") or other.name) for other in mine)
-    return Cell(words or "–", run.name, float(run.time[0]) if mine else None, tuple(o.name for o in mine))
+    return cell(run, words or "–", float(run.time[0]) if mine else None, [other.name for other in mine])
 
 
 def moment(run: RunData, row: dict[str, Any], key: str) -> float | None:

@@ -12,6 +12,7 @@ from matplotlib.patches import Polygon
 
 from ..case import Case
 from ..geometry.outlines import Outlines, run_outlines, turned
+from ..plots.stretches import rows_between
 from ..plots.style import BLACK, CONTACT_LINES, GREY, Line
 from ..results.contact_intervals import is_closed
 from ..results.derived import SIDES
@@ -34,7 +35,7 @@ class Actor:
 
     def rows(self, start: float, end: float) -> slice:
         """The rows from `start` to `end` [s], and one more at either side."""
-        return slice(max(np.searchsorted(self.time, start) - 1, 0), np.searchsorted(self.time, end, "right") + 1)
+        return rows_between(self.time, start, end)
 
     def largest(self, start: float, end: float) -> float:
         """The largest normal force from `start` to `end`, pushing or pulling [N]."""

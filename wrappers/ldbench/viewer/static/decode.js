@@ -45,8 +45,8 @@ function signed(code) {
   return code % 2 ? -(code + 1) / 2 : code / 2;
 }
 
-// Read exact numbers. `method` says how each is predicted: as a multiple of another column, or from the last numbers.
-function readExact(reader, n, method, t, other) {
+// Read exact numbers. Each is predicted by the parabola through the last three, over t or, without it, over their numbers.
+function readExact(reader, n, t) {
   const exponents = new Int8Array(reader.take(n).slice().buffer);
   const differences = reader.planes(n, 4);
   const x = new Float64Array(n);
@@ -56,8 +56,7 @@ function readExact(reader, n, method, t, other) {
       x[i] = e === EMPTY ? NaN : 0;
       continue;
     }
-    const guess = other ? method.ratio * other[i] : predict(method.order, x, t, i);
-    const power = POWERS[Math.abs(e)];
+    const guess = i < 3 ? 0 : predict(x, t, i), power = POWERS[Math.abs(e)];
     let units = Math.floor((e < 0 ? guess * power : guess / power) + 0.5);
     if (!(Math.abs(units) <= 1e9)) units = 0;
     const m = units + signed(differences[i]);
@@ -66,15 +65,10 @@ function readExact(reader, n, method, t, other) {
   return x;
 }
 
-function predict(order, x, t, i) {
-  if (order === 0 || i < order) return 0;
-  const x1 = x[i - 1];
-  if (order === 1) return x1;
-  const t0 = t ? t[i] : i, t1 = t ? t[i - 1] : i - 1, t2 = t ? t[i - 2] : i - 2;
-  const x2 = x[i - 2], d1 = (x1 - x2) / (t1 - t2), line = x1 + d1 * (t0 - t1);
-  if (order === 2) return line;
-  const t3 = t ? t[i - 3] : i - 3, d2 = (x2 - x[i - 3]) / (t2 - t3);
-  return line + (d1 - d2) / (t1 - t3) * (t0 - t1) * (t0 - t2);
+function predict(x, t, i) {
+  const [t0, t1, t2, t3] = t ? [t[i], t[i - 1], t[i - 2], t[i - 3]] : [i, i - 1, i - 2, i - 3];
+  const d1 = (x[i - 1] - x[i - 2]) / (t1 - t2), d2 = (x[i - 2] - x[i - 3]) / (t2 - t3);
+  return x[i - 1] + d1 * (t0 - t1) + (d1 - d2) / (t1 - t3) * (t0 - t1) * (t0 - t2);
 }
 
 // Turn levels into values; level 0 stands for no value.
@@ -85,21 +79,11 @@ function fromLevels(a, low, step) {
 // Decode everything that is kept of a run: {t, exact: {name: values}, rowTime(i), tracks, bands, bin}.
 async function readRun(index, base64) {
   const reader = new Reader(await inflate(base64));
-  const n = index.kept, exact = {};
-  let t = null;
-  for (const method of index.exact) {
-    const x = readExact(reader, n, method, t, method.of === undefined ? null : exact[method.of]);
-    if (t) exact[method.name] = x;
-    else t = x;
-  }
+  const t = readExact(reader, index.kept), exact = {};
+  for (const name of index.exact) exact[name] = readExact(reader, index.kept, t);
   const run = {t, exact, tracks: {}, bands: {}, rows: index.rows, bin: index.bin ?? 1};
   if (index.bands.length) {
-    const rowTimes = new Float64Array(index.rows);
-    if (index.even) {
-      for (let i = 0; i < index.rows; i++)
-        rowTimes[i] = index.start + (index.end - index.start) * i / (index.rows - 1);
-    } else rowTimes.set(readExact(reader, index.rows, {order: 1}, null, null));
-    run.rowTimes = rowTimes;
+    run.rowTimes = readExact(reader, index.rows);
     const bins = Math.ceil(index.rows / index.bin);
     for (const {name, low, step, order} of index.bands) {
       if (order) {
