@@ -91,11 +91,12 @@ def zero(t: np.ndarray, force: np.ndarray, k: int, way: int, at_rows: bool = Fal
 
     A Hertzian force raised to the power 2/3 is the approach, which changes linearly near the ends of an impact. The line
     through row k and its closed neighbour is continued, at most to the open row. So rows at equal intervals give the time
-    better than to their spacing. at_rows: a row stands where the force vanishes, the open row or, as its time is rounded, row k.
+    better than to their spacing. Where the force does not grow inwards, it is the middle of both rows. at_rows: a row stands where
+    the force vanishes, the open row or, as its time is rounded, row k.
     """
     inside, outside = k - way, k + way
     if not 0 <= inside < len(t) or not 0 < force[k] < force[inside]:
-        return float(t[outside])
+        return float(t[outside] if at_rows else (t[k] + t[outside])/2)
     approach, deeper = force[k]**HERTZ, force[inside]**HERTZ
     found = t[k] + (t[k] - t[inside])*approach/(deeper - approach)
     if at_rows:
