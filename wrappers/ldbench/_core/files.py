@@ -28,8 +28,7 @@ def digest(data: bytes) -> str:
 def complete(target: Path) -> Iterator[Path]:
     """Give a scratch file to write, beside the target. On success it takes the name of the target."""
     check_target(target)
-    if target.parent == Path(DEFAULT_FOLDER):
-        target.parent.mkdir(exist_ok=True)
+    make_folder(target)
     file = target.resolve()     # that a link leads to
     scratch = file.with_name(f"{file.name}.ldbench-part{secrets.token_hex(8)}")
     try:
@@ -55,6 +54,12 @@ def failing_as(target: Path, scratch: Path | None = None) -> Iterator[None]:
                 or (scratch and cause.filename not in (None, str(scratch)))):
             raise
         raise Error(f"{target}: cannot be written completely: {cause.strerror or cause}") from None
+
+
+def make_folder(file: Path) -> None:
+    """Make the default folder, if a file needs it and it does not exist."""
+    if file.parent == Path(DEFAULT_FOLDER):
+        file.parent.mkdir(exist_ok=True)
 
 
 def check_target(file: Path) -> None:
