@@ -27,7 +27,7 @@ module halfspace_correction
     procedure :: find_errors
   end type ratio_type
 
-  ! Of u, roll, q. The first points of q but one are every second of the strips'.
+  ! Numbers of u, roll, q. The points of q are every second one of the strips', and one more near 0.
   integer, parameter :: first_points(3) = [29, 21, 9]
   integer, parameter :: most_rounds = 5
   integer, parameter :: most_values = 700000    ! twice what new profiles need; a fifth is solved, the rest continued
