@@ -23,6 +23,8 @@ NO_FILE = "changes no file of exercise 2 that check takes"
 SLOW = "LDBENCH_SLOW" in os.environ
 # What check does not see: a missing file is the folder's matter.
 SILENT = {"mistake_simulation_missing"}
+# Small mistakes, and another stiffness, which a contact law of another code may have.
+ONLY_DOUBTFUL = {"mistake_friction_in_the_motion", "mistake_modulus_of_one_body", "mistake_angles_from_the_canted_rail"}
 # Frames that are not those of the call, and another zero of time, are told.
 TOLD = {"faultless_Y_to_the_right", "faultless_Z_down", "faultless_Y_right_and_Z_down", "faultless_roll_the_other_way",
         "faultless_everything_reversed", "faultless_time_from_minus_100_ms", "faultless_time_from_10_s"}
@@ -66,13 +68,13 @@ def worst(make: Callable[..., Mapping[str, str | bytes]], name: str, frames: dic
 
 
 @pytest.mark.parametrize("name", some(strangers.MISTAKES))
-def test_a_mistake_does_not_pass(name: str, frames: dict[str, pd.DataFrame], tmp_path: Path):
+def test_a_mistake_is_found(name: str, frames: dict[str, pd.DataFrame], tmp_path: Path):
     if name in SILENT:
         pytest.skip("check cannot see it")
     verdict = worst(strangers.MISTAKES[name], name, frames, tmp_path)
     if verdict == NO_FILE:
         pytest.skip(NO_FILE)
-    assert verdict in (FAILED, DOUBTFUL)
+    assert verdict == (DOUBTFUL if name in ONLY_DOUBTFUL else FAILED)
 
 
 @pytest.mark.parametrize("name", some(strangers.FAULTLESS))

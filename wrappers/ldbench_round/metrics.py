@@ -1,4 +1,4 @@
-"""Scores that survive impacts: docs/benchmark.md, Score, defines every number.
+"""Scores that survive impacts: docs/organiser.md, Score, defines every number.
 
 Two codes put an impact at slightly different times, and there a pointwise difference is as large as the force itself. So
 motion is compared pointwise only while the same contacts are closed, events are matched by contact, kind and order, forces

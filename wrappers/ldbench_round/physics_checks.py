@@ -11,17 +11,17 @@ from ldbench.results.derived import cumulative
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
+from .blows import LEAST_FORCE
 from .energies import energy_findings
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
 from .inertia_checks import has, inertia_findings, roll_moment, total, weight_of
-from .jumps import SHORT, jump_intervals, jumps, typical_interval
+from .jumps import SHORT, jump_intervals, jumps, leaps, typical_interval
 from .place_checks import place_findings
 from .tasks import Task
 
 DOUBT, FAIL = 0.02, 0.1             # relative errors of a balance
 FEW_ROWS, TOO_FEW_ROWS = 10, 4      # in an impact
 RAMP_ROWS = 3                       # of more than a thousand impacts in 54 s: its begin, its peak and its end
-LEAST_FORCE = 1e4                   # of an impact that counts [N]
 FINE, COARSE = 0.04, 0.05           # what coarse rows leave of a balance in such intervals: ours of exercise 5 leave 0.03
 STEADY = 0.2                        # relative change of a rate in an interval that the trapezoidal rule integrates well
 APPROACH = 0.115e-3                 # of a wheel with half the weight on its rail, by Hertz [m]
@@ -41,17 +41,19 @@ ACCELERATIONS = (("vY", "aY", "lateral"), ("vZ", "aZ", "vertical"), ("roll_rate"
 
 def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     """All findings about the numbers of a file whose columns are ours, in SI units."""
-    leaps = bool(jumps(run, case))
-    rigid = leaps and typical_interval(run) <= SHORT
+    leaping, rigid = jumps(run, case), leaps(run, case)
     jumping = jump_intervals(run, case) if rigid else None
     yield from start_findings(run, case)
-    yield from order_findings(run, task, case, leaps)
+    yield from order_findings(run, task, case, bool(leaping))
     yield from clearance_findings(run, task)
     yield from gap_findings(run)
+    if leaping and not rigid and typical_interval(run) <= SHORT:
+        yield Finding("velocities do not jump", FAILED, len(leaping), 0, leaping[0].row + 1,
+                      "contacts give, and velocities change without a force: rows are missing, or two runs are joined")
     yield from contact_findings(run, case)
     yield from angle_findings(run)
     yield from place_findings(run, case)
-    yield from inertia_findings(run, case)
+    yield from inertia_findings(run, case, typical_interval(run) <= SHORT and not rigid)
     for x, v, words in RATES:
         yield integral_finding(run, f"{words} velocity is the rate of the displacement", x, v, jumping)
     for v, a, words in ACCELERATIONS:
@@ -77,13 +79,13 @@ def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
             yield judged(f"initial {column}", abs(first - value), doubtful, failed, 1, f"expected {value:g}, found {first:.6g}")
 
 
-def order_findings(run: RunData, task: Task, case: Case, leaps: bool = False) -> Iterator[Finding]:
+def order_findings(run: RunData, task: Task, case: Case, leaping: bool = False) -> Iterator[Finding]:
     """Left flange first, then the right flange and the centre; or the derailment.
 
-    Where velocities leap, an impact may have no row with a force. Then the displacement stands for a contact that has none.
+    Where velocities jump, an impact may have no row with a force. Then the displacement stands for a contact that has none.
     """
     left, right = (run.first_contact(contact) for contact in ("LF", "RF"))
-    unseen = leaps and None in (left, right) and has(run, "Y")
+    unseen = leaping and None in (left, right) and has(run, "Y")
     if unseen:
         y = run.values("Y")
         early = bool(y[np.argmax(np.abs(y) > max(FAR*min(y.max(), -y.min()), NEAR_CENTRE))] > 0)

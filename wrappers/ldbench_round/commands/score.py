@@ -6,7 +6,7 @@ order, and forces by the impulse of each impact. Nothing counts beyond the horiz
 has that of its worst one, and what has no partner counts as a difference of 1. Beside it stand the share that was scored and the
 difference in units of what Hertz's law, and rigid contacts or Hertz's law, change in runs of our own. The files may be those
 of any code; without a map their columns are guessed, as `check` does. A file with rigid contacts and one with elastic ones
-differ after the first impact, and the heading says so. docs/benchmark.md defines every number.
+differ after the first impact, and the heading says so. docs/organiser.md defines every number.
 
 examples:
   python -m ldbench score outputs/ex2_aw.txt --reference outputs
