@@ -27,8 +27,9 @@ from ldbench.results.summary import summary_row
 from ldbench_round import check, collation, kept_entries, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
 from ldbench_round.kept_entries import SCORED_AS_ELASTIC
-from ldbench_round.round_grades import GRADED, Graded, find_references
+from ldbench_round.round_grades import Graded, find_references
 from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
+from ldbench_round.scores import GRADED
 from ldbench_round.submissions import find_submissions
 from ldbench_round.tasks import TASKS, Task
 from running import Run, once

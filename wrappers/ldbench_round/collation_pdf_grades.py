@@ -12,8 +12,8 @@ from ldbench.plots.frame import LEFT, RIGHT
 from .collation import Collation
 from .collation_pdf_matrix import new_matrix
 from .collation_style import BELOW, CODES_ON_PAGE, Table
-from .round_grades import GRADED, Graded
-from .scores import GRADES
+from .round_grades import Graded
+from .scores import GRADED, GRADES
 from .tasks import Task
 
 # Shades of a difference by its grade, light enough for black words, which say the same.

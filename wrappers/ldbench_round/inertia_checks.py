@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ldbench import Case
+from ldbench.results.derived import cumulative
 from ldbench.results.quantities import CONTACTS, GRAVITY
 from ldbench.results.run_data import RunData
 
@@ -36,9 +37,8 @@ def inertia_findings(run: RunData, case: Case, dense: bool = False) -> Iterator[
         yield judged("weight and vertical load", abs(found/weight - 1), *INERTIA,
                      hint=f"expected {1e-3*weight:.1f} kN, found {1e-3*found:.1f} kN where hardly anything accelerates")
     if has(run, "aY", *forces["Fy"]):
-        external = case.lateral_force + case.lateral_ramp*run.time
-        yield slope_finding("mass by the lateral forces", run.values("aY"), total(run, "Fy") + external, case.mass, INERTIA, "kg",
-                            dense)
+        yield slope_finding("mass by the lateral forces", run.values("aY"), total(run, "Fy") + lateral_force(run, case), case.mass,
+                            INERTIA, "kg", dense)
     if has(run, "Y", "Z", "roll_acc", *(column for columns in forces.values() for column in columns)):
         yield slope_finding("roll inertia", run.values("roll_acc"), roll_moment(run, case), case.roll_inertia, ROLL_INERTIA,
                             "kg m2")
@@ -52,6 +52,16 @@ def has(run: RunData, *columns: str) -> bool:
 def weight_of(case: Case) -> float:
     """Weight of the wheelset and vertical load [N]."""
     return float(case.mass*GRAVITY + case.vertical_load)
+
+
+def lateral_force(run: RunData, case: Case) -> np.ndarray:
+    """The lateral force that acts on the wheelset beside those of the contacts, (rows,) [N]."""
+    return case.lateral_force + case.lateral_ramp*run.time
+
+
+def lateral_work(run: RunData, case: Case) -> np.ndarray:
+    """The work of that force, (rows,) [J]."""
+    return cumulative(run.time, lateral_force(run, case)*run.values("vY"))
 
 
 def roll_moment(run: RunData, case: Case) -> np.ndarray:
