@@ -144,8 +144,9 @@ def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTabl
         other = compute(case, table=tables[name].for_case(case) if name in tables else None)
         tables[name] = other.table
         scores = scored(other, first, task, horizon)
+        # No other run has an impact of the same name that the reference lacks.
         found[name] = {one.name: one.difference for one in scores.scores if np.isfinite(one.difference)
-                       and (one.kind not in OVER_TIME or scores.share >= LEAST_SHARE)}
+                       and "file alone" not in one.name and (one.kind not in OVER_TIME or scores.share >= LEAST_SHARE)}
     return found
 
 

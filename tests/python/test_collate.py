@@ -27,8 +27,9 @@ from ldbench.results.summary import summary_row
 from ldbench_round import check, collation, kept_entries, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
 from ldbench_round.kept_entries import SCORED_AS_ELASTIC
-from ldbench_round.round_grades import GRADED, Graded, find_references
+from ldbench_round.round_grades import Graded, find_references
 from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
+from ldbench_round.scores import GRADED
 from ldbench_round.submissions import find_submissions
 from ldbench_round.tasks import TASKS, Task
 from running import Run, once
@@ -391,7 +392,7 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
     assert before == after, [name for name in before if before[name] != after[name]]
     reader = PdfReader(out/"collation.pdf")
     titles = [item.title for item in reader.outline if not isinstance(item, list)]
-    assert titles == ["Matrix", "Codes", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
+    assert titles == ["Codes", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
     # Curves, and all tables of the four codes on a page.
     tables = [text for page in reader.pages if "Numbers, scores and findings" in (text := page.extract_text())]
     assert len(tables) == 2 and all("Numbers\n" in text and "Findings\n" in text for text in tables)
@@ -539,7 +540,7 @@ def test_the_document_has_the_grades(graded: GradedRound, tmp_path: Path):
     assert main(["collate", str(graded.codes), "-o", str(tmp_path), "--reference", str(graded.reference/f"{FAST.name}.csv")]) == 0
     reader = PdfReader(tmp_path/"collation.pdf")
     titles = [item.title for item in reader.outline if not isinstance(item, list)]
-    assert titles[:4] == ["Contents", "Matrix", "Grades", "Codes"]
+    assert titles[:2] == ["Codes", "Grades"]
     pages = [page.extract_text() for page in reader.pages]
     matrix = next(page for page in pages if "Grades against the reference" in page and "grade 0.001" in page)
     assert all(code in matrix for code in SCALED) and "0.005" in matrix and "0.05" in matrix

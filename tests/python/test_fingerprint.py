@@ -69,7 +69,7 @@ def test_the_loss_of_damped_contact_is_that_of_the_motion():
 
 
 def motion_uncertainty(ratio: float) -> float:
-    """The uncertainty of a force over Hertz's that a blow has for the motion alone, as the table of docs/benchmark.md defines it:
+    """The uncertainty of a force over Hertz's that a blow has for the motion alone, as the table of docs/organiser.md defines it:
     2 % of it, and 2 % more for each factor of 2."""
     return 0.02*ratio*(1 + abs(np.log2(ratio)))
 

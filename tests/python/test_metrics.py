@@ -94,7 +94,7 @@ def test_a_shift_of_time(shift: float, reference: RunData, frame: pd.DataFrame):
     for kind in ("impulse", "peak", "duration"):
         assert max(differences(found, kind).values()) < 1e-9, kind
     # A shift may move the last bounce behind the end.
-    assert found.get("unmatched").difference < 1e-12
+    assert sum(one.impulse for one in found.unmatched) < 1e-9
     t, y, v = (frame[name].to_numpy() for name in ("time", "Y", "vY"))
     size = np.sqrt(np.trapezoid(v**2, t)/np.trapezoid(y**2, t))
     if shift < 1e-3:
@@ -131,7 +131,7 @@ def test_scaled_forces(factor: float, reference: RunData, frame: pd.DataFrame):
         for one in found.of_kind(kind):
             assert one.difference == pytest.approx(abs(factor - 1), rel=1e-4)
             assert one.grade == {1.0009: 1e-3, 0.991: 1e-2, 1.09: 0.1, 1.2: None}[factor]
-    for kind in ("displacement", "acceleration", "radius", "contacts", "event", "duration", "unmatched"):
+    for kind in ("displacement", "acceleration", "radius", "contacts", "event", "duration"):
         assert max(differences(found, kind).values()) < 1e-4, kind
     assert found.get("N_LF").difference == pytest.approx(abs(factor - 1), rel=1e-3)
 
@@ -156,8 +156,6 @@ def test_one_impact_more(start: float, reference: RunData, frame: pd.DataFrame):
             told = list(differences(found, kind).values())
             assert sorted(told) == [0.0]*(len(told) - wrong) + [1.0]*wrong, kind
         assert 1 - found.share == pytest.approx(length/t[-1], rel=0.1)
-    whole = sum(one.impulse for contact in CONTACTS for one in reference.intervals(contact) if one.whole)
-    assert more.get("unmatched").difference == pytest.approx(more.unmatched[0].impulse/whole)
     # The order in the reference names an impact, whether or not the run has one more before it.
     assert more.get("LF 1 impulse").reference == score(reference, reference, TASK).get("LF 1 impulse").reference
 

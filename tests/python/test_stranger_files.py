@@ -23,6 +23,8 @@ NO_FILE = "changes no file of exercise 2 that check takes"
 SLOW = "LDBENCH_SLOW" in os.environ
 # What check does not see: a missing file is the folder's matter.
 SILENT = {"mistake_simulation_missing"}
+# Small mistakes, and another stiffness, which a contact law of another code may have.
+ONLY_DOUBTFUL = {"mistake_friction_in_the_motion", "mistake_modulus_of_one_body", "mistake_angles_from_the_canted_rail"}
 # Frames that are not those of the call, and another zero of time, are told.
 TOLD = {"faultless_Y_to_the_right", "faultless_Z_down", "faultless_Y_right_and_Z_down", "faultless_roll_the_other_way",
         "faultless_everything_reversed", "faultless_time_from_minus_100_ms", "faultless_time_from_10_s"}
@@ -72,7 +74,7 @@ def test_a_mistake_does_not_pass(name: str, frames: dict[str, pd.DataFrame], tmp
     verdict = worst(strangers.MISTAKES[name], name, frames, tmp_path)
     if verdict == NO_FILE:
         pytest.skip(NO_FILE)
-    assert verdict in (FAILED, DOUBTFUL)
+    assert verdict == (DOUBTFUL if name in ONLY_DOUBTFUL else FAILED)
 
 
 @pytest.mark.parametrize("name", some(strangers.FAULTLESS))
@@ -83,12 +85,12 @@ def test_a_faultless_file_passes(name: str, frames: dict[str, pd.DataFrame], tmp
     assert verdict == (FAILED if name in NOT_UNDERSTOOD else DOUBTFUL if name in TOLD else PASSED)
 
 
-@pytest.mark.parametrize("style", list(strangers.STYLES) if SLOW else ["simpack", "german"])
+@pytest.mark.parametrize("style", list(strangers.STYLES) if SLOW else ["gensys", "german"])
 def test_a_style_of_names_is_understood(style: str, frames: dict[str, pd.DataFrame], tmp_path: Path):
-    """All quantities of the call, but the roll acceleration of one style and some columns that are told by numbers alone."""
+    """All quantities of the call are found."""
     text = strangers.STYLES[style](frames["ex2_aw"])
     file = tmp_path/"ex2_aw.txt"
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
     checked = check_file(file)
     lost = next(finding for finding in checked.findings if finding.what == "quantities")
-    assert lost.limit - lost.number == {"gensys": 1, "finite_elements": 3}.get(style, 0)
+    assert lost.number == lost.limit

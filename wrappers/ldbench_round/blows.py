@@ -10,12 +10,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ldbench import Case
 from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.derived import cumulative
 from ldbench.results.run_data import RunData
 
+from .place_checks import MODULUS, axle_height
+
 NEEDED = "Y", "Z", "vY", "vZ", "roll_rate"
 OF_CONTACT = "N", "angle", "y", "z"
+LEAST_FORCE = 1e4       # of an impact that counts [N]
+TELLING_ROWS = 4        # of a blow that shows whether bodies give
+GIVES = 0.1             # approach over that of steel, above which a contact is elastic
 NEAREST = 5e-3          # distance of tread and flange contact in which a load is no point any more [m]
 
 
@@ -35,6 +41,11 @@ class Blow:
     def peak(self) -> float:
         """The largest normal force of the rows [N]."""
         return float(self.force.max())
+
+    @property
+    def approach_share(self) -> float:
+        """Range of the approach over that of steel for the same force."""
+        return float(np.ptp(self.approach))/(self.peak/MODULUS)**(2/3)
 
     @property
     def energy(self) -> tuple[float, float]:
@@ -100,6 +111,13 @@ def blows(run: RunData, contact: str, height: float, least: float, softness: flo
         v = v - (np.gradient(low, t) if t.size > 1 else 0.0)
         found.append(Blow(one, t, force[rows], v, approach, angle[rows], low))
     return sorted(found, key=lambda blow: blow.interval.start)
+
+
+def first_blow_gives(run: RunData, case: Case) -> bool:
+    """Whether the first blow of a flange that has enough rows is that of bodies that approach each other, as elastic ones do."""
+    told = [blow for contact in ("LF", "RF") if not lacking(run, [contact])
+            for blow in blows(run, contact, axle_height(case), LEAST_FORCE) if blow.time.size >= TELLING_ROWS]
+    return bool(told) and min(told, key=lambda blow: blow.interval.start).approach_share > GIVES
 
 
 def smooth_integral(t: np.ndarray, x: np.ndarray) -> np.ndarray:

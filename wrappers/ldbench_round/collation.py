@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,9 @@ from ldbench.tools import PROCESS_DIED, processes, write_frame
 from .jumps import is_rigid
 from .kept_entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
 from .own_runs import own_run, write_rigid_run
-from .round_grades import ROWS, Graded, Reference, read_reference, reference_of, split_row
+from .round_grades import ROW_ENDINGS, Graded, Reference, read_reference, reference_of
 from .round_numbers import SI, VERDICTS, names_of
+from .scores import GRADED
 from .submissions import Submission, find_submissions, printable
 from .tasks import TASKS, Task
 
@@ -228,10 +230,10 @@ def write_csv(found: Collation, target: Path) -> None:
                 value = number.value if number else np.nan
                 rows.append((code.name, task.name, name, value, SI[name], (number.reason if number else "") or
                              ("" if np.isfinite(value) else missing or "not computed")))
-            for name in ROWS if found.referred else ():
-                kind, ending = split_row(name)
+            for kind, ending in product(GRADED, ROW_ENDINGS) if found.referred else ():
                 value, why = found.grade(code, task, kind).row(ending)
-                rows.append((code.name, task.name, name, value, "1", why or (found.against(code, task) if not ending else "")))
+                rows.append((code.name, task.name, f"score_{kind}{ending}", value, "1",
+                             why or (found.against(code, task) if not ending else "")))
             for name in VERDICTS.values():
                 count = entry.verdict.get(name) if entry else None
                 rows.append((code.name, task.name, f"checks_{name}", count, "1", "" if count is not None else missing))

@@ -1,4 +1,4 @@
-"""The PDF of a collation: the matrix of codes and simulations, the codes, what could not be used, and a chapter per simulation."""
+"""The PDF of a collation: codes and simulations, what could not be used, grades, and a chapter per simulation."""
 from __future__ import annotations
 
 import pickle
@@ -16,14 +16,13 @@ from matplotlib.patches import Rectangle
 from ldbench.plots.document import Part, bind, save_parts
 from ldbench.plots.frame import legend_of_page, new_page
 from ldbench.plots.style import ldbench_style, plain
-from ldbench.plots.tables import LINES, draw_listing, paged
 from ldbench.results.quantities import CONTACT_NAMES, KN, quantity, significant
 from ldbench.tools import check_ending, check_written, processes
 
 from .collation import Collation
 from .collation_pdf_grades import grade_pages, score_table
 from .collation_pdf_matrix import new_matrix
-from .collation_style import BELOW, CODES_ON_PAGE, Table, capital, cut, line_of
+from .collation_style import CODES_ON_PAGE, LINES, Table, capital, cut, draw_tables, line_of
 from .kept_entries import CLOSE, IMPACTS, Entry
 from .round_numbers import NUMBERS, names_of
 from .submissions import FACTS, Submission
@@ -36,7 +35,7 @@ MATRIX_NOTE = (
     "5: the lateral force at derailment) [kN] with its distance from the median of all codes\n"
     "shade: green, every check passed; yellow, some are doubtful; red, some failed; grey, the file could not be used; –, not "
     "submitted or without this number")
-TABLE_NOTE = ("below each number: how far it is from the median of all codes that have it; –: the file does not give it, and "
+TABLE_NOTE = ("beside each number: how far it is from the median of all codes that have it; –: the file does not give it, and "
               "collation.csv tells why\nrebound: lateral velocity after over before the first left flange impact, reversed; below "
               "0 the wheelset still moves towards the flange")
 CURVES_NOTE = (
@@ -90,14 +89,22 @@ def main_number(task: Task) -> str:
 
 # ---- the matrix ----------------------------------------------------------------------
 def matrix_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
-    """Codes by simulations: verdict and main number."""
+    """Codes by simulations: verdict and main number. The codes are described below if that fits, and on other pages if not."""
+    told = code_table(found), remark_table(found)
+    above = -(-LINES*(len(found.codes) + 1) // (CODES_ON_PAGE + 1)) + 1
+    fits = above + sum(table.lines for table in told) <= LINES
     for start in range(0, len(found.codes), CODES_ON_PAGE):
-        yield "codes and simulations", matrix_page(found, start)
+        page = matrix_page(found, start)
+        if fits:
+            draw_tables(page, [table for table in told if table.rows], above)
+        yield "codes and simulations", page
+    if not fits:
+        yield from stacked("the codes", f"{len(found.codes)} codes", told)
 
 
 def matrix_page(found: Collation, start: int) -> Figure:
     """The rows of the matrix from one code on."""
-    page = new_matrix(found, start, "Codes and simulations", f"{len(found.codes)} codes", MATRIX_NOTE, 0.15)
+    page = new_matrix(found, start, "Codes and simulations", f"{len(found.codes)} codes", MATRIX_NOTE, 0.15, CODES_ON_PAGE)
     ax, width, height = page.ax, page.width, page.height
     for i, code in enumerate(page.codes):
         y = page.name_row(i, 24)
@@ -125,17 +132,21 @@ def cell_words(found: Collation, code: Submission, task: Task, entry: Entry | No
 
 
 # ---- the codes -----------------------------------------------------------------------
-def code_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
-    """What the submissions tell of the codes, and what could not be used."""
+def code_table(found: Collation) -> Table:
+    """What the submissions tell of the codes."""
     header = ["folder", *(key.replace("_", " ") for key in FACTS), "files"]
     rows = []
     for code in found.codes:
         entries = [found.entry(code, task) for task in found.tasks]
         rows.append([code.name, *(code.facts.get(key, "–") for key in FACTS), f"{sum(not one.error for one in entries if one)}"])
-    yield from paged("the codes", "as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.7, 1.5, 1.2, 1.8, 1.0, 1.2, 1.2, 0.4],
-                     tuple(range(len(header) - 1)))
-    lines = [[number, line] for k, line in enumerate(found.lines(), 1) for number in (str(k),)]
-    yield from paged("what could not be used", f"{len(lines)} remarks", ["", "code: what, and why"], lines, [0.04, 1], (1,))
+    return Table("The codes, as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.7, 1.5, 1.2, 1.8, 1.0, 1.2, 1.2, 0.4],
+                 tuple(range(len(header) - 1)))
+
+
+def remark_table(found: Collation) -> Table:
+    """What could not be used, a line each."""
+    lines = [[str(k), line] for k, line in enumerate(found.lines(), 1)]
+    return Table(f"What could not be used: {len(lines)} remarks", ["", "code: what, and why"], lines, [0.04, 1], (1,))
 
 
 # ---- a chapter -----------------------------------------------------------------------
@@ -275,8 +286,8 @@ def number_table(found: Collation, task: Task) -> Table:
             rows.append([code.name, *["–"]*len(names), "cannot be used"])
             continue
         counts = " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
-        rows.append([code.name, *(text(name, found.value(code, task, name)) for name in names), counts])
-        rows.append([f"{BELOW}from the median", *(distance(found, code, task, name) for name in names), ""])
+        rows.append([code.name, *(f"{text(name, x)}  {distance(found, code, task, name)}" if np.isfinite(x) else "–"
+                                  for name in names for x in (found.value(code, task, name),)), counts])
     return Table("Numbers", header, rows, [1.3, *(1.25 if name in WIDE else 1.0 for name in names), 1.75], (0,), TABLE_NOTE, units)
 
 
@@ -305,10 +316,12 @@ def spread_row(found: Collation, task: Task, names: Sequence[str]) -> list[str]:
 
 
 def finding_table(found: Collation, task: Task) -> Table:
-    """What the checks found, a line each."""
-    rows = [[code.name, line] for code in found.codes if (entry := found.entry(code, task))
+    """What the checks found, two to a line: the first half on the left."""
+    told = [[code.name, line] for code in found.codes if (entry := found.entry(code, task))
             for line in ([entry.error] if entry.error else entry.findings)]
-    return Table("Findings", ["code", "what failed or is doubtful"], rows, [0.15, 1], (0, 1))
+    half = -(-len(told)//2)
+    rows = [one + other for one, other in zip(told[:half], [*told[half:], ["", ""]], strict=False)]
+    return Table("Findings", ["code", "what failed or is doubtful"]*2, rows, [0.15, 1, 0.15, 1], (0, 1, 2, 3))
 
 
 def stacked(title: str, facts: str, tables: Iterable[Table]) -> Iterator[tuple[str, Figure]]:
@@ -326,12 +339,7 @@ def stacked(title: str, facts: str, tables: Iterable[Table]) -> Iterator[tuple[s
 def stack(title: str, facts: str, tables: Sequence[Table]) -> Figure:
     """A page with tables one below the other."""
     figure = new_page(capital(title), facts, "\n".join(table.note for table in tables if table.note))
-    above = 0
-    for table in tables:
-        name = [table.name, *[""]*(len(table.header) - 1)]
-        heads = [table.header, *([list(table.second)] if table.second else [])]
-        draw_listing(figure, name, [*heads, *table.rows], table.widths, table.left, 1 + len(heads), above)
-        above += table.lines
+    draw_tables(figure, tables)
     return figure
 
 
@@ -344,10 +352,10 @@ def chapters_of(pickled: bytes, tasks: Sequence[Task], target: Path) -> list[Par
 
 
 def front_of(pickled: bytes, target: Path) -> list[Part]:
-    """The matrix, the grades and the codes."""
+    """The matrix with the codes, and the grades."""
     found: Collation = pickle.loads(pickled)
     with ldbench_style():
-        chapters = ("Matrix", matrix_pages(found)), ("Grades", grade_pages(found)), ("Codes", code_pages(found))
+        chapters = ("Codes", matrix_pages(found)), ("Grades", grade_pages(found))
         return [part for part in save_parts(target, chapters) if part.pages]
 
 

@@ -12,14 +12,15 @@ from ldbench.plots.frame import LEFT, RIGHT
 from .collation import Collation
 from .collation_pdf_matrix import new_matrix
 from .collation_style import BELOW, CODES_ON_PAGE, Table
-from .round_grades import GRADED, Graded
-from .scores import GRADES
+from .round_grades import Graded
+from .scores import GRADED, GRADES
 from .tasks import Task
 
 # Shades of a difference by its grade, light enough for black words, which say the same.
 SHADES: dict[float | None, str] = {GRADES[0]: "#A9D8B8", GRADES[1]: "#D9F0DF", GRADES[2]: "#FDF0C4", None: "#F9D6CF"}
 UNKNOWN = "#ECECEC"
 WORDS: dict[float | None, str] = {**{limit: f"grade {limit:g}" for limit in GRADES}, None: f"beyond {GRADES[-1]:g}"}
+LEAST_ROWS = 8      # whose height a row has where there are fewer codes
 LITTLE = 0.9        # share that was scored, below which a difference stands in brackets
 ON_THE_LEFT = ("displacement", "velocity", "acceleration", "energy", "event")
 ON_THE_RIGHT = ("force", "angle", "place", "radius", "impulse")
@@ -30,8 +31,8 @@ MATRIX_NOTE = (
     f"( ): less than {100*LITTLE:.0f} % of the time, or of the events or impacts, could be scored; rigid: the reference is our own "
     "run with rigid contacts and that restitution; –: none, and collation.csv tells why")
 SCORES_NOTE = (
-    "difference of the worst quantity of each kind from the reference, up to the horizon; contacts: time with other contacts "
-    "closed; scored: share of the time, events or impacts\n"
+    "difference of the worst quantity of each kind from the reference, up to the horizon; below it the share of time, events or "
+    "impacts that was scored; contacts: time with other contacts closed\n"
     "(rigid): against our own run with rigid contacts; of spread: in units of what Hertz's law or rigid contacts change in our own "
     "runs; –: collation.csv tells why")
 
@@ -63,7 +64,7 @@ def grade_pages(found: Collation) -> Iterator[tuple[str, Figure]]:
 def grade_page(found: Collation, start: int) -> Figure:
     """The rows of the matrix from one code on."""
     page = new_matrix(found, start, "Grades against the reference", f"{len(found.codes)} codes, reference: {found.reference}",
-                      MATRIX_NOTE, 0.2)
+                      MATRIX_NOTE, 0.2, LEAST_ROWS)
     ax, first, width, height = page.ax, page.first, page.width, page.height
     draw_key(page.figure)
     band, half = 0.94*height/len(ON_THE_LEFT), (width - 0.003)/2
@@ -102,20 +103,20 @@ def draw_key(figure: Figure) -> None:
 
 # ---- a chapter -----------------------------------------------------------------------
 def score_table(found: Collation, task: Task) -> Table:
-    """The scores of a simulation, three lines for each code; none without a reference."""
+    """The scores of a simulation, two lines for each code; none without a reference."""
     rows: list[list[str]] = []
     for code in found.codes:
         if task not in found.referred or not (entry := found.entry(code, task)) or entry.error:
             continue
         lines: list[list[str]] = [[f"{code.name} (rigid)" if found.against(code, task) else code.name],
-                                  [f"{BELOW}grade, scored"], [f"{BELOW}of spread"]]
+                                  [f"{BELOW}scored, of spread"]]
         for one in (found.grade(code, task, kind) for kind in GRADED):
             known = not np.isnan(one.difference)
-            limit = f"> {GRADES[-1]:g}" if one.grade is None else f"{one.grade:g}"
-            cells = (f"{text(one.difference)} {one.name}".removesuffix(" other") if known else "–",
-                     f"{limit}, {100*one.share:.3g} %" if known else "–", text(one.of_spread))
+            quantity = one.name.removeprefix("angle_").removeprefix("radius_").removesuffix("other")
+            cells = (f"{text(one.difference)} {quantity}".strip() if known else "–",
+                     f"{100*one.share:.3g} %, {text(one.of_spread)}" if known else "–")
             for line, cell in zip(lines, cells, strict=True):
                 line.append(cell)
         rows += lines
-    return Table(f"Scores, reference: {found.reference}", ["", *GRADED.values()], rows, [1.3, *[1.1]*len(GRADED)], (0,),
+    return Table(f"Scores, reference: {found.reference}", ["", *GRADED.values()], rows, [1.5, *[1.1]*len(GRADED)], (0,),
                  SCORES_NOTE)

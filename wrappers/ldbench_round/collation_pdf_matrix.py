@@ -14,8 +14,6 @@ from .collation import Collation
 from .collation_style import CODES_ON_PAGE, cut, line_of
 from .submissions import Submission
 
-LEAST_ROWS = 8          # whose height a row has where there are fewer codes
-
 
 @dataclass(frozen=True)
 class Matrix:
@@ -37,14 +35,15 @@ class Matrix:
         return y
 
 
-def new_matrix(found: Collation, start: int, title: str, facts: str, note: str, first: float) -> Matrix:
-    """A page with rows for the codes from one on. facts: beside the title; note: below the matrix."""
+def new_matrix(found: Collation, start: int, title: str, facts: str, note: str, first: float,
+               least: int) -> Matrix:
+    """A page with rows for the codes from one on. facts: beside the title; note: below the matrix; least: rows of a page."""
     codes = found.codes[start:start + CODES_ON_PAGE]
     figure = new_page(title, facts, note)
     ax = figure.add_subplot()
     ax.set_axis_off()
     ax.set(xlim=(0, 1), ylim=(0, 1))
-    width, height = (1 - first)/len(found.tasks), 1/(max(len(codes), LEAST_ROWS) + 1)
+    width, height = (1 - first)/len(found.tasks), 1/(max(len(codes), least) + 1)
     for j, task in enumerate(found.tasks):
         ax.text(first + (j + 0.5)*width, 1 - 0.5*height, f"exercise {task.exercise}\n{PAIRS[task.profiles].split()[0]}",
                 ha="center", va="center", fontsize=7, weight="bold")

@@ -4,10 +4,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from matplotlib.figure import Figure
+
 from ldbench.plots.style import CODE_LINES, Line
-from ldbench.plots.tables import LINES
+from ldbench.plots.tables import draw_listing
 
 CODES_ON_PAGE = 14
+LINES = 50          # of tables on a page
 BELOW = "    "      # begins a line that belongs to the one above it
 
 
@@ -24,8 +27,8 @@ class Table(NamedTuple):
 
     @property
     def lines(self) -> int:
-        """The lines that it takes: name, heading, rows, and one that stays free."""
-        return len(self.rows) + 3 + bool(self.second)
+        """The lines that it takes: name, heading, rows, and one that stays free; none without rows."""
+        return len(self.rows) + 3 + bool(self.second) if self.rows else 0
 
     def parts(self) -> Iterator[Table]:
         """The table in pieces that fit a page; none without rows."""
@@ -36,6 +39,15 @@ class Table(NamedTuple):
                 end -= 1
             yield self._replace(rows=self.rows[start:end])
             start = end
+
+
+def draw_tables(figure: Figure, tables: Sequence[Table], above: int = 0) -> None:
+    """Draw tables one below the other, below so many lines of the page."""
+    for table in tables:
+        name = [table.name, *[""]*(len(table.header) - 1)]
+        heads = [table.header, *([list(table.second)] if table.second else [])]
+        draw_listing(figure, name, [*heads, *table.rows], table.widths, table.left, 1 + len(heads), above, LINES)
+        above += table.lines
 
 
 def line_of(k: int) -> Line:

@@ -88,7 +88,11 @@ LETTERS = {letters: words.split() for letters, words in {
     "zcp": "place vertical", "rr": "radius", "cang": "angle", "a": "acceleration", "v": "velocity",
     "vy": "velocity lateral", "vz": "velocity vertical", "ay": "acceleration lateral", "az": "acceleration vertical",
     "phi": "roll", "al": "roll", "omega": "velocity", "dot": "derivative", "vit": "velocity", "dep": "displacement",
-    "ang": "angle"}.items()}
+    "ang": "angle",
+    # Gensys turns about the axes f, k and p; a finite element program counts its axes.
+    "vf": "velocity roll", "af": "acceleration roll", "ur1": "roll", "vr1": "velocity roll", "ar1": "acceleration roll",
+    "cfn": "normal", "cf2": "force lateral", "cf3": "force vertical", "ccoor2": "place lateral",
+    "ccoor3": "place vertical"}.items()}
 _WORD = re.compile("|".join(f"(?P<w{k}>{words})" for k, words in enumerate(WORDS.values())))
 AXIS = ("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")
 NOTHING_OF_OURS = frozenset({"another quantity"})
@@ -103,7 +107,7 @@ def flat(name: str) -> str:
 def words_of(name: str) -> set[str]:
     """What the words of a name mean; words in one, as in German, are told apart."""
     words = flat(name)
-    found = {word for letters in re.findall("[a-z]+", words) for word in LETTERS.get(letters, ())}
+    found = {word for letters in {*words.split(), *re.findall("[a-z]+", words)} for word in LETTERS.get(letters, ())}
     for match in _WORD.finditer(words):
         if match.lastgroup:
             found.add(list(WORDS)[int(match.lastgroup[1:])])
@@ -132,6 +136,8 @@ def by_words(name: str) -> set[str]:
         else:
             return set()
         return {f"{kind}_{side}{place}" for kind in kinds}
+    if "wheelset" in words:
+        words = words - {"normal"}          # n also stands for a node, and no wheelset has a normal
     if side or place or words & {"force", "normal", "radius", "contact angle"}:
         return set()                        # a contact whose place the name does not say, or a sum over a wheel
     turning = {"velocity", "derivative"} <= words

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from ldbench import Case
-from ldbench.results.derived import cumulative
 from ldbench.results.quantities import GRAVITY, quantity
 from ldbench.results.run_data import RunData
 
 from .findings import Finding, judged
+from .inertia_checks import lateral_work
 
 #: The sums that a file may give, with their parts; the elastic energy of the contacts belongs to the potential energy.
 KINETIC, POTENTIAL = "KE", "PE"
@@ -62,7 +62,7 @@ def energy_findings(run: RunData, case: Case) -> Iterator[Finding]:
     expected |= {"PE_grav": case.mass*GRAVITY*run.values("Z"), "PE_load": case.vertical_load*run.values("Z")}
     expected[POTENTIAL] = expected["PE_grav"] + expected["PE_load"]
     kinetic = expected[KINETIC] - expected[KINETIC][0]
-    work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
+    work = lateral_work(run, case)
     for column, energy in expected.items():
         if column not in run.data:
             continue

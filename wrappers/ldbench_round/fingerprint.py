@@ -16,20 +16,18 @@ from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.tools import counted
 
-from .blows import Blow, blows, lacking
+from .blows import GIVES, LEAST_FORCE, TELLING_ROWS, Blow, blows, lacking
 from .estimate import Estimate, combined, untold
 from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, restitution_of, step_of, typical_interval
 from .lattice import bends, digit_noise, find_lattice
-from .physics_checks import LEAST_FORCE
-from .place_checks import MODULUS, axle_height
+from .place_checks import axle_height
 from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, POINTS, ROUNDS, Law, fit_law, uncertainties
 from .submissions import quiet
 from .tasks import Task
 
 ELASTIC, RIGID, UNKNOWN = "elastic", "rigid", "rigid or elastic, which the file does not tell"
-TELLING_ROWS = 4        # of a blow that shows whether bodies give
 USED = 4                # blows that are fitted
-GIVES, GIVES_NOT = 0.1, 0.01    # approach over that of steel, above which a contact is elastic, and below which it is rigid
+GIVES_NOT = 0.01        # approach over that of steel, below which a contact is rigid
 HALVED = 0.5            # by this much damping has to reduce the misfit
 POOR = 0.03             # misfit of a law that is none, over the largest force
 ROWS = 0.01             # relative uncertainty of a damping by the integrals over rows, twice that of exponent and force
@@ -132,7 +130,7 @@ def fingerprint(run: RunData, task: Task) -> Fingerprint:
     # Rows between steps tell nothing that the steps do not.
     interval = np.nanmax([typical_interval(run), step.value])
     used, pressed = ([blow for blow in some if blow.time.size >= LEAST_ROWS and blow.interval.duration/interval >= LEAST_ROWS
-                      and approach_share(blow) > GIVES][:USED] for some in (all_blows, lowered))
+                      and blow.approach_share > GIVES][:USED] for some in (all_blows, lowered))
     if not used:
         no = untold(f"no blow of a flange has {LEAST_ROWS} rows or steps")
         return law(no, no, no, no, np.nan, no, no, no, no, "")
@@ -149,15 +147,10 @@ def mean_misfit(laws: Sequence[Law | None]) -> float:
     return float(np.mean([law.misfit for law in laws if law] or [np.inf]))
 
 
-def approach_share(blow: Blow) -> float:
-    """Range of the approach over that of steel for the same force."""
-    return float(np.ptp(blow.approach))/(blow.peak/MODULUS)**(2/3)
-
-
 def kind_of(run: RunData, resolved: Sequence[Blow], found: Sequence[Jump], missing: str) -> tuple[str, str]:
     """Whether a code is rigid or elastic, and what says so."""
     interval = typical_interval(run)
-    shares = [approach_share(blow) for blow in resolved]
+    shares = [blow.approach_share for blow in resolved]
     stiff, soft = sum(share < GIVES_NOT for share in shares), sum(share > GIVES for share in shares)
     if found and interval <= SHORT and not any(share > GIVES for share in shares[:1]):
         return RIGID, f"velocities jump {counted(len(found), 'time')} from one row to the next, {1e3*interval:.3g} ms apart"

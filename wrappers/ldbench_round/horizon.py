@@ -47,10 +47,3 @@ def yardsticks() -> dict[str, Yardstick]:
 def horizon(task: Task) -> float:
     """The time [s] in a simulation beyond which nothing is scored."""
     return yardsticks()[task.name].horizon
-
-
-def spreads(task: Task) -> dict[str, dict[str, float]]:
-    """Relative differences of our own runs with Hertz's law ('hertz') and with rigid contacts ('rigid') from that with
-    half-spaces, by the name of the score."""
-    known = yardsticks()[task.name]
-    return {"hertz": dict(known.hertz), "rigid": dict(known.rigid)}

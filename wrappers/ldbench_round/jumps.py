@@ -10,6 +10,7 @@ from ldbench import Case
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
+from .blows import first_blow_gives
 from .estimate import Estimate, combined, untold
 from .lattice import Bends, bends, digit_noise, find_lattice
 from .submissions import quiet
@@ -82,8 +83,8 @@ def tells_impulses(run: RunData) -> bool:
 
 
 def leaps(run: RunData, case: Case) -> bool:
-    """Whether velocities jump between rows that are so near that no elastic impact fits between them."""
-    return typical_interval(run) <= SHORT and bool(jumps(run, case))
+    """Whether velocities jump between rows that are so near that no elastic impact fits between them, and no contact gives."""
+    return typical_interval(run) <= SHORT and bool(jumps(run, case)) and not first_blow_gives(run, case)
 
 
 @quiet()

@@ -280,12 +280,6 @@ def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
     """Give columns whose unit the file does not say the unit of the others, if that is nearly as likely."""
     units = ours.data.attrs["units"]
     for si in dict.fromkeys(units[column] for column in taken):
-        for m in [m for m in taken.values() if units[m.column] == si and m.said and m.unit != m.said and m.options]:
-            # What the file says of several columns is hardly wrong for one of them, unless its numbers are clear.
-            alike = [other for other in taken.values() if other.said == m.said]
-            right = sum(other.unit == other.said for other in alike)
-            if 2*right > len(alike) and m.likeness - best_of(m, m.sign, m.said) < CLEAR/2:
-                choose(taken, m, m.sign, m.said)
         there = [m for m in taken.values() if units[m.column] == si and not m.said and m.options]
         votes = {unit: sum(m.likeness for m in there if m.unit == unit) for unit in {m.unit for m in there}}
         if not votes:

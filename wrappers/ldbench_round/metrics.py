@@ -1,4 +1,4 @@
-"""Scores that survive impacts: docs/benchmark.md, Score, defines every number.
+"""Scores that survive impacts: docs/organiser.md, Score, defines every number.
 
 Two codes put an impact at slightly different times, and there a pointwise difference is as large as the force itself. So
 motion is compared pointwise only while the same contacts are closed, events are matched by contact, kind and order, forces
@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from ldbench import Error
 from ldbench.results.contact_intervals import ContactInterval
@@ -18,7 +19,7 @@ from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .energies import SUMS, told
-from .horizon import horizon, spreads
+from .horizon import horizon, yardsticks
 from .jumps import IMPULSES, is_rigid, tells_impulses
 from .scores import OVER_TIME, Score, Scores, Unmatched
 from .tasks import Task
@@ -29,7 +30,7 @@ LEAST = 1e-3            # share of the largest impulse of a contact's impacts be
 PASSAGE = "centre passage"
 WHOLE = 0.9             # share of the reference's time from which a file is whole: simulations end when the wheelset returns
 CROSSED = 1e-4          # share of the largest |Y| beyond which the wheelset is on one side
-OF_IMPACTS = "impulse", "peak", "duration", "unmatched"         # kinds of scores
+OF_IMPACTS = "impulse", "peak", "duration"        # kinds of scores
 
 
 def score(run: RunData, reference: RunData, task: Task) -> Scores:
@@ -43,7 +44,10 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
         kept = tuple(one for one in found.scores if one.kind not in OF_IMPACTS)
         found = replace(found, scores=kept, unmatched=(),
                         left_out={**found.left_out, "impacts": "the file does not tell the impulses of its rigid contacts"})
-    return replace(with_spreads(found, spreads(task)), rigid=(is_rigid(run, task), is_rigid(reference, task)))
+    own = yardsticks()[task.name]
+    beside = tuple(replace(one, hertz=own.hertz.get(one.name, np.nan), rigid=own.rigid.get(one.name, np.nan))
+                   for one in found.scores)
+    return replace(found, scores=beside, rigid=(is_rigid(run, task), is_rigid(reference, task)))
 
 
 def without_impulses(run: RunData) -> RunData:
@@ -85,15 +89,7 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
         alone += without_partner(contact, mine, theirs, matched, until)
     mine_passed, theirs_passed = (passages(one, MATCHED_BEYOND*limit) for one in (run, reference))
     found += passage_scores(mine_passed, theirs_passed, limit, until, alone)
-    if known:
-        found.append(unmatched_score(alone, [one for _, theirs in known.values() for one in theirs], until))
     return Scores(task, limit, end, share, tuple(found), tuple(sorted(alone, key=lambda one: one.time)), left_out)
-
-
-def with_spreads(scores: Scores, known: Mapping[str, Mapping[str, float]]) -> Scores:
-    """The scores with the spreads of formulations beside each."""
-    return replace(scores, scores=tuple(replace(one, hertz=known["hertz"].get(one.name, np.nan),
-                                                rigid=known["rigid"].get(one.name, np.nan)) for one in scores.scores))
 
 
 # Over time --------------------------------------------------------------------------------
@@ -255,14 +251,6 @@ def passage_scores(mine: Sequence[float], theirs: Sequence[float], limit: float,
         alone += [Unmatched(where, PASSAGE, time, 0.0) for k, time in enumerate(own) if k not in taken and time <= end]
 
 
-def unmatched_score(alone: Sequence[Unmatched], theirs: Sequence[ContactInterval], end: float) -> Score:
-    """The impulse of impacts that only one file has, over the impulse of all impacts of the reference."""
-    whole = sum(one.impulse for one in theirs if one.whole and one.end <= end)
-    lost = sum(one.impulse for one in alone)
-    difference = lost/whole if whole > 0 else 0.0 if not lost else np.inf
-    return Score("unmatched", "unmatched", float(difference), float(whole), float(lost))
-
-
 # Partners ---------------------------------------------------------------------------------
 
 def closed_at(found: Sequence[ContactInterval], t: np.ndarray) -> np.ndarray:
@@ -299,24 +287,8 @@ def passages(run: RunData, until: float = np.inf) -> list[float]:
 def pairs(reference: Sequence[float], other: Sequence[float]) -> list[tuple[int, int]]:
     """Match two ascending lists of times in their order.
 
-    As many are matched as the shorter list has. Of the longer one, those are left out without which the sum of the
-    differences in time is the least.
+    As many are matched as the shorter list has, such that the sum of the differences in time is the least.
     """
-    if len(reference) > len(other):
-        return [(i, k) for k, i in pairs(other, reference)]
-    n, more = len(reference), len(other) - len(reference)
-    if not n or not more:
-        return [(k, k) for k in range(n)]
-    x, y = np.asarray(reference), np.asarray(other)
-    # cost[s]: least sum so far when s of the longer list have been left out; skipped[i, s]: how many before number i.
-    cost, skipped = np.zeros(more + 1), np.zeros((n, more + 1), int)
-    for i in range(n):
-        best = np.minimum.accumulate(cost)
-        at = np.maximum.accumulate(np.where(cost <= best, np.arange(more + 1), 0))
-        skipped[i] = at
-        cost = best + np.abs(x[i] - y[i:i + more + 1])
-    s, found = int(cost.argmin()), []
-    for i in range(n - 1, -1, -1):
-        found.append((i, i + s))
-        s = int(skipped[i, s])
-    return found[::-1]
+    chosen = linear_sum_assignment(np.abs(np.subtract.outer(np.asarray(reference), np.asarray(other))))
+    # Equal sums may cross over; in order they are no larger.
+    return list(zip(*(np.sort(places).tolist() for places in chosen), strict=True))

@@ -11,17 +11,17 @@ from ldbench.results.derived import cumulative
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
+from .blows import LEAST_FORCE
 from .energies import energy_findings
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
-from .inertia_checks import has, inertia_findings, roll_moment, total, weight_of
-from .jumps import SHORT, jump_intervals, jumps, typical_interval
+from .inertia_checks import has, inertia_findings, lateral_force, lateral_work, roll_moment, total, weight_of
+from .jumps import SHORT, jump_intervals, jumps, leaps, typical_interval
 from .place_checks import place_findings
 from .tasks import Task
 
 DOUBT, FAIL = 0.02, 0.1             # relative errors of a balance
 FEW_ROWS, TOO_FEW_ROWS = 10, 4      # in an impact
 RAMP_ROWS = 3                       # of more than a thousand impacts in 54 s: its begin, its peak and its end
-LEAST_FORCE = 1e4                   # of an impact that counts [N]
 FINE, COARSE = 0.04, 0.05           # what coarse rows leave of a balance in such intervals: ours of exercise 5 leave 0.03
 STEADY = 0.2                        # relative change of a rate in an interval that the trapezoidal rule integrates well
 APPROACH = 0.115e-3                 # of a wheel with half the weight on its rail, by Hertz [m]
@@ -32,6 +32,7 @@ GAP_CHANGE = 0.05, 0.2              # change of a velocity in a long interval, o
 STORED = 0.1                        # share of the energy that the treads may store at a moment that counts
 SCALED = 0.02, 0.3                  # a constant factor from which a rate is wrong; what it may leave of the error
 NEAR_CENTRE = 1e-3                  # from the centre, where no flange is [m]
+CLEARLY = 0.3                       # share of the error of one sign of an angle that the other sign leaves, where it is clear
 IN_IMPACT = "rows in an impact of a flange"
 IMPULSES = "velocities jump, as those of rigid contacts do: their impacts are impulses"
 
@@ -41,17 +42,18 @@ ACCELERATIONS = (("vY", "aY", "lateral"), ("vZ", "aZ", "vertical"), ("roll_rate"
 
 def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     """All findings about the numbers of a file whose columns are ours, in SI units."""
-    leaps = bool(jumps(run, case))
-    rigid = leaps and typical_interval(run) <= SHORT
+    leaping, rigid = jumps(run, case), leaps(run, case)
     jumping = jump_intervals(run, case) if rigid else None
     yield from start_findings(run, case)
-    yield from order_findings(run, task, case, leaps)
+    yield from order_findings(run, task, case, bool(leaping))
     yield from clearance_findings(run, task)
     yield from gap_findings(run)
+    if leaping and not rigid and typical_interval(run) <= SHORT:
+        yield Finding("velocities do not jump", FAILED, len(leaping), 0, leaping[0].row + 1,
+                      "contacts give, and velocities change without a force: rows are missing, or two runs are joined")
     yield from contact_findings(run, case)
-    yield from angle_findings(run)
     yield from place_findings(run, case)
-    yield from inertia_findings(run, case)
+    yield from inertia_findings(run, case, typical_interval(run) <= SHORT and not rigid)
     for x, v, words in RATES:
         yield integral_finding(run, f"{words} velocity is the rate of the displacement", x, v, jumping)
     for v, a, words in ACCELERATIONS:
@@ -77,13 +79,13 @@ def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
             yield judged(f"initial {column}", abs(first - value), doubtful, failed, 1, f"expected {value:g}, found {first:.6g}")
 
 
-def order_findings(run: RunData, task: Task, case: Case, leaps: bool = False) -> Iterator[Finding]:
+def order_findings(run: RunData, task: Task, case: Case, leaping: bool = False) -> Iterator[Finding]:
     """Left flange first, then the right flange and the centre; or the derailment.
 
-    Where velocities leap, an impact may have no row with a force. Then the displacement stands for a contact that has none.
+    Where velocities jump, an impact may have no row with a force. Then the displacement stands for a contact that has none.
     """
     left, right = (run.first_contact(contact) for contact in ("LF", "RF"))
-    unseen = leaps and None in (left, right) and has(run, "Y")
+    unseen = leaping and None in (left, right) and has(run, "Y")
     if unseen:
         y = run.values("Y")
         early = bool(y[np.argmax(np.abs(y) > max(FAR*min(y.max(), -y.min()), NEAR_CENTRE))] > 0)
@@ -143,30 +145,9 @@ def gap_findings(run: RunData) -> Iterator[Finding]:
                  f"{1e3*step[worst]:.3g} ms without a row; velocities change by {100*change[worst]:.0f} % of their largest")
 
 
-def angle_findings(run: RunData) -> Iterator[Finding]:
-    """The contact angles of one wheel have one sign, that of its forces or the opposite one."""
-    for side in "LR":
-        signs: dict[str, int] = {}
-        for contact in (f"{side}T", f"{side}F"):
-            if not has(run, *(f"{name}_{contact}" for name in ("N", "Fy", "Fz", "angle"))):
-                continue
-            n, fy, fz, angle = (np.nan_to_num(run.values(f"{name}_{contact}")) for name in ("N", "Fy", "Fz", "angle"))
-            loaded = n > 0.01*n.max(initial=0.0)
-            if not loaded.any() or n.max() <= 0:
-                continue
-            of_force = np.arctan2(-fy, np.abs(fz))[loaded]
-            same, turned = (float(np.median(np.abs(of_force - sign*angle[loaded]))) for sign in (1, -1))
-            if min(same, turned) < 0.3*max(same, turned):
-                signs[f"angle_{contact}"] = 1 if same < turned else -1
-        if len(signs) == 2:
-            tread, flange = signs.values()
-            yield Finding(f"contact angles of the {'left' if side == 'L' else 'right'} wheel have one sign",
-                          PASSED if tread == flange else FAILED,
-                          hint="" if tread == flange else "the angle of the tread and that of the flange have opposite signs")
-
-
 def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
-    """Contacts push, along the normal."""
+    """Contacts push, along the normal; the contact angles of one wheel have one sign, that of its forces or the opposite one."""
+    signs: dict[str, bool] = {}
     for contact in CONTACTS:
         if not has(run, f"N_{contact}"):
             continue
@@ -200,11 +181,19 @@ def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
         # Rows that are interpolated where a contact jumps from the tread to the flange's root mix the angles of two steps.
         around = np.stack([np.append(of_force[1:], of_force[-1]), of_force, np.append(of_force[0], of_force[:-1])])
         low, high = around.min(axis=0), around.max(axis=0)
+        same, turned = (float(np.median(np.abs(of_force - sign*angle)[loaded])) for sign in (1, -1))
+        if min(same, turned) < CLEARLY*max(same, turned):
+            signs[contact] = same < turned
         # Either sign is in use.
         error = min((np.where(loaded, np.maximum(np.maximum(low - sign*angle, sign*angle - high), 0.0), 0.0) for sign in (1, -1)),
                     key=np.max)
         yield judged(f"angle_{contact} is that of the force", error.max(), 0.01, 0.1, int(error.argmax()) + 1,
                      "without friction the force is normal to the profiles; [rad]")
+    for side, words in ("L", "left"), ("R", "right"):
+        if {f"{side}T", f"{side}F"} <= signs.keys():
+            alike = signs[f"{side}T"] == signs[f"{side}F"]
+            yield Finding(f"contact angles of the {words} wheel have one sign", PASSED if alike else FAILED,
+                          hint="" if alike else "the angle of the tread and that of the flange have opposite signs")
 
 
 def integral_finding(run: RunData, what: str, x: str, v: str, jumping: np.ndarray | None = None) -> Finding:
@@ -260,8 +249,7 @@ def momentum_findings(run: RunData, case: Case, jumping: np.ndarray | None = Non
     """Whether the forces of the contacts explain the velocities."""
     t = run.time
     weight = weight_of(case)
-    external = case.lateral_force + case.lateral_ramp*t
-    for v, name, words, load in (("vY", "Fy", "lateral", external), ("vZ", "Fz", "vertical", -weight)):
+    for v, name, words, load in (("vY", "Fy", "lateral", lateral_force(run, case)), ("vZ", "Fz", "vertical", -weight)):
         what = f"{words} momentum closes"
         columns = [f"{name}_{contact}" for contact in CONTACTS]
         if not has(run, v, *columns):
@@ -294,7 +282,7 @@ def energy_balance(run: RunData, case: Case, rigid: bool = False) -> np.ndarray 
     weight = weight_of(case)
     energy = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2 \
         + weight*run.values("Z")
-    work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
+    work = lateral_work(run, case)
     return np.asarray(energy - work if rigid else energy + stored_by_treads(run, case) - work)
 
 
@@ -314,7 +302,7 @@ def energy_finding(run: RunData, case: Case, rigid: bool = False) -> Finding:
     without_work = energy_balance(run, case, rigid)
     if without_work is None:
         return Finding(what, UNKNOWN, hint="needs velocities, Z and N of all contacts")
-    work = cumulative(run.time, (case.lateral_force + case.lateral_ramp*run.time)*run.values("vY"))
+    work = lateral_work(run, case)
     energy = without_work + work
     size = max(float(energy[0]) - float(np.nanmin(energy)), float(energy[0]), float(np.nanmax(work)))
     stored = np.zeros(run.time.size) if rigid else stored_by_treads(run, case)

@@ -18,20 +18,15 @@ from .energies import ENERGIES
 from .horizon import horizon
 from .jumps import IMPULSES
 from .metrics import MATCHED_BEYOND, score
-from .scores import GRADES, Scores, grade
+from .scores import GRADED, GRADES, Scores, grade
 from .submissions import DESCRIPTION, complaint, present, printable, read_small_toml, reason, reference_files, told_map
 from .tasks import QUANTITIES, Task, task_of
 
 LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
 BLOCK = 2**20                   # of a file that is read for its digest [bytes]
 
-#: The kinds of scores that are graded, and how a page calls them; `score_` and the kind is the name in the table of numbers.
-GRADED = {"displacement": "displacement", "velocity": "velocity", "acceleration": "acceleration", "force": "forces",
-          "angle": "angles", "place": "points", "radius": "radii", "energy": "energies", "contacts": "contacts",
-          "event": "events", "impulse": "impulses"}
 #: What the table tells of each: the difference, its grade, its share of the spread of formulations, and what was scored.
 ROW_ENDINGS = "", "_grade", "_of_spread", "_share"
-ROWS = tuple(f"score_{kind}{ending}" for kind in GRADED for ending in ROW_ENDINGS)
 NEEDED = {"time", *QUANTITIES, *ENERGIES, *IMPULSES}
 
 
@@ -60,12 +55,6 @@ class Graded(NamedTuple):
         if ending == "_of_spread":
             return self.of_spread, "" if np.isfinite(self.of_spread) else "the spread of this quantity is not known"
         return self.difference, ""
-
-
-def split_row(name: str) -> tuple[str, str]:
-    """The kind of a difference and the ending of a row of ROWS."""
-    ending = next(ending for ending in (*ROW_ENDINGS[1:], "") if name.endswith(ending))
-    return name.removeprefix("score_").removesuffix(ending), ending
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The numbers of a run for the matrix of a round, found in the same way for every code, from the rows of its file."""
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -158,7 +159,5 @@ def return_time(run: RunData, right: float) -> Number:
 
 def verdict_counts(findings: Iterable[Finding]) -> dict[str, int]:
     """How many checks passed, are doubtful, failed, were not made."""
-    counts = dict.fromkeys(VERDICTS.values(), 0)
-    for finding in findings:
-        counts[VERDICTS[finding.verdict]] += 1
-    return counts
+    counts = Counter(finding.verdict for finding in findings)
+    return {name: counts[verdict] for verdict, name in VERDICTS.items()}

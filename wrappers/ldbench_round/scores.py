@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,10 +18,24 @@ OVER_TIME = {"displacement": MOTION[:3], "velocity": MOTION[3:6], "acceleration"
              **{kind: tuple(f"{base}_{contact}" for base in bases for contact in CONTACTS) for kind, bases in (
                  ("force", ("N", "Fy", "Fz")), ("angle", ("angle",)), ("place", ("y", "z")), ("radius", ("radius",)))},
              "energy": tuple(SUMS)}
-KINDS = {"displacement": "displacements", "velocity": "velocities", "acceleration": "accelerations", "force": "contact forces",
-         "angle": "contact angles", "place": "contact points", "radius": "rolling radii", "energy": "energies",
-         "contacts": "time with other contacts closed", "event": "times of events", "impulse": "impulses of impacts",
-         "peak": "largest forces of impacts", "duration": "durations of impacts", "unmatched": "impulse without a partner"}
+
+
+class Kind(NamedTuple):
+    """A kind of scores in words."""
+
+    words: str
+    head: str = ""          # of a column, where a round grades the kind
+
+
+KINDS = {"displacement": Kind("displacements", "displacement"), "velocity": Kind("velocities", "velocity"),
+         "acceleration": Kind("accelerations", "acceleration"), "force": Kind("contact forces", "forces"),
+         "angle": Kind("contact angles", "angles"), "place": Kind("contact points", "points"),
+         "radius": Kind("rolling radii", "radii"), "energy": Kind("energies", "energies"),
+         "contacts": Kind("time with other contacts closed", "contacts"), "event": Kind("times of events", "events"),
+         "impulse": Kind("impulses of impacts", "impulses"), "peak": Kind("largest forces of impacts"),
+         "duration": Kind("durations of impacts")}
+#: The kinds that a round grades, and how a page calls them; `score_` and the kind is the name in the table of numbers.
+GRADED = {kind: one.head for kind, one in KINDS.items() if one.head}
 
 
 def grade(difference: float) -> float | None:
@@ -37,7 +51,7 @@ class Score:
     name: str                   # 'Y', 'LF closes 1', 'centre passage 2', 'LF 1 impulse'; the same in every run
     difference: float           # relative, at least 0; NaN where it cannot be had
     # SI units. Of motion, root mean squares of the reference and of the difference; of contacts, the whole time and that in which
-    # they differ; of impulses without a partner, those of all impacts of the reference and those without one.
+    # they differ.
     reference: float = np.nan
     value: float = np.nan
     share: float = 1.0          # of the reference that was compared: of its time, or 0 of an event or impact without a partner

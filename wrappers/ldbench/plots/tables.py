@@ -50,8 +50,8 @@ def draw_table(ax: Axes, rows: Rows, edges: Sequence[float] | np.ndarray, height
 
 
 def draw_listing(figure: Figure, header: Sequence[str], rows: Rows, widths: Sequence[float], left: Sequence[int], heads: int = 1,
-                 above: int = 0) -> None:
-    """Draw a table over a whole page, as `table_page` does, with room for so many lines above it."""
+                 above: int = 0, page: int = LINES) -> None:
+    """Draw a table over a whole page, as `table_page` does, with room for so many lines above it. page: lines of the page."""
     edges = np.concatenate([[0.0], np.cumsum(widths)/np.sum(widths)])
     lines = [list(header), *map(list, rows)]
 
@@ -62,7 +62,7 @@ def draw_listing(figure: Figure, header: Sequence[str], rows: Rows, widths: Sequ
         if not heading(i):
             fits = ((edges[1:] - edges[:-1])*CHARACTERS).astype(int)
             lines[i] = [word if len(word) <= n else word[:max(n - 1, 1)] + "…" for word, n in zip(line, fits, strict=False)]
-    draw_table(figure.add_subplot(), lines, edges, 1/max(above + len(lines), LINES), above=above, left=left,
+    draw_table(figure.add_subplot(), lines, edges, 1/max(above + len(lines), page), above=above, left=left,
                look=lambda i, j: {"weight": "bold" if heading(i) else "normal"},
                band=lambda i: STRIPE if i >= heads and i % 2 == 0 else "")
 

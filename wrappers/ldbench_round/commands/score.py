@@ -6,7 +6,7 @@ order, and forces by the impulse of each impact. Nothing counts beyond the horiz
 has that of its worst one, and what has no partner counts as a difference of 1. Beside it stand the share that was scored and the
 difference in units of what Hertz's law, and rigid contacts or Hertz's law, change in runs of our own. The files may be those
 of any code; without a map their columns are guessed, as `check` does. A file with rigid contacts and one with elastic ones
-differ after the first impact, and the heading says so. docs/benchmark.md defines every number.
+differ after the first impact, and the heading says so. docs/organiser.md defines every number.
 
 examples:
   python -m ldbench score outputs/ex2_aw.txt --reference outputs
@@ -115,12 +115,12 @@ def heading(scores: Scores) -> str:
 def lines(scores: Scores, everything: bool) -> Iterator[str]:
     """The table of a file: a line for each kind, with the quantity that grades it; or all scores."""
     yield f"  {'quantity':44} {'difference':>10} {'grade':>6} {'scored':>7} {'of Hertz':>9} {'of spread':>9}"
-    for kind, words in KINDS.items():
+    for kind, (words, _) in KINDS.items():
         if everything:
             yield from (row(quantity(one.name).words if kind in OVER_TIME else one.name, one, one.share)
                         for one in scores.of_kind(kind))
         elif worst := scores.graded(kind):
-            named = words if kind in ("contacts", "unmatched") else f"{words}, worst: {worst.quantity}"
+            named = words if kind == "contacts" else f"{words}, worst: {worst.quantity}"
             yield row(named, worst, scores.share_of(kind))
     listed = scores.unmatched if everything else sorted(scores.unmatched, key=lambda one: -one.impulse)[:SHOWN]
     for one in listed:
