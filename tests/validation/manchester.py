@@ -19,17 +19,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from checks import Check, Section, limit
 from ldbench import Case
 from ldbench.geometry.outlines import case_outlines
-from ldbench.plots.style import BLUE, GREEN, RED, ldbench_style
 from ldbench.pressure import Patch, press
 from ldbench.profile import Profile
 from ldbench.table import rigid_geometry
 from running import REPO
-from sheets import Table, page
+from sheets import Table
 
 SHEAR, POISSON, FRICTION = 82e9, 0.28, 0.3
 RADIUS, BACK = 460.0, 680.0             # of the wheel at its tape circle, and of its back from the middle of the axle [mm]
@@ -227,27 +225,9 @@ def section(short: bool) -> Section:
         "CONTACT presses a plane, we the developed surface. At 5 mm tread and flange both carry, which CONTACT takes for one "
         "patch and we press apart. These poses stand in the table alone. The place is the centre of pressure against CONTACT's "
         "reference point, which is weighted otherwise: where two parts of a patch share the load (y = 0 to 1 mm), they differ by "
-        "up to 0.4 mm.", checks, [figure(found)], [table])
+        "up to 0.4 mm.", checks, [table])
 
 
 def percent(share: float) -> str:
     """A deviation; a dash where it is not known."""
     return f"{100*share:+.2f}" if np.isfinite(share) else "–"
-
-
-def figure(found: Sequence[Found]) -> Figure:
-    """Deviations over the displacement."""
-    with ldbench_style():
-        sheet = page("Half-space solutions against CONTACT", "Deviation for the same normal force. Grey: the aims, 0.5 % in energy "
-                     "and approach. On the right wheel the flange carries from 6.5 mm on.")
-        for ax, wheel in zip(sheet.subplots(1, 2, sharey=True), ("left", "right"), strict=True):
-            mine = [f for f in found if f.pose.wheel == wheel]
-            y = [f.pose.y_mm for f in mine]
-            for quantity, colour, mark in zip(QUANTITIES, (BLUE, RED, GREEN), "os^", strict=False):
-                ax.plot(y, [100*f.deviations()[quantity] for f in mine], mark, color=colour, markersize=4, label=quantity)
-            ax.axhspan(-0.5, 0.5, color="#E8E8E8", zorder=0)
-            ax.set(xlabel="lateral displacement [mm]", title=f"{wheel} wheel", ylim=(-5, 5))
-            ax.margins(x=0.05)
-            ax.legend()
-        sheet.axes[0].set_ylabel("deviation [%]")
-    return sheet
