@@ -1,7 +1,7 @@
 !> Zones of a wheel: stretches that carry one contact patch each.
 !>
-!> The wheel is cut at places that cannot touch, in the middle of the arcs whose curvature relative to the rail's point with
-!> the same normal is negative. So a zone holds one patch that moves smoothly, which makes the elastic energy
+!> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal is
+!> negative, where half of the arc's turn is done. So a zone holds one patch that moves smoothly, which makes the elastic energy
 !> smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
 !> is another question, which `is_flange` answers.
 module contact_zones
@@ -32,12 +32,14 @@ module contact_zones
   !> An arc of the wheel that cannot touch.
   type :: gap_type
     integer :: start = 0               !! index of the station at which the arc starts, on its tread side
-    integer :: cut = 0                 !! index of the station in its middle
+    integer :: cut = 0                 !! index of the station at which half of its turn is done
     real(dp) :: turn = 0               !! angle by which the normals of wheel and rail part over the arc [rad]
   end type gap_type
 
   real(dp), parameter :: root_angle = 10*degree    ! about where tread and flange of usual profiles part
   real(dp), parameter :: least_gap = 0.4e-3_dp    ! shortest arc that counts as a gap [m]
+  ! Two patches on either side of a flatter arc are one patch under load, which a cut would halve [rad].
+  real(dp), parameter :: least_turn = 0.03_dp
   real(dp), parameter :: least_zone = window/2     ! shortest zone [m]: the mean curvature does not show shorter arcs
 
 contains
@@ -81,21 +83,21 @@ contains
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: running         !! index of the running point
     type(gap_type), allocatable, intent(out) :: gaps(:)
-    real(dp) :: curvature, turn
+    real(dp) :: curvature, turn(pair%steepest:running)   ! turn from the start of the arc to a station [rad]
     integer :: start, i
 
     allocate (gaps(0))
     start = 0
-    turn = 0
     do i = running, pair%steepest, -1
       curvature = pair%curvature(i) + rail_curvature(pair, pair%angle(i))
       if (curvature < 0) then
         if (start == 0) start = i
-        turn = turn - curvature*(pair%s(i + 1) - pair%s(i))
+        turn(i) = -curvature*(pair%s(i + 1) - pair%s(i))
+        if (i < start) turn(i) = turn(i) + turn(i + 1)
       else if (start > 0) then
-        if (pair%s(start) - pair%s(i) > least_gap) call add_gap(pair, gap_type(start, (start + i)/2, turn), gaps)
+        if (pair%s(start) - pair%s(i) > least_gap .and. turn(i + 1) > least_turn) &
+          call add_gap(pair, gap_type(start, i + count(turn(i + 1:start) > turn(i + 1)/2), turn(i + 1)), gaps)
         start = 0
-        turn = 0
       end if
     end do
   end subroutine find_gaps

@@ -5,7 +5,7 @@
 !> `case_type`; the default extent of the contact table stands in `service_poses`.
 module case
   use kinds, only: dp
-  use service_poses, only: extent_type
+  use service_poses, only: extent_type, floored_force
   use system, only: default_folder, last_slash
   use text, only: shortest, str
   implicit none
@@ -165,7 +165,7 @@ contains
     call all%add('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
     call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
     call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
-      'rms error of a wheel''s force that the table may have, relative to max(|F|, 5 kN)')
+      'rms error of a wheel''s force that the table may have, relative to '//floored_force)
     call all%add('table', 'n_lateral', c%n_lateral, 20, 10000, &
       'most lateral points of the strips, and of the ratio of half-spaces to them, per zone')
     call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'most points of each over the roll angle')

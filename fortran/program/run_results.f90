@@ -10,7 +10,7 @@ module run_results
   use results, only: newline, result_list, rounded
   use run_monitor, only: run_type
   use run_setup, only: setup_type
-  use service_poses, only: rollover_allowance
+  use service_poses, only: floored_force, rollover_allowance
   use text, only: str
   use wheelset, only: contact_name
   implicit none
@@ -169,15 +169,15 @@ contains
     call items%add('table_points'//side, points, what//': model '//trim(c%model)//', # points'//newline)
     associate (poses => table%accuracy%poses, rms => table%accuracy%rms, unsolved => table%accuracy%unsolved, &
       pulling => table%accuracy%pulling)
-      if (any(poses > 0)) call items%append('error of the contact force, rms (largest), relative to max(|F|, 5 kN):'//newline)
+      if (any(poses > 0)) call items%append('error of the contact force, rms (largest), relative to '//floored_force//':'//newline)
       do k = 1, size(group)
         if (poses(k) > 0) call items%add('table_error_'//joined(group(k))//side, [rms(k), table%accuracy%largest(k)], &
-          'rms and largest, of max(|F|, 5 kN)', '  '//trim(group(k))//' # (#)'//newline, scientific)
+          'rms and largest, of '//floored_force, '  '//trim(group(k))//' # (#)'//newline, scientific)
       end do
       if (table%solutions(2) > 0) call items%warn(what//': '//str(table%solutions(2))//' of '//str(table%solutions(1))// &
         ' half-space solutions did not converge; see whether the error is larger than &table accuracy')
-      if (unsolved > 0) call items%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)//' half-space solutions '// &
-        'that its error is measured by did not converge; the stated error leaves them out')
+      if (unsolved > 0) call items%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)// &
+        ' direct evaluations did not converge; the stated error leaves them out')
       if (pulling > 0) call items%warn(what//': expected contacts that push in service, found '//str(pulling)//' point'// &
         trim(merge(' ', 's', pulling == 1))//' at which the contact would pull, where a run stops; lower &table accuracy or '// &
         'raise n_lateral, n_roll, n_depth')

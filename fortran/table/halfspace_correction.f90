@@ -27,7 +27,8 @@ module halfspace_correction
     procedure :: find_errors
   end type ratio_type
 
-  integer, parameter :: first_points(3) = [29, 21, 7]          ! of u, roll, q
+  ! Of u, roll, q. The first points of q but one are every second of the strips'.
+  integer, parameter :: first_points(3) = [29, 21, 9]
   integer, parameter :: most_rounds = 5
   integer, parameter :: most_values = 700000    ! twice what new profiles need; a fifth is solved, the rest continued
   ! Solutions have noise, which would be stiffness in smaller cells. On the tread, where the lateral stiffness is only

@@ -11,7 +11,7 @@ module service_poses
   use zone_tables, only: inside, roll_type, zone_penetration
   implicit none
   private
-  public :: extent_type, request_type, margin_roll, tread_share, force_floor, rollover_allowance
+  public :: extent_type, request_type, margin_roll, tread_share, force_floor, floored_force, rollover_allowance
   public :: error_allowance, find_allowance, estimated_force, fit_extent
 
   !> Extent of the table, which a case may change, and what says which part of it a run on this track reaches.
@@ -47,7 +47,9 @@ module service_poses
   real(dp), parameter :: tread_share = 0.45_dp, shallower_share = 0.25_dp, deeper_share = 0.7_dp, third_share = 0.05_dp, &
     rollover_share = 0.33_dp
 
-  real(dp), parameter :: force_floor = 5e3_dp   ! errors are relative to the force, but at least to this one [N]
+  ! Errors are relative to the force, but at least to this one [N].
+  real(dp), parameter :: force_floor = 5e3_dp
+  character(*), parameter :: floored_force = 'max(|F|, 5 kN)'
   ! Splines need some points outside the poses that runs reach [rad, m, m].
   real(dp), parameter :: margin_roll = 0.01_dp, margin_shift = 2e-3_dp, margin_height = 6e-3_dp
   real(dp), parameter :: margin_depth = 1.5_dp  ! factor on the depths of zones that touch at once, or in rolling over

@@ -191,11 +191,11 @@ def read_interval(text: str) -> float:
 
 def on_grid(run: Run) -> Run:
     """The run with its rows at equal intervals alone: those at events come at other times in a perturbed run."""
-    interval = read_interval(run.header)
-    rows = run.columns["time"]/interval
+    rows = run.columns["time"]/read_interval(run.header)
     kept = np.abs(rows - np.rint(rows)) < 1e-6
     kept[-1] = True
     gridded = replace(run)
+    gridded.header = run.header
     gridded.columns = {name: values[kept] for name, values in run.columns.items()}
     return gridded
 
