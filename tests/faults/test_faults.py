@@ -263,5 +263,5 @@ def test_closed_and_full_streams(case):
     one_line(shell("$PYTHON run case.nml >/dev/full", case), "standard output", "No space left on device")
     one_line(shell("$PYTHON run --help >/dev/full", case), "standard output", "No space left on device")
     # A name that is not UTF-8 is drawn with another letter.
-    (case/os.fsdecode(b"caf\xe9.txt")).write_bytes(whole["columns.txt"])
-    assert shell("$PYTHON plot caf*.txt 2>&-", case).stdout == "outputs/ldbench_plots.pdf: 6 pages\n"
+    (case/os.fsdecode(b"n\xe9.txt")).write_bytes(whole["columns.txt"])
+    assert shell("$PYTHON plot n*.txt 2>&-", case).stdout == "outputs/ldbench_plots.pdf: 6 pages\n"
