@@ -418,28 +418,15 @@ def test_motions_are_the_stored_ones(name: str, stored: pd.DataFrame):
     assert not moved, "\n".join(moved)
 
 
-@pytest.mark.parametrize(("pair", "formulation"), [
-    # Without a loss the wheelset rattles for ever; with bilateral contacts it falls back from the flange some thousand times.
-    pytest.param(pair, name, marks=[pytest.mark.slow] if name in ("unilateral, e = 1", "bilateral") else [])
-    for pair, name in zip(("aw", "sw", "aw", "sw"), RIGID, strict=True)])
+@pytest.mark.parametrize(("pair", "formulation"), [("aw", "unilateral, e = 0.5"), ("sw", "unilateral, e = 0")])
 def test_exercise_5_ends_as_stored(pair: str, formulation: str):
-    """And keeps its energy up to there: up to 59 kJ of work. With impacts that lose energy, the wheelset rolls over the edge
-    of the rail's crown at the end, where contact jumps over hollows of the spline; bilateral, the wheelset falls back from
-    the flange some thousand times, and the work is a few hundred J. `make validate` takes both pairs of profiles with every
-    formulation."""
+    """And keeps its energy up to there: up to 59 kJ of work. The wheelset rolls over the edge of the rail's crown at the end, where
+    contact jumps over hollows of the spline. `make validate` takes both pairs of profiles with every formulation."""
     done = rigid_reference.ramp(pair, formulation)
-    assert done.results["derailed"] == (formulation != "bilateral")
+    assert done.results["derailed"]
     assert done.results["drift"] < rigid_reference.DRIFTS[formulation]*done.data.W_ext.abs().max()
-    stored = pd.read_csv(rigid_reference.ENDS)
-    moved = rigid_reference.end_moves(stored, pair, formulation)
+    moved = rigid_reference.end_moves(pd.read_csv(rigid_reference.ENDS), pair, formulation)
     assert not moved, "\n".join(moved)
-    own = stored[(stored.pair == pair) & (stored.formulation == formulation)].set_index("quantity")
-    if formulation in ("unilateral, e = 0.5", "unilateral, e = 0"):
-        assert own["may move"]["derailment at"] < 1e-6
-    elif formulation == "unilateral, e = 1":
-        assert own["may move"]["derailment: lateral force"] < 27e3      # a tenth: the wheelset rattles for ever
-    else:
-        assert own["may move"]["rail pulls at"] < 1e-6
 
 
 def test_end_of_the_path_is_told():

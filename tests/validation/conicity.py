@@ -13,7 +13,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import make_profiles as arcs
@@ -68,17 +67,6 @@ def by_wavelength(delta_r: DeltaR, amplitude: float) -> float:
     return (np.pi/2/quarter)**2/2
 
 
-def by_motion(delta_r: DeltaR, amplitude: float) -> float:
-    """EN 15302: from the motion itself, y'' = -delta_r(y), integrated to its first passage of the centre."""
-    def centre(_: float, state: np.ndarray) -> float:
-        return state[0]
-
-    centre.terminal = True
-    motion = solve_ivp(lambda _, state: (state[1], -delta_r(state[:1])[0]), (0, 100), (amplitude, 0.0), "DOP853",
-                       events=centre, rtol=1e-10, atol=1e-14)
-    return (np.pi/2/motion.t_events[0][0])**2/2
-
-
 def touching(pair: str, y: float) -> float:
     """Radius difference [m] of the rigid wheelset from the exact arcs of a shipped pair, y >= 0 in m.
 
@@ -116,7 +104,7 @@ def section(short: bool) -> Section:
     shapes = dict(list(SHAPES.items())[1::3]) if short else SHAPES
     for name, shape in shapes.items():
         found = shape.geometry(amplitudes_of(shape))
-        checks += shape_checks(name, shape, found, short)
+        checks += shape_checks(name, shape, found)
         rows += shape_rows(name, shape, found)
     for pair in PAIRS:
         table = ContactTable(Case.exercise(1, pair))
@@ -165,7 +153,7 @@ def amplitudes_of(shape: Shape) -> np.ndarray:
     return AMPLITUDES if np.isinf(shape.R_w) else HOLLOW_AMPLITUDES
 
 
-def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame, short: bool) -> list[Check]:
+def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame) -> list[Check]:
     straight, amplitudes = np.isinf(shape.R_w), amplitudes_of(shape)
     bar = CONE_BAR if straight else ARC_BAR
     expected = shape.delta_r(amplitudes)
@@ -186,10 +174,6 @@ def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame, short: bool) -
         fine = shape.geometry(amplitudes, arcs.STEP/2)
         checks.append(limit(f"delta_r with points half as far apart, largest relative deviation, {name}",
                             np.abs(fine.delta_r/expected - 1).max(), "closed form", FINE_BAR))
-    if not short:
-        checks.append(relative(f"reference only: conicity at {MM*last:g} mm by the wavelength integral, {name}",
-                               wavelength, by_motion(shape.delta_r, last), "EN 15302: motion integrated (DOP853)",
-                               1e-6))
     return checks
 
 
