@@ -8,6 +8,6 @@ cat support/kinds.f90 support/root_bracket.f90 profile/*.f90 contact/*.f90 table
   echo "module fingerprint"
   echo "  implicit none"
   echo "  private"
-  echo "  character(*), parameter, public :: law = '$sum'   !! checksum of the sources that a table depends on"
+  echo "  character(*), parameter, public :: table_sources = '$sum'   !! checksum of the sources that a table depends on"
   echo "end module fingerprint"
 }

@@ -64,7 +64,7 @@ contains
     type(motion_type), intent(inout) :: motion
     integer, intent(out) :: status
 
-    call contacts(w, motion%q, motion%contact, tangent=.false.)
+    call contacts(w, motion%q, motion%contact, with_hessian=.false.)
     status = motion%contact%status
     motion%a = (external_force(w, motion%t) - motion%contact%gradient)/w%inertia()
   end subroutine evaluate_contacts

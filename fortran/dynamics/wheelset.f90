@@ -89,13 +89,13 @@ contains
     closed = state%energy > 0 .or. state%rigid
   end function closed
 
-  !> Potential of the contacts of both wheels or of one wheel, with its Hessian unless `tangent` is false. The contacts of the
+  !> Potential of the contacts of both wheels or of one wheel, with its Hessian unless `with_hessian` is false. The contacts of the
   !> other wheel are zero.
-  pure subroutine contacts(this, q, state, tangent, wheel)
+  pure subroutine contacts(this, q, state, with_hessian, wheel)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
     type(contact_state), intent(out) :: state
-    logical, intent(in), optional :: tangent
+    logical, intent(in), optional :: with_hessian
     integer, intent(in), optional :: wheel   !! 1 left, 2 right; 0 or absent: both
     type(roll_type) :: roll, opposite, unused
     real(dp) :: left(6), right(6)
@@ -104,7 +104,7 @@ contains
     logical :: wanted
 
     wanted = .true.
-    if (present(tangent)) wanted = tangent
+    if (present(with_hessian)) wanted = with_hessian
     only = 0
     if (present(wheel)) only = wheel
     call find_roll(this%table, q(3), wanted, roll, opposite, state%status)

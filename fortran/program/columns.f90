@@ -131,11 +131,11 @@ contains
   end subroutine list_columns
 
   !> The quantities of one contact in a row: angle, N, Fy, Fz, y, z, radius.
-  pure subroutine contact_columns(pair, q, state, c, row)
+  pure subroutine contact_columns(pair, q, state, contact, row)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: q(3)
     type(contact_state), intent(in) :: state
-    integer, intent(in) :: c
+    integer, intent(in) :: contact           !! left tread to right flange
     real(dp), intent(out) :: row(7)
     real(dp) :: force(3), in_wheel(2), roll, side, s, r(2), d1(2), d2(2), x(2), miss, slope
     real(dp) :: push
@@ -144,13 +144,13 @@ contains
 
     row = 0
     shut = closed(state)
-    if (.not. shut(c)) then
+    if (.not. shut(contact)) then
       row([1, 5, 6, 7]) = ieee_value(1.0_dp, ieee_quiet_nan)
       return
     end if
-    side = merge(-1.0_dp, 1.0_dp, c >= right_tread)
-    push = merge(-1, 1, state%pulls(c))
-    force = -push*state%slope(:, c)*[side, 1.0_dp, side]       ! as on the left wheel
+    side = merge(-1.0_dp, 1.0_dp, contact >= right_tread)
+    push = merge(-1, 1, state%pulls(contact))
+    force = -push*state%slope(:, contact)*[side, 1.0_dp, side]       ! as on the left wheel
     roll = side*q(3)
     row(1) = atan2(-force(1), force(2))
     row(2) = hypot(force(1), force(2))

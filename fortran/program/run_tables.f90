@@ -4,7 +4,7 @@ module run_tables
   use contact_table, only: table_type
   use contact_zones, only: side_type
   use errors, only: error_type, fatal_error
-  use fingerprint, only: law
+  use fingerprint, only: table_sources
   use geometry_functions, only: clearance
   use hertz, only: contact_modulus
   use kinds, only: degree, dp
@@ -109,13 +109,13 @@ contains
     end associate
   end subroutine free_tables
 
-  !> All that the table of a side depends on, in words; `law` is the checksum of the sources that make tables.
+  !> All that the table of a side depends on, in words; `table_sources` is the checksum of the sources that make tables.
   subroutine table_key(c, wheel, rail, key)
     type(case_type), intent(in) :: c
     type(profile_type), intent(in) :: wheel, rail
     character(:), allocatable, intent(out) :: key
 
-    key = 'ldbench '//law//' model '//trim(c%model)//' profiles '//wheel%checksum//' '//rail%checksum// &
+    key = 'ldbench '//table_sources//' model '//trim(c%model)//' profiles '//wheel%checksum//' '//rail%checksum// &
       ' gauge '//str(c%gauge)//' '//str(c%gauge_depth)// &
       ' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)//' E '//str(c%youngs_modulus)// &
       ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' influence '//trim(c%influence)// &

@@ -36,10 +36,10 @@ contains
 
   !> Prepare a roll angle [rad] for the left wheel, and its opposite for the right wheel, which is solved as the mirror image
   !> of a left one. The status is `inside` or `outside_roll`.
-  pure subroutine find_roll(t, angle, tangent, roll, opposite, status)
+  pure subroutine find_roll(t, angle, with_hessian, roll, opposite, status)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: angle
-    logical, intent(in) :: tangent         !! whether a Hessian is wanted
+    logical, intent(in) :: with_hessian    !! whether a Hessian is wanted
     type(roll_type), intent(out) :: roll, opposite
     integer, intent(out) :: status
 
@@ -52,18 +52,18 @@ contains
     roll%sine = sin(angle)
     opposite%cosine = roll%cosine
     opposite%sine = -roll%sine
-    call axis_basis(t%roll, angle, roll%basis, tangent)
-    call axis_basis(t%roll, -angle, opposite%basis, tangent)
+    call axis_basis(t%roll, angle, roll%basis, with_hessian)
+    call axis_basis(t%roll, -angle, opposite%basis, with_hessian)
   end subroutine find_roll
 
   !> Compute the elastic energy [J] of the left wheel's tread and flange, its gradients with respect to the pose
   !> (y, z, roll) [N, N, N m], and, if wanted, the Hessian (yy, yz, y roll, zz, z roll, roll roll) of the sum, else 0.
   !> The status is `inside`, or says why the pose is not on the table.
-  pure subroutine wheel_potential(t, pose, roll, tangent, energy, gradient, hessian, status)
+  pure subroutine wheel_potential(t, pose, roll, with_hessian, energy, gradient, hessian, status)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
     type(roll_type), intent(in) :: roll    !! roll of the pose
-    logical, intent(in) :: tangent         !! whether the Hessian is wanted
+    logical, intent(in) :: with_hessian    !! whether the Hessian is wanted
     real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
     integer, intent(out) :: status
     type(touching_type) :: zones(max_zones)
@@ -74,37 +74,37 @@ contains
     energy = 0
     gradient = 0
     hessian = 0
-    call find_zones_touching(t, pose, roll, tangent, n, zones, status)
+    call find_zones_touching(t, pose, roll, with_hessian, n, zones, status)
     if (n == 0 .or. status /= inside) return
     coupling%n = 0
-    if (n > 1 .and. allocated(t%pairs)) call find_influence(t%zones, t%pairs, roll, tangent, n, zones, coupling)
+    if (n > 1 .and. allocated(t%pairs)) call find_influence(t%zones, t%pairs, roll, with_hessian, n, zones, coupling)
     if (coupling%n > 0) then
       call press_together(t%zones, roll, n, coupling%c, zones, ok)
       if (.not. ok) status = outside_law
       if (.not. ok) return
     end if
     do i = 1, n
-      call zone_potential(t%zones(zones(i)%zone), roll, tangent, zones(i), status)
+      call zone_potential(t%zones(zones(i)%zone), roll, with_hessian, zones(i), status)
       if (status /= inside) return
     end do
-    if (coupling%n > 0) call add_coupling(n, tangent, coupling, zones, hessian)
+    if (coupling%n > 0) call add_coupling(n, with_hessian, coupling, zones, hessian)
     do i = 1, n
       associate (z => zones(i))
         if (z%energy <= 0) cycle
         branch = merge(2, 1, on_flange(t, z))
         energy(branch) = energy(branch) + z%energy
         gradient(:, branch) = gradient(:, branch) + z%gradient
-        if (tangent) hessian = hessian + z%hessian
+        if (with_hessian) hessian = hessian + z%hessian
       end associate
     end do
   end subroutine wheel_potential
 
   !> Find the zones that touch in a pose. The search ends at a zone that is not on the table.
-  pure subroutine find_zones_touching(t, pose, roll, tangent, n, zones, status)
+  pure subroutine find_zones_touching(t, pose, roll, with_hessian, n, zones, status)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: pose(3)
     type(roll_type), intent(in) :: roll
-    logical, intent(in) :: tangent         !! whether second derivatives are wanted
+    logical, intent(in) :: with_hessian    !! whether second derivatives are wanted
     integer, intent(out) :: n
     type(touching_type), intent(inout) :: zones(max_zones)
     integer, intent(out) :: status
@@ -113,7 +113,7 @@ contains
     status = inside
     n = 0
     do i = 1, size(t%zones)
-      call find_touching(t%zones(i), pose, roll, tangent, zones(n + 1), status)
+      call find_touching(t%zones(i), pose, roll, with_hessian, zones(n + 1), status)
       if (status /= inside) return
       if (zones(n + 1)%p <= 0) cycle
       n = n + 1

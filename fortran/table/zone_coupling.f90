@@ -37,11 +37,11 @@ module zone_coupling
 contains
 
   !> Influences of the zones on each other [m/N], 0 on the diagonal, and their derivatives.
-  pure subroutine find_influence(tables, pairs, roll, tangent, n, zones, coupling)
+  pure subroutine find_influence(tables, pairs, roll, with_hessian, n, zones, coupling)
     type(zone_table), intent(in) :: tables(:)
     type(pair_table), intent(in) :: pairs(:)
     type(roll_type), intent(in) :: roll
-    logical, intent(in) :: tangent
+    logical, intent(in) :: with_hessian
     integer, intent(in) :: n
     type(touching_type), intent(in) :: zones(:)
     type(coupling_type), intent(inout) :: coupling
@@ -58,14 +58,14 @@ contains
         i = place(pair%zone(1))
         j = place(pair%zone(2))
         if (i == 0 .or. j == 0) cycle
-        call evaluate(pair, zones(j), roll, tangent, v)
+        call evaluate(pair, zones(j), roll, with_hessian, v)
         if (v(1) <= 0) cycle
         coupling%n = coupling%n + 1
         associate (one => coupling%list(coupling%n))
           one%first = i
           one%second = j
           one%hessian = 0
-          call to_pose(tables(pair%zone(2)), zones(j)%arm, zones(j)%h, v, tangent, one%gradient, one%hessian)
+          call to_pose(tables(pair%zone(2)), zones(j)%arm, zones(j)%h, v, with_hessian, one%gradient, one%hessian)
         end associate
         coupling%c(i, j) = v(1)
         coupling%c(j, i) = v(1)
@@ -130,9 +130,9 @@ contains
   !> The energy is sum F_i(q, s_i) + 1/2 sum c_ij f_i f_j with f_i = -dF_i/ds_i and s = C f, its gradient
   !> sum grad F_i - 1/2 sum grad c_ij f_i f_j. The Hessian follows from (I + K C) df = (M - K V) dq and ds = C df + V dq,
   !> where K has the stiffnesses, the rows of M are the gradients of f_i, and V_i = sum f_j grad c_ij.
-  pure subroutine add_coupling(n, tangent, coupling, zones, hessian)
+  pure subroutine add_coupling(n, with_hessian, coupling, zones, hessian)
     integer, intent(in) :: n
-    logical, intent(in) :: tangent
+    logical, intent(in) :: with_hessian
     type(coupling_type), intent(in) :: coupling
     type(touching_type), intent(inout) :: zones(:)
     real(dp), intent(inout) :: hessian(6)
@@ -150,14 +150,14 @@ contains
         ! The zone that carries more has the energy of the pair. So that of a zone that begins to carry tells when it began.
         k = merge(one%first, one%second, f(one%first) > f(one%second))
         zones(k)%energy = zones(k)%energy + coupling%c(one%first, one%second)*f(one%first)*f(one%second)
-        if (tangent) hessian = hessian - f(one%first)*f(one%second)*one%hessian
+        if (with_hessian) hessian = hessian - f(one%first)*f(one%second)*one%hessian
       end associate
     end do
     do i = 1, n
       if (f(i) <= 0) cycle
       zones(i)%gradient = zones(i)%gradient - f(i)/2*v(:, i)
     end do
-    if (.not. tangent) return
+    if (.not. with_hessian) return
     associate (c => coupling%c)
       do i = 1, n
         a(i, :n) = 0
@@ -205,18 +205,18 @@ contains
   end function pair_influence
 
   !> Value and derivatives of the influence of a pair, whose second zone is z: see `spline_3d`.
-  pure subroutine evaluate(pair, z, roll, tangent, v)
+  pure subroutine evaluate(pair, z, roll, with_hessian, v)
     type(pair_table), intent(in) :: pair
     type(touching_type), intent(in) :: z
     type(roll_type), intent(in) :: roll
-    logical, intent(in) :: tangent
+    logical, intent(in) :: with_hessian
     real(dp), intent(out) :: v(10)
     type(basis_type) :: bp, br, bu
 
-    call axis_basis(pair%p, z%p, bp, tangent)
-    call axis_basis(pair%roll, roll%angle, br, tangent)
-    call axis_basis(pair%u, z%u, bu, tangent)
-    call spline_3d(pair%c, bp, br, bu, tangent, v)
+    call axis_basis(pair%p, z%p, bp, with_hessian)
+    call axis_basis(pair%roll, roll%angle, br, with_hessian)
+    call axis_basis(pair%u, z%u, bu, with_hessian)
+    call spline_3d(pair%c, bp, br, bu, with_hessian, v)
   end subroutine evaluate
 
   !> Solve a x = b, with b on entry and x on return in `x`; the diagonal of a is larger than the rest.

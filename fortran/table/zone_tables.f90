@@ -100,11 +100,11 @@ contains
   end subroutine bound_heights
 
   !> Find the penetration of a zone in a pose; it is not positive if the zone does not touch.
-  pure subroutine find_touching(t, pose, roll, tangent, z, status)
+  pure subroutine find_touching(t, pose, roll, with_hessian, z, status)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)
     type(roll_type), intent(in) :: roll
-    logical, intent(in) :: tangent         !! whether second derivatives are wanted
+    logical, intent(in) :: with_hessian    !! whether second derivatives are wanted
     type(touching_type), intent(inout) :: z
     integer, intent(out) :: status
     real(dp) :: w
@@ -119,8 +119,8 @@ contains
       return
     end if
     if (w >= t%h_bound(int((z%u - t%u%low)*t%bins_per_metre) + 1, roll%basis%i)) return
-    call axis_basis(t%u, z%u, z%basis, tangent)
-    call spline_2d(t%h, roll%basis, z%basis, tangent, z%h)
+    call axis_basis(t%u, z%u, z%basis, with_hessian)
+    call spline_2d(t%h, roll%basis, z%basis, with_hessian, z%h)
     z%p = z%h(1) - w
     z%shift = 0
     if (z%p <= 0) return
@@ -129,10 +129,10 @@ contains
 
   !> Compute energy, gradient and Hessian of one zone whose surface the other zones have lowered by `shift`. The energy is 0 if
   !> the zone carries nothing.
-  pure subroutine zone_potential(t, roll, tangent, z, status)
+  pure subroutine zone_potential(t, roll, with_hessian, z, status)
     type(zone_table), intent(in) :: t
     type(roll_type), intent(in) :: roll    !! roll of the pose
-    logical, intent(in) :: tangent         !! whether the Hessian is wanted
+    logical, intent(in) :: with_hessian    !! whether the Hessian is wanted
     type(touching_type), intent(inout) :: z
     integer, intent(out) :: status
     type(basis_type) :: bq
@@ -143,8 +143,8 @@ contains
     p = z%p - z%shift
     if (.not. p > 0) return
     q = sqrt(p)
-    call axis_basis(t%q, q, bq, tangent)
-    call spline_3d(t%s, bq, roll%basis, z%basis, tangent, v)  ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
+    call axis_basis(t%q, q, bq, with_hessian)
+    call spline_3d(t%s, bq, roll%basis, z%basis, with_hessian, v)  ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
 
     ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p):
     ! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu.
@@ -157,14 +157,14 @@ contains
     z%energy = f(1)
     f(3:4) = q**5*v(3:4)
     f(5:) = 0
-    if (tangent) then
+    if (with_hessian) then
       f(5) = q*(3.75_dp*v(1) + 2.25_dp*q*v(2) + 0.25_dp*p*v(5))
       f(6:7) = q**3*(2.5_dp*v(3:4) + 0.5_dp*q*v(6:7))
       f(8:10) = q**5*v(8:10)
     end if
     z%force = f(2)
-    call to_pose(t, z%arm, z%h, f, tangent, z%gradient, z%hessian)
-    if (.not. tangent) return
+    call to_pose(t, z%arm, z%h, f, with_hessian, z%gradient, z%hessian)
+    if (.not. with_hessian) return
     z%stiffness = f(5)
     z%of_force = covector(t, z%arm, f(7) + f(5)*z%h(3), -f(5), f(6) + f(5)*z%h(2))
   end subroutine zone_potential
@@ -242,12 +242,12 @@ contains
   end subroutine zone_coordinates
 
   !> Compute gradient and Hessian with respect to the pose of F(u, roll, p), p = h(u, roll) - w.
-  pure subroutine to_pose(t, arm, h, f, tangent, gradient, hessian)
+  pure subroutine to_pose(t, arm, h, f, with_hessian, gradient, hessian)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: arm(2)         !! from the axle centre to the pole, track frame [m]
     real(dp), intent(in) :: h(6)           !! h, h_r, h_u, h_rr, h_ru, h_uu
     real(dp), intent(in) :: f(10)          !! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu
-    logical, intent(in) :: tangent         !! whether the Hessian is wanted
+    logical, intent(in) :: with_hessian    !! whether the Hessian is wanted
     real(dp), intent(inout) :: gradient(3), hessian(6)
     real(dp) :: ca, sa, eu, ew, er, euu, euw, eur, eww, ewr, err, ur, wr
 
@@ -256,7 +256,7 @@ contains
     er = f(3) + f(2)*h(2)
     ew = -f(2)
     gradient = covector(t, arm, eu, ew, er)
-    if (.not. tangent) return
+    if (.not. with_hessian) return
     ca = t%along(1)
     sa = t%along(2)
     ur = arm(1)*sa - arm(2)*ca

@@ -174,7 +174,7 @@ contains
     from => numbers(x)
     to => numbers(dx)
     associate (w => problem%setup%wheelset)
-      call contacts(w, pose(problem, from), state, tangent=.false.)
+      call contacts(w, pose(problem, from), state, with_hessian=.false.)
       to(1:3) = from(4:6)
       to(4:6) = (external_force(w, t) - state%gradient)/w%inertia()
     end associate

@@ -34,8 +34,8 @@ program bench_force
   direct = new_direct(c, setup)
   total = 0
   do round = 1, rounds
-    seconds(1) = looked_up(tangent=.true.)
-    seconds(2) = looked_up(tangent=.false.)
+    seconds(1) = looked_up(with_hessian=.true.)
+    seconds(2) = looked_up(with_hessian=.false.)
 
     call cpu_time(from)
     touching = 0
@@ -60,13 +60,13 @@ program bench_force
 contains
 
   !> Time of an evaluation from the table [s].
-  real(dp) function looked_up(tangent) result(seconds)
-    logical, intent(in) :: tangent
+  real(dp) function looked_up(with_hessian) result(seconds)
+    logical, intent(in) :: with_hessian
 
     call cpu_time(from)
     do repeat = 1, repeats
       do i = 1, n
-        call contacts(setup%wheelset, pose(:, i), state, tangent)
+        call contacts(setup%wheelset, pose(:, i), state, with_hessian)
         if (state%status /= 0) error stop 'a pose is not on the table'
         total = total + state%gradient(2) + state%hessian(4)
       end do

@@ -414,7 +414,7 @@ subroutine potentials(handle, wheel, n, y, z, roll, energy, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false., wheel=wheel)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, with_hessian=.false., wheel=wheel)
     energy(i) = (state%energy(1) + state%energy(2)) + (state%energy(3) + state%energy(4))
     status(i) = state%status
   end do
@@ -437,7 +437,7 @@ subroutine forces(handle, wheel, n, y, z, roll, force, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false., wheel=wheel)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, with_hessian=.false., wheel=wheel)
     force(:, i) = -state%gradient
     status(i) = state%status
   end do
@@ -460,7 +460,7 @@ subroutine contact_forces(handle, n, y, z, roll, force, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.false.)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, with_hessian=.false.)
     force(:, :, i) = -state%slope
     status(i) = state%status
   end do
@@ -483,7 +483,7 @@ subroutine tangents(handle, wheel, n, y, z, roll, hessian, status)
 
   p => prepared_at(handle)
   do i = 1, n
-    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, tangent=.true., wheel=wheel)
+    call contacts(p%setup%wheelset, [y(i), z(i), roll(i)], state, with_hessian=.true., wheel=wheel)
     hessian(:, i) = state%hessian
     status(i) = state%status
   end do
