@@ -4,10 +4,10 @@ from __future__ import annotations
 import functools
 import gc
 import hashlib
+import logging
 import os
 import shutil
 import signal
-import sys
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,11 +18,9 @@ import pytest
 from running import (
     CASES,
     FORTRAN_TESTS,
-    HANG,
     LDBENCH,
     PAIRS,
     REPO,
-    LongProgram,
     Run,
     for_all_cases,
     once,
@@ -35,12 +33,6 @@ if TYPE_CHECKING:
 
 # A shell makes what it starts in the background ignore Ctrl-C, and so would the programs that tests interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-
-# By the modules that wait for them, which are the last ones.
-LONG_PROGRAMS: dict[str, Callable[[Path], list[object]]] = {
-    "test_validation": lambda folder: [sys.executable, REPO / "tests/validation", "--short", "--out", folder],
-}
-
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip what this build or this call does not run."""
@@ -62,15 +54,34 @@ def pytest_runtest_makereport(
     return report
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: item.path.stem in LONG_PROGRAMS)
-
-
 def pytest_collection_finish() -> None:
     """What was imported and collected lives to the end: the search for garbage, again and again, need not look at it."""
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def tables_in_memory() -> Iterator[None]:
+    """Contact tables that go to no file stay in memory: hundreds of tests run cases whose tables are the same. A test of the
+    building of a table names a file."""
+    from ldbench import Case, ContactTable  # programs that only start the executable need no package
+    from ldbench.ensembles.members import TableKeys
+
+    make, kept = ContactTable._make, {}
+
+    def remembered(table: ContactTable, case: Case, progress: object) -> None:
+        key = TableKeys()(case)
+        if case.table_file or key not in kept:
+            make(table, case, progress)
+            if not case.table_file:
+                kept[key] = table
+            return
+        table._own(case, kept[key].for_case(case)._handle)
+        logging.getLogger("ldbench.table").info("%s: %r", case.label, table)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ContactTable, "_make", remembered)
+        yield
 
 
 @pytest.fixture
@@ -90,17 +101,6 @@ def common(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that all workers see."""
     own = tmp_path_factory.getbasetemp()
     return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
-
-
-def give_tables(files: Iterable[Path]) -> None:
-    """Copy contact tables to outputs, where the long programs would build them again."""
-    from ldbench._core.files import complete  # programs that only start the executable need no package
-
-    for file in files:
-        target = REPO / "outputs" / file.name
-        if not target.exists():
-            with complete(target) as scratch:
-                shutil.copyfile(file, scratch)
 
 
 @contextmanager
@@ -125,28 +125,6 @@ def kept_tables(files: Iterable[Path]) -> Iterator[None]:
             part = folder / f"{file.name}.part{os.getpid()}"
             shutil.copyfile(file, part)
             part.replace(folder / file.name)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def long_programs(request: pytest.FixtureRequest, common: Path) -> Iterator[dict[str, LongProgram]]:
-    """The long programs that the chosen tests need."""
-    programs, begun = {}, []
-    names = sorted({item.path.stem for item in request.session.items} & LONG_PROGRAMS.keys())
-    if names:
-        # Every second worker begins at the other end, so that no worker waits for what the other one makes.
-        made = ["shipped", "strip_tables", "hertz_tables"]
-        worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
-        found = {name: request.getfixturevalue(name) for name in (made[::-1] if worker % 2 else made)}
-        give_tables({run.file.with_name(f"{case[-2:]}_halfspace.table") for case, run in found["shipped"].items()}
-                    | {*found["strip_tables"].values(), *found["hertz_tables"].values()})
-    for name in names:
-        programs[name] = LongProgram(common / name)
-        with once(common / name) as first:
-            if first:
-                begun.append(programs[name].begin(LONG_PROGRAMS[name](common / name)))
-    yield programs
-    for process in begun:
-        process.wait(HANG)          # another worker may wait for it
 
 
 def tables_of(model: str, folder: Path, **points: int) -> dict[str, Path]:

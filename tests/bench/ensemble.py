@@ -1,8 +1,6 @@
 """How a sweep scales: threads of one process, and processes on a Dask cluster."""
 from __future__ import annotations
 
-import re
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -15,8 +13,6 @@ import ldbench
 from ldbench import Case, ContactTable
 from local_cluster import Cluster
 from measure import Section, measure, ratio
-from programs import resources
-from sheets import Table
 
 WORKERS = 2
 
@@ -37,32 +33,6 @@ def processor_time(cluster: Cluster | None) -> float:
     """The processor time of this process and of a cluster [s]."""
     times = [psutil.Process(process.pid).cpu_times() for process in (cluster.processes if cluster else ())]
     return time.process_time() + sum(x.user + x.system for x in times)
-
-
-MANY = """
-import sys
-import ldbench
-case = ldbench.Case.exercise(3).replace(model="strip", n_lateral=40, n_roll=9, n_depth=9, table_file="", dt=1e-4,
-                                        interval=1e-4, t_end=2e-4)
-n = int(sys.argv[2])
-ldbench.ensemble(case, {"mass": [1000 + 1000*k/n for k in range(n)]}, scheduler=sys.argv[1], store="many.zarr")
-"""
-
-
-def memory(folder: Path, out: Section) -> None:
-    """Peaks of a client's and a scheduler's memory, with few members of two steps and with many."""
-    for count in 100, 100_000:
-        own = folder/str(count)
-        own.mkdir()
-        cluster = Cluster(own, WORKERS)
-        try:
-            client = resources([sys.executable, "-c", MANY, cluster.address, str(count)], own)[2]
-            status = Path(f"/proc/{cluster.processes[0].pid}/status").read_text()
-        finally:
-            cluster.stop()
-        scheduler = int(re.search(r"VmHWM:\s*(\d+)", status)[1])/1024
-        out.measures += [measure("exercise 3, two steps", f"{count} members, {who}", "peak memory", "MB", peak)
-                         for who, peak in (("client", client), ("scheduler", scheduler))]
 
 
 def section(full: bool) -> Section:
@@ -97,8 +67,6 @@ def section(full: bool) -> Section:
             # Kind, sweep or its start, wall or processor time, round.
             seconds = np.moveaxis([[spent(*each) for each in zip(kinds.values(), owners, strict=True)]
                                    for _ in range(rounds)], 0, -1)
-            if full:
-                memory(Path(name), out)
         finally:
             for cluster in clusters:
                 cluster.stop()
@@ -111,6 +79,4 @@ def section(full: bool) -> Section:
         (a, a_start), (b, b_start) = (seconds[names.index(kind)][:, 0] for kind in (one, two))
         out.measures += [ratio(case.case_name, two, f"with the start, times faster than {one}", a, b),
                          ratio(case.case_name, two, f"times faster than {one}", a - a_start, b - b_start)]
-    rows = [[m.subject, m.quantity, m.text()] for m in out.measures]
-    out.tables.append(Table(f"{count} members: median (quartiles)", ["kind", "quantity", "[s], [MB] or ratio"], rows))
     return out

@@ -14,7 +14,6 @@ from ldbench._core import _flat
 from measure import Section, measure, ratio
 from problem import absolute
 from programs import fortran_test
-from sheets import Table
 
 EXERCISES = 1, 2
 CALLS = 20_000                  # from Python, per round
@@ -65,7 +64,6 @@ def fortran_times(case: Case, poses: np.ndarray, rounds: int) -> tuple[dict[str,
 def section(full: bool) -> Section:
     out = Section("Cost of an evaluation", TEXT)
     rounds = 7 if full else 3
-    rows = []
     table = None
     for exercise in EXERCISES:
         case = Case.exercise(exercise, "aw")
@@ -92,9 +90,5 @@ def section(full: bool) -> Section:
         out.measures.append(measure(name, "touching zones, both wheels", "mean number", "1", zones))
         for kind, seconds in times.items():
             out.measures.append(measure(name, kind, "time of an evaluation", "s", seconds))
-            over = ratio(name, kind, "time over the look-up's", seconds, times["table"])
-            out.measures.append(over)
-            rows.append([name, kind, out.measures[-2].text(), over.text()])
-    out.tables.append(Table("Processor time of an evaluation, both wheels: median (quartiles)",
-                            ["case", "kind", "time [s]", "over the look-up"], rows))
+            out.measures.append(ratio(name, kind, "time over the look-up's", seconds, times["table"]))
     return out

@@ -1,4 +1,4 @@
-"""What a section of the benchmark returns: measured figures with their spread, pages."""
+"""What a section of the benchmark returns: measured figures with their spread, pictures."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -60,5 +60,10 @@ class Section:
     title: str
     text: str
     measures: list[Measure] = field(default_factory=list)
-    tables: list[Table] = field(default_factory=list)
+    more: list[Measure] = field(default_factory=list)       # for the CSV file alone
     figures: list[Figure] = field(default_factory=list)
+
+    @property
+    def tables(self) -> list[Table]:
+        return [Table("Median (quartiles)", ("case", "subject", "quantity", "value", "unit", "note"), [
+            (m.case, m.subject, m.quantity, m.text(), m.unit, m.note) for m in self.measures])]

@@ -9,10 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ldbench import Case, ContactTable
-from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style
+from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE, PURPLE, RED, SKY, ldbench_style
 from measure import Measure, Section, measure, ratio
 from problem import PEERS, Problem, Reference, Solution, by_ours, by_peer, by_scipy, problem, reference
-from sheets import Table, page
 
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4) for pair in ("aw", "sw")]
 THIN = {"linewidth": 1, "markersize": 2.5}
@@ -38,7 +37,7 @@ ENERGIES = tuple(10.0**-k for k in range(2, 12))                # its tolerances
 
 TEXT = """The exercises up to the end of their runs, by the core's integrator and by others on the same compiled force.
 Error: of Y at a common end time, against the core's cut steps of 5 µs with 1e-11 J or CVODE's Adams method with 3e-14,
-whichever changes less from the setting before; their distance is in the table. Where contacts touch the law is not
+whichever changes less from the setting before; their distance is in the CSV file. Where contacts touch the law is not
 smooth, so a step may be right by chance: errors are the root mean square of three settings a few percent apart. Times
 and evaluations at equal error are interpolated between settings, logarithmically, where the error falls below the
 target for good. The targets are 1e-7 m and 1e-9 m, for exercise 3 with simplified profiles, which is chaotic, a hundred
@@ -57,6 +56,10 @@ they call the force through Python, which costs several times the force itself. 
 Processor time: of the integration alone, by one program (tests/bench/peers.f90) with the same force, compiled alike; in
 every round the mean of as many solutions as take 50 ms, all methods in turn. Only the state at the end is kept: events,
 energies and rows cost extra. Without SUNDIALS ours is called from Python, where it includes events and 100 rows.
+
+In the picture of errors over times every mark is a step (200 µs to 1 µs), a tolerance (1e-6 to 1e-13) or, of cut steps, an
+energy (1e-2 J to 1e-11 J); bars are quartiles of what was timed in rounds. Times are compared at the dotted lines; the shade is
+below the estimated error of the reference.
 
 The usual form leaves out exercise 4 and methods that are slower: newmark, energy 2, ARKODE 6 and 8, DOP853, Radau."""
 NO_PEERS = "SUNDIALS with its Fortran modules is not here, so nothing compiled is compared with: ./bootstrap --sundials"
@@ -109,8 +112,6 @@ METHODS = (
       for order, color, line in ((4, PURPLE, "-."), (5, PURPLE, "-"), (6, SKY, "-."), (8, SKY, ":"))),
     _scipy("DOP853", RED), _scipy("LSODA", ORANGE), _scipy("Radau", PURPLE))
 
-
-# Measuring --------------------------------------------------------------------------------
 
 @dataclass
 class Point:
@@ -217,8 +218,6 @@ def refine(found: Comparison, method: Method, too_long: float) -> list[Point]:
     return points
 
 
-# At equal error ---------------------------------------------------------------------------
-
 def setting_text(name: str, setting: float) -> str:
     """The text of a setting of one of our integrators."""
     return f"{setting:.2g} J" if name.startswith("cut") else f"{1e6*setting:.3g} µs"
@@ -247,8 +246,6 @@ def evaluations(found: Comparison, name: str, target: float) -> Measure:
     return measure(found.name, name, f"evaluations at {target:g} m", "1", np.round(count))
 
 
-# Output -----------------------------------------------------------------------------------
-
 def point_measures(found: Comparison) -> list[Measure]:
     source = found.reference.source
     out = [measure(found.name, source, "estimated error of the reference", "m", found.reference.error),
@@ -263,54 +260,9 @@ def point_measures(found: Comparison) -> list[Measure]:
     return out
 
 
-def headline_table(found: list[Comparison]) -> Table:
-    head = ["case", "end [s]", "at [m]", "ours", "time [ms]", "evaluations", "best of SUNDIALS", "evaluations",
-            "its time / ours", "best of SciPy / ours"]
-    rows = []
-    for case in found:
-        for target in case.targets:
-            done = headline(case, target)
-            if not done:
-                continue
-            ours, count, *others = done
-            by_family = {m.quantity.split(" over ")[0].split()[-1]: (m, n) for m, n in zip(others[::2], others[1::2], strict=False)}
-            cells = ["–"]*3
-            if "SUNDIALS" in by_family:
-                m, n = by_family["SUNDIALS"]
-                cells = [m.subject, f"{n.median:.0f}", m.text()]
-            rows.append([case.name, f"{case.problem.t_end:.4f}", f"{target:g}", f"{ours.subject}, {ours.note[13:]}",
-                         f"{1e3*ours.median:.3g}", f"{count.median:.0f}", *cells])
-            scipy, _ = by_family.get("SciPy", (None, None))
-            rows[-1].append(f"{scipy.text()} {scipy.subject}" if scipy else "–")
-    return Table("Processor time at equal error of Y; median (quartiles)", head, rows)
-
-
-def member_table(found: list[Comparison]) -> Table:
-    """Every method at the targets."""
-    methods = found[0].methods
-    rows = []
-    for case in found:
-        for target in case.targets:
-            times = {m.name: case.times(m.family, target).get(m.name) for m in methods}
-            rows.append([f"{case.name}, {target:g} m", *(
-                "–" if x is None else
-                f"{1e3*np.median(x):.3g} / {case.at(name, target, lambda point: point.evaluations)[0]:.0f}"
-                for name, x in times.items())])
-    return Table("Processor time [ms] / evaluations at that error", ["case", *(m.name for m in methods)], rows)
-
-
-def reference_table(found: list[Comparison]) -> Table:
-    """What errors are measured from."""
-    return Table("References", ("case", "reference", "estimated error [m]", "distance of the other [m]"), [
-        [c.name, c.reference.source, f"{c.reference.error:.0e}", f"{c.reference.apart:.0e}"] for c in found])
-
-
 def precision_figure(found: list[Comparison]) -> Figure:
-    figure = page("Error of Y at the end over processor time",
-                  "Every mark is a step (200 µs to 1 µs), a tolerance (1e-6 to 1e-13) or, of cut steps, an energy (1e-2 J to "
-                  "1e-11 J); bars: quartiles, of what was timed in rounds. Dotted: where times are compared; shaded: below "
-                  "the estimated error of the reference.")
-    figure.get_layout_engine().set(rect=(0.03, 0.07, 0.94, 0.82))       # the legend stands above
+    figure = Figure(figsize=PAGE, layout="constrained")
+    figure.get_layout_engine().set(rect=(0, 0, 1, 0.93))       # the legend stands above
     columns = max(1, -(-len(found)//2))
     axes = figure.subplots(min(2, len(found)), columns, squeeze=False, sharex=True, sharey=True)
     drawn = [m for m in found[0].methods if any(case.curves[m.name] for case in found)]
@@ -333,7 +285,7 @@ def precision_figure(found: list[Comparison]) -> Figure:
     for ax in axes[:, 0]:
         ax.set_ylabel("error of Y at the end [m]")
     handles = [Line2D([], [], **THIN | m.line) for m in drawn]
-    figure.legend(handles, [m.name for m in drawn], loc="center right", bbox_to_anchor=(0.97, 0.915), ncols=11, fontsize=6.5)
+    figure.legend(handles, [m.name for m in drawn], loc="center right", bbox_to_anchor=(0.97, 0.965), ncols=11, fontsize=6.5)
     return figure
 
 
@@ -353,8 +305,7 @@ def section(full: bool) -> Section:
     for case in found:
         for target in case.targets:
             out.measures += [replace(m, headline=m.headline and int(case.name[2]) in USUAL) for m in headline(case, target)]
-    out.measures += [m for case in found for m in point_measures(case)]
-    out.tables += [headline_table(found), member_table(found), reference_table(found)]
+    out.more = [m for case in found for m in point_measures(case)]
     with ldbench_style():
         out.figures.append(precision_figure(found))
     return out

@@ -87,8 +87,6 @@ def absolute(case: Case) -> Case:
                            for name in ("wheel_profile", "rail_profile", "table_file")})
 
 
-# One solution -----------------------------------------------------------------------------
-
 @dataclass
 class Solution:
     """The pose at the end and what it cost."""
@@ -158,8 +156,6 @@ def lasting(once: Callable[[], Solution], least: float) -> Solution:
         done.append(once())
     return replace(done[0], seconds=float(np.mean([s.seconds for s in done])))
 
-
-# Reference --------------------------------------------------------------------------------
 
 @dataclass
 class Reference:

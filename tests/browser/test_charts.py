@@ -49,23 +49,6 @@ def settled(browser: Browser) -> str:
     return browser.run("return location.hash")
 
 
-def test_values_on_hover(browser: Browser, one: Path, shipped: dict[str, Run]):
-    """Without a click: the time of a row and its values, which are the file's; the clock stays."""
-    browser.open(one)
-    columns = shipped["ex1_aw"].columns
-    left, right, top, bottom = browser.run(BOX, 2)
-    mouse(browser, "mouseMoved", left + 0.4*(right - left), (top + bottom)/2, pressed=False)
-    text = browser.wait(lambda: browser.run("const tip = ldbench.charts[2].hover.box; return !tip.hidden && tip.innerText"))
-    time, first, second = text.splitlines()
-    t = float(time.split()[0])
-    assert t == pytest.approx(0.4*columns["time"][-1], abs=0.01*columns["time"][-1])
-    for words, column in ((first, "N_LT"), (second, "N_RT")):
-        assert numbers(words)[0] == pytest.approx(1e-3*np.interp(t, columns["time"], columns[column]), abs=0.01)
-    assert browser.run("return ldbench.t") == 0
-    mouse(browser, "mouseMoved", left, 5, pressed=False)
-    browser.wait(lambda: browser.run("return ldbench.charts[2].hover.box.hidden"))
-
-
 def test_zoom_to_a_box(browser: Browser, one: Path):
     """With ctrl, with the button of the chart, and back by a double click."""
     browser.open(one)

@@ -11,7 +11,6 @@ import pytest
 import ldbench
 from browser import Browser, facts, go
 from ldbench.__main__ import main
-from ldbench.geometry.outlines import case_outlines, pose, run_outlines, turned
 from ldbench.results.header import read_header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import read_data
@@ -19,41 +18,11 @@ from ldbench.results.summary import CHAOTIC_NOTE
 from ldbench.viewer import film, results
 from ldbench.viewer.pack import BINS, FINE_LEVELS, LEVELS
 from ldbench.viewer.page import Page
-from probes import gaps, left_rail, left_wheel
 from running import CASES, Run
 
 HOSTILE = ('<img src=x onerror="document.title=1;window.harmed=1">', "</script><script>window.harmed=2</script>",
            "\"quoted' {{data}} ${1} `", "Größe 力 \u2028 ñ", "__proto__", "</title><h1>")
 
-
-# What is packed --------------------------------------------------------------------------------
-
-
-def test_outlines_lie_where_the_contacts_are(shipped: dict[str, Run]):
-    """The core's placement is that by the profile files, and the contact points of the columns lie on the wheel as it is drawn
-    then, to what is between its points; in the rail they lie no deeper than by the elastic approach."""
-    for pair in "aw", "sw":
-        run = read_data(shipped[f"ex1_{pair}"].file)
-        found, remark = run_outlines(run)
-        assert remark == "" and (found.axle, found.roll) == (run.result("axle_height"), run.result("axle_roll"))
-        for side in found.left, found.right:
-            np.testing.assert_allclose(side.wheel, left_wheel(pair), rtol=0, atol=1e-10)
-            shift = side.rail - left_rail(pair)
-            assert np.ptp(shift, axis=0).max() < 1e-12 and np.abs(shift).max() < 2e-8      # a gauge point of seven digits
-        for contact, (side, sign) in zip(CONTACTS, (found.sides[0], found.sides[0], found.sides[1], found.sides[1]), strict=True):
-            closed = np.flatnonzero(run.values(f"N_{contact}") > 0)
-            assert len(closed) >= 50
-            for k in closed[::max(1, len(closed)//100)]:
-                y, z, roll = pose(run, k)
-                point = np.array([[sign*run.values(f"y_{contact}")[k], run.values(f"z_{contact}")[k]]])
-                wheel = turned(side.wheel, sign*y, z, sign*roll)
-                assert abs(gaps(point, wheel)[0]) < (1e-10 if contact[1] == "T" else 6e-7)
-                assert -1.5e-4 < gaps(point, side.rail)[0] < 6e-7
-        rigid = case_outlines(run.case)
-        assert 0.9e-4 < rigid.axle - found.axle < 1.1e-4         # the elastic approach
-
-
-# Pages in the browser ---------------------------------------------------------------------------
 
 def printed_rows(file: Path) -> tuple[list[str], dict[float, str]]:
     """Names of columns, and the rows by their times, as they stand in a file."""
@@ -86,16 +55,6 @@ def values_are_the_files(browser: Browser, file: Path, times: list[float], run: 
         for column, text in cells:
             expected = row[names.index(column)]
             assert text == expected.replace("-0.00000000E+00", "0.00000000E+00"), f"{column} at {t}"
-
-
-def test_page_of_one_run(browser: Browser, one: Path, shipped: dict[str, Run]):
-    browser.open(one)
-    is_quiet(browser, one)
-    assert browser.text("#title") == "Exercise 1, actual profiles"
-    times = shipped["ex1_aw"].columns["time"]
-    ten = times[np.linspace(0, len(times) - 1, 10).astype(int)].tolist()
-    values_are_the_files(browser, shipped["ex1_aw"].file, ten, "ex1_aw")
-    assert browser.log() == []
 
 
 def test_page_of_exercise_5(browser: Browser, shipped: dict[str, Run], ex5: Path):
@@ -213,12 +172,6 @@ def test_events_and_rows_by_key(browser: Browser, one: Path, shipped: dict[str, 
     assert browser.log() == []
 
 
-def test_a_link_opens_its_moment(browser: Browser, two: Path):
-    browser.open(two, "#t=0.02213&view=left")
-    assert browser.text("#clock") == "0.022130 s"
-    assert browser.run("return ldbench.scene.view") == "left"
-
-
 def test_pointer_scrubs_and_zooms(browser: Browser, one: Path):
     browser.open(one)
     browser.run("document.querySelector('#charts canvas').scrollIntoView()")
@@ -287,8 +240,6 @@ def test_variants_are_shown_side_by_side(browser: Browser, shipped: dict[str, Ru
     browser.click("#summary tbody tr:last-child a")
     browser.wait(lambda: browser.run("return ldbench.runs.map(run => run.name)") == ["ex2_aw", "ex2_aw_hertz"])
 
-
-# Files of other codes --------------------------------------------------------------------------
 
 def foreign(folder: Path, names: list[str], rows: int = 300) -> Path:
     file = folder/"other code.csv"
@@ -362,8 +313,6 @@ def test_hostile_names_are_text(browser: Browser, shipped: dict[str, Run], tmp_p
     assert browser.run("return window.harmed ?? 0") == 0
 
 
-# Notebook ----------------------------------------------------------------------------------------
-
 @pytest.fixture(scope="module")
 def short_run() -> ldbench.Run:
     case = ldbench.Case.exercise(2, "aw").replace(t_end=0.03, stop_at="t_end", model="hertz", table_file="",
@@ -402,8 +351,6 @@ def test_tables_for_a_notebook(short_run: ldbench.Run):
     assert f"{1e3*short_run.table.clearance:.3f}" in table and "90.000 kN" in table
     assert all(html.startswith("<table>") and html.endswith("</table>") for html in (case, run, table))
 
-
-# Films -----------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("ending", ["gif", "mp4"])
 def test_film(ending: str, shipped: dict[str, Run], tmp_path: Path, capsys: pytest.CaptureFixture[str]):

@@ -22,7 +22,7 @@ import ldbench
 from ldbench.__main__ import main
 from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case, wait_for
 
-KILLS = 20
+KILLS = 12
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 SEED = 11
 
@@ -60,7 +60,6 @@ def bytes_of(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "case.nml"}
 
 
-# ---- memory --------------------------------------------------------------------------
 def test_memory_does_not_grow_with_the_length_of_a_run(tmp_path):
     """Forty thousand rows, 18 MB as numbers and 36 MB as text, in hardly more memory than four."""
     peaks = []
@@ -83,7 +82,7 @@ def test_out_of_memory_is_told(case):
     half-written."""
     whole = bytes_of(case)
     outcomes = set()
-    for megabytes in (15, 16, 16.5, 17, 18, 22, 30, 100, 4000):
+    for megabytes in (15, 16, 17, 20, 30, 4000):
         (case/"pair.table").unlink()
         done = run(case, preexec_fn=limit(resource.RLIMIT_AS, int(megabytes*1e6)))
         outcomes.add(done.returncode)
@@ -95,7 +94,6 @@ def test_out_of_memory_is_told(case):
     assert 0 in outcomes and 1 in outcomes
 
 
-# ---- killed --------------------------------------------------------------------------
 def test_killed_at_any_moment_earlier_results_are_whole_and_the_next_run_goes_on(case):
     """While it builds the table and writes it, while rows and files are written; scratch files may be left."""
     earlier = bytes_of(case)
@@ -144,7 +142,6 @@ def test_a_report_stops_its_runs(tmp_path):
     assert not list(tmp_path.rglob("*.ldbench-part*")) and not list((tmp_path/"out").glob("ex3_*"))
 
 
-# ---- disk ----------------------------------------------------------------------------
 @pytest.mark.parametrize("without", sorted(FILES))
 def test_a_file_that_cannot_be_written_to_its_end(case, without):
     """Where the process may write no longer files, as where the disk is full."""
@@ -216,7 +213,6 @@ S1002 = {"profiles": {"wheel_profile": REPO/"profiles/s1002.yz", "rail_profile":
          "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36}}
 
 
-# ---- damage --------------------------------------------------------------------------
 def test_no_damaged_table_is_used(case):
     """Any byte of the file changed, or the file cut off anywhere: refused where it is no table any more, built anew else."""
     size = (case/"pair.table").stat().st_size
@@ -249,7 +245,6 @@ def test_faults_that_no_input_brings_about(case):
     assert done.stdout.splitlines() == ["wheel.yz: spline: singular system, repeated points?", " 0 4"], done.stderr
 
 
-# ---- streams -------------------------------------------------------------------------
 def shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["sh", "-c", script], cwd=folder, capture_output=True, text=True, timeout=HANG,
                           env=os.environ | {"LDBENCH": str(LDBENCH), "PYTHON": f"{sys.executable} -m ldbench"})
@@ -268,5 +263,5 @@ def test_closed_and_full_streams(case):
     one_line(shell("$PYTHON run case.nml >/dev/full", case), "standard output", "No space left on device")
     one_line(shell("$PYTHON run --help >/dev/full", case), "standard output", "No space left on device")
     # A name that is not UTF-8 is drawn with another letter.
-    assert shell("$PYTHON plot columns.txt 2>&-", case).stdout == "outputs/ldbench_plots.pdf: 6 pages\n"
-    assert shell("cp columns.txt 'caf\\351.txt' && $PYTHON compare 'caf\\351.txt' columns.txt 2>&1", case).returncode == 0
+    (case/os.fsdecode(b"n\xe9.txt")).write_bytes(whole["columns.txt"])
+    assert shell("$PYTHON plot n*.txt 2>&-", case).stdout == "outputs/ldbench_plots.pdf: 6 pages\n"

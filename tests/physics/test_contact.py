@@ -1,5 +1,4 @@
 """Placement, rigid geometry and the contact potential, against exact answers."""
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -73,11 +72,10 @@ def tread_stiffness(pair: str) -> float:
     return probe("hertz_law", stdin=text([A, B, 1]))[0, 4]
 
 
-# ---- rest and rigid geometry ---------------------------------------------------------
 def test_static_equilibrium(rest: States):
     """At rest each rail carries 90.000 kN, and all forces and moments balance to 1e-9."""
     assert -rest.gradient[0, [0, 2], 1] == pytest.approx(90e3, abs=0.5)
-    assert (rest.energy[0, [1, 3]] == 0).all()
+    assert (rest.force[0, [1, 3]] == 0).all()
     assert -rest.total[0] == pytest.approx([0, WEIGHT, 0], abs=1e-9*WEIGHT)
 
 
@@ -130,7 +128,6 @@ def test_geometry_functions(pair: str, tmp_path: Path):
         assert 2*g["Z"][near]/g["Y"][near]**2 == pytest.approx(0.068153, rel=2e-3)
 
 
-# ---- the potential -------------------------------------------------------------------
 def test_constant_curvature(pair: str, rest: States, strip_case: Path):
     """Strips on a constant crown: direct evaluation and table return F = C_H delta^1.5, U = 2/5 F delta."""
     lowered = np.array([1e-5, 2e-5, 5e-5, 1e-4])     # patches of up to +-8 mm on crowns of +-16.5 mm and more
@@ -152,13 +149,13 @@ def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
     # Half of them anywhere, half of them about the running position.
     scale = np.repeat([1, 0.2], n//2)
     y, roll = rng.uniform(-0.05, 0.05, n)*scale, rng.uniform(-0.3, 0.3, n)*scale**2
-    # The height of first contact, by cutting what is left into 64 parts in each call, for a process reads the table.
+    # The height of first contact, by cutting what is left into 64 parts in each call.
     low, width = np.full(n, 0.3), 0.7
     for _ in range(4):
         width /= 64
         z = low + width*np.arange(1, 64)[:, None]
         state = contact_states(case, np.column_stack([np.tile(y, 63), z.ravel(), np.tile(roll, 63)]))
-        touching = ((state.status != 0) | (state.energy > 0).any(axis=1)).reshape(63, n)
+        touching = (np.isnan(state.energy) | (state.energy > 0)).any(axis=1).reshape(63, n)
         low = low + width*np.argmin(np.vstack([touching, np.zeros(n, bool)]), axis=0)
     high = low + width
     found = [np.column_stack([y, high - 10**rng.uniform(-5, -3, n), roll])]
@@ -170,19 +167,15 @@ def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
         found += [near[:30], near[30:]*MIRROR]
     found = np.concatenate(found)
     state = contact_states(case, found)
-    return found[(state.status == 0) & (state.energy > 0).any(axis=1)]
+    return found[np.isfinite(state.energy).all(axis=1) & (state.energy > 0).any(axis=1)]
 
 
 H = 1e-7      # step of finite differences [m, rad]
 
 
 def shifted(case: Path, poses: np.ndarray, i: int, h: float = H) -> list[States]:
-    """States at -2h, -3h/2, ..., 2h along coordinate i, by one process, for it reads the table."""
-    moved = [poses + k*h/2*np.eye(3)[i] for k in range(-4, 5)]
-    found = contact_states(case, np.concatenate(moved))
-    parts = (np.split(values, len(moved)) for values in (found.energy, found.gradient, found.hessian, found.status))
-    return [replace(found, energy=energy, gradient=gradient, hessian=hessian, status=status)
-            for energy, gradient, hessian, status in zip(*parts, strict=True)]
+    """States at -2h, -3h/2, ..., 2h along coordinate i."""
+    return [contact_states(case, poses + k*h/2*np.eye(3)[i]) for k in range(-4, 5)]
 
 
 def slope(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, h: float = H) -> np.ndarray:
@@ -202,8 +195,8 @@ def misses(values: list[np.ndarray], exact: np.ndarray, h: float = H) -> np.ndar
 
 def resolved(around: list[States]) -> np.ndarray:
     """Contacts deep enough for the differences (about 5 um), or open; (pose, contact)."""
-    low, high = around[0].energy, around[-1].energy
-    return np.abs(high - low) <= 0.2*np.minimum(low, high)
+    low, high = around[0].force, around[-1].force
+    return np.abs(high - low) <= 0.12*np.minimum(low, high)
 
 
 def by_wheel(of_contacts: np.ndarray) -> np.ndarray:
@@ -214,20 +207,20 @@ def by_wheel(of_contacts: np.ndarray) -> np.ndarray:
 def test_forces_are_the_gradient(case: Path, random_poses: np.ndarray):
     """Force and moment of every wheel are minus the gradient of its energy, at random poses."""
     state = contact_states(case, random_poses)
-    on_flange = (state.energy[:, [1, 3]] > 0).any(axis=1)
-    assert ((state.energy > 0).sum(axis=0) > 30).all()       # all four contacts are there,
+    on_flange = (state.force[:, [1, 3]] > 0).any(axis=1)
+    assert ((state.force > 0).sum(axis=0) > 30).all()        # all four contacts are there,
     assert (np.abs(random_poses[:, 2]) > 0.1).sum() > 20     # large roll,
     assert (random_poses[on_flange, 1] > state.rigid_height + 20e-3).sum() > 20     # flanges on top of the rail
     gradient = by_wheel(state.gradient)
     size = np.maximum(np.abs(gradient).max(axis=2), 1e3)
     for i in range(3):
         around = shifted(case, random_poses, i)
-        error = misses([by_wheel(s.energy) for s in around], gradient[:, :, i])/size
+        error = misses([s.energy for s in around], gradient[:, :, i])/size
         clear = resolved(around)
         clear = clear[:, ::2] & clear[:, 1::2]
         assert clear.mean() > 0.9
         assert error[clear].max() < 1e-7
-        assert np.median(error[clear & (by_wheel(state.energy) > 0)]) < 1e-9
+        assert np.median(error[clear & (state.energy > 0)]) < 1e-9
 
 
 def test_hessian_is_the_derivative(case: Path, random_poses: np.ndarray):
@@ -259,8 +252,7 @@ def test_potential_is_c2(pair: str, case: Path, rest: States):
         centre = start + np.outer(slide, [np.cos(TAPER), np.sin(TAPER)]) \
             + np.outer(depth, [np.sin(TAPER), -np.cos(TAPER)])
         state = contact_states(case, np.column_stack([head + turned(centre, roll), roll]))
-        assert (state.status == 0).all()
-        assert ((state.energy > 0) == [True, False, False, False]).all()
+        assert ((state.force > 0) == [True, False, False, False]).all()
         return np.abs(np.diff(state.hessian, axis=0)).max(axis=0)
 
     ratio = largest_change(501)/largest_change(8001)
@@ -270,7 +262,6 @@ def test_potential_is_c2(pair: str, case: Path, rest: States):
 def test_open_contact(case: Path, rest: States):
     """High above the rails there is neither energy nor force."""
     state = contact_states(case, np.array([[0.0, rest.equilibrium + 0.02, 0.01], [0.01, 2.0, 0.0]]))
-    assert (state.status == 0).all()
     assert (state.energy == 0).all()
     assert (state.gradient == 0).all()
 
@@ -279,11 +270,10 @@ def test_mirror_of_the_potential(case: Path, random_poses: np.ndarray):
     """The mirrored pose exchanges left and right, bit by bit."""
     one, other = contact_states(case, random_poses), contact_states(case, random_poses*MIRROR)
     swap = [2, 3, 0, 1]
-    assert (one.energy == other.energy[:, swap]).all()
+    assert (one.energy == other.energy[:, ::-1]).all()
     assert (one.gradient == other.gradient[:, swap]*MIRROR).all()
 
 
-# ---- table against direct evaluation -------------------------------------------------
 OVERTURNING = 0.04      # roll beyond which exercise 5 does not come back [rad]
 
 
@@ -320,9 +310,9 @@ BARS = {
 @pytest.mark.parametrize("model", ["strip", "halfspace"])
 @pytest.mark.parametrize("stage", ["running", "overturning"])
 def test_table_against_direct(stage: str, model: str, pair: str, case: Path, strip_case: Path, shipped: dict[str, Run]):
-    """At poses of the ten runs, 2500 with strips and 300 with half-spaces, and as many of overturning as of a run, a
+    """At poses of the ten runs, 750 with strips and 300 with half-spaces, and as many of overturning as of a run, a
     wheel's force is that of direct evaluation; and a table knows that a run can come there."""
-    chosen = driven_poses(shipped, pair, 500 if model == "strip" else 60)[stage]
+    chosen = driven_poses(shipped, pair, 150 if model == "strip" else 60)[stage]
     place, _, _, error = probe("stated_error", strip_case if model == "strip" else case, 0,
                                stdin=f"{len(chosen)}\n" + text(chosen)).T
     largest, rms = error.max(), np.sqrt(np.mean(error**2))

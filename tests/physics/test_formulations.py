@@ -10,12 +10,12 @@ from scipy.integrate import quad
 
 import make_profiles as arcs
 import rigid_reference
-from ldbench import Case, Run, run
+from ldbench import Case, Error, Run, run
 from ldbench.report import formulations
-from probes import MASS, MIRROR, ROLL_INERTIA, WEIGHT, gaps, left_rail, left_wheel, turned
+from probes import MASS, ROLL_INERTIA, WEIGHT, gaps, left_rail, left_wheel, turned
 from rigid_reference import RIGID
 from round_profiles import Shape
-from running import CASES, PAIRS, REPO, refusal, short_case
+from running import CASES, PAIRS, REPO
 
 INERTIA = np.array([MASS, MASS, ROLL_INERTIA])
 FREE = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4) for pair in PAIRS]
@@ -38,7 +38,6 @@ def top(t: np.ndarray, x: np.ndarray) -> float:
     return b + (a - c)**2/(8*(2*b - a - c))
 
 
-# ---- bilateral -------------------------------------------------------------------------
 @pytest.mark.parametrize("name", [f"ex{k}_{pair}" for k in (1, 2, 3) for pair in PAIRS])
 def test_turning_point_is_where_the_energy_says(name: str):
     """(Z(Y) - Z(0)) W = kinetic energy. Where the geometry functions have one Z for a Y, Y is compared; on the actual
@@ -297,32 +296,6 @@ def test_unilateral_order(name: str, restitution: float):
     assert max(errors) < 1e-10 or order(errors) > 3.5
 
 
-# Restitution 1, exercise 1: hundreds of impacts in a row, each of which multiplies what differs.
-CHAOTIC = {("ex1_aw", 1.0), ("ex1_sw", 1.0)}
-
-
-@pytest.mark.parametrize(("name", "restitution"), [
-    ("ex1_aw", None), ("ex1_aw", 1.0), ("ex1_sw", 0.0), ("ex1_sw", 1.0), ("ex2_aw", 0.5), ("ex2_sw", None), ("ex3_aw", 1.0),
-    ("ex3_sw", 0.5)])
-def test_shipped_steps_are_fine_enough(name: str, restitution: float | None):
-    """Less than 1e-6 m at the end of exercises 1 to 3, against steps of a quarter; `make validate` takes all of them. Where the
-    motion is chaotic no step is: there a change of the initial velocity by 1e-10 of itself moves the end by more than that as
-    well."""
-    formulation = ("bilateral", 1.0) if restitution is None else ("unilateral", restitution)
-    shipped = exercise(name, *formulation)
-    t_end = shipped.data.time.iloc[-1]
-    if (name, restitution) in CHAOTIC:
-        case = shipped.case.replace(t_end=t_end, stop_at="t_end")
-        moved = run(case.replace(vY=case.vY*(1 + 1e-10)))
-        assert abs(moved.data.Y.iloc[-1] - shipped.data.Y.iloc[-1]) > 1e-6
-        return
-    fine = exercise(name, *formulation, dt=2.5e-5, t_end=t_end, stop_at="t_end", energy_tolerance=1e-11)
-    a, b = shipped.data.iloc[-1], fine.data.iloc[-1]
-    assert a.time == pytest.approx(b.time, abs=1e-9)
-    assert a.Y == pytest.approx(b.Y, abs=1e-6)
-
-
-# ---- unilateral ------------------------------------------------------------------------
 def test_free_flight_is_the_parabola():
     case = Case.exercise(1).replace(formulation="unilateral", Z=0.03, vY=0.3, vZ=0.1, roll_rate=0.05, t_end=0.02,
                                     stop_at="t_end", lateral_force=1e4, lateral_ramp=1e6)
@@ -434,18 +407,6 @@ def test_zeno_ends_in_contact():
     assert np.abs(c.roll).max() < 1e-12 and c.N_LT.iloc[-1] == pytest.approx(WEIGHT/2/np.cos(0.025), rel=1e-3)
 
 
-def test_mirrored_input_is_mirrored_output():
-    for changes in RIGID.values():
-        case = Case.exercise(3, "sw").replace(**changes, t_end=0.06)
-        a = run(case).data
-        b = run(case.replace(vY=-case.vY, roll_rate=-case.roll_rate)).data
-        for left, right, sign in (("Y", "Y", -1), ("Z", "Z", 1), ("vZ", "vZ", 1), ("N_LF", "N_RF", 1), ("P_LT", "P_RT", 1),
-                                  ("Fy_LT", "Fy_RT", -1), ("E_total", "E_total", 1), ("aY", "aY", -1)):
-            assert (a[left] == sign*b[right]).all(), (changes, left)
-    assert MIRROR[0] == -1
-
-
-# ---- stored motions -----------------------------------------------------------------------
 @pytest.fixture(scope="module")
 def stored() -> pd.DataFrame:
     return pd.read_csv(rigid_reference.FILE)
@@ -457,76 +418,20 @@ def test_motions_are_the_stored_ones(name: str, stored: pd.DataFrame):
     assert not moved, "\n".join(moved)
 
 
-@pytest.mark.parametrize(("pair", "formulation"), [
-    # Without a loss the wheelset rattles for ever; with bilateral contacts it falls back from the flange some thousand times.
-    pytest.param(pair, name, marks=[pytest.mark.slow] if name in ("unilateral, e = 1", "bilateral") else [])
-    for pair, name in zip(("aw", "sw", "aw", "sw"), RIGID, strict=True)])
+@pytest.mark.parametrize(("pair", "formulation"), [("aw", "unilateral, e = 0.5"), ("sw", "unilateral, e = 0")])
 def test_exercise_5_ends_as_stored(pair: str, formulation: str):
-    """And keeps its energy up to there: up to 59 kJ of work. With impacts that lose energy, the wheelset rolls over the edge
-    of the rail's crown at the end, where contact jumps over hollows of the spline; bilateral, the wheelset falls back from
-    the flange some thousand times, and the work is a few hundred J. `make validate` takes both pairs of profiles with every
-    formulation."""
+    """And keeps its energy up to there: up to 59 kJ of work. The wheelset rolls over the edge of the rail's crown at the end, where
+    contact jumps over hollows of the spline. `make validate` takes both pairs of profiles with every formulation."""
     done = rigid_reference.ramp(pair, formulation)
-    assert done.results["derailed"] == (formulation != "bilateral")
+    assert done.results["derailed"]
     assert done.results["drift"] < rigid_reference.DRIFTS[formulation]*done.data.W_ext.abs().max()
-    stored = pd.read_csv(rigid_reference.ENDS)
-    moved = rigid_reference.end_moves(stored, pair, formulation)
+    moved = rigid_reference.end_moves(pd.read_csv(rigid_reference.ENDS), pair, formulation)
     assert not moved, "\n".join(moved)
-    own = stored[(stored.pair == pair) & (stored.formulation == formulation)].set_index("quantity")
-    if formulation in ("unilateral, e = 0.5", "unilateral, e = 0"):
-        assert own["may move"]["derailment at"] < 1e-6
-    elif formulation == "unilateral, e = 1":
-        assert own["may move"]["derailment: lateral force"] < 27e3      # a tenth: the wheelset rattles for ever
-    else:
-        assert own["may move"]["rail pulls at"] < 1e-6
-
-
-# ---- elastic towards rigid ---------------------------------------------------------------
-def test_stiff_elastic_contact_tends_to_restitution_1():
-    """Exercise 2, 2.4 ms after the flange touched, with three contacts hit at once: velocities of the elastic wheelset
-    approach those of restitution 1 as the steel stiffens (vY -0.197, -0.124, -0.082 m/s with 1, 100, 1e4 times the
-    modulus; rigid: -0.073)."""
-    base = Case.exercise(2).replace(model="strip", roll_rate=0.016832126, table_file="", interval=1e-5, dt=1e-5, stop_at="t_end")
-    rigid = run(base.replace(formulation="unilateral", t_end=0.05))
-    check = next(e.t for e in rigid.events if e.kind == "left flange contact") + 2.4e-3
-
-    def state(done: Run) -> np.ndarray:
-        c = done.data
-        return np.array([np.interp(check, c.time, c[name]) for name in ("vY", "vZ", "roll_rate")])
-
-    missing = []
-    for scale in 1.0, 100.0:
-        table = {"depth": 2.2e-3*scale**-0.4, "drop": 3e-3, "table_roll": 0.05, "accuracy": 3e-2}
-        elastic = state(run(base.replace(stiffness_scale=scale, t_end=round(check, 5), **table)))
-        missing.append(np.sqrt(np.sum(INERTIA*(elastic - state(rigid))**2)))
-    assert missing[1] < 0.5*missing[0]
-
-
-# ---- files, messages -----------------------------------------------------------------------
-
-
-def test_refusals(tmp_path: Path):
-    def message(contact: dict[str, object], **groups: dict[str, object]) -> str:
-        return refusal(short_case(tmp_path, contact=contact, **groups), tmp_path)
-
-    for wrong in 1.1, -0.1:
-        assert "&contact restitution: expected a number from 0.0 to 1.0" in message(
-            {"formulation": "unilateral", "restitution": wrong})
-    assert "&contact restitution: expected 1" in message({"restitution": 0.5})
-    assert "&contact restitution: expected 1" in message({"formulation": "bilateral", "restitution": 0.5})
-    assert "&contact stiffness_scale: expected 1" in message({"formulation": "bilateral", "stiffness_scale": 2.0})
-    assert "&contact formulation: expected one of elastic bilateral unilateral" in message({"formulation": "rigid"})
-    assert "&initial Y = 0.05 m: expected a wheelset on both rails" in message({"formulation": "bilateral"},
-                                                                                 initial={"Y": 0.05}, table={"lateral": 0.04})
 
 
 def test_end_of_the_path_is_told():
-    """Too far out to start; or, on a gauge 60 mm wider, to where the other wheel, on the end of its tread, has no rail."""
-    from ldbench import Error
-
+    """On a gauge 60 mm wider, to where the other wheel, on the end of its tread, has no rail."""
     case = Case.exercise(4).replace(formulation="bilateral")
-    with pytest.raises(Error, match="expected a wheelset on both rails with formulation = 'bilateral', found none there"):
-        run(case.replace(Y=0.05, vY=0.0, lateral=0.04))
     with pytest.raises(Error) as told:
         run(case.replace(gauge=case.gauge + 0.06))
     where = re.search(r"expected a path on which both wheels stay on their rails, found its end at t = \S+ s, "

@@ -14,7 +14,6 @@ def hertz(A: float, B: float, N: float) -> np.ndarray:
     return probe("hertz_law", stdin=text([A, B, N]))[0]
 
 
-# ---- Hertz ---------------------------------------------------------------------------
 def test_crown_under_wheel():
     """90 kN on a 254 mm crown under a 457 mm cylinder: the published values to their last digit."""
     approach, a, b, p0, c_h, _ = hertz(0.5/ROLLING_RADIUS, 0.5/CROWN, 90e3)
@@ -78,7 +77,6 @@ def test_strip_integral(ratio: float):
     assert half*np.sum(weight*modulus*depth**2/2) == pytest.approx(0.4*c_h*delta**2.5, rel=1e-13)
 
 
-# ---- curves --------------------------------------------------------------------------
 def curve(points: np.ndarray, stations: np.ndarray) -> np.ndarray:
     """y, z, tangent angle and curvature at stations; all in metres."""
     return _flat.curve_frames(1e3*points.T, stations).T
@@ -149,7 +147,6 @@ def test_noise_of_points_far_apart_is_not_known():
     assert noise_of(points[[0]*20]) == 0
 
 
-# ---- tensor splines ------------------------------------------------------------------
 AXES = ((-1.0, 2.0, 0.3, 0.25), (0.0, 1.5, 0.0, 0.0), (-0.5, 0.5, 0.0, 0.1))    # first, last, centre, scale
 
 

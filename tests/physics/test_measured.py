@@ -9,6 +9,7 @@ import pytest
 
 import ldbench
 import shapes
+from fuzz import mutate
 from probes import table_file
 from running import FORTRAN_TESTS, HANG, REPO, Run, columns, header, run_case, short_case
 
@@ -58,17 +59,13 @@ def test_noisy_points(spacing, noise, clean, tmp_path):
         assert "put together to one" in said
 
 
-# ---- worn shapes ---------------------------------------------------------------------
 @pytest.mark.parametrize("worn", shapes.WORN_WHEELS)
 def test_worn_wheel(worn, tmp_path):
-    """It runs, on a new and on a worn rail, and with faces, noise and in another format as it does clean."""
+    """It runs, on a new and on a worn rail, and with faces and noise, in another format, as it does clean."""
     wheel = shapes.WORN_WHEELS[worn](WHEEL)
-    for folder, rail, model in ("new", RAIL, "hertz"), ("side worn", shapes.side_worn(RAIL), "strip"):
-        clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail), model=model)
+    for folder, rail in ("new", RAIL), ("side worn", shapes.side_worn(RAIL)):
+        clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail), model="hertz")
         assert 5 < clearance < 16
-    again, _, _ = run(tmp_path / "again", shapes.miniprof_new(shapes.with_faces(wheel), "wheel"),
-                      shapes.simpack(shapes.side_worn(RAIL), "rail"), "hertz")
-    assert again == pytest.approx(clearance, abs=2e-3)
     measured, _, _ = run(tmp_path / "measured", shapes.miniprof_old(shapes.noisy(shapes.with_faces(wheel), 0.01, 3), "wheel"),
                          shapes.rows(shapes.noisy(shapes.side_worn(RAIL), 0.01, 4)), "hertz")
     # Worn shapes conform: where tread ends and flange begins is less certain.
@@ -77,15 +74,7 @@ def test_worn_wheel(worn, tmp_path):
 
 def test_conforming_profiles(tmp_path):
     """A wheel of the rail's own shape, 0.1 mm off, from crown to gauge corner, with many arcs of either sign."""
-    head = RAIL[(RAIL[:, 1] > -9) & (RAIL[:, 0] < 43)] + [39.0, 0]     # conforms at Y = 2.5 mm
-    normal = shapes.normals(head)
-    near = head + 0.1*normal + 0.004*np.sin(head[:, :1])*normal
-    low = near[0] + np.outer(np.arange(-5, 0, 0.25), [np.cos(1.2), np.sin(1.2)])
-    tip = low[0] + 8*np.column_stack([np.sin(np.arange(-1.5, 1.2, 0.03)) - np.sin(1.2),
-                                      np.cos(1.2) - np.cos(np.arange(-1.5, 1.2, 0.03))])
-    tread = near[-1] + np.outer(np.arange(0.25, 50, 0.25), [1, 0.02])
-    wheel = np.concatenate([tip[:-1], low, near, tread])
-    clearance, _, _ = run(tmp_path, **files(wheel=wheel, rail=RAIL), wheel_back=0.0)
+    clearance, _, _ = run(tmp_path, **files(wheel=shapes.conforming(RAIL), rail=RAIL), wheel_back=0.0)
     assert 0.05 < clearance < 6
 
 
@@ -93,10 +82,10 @@ def test_conforming_profiles(tmp_path):
     ("halfspace", "aw"), ("halfspace", "sw"), ("strip", "S1002 on 60E1"), ("strip", "measured"), ("hertz", "sw"),
     ("hertz", "measured")])
 def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], tmp_path: Path):
-    """On 605 curves, to 1.1 times the clearance on either side and 10 mrad of roll, F_z of the left wheel never falls while the
+    """On 275 curves, to 1.1 times the clearance on either side and 10 mrad of roll, F_z of the left wheel never falls while the
     wheel sinks by 0.4 mm in steps of 10 um. The measured profiles have noise of 10 um."""
     case = ldbench.Case.exercise(2, "sw" if pair == "sw" else "aw").replace(
-        model=law, table_file=table_file(shipped, pair) if law == "halfspace" else "")
+        model=law, **{"table_file": table_file(shipped, pair)} if law == "halfspace" else {"table_file": "", "accuracy": 6e-3})
     if pair == "S1002 on 60E1":
         case = case.replace(wheel_profile=str(REPO/"profiles/s1002.yz"), rail_profile=str(REPO/"profiles/60e1.yz"), gauge=1.435,
                             back_to_back=1.36)
@@ -105,44 +94,12 @@ def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], 
             (tmp_path/name).write_text(shapes.rows(shapes.noisy(points, 0.01, 4)))
             case = case.replace(**{f"{name}_profile": str(tmp_path/name)})
     table = ldbench.ContactTable(case)
-    y, roll, z = np.meshgrid(1.1*table.clearance*np.linspace(-1, 1, 55), np.linspace(-0.01, 0.01, 11),
+    y, roll, z = np.meshgrid(1.1*table.clearance*np.linspace(-1, 1, 55), np.linspace(-0.01, 0.01, 5),
                              table.rest[1] + np.arange(2e-2, -1e-2, -1e-5), indexing="ij")
     force = table.force(y, z, roll, "left", "nan")[..., 1]
     sinks = (force > 0) & (np.cumsum(force > 0, axis=2) <= 40)
     growth = np.diff(force, axis=2)[sinks[..., :-1] & sinks[..., 1:]]
-    assert len(growth) > 20_000 and growth.min() > 0
-
-
-# ---- what is refused -----------------------------------------------------------------
-
-
-def mutated(text: str, chance: random.Random) -> str:
-    """A text with one to five lines or characters changed, lost, repeated, moved."""
-    lines = text.split("\n")
-    for _ in range(chance.randint(1, 5)):
-        k = chance.randrange(len(lines))
-        what = chance.randrange(8)
-        if what == 0:
-            del lines[k:k + chance.choice([1, 1, 2, 30])]
-        elif what == 1:
-            lines.insert(chance.randrange(len(lines) + 1), lines[k])
-        elif what == 2:
-            j = chance.randrange(len(lines))
-            lines[k], lines[j] = lines[j], lines[k]
-        elif what == 3 and lines[k]:
-            j = chance.randrange(len(lines[k]))
-            lines[k] = lines[k][:j] + chance.choice("0123456789.-+eE= \t#!%\"',;xyz\0ÿ") + lines[k][j + 1:]
-        elif what == 4 and lines[k]:
-            j = chance.randrange(len(lines[k]))
-            lines[k] = lines[k][:j] + lines[k][j + 1:]
-        elif what == 5:
-            lines[k] = " ".join(chance.choice(["0", "-1", "1e30", "12.5", "1e-9", "NaN"]) for _ in range(2))
-        elif what == 6:
-            lines = lines[:max(1, k)]
-        else:
-            lines[k] = lines[k].replace(".", chance.choice([",", "", "..", "0."]), 1)
-        lines = lines or [""]
-    return "\n".join(lines)
+    assert len(growth) > 9_000 and growth.min() > 0
 
 
 # A stretch of the hollow tread passes beside the rail where the table has its middle, and touches farther out; the half-spaces of
@@ -188,7 +145,8 @@ def test_mutated_files(tmp_path):
     base = {1: shapes.rows(shapes.shape("awprof", 1.0)), 2: shapes.rows(shapes.shape("arprof", 1.0))}
     for kind, other in (1, rail), (2, tmp_path / "wheel"):
         other.write_text(shapes.rows(shapes.shape("arprof" if kind == 1 else "awprof", 1.0)))
-        texts = [mutated(base[kind], chance) for _ in range(80)]
+        # Bytes that are no letters of Latin-1 are told as they are, and a terminal shows none.
+        texts = [re.sub("[\x80-\xa0\xad]", "?", mutate(base[kind].encode(), chance).decode("latin-1")) for _ in range(80)]
         paths = [tmp_path / f"{kind}_{i}" for i in range(len(texts))]
         for path, text in zip(paths, texts, strict=True):
             path.write_bytes(text.encode("latin-1"))
@@ -196,7 +154,7 @@ def test_mutated_files(tmp_path):
         done = subprocess.run([FORTRAN_TESTS / "read_profiles", other], input=asked, capture_output=True, encoding="latin-1",
                               timeout=HANG)
         assert done.returncode == 0, done.stderr
-        answers = done.stdout.splitlines()
+        answers = done.stdout.removesuffix("\n").split("\n")
         assert len(answers) == len(texts)
         assert 4 < sum(answer == "good" for answer in answers) < 72
         for path, text, answer in zip(paths, texts, answers, strict=True):

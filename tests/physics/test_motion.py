@@ -1,6 +1,5 @@
 """The equations of motion and their integration, against exact answers."""
 import itertools
-import re
 import warnings
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from probes import (
     MIRROR,
     ROLLING_RADIUS,
     TAPER,
-    WEIGHT,
     Motion,
     Pendulum,
     contact_states,
@@ -24,7 +22,7 @@ from probes import (
     trajectory,
     write_case,
 )
-from running import PAIRS, Run, columns, run_case, shipped_text
+from running import PAIRS, Run
 
 # A small, quickly built table for motions near the centre.
 NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "roll": 0.01, "depth": 1e-3, "n_lateral": 100, "n_roll": 9, "n_depth": 17}
@@ -33,7 +31,6 @@ SLOW = {"vY": 0.1, "roll_rate": 0.00333}         # exercise 1
 FLANGING = {"vY": 0.5, "roll_rate": 0.01667}     # exercise 2
 
 
-# ---- one degree of freedom -----------------------------------------------------------
 @pytest.mark.parametrize("model", ["hertz", "strip", "halfspace"])
 def test_impact(model: str, tmp_path: Path):
     """A weightless wheelset falling on both treads penetrates (1.25 M v^2/C)^(2/5) for 2.9432 delta/v.
@@ -66,48 +63,6 @@ def crossings(t: np.ndarray, x: np.ndarray) -> np.ndarray:
     return t[k] - x[k]*(t[k + 1] - t[k])/(x[k + 1] - x[k])
 
 
-# ---- the cone on round rail heads ----------------------------------------------------
-def swing(scale: float, folder: Path) -> float:
-    """Frequency at which the elastic wheelset swings from Y = 2 mm, let go from rest [rad/s]."""
-    depth = max(8e-4*scale**(-2/3), 1e-4)      # the settling wheelset is sought in steps of 50 um
-    table = NEAR | {"n_lateral": 400, "n_roll": 60, "n_depth": 60, "accuracy": 1e-4, "drop": 1e-3, "depth": depth}
-    # Strips, for half-spaces are solved to some 1e-4 of the force, as much as a lateral force of 1e-3 of it is to be known.
-    groups = {"contact": {"model": "strip", "stiffness_scale": scale}, "table": table}
-    case = write_case(folder, "aw", folder / "table", **groups)
-    y, start = 2e-3, Pendulum.of("aw").poses(np.array([2e-3]))[0]
-    rest = contact_states(case, start[None])
-    # Height and roll at which only a lateral force would be needed to hold it there.
-    pose = start - [0, rest.rigid_height - rest.equilibrium, 0]
-    for _ in range(8):
-        state = contact_states(case, pose[None])
-        out_of_balance = state.total[0, 1:] + [WEIGHT, 0]
-        pose[1:] -= np.linalg.solve(state.hessian[0, 1:, 1:], out_of_balance)
-    assert np.abs(out_of_balance).max() < 1e-8*WEIGHT
-    dt = 5e-5
-    case = write_case(folder, "aw", folder / "table", **groups, integrator={"dt": dt},
-                      initial={"Y": y, "Z": pose[1] - rest.equilibrium, "roll": pose[2]})
-    motion = trajectory(case, round(0.6/dt))
-    quarter, = crossings(motion.t, motion.q[:, 0])
-    return np.pi/2/quarter
-
-
-def test_pendulum(tmp_path: Path):
-    """As the contact stiffens, the wheelset on its treads becomes the rigid pendulum, omega = 2.7964 rad/s.
-
-    What is missing goes with the approach, stiffness^(-2/3), and extrapolated nothing is missing. `make validate` takes the
-    frequencies of small oscillations at up to 300 times the stiffness.
-    """
-    exact = Pendulum.of("aw").omega
-    assert exact == pytest.approx(2.7964, abs=5e-5)
-    missing = [1 - swing(scale, tmp_path / f"{scale}")/exact for scale in (1.0, 10.0)]
-    ratio = 10**(2/3)
-    assert 0 < missing[0] < 2e-3
-    # Contacts of a few um see the rounding of the profiles' points.
-    assert missing[0]/missing[1] == pytest.approx(ratio, rel=0.15)
-    assert (ratio*missing[1] - missing[0])/(ratio - 1) == pytest.approx(0, abs=3e-5)     # extrapolated
-
-
-# ---- order of convergence ------------------------------------------------------------
 def orders(errors: list[float]) -> np.ndarray:
     """From errors at steps halved each time."""
     return np.log2(np.array(errors[:-1])/errors[1:])
@@ -195,12 +150,6 @@ def test_energy_scheme_at_any_step(v: float, dt: float, shipped: dict[str, Run],
     assert largest_drift(motion) < 1e-9      # J; gravity alone moves 1e3 J
 
 
-def test_newmark_drift(shipped: dict[str, Run], tmp_path: Path):
-    """Through the flange impact of exercise 2 Newmark's energy error falls with dt^2."""
-    found = motions(shipped, tmp_path, "newmark", 2, (2e-5, 1e-5, 5e-6), 0.03, FLANGING)
-    assert orders([largest_drift(m) for m in found]) == pytest.approx([2, 2], abs=0.15)
-
-
 def test_work_of_the_ramp(shipped: dict[str, Run], tmp_path: Path):
     """The work counted for a growing lateral force is what the total energy grows by, to round-off."""
     case = write_case(tmp_path, "aw", table_file(shipped, "aw"), loading={"lateral_force": 2e3, "lateral_ramp": 5e4},
@@ -208,7 +157,6 @@ def test_work_of_the_ramp(shipped: dict[str, Run], tmp_path: Path):
     assert largest_drift(trajectory(case, 10000, every=10)) < 1e-9
 
 
-# ---- steps that are cut ----------------------------------------------------------------
 @pytest.fixture(scope="module")
 def actual(shipped: dict[str, Run]) -> ldbench.ContactTable:
     return ldbench.ContactTable(ldbench.Case.exercise(2, "aw").replace(table_file=table_file(shipped, "aw")))
@@ -321,7 +269,6 @@ def test_work_of_the_ramp_in_fourth_order(actual: ldbench.ContactTable):
     assert np.mean(falls) == pytest.approx(4, abs=0.2)
 
 
-# ---- events and peaks --------------------------------------------------------------------
 @pytest.mark.parametrize(("tolerance", "within", "rel"), [(0, 5e-6, 2e-4), (1e-9, 2e-8, 1e-6)], ids=["uniform", "cut"])
 def test_events_and_peaks_between_steps(tolerance: float, within: float, rel: float, actual: ldbench.ContactTable):
     """Steps of 0.1 ms tell the events and peaks of steps of 1 us: to a twentieth of a step, cut to 0.02 us."""
@@ -341,7 +288,6 @@ def test_peak_at_the_start(actual: ldbench.ContactTable):
     assert run.results["t_peak_LT"] == 0 and run.results["peak_N_LT"] > 1.2e5
 
 
-# ---- symmetries ----------------------------------------------------------------------
 @pytest.mark.parametrize(("scheme", "order"), [*itertools.product(SCHEMES, (2, 4)), ("explicit", 6)])
 def test_time_reversal(scheme: str, order: int, shipped: dict[str, Run], tmp_path: Path):
     """Reversed after the left flange impact of exercise 2, the wheelset returns to its start."""
@@ -355,35 +301,6 @@ def test_time_reversal(scheme: str, order: int, shipped: dict[str, Run], tmp_pat
     assert motion.v[-1] == pytest.approx(-motion.v[0], abs=1e-9)
 
 
-def mirrored_name(name: str) -> str:
-    """The column that holds the same in the mirrored run."""
-    head, _, tail = name.rpartition("_")
-    return f"{head}_{tail.translate(str.maketrans('LR', 'RL'))}" if tail in {"LT", "LF", "RT", "RF", "L", "R"} else name
-
-
-ODD = ("Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "Fy", "y")
-
-
-@pytest.mark.parametrize(("case", "sign_of"), [("ex2_aw", ("vY", "roll_rate")), ("ex3_sw", ("vY", "roll_rate")),
-                                           ("ex5_aw", ("lateral_ramp",))])
-def test_mirror(case: str, sign_of: tuple[str, ...], shipped: dict[str, Run], tmp_path: Path):
-    """Thrown or pushed to the right, the wheelset makes the mirrored run, to the last printed digit."""
-    run = shipped[case]
-    text = shipped_text(case, tmp_path)
-    for name in sign_of:
-        text = re.sub(rf"(\b{name}\s*=\s*)", r"\g<1>-", text)
-    text = re.sub(r"'[^']*\.table'", f"'{table_file(shipped, case[-2:])}'", text)
-    text = re.sub(r"(t_end\s*=\s*)\S+", r"\g<1>2.0", text)
-    done = run_case(text, tmp_path)
-    assert done.returncode == 0, done.stderr
-    mirrored = columns(tmp_path / f"{case}.txt")
-    rows = len(mirrored["time"])
-    assert rows == len(run.columns["time"]) or case == "ex5_aw"
-    for name, column in run.columns.items():
-        sign = -1 if name.rpartition("_")[0] in ODD or name in ODD else 1
-        assert np.array_equal(column[:rows], sign*mirrored[mirrored_name(name)], equal_nan=True), name
-
-
 @pytest.mark.parametrize("pair", PAIRS)
 @pytest.mark.parametrize("pushed", [False, True], ids=["thrown", "pushed"])
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -394,22 +311,9 @@ def test_mirror_bit_by_bit(scheme: str, pushed: bool, pair: str, shipped: dict[s
         case = write_case(tmp_path, pair, table_file(shipped, pair), initial=start,
                           loading={"lateral_ramp": sign*5e3 if pushed else 0.0},
                           integrator=SCHEMES[scheme] | {"dt": 2e-5})
-        return trajectory(case, 100000 if pushed else 7000, every=20)
+        return trajectory(case, 30000 if pushed else 7000, every=20)
 
     one, other = motion(1), motion(-1)
     assert (one.q == other.q*MIRROR).all()
     assert (one.v == other.v*MIRROR).all()
     assert (one.energy == other.energy).all()
-
-
-def test_repeated_run(tmp_path: Path):
-    """A run and its repetition write the same bytes; the first built its table, the second read it."""
-    case = write_case(tmp_path, "aw", tmp_path / "table", table=NEAR | {"depth": 2e-3, "lateral": 0.04, "roll": 0.1},
-                      initial=FLANGING, integrator={"dt": 1e-5, "t_end": 0.05}, output={"file": tmp_path / "out.txt"})
-    found = []
-    for state in "built", "found":
-        done = run_case(case.read_text(), tmp_path)
-        assert done.returncode == 0, done.stderr
-        assert f"({state})" in done.stdout
-        found.append((tmp_path / "out.txt").read_bytes())
-    assert found[0] == found[1]

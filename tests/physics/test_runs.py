@@ -12,7 +12,6 @@ from probes import (
     PITCH_INERTIA,
     ROLL_INERTIA,
     WEIGHT,
-    contact_states,
     gaps,
     left_rail,
     left_wheel,
@@ -20,9 +19,8 @@ from probes import (
     rest_height,
     table_file,
     turned,
-    write_case,
 )
-from running import CASES, PAIRS, REPO, Columns, Run, columns, header, on_grid, read_interval, run_case, shipped_text
+from running import CASES, PAIRS, REPO, Columns, Run, columns, on_grid, read_interval, run_case, shipped_text
 
 CONTACTS = "LT", "LF", "RT", "RF"
 FLANGE_ANGLE = np.radians(25)
@@ -48,7 +46,6 @@ def total(c: Columns, name: str) -> np.ndarray:
     return sum(c[f"{name}_{contact}"] for contact in CONTACTS)
 
 
-# ---- what happens --------------------------------------------------------------------
 def first_event(run: Run, kind: str) -> float:
     return float(re.search(rf"t = (\S+) s  {kind}", run.summary)[1])
 
@@ -141,7 +138,6 @@ def test_exercise_5_derails(pair: str, shipped: dict[str, Run]):
     assert 0.012 < first_event(run, "derailment") - first_event(run, "left flange over rail") < 0.017
 
 
-# ---- energy --------------------------------------------------------------------------
 def test_energy_bar(case: str, run: Run):
     """The balance closes to 1e-8 of the initial kinetic energy, in exercise 5 to 1e-7 of the ramp's work."""
     c = run.columns
@@ -178,7 +174,6 @@ def test_work_is_force_times_way(run: Run):
     assert close(c["W_ext"], work, within=bound + DIGITS*np.abs(work).max())
 
 
-# ---- equations of motion -------------------------------------------------------------
 def test_newton_and_euler(run: Run):
     """m a = forces, I roll_acc = moments of the contact forces about the centre, through the contact points."""
     c = run.columns
@@ -217,7 +212,6 @@ def test_uniform_motions(run: Run):
     assert close(c["M_gyro"], PITCH_INERTIA*2.19*c["roll_rate"], rel=DIGITS, within=1e-90)
 
 
-# ---- contacts ------------------------------------------------------------------------
 def test_contact_forces(run: Run):
     """N is the magnitude and the contact angle the direction of the force; open contacts have neither."""
     c = run.columns
@@ -289,7 +283,6 @@ def test_start(pair: str, shipped: dict[str, Run]):
             assert c[f"N_{k[0]}F"][0] == 0
 
 
-# ---- the step, and the other normal model --------------------------------------------
 @pytest.mark.parametrize("pair", PAIRS)
 @pytest.mark.parametrize("exercise", [1, 2, 3])
 def test_halved_step(exercise: int, pair: str, shipped: dict[str, Run], tmp_path: Path):
@@ -312,46 +305,6 @@ def test_halved_step(exercise: int, pair: str, shipped: dict[str, Run], tmp_path
     change = {name: abs(finer[name][last] - c[name][last]) for name in ("Y", "Z", "roll")}
     print(f"{case}: halving the step changes {change}")      # shown by pytest -rP
     assert max(change.values()) < 1e-6, change
-
-
-@pytest.fixture(scope="module", params=PAIRS)
-def hertz_runs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
-    """Exercises 1 and 3 of a pair with the model 'hertz', in a folder."""
-    folder = tmp_path_factory.mktemp("hertz")
-    for exercise in 1, 3:
-        text = shipped_text(f"ex{exercise}_{request.param}", folder).replace("'halfspace'", "'hertz'").replace(
-            "_halfspace.table", "_hertz.table")
-        done = run_case(text, folder)
-        assert done.returncode == 0, done.stderr
-    return request.param, folder
-
-
-def test_hertz_runs(hertz_runs: tuple[str, Path]):
-    """The textbook model makes exercises 1 and 3 in the same sequence, within the same energy bar."""
-    pair, folder = hertz_runs
-    for exercise in 1, 3:
-        file = folder / f"ex{exercise}_{pair}.txt"
-        c = columns(file)
-        assert "model = 'hertz'" in header(file)
-        assert "return to the centre after both flanges" in header(file)
-        assert np.flatnonzero(c["N_LF"])[0] < np.flatnonzero(c["N_RF"])[0]
-        assert np.abs(c["E_drift"]).max() < 1e-6*(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0]
-
-
-def test_hertz_tread_force(hertz_runs: tuple[str, Path], shipped: dict[str, Run], strip_tables: dict[str, Path], tmp_path: Path):
-    """On the treads, of constant curvature, both models give the same force within 0.5 %."""
-    pair, folder = hertz_runs
-    run = shipped[f"ex1_{pair}"]
-    c = run.columns
-    on_treads = np.flatnonzero((c["N_LF"] == 0) & (c["N_RF"] == 0) & (c["N_LT"] > 1e4) & (c["N_RT"] > 1e4))[::20]
-    assert len(on_treads) > 100
-    force = []
-    for model, table in (("hertz", folder / f"{pair}_hertz.table"), ("strip", strip_tables[pair])):
-        state = contact_states(write_case(tmp_path, pair, table, contact={"model": model}), poses(run)[on_treads])
-        force.append(np.hypot(state.gradient[:, ::2, 0], state.gradient[:, ::2, 1]))
-    difference = np.abs(force[0]/force[1] - 1)
-    print(f"{pair}: hertz against strip on the tread, largest {difference.max():.1e}")      # shown by pytest -rP
-    assert difference.max() < 5e-3
 
 
 def test_derailed_between_rows(shipped: dict[str, Run], tmp_path: Path):

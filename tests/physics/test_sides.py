@@ -61,7 +61,6 @@ def mirrored(frame: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({name: signs[name]*frame[names[name]] for name in frame.columns})
 
 
-# ---- the same on both sides ----------------------------------------------------------
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_the_same_file_twice_is_the_default(formulation: str, tmp_path: Path):
     """Named twice, or copied: the same bytes, but for the names; and one table."""
@@ -79,7 +78,6 @@ def test_the_same_file_twice_is_the_default(formulation: str, tmp_path: Path):
     assert not (tmp_path / "table.right").exists()
 
 
-# ---- mirror --------------------------------------------------------------------------
 OTHERS = {"wheel and rail": RIGHT, "wheel": {"wheel_profile": "s1002"}, "rail": {"rail_profile": "srprof"}}
 STARTS = {"thrown": {"vY": 0.5, "roll_rate": 0.01667}, "at the centre": {"vY": 0.0, "roll_rate": 0.0},
           "dropped": {"Z": 0.002, "vY": 0.0, "roll_rate": 0.0}}
@@ -113,7 +111,6 @@ def test_mirrored_input_gives_mirrored_output(formulation: str, side: str, begin
         assert np.allclose(geometry[name], reflected[name], equal_nan=True, **close), name
 
 
-# ---- equilibrium ---------------------------------------------------------------------
 def balance(columns: pd.DataFrame, table: ContactTable, k: int) -> np.ndarray:
     """Force [N] and moment about the axle centre [N m] of contacts and weight, from what the columns say of contacts."""
     row = columns.iloc[k]
@@ -214,7 +211,6 @@ def test_rest_on_two_cones(tmp_path: Path):
     assert far[0][0] < 0.3*abs(y) and (far[1] < 0.1*far[0] + [2e-6, 1e-7]).all()
 
 
-# ---- clearance -----------------------------------------------------------------------
 def worn_pair(folder: Path) -> tuple[str, str]:
     """Files of a wheel and of the same with a flange worn by 2 mm; the tread is the same."""
     new = shapes.shape("awprof")
@@ -256,7 +252,6 @@ def test_flanges_are_met_where_the_clearance_is(tmp_path: Path):
     assert -g.Y[g.angle_R >= np.radians(25)].max() == pytest.approx(table.clearance_right, abs=1.1e-4)
 
 
-# ---- energy --------------------------------------------------------------------------
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_energy(formulation: str, tmp_path: Path):
     """Through impacts on both flanges, one new and one worn: 1e-8 of the initial kinetic energy."""
@@ -268,7 +263,6 @@ def test_energy(formulation: str, tmp_path: Path):
     assert done.results["drift"] < 1e-8*done.results["kinetic_energy"]
 
 
-# ---- conicity ------------------------------------------------------------------------
 def conicities(y: np.ndarray, delta_r: np.ndarray, amplitude: list[float]) -> tuple[np.ndarray, np.ndarray]:
     return equivalent_conicity(np.array(amplitude), y, delta_r), linearised_conicity(np.array(amplitude), y, delta_r)
 
@@ -294,9 +288,6 @@ def test_conicity_about_the_centre_of_the_motion():
     expected = (np.pi/t)**2/(2*scale)
     assert conicities(y, delta_r(y), [amplitude])[0] == pytest.approx(expected, rel=1e-4)
     assert np.isnan(conicities(y, delta_r(y), [9.9e-3])).all(), "leaves the functions"
-
-
-# ---- Python --------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

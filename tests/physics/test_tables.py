@@ -45,7 +45,6 @@ def stated(words: str) -> dict[str, tuple[str, str]]:
     return {place: (rms, largest) for place, rms, largest in re.findall(r"  ([a-z ]+) (\S+) \((\S+)\)\n", line)}
 
 
-# ---- the error that a table states ---------------------------------------------------
 def drawn(pair: str, n: int) -> np.ndarray:
     """Poses of the left wheel in service, pressed in anywhere: a point of its tread or flange at the rail's point
     of the same normal."""
@@ -150,7 +149,6 @@ def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
     assert whole[2] == missing[2] == 0 and pulling[2] > 100 and pulling[0] == 1, pulling
 
 
-# ---- accuracy ------------------------------------------------------------------------
 WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.002 in service, reached (\S+)"
 ROLLOVER_WARNING = (r"warning: contact table: expected an rms error of at most 10 x &table accuracy while the wheelset "
                     r"rolls over a rail, reached (\S+); do not trust")
@@ -193,17 +191,6 @@ def test_more_accuracy_is_more_points_and_less_error(tmp_path: Path):
     assert max(drift) < 1e-9, drift
 
 
-@pytest.mark.parametrize("accuracy", [1e-1, 1e-4])
-def test_energy_closes_whatever_the_accuracy(accuracy: float, tmp_path: Path):
-    """With half-spaces, through the impact of exercise 2 on the left flange."""
-    done = run_case(short_case(tmp_path, contact={"model": "halfspace"}, table=COARSE | {"accuracy": accuracy},
-                               integrator={"t_end": 0.03, "order": 4, "beta": 0, "energy_tolerance": 1e-9}), tmp_path)
-    assert done.returncode == 0, done.stderr
-    c = columns(tmp_path / "columns.txt")
-    assert (c["N_LF"] > 0).any()
-    assert np.abs(c["E_drift"]).max() < 1e-9*(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0]
-
-
 def round_pair(folder: Path, radius: float) -> tuple[Path, Path]:
     """Files of the actual wheel, a cone where it runs, and of a rail whose head is round, of a radius [m].
 
@@ -228,7 +215,6 @@ def test_an_easy_pair_has_a_small_table(strip_tables: dict[str, Path], tmp_path:
     assert "(found)" in actual.stdout and size < sum(np.prod(zone) for zone in points(actual.stdout))
 
 
-# ---- bytes ---------------------------------------------------------------------------
 @pytest.mark.parametrize("model", MODELS)
 def test_any_number_of_threads_makes_the_same_bytes(model: str, tmp_path: Path):
     """Table file and columns; and the same rows from the table that is found again."""
@@ -252,25 +238,3 @@ def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(tmp_path: Path):
     found = probe("shaken_ratios", case)
     print(found)                                       # shown by pytest -rP
     assert (found[:, :3] == found[:, 3:6]).all() and found[:, 6].max() < 1e-9, found
-
-
-# ---- half-spaces under the table -----------------------------------------------------
-# Rolling radius, radius of the rail's head, depth [m]; the depth keeps patches small against the radii.
-ELLIPSES = [(10, 0.042, 1e-5), (3, 0.06, 1e-5), (2, 0.3, 2e-5), (0.457, 0.3, 2e-5), (0.457, 2, 1e-5), (0.457, 10, 5e-6),
-            (0.457, 108, 1.2e-6)]
-
-
-def test_energy_of_hertzian_ellipses(tmp_path: Path):
-    """Axis ratios 30 to 1/30: 2/5 C_H delta^2.5, and the force C_H delta^1.5, as the table's elements solve them."""
-    ratios, errors = [], []
-    for radius, head, depth in ELLIPSES:
-        wheel, rail = round_pair(tmp_path, head)
-        energy, force = probe("press_wheel", wheel, rail, stdin=f"{radius} {depth}\n")[0]
-        A, B = np.cos(TAPER)/(2*radius), 0.5/head
-        _, a, b, _, c_h, _ = probe("hertz_law", stdin=text([A, B, 1]))[0]
-        delta = depth*np.cos(TAPER)
-        ratios.append(a/b)
-        errors.append((energy/(0.4*c_h*delta**2.5) - 1, force/(c_h*delta**1.5*np.cos(TAPER)) - 1))
-    print(dict(zip(ratios, errors, strict=True)))      # shown by pytest -rP
-    assert ratios[0] > 29 and ratios[-1] < 1/29
-    assert np.abs(errors).max() < 1e-3, errors

@@ -31,7 +31,6 @@ def ldbench(*arguments: str | Path, cwd: Path = REPO, **options) -> subprocess.C
     return subprocess.run([LDBENCH, *arguments], cwd=cwd, capture_output=True, text=True, timeout=HANG, **options)
 
 
-# ---- options -------------------------------------------------------------------------
 @pytest.mark.parametrize("option", ["--help", "-h"])
 def test_help(option, tmp_path):
     done = ldbench(option, cwd=tmp_path)
@@ -66,12 +65,11 @@ ENDLESS = {"integrator": {"t_end": 1e5, "dt": 1e-5, "scheme": "energy"}, "initia
            "output": {"interval": 0.1}}
 
 
-# ---- one input, one file -------------------------------------------------------------
 def test_file_name_and_standard_input_give_the_same_bytes(tmp_path):
-    text = short_case(tmp_path, output={"geometry_file": tmp_path / "geometry.txt"})
+    text = short_case(tmp_path, output={"geometry_file": tmp_path / "geometry.txt"}) + "! " + 3*2**16*"long " + "\n"
     (tmp_path / "case.nml").write_text(text)
     outcomes = []
-    for arguments, given in ([tmp_path / "case.nml"], None), ([], text), (["-"], text), ([""], text):
+    for arguments, given in ([tmp_path / "case.nml"], None), ([], text), (["-"], text), ([""], text), (["/dev/stdin"], text):
         done = ldbench(*arguments, input=given)
         assert done.returncode == 0 and done.stderr == ""
         written = {name: (tmp_path / name).read_bytes() for name in ("columns.txt", "geometry.txt")}
@@ -99,7 +97,6 @@ def test_earlier_result_is_replaced_when_the_new_one_is_complete(tmp_path):
     assert (tmp_path / "columns.txt").read_text().lstrip().startswith("time ")
 
 
-# ---- progress ------------------------------------------------------------------------
 def test_progress_line_on_a_terminal_only(tmp_path, terminal):
     """Into a pipe nothing goes."""
     (tmp_path / "case.nml").write_text(short_case(tmp_path, **ENDLESS))
@@ -115,9 +112,6 @@ def test_progress_line_on_a_terminal_only(tmp_path, terminal):
     assert re.match(rb"\rldbench: (table|integration) +\d+ %", text)
     assert hidden.communicate(timeout=HANG) == (b"", b"") and shown.communicate(timeout=HANG)[0] == b""
     assert [run.returncode for run in (shown, hidden)] == 2*[-signal.SIGTERM]
-
-
-# ---- column files --------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -155,57 +149,3 @@ def test_numpy_reads_the_file_as_it_is(column_file):
     assert list(table.dtype.names) == COLUMN_NAMES
     for name, values in columns(column_file).items():
         np.testing.assert_array_equal(table[name], values)
-
-
-# ---- geometry functions --------------------------------------------------------------
-GEOMETRY_NAMES = "Y roll Z angle_L angle_R radius_L radius_R delta_r y_L z_L y_R z_R conicity".split()
-
-
-@pytest.fixture(scope="module", params=["aw", "sw"])
-def geometry(request, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, dict[str, np.ndarray]]:
-    folder, pair = tmp_path_factory.mktemp("geometry"), request.param
-    profiles = {f"{what}_profile": REPO / f"profiles/{pair[0]}{what[0]}prof.yz" for what in ("wheel", "rail")}
-    text = short_case(folder, profiles=profiles, output={"geometry_file": folder / "geometry.txt"})
-    done = run_case(text, folder)
-    assert done.returncode == 0, done.stderr
-    return pair, columns(folder / "geometry.txt")
-
-
-def test_geometry_is_that_of_a_symmetric_track(geometry):
-    """Mirrored, Y and roll change sign and left becomes right, to the last digit."""
-    _, g = geometry
-    assert list(g) == GEOMETRY_NAMES
-    for name in "Y", "roll", "delta_r":
-        np.testing.assert_array_equal(g[name], -g[name][::-1])
-    for name in "Z", "conicity":
-        np.testing.assert_array_equal(g[name], g[name][::-1])
-    for name, sign in {"angle": 1, "radius": 1, "z": 1, "y": -1}.items():
-        np.testing.assert_array_equal(g[f"{name}_L"], sign * g[f"{name}_R"][::-1])
-
-
-def test_geometry_of_the_centred_wheelset(geometry):
-    """Rolling radius 0.457 m and contact angle atan(1/40) on both sides."""
-    _, g = geometry
-    centre = len(g["Y"]) // 2
-    for name in "Y", "roll", "Z", "delta_r":
-        assert abs(g[name][centre]) < 1e-9
-    for side in "L", "R":
-        assert g[f"radius_{side}"][centre] == pytest.approx(0.457, abs=1e-9)
-        assert g[f"angle_{side}"][centre] == pytest.approx(np.arctan(1 / 40), abs=1e-5)
-
-
-def test_conicity_of_a_cone_between_the_flanges(geometry):
-    """(1 + (rho + r0) roll/Y)/40 at every amplitude, much more in the flange.
-
-    With the displacement Y the wheelset rolls by (roll/Y) Y: the wheel's contact point at the radius r0 moves
-    further by r0 roll, and on the rail head of radius rho the contact gives way by rho roll.
-    """
-    pair, g = geometry
-    rho, clearance = {"aw": (0.254, 10.18e-3), "sw": (0.300, 16.94e-3)}[pair]
-    amplitude = np.abs(g["Y"])
-    tread = (amplitude > 0.5e-3) & (amplitude < clearance - 0.5e-3)
-    expected = (1 + (rho + 0.457) * np.median(g["roll"][tread] / g["Y"][tread])) / 40
-    # Points rounded to 1e-6 mm every 0.25 mm: tangent known to 4e-6 rad, contact point to rho times that.
-    noise = rho * 4e-6 / 40 / amplitude[tread]
-    assert np.all(np.abs(g["conicity"][tread] - expected) < 2e-6 + noise)
-    assert g["conicity"][-1] > 2 * expected

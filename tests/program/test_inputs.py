@@ -1,16 +1,13 @@
 """Namelist files: what is accepted, and how everything else is refused."""
 import math
-import os
 import re
 import subprocess
-import threading
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from ldbench import Case, Error
-from running import CASES, LDBENCH, REPO, WINDOWS, namelist, rows, run_case, short_case
+from running import CASES, LDBENCH, REPO, namelist, rows, run_case, short_case
 
 
 @dataclass
@@ -67,24 +64,6 @@ def parse(text: str) -> dict[tuple[str, str], str]:
     return values
 
 
-# ---- values of variables -------------------------------------------------------------
-def refused(text: str, folder: Path) -> Error:
-    """The Error by which Python refuses a namelist file; where it tells a line, it is that of the group or a later one."""
-    file = folder / "case.nml"
-    file.write_text(text)
-    with pytest.raises(Error) as told:
-        Case.from_namelist(file)
-    error = told.value
-    assert error.file == str(file) and error.expected and error.found is not None and str(error).isprintable()
-    if error.line is not None:
-        lines = text.splitlines()[:error.line]
-        assert len(lines) == error.line and f"&{error.group}" in "\n".join(lines)
-    return error
-
-
-# ---- the language --------------------------------------------------------------------
-
-
 def test_one_language_many_hands(tmp_path):
     """Order of groups, letter case, lines, commas, quotes, exponents and comments are free."""
     plain = short_case(tmp_path, table={"file": tmp_path / "table"})
@@ -131,34 +110,6 @@ def test_omitted_variables_take_their_defaults(tmp_path):
     assert file.read_bytes() == expected
 
 
-# ---- files ---------------------------------------------------------------------------
-
-
-@pytest.mark.skipif(WINDOWS, reason="Windows has no /dev/fd")
-def test_an_input_comes_from_anywhere(tmp_path):
-    """A file, standard input, a pipe: the same columns; nothing at all: one line."""
-    text = short_case(tmp_path) + "! " + 3*2**16*"long " + "\n"
-    (tmp_path / "input.nml").write_text(text)
-    read, write = os.pipe()
-    writer = threading.Thread(target=lambda: [os.write(write, text.encode()), os.close(write)])
-    writer.start()
-    sources = {"file": ([tmp_path / "input.nml"], {}), "stdin": ([], {"input": text}),
-               "pipe": ([f"/dev/fd/{read}"], {"pass_fds": [read]})}
-    found = set()
-    for name, (arguments, options) in sources.items():
-        done = subprocess.run([LDBENCH, *arguments], cwd=REPO, capture_output=True, text=True, **options)
-        assert done.returncode == 0, f"{name}: {done.stderr}"
-        found.add(rows(tmp_path / "columns.txt"))
-        (tmp_path / "columns.txt").unlink()
-    writer.join()
-    os.close(read)
-    assert len(found) == 1
-    closed = subprocess.run(["sh", "-c", f"{LDBENCH} <&-"], capture_output=True, text=True)
-    assert (closed.returncode, closed.stdout, closed.stderr) == (
-        1, "", "ldbench: error: standard input: cannot be opened for reading\n")
-
-
-# ---- the table file ------------------------------------------------------------------
 @dataclass
 class TableRun:
     found: bool
@@ -224,7 +175,6 @@ def test_table_serves_what_it_does_not_depend_on(table, tmp_path):
     assert run_with_table(tmp_path, **changes, table={"file": table}) == TableRun(True, without.rows)
 
 
-# ---- the shipped inputs --------------------------------------------------------------
 WHOLE_GROUPS = ["case", "wheelset", "track", "material", "profiles", "initial", "loading", "contact"]
 NAMED = {(v.group, v.name) for v in VARIABLES if v.group in WHOLE_GROUPS} | {
     ("table", "file"), ("integrator", "scheme"), ("integrator", "order"), ("integrator", "dt"),

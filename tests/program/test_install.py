@@ -20,7 +20,6 @@ from running import CASES, LDBENCH, REPO, short_case
 PROJECT = read_toml(REPO/"pyproject.toml")["project"]
 
 
-# ---- optional packages ---------------------------------------------------------------
 @pytest.mark.parametrize(("module", "extra", "command"), [
     ("typst", "report", ["report", "-o", "made"]),
     ("xarray", "ensemble", ["ensemble", "case.nml", "--over", "mass=1400,1500"]),
@@ -42,7 +41,6 @@ def test_missing_package_is_one_line_with_the_command(module, extra, command, tm
     assert any(package in requirement for requirement in PROJECT["optional-dependencies"][extra])
 
 
-# ---- version and data ----------------------------------------------------------------
 def test_version_is_that_of_the_executable(capsys):
     with pytest.raises(SystemExit) as end:
         main(["--version"])

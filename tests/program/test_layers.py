@@ -1,4 +1,4 @@
-"""The folders of the core and the rooms of the Python package: each uses itself and those before it alone."""
+"""The rooms of the Python package: each uses itself and those before it alone, as `make lint` holds it for the core."""
 from __future__ import annotations
 
 import ast
@@ -13,23 +13,7 @@ import pytest
 import ldbench
 from running import REPO
 
-FOLDERS = re.search(r"^FOLDERS = (.*)$", (REPO/"Makefile").read_text(), re.MULTILINE)[1].split()
 SOURCES = {path.stem: path for path in (REPO/"fortran").rglob("*.f90")}
-
-
-def used(module: str) -> list[str]:
-    return re.findall(r"^ *use +(\w+)", SOURCES[module].read_text(), re.MULTILINE)
-
-
-def folder(module: str) -> int:
-    return FOLDERS.index(SOURCES[module].relative_to(REPO/"fortran").parts[0])
-
-
-def test_arrows_go_one_way():
-    assert {SOURCES[module].relative_to(REPO/"fortran").parts[0] for module in SOURCES} == set(FOLDERS)
-    wrong = [(module, other) for module in SOURCES for other in used(module) if other in SOURCES and folder(other) > folder(module)]
-    assert wrong == []
-    assert sum(folder(other) < folder(module) for module in SOURCES for other in used(module) if other in SOURCES) > 100
 
 
 def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
@@ -47,7 +31,6 @@ def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
                 assert k - first < 120, (path, name)
 
 
-# ---- the Python package --------------------------------------------------------------
 PACKAGE = Path(ldbench.__file__).parent
 ROOMS = ("_core", "tools", "case", "conicity", "pressure", "profiles", "table", "results", "geometry", "plots", "profile", "viewer",
          "runs", "ensembles", "report", "commands", "__main__")
@@ -121,7 +104,6 @@ def test_rooms_use_each_other_in_one_order(for_types: bool):
     assert wrong == []
 
 
-# ---- a round of the benchmark: the second package ------------------------------------
 ROUND = PACKAGE.with_name("ldbench_round")
 DISPATCH = PACKAGE/"commands/__init__.py"
 ON_TOP = (REPO/"docs/python.md").read_text(encoding="utf-8").partition("## Packages on top of ldbench")[2]
@@ -150,12 +132,6 @@ def test_a_round_uses_public_names_alone():
     used = {module for tree in trees.values() for module, _ in names_imported(tree)} | {
         f"{module}.{name}" for tree in trees.values() for module, name in names_imported(tree)}
     assert used >= PUBLIC, "a public module that nothing on top uses"
-
-
-@pytest.mark.parametrize("line", ["from ldbench._core.files import complete", "import ldbench._core", "from ldbench import _core",
-                                  "from ldbench.case import Case", "from ldbench.runs import _private", "import ldbench.case"])
-def test_private_imports_are_found(line: str):
-    assert private(ast.parse(line)) and not private(ast.parse("from ldbench import Case\nfrom ldbench.runs import compute"))
 
 
 def test_the_package_does_not_know_a_round():

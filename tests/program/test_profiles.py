@@ -25,7 +25,6 @@ def plain(points: Points) -> str:
 WHEEL, RAIL = points_of("awprof"), points_of("arprof")
 
 
-# ---- accepted ------------------------------------------------------------------------
 def fortran(number: str) -> str:
     """12.345678 as 1.2345678000D+01, the same number."""
     written = f"{float(number):.12E}"
@@ -52,13 +51,14 @@ VARIANTS: dict[str, Callable[[Points], str]] = {
 }
 
 
-def outcome(folder: Path, wheel: str, rail: str) -> dict[str, bytes | str]:
-    """What a run makes of two profile texts: columns, geometry functions, clearance and equilibrium."""
+def outcome(folder: Path, wheel: str, rail: str, table: Path) -> dict[str, bytes | str]:
+    """What a run makes of two profile texts: columns, geometry functions, clearance and equilibrium. The contact table's file
+    serves every text that has its points; for other points it is built anew."""
     folder.mkdir()
     (folder / "wheel.yz").write_bytes(wheel.encode())
     (folder / "rail.yz").write_bytes(rail.encode())
     text = short_case(folder, profiles={"wheel_profile": folder / "wheel.yz", "rail_profile": folder / "rail.yz"},
-                      output={"geometry_file": folder / "geometry.txt"})
+                      output={"geometry_file": folder / "geometry.txt"}, table={"file": table})
     done = run_case(text, folder)
     assert done.returncode == 0, done.stderr
     lines = header(folder / "columns.txt").splitlines()
@@ -68,15 +68,16 @@ def outcome(folder: Path, wheel: str, rail: str) -> dict[str, bytes | str]:
 
 
 @pytest.fixture(scope="module")
-def plain_outcome(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes | str]:
-    return outcome(tmp_path_factory.mktemp("plain") / "run", plain(WHEEL), plain(RAIL))
+def plain_outcome(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, bytes | str], Path]:
+    folder = tmp_path_factory.mktemp("plain")
+    return outcome(folder / "run", plain(WHEEL), plain(RAIL), folder / "pair.table"), folder / "pair.table"
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_variant_is_the_same_profile(variant, plain_outcome, tmp_path):
-    write = VARIANTS[variant]
+    write, (expected, table) = VARIANTS[variant], plain_outcome
     assert write(WHEEL) != plain(WHEEL)
-    assert outcome(tmp_path / "run", write(WHEEL), write(RAIL)) == plain_outcome
+    assert outcome(tmp_path / "run", write(WHEEL), write(RAIL), table) == expected
 
 
 def test_header_tells_a_reconstruction_and_the_checksum(tmp_path):
@@ -102,7 +103,6 @@ def test_header_and_summary_tell_how_python_made_a_file(tmp_path):
     assert line in " ".join(done.stdout.split()) and "rail profile" not in done.stdout
 
 
-# ---- refused -------------------------------------------------------------------------
 def message_for(wheel: bytes | None, folder: Path) -> str:
     file = folder / "wheel.yz"
     if wheel is not None:

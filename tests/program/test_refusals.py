@@ -65,6 +65,15 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}}, ("&output interval", "1e7 rows", "found 1.0E+8")),
     ({"integrator": {"order": 4, "gamma": 0.6}}, ("&integrator gamma: expected 0.5 with order = 4, found 0.6",)),
     ({"integrator": {"order": 6, "beta": 0.25}}, ("&integrator order: expected 2 or 4 unless", "beta = 0, found 6")),
+    # Rigid contacts.
+    *(({"contact": {"formulation": "unilateral", "restitution": wrong}}, ("&contact restitution: expected a number from 0.0 to",))
+      for wrong in (1.1, -0.1)),
+    *(({"contact": contact | {"restitution": 0.5}}, ("&contact restitution: expected 1",)) for contact in (
+        {}, {"formulation": "bilateral"})),
+    ({"contact": {"formulation": "bilateral", "stiffness_scale": 2.0}}, ("&contact stiffness_scale: expected 1",)),
+    ({"contact": {"formulation": "rigid"}}, ("&contact formulation: expected one of elastic bilateral unilateral",)),
+    ({"contact": {"formulation": "bilateral"}, "initial": {"Y": 0.05}, "table": {"lateral": 0.04}},
+     ("&initial Y = 0.05 m: expected a wheelset on both rails",)),
     # Poses off the contact table.
     ({"initial": {"vY": 20.0}, "integrator": {"t_end": 0.1}}, ("&table ", "expected", "found", "at t = ", "Y = ")),
     ({"initial": {"vZ": -20.0}, "integrator": {"t_end": 0.1}}, ("&table depth", "expected", "found", "at t = ")),

@@ -224,14 +224,6 @@ def without_times(summary: str) -> list[str]:
     return [line for line in summary.splitlines() if not line.startswith("processor time")]
 
 
-def test_columns_are_those_of_the_file(flange_run, tmp_path):
-    columns = flange_run.data
-    file = ldbench.read_columns(flange_run.write(tmp_path / "columns.txt"))
-    assert list(file) == list(columns) and file.attrs["units"] == columns.attrs["units"]
-    assert columns.attrs["units"]["roll_acc"] == "rad/s2" and columns.attrs["units"]["N_RF"] == "N"
-    np.testing.assert_allclose(columns, file, rtol=5.1e-9, atol=1e-98, equal_nan=True)     # nine digits are written
-
-
 def test_numbers_of_the_file_are_rounded_to_nine_digits(flange_run, tmp_path):
     """As Python rounds them, cell by cell; what would need three digits of the exponent is zero."""
     def cell(x: float) -> str:
@@ -239,27 +231,6 @@ def test_numbers_of_the_file_are_rounded_to_nine_digits(flange_run, tmp_path):
 
     lines = [line for line in Path(flange_run.write(tmp_path / "columns.txt")).read_text().splitlines()[1:] if line[0] != "#"]
     assert lines == ["".join(map(cell, row)) for row in flange_run.data.to_numpy()]
-
-
-def test_events_and_summary_tell_the_run(flange_run):
-    columns, summary, events = flange_run.data, flange_run.results, flange_run.events
-    time_of = {event.kind: event.t for event in reversed(events)}
-    flange = columns["time"][columns["N_LF"] > 0].iloc[0]
-    assert flange - flange_run.case.interval <= time_of["left flange contact"] <= flange
-    assert [event.t for event in events] == sorted(event.t for event in events)
-    counts = {kind: sum(event.kind == kind for event in events) for kind in time_of}
-    for kind, n in counts.items():
-        assert min(summary["n_" + re.sub("[ -]", "_", kind)], 5) == n
-    assert summary["peak_N_LF"] >= columns["N_LF"].max() > 1e5
-    assert summary["rows"] == len(columns) and summary["t"] == columns["time"].iloc[-1] == pytest.approx(0.03)
-    assert summary["end"] == "t_end, return_to_centre not reached" and not summary["derailed"]
-    # The columns' energies are those at positions rounded to 1e-16 m.
-    assert summary["drift"] >= columns["E_drift"].abs().max() - 2e-16*summary["peak_N_LF"]
-    start = columns[["KE_lat", "KE_vert", "KE_roll"]].iloc[0]
-    assert summary["kinetic_energy"] == pytest.approx(start.sum(), rel=1e-14)
-    assert summary["steps"] >= 3000 and summary["step"] == 1e-5
-    assert summary["evaluations"] >= 6*summary["steps"] and summary["steps"] >= 3000 + summary["cuts"]
-    assert flange_run.table.load_per_wheel == pytest.approx(90e3, abs=1)
 
 
 def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
@@ -276,12 +247,12 @@ def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
 
 # One table for many runs
 
-def test_a_table_serves_other_runs():
+def test_a_table_serves_other_runs(tmp_path):
     first = to_flange("aw")
     other = first.replace(vY=0.9, roll_rate=0.03, mass=1600, vertical_load=150e3, lateral_force=2e3, scheme="newmark",
                           title="heavier", wheel_profile=str(REPO / "profiles/awprof.yz"))
     table = ldbench.ContactTable(first)
-    shared, alone = ldbench.run(other, table=table), ldbench.run(other)
+    shared, alone = ldbench.run(other, table=table), ldbench.run(other.replace(table_file=tmp_path / "own.table"))
     assert shared.data.equals(alone.data)
     assert shared.table.equilibrium == alone.table.equilibrium != table.equilibrium
     assert shared.table.weight == pytest.approx(1600*9.81 + 150e3)
@@ -304,14 +275,14 @@ def test_a_table_that_does_not_fit_is_refused(table, change, place, expected, fo
     assert told.file == table.case.label if place else Path(told.file).name == Path(change["wheel_profile"]).name
 
 
-def test_a_load_beyond_the_table_is_refused():
+def test_a_load_beyond_the_table_is_refused(tmp_path):
     """One wheel is pressed half a millimetre into its rail by 1 MN, two do not carry 3 MN."""
     table = ldbench.ContactTable(coarse(1, "aw", depth=5e-4))
     with pytest.raises(ldbench.Error, match=r"&wheelset vertical_load = 3000000\.0 N: expected an equilibrium") as shared:
         ldbench.run(table.case.replace(vertical_load=3e6), table=table)
     assert (shared.value.group, shared.value.variable, shared.value.file) == ("wheelset", "vertical_load", table.case.label)
     with pytest.raises(ldbench.Error) as alone:
-        ldbench.run(table.case.replace(vertical_load=3e6))
+        ldbench.run(table.case.replace(vertical_load=3e6, table_file=tmp_path / "own.table"))
     assert str(alone.value) == str(shared.value)
 
 
@@ -394,23 +365,6 @@ def test_control_c_stops_a_run_cleanly(tmp_path):
 
 # The contact table at poses
 
-def test_force_is_minus_the_gradient_of_the_potential(table):
-    y, z, roll = touching_poses(table, 300)
-    force = table.force(y, z, roll)
-    for k, (dy, dz, droll) in enumerate(1e-8*np.eye(3)):
-        slope = (table.potential(y + dy, z + dz, roll + droll) - table.potential(y - dy, z - dz, roll - droll))/2e-8
-        np.testing.assert_allclose(-slope, force[:, k], rtol=1e-5, atol=1.0)
-
-
-def test_tangent_is_the_derivative_of_the_force(table):
-    y, z, roll = touching_poses(table, 300)
-    tangent = table.tangent(y, z, roll)
-    assert np.array_equal(tangent, tangent.swapaxes(1, 2))
-    for k, (dy, dz, droll) in enumerate(1e-9*np.eye(3)):
-        slope = -(table.force(y + dy, z + dz, roll + droll) - table.force(y - dy, z - dz, roll - droll))/2e-9
-        np.testing.assert_allclose(tangent[:, :, k], slope, rtol=1e-4, atol=1e-4*np.abs(tangent).max())
-
-
 def test_wheels_and_contacts_add_up(table):
     poses = touching_poses(table, 200)
     for function in table.potential, table.force, table.tangent:
@@ -478,14 +432,6 @@ def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
     assert list(file) == list(frame) and file.attrs["units"] == frame.attrs["units"]
     wide = np.isin(np.round(1e4*frame["Y"]), np.round(1e4*file["Y"]))
     np.testing.assert_allclose(frame[wide].to_numpy(), file.to_numpy(), rtol=1e-8, atol=1e-9)
-
-
-@pytest.mark.parametrize(("pair", "clearance"), [("aw", 10.18e-3), ("sw", 16.94e-3)])
-def test_clearance_and_equilibrium(pair, clearance):
-    table = ldbench.ContactTable(coarse(1, pair))
-    assert table.clearance == pytest.approx(clearance, abs=5e-6)
-    assert table.weight == pytest.approx(1568*9.81 + 164618, rel=1e-15)
-    np.testing.assert_allclose(table.force(0, table.equilibrium, 0), [0, table.weight, 0], rtol=1e-11, atol=1e-6)
 
 
 # Column files

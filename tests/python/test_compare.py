@@ -124,8 +124,6 @@ def test_impacts_are_compared_by_number():
     assert table.loc["LF 2 start", "reference"] == pytest.approx(TOUCH + 0.012, abs=2e-6)
 
 
-# Files and the command ---------------------------------------------------------------------
-
 def other_code(run: RunData, path: Path) -> None:
     """Write the run as another code would: its own names, mm and kN, commas, Y to the right."""
     lines = ["t [s], ylat [mm], nfl [kN]"]
@@ -181,8 +179,6 @@ def test_command_aligns(tmp_path: Path):
     table = pd.read_csv(tmp_path/"ab.csv").set_index(["what", "quantity"])
     assert table.loc[("difference", "Y"), "rms"] < 1e-9
 
-
-# The study ---------------------------------------------------------------------------------
 
 def small_project(root: Path) -> Path:
     """Inputs of two exercises with coarse tables, in a project folder of their own."""

@@ -19,9 +19,6 @@ def paths(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return en15302.write(tmp_path_factory.mktemp("en15302"))
 
 
-# ---- closed forms --------------------------------------------------------------------
-
-
 @pytest.fixture
 def coarse(monkeypatch):
     """Geometry functions of a pair in rows five times as far apart, which serve where no radius difference jumps."""
@@ -64,7 +61,6 @@ def test_wheels_of_other_radii(tmp_path):
     assert one[1] - none[1] == pytest.approx(d/(none[8] - none[10]), rel=0.05)
 
 
-# ---- the command ---------------------------------------------------------------------
 @pytest.mark.usefixtures("coarse")
 def test_reference_on_the_page(paths, tmp_path, capsys):
     made, target = en15302.case("A-918", paths), tmp_path/"page.png"

@@ -57,7 +57,6 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
     return counts
 
 
-# ---- members -------------------------------------------------------------------------
 def test_a_member_is_a_run(table):
     found = ldbench.ensemble(short(), {"mass": MASSES, "vY": [0.9, 1.1]}, columns=["Y", "N_LF"], tables=[table])
     assert dict(found.error.sizes) == {"mass": 3, "vY": 2} and not (found.error != "").any()
@@ -153,7 +152,6 @@ def test_refusals(arguments, expected, found, monkeypatch):
     assert told.expected.startswith(expected) if expected else "initial_vY" in str(told), told
 
 
-# ---- draws ---------------------------------------------------------------------------
 @pytest.mark.parametrize("draw", ["random", "even"])
 def test_draws(draw):
     over = {"mass": (1000, 2000), "vY": (-1, 1)}
@@ -172,7 +170,6 @@ def test_drawn_members(table):
         {"mass": (1400, 1600), "vY": (0.5, 1)}, 5, 7, "random")
 
 
-# ---- progress and Ctrl-C -------------------------------------------------------------
 def test_progress(table):
     told = []
     ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], progress=lambda *report: told.append(report))
@@ -207,7 +204,6 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
     assert np.count_nonzero(kept_keys(folder)[1]) == 1
 
 
-# ---- store ---------------------------------------------------------------------------
 def test_only_what_is_missing_is_run(tmp_path, table, counted):
     store = tmp_path/"sweep.zarr"
     first = ldbench.ensemble(short(), {"mass": MASSES}, columns=["Y"], store=store, tables=[table])
@@ -328,7 +324,6 @@ def test_failed_members_are_stored_too(tmp_path, table):
     assert first.error.item() and again.identical(first)
 
 
-# ---- Dask ----------------------------------------------------------------------------
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[Cluster]:
     pytest.importorskip("distributed")
@@ -358,9 +353,6 @@ def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
     runs = counted["runs"]
     assert ldbench.ensemble(case, over, columns=["Y"], store=tmp_path/"sweep.zarr").identical(found)
     assert counted["runs"] == runs
-
-
-# ---- command -------------------------------------------------------------------------
 
 
 def test_an_ensemble_that_fails_as_a_whole_is_an_error(tmp_path, capsys):

@@ -15,10 +15,10 @@ import imaginary_physics as physics
 import ldbench
 import ldbench_round.fingerprint as fingerprints
 from imaginary_physics import Physics
+from invented import invented_run
 from ldbench import Case
 from ldbench.__main__ import main
 from ldbench.results.events import FLANGE_ANGLE
-from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench_round import own_runs
@@ -34,10 +34,9 @@ FIRST = 0.05            # to after the first blow of the left flange [s]
 
 
 def of(frame: pd.DataFrame, task: Task = AW) -> Fingerprint:
-    return fingerprint(RunData(Path("other_code.csv"), header=Header(), data=frame), task)
+    return fingerprint(invented_run(frame), task)
 
 
-# ---- planted laws of contact ---------------------------------------------------------
 @pytest.mark.parametrize(("task", "laws"), [
     (AW, Physics()), (SW, Physics(k=6e10)), (AW, Physics(k=1e9, n=1.0)), (SW, Physics(k=8e9, n=1.25)),
     (AW, Physics(hunt_crossley=0.1)), (AW, Physics(kelvin_voigt=3e4))], ids=str)
@@ -126,7 +125,6 @@ def force_over_hertz(run: RunData, task: Task) -> float:
     return float(np.median(list(islice((ratio for ratio, misfit in ratios_to_hertz(run, task) if misfit < 0.03), 4))))
 
 
-# ---- planted steps and tables --------------------------------------------------------
 @pytest.mark.parametrize("scheme", ["newmark", "symplectic Euler"])
 def test_the_step_of_a_code_that_writes_every_step(scheme: str):
     """Velocities that are half a step late do not look like damping."""
@@ -143,7 +141,6 @@ def test_the_pitch_of_a_table_is_found(laws: Physics):
     assert not found.step.known
 
 
-# ---- rigid codes ---------------------------------------------------------------------
 @pytest.mark.parametrize(("task", "restitution"), [(AW, 1.0), (AW, 0.5), (SW, 0.8), (SW, 0.0)],
                          ids=lambda value: str(getattr(value, "name", value)))
 def test_rigid_codes_and_their_restitution_are_found(task: Task, restitution: float):
@@ -157,7 +154,6 @@ def test_rigid_codes_and_their_restitution_are_found(task: Task, restitution: fl
     assert not even.pitch.known and not even.step.known
 
 
-# ---- nothing that is not there -------------------------------------------------------
 @pytest.mark.parametrize("task", TASKS[:-1], ids=lambda task: task.name)
 def test_our_runs_are_elastic_half_spaces_without_loss(task: Task, shipped: dict[str, Run]):
     """Elastic, 3/2 in the uncertainty or within 0.06, no loss, no damping, no step, no table, and the size of Hertz's law."""
@@ -174,7 +170,6 @@ def test_our_runs_are_elastic_half_spaces_without_loss(task: Task, shipped: dict
     assert found.sentence.endswith("step not visible, no contact table over Y visible.")
 
 
-# ---- the command ---------------------------------------------------------------------
 def test_the_command_tells_a_file_of_another_code(tmp_path: Path, shipped: dict[str, Run], capsys: pytest.CaptureFixture[str],
                                                   monkeypatch: pytest.MonkeyPatch):
     """The map is guessed, as for check; units, signs and names are those of another code."""

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,9 @@ import pytest
 
 import imaginary_codes as imaginary
 import ldbench
+from invented import invented_run
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
-from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.runs import compute
@@ -28,10 +28,6 @@ from yardsticks import measured_yardstick, rounded
 
 TASK = Task(2, "aw")
 HERTZ = {"model": "hertz", "table_file": ""}
-
-
-def made(columns: Mapping[str, np.ndarray] | pd.DataFrame) -> RunData:
-    return RunData(Path("made.txt"), header=Header(), data=pd.DataFrame(columns))
 
 
 @pytest.fixture(scope="module")
@@ -56,18 +52,17 @@ def frame(hertz: dict[str, ldbench.Run]) -> pd.DataFrame:
 @pytest.fixture(scope="module")
 def reference(frame: pd.DataFrame) -> RunData:
     """The run without its header, as those are that are changed."""
-    return made(frame)
+    return invented_run(frame)
 
 
 def changed(frame: pd.DataFrame, **columns: np.ndarray | pd.Series) -> RunData:
-    return made(frame.assign(**columns))
+    return invented_run(frame.assign(**columns))
 
 
 def differences(scores: Scores, kind: str) -> dict[str, float]:
     return {one.name: one.difference for one in scores.of_kind(kind)}
 
 
-# ---- planted differences -------------------------------------------------------------
 @pytest.mark.parametrize(("name", "task"), [
     ("ex1_aw", Task(1, "aw")), ("ex2_aw", TASK), ("ramp", Task(5, "aw")), ("rigid 1.0", TASK), ("rigid 0.5", TASK),
     ("bilateral", TASK)])
@@ -180,7 +175,7 @@ SPOILT: dict[str, tuple[Callable[[pd.DataFrame], pd.DataFrame], set[str]]] = {
 def test_what_has_no_partner_or_is_wrong_gets_a_bad_grade(what: str, reference: RunData, frame: pd.DataFrame):
     """Every quantity of the call has a grade, and a quantity that is as it should be keeps its good one."""
     change, bad = SPOILT[what]
-    found = score(made(change(frame)), reference, TASK)
+    found = score(invented_run(change(frame)), reference, TASK)
     grades = {kind: one.grade for kind in KINDS if (one := found.graded(kind))}
     assert {kind for kind in bad if grades.get(kind) is None} == bad, grades
     if what != "the first 3 ms":
@@ -190,39 +185,19 @@ def test_what_has_no_partner_or_is_wrong_gets_a_bad_grade(what: str, reference: 
         assert found.share_of("displacement") == pytest.approx(3e-3/frame.time.iloc[-1], rel=0.1) and found.share_of("event") < 0.1
 
 
-# ---- files of all kinds --------------------------------------------------------------
-HOSTILE: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
-    "time and Y alone": lambda f: f[["time", "Y"]],
-    "time alone": lambda f: f[["time"]],
-    "no flanges": lambda f: f.drop(columns=[name for name in f if name.endswith("F")]),
-    "components without N": lambda f: f.drop(columns=[f"N_{contact}" for contact in CONTACTS]),
-    "rows every 2 ms": lambda f: f.iloc[::20],
-    "a third of the file": lambda f: f.iloc[:len(f)//3],
-    "empty cells": lambda f: f.assign(Y=np.where(np.arange(len(f)) % 7 == 0, np.nan, f.Y), N_LF=f.N_LF.where(f.time < 0.03)),
-    "nothing but empty cells": lambda f: f.assign(**{name: np.nan for name in f if name != "time"}),
-    "huge numbers": lambda f: f.assign(**{name: 1e308*(1 if k % 2 else -1) for k, name in enumerate(f) if name != "time"}),
-    "zeros": lambda f: f.assign(**{name: 0.0 for name in f if name != "time"}),
-    "two rows": lambda f: f.iloc[[0, len(f)//2]],
-    "every row closed or open by chance": lambda f: f.assign(
-        N_LF=np.random.default_rng(1).random(len(f)) < 0.5, N_LT=1e5*(np.random.default_rng(2).random(len(f)) < 0.5)),
-    "each time twice": lambda f: f.iloc[np.repeat(np.arange(len(f)), 2)],
-    "infinite": lambda f: f.assign(vY=np.inf, N_RT=np.inf),
-}
-
-
 def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
     """Components replace the normal force; a file without forces has motion and passages; a short file ends the scores."""
-    by_parts = score(made(HOSTILE["components without N"](frame)), reference, TASK)
+    by_parts = score(invented_run(frame.drop(columns=[f"N_{contact}" for contact in CONTACTS])), reference, TASK)
     assert max(differences(by_parts, "impulse").values()) < 1e-9 and by_parts.share == pytest.approx(1, abs=1e-9)
-    bare = score(made(HOSTILE["time and Y alone"](frame)), reference, TASK)
+    bare = score(invented_run(frame[["time", "Y"]]), reference, TASK)
     scored = {one.name for one in bare.scores if np.isfinite(one.difference)}
     assert scored == {"Y", "centre passage 1", "centre passage 2"} and np.isnan(bare.share)
     assert set(bare.left_out) == {*CONTACTS, *QUANTITIES, *SUMS} - {"Y"}
     assert bare.share_of("displacement") == pytest.approx(1/3)
-    cut = score(made(HOSTILE["a third of the file"](frame)), reference, TASK)
+    cut = score(invented_run(frame.iloc[:len(frame)//3]), reference, TASK)
     assert cut.end == frame.time[len(frame)//3 - 1] and {one.where for one in cut.unmatched} == {"reference"}
     assert cut.get("LF 1 impulse").grade == 1e-3 and cut.get("RF 1 impulse").difference == 1
-    holes = score(made(HOSTILE["empty cells"](frame)), reference, TASK)
+    holes = score(changed(frame, Y=np.where(np.arange(len(frame)) % 7 == 0, np.nan, frame.Y)), reference, TASK)
     assert holes.get("Y").difference < 1e-3
 
 
@@ -235,9 +210,6 @@ def test_rigid_impacts_are_those_of_the_columns(hertz: dict[str, ldbench.Run]):
         assert sum(one.impulse for one in found) == pytest.approx(run.values(f"P_{contact}")[-1] + pushed, rel=0.02)
     told = [event for event in run.events if "LF" in event.impulses]
     assert told and told[0].t in [one.start for one in run.intervals("LF")]
-
-
-# ---- horizons ------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -257,7 +229,6 @@ def test_the_yardstick_of_exercise_2_is_measured_again(tables: dict[str, Contact
         assert found[name] == pytest.approx(known[name], rel=0.05, abs=1e-4)
 
 
-# ---- the command ---------------------------------------------------------------------
 @pytest.fixture
 def folders(hertz: dict[str, ldbench.Run], tmp_path: Path) -> tuple[Path, Path]:
     own, reference = tmp_path/"own", tmp_path/"reference"

@@ -16,14 +16,12 @@ from matplotlib.text import Text
 from pypdf import PdfReader
 
 from invented import altered, invented_run
-from ldbench import Event, read_columns
+from ldbench import Event
 from ldbench.geometry.outlines import Outlines, run_outlines
 from ldbench.plots import document
 from ldbench.plots.contents import arranged, contents_page, entries
 from ldbench.plots.document import Part, bind, save_pages
-from ldbench.plots.geometry import geometry_page
 from ldbench.plots.impact import impact_page
-from ldbench.plots.overview import first_contacts, overview_figures, side_by_side
 from ldbench.plots.phase import energy_page
 from ldbench.plots.sections import instants
 from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
@@ -33,7 +31,6 @@ from ldbench.plots.times import time_page
 from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
 from ldbench.results.run_data import RunData, read_data
-from ldbench.results.summary import summary_row
 from running import REPO, namelist, run_case
 
 # What the call asks for, as columns.
@@ -233,8 +230,6 @@ def test_spectrum_shows_the_sines_with_their_amplitudes_and_the_eigenfrequencies
     assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == ":"] == [0.4, 210.0, 240.0]
 
 
-# A real run: geometry of the pictures ------------------------------------------------------
-
 @pytest.fixture(scope="module")
 def thrown(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunData, Path]:
     """The wheelset thrown at the left flange at 1 m/s, and its geometry file."""
@@ -287,36 +282,6 @@ def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], imp
         assert np.hypot(*(wheel - point).T).min() < 0.2          # [mm], points every 0.25 mm
 
 
-def test_geometry_page_draws_the_file(thrown: tuple[RunData, Path]):
-    table = read_columns(thrown[1])
-    figure = geometry_page(thrown[0], table)
-    angle, radius, delta, conicity, *_ = figure.axes
-    for ax, column, factor in ((angle, "angle_L", 180/np.pi), (radius, "radius_L", 1e3), (delta, "delta_r", 1e3),
-                               (conicity, "conicity", 1)):
-        np.testing.assert_allclose(ax.get_lines()[0].get_ydata(), factor*table[column])
-        np.testing.assert_allclose(ax.get_lines()[0].get_xdata(), 1e3*table["Y"])
-    np.testing.assert_allclose(angle.get_lines()[1].get_ydata(), 180/np.pi*table["angle_R"])
-    clearance = {round(line.get_xdata()[0], 3) for line in angle.get_lines()[2:]}
-    assert clearance == {-10.18, 10.18}
-
-
-# Titles and runs side by side ---------------------------------------------------------------
-
-
-def test_runs_side_by_side_are_the_runs(thrown: tuple[RunData, Path]):
-    run, _ = thrown
-    other = altered(run, name="ex3_sw", data=run.data.assign(Y=0.5*run.values("Y")))
-    axes = side_by_side([run, other]).axes
-    for line, one in zip(axes[0].get_lines(), (run, other), strict=True):
-        np.testing.assert_allclose(line.get_ydata(), 1e3*one.values("Y"))
-    assert axes[2].get_lines()[0].get_ydata().max() == pytest.approx(1e-3*run.values("N_LF").max())
-    bars = [patch.get_width() for patch in first_contacts([run, other]).axes[0].patches]
-    assert sum(bars) == pytest.approx(2*100)
-    assert overview_figures([long_run()]) == []
-
-
-# Summary and document ----------------------------------------------------------------------
-
 def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The number at each line, its link and the bookmark lead to the page with that title, which has the number at its foot."""
     monkeypatch.setattr(document, "LISTED", 6)
@@ -349,14 +314,3 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
         boxes = [t.get_window_extent(renderer) for t in figure.texts if t.get_text() == line.words]
         assert [box for box in boxes if left - 1 <= box.x0 <= box.x1 <= right + 1 and low - 1 <= box.y0 <= box.y1 <= high + 1]
     assert [part.title for part in found.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]
-
-
-def test_summary_row_measures_drift_by_the_initial_energy():
-    run = invented()
-    for column, joule in (("KE_lat", 3.0), ("KE_vert", 0.5), ("KE_roll", 0.5)):
-        run.data[column] = joule
-    assert summary_row(run)["drift_relative"] == pytest.approx(2e-9/4)
-    for column in ("KE_lat", "KE_vert", "KE_roll"):
-        run.data[column] = 0.0
-    run.data["W_ext"] = np.linspace(0, 8, len(run.time))
-    assert summary_row(run)["drift_relative"] == pytest.approx(2e-9/8)

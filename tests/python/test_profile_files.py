@@ -51,7 +51,6 @@ def thickness(wheel: np.ndarray) -> float:
     return float(np.interp(level, z[k - 1:k + 1], y[k - 1:k + 1]))
 
 
-# ---- specimens of every format -------------------------------------------------------
 def miniprof(points: np.ndarray, kind: str, ends: str = "\n\n") -> str:
     return ("ProgramName=MiniProf\nProgramVer=2.4\nStock=%12\nXOffset=1.5\nYOffset=-2.0\nColumnDef=X,Y,A,C\n"
             f"XYPoints={len(points)}{ends}" + rows(points*DOWN - [1.5, -2], digits=5, after=" 0.1 0.2"))
@@ -197,9 +196,6 @@ def test_sides_and_sections_are_asked_by_number(tmp_path):
     assert "leave slice out" in refused(tmp_path, "one.prw", simpack(WHEEL, "wheel"), 2)
 
 
-# ---- the origin of a wheel -----------------------------------------------------------
-
-
 def test_back_is_told_by_its_face_only():
     faced = shapes.with_faces(WHEEL)
     for shift, noise in (-70.0, 0.0), (-69.95, 0.01):
@@ -223,7 +219,6 @@ def test_back_is_told_by_its_face_only():
             place(of_array(bare), "array", wheel_back=wrong)
 
 
-# ---- what is refused -----------------------------------------------------------------
 def with_line(k: int, line: str) -> str:
     lines = rows(WHEEL).splitlines()
     return "\n".join([*lines[:k], line, *lines[k:]]) + "\n"
@@ -270,9 +265,6 @@ REFUSED: dict[str, tuple[str, str | bytes, str]] = {
 def test_broken_file_is_refused(broken, tmp_path):
     name, text, words = REFUSED[broken]
     assert words in refused(tmp_path, name, text)
-
-
-# ---- mending -------------------------------------------------------------------------
 
 
 def test_mending_says_what_it_did():

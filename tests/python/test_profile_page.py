@@ -14,7 +14,7 @@ import shapes
 from ldbench import Case, Profile
 from ldbench.__main__ import main
 from ldbench.commands import profile
-from ldbench.conicity import equivalent_conicity, linearised_conicity
+from ldbench.conicity import FINE_PITCH, equivalent_conicity, linearised_conicity
 from ldbench.geometry.pair import pair
 from ldbench.plots.dimensions import wheel_dimensions
 from ldbench.plots.pair_page import contact_lines, pair_page
@@ -74,8 +74,10 @@ def test_dimension_lines_are_as_long_as_the_measures(name):
 @pytest.fixture(scope="module")
 def worn_right():
     """The actual pair with the simplified wheel on the right."""
-    return pair(Case.exercise(1).replace(wheel_profile_right=str(REPO/"profiles/swprof.yz"),
-                                         wheel_profile=str(REPO/"profiles/awprof.yz")))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ldbench.geometry.pair.FINE_PITCH", 5*FINE_PITCH)
+        return pair(Case.exercise(1).replace(wheel_profile_right=str(REPO/"profiles/swprof.yz"),
+                                             wheel_profile=str(REPO/"profiles/awprof.yz")))
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -117,6 +119,7 @@ def pages(tmp_path_factory):
     words, numbers = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(profile, "pair", cache(pair))         # both commands ask for the same geometry
+        patch.setattr("ldbench.geometry.pair.FINE_PITCH", 5*FINE_PITCH)
         with redirect_stdout(words):
             assert main(["profile", *map(str, PAIR), "-o", str(folder/"page.pdf")]) == 0
         with redirect_stdout(numbers):

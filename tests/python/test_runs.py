@@ -69,8 +69,6 @@ def other(elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path) -> ldbench.R
     return ldbench.read_run(tmp_path/"theirs.csv", OTHER_MAP)
 
 
-# Memory and file ---------------------------------------------------------------------------
-
 def test_memory_and_file_tell_the_same(both: tuple[ldbench.Run, ldbench.Run]):
     memory, file = both
     assert alike(vars(memory.header), vars(file.header))
@@ -179,8 +177,6 @@ def test_a_damaged_file_of_ours_is_told(elastic: tuple[ldbench.Run, ldbench.Run]
         ldbench.read_run(tmp_path/"text")
 
 
-# Elsewhere ---------------------------------------------------------------------------------
-
 COPIES: dict[str, Callable[[Any], Any]] = {
     "copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda x: pickle.loads(pickle.dumps(x))}
 
@@ -231,8 +227,6 @@ def test_xarray_has_columns_units_and_results(both: tuple[ldbench.Run, ldbench.R
         assert np.array_equal(frame, run.data, equal_nan=True)
 
 
-# Another code's file -----------------------------------------------------------------------
-
 def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elastic: tuple[ldbench.Run, ldbench.Run]):
     memory = elastic[0]
     assert type(other) is ldbench.Run and other.name == "theirs" and list(other.data) == ["time", "Y", "N_LF"]
@@ -254,8 +248,6 @@ def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elas
     assert repr(other).startswith("Run('theirs', ") and "theirs" in other._repr_html_()
     assert pickle.loads(pickle.dumps(other)).data.equals(other.data)
 
-
-# Files that are not there ------------------------------------------------------------------
 
 def missing(folder: Path) -> dict[str, Callable[[], object]]:
     (folder/"theirs.csv").write_text("t,y\n0,1\n1,2\n")
@@ -283,16 +275,6 @@ def test_a_file_that_is_not_there_is_not_found(name: str, tmp_path: Path):
     assert error.value.file == str(tmp_path/name)
 
 
-# Cases -------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize("case", [
-    ldbench.Case(), ldbench.Case(vY=0.3, output_file="fast.txt"), ldbench.Case.exercise(4, "sw"),
-    small(**KINDS["two sides"]), ldbench.Case(dt=1e-5/3, title="it's \"so\"", table_roll=0.4, initial_roll=1e-3)], ids=repr)
-def test_the_words_of_a_case_are_the_case(case: ldbench.Case):
-    again = eval(repr(case), {"Case": ldbench.Case})
-    assert again == case and again.values == case.values and hash(again) == hash(case)
-
-
 def test_a_case_describes_every_variable():
     case = ldbench.Case(vY=0.3)
     table = case.describe()
@@ -302,24 +284,6 @@ def test_a_case_describes_every_variable():
     for name in "unit", "range", "meaning":
         assert tuple(table[name]) == tuple(getattr(variable, name) for variable in variables())
     assert (table["range"] != "").all() and (table["meaning"] != "").all()
-
-
-@pytest.mark.parametrize(("wrong", "meant"), [("masss", "mass"), ("v_Y", "vY"), ("outputfile", "output_file"),
-                                              ("wheelset_mas", "mass"), ("rollrate", "roll_rate")])
-def test_a_misspelt_variable_names_the_nearest(wrong: str, meant: str):
-    for refused in (lambda: ldbench.Case(**{wrong: 1}), lambda: ldbench.Case().replace(**{wrong: 1})):
-        with pytest.raises(ldbench.Error) as error:
-            refused()
-        assert error.value.found == f"{wrong}; {meant} is the nearest"
-    with pytest.raises(AttributeError) as attribute:
-        getattr(ldbench.Case(), wrong)
-    assert str(attribute.value) == str(error.value)
-    with pytest.raises(ldbench.Error) as nothing:
-        ldbench.Case(qqqqq=1)
-    assert nothing.value.found == "qqqqq"
-
-
-# The package -------------------------------------------------------------------------------
 
 
 def test_a_run_is_a_mapping_of_columns_and_ends_as_in_scipy(elastic: tuple[ldbench.Run, ldbench.Run], other: ldbench.Run):

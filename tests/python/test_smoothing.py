@@ -6,6 +6,7 @@ import pytest
 
 import ldbench
 import shapes
+from ldbench.conicity import FINE_PITCH
 from ldbench.geometry.pair import pair
 from ldbench.profiles.smoothing import chord_lengths, smooth
 
@@ -80,6 +81,7 @@ def test_a_written_profile_is_read_as_it_is(tmp_path: Path, monkeypatch: pytest.
     assert again.curve == pytest.approx(wheel.curve, abs=1e-9)
     case = ldbench.Case(wheel_profile=again)
     assert case.wheel_profile == str(tmp_path/"wheel.yz")
+    monkeypatch.setattr("ldbench.geometry.pair.FINE_PITCH", 5*FINE_PITCH)
     monkeypatch.chdir(tmp_path)             # where the file goes that a case names for a profile of points
     assert pair(case).clearance == pair(ldbench.Case(wheel_profile=wheel)).clearance
     (tmp_path/"points.txt").write_text(shapes.rows(points[points[:, 0] > 8]))

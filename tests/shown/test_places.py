@@ -11,6 +11,7 @@ from pypdf import PdfReader
 
 import ldbench
 from ldbench.__main__ import main
+from ldbench.conicity import FINE_PITCH
 from ldbench.plots.geometry import geometry_page
 from ldbench.plots.overview import overview_figures
 from ldbench.plots.style import ldbench_style
@@ -262,8 +263,9 @@ def test_formulations(world: World):
 
 # Profiles ----------------------------------------------------------------------------------
 
-def test_profile(tmp_path: Path, capsys: pytest.CaptureFixture[str], world: World):
+def test_profile(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, world: World):
     """What the command prints of a wheel and a rail: from the points of the files and the radii that they were made with."""
+    monkeypatch.setattr("ldbench.geometry.pair.FINE_PITCH", 5*FINE_PITCH)       # rows of the geometry, five times as far apart
     folder = Path(__file__).parents[2]/"profiles"
     wheel, right = folder/"awprof.yz", folder/"swprof.yz"
     assert main(["profile", str(wheel), str(folder/"arprof.yz"), "--set", f"wheel_profile_right={right}", "-o",

@@ -1,4 +1,5 @@
 """The small Fortran programs of tests/fortran, as functions of arrays."""
+import functools
 import re
 import subprocess
 from dataclasses import dataclass
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ldbench import Case, ContactTable
 from running import FORTRAN_TESTS, HANG, REPO, Run, namelist
 
 # The benchmark's wheelset.
@@ -46,29 +48,36 @@ def write_case(folder: Path, pair: str, table_file: Path | None = None, **groups
 
 @dataclass
 class States:
-    """The wheelset's contacts at poses (y, z, roll), z being the height of the axle centre."""
+    """The wheelset's contacts at poses (y, z, roll), z being the height of the axle centre; NaN off the table."""
     equilibrium: float       # height of the axle centre at rest [m]
-    rigid_height: float      # the same where the rigid wheels just touch [m]
+    rigid_height: float      # height of the axle centre where the rigid wheels just touch [m]
     clearance: float         # [m]
-    energy: np.ndarray       # (pose, contact LT LF RT RF) [J]
-    gradient: np.ndarray     # (pose, contact, coordinate) [N, N m]
+    energy: np.ndarray       # (pose, wheel) [J]
+    gradient: np.ndarray     # (pose, contact LT LF RT RF, coordinate) [N, N m]
     hessian: np.ndarray      # (pose, coordinate, coordinate) of the sum of the energies
-    status: np.ndarray       # 0: on the table
 
     @property
     def total(self) -> np.ndarray:
         """Gradient of the sum of the energies."""
         return self.gradient.sum(axis=1)
 
+    @property
+    def force(self) -> np.ndarray:
+        """Size of each contact's force, (pose, contact) [N]."""
+        return np.hypot(self.gradient[..., 0], self.gradient[..., 1])
+
+
+@functools.cache
+def read_table(namelist: str) -> ContactTable:
+    """The contact table of a case, read or built once."""
+    return ContactTable.quiet(Case.from_namelist(namelist))
+
 
 def contact_states(case: Path, poses: np.ndarray) -> States:
-    done = subprocess.run([FORTRAN_TESTS / "contact_state", case], input=text(poses), cwd=REPO,
-                          capture_output=True, text=True, timeout=HANG)
-    assert done.returncode == 0, done.stderr
-    first, _, rest = done.stdout.partition("\n")
-    rows = np.loadtxt(StringIO(rest), ndmin=2)
-    return States(*map(float, first.split()), rows[:, :4], rows[:, 4:16].reshape(-1, 4, 3),
-                  rows[:, [[16, 17, 18], [17, 19, 20], [18, 20, 21]]], rows[:, 22])
+    table = read_table(case.read_text())
+    energy = np.stack([table.potential(*poses.T, wheel=wheel, outside="nan") for wheel in ("left", "right")], axis=1)
+    return States(table.equilibrium, table.rigid_height, table.clearance, energy,
+                  -table.forces_by_contact(*poses.T, outside="nan"), table.tangent(*poses.T, outside="nan"))
 
 
 @dataclass

@@ -1,7 +1,6 @@
 """Stored outputs of the ten shipped inputs.
 
-    python tests/support/reference.py            run the ten cases and say what moved; exit status 1 if out of tolerance
-    python tests/support/reference.py --store    the same, then replace the references
+`make reference` runs the ten cases, says what moved, and replaces the references; tests say it too, and replace nothing.
 
 outputs/reference has two files per case, which read like any column file: <case>.txt, rows of the run with its
 events and peaks of the summary; <case>_tolerance.txt, how far each of these numbers may move, inf where it is
@@ -20,9 +19,7 @@ on the flange: its rows end there, and the range is that of these rows. Events a
 tolerances of the same kind, event times that of a step in addition; where they are chaotic they are compared as a
 statistic, mean of nine runs +- their 99.9 % prediction interval, if that says anything.
 """
-import argparse
 import re
-import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -31,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 from ldbench._core.files import complete
-from running import CASES, REPO, Columns, Run, columns, for_all_cases, header, on_grid, read_interval, run_shipped
+from running import REPO, Columns, Run, columns, for_all_cases, header, on_grid, read_interval, run_shipped
 
 FOLDER = REPO / "outputs/reference"
 ROWS = 100
@@ -70,7 +67,6 @@ class Move:
         return f"{self.what}{self.where} moved by {self.by:.2g}, tolerance {self.tolerance:.2g}"
 
 
-# ---- what a run says of itself -------------------------------------------------------
 def read_facts(text: str) -> dict[str, float]:
     """Results in a summary and a column file's header; the k-th event of a kind is `kind k`."""
     found = {
@@ -108,7 +104,6 @@ def read_step(text: str) -> float:
     return float(re.search(r"steps: \d+ of at most (\S+) s", text)[1])
 
 
-# ---- making a reference --------------------------------------------------------------
 def perturbations(case: str) -> list[Callable[[str], str]]:
     """Changes of a case's text: its initial lateral velocity a little larger and smaller."""
     def change(factor: float, summand: float) -> Callable[[str], str]:
@@ -197,7 +192,6 @@ def make(run: Run, others: list[Run]) -> Reference:
         read_ending(run.summary))
 
 
-# ---- files ---------------------------------------------------------------------------
 def write(case: str, reference: Reference, folder: Path = FOLDER) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     names = "".join(f"{name:>16}" for name in reference.columns) + "\n"
@@ -223,7 +217,6 @@ def read(case: str, folder: Path = FOLDER) -> Reference:
                      facts, re.search(r"^ended: (.*)$", text, flags=re.M)[1])
 
 
-# ---- comparison ----------------------------------------------------------------------
 def compare(reference: Reference, run: Run) -> list[Move]:
     """The largest move, by its tolerance, of every column and fact that is compared."""
     run = on_grid(run)
@@ -264,18 +257,12 @@ def compare_column(name: str, reference: Reference, found: Columns, there: np.nd
     return Move(name, float(by[k]), float(tolerance[k]), f" [{unit}] at t = {time:.6g} s")
 
 
-def report(case: str, moves: list[Move]) -> bool:
-    """Say what moved; whether everything is within its tolerance."""
+def report(case: str, moves: list[Move]) -> None:
+    """Say what moved."""
     beyond = sorted((move for move in moves if move.share > 1), key=lambda move: -move.share)
     for move in beyond:
         print(f"{case}: {move}")
-    within = [move for move in moves if move.share <= 1]
-    nearest = max(within, key=lambda move: move.share, default=None)
-    if nearest is None or nearest.share == 0:
-        print(f"{case}: {len(within)} columns, events and peaks are the same")
-    else:
-        print(f"{case}: {len(within)} columns, events and peaks within tolerance; nearest to it: {nearest}")
-    return not beyond
+    print(f"{case}: {len(moves) - len(beyond)} columns, events and peaks within tolerance")
 
 
 def in_memory(run: Run) -> Run:
@@ -284,32 +271,20 @@ def in_memory(run: Run) -> Run:
     return run
 
 
-def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(description="Compare the ten shipped inputs with their references.")
-    parser.add_argument("--store", action="store_true", help="then replace the references")
-    store = parser.parse_args(arguments).store
+def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
 
         def run_all(case: str) -> tuple[Run, list[Run]]:
-            changes = perturbations(case) if store else []
-            return in_memory(run_shipped(case, folder)), [in_memory(run_shipped(case, folder, change)) for change in changes]
+            return (in_memory(run_shipped(case, folder)),
+                    [in_memory(run_shipped(case, folder, change)) for change in perturbations(case)])
 
-        runs = for_all_cases(run_all)
-    same = True
-    for case in CASES:
-        run, others = runs[case]
-        if not (FOLDER / f"{case}.txt").exists():
-            print(f"{case}: no reference")
-            same = False
-        elif not report(case, compare(read(case), run)):
-            same = False
-        if store:
+        for case, (run, others) in for_all_cases(run_all).items():
+            if (FOLDER / f"{case}.txt").exists():
+                report(case, compare(read(case), run))
             write(case, make(run, others))
-    if store:
-        print(f"stored in {FOLDER}")
-    return 0 if same or store else 1
+    print(f"stored in {FOLDER}")
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    main()

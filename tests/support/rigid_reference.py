@@ -1,7 +1,6 @@
 """Stored motions of the rigid formulations: every exercise, both pairs, bilateral and unilateral.
 
-    python tests/support/rigid_reference.py            run all and say what moved; exit status 1 if out of tolerance
-    python tests/support/rigid_reference.py --store    the same, then replace outputs/reference/formulations*.csv
+`make reference` runs all, says what moved, and replaces outputs/reference/formulations*.csv.
 
 formulations.csv: instants of Y, Z, roll, vY and the left flange's impulse. A number may move by 1e-9 of its unit and
 ten times what a change of the initial lateral velocity by 1e-10 of itself (exercise 5: by 1e-12 m/s) makes of it, to
@@ -13,9 +12,7 @@ ten times the change says; bilateral, it never ends: when a rail begins to pull,
 """
 from __future__ import annotations
 
-import argparse
 import functools
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -125,27 +122,18 @@ def end_moves(stored: pd.DataFrame, pair: str, formulation: str) -> list[str]:
                       if row.quantity in now and not abs(now[row.quantity] - row.value) <= row["may move"]]
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--store", action="store_true", help="replace the references")
-    args = parser.parse_args()
-    todo = [(name, formulation) for name in CASES for formulation in RIGID]
-    ends = [(pair, formulation) for pair in PAIRS for formulation in RIGID]
-    found: list[str] = []
+def main() -> None:
+    work = ((FILE, moves, reference, [(name, formulation) for name in CASES for formulation in RIGID], 10),
+            (ENDS, end_moves, end_reference, [(pair, formulation) for pair in PAIRS for formulation in RIGID], 12))
     with ThreadPoolExecutor(2) as pool:
-        for file, compared, work in (FILE, moves, todo), (ENDS, end_moves, ends):
+        for file, compared, made, cases, digits in work:
             if file.is_file():
-                stored = pd.read_csv(file)
-                moved = pool.map(functools.partial(compared, stored), *zip(*work, strict=True))
-                found += [line for lines in moved for line in lines]
-        if args.store:
-            for target, work, cases, digits in (FILE, reference, todo, 10), (ENDS, end_reference, ends, 12):
-                rows = pd.concat(pool.map(lambda x, work=work: work(*x), cases))
-                with complete(target) as scratch:
-                    rows.to_csv(scratch, index=False, float_format=f"%.{digits}g")
-    print("\n".join(found) or "nothing has moved")
-    return int(bool(found) and not args.store)
+                for lines in pool.map(functools.partial(compared, pd.read_csv(file)), *zip(*cases, strict=True)):
+                    print(*lines, sep="\n", end="\n" if lines else "")
+            rows = pd.concat(pool.map(made, *zip(*cases, strict=True)))
+            with complete(file) as scratch:
+                rows.to_csv(scratch, index=False, float_format=f"%.{digits}g")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

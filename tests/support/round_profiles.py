@@ -23,6 +23,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipkm1
 
 import make_profiles as arcs
 from ldbench import Case, ContactTable
@@ -31,6 +33,26 @@ MM = 1e3
 RADIUS = 0.457              # at the contact of the centred wheelset [m]
 FLANGE = np.radians(70)
 THROAT = 38.0               # where the tread begins, from the wheel back [mm]
+
+
+def hertz(A: float, B: float, approach: float, modulus: float) -> tuple[float, float, float, float]:
+    """Semi-axes along x and s [m], largest pressure [Pa] and force [N] for the gap A x² + B s², an approach and the modulus E*
+    (K. L. Johnson, Contact Mechanics, 4.25-4.32)."""
+    def integrals(k: float) -> tuple[float, float]:
+        """K and (K - E)/(1 - k²) of an ellipse with the axis ratio k, minor to major."""
+        K = ellipkm1(k*k)
+        return K, (K - ellipe(1 - k*k))/(1 - k*k)
+
+    def miss(k: float) -> float:
+        K, D = integrals(k)
+        return (K - D)/(k*k*D) - max(A, B)/min(A, B)
+
+    k = brentq(miss, 1e-3, 1 - 1e-9, xtol=1e-15)
+    K, D = integrals(k)
+    long = np.sqrt(approach*D/(K*min(A, B)))
+    largest = modulus*approach/(k*long*K)
+    axes = (long, k*long) if A <= B else (k*long, long)
+    return *axes, largest, 2/3*np.pi*k*long**2*largest
 
 
 @dataclass(frozen=True)

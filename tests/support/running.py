@@ -241,25 +241,3 @@ def once(folder: Path) -> Iterator[bool]:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield not filled.exists()
         filled.touch()
-
-
-@dataclass
-class LongProgram:
-    """A program of many seconds that a test module waits for; it goes on beside the tests before that one."""
-    folder: Path     # of what it writes, given to it
-
-    def begin(self, command: list[object]) -> subprocess.Popen:
-        # The exit status goes to a file: the program is no child of other workers.
-        shell = ["sh", "-c", '"$@"; echo $? >"$0.part" && mv "$0.part" "$0"', self.folder / "status"]
-        with (self.folder / "stdout").open("w") as out, (self.folder / "stderr").open("w") as err:
-            return subprocess.Popen([*shell, *command], cwd=REPO, stdout=out, stderr=err,
-                                    env=environment(LDBENCH=str(LDBENCH), LDBENCH_TESTS=str(FORTRAN_TESTS)))
-
-    def finish(self) -> tuple[int, str, str]:
-        """Exit status and what it said."""
-        give_up = time.monotonic() + HANG
-        while not (self.folder / "status").exists():
-            assert time.monotonic() < give_up, f"hangs: {self.folder.name}"
-            time.sleep(0.05)
-        status, out, err = ((self.folder / name).read_text() for name in ("status", "stdout", "stderr"))
-        return int(status), out, err

@@ -104,7 +104,6 @@ WORN_WHEELS: dict[str, Callable[[Points], Points]] = {
     "hollow tread, thin flange": lambda wheel: hollow(thin_flange(wheel))}
 
 
-# ---- files ---------------------------------------------------------------------------
 def rows(points: Points) -> str:
     return "".join(f"{y:.7f} {z:.7f}\n" for y, z in points)
 

@@ -1,8 +1,8 @@
 """Everything checked against an independent answer: `make validate`.
 
-usage: PYTHONPATH=tests/support:profiles python tests/validation [--short] [--only SECTION ...] [--out FOLDER]
+usage: PYTHONPATH=tests/support:profiles python tests/validation [--only SECTION ...]
 
-Writes ldbench_validation.pdf, validation.csv with one line per check, and validation.json with the tables of the
+Writes outputs/ldbench_validation.pdf, validation.csv with one line per check, and validation.json with the tables of the
 PDF file, from which the pages of the documentation quote. Says how many checks lie inside their bars; exit status 1
 if one does not.
 """
@@ -11,16 +11,14 @@ from __future__ import annotations
 import json
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import ldbench
-from checks import Section
-from command import arguments, run_sections, write_csv
+from checks import SECTIONS, Section, number
+from command import OUTPUTS, arguments, run_sections, write_csv
 from ldbench._core.files import complete
-from pages import write_pdf
+from sheets import Table, write_pdf
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", "integration", \
-    "sensitivity", "unknown", "measured", "stiffness", "manchester"
 HEAD = "section", "quantity", "value", "reference", "source", "deviation", "bar", "verdict"
 
 
@@ -31,24 +29,42 @@ def lines(section: Section) -> Iterator[str]:
                f"deviation {c.deviation:.2e}, bar {c.bar:.0e}")
 
 
+def nearest(section: Section) -> str:
+    """The check that comes nearest to its bar, or exceeds it most."""
+    shares = [(c.deviation/c.bar, c.quantity) for c in section.checks if c.bar > 0]
+    return "{:.2g}: {}".format(*max(shares)) if shares else ""
+
+
+def overview(sections: Mapping[str, Section], said: str) -> Section:
+    """What was checked, how many checks hold, and all of them."""
+    return Section("ldbench validation", f"""ldbench {ldbench.__version__}. Every number here is compared with an answer that was
+found without the code that is checked: a closed form, another numerical method, or a solution refined until it no longer
+changes. The bar is the largest deviation that the stated error estimate allows; it was fixed beforehand. {said}.""", tables=[
+        Table("Sections", ("section", "", "checks", "inside", "largest deviation over its bar"), [
+            (name, s.title, str(len(s.checks)), str(sum(c.inside for c in s.checks)), nearest(s)) for name, s in sections.items()]),
+        Table("All checks", HEAD, [
+            (name, c.quantity, number(c.value), number(c.reference), c.source, f"{c.deviation:.1e}", f"{c.bar:.0e}", c.verdict)
+            for name, s in sections.items() for c in s.checks])])
+
+
 def main() -> int:
-    args = arguments("make validate", __doc__, SECTIONS, {"scipy": "scipy"},
-                     short="fewer cases and poses and smaller tables, for the test suite")
+    args = arguments("make validate", __doc__, SECTIONS)
     warnings.simplefilter("ignore", ldbench.Warning)        # tables that are coarse on purpose
-    sections = run_sections(args, args.short, lines)
-    write_csv(args.out/"validation.csv", HEAD, (
+    sections = run_sections(args.only, False, lines)
+    document, table = OUTPUTS/"ldbench_validation.pdf", OUTPUTS/"validation.csv"
+    write_csv(table, HEAD, (
         [name, c.quantity, repr(float(c.value)), repr(float(c.reference)), c.source, f"{c.deviation:.3e}",
          f"{c.bar:.1e}", c.verdict]
         for name, section in sections.items() for c in section.checks))
-    with complete(args.out/"validation.json") as scratch:
+    with complete(OUTPUTS/"validation.json") as scratch:
         scratch.write_text(json.dumps({
             name: {table.title: [list(table.head), *map(list, table.rows)] for table in section.tables}
             for name, section in sections.items()}, indent=1, ensure_ascii=False))
-    write_pdf(args.out/"ldbench_validation.pdf", sections)
     checks = [c for section in sections.values() for c in section.checks]
     outside = sum(not c.inside for c in checks)
-    print(f"{len(checks)} checks, {len(checks) - outside} inside their bars, {outside} outside: "
-          f"{args.out/'ldbench_validation.pdf'}, {args.out/'validation.csv'}")
+    said = f"{len(checks)} checks, {len(checks) - outside} inside their bars, {outside} outside"
+    write_pdf(document, f"ldbench {ldbench.__version__}: validation", [overview(sections, said), *sections.values()])
+    print(f"{said}: {document}, {table}")
     return int(outside > 0)
 
 

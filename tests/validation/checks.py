@@ -1,12 +1,14 @@
-"""What a validation section returns: checks against references, figures, tables."""
+"""What a validation section returns: checks against references, and tables."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from sheets import Table
+
+SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", "integration", \
+    "sensitivity", "unknown", "measured", "stiffness", "manchester"
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,6 @@ class Section:
     title: str
     text: str                                               # what was done, what it shows; a few sentences
     checks: list[Check] = field(default_factory=list)
-    figures: list[Figure] = field(default_factory=list)     # pages of `sheets.page`
     tables: list[Table] = field(default_factory=list)
 
 

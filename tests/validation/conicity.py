@@ -13,17 +13,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import make_profiles as arcs
 from checks import Check, Section, limit, relative
 from ldbench import Case, ContactTable
-from ldbench.plots.style import BLUE, DASHED, GREEN, GREY, RED, ldbench_style
 from quasistatic import PAIRS, pieces
 from round_profiles import MM, Shape
-from sheets import Table, page
+from sheets import Table
 
 DeltaR = Callable[[np.ndarray], np.ndarray]     # lateral displacements [m] to radius differences [m]
 
@@ -49,8 +46,6 @@ FACE, DELTA_R_BAR, FACE_BAR = np.radians(60), 2e-7, 4e-7
 FLANGE_BAR = 6e-2
 
 
-# Definitions ------------------------------------------------------------------------------
-
 def harmonic(delta_r: DeltaR, amplitude: float) -> float:
     """Harmonic linearisation, by the midpoint rule."""
     t = (np.arange(2000) + 0.5)*np.pi/2/2000
@@ -71,19 +66,6 @@ def by_wavelength(delta_r: DeltaR, amplitude: float) -> float:
     quarter = np.pi/2*np.mean(np.sqrt(amplitude**2 - middle**2)/np.sqrt(2*(G[-1] - G_middle)))
     return (np.pi/2/quarter)**2/2
 
-
-def by_motion(delta_r: DeltaR, amplitude: float) -> float:
-    """EN 15302: from the motion itself, y'' = -delta_r(y), integrated to its first passage of the centre."""
-    def centre(_: float, state: np.ndarray) -> float:
-        return state[0]
-
-    centre.terminal = True
-    motion = solve_ivp(lambda _, state: (state[1], -delta_r(state[:1])[0]), (0, 100), (amplitude, 0.0), "DOP853",
-                       events=centre, rtol=1e-10, atol=1e-14)
-    return (np.pi/2/motion.t_events[0][0])**2/2
-
-
-# Shipped profiles ---------------------------------------------------------------------------
 
 def touching(pair: str, y: float) -> float:
     """Radius difference [m] of the rigid wheelset from the exact arcs of a shipped pair, y >= 0 in m.
@@ -118,12 +100,12 @@ def tabulated(pair: str, last: float, spacing: float) -> DeltaR:
 
 
 def section(short: bool) -> Section:
-    checks, rows, curves, found = [], [], {}, {}
+    checks, rows, curves = [], [], {}
     shapes = dict(list(SHAPES.items())[1::3]) if short else SHAPES
     for name, shape in shapes.items():
-        found[name] = shape.geometry(amplitudes_of(shape))
-        checks += shape_checks(name, shape, found[name], short)
-        rows += shape_rows(name, shape, found[name])
+        found = shape.geometry(amplitudes_of(shape))
+        checks += shape_checks(name, shape, found)
+        rows += shape_rows(name, shape, found)
     for pair in PAIRS:
         table = ContactTable(Case.exercise(1, pair))
         reference = tabulated(pair, 1.2*table.clearance, 4e-4 if short else 2e-5)
@@ -131,9 +113,7 @@ def section(short: bool) -> Section:
         geometry = table.geometry(y)
         curves[pair] = geometry, reference, table.clearance
         checks += shipped_checks(pair, table, geometry, reference, short)
-    with ldbench_style():
-        figures = [shipped_figure(curves), shape_figure(shapes, found)]
-    return Section("Contact geometry and equivalent conicity", TEXT, checks, figures, [
+    return Section("Contact geometry and equivalent conicity", TEXT, checks, [
         Table("Equivalent conicity of test profiles", (
             "profiles", "amplitude [mm]", "core", "closed form, harmonic", "closed form, EN 15302 by wavelength",
             "small amplitudes, Wickens"), rows),
@@ -173,7 +153,7 @@ def amplitudes_of(shape: Shape) -> np.ndarray:
     return AMPLITUDES if np.isinf(shape.R_w) else HOLLOW_AMPLITUDES
 
 
-def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame, short: bool) -> list[Check]:
+def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame) -> list[Check]:
     straight, amplitudes = np.isinf(shape.R_w), amplitudes_of(shape)
     bar = CONE_BAR if straight else ARC_BAR
     expected = shape.delta_r(amplitudes)
@@ -194,10 +174,6 @@ def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame, short: bool) -
         fine = shape.geometry(amplitudes, arcs.STEP/2)
         checks.append(limit(f"delta_r with points half as far apart, largest relative deviation, {name}",
                             np.abs(fine.delta_r/expected - 1).max(), "closed form", FINE_BAR))
-    if not short:
-        checks.append(relative(f"reference only: conicity at {MM*last:g} mm by the wavelength integral, {name}",
-                               wavelength, by_motion(shape.delta_r, last), "EN 15302: motion integrated (DOP853)",
-                               1e-6))
     return checks
 
 
@@ -233,52 +209,3 @@ def shipped_checks(pair: str, table: ContactTable, geometry: pd.DataFrame, refer
         checks.append(relative(f"conicity at 1.1 times the clearance, {pair}", conicity_at(geometry, a),
                                harmonic(reference, a), "exact arcs, harmonic linearisation", FLANGE_BAR))
     return checks
-
-
-def shipped_figure(curves: dict[str, tuple[pd.DataFrame, DeltaR, float]]) -> Figure:
-    figure = page("Contact geometry of the shipped profiles",
-                  "Lines: core. Dots: rigid contact of the exact arcs; harmonic linearisation and EN 15302 "
-                  "(wavelength) of it. Dotted: clearance.")
-    axes = figure.subplots(2, 3)
-    for row, (pair, (geometry, reference, clearance)) in zip(axes, curves.items(), strict=True):
-        y = geometry.Y.to_numpy()
-        dots = y[7::8]
-        whole, tread, conicity = row
-        for ax in (whole, tread):
-            ax.plot(MM*y, MM*geometry.delta_r, color=BLUE, label="core")
-            ax.plot(MM*dots, MM*reference(dots), ".", color=RED, markersize=4, label="exact arcs")
-            ax.set(xlabel="Y [mm]", ylabel="Δr [mm]", title=f"{PAIRS[pair]}: rolling radii")
-        on_tread = geometry.delta_r[y < clearance].max()
-        tread.set(xlim=(0, MM*clearance*1.02), ylim=(0, MM*1.1*on_tread), title="the same, treads only")
-        conicity.plot(MM*y, geometry.conicity, color=BLUE, label="core")
-        conicity.plot(MM*dots, [harmonic(reference, a) for a in dots], ".", color=RED, markersize=4, label="harmonic")
-        conicity.plot(MM*dots, [by_wavelength(reference, a) for a in dots], "+", color=GREY, markersize=5,
-                      label="EN 15302, wavelength")
-        conicity.set(xlabel="amplitude [mm]", ylabel="equivalent conicity", yscale="log", title="equivalent conicity")
-        conicity.set_ylim(0.015, 1)
-        conicity.set_yticks([0.02, 0.05, 0.1, 0.2, 0.5, 1], labels=["0.02", "0.05", "0.1", "0.2", "0.5", "1"])
-        for ax in row:
-            ax.axvline(MM*clearance, color=GREY, linestyle=":", linewidth=0.8)
-            ax.legend(loc="upper left")
-    return figure
-
-
-def shape_figure(shapes: dict[str, Shape], found: dict[str, pd.DataFrame]) -> Figure:
-    figure = page("Equivalent conicity of test profiles",
-                  "Ratio of the closed forms to the value for small amplitudes. Solid: harmonic linearisation; dashed: "
-                  "EN 15302, wavelength; dots: core.")
-    for ax, straight in zip(figure.subplots(1, 2), (True, False), strict=True):
-        for k, (name, shape) in enumerate((n, s) for n, s in shapes.items() if np.isinf(s.R_w) == straight):
-            amplitudes = amplitudes_of(shape)
-            dense = np.linspace(amplitudes[0], amplitudes[-1], 7)
-            colour = (BLUE, RED, GREY, GREEN)[k]
-            ax.plot(MM*dense, [1e6*(harmonic(shape.delta_r, a)/shape.small - 1) for a in dense], color=colour,
-                    label=f"{name}: {shape.small:.6f}")
-            ax.plot(MM*dense, [1e6*(by_wavelength(shape.delta_r, a)/shape.small - 1) for a in dense], color=colour,
-                    linestyle=DASHED)
-            ax.plot(MM*amplitudes, 1e6*(found[name].conicity/shape.small - 1), "o", color=colour, markersize=4)
-        ax.set(xlabel="amplitude [mm]", ylabel="deviation from the value for small amplitudes [1e-6]",
-               title="cones" if straight else "hollow treads")
-        ax.margins(x=0.03)
-        ax.legend(loc="upper left")
-    return figure

@@ -7,16 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 import ldbench
 from checks import Check, Section, limit
 from ldbench import Case, ContactTable
 from ldbench.case import Value, data_folder
-from ldbench.plots.style import BLUE, GREY, RED, ldbench_style
 from ldbench.report import formulations
-from ldbench.results.quantities import PAIRS as NAMES
-from sheets import Table, page
+from sheets import Table
 
 PAIRS = "aw", "sw"
 SPEEDS = 1.0, 4.0           # initial lateral velocity [m/s]
@@ -87,33 +84,15 @@ def sweep(pair: str, formulation: str, n: int, **changes: Value) -> list[Fate]:
         return list(pool.map(lambda v: fate(case.replace(vY=v, roll_rate=PER_SPEED*v), table), speeds))
 
 
-@ldbench_style()
-def sweep_page(pair: str, found: dict[str, list[Fate]]) -> Figure:
-    figure = page(f"How far a flange goes over its rail, {NAMES[pair]}",
-                  "Tip of the flange outside the highest point of the rail's crown, at most in a run; runs that derail "
-                  "end outside, where the contact table does. Each point is one run.")
-    axes = figure.subplots(len(found), sharex=True)
-    for ax, (name, fates) in zip(axes, found.items(), strict=True):
-        for verdict, colour in ("returns", BLUE), ("derails", RED):
-            own = [f for f in fates if f.verdict == verdict]
-            ax.plot([f.speed for f in own], [1e3*f.farthest for f in own], ".", color=colour, label=verdict, markersize=4)
-        ax.axhline(0, color=GREY, linewidth=0.8)
-        ax.set(title=name, ylabel="past the crown [mm]")
-    axes[0].legend()
-    axes[-1].set(xlabel="initial lateral velocity [m/s]")
-    return figure
-
-
 def section(short: bool) -> Section:
     names = ("elastic", "unilateral, e = 0") if short else tuple(formulations.FORMULATIONS)
     n = 7 if short else 200
     checks: list[Check] = []
-    figures, rows = [], []
+    rows = []
     for pair in PAIRS:
-        found = {}
         for name in names:
             quick = {"model": "hertz", "n_lateral": 60, "n_roll": 13, "n_depth": 11} if short and name == "elastic" else {}
-            found[name] = fates = sweep(pair, name, n, **quick)
+            fates = sweep(pair, name, n, **quick)
             verdicts = [f.verdict for f in fates]
             checks += [
                 limit(f"{pair}, {name}: runs of {n} that derail and come back", sum("and" in v for v in verdicts),
@@ -129,8 +108,7 @@ def section(short: bool) -> Section:
             for f in fates:
                 if f.verdict not in ("returns", "derails"):
                     print(f"  {pair}, {name}, {f.speed:.4f} m/s: {f.verdict}")
-        figures.append(sweep_page(pair, found))
-    return Section("Derailment: no run that is called derailed comes back", TEXT, checks, figures, [Table(
+    return Section("Derailment: no run that is called derailed comes back", TEXT, checks, [Table(
         "Endings, and how far the tip of a flange is outside the highest point of its rail, at most in each run",
         ["pair", "formulation", "return", "derail", "slowest that derails [m/s]", "farthest of those that return [mm]",
          "least of those that derail [mm]"], rows)])

@@ -9,13 +9,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.special import ellipe, ellipk, gamma
 
 from checks import Check, Section, limit, relative
-from ldbench.plots.style import BLUE, GREEN, RED, ldbench_style
 from programs import fortran_test
-from sheets import Table, page
+from sheets import Table
 
 E_STAR = 1.0       # the solver is linear in it
 RATIOS = 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0       # semi-axis rolling to transverse
@@ -181,25 +179,4 @@ def section(short: bool) -> Section:
         "Frictionless contact of elastic half-spaces on rectangular elements (Boussinesq-Love influence coefficients, "
         "no tension and no interpenetration to 1e-9 of the depth) against Hertz's ellipses over axis ratios 0.05 to 20, "
         "bodies of the form r^n, a flat punch and two patches that act on each other. Semi-axes are those of the "
-        "pressure's second moments.", checks, [convergence(grids, sizes)], [table])
-
-
-def convergence(grids: tuple[int, ...], hertz: np.ndarray) -> Figure:
-    """Deviation of force and energy against the number of elements."""
-    with ldbench_style():
-        figure = page("Convergence of the half-space solver", "Elements over the width of the solved square, 2.2 "
-                      "radii (Hertz, r^n) or 2 radii (punch). A circle's rim crosses the elements: errors scatter "
-                      "about the slopes.")
-        ax = figure.subplots()
-        cone = np.array([Power(1).press(n).force/Power(1).force - 1 for n in grids])
-        flat = np.array([punch(n).force/2e-3 - 1 for n in grids])
-        n = np.array(grids, float)
-        ax.loglog(n, np.abs(hertz[:, 0]), "o-", color=BLUE, label="Hertz circle: force")
-        ax.loglog(n, np.abs(hertz[:, 1]), "s--", color=BLUE, label="Hertz circle: energy")
-        ax.loglog(n, np.abs(cone), "^-", color=GREEN, label="cone: force")
-        ax.loglog(n, np.abs(flat), "D-", color=RED, label="flat punch: force")
-        ax.loglog(n, 0.3/n**2, ":", color="grey", label="slope 2")
-        ax.loglog(n, 0.3/n, "-.", color="grey", label="slope 1")
-        ax.set(xlabel="elements over the width", ylabel="relative deviation")
-        ax.legend()
-    return figure
+        "pressure's second moments.", checks, [table])

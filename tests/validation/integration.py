@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 import ldbench
@@ -14,9 +13,8 @@ from checks import Check, Section, absolute, limit
 from independent import SIZES, rates_of, start_of
 from ldbench import Case, ContactTable, Run
 from ldbench._core import _flat
-from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, RED, SERIES, ldbench_style
 from ldbench_round.fingerprint import half_space_softness
-from sheets import Table, page
+from sheets import Table
 
 PAIRS = "aw", "sw"
 CASES = [(exercise, pair) for exercise in (1, 2, 3, 4, 5) for pair in PAIRS]
@@ -66,15 +64,8 @@ tolerance, and both come near to what round-off grows to by the impacts.
 
 Exercise 5 loses its memory once the wheelset rattles on the flange. It is compared until the bar reaches 10 µm. Each
 finer setting agrees for longer, by about the time in which the distance grows as many times as the error has become
-smaller: another 0.1 s for a factor of ten.
+smaller: another 0.1 s for a factor of ten."""
 
-The tables after the first give the numbers of outputs/summary.csv, the state at the end, their step errors as above and
-the observed order, from the settings with twice and half the shipped step, at the output times that all have. 'none':
-what is left is round-off, or a matter of where steps happen to begin, as in peaks; the error is then no less than the
-spread of the three. 'chaotic': the number does not converge because the motion is chaotic; the error is the spread."""
-
-
-# DOP853 -----------------------------------------------------------------------------------
 
 @dataclass
 class Reference:
@@ -137,8 +128,6 @@ def peak(reference: Reference, table: ContactTable, contact: str, t_end: float) 
     return float(t_peak), float(N.max())
 
 
-# What the core's rules miss within a step --------------------------------------------------
-
 STATE = {"Y": "Y", "Z": "Z", "initial_roll": "roll", "vY": "vY", "vZ": "vZ", "roll_rate": "roll_rate"}
 
 
@@ -195,8 +184,6 @@ def peak_error(reference: Reference, table: ContactTable, contact: str, t: float
     found = at - (after - before)**2/(8*(after - 2*at + before))
     return np.max(np.abs(found - normal_force(table, contact, reference.state(t))))
 
-
-# Comparison -------------------------------------------------------------------------------
 
 def refined(case: Case, factor: float) -> Case:
     """A case with steps `factor` as long, an energy tolerance that goes with them, and rows at equal intervals alone."""
@@ -325,141 +312,10 @@ def deviation_row(found: Trajectories) -> list[str]:
             f"{found.step_error()[n - 1].max():.1e}", f"{found.tolerance_error()[n - 1].max():.1e}"]
 
 
-# Error bars of the summary ----------------------------------------------------------------
-
-NUMBERS = {                     # name: unit, factor from SI; the names of ldbench.results.summary.summary_row
-    "t_first_LF": ("ms", 1e3), "t_first_RF": ("ms", 1e3), "t_first_centre": ("ms", 1e3), "t_return": ("ms", 1e3),
-    "t_derailment": ("ms", 1e3), "F_derailment": ("kN", 1e-3),
-    **{f"{c}_{end}": ("mm", 1e3) for c in ("Y", "Z") for end in ("min", "max", "last")},
-    **{f"roll_{end}": ("mrad", 1e3) for end in ("min", "max", "last")},
-    **{f"peak_N_{c}": ("kN", 1e-3) for c in CONTACTS}, **{f"t_peak_{c}": ("ms", 1e3) for c in CONTACTS}}
-
-
-def numbers(run: Run, rows: pd.DataFrame) -> dict[str, float]:
-    """The run's numbers in the summary table [SI]; extremes and last state are those of `rows`."""
-    first: dict[str, float] = {}
-    for event in run.events:
-        first.setdefault(event.kind, event.t)
-    touch = first.get("left flange contact", np.inf)
-    passages = [e.t for e in run.events if e.kind == "centre passage" and e.t > touch]
-    found = {"t_first_LF": touch, "t_first_RF": first.get("right flange contact"),
-             "t_first_centre": passages[0] if passages else None,
-             "t_return": passages[-1] if passages and run.ending.startswith("return") else None,
-             "t_derailment": first.get("derailment")}
-    if run.case.lateral_ramp and "derailment" in first:
-        found["F_derailment"] = run.case.lateral_force + run.case.lateral_ramp*first["derailment"]
-    for c, _ in COORDINATES:
-        x = rows[c].to_numpy()
-        found |= {f"{c}_min": x.min(), f"{c}_max": x.max(), f"{c}_last": x[-1]}
-    for c in CONTACTS:
-        if run.results[f"peak_N_{c}"] > 0:
-            found |= {f"peak_N_{c}": run.results[f"peak_N_{c}"], f"t_peak_{c}": run.results[f"t_peak_{c}"]}
-    return {name: float(x) for name, x in found.items() if x is not None}
-
-
-def error_bar(x: np.ndarray, rattles: bool) -> tuple[float, str]:
-    """Error of the second of three settings, and the observed order or why there is none.
-
-    After thousands of impacts (`rattles`) three settings are three samples, whatever order they seem to have.
-    """
-    first, second = abs(x[0] - x[1]), abs(x[1] - x[2])
-    spread, size = float(np.ptp(x)), float(np.abs(x).max())
-    if rattles and spread > 1e-6*size:
-        return spread, "chaotic"
-    if first < 2*second:
-        return max(spread, float(step_error(*x))), "none"
-    order = np.log2(first/second) if second > 0 else np.inf
-    return float(step_error(*x)), f"{order:.1f}" if order < 6 else "none"       # what is beyond is chance
-
-
-def rounded(x: float, bar: float) -> str:
-    """A number with as many decimals as its error bar has with two digits."""
-    decimals = int(np.clip(1 - np.floor(np.log10(bar)), 0, 9)) if bar > 0 else 9
-    return f"{x:.{decimals}f}"
-
-
-def summary_cells(runs: list[Run], rows: list[pd.DataFrame], rattles: bool) -> dict[str, list[str]]:
-    """Value, error bar and observed order of every number that the shipped run has."""
-    cells = {}
-    results = [numbers(run, of_run) for run, of_run in zip(runs, rows, strict=True)][SHIPPED - 1:SHIPPED + 2]
-    for name, value in numbers(runs[SHIPPED], runs[SHIPPED].data).items():
-        _unit, scale = NUMBERS[name]
-        if any(name not in r for r in results):
-            cells[name] = [f"{scale*value:.6g}", "", "chaotic"]     # it does not happen with every setting
-            continue
-        bar, order = error_bar(np.array([r[name] for r in results]), rattles)
-        cells[name] = [rounded(scale*value, scale*bar), f"{scale*bar:.1e}", order]
-    return cells
-
-
-def summary_table(exercise: int, cells: dict[str, dict[str, list[str]]]) -> Table:
-    """The numbers of an exercise, both pairs side by side."""
-    pairs = list(cells)
-    head = ["", *(f"{pair}: {word}" for pair in pairs for word in ("value", "error bar", "observed order"))]
-    rows = [[f"{name} [{unit}]", *(cell for pair in pairs for cell in cells[pair].get(name, ["", "", ""]))]
-            for name, (unit, _) in NUMBERS.items() if any(name in cells[pair] for pair in pairs)]
-    return Table(f"Exercise {exercise}: numbers of the summary with error bars", head, rows)
-
-
-# Figures ----------------------------------------------------------------------------------
-
-def deviation_figure(found: list[Trajectories]) -> Figure:
-    figure = page("Deviation of the core from DOP853 over time",
-                  "Shipped steps, at output times. step error: from twice and half the step, largest coordinate so "
-                  "far; DOP853's tolerance: what it changes between 1e-12 and 3e-14.\nExercise 5 is compared up to "
-                  "the dotted line.")
-    columns = max(1, -(-len(found)//2))
-    axes = figure.subplots(2, columns, squeeze=False, sharey=True)
-    for ax in axes.flat[len(found):]:
-        ax.set_axis_off()
-    for k, case in enumerate(found):
-        ax = axes[k % 2, k//2] if len(found) > 2 else axes.flat[k]
-        for i, (colour, (name, _)) in enumerate(zip((BLUE, RED, GREEN), COORDINATES, strict=True)):
-            ax.semilogy(case.t, case.deviation(SHIPPED)[:, i].clip(1e-17), color=colour, linewidth=0.6, label=name)
-        ax.semilogy(case.t, case.step_error().max(axis=1).clip(1e-17), color=BLACK, linewidth=1, label="step error")
-        ax.semilogy(case.t, case.tolerance_error().max(axis=1).clip(1e-17), color=GREY, linestyle="--", linewidth=1,
-                    label="DOP853's tolerance")
-        if case.rows < len(case.t):
-            ax.axvline(case.t[case.rows - 1], color=BLACK, linestyle=":", linewidth=0.8)
-        ax.set(title=case.name, xlabel="time [s]", ylim=(1e-17, 1e-2))
-    for ax in axes[:, 0]:
-        ax.set_ylabel("deviation [m, rad]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="center right", bbox_to_anchor=(0.97, 0.955), ncols=5)
-    return figure
-
-
-def order_figure(found: list[Trajectories]) -> Figure:
-    figure = page("Deviation of the core from DOP853 over the step", "Largest of Y, Z [m] and roll [rad] over the part "
-                  "of the run that is compared; filled: the shipped setting; the energy tolerance goes with the fifth "
-                  "power of the step.\nDotted, level: DOP853's own error, 1e-12 against 3e-14. Grey: order 2.5 and 4.")
-    with_pair = [[case for case in found if case.name.endswith(pair)] for pair in PAIRS]
-    for ax, pair, cases in zip(figure.subplots(1, 2, sharey=True), PAIRS, with_pair, strict=True):
-        for line, case in zip(SERIES, cases, strict=False):
-            error = [case.deviation(k)[:case.rows].max() for k in range(len(LADDER))]
-            ax.loglog(LADDER, error, marker="o", markerfacecolor="none", **line.kwargs(), label=case.name)
-            ax.loglog(1.0, error[SHIPPED], "o", color=line.color)
-            own = case.tolerance_error()[case.rows - 1].max()
-            ax.loglog([LADDER[0], LADDER[-1]], [own, own], ":", color=line.color, linewidth=0.8)
-        h = np.array([LADDER[-1], LADDER[0]])
-        for order in (2.5, 4):
-            ax.loglog(h, 1e-12*(h/h[0])**order, color=GREY, linewidth=2.5, alpha=0.4)
-            ax.text(h[1], 1e-12*(h[1]/h[0])**order, f" order {order:g}", color=GREY, va="center")
-        ax.set(title={"aw": "actual profiles", "sw": "simplified profiles"}[pair], xlabel="step over the shipped one",
-               xlim=(0.4, 7), xticks=LADDER, xticklabels=[f"{x:g}" for x in LADDER])
-        ax.minorticks_off()
-        if cases:
-            ax.legend(loc="upper left")
-    figure.axes[0].set_ylabel("largest deviation [m, rad]")
-    return figure
-
-
-# Section ----------------------------------------------------------------------------------
-
 def section(short: bool) -> Section:
     out = Section("Independent integration", TEXT)
     tables: dict[str, ContactTable] = {}
     found: list[Trajectories] = []
-    cells: dict[int, dict[str, dict[str, list[str]]]] = {}
     for exercise, pair in SHORT if short else CASES:
         case = Case.exercise(exercise, pair)
         if pair not in tables:
@@ -475,11 +331,7 @@ def section(short: bool) -> Section:
         if exercise < 5:        # the run's peaks lie in the time compared
             out.checks += peak_checks(motion, shipped, references[-1])
         found.append(motion)
-        cells.setdefault(exercise, {})[pair] = summary_cells(runs, rows, exercise == 5)
-    with ldbench_style():
-        out.figures += [deviation_figure(found), order_figure(found)]
     head = ["case", "dt [µs]", "compared to [s]", *(f"{c}, {word} [{unit}]" for c, unit in COORDINATES
                                                     for word in ("largest", "last")), "step error", "DOP853's error"]
-    out.tables += [Table("Deviation of the core from DOP853", head, [deviation_row(case) for case in found]),
-                   *(summary_table(exercise, of_pair) for exercise, of_pair in cells.items())]
+    out.tables.append(Table("Deviation of the core from DOP853", head, [deviation_row(case) for case in found]))
     return out

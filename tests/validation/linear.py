@@ -16,18 +16,15 @@ the approach.
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.linalg import eigh
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipkm1
 
 import ldbench
 from checks import Check, Section, absolute, limit, relative
 from ldbench import Case, ContactTable
-from ldbench.plots.style import BLACK, BLUE, DASHED, GREEN, GREY, RED, ldbench_style
 from probes import MASS, ROLL_INERTIA, ROLLING_RADIUS, TAPER, WEIGHT, Pendulum
 from quasistatic import PAIRS
-from sheets import Table, page
+from round_profiles import hertz
+from sheets import Table
 
 MODES = "lateral", "bounce", "roll"         # in the order of their frequencies
 M = np.diag([MASS, MASS, ROLL_INERTIA])
@@ -37,25 +34,10 @@ SCALES = 1, 3, 10, 30, 100, 300             # of the elastic modulus
 SHORT_SCALES = 1, 30
 
 
-def hertz_constant(A: float, B: float, e_star: float) -> float:
-    """C of N = C delta^1.5 for the gap A x^2 + B y^2, A > B (Johnson, Contact Mechanics, section 4.2)."""
-    def integrals(k: float) -> tuple[float, float]:
-        K, E = ellipkm1(k*k), ellipe(1 - k*k)
-        return K, (K - E)/(1 - k*k)
-
-    def ratio(k: float) -> float:
-        K, D = integrals(k)
-        return (K - D)/(k*k*D) - A/B
-
-    K, D = integrals(brentq(ratio, 1e-3, 1 - 1e-9, xtol=1e-15))
-    return np.pi*e_star/1.5*np.sqrt(D/B/K**3)
-
-
 def closed_form(pendulum: Pendulum, scale: float) -> tuple[np.ndarray, float]:
     """Tangent stiffness (y, z, roll) of the wheelset at rest, and the approach [m]."""
     s, c = np.sin(TAPER), np.cos(TAPER)
-    radii = sorted((c/(2*ROLLING_RADIUS), 1/(2*pendulum.rho)), reverse=True)
-    C = hertz_constant(*radii, scale*E_STAR)
+    *_, C = hertz(c/(2*ROLLING_RADIUS), 1/(2*pendulum.rho), 1.0, scale*E_STAR)      # force at an approach of 1 m
     N = WEIGHT/(2*c)
     approach = (N/C)**(2/3)
     p_y, p_z = pendulum.centre[0], -ROLLING_RADIUS - pendulum.rho*c + approach/c
@@ -120,19 +102,19 @@ SLOPE_BARS = 0.02, 2e-3                 # 5e-7 of interpolation in a gap of 2e-5
 
 
 def section(short: bool) -> Section:
-    checks, rows, sweeps, shapes = [], [], {}, {}
+    checks, rows, sweeps = [], [], {}
     for pair in PAIRS:
         strips = {"contact_model": "strip", "table_file": f"outputs/{pair}_strip.table"}
         table, pendulum = ContactTable(Case.exercise(1, pair).replace(**strips)), Pendulum.of(pair)
         K = table.tangent(0.0, table.equilibrium, 0.0)
-        f, shapes[pair] = frequencies(K)
+        f, shapes = frequencies(K)
         hertz, approach = closed_form(pendulum, 1.0)
         by_difference, by_formula = frequencies(differenced(table))[0], frequencies(hertz)[0]
         checks.append(relative(f"approach at rest [mm], {pair}", 1e3*(table.rigid_height - table.equilibrium),
                                1e3*approach, "Hertz on the crown", 1e-3))
         for i, name in enumerate(MODES):
             periods = (2 if short else 4) if i == 0 else (10 if short else 50)
-            run = free_oscillation(table, shapes[pair][:, i], f[i], periods)
+            run = free_oscillation(table, shapes[:, i], f[i], periods)
             rows.append((pair, name, *(f"{x:.6f}" for x in (table.frequencies[i], f[i], by_difference[i], run,
                                                            by_formula[i])),
                          f"{pendulum.omega/(2*np.pi):.6f}" if i == 0 else ""))
@@ -151,9 +133,7 @@ def section(short: bool) -> Section:
         strip = Case.exercise(1, pair).replace(contact_model="strip")
         sweeps[pair] = np.array([stiff_table(strip, scale, short).frequencies for scale in (SHORT_SCALES if short else SCALES)])
         checks += sweep_checks(pair, pendulum, sweeps[pair])
-    with ldbench_style():
-        figures = [mode_figure(shapes, rows), sweep_figure(sweeps)]
-    return Section("Small oscillations at rest", TEXT, checks, figures, [
+    return Section("Small oscillations at rest", TEXT, checks, [
         Table("Frequencies [Hz]", ("pair", "mode", "core", "tangent, scipy", "differences of forces", "run",
                                    "closed form, Hertz", "rigid pendulum"), rows), sweep_table(sweeps)])
 
@@ -216,62 +196,3 @@ def sweep_table(sweeps: dict[str, np.ndarray]) -> Table:
     return Table("Towards the rigid wheelset", (
         "pair", "stiffness times", "approach [um]", "gap of the lateral frequency", "the same, closed form",
         "lateral to closed form", "bounce to closed form", "roll to closed form"), rows)
-
-
-def mode_figure(shapes: dict[str, np.ndarray], rows: list[tuple[str, ...]]) -> Figure:
-    figure = page("Modes of the wheelset at rest",
-                  "Grey: at rest; coloured: displaced, greatly exaggerated; dot: axle centre; cross: instantaneous "
-                  "centre of roll; that of the lateral mode is 30 m above. Wheels are drawn as bars of 0.457 m.")
-    axes = figure.subplots(len(shapes), 3)
-    for row, (pair, modes) in zip(axes, shapes.items(), strict=True):
-        pendulum = Pendulum.of(pair)
-        half = pendulum.centre[0]
-        for i, (ax, name) in enumerate(zip(row, MODES, strict=True)):
-            mode = modes[:, i]*np.sign(modes[np.abs(modes[:, i]*[1, 1, 0.75]).argmax(), i])
-            y, z, roll = mode*0.1/np.abs(mode*[1, 1, 0.75]).max()
-            for q, colour in (((0, 0, 0), "#BFBFBF"), ((y, z, roll), (BLUE, GREEN, RED)[i])):
-                c, s = np.cos(q[2]), np.sin(q[2])
-                for outline in ([(-half, 0), (half, 0)], *([(side*half, 0.08), (side*half, -ROLLING_RADIUS)]
-                                                          for side in (1, -1))):
-                    points = np.array(outline) @ np.array([[c, s], [-s, c]]) + [q[0], q[1] + ROLLING_RADIUS]
-                    ax.plot(*points.T, color=colour, linewidth=2.5, solid_capstyle="butt")
-                ax.plot(q[0], q[1] + ROLLING_RADIUS, "o", color=colour, markersize=4)
-            if abs(mode[2]) > abs(mode[0]) and i != 1:
-                ax.plot(0, ROLLING_RADIUS + mode[0]/mode[2], "x", color=BLACK, markersize=5)
-            ratio = f", roll/Y = {mode[2]/mode[0]:.5f} rad/m" if i == 0 else ""
-            frequency = next(row[3] for row in rows if row[:2] == (pair, name))
-            ax.set(title=f"{pair}: {name}, {float(frequency):.4g} Hz{ratio}", xlim=(1, -1), ylim=(-0.15, 0.75))
-            ax.set_aspect("equal")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("z [m]")
-    for ax in axes[-1]:
-        ax.set_xlabel("y [m]")
-    return figure
-
-
-def sweep_figure(sweeps: dict[str, np.ndarray]) -> Figure:
-    figure = page("Towards the rigid wheelset",
-                  "Modulus of elasticity scaled up. Left: by how much the elastic wheelset's lateral frequency is "
-                  "below the rigid pendulum's. Right: contact frequencies. Lines: closed form with Hertz springs.")
-    left, right = figure.subplots(1, 2)
-    dense = np.geomspace(1, SCALES[-1], 60)
-    for (pair, found), dashes, marker in zip(sweeps.items(), ("-", DASHED), "os", strict=True):
-        pendulum = Pendulum.of(pair)
-        rigid = pendulum.omega/(2*np.pi)
-        formula = np.array([frequencies(closed_form(pendulum, s)[0])[0] for s in dense])
-        scales = scales_of(found)
-        for ax, ours, theirs, colour, name in ((left, 1 - found[:, 0]/rigid, 1 - formula[:, 0]/rigid, BLUE, "lateral"),
-                                               (right, found[:, 1], formula[:, 1], GREEN, "bounce"),
-                                               (right, found[:, 2], formula[:, 2], RED, "roll")):
-            ax.plot(dense, theirs, color=colour, linestyle=dashes)
-            ax.plot(scales, ours, marker, color=colour, markersize=5,
-                    markerfacecolor="none" if marker == "s" else colour, label=f"{name}, {PAIRS[pair]}")
-    left.plot(dense, 5e-4*dense**(-2/3), color=GREY, linestyle=":", label="slope -2/3")
-    right.plot(dense, 150*dense**(1/3), color=GREY, linestyle=":", label="slope 1/3")
-    left.set_ylabel("1 - f/f rigid")
-    right.set_ylabel("frequency [Hz]")
-    for ax in (left, right):
-        ax.set(xscale="log", yscale="log", xlabel="stiffness scale")
-        ax.margins(x=0.05)
-        ax.legend()
-    return figure

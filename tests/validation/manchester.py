@@ -12,34 +12,28 @@ CONTACT's elastic energy is that of pressure and friction. Where all elements sl
 from __future__ import annotations
 
 import csv
-import os
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from checks import Check, Section, limit
 from ldbench import Case
 from ldbench.geometry.outlines import case_outlines
-from ldbench.plots.style import BLUE, GREEN, RED, ldbench_style
 from ldbench.pressure import Patch, press
 from ldbench.profile import Profile
 from ldbench.table import rigid_geometry
 from running import REPO
-from sheets import Table, page
+from sheets import Table
 
 SHEAR, POISSON, FRICTION = 82e9, 0.28, 0.3
 RADIUS, BACK = 460.0, 680.0             # of the wheel at its tape circle, and of its back from the middle of the axle [mm]
 ELEMENT = 0.2e-3**2                     # of CONTACT [m²]
-FOLDER = "LDBENCH_MANCHESTER"           # environment variable: a folder with the profiles of the benchmark
-OWN_FILES = "MBench_S1002_v3.prw", "MBench_UIC60_v3.prr"
 SHIPPED = REPO/"profiles/s1002.yz", REPO/"profiles/60e1.yz"
 QUANTITIES = "approach", "energy", "largest pressure", "area"
 FLANGE = 6.4                            # displacement from which the right wheel runs on its flange [mm]
-ROOT = 4.9                              # and from which it runs on the root of the flange [mm]
 SHARED = 1.1                            # up to which two parts of its patch share the load [mm]
 SOURCE = "CONTACT, Manchester benchmark A-2.2"
 
@@ -180,27 +174,20 @@ def solve(pose: Pose, wheel: np.ndarray, rail: Path, folder: Path) -> Found:
     return Found(pose, patches, energy + friction)
 
 
-def groups(found: Sequence[Found], own: bool) -> dict[str, tuple[list[Found], dict[str, float]]]:
-    """Poses that have the same bars: on the tread, and on the flange. Where the profiles are not those of the benchmark, the
-    right wheel is left out up to the flange: the corner of its rail differs."""
-    left = [f for f in found if f.pose.wheel == "left" and (own or f.pose.y_mm > 0)]
-    right = [f for f in found if f.pose.wheel == "right"]
-    chosen = {"left wheel": (left, BARS)}
-    if own:
-        chosen["right wheel, tread"] = [f for f in right if f.pose.y_mm < ROOT], BARS
-    chosen["right wheel, flange"] = [f for f in right if f.pose.y_mm > FLANGE], FLANGE_BARS
-    return chosen
+def groups(found: Sequence[Found]) -> dict[str, tuple[list[Found], dict[str, float]]]:
+    """Poses that have the same bars: on the tread, and on the flange. The right wheel is left out up to the flange: the corner of
+    its rail is not that of the benchmark."""
+    return {"left wheel": ([f for f in found if f.pose.wheel == "left" and f.pose.y_mm > 0], BARS),
+            "right wheel, flange": ([f for f in found if f.pose.wheel == "right" and f.pose.y_mm > FLANGE], FLANGE_BARS)}
 
 
 def section(short: bool) -> Section:
-    own = os.environ.get(FOLDER)
-    files = tuple(Path(own)/name for name in OWN_FILES) if own else SHIPPED
-    wheel = Profile(files[0], "wheel").points
+    wheel = Profile(SHIPPED[0], "wheel").points
     chosen = [pose for pose in poses() if not short or pose.y_mm in (1.0, 9.0)]
     with tempfile.TemporaryDirectory() as folder:
-        found = [solve(pose, wheel, files[1], Path(folder)) for pose in chosen]
+        found = [solve(pose, wheel, SHIPPED[1], Path(folder)) for pose in chosen]
     checks: list[Check] = []
-    for name, (members, bars) in groups(found, bool(own)).items():
+    for name, (members, bars) in groups(found).items():
         for quantity in QUANTITIES:
             known = [(abs(f.deviations()[quantity]), f) for f in members if np.isfinite(f.deviations()[quantity])]
             worst = max(known, key=lambda pair: pair[0])[1]
@@ -214,12 +201,10 @@ def section(short: bool) -> Section:
              f"{f.pose.elements:.0f}", *map(percent, f.deviations().values()), f"{1e3*f.place():+.0f}"] for f in found]
     table = Table("Deviation from CONTACT in percent, for the same normal force",
                   ["wheel", "y [mm]", "N [N]", "approach [um]", "largest [MPa]", "elements", *QUANTITIES, "place [um]"], rows)
-    profiles = "the benchmark's own profiles" if own else (
-        "the shipped S1002 and 60E1, which are those of the standards: on the corner of the rail they lie up to 0.04 mm from the "
-        f"benchmark's (a folder with {' and '.join(OWN_FILES)}, named by {FOLDER}, gives the whole comparison)")
     return Section(
         "Half-space solutions against CONTACT",
-        f"The Manchester contact benchmark A-2.2 as the program CONTACT solves it, against our solution with {profiles}. The "
+        "The Manchester contact benchmark A-2.2 as the program CONTACT solves it, against our solution with the shipped S1002 and "
+        "60E1, which are those of the standards: on the corner of the rail they lie up to 0.04 mm from the benchmark's. The "
         "wheel is pressed to CONTACT's normal force, and is given as its silhouette at CONTACT's yaw angle. CONTACT's elastic "
         "energy holds that of friction: it is added to ours where all elements slide. Each pose has one patch in CONTACT. Its "
         "area is a number of elements of 0.2 mm, of which an edge cuts some; on the flange the patch is 3.5 elements wide, so that "
@@ -227,27 +212,9 @@ def section(short: bool) -> Section:
         "CONTACT presses a plane, we the developed surface. At 5 mm tread and flange both carry, which CONTACT takes for one "
         "patch and we press apart. These poses stand in the table alone. The place is the centre of pressure against CONTACT's "
         "reference point, which is weighted otherwise: where two parts of a patch share the load (y = 0 to 1 mm), they differ by "
-        "up to 0.4 mm.", checks, [figure(found)], [table])
+        "up to 0.4 mm.", checks, [table])
 
 
 def percent(share: float) -> str:
     """A deviation; a dash where it is not known."""
     return f"{100*share:+.2f}" if np.isfinite(share) else "–"
-
-
-def figure(found: Sequence[Found]) -> Figure:
-    """Deviations over the displacement."""
-    with ldbench_style():
-        sheet = page("Half-space solutions against CONTACT", "Deviation for the same normal force. Grey: the aims, 0.5 % in energy "
-                     "and approach. On the right wheel the flange carries from 6.5 mm on.")
-        for ax, wheel in zip(sheet.subplots(1, 2, sharey=True), ("left", "right"), strict=True):
-            mine = [f for f in found if f.pose.wheel == wheel]
-            y = [f.pose.y_mm for f in mine]
-            for quantity, colour, mark in zip(QUANTITIES, (BLUE, RED, GREEN), "os^", strict=False):
-                ax.plot(y, [100*f.deviations()[quantity] for f in mine], mark, color=colour, markersize=4, label=quantity)
-            ax.axhspan(-0.5, 0.5, color="#E8E8E8", zorder=0)
-            ax.set(xlabel="lateral displacement [mm]", title=f"{wheel} wheel", ylim=(-5, 5))
-            ax.margins(x=0.05)
-            ax.legend()
-        sheet.axes[0].set_ylabel("deviation [%]")
-    return sheet

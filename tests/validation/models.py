@@ -5,19 +5,16 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import ldbench
 from checks import Check, Section, limit
-from ldbench.plots.style import BLUE, GREEN, ORANGE, ldbench_style
 from programs import fortran_test
-from sheets import Table, page
+from sheets import Table
 from tables import stated_errors
 from together import one_system
 
 PAIRS = "aw", "sw"
 MODELS = "halfspace", "strip", "hertz"
-LOOKS = {"strip": (BLUE, "o"), "hertz": (ORANGE, "s"), "halfspace": (GREEN, "^")}
 POSES = 50                  # of each run
 OVERTURNING = 0.04          # roll beyond which exercise 5 does not come back [rad]
 # Measured: 0.03, 0.05 to 0.07, 0.04, 0.05.
@@ -93,7 +90,7 @@ def section(short: bool) -> Section:
     exercises = (3,) if short else range(1, 6)
     models = MODELS[:2] if short else MODELS
     checks: list[Check] = []
-    rows, points = [], []
+    rows = []
     for pair in PAIRS:
         drawn = [poses_of_run(exercise, pair, POSES//5 if short else POSES, rng) for exercise in exercises]
         poses, fallen = (np.concatenate(of_runs) for of_runs in zip(*drawn, strict=True))
@@ -107,7 +104,6 @@ def section(short: bool) -> Section:
                 forces, over = wheel_forces(pair, model, fallen)
                 kinds["overturning (not in all)"] = deviation(forces.sum(1), over.sum(1))
             rows += [[pair, kind, model, *statistics(e)] for kind, e in kinds.items() if len(e)]
-            points.append((pair, model, np.linalg.norm(whole, axis=-1), wheel))
             if model == "halfspace":
                 checks.append(limit(
                     f"{pair}, halfspace: wheel force off by at most, {len(wheel)} poses [of max(|F|, 5 kN)]",
@@ -121,21 +117,4 @@ def section(short: bool) -> Section:
         more_checks, more_table = more(short)
         checks += more_checks
         tables.append(more_table)
-    return Section("Normal models against direct half-space solutions", TEXT, checks, [scatter(points)], tables)
-
-
-def scatter(points: list[tuple[str, str, np.ndarray, np.ndarray]]) -> Figure:
-    with ldbench_style():
-        figure = page("Normal models against direct half-space solutions",
-                      "A point is a pose of one of the ten runs. The bar of the halfspace model is 2 %.")
-        axes = figure.subplots(1, len(PAIRS), sharey=True, squeeze=False)[0]
-        for ax, pair in zip(axes, PAIRS, strict=True):
-            for name, model, force, wheel in points:
-                if name == pair:
-                    color, marker = LOOKS[model]
-                    ax.loglog(1e-3*force, 100*np.maximum(wheel, 1e-5), marker, color=color, ms=2.5, label=model)
-            ax.axhline(2, color="black", lw=0.8, ls="--")
-            ax.set(title={"aw": "actual profiles", "sw": "simplified profiles"}[pair], xlabel="wheel force [kN]")
-        axes[0].set(ylabel="deviation [% of max(|F|, 5 kN)]")
-        axes[0].legend()
-    return figure
+    return Section("Normal models against direct half-space solutions", TEXT, checks, tables)

@@ -5,15 +5,13 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import en15302
 import en15302_tables
 from checks import Check, Section, absolute, limit
 from ldbench.geometry.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
 from ldbench.geometry.pair import Pair, pair
-from ldbench.plots.style import BLACK, BLUE, GREY, SKY, ldbench_style
-from sheets import Table, page
+from sheets import Table
 
 SHORT = ("H",)             # the tests of EN 15302 take others, and wheels of two radii
 # The tables are rounded to 1 um. The spline rounds what is left of joints of zones, where the contact may stand.
@@ -81,40 +79,19 @@ def parameter_row(name: str, found: Pair) -> list[str]:
         [g.parameter("angle") for g in both], [g.parameter("roll") for g in both]) for value in values)]
 
 
-def figure_of(found: dict[str, Pair]) -> Figure:
-    figure = page("Equivalent conicity of the reference combinations", "Shaded: windows of EN 15302:2021, annex K, pale: extended; "
-                  "blue: level; black: with roll; dotted: flange contact.")
-    axes = figure.subplots(2, -(-len(found)//2), squeeze=False, sharex=True)
-    for ax, (name, both) in zip(axes.flat, found.items(), strict=False):
-        w = window(name)
-        ax.fill_between(1e3*AMPLITUDES, w.extended_low, w.extended_high, color=SKY, alpha=0.2, linewidth=0)
-        ax.fill_between(1e3*AMPLITUDES, w.low, w.high, color=SKY, alpha=0.45, linewidth=0)
-        for geometry, colour in (both.level, BLUE), (both.rolled, BLACK):
-            shown = (geometry.amplitude >= AMPLITUDES[0]) & (geometry.amplitude <= AMPLITUDES[-1] + 1e-6)
-            ax.plot(1e3*geometry.amplitude[shown], geometry.conicity[shown], color=colour, linewidth=0.9)
-        ax.axvline(1e3*min(both.clearance), color=GREY, linewidth=0.6, linestyle=":")
-        ax.set_title(name)
-        ax.set_ylim(bottom=0)
-    for ax in axes[-1]:
-        ax.set_xlabel("amplitude [mm]")
-    return figure
-
-
 def section(short: bool) -> Section:
     checks: list[Check] = []
-    rows, parameters, found = [], [], {}
+    rows, parameters = [], []
     with tempfile.TemporaryDirectory() as folder:
         paths = en15302.write(Path(folder))
         for name in SHORT if short else TABLES:
             # Without radii of their own the core finds how the wheels stand, in less time.
-            found[name] = pair(en15302.case(name, paths), None if short else en15302.radii(name))
-            more, row = combination_checks(name, paths, found[name])
+            found = pair(en15302.case(name, paths), None if short else en15302.radii(name))
+            more, row = combination_checks(name, paths, found)
             checks += more
             rows.append(row)
-            parameters.append(parameter_row(name, found[name]))
-    with ldbench_style():
-        figure = figure_of(found)
-    return Section("Contact parameters of EN 15302", TEXT.format(misprints=misprint_words()), checks, [figure], [
+            parameters.append(parameter_row(name, found))
+    return Section("Contact parameters of EN 15302", TEXT.format(misprints=misprint_words()), checks, [
         Table(f"Radius differences, and conicities inside windows, of {AMPLITUDES.size}", (
             "wheels on rail A", "radius differences", "median deviation [um]", "largest [um]", "level: inside window", "extended",
             "with roll: inside window", "extended", "conicity at 3 mm: level", "with roll", "EN 15302"), rows),

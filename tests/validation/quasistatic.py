@@ -13,20 +13,17 @@ through the centre of gravity.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 from scipy.optimize import brentq, fsolve
 
 import ldbench
 import make_profiles as arcs  # the exact pieces of the shipped profiles
 from checks import Check, Section, limit, relative
 from ldbench import Case, ContactTable
-from ldbench.plots.style import BLACK, BLUE, CONTACT_LINES, DASHED, GREEN, GREY, ORANGE, RED, ldbench_style
-from sheets import Table, page
+from sheets import Table
 
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
 MM, KN, DEG = 1e3, 1e-3, 180/np.pi
@@ -244,13 +241,8 @@ def section(short: bool) -> Section:
         if not short:
             falls[pair] = [fall(table.case.replace(vY=v), curve) for v in PERTURBATIONS]
             checks += fall_checks(pair, curve, falls[pair])
-    with ldbench_style():
-        figures = [overturning_figure(curves, rigid), *(equilibria_figure(p, curves[p], rigid[p]) for p in PAIRS),
-                   *(contact_figure(p, curves[p]) for p in PAIRS)]
-        if falls:
-            figures.append(barrier_figure(curves, falls))
     tables = [limit_table(curves, rigid), *([fall_table(curves, falls)] if falls else [])]
-    return Section("Quasi-static exercise 5: how the wheelset derails", text(curves, rigid), checks, figures, tables)
+    return Section("Quasi-static exercise 5: how the wheelset derails", TEXT, checks, tables)
 
 
 PERTURBATIONS = 0.0, 1e-6, 2e-6     # lateral velocity at the start [m/s]; 0 is the shipped case
@@ -308,46 +300,23 @@ def fall_checks(pair: str, curve: Curve, falls: list[Fall]) -> list[Check]:
                   default=0.0), "the saddle is the lowest way out", 1e-2)]
 
 
-def left_wheel(curve: Curve) -> np.ndarray:
-    """Force of the left rail along the curve, (n, 2)."""
-    return curve.table.forces_by_contact(*curve.q.T)[:, :2, :2].sum(axis=1)
-
-
-def flange_load(curve: Curve) -> float:
-    """F at which the left flange touches [N]."""
-    return curve.F[np.argmax(curve.table.forces_by_contact(*curve.q.T)[:, 1, 1] > 0)]
-
-
-def text(curves: dict[str, Curve], rigid: dict[str, Overturning]) -> str:
-    def both(form: str, value: Callable[[str], float]) -> str:
-        return f"{value('aw'):{form}} and {value('sw'):{form}}"
-
-    def at_overturning(name: str, scale: float, form: str) -> str:
-        return both(form, lambda p: scale*getattr(rigid[p], name))
-
-    angle, b, h = at_overturning("angle", DEG, ".1f"), at_overturning("b", MM, ".0f"), at_overturning("h", MM, ".0f")
-    nadal = both(".2f", lambda p: np.tan(np.radians(FACE[p])))
-    return f"""
+TEXT = """
 Exercise 5 without its impacts: the equilibria of the wheelset under a lateral force F at its centre of gravity,
-followed from rest through the limit point, where the load cannot grow any more, and on along the unstable branch. Two
-values: actual and simplified profiles.
+followed from rest through the limit point, where the load cannot grow any more, and on along the unstable branch.
 
-The wheelset runs on its treads alone up to F = {both(".2f", lambda p: KN*flange_load(curves[p]))} kN: without friction
-a 1:40 cone resists with no more than the gravity stiffness of 12 N/mm. Then the left flange takes the force. Its
-contact moves up the throat while the right wheel is relieved. The limit,
-{both(".1f", lambda p: KN*curves[p].F_limit)} kN, is reached when the right wheel carries nothing: weight, lateral force
+The wheelset runs on its treads alone up to 0.13 kN (actual profiles) and 0.30 kN (simplified): without friction a 1:40 cone
+resists with no more than the gravity stiffness of 12 N/mm. Then the left flange takes the force. Its contact moves up the
+throat while the right wheel is relieved. The limit is reached when the right wheel carries nothing: weight, lateral force
 and the force of the left rail then meet in the centre of gravity, so F = W b/h with b and h the lateral and vertical
-distance of the left contact from it. Without friction the rail's force is normal to the surfaces, so
-b/h = tan(contact angle): the wheelset stands on that point of its flange whose normal passes through its centre of
-gravity, at {angle} degrees, b = {b} mm, h = {h} mm, which gives {both(".1f", lambda p: KN*rigid[p].F)} kN for rigid
-bodies. (W b/h with 750 and 457 mm, the contact being on the crown, would be 295 kN; but no lateral force of that
-size is carried there.)
+distance of the left contact from it. Without friction the rail's force is normal to the surfaces, so b/h = tan(contact
+angle): the wheelset stands on that point of its flange whose normal passes through its centre of gravity. The table has the
+numbers, for rigid bodies too. (W b/h with 750 and 457 mm, the contact being on the crown, would be 295 kN; but no lateral
+force of that size is carried there.)
 
 The wheelset overturns; it does not climb. Nadal's limit, (tan g - mu)/(1 + mu tan g) for the largest flange angle g,
-becomes tan g without friction: {nadal}. On the flange alone L/V is the tangent of the contact angle,
-{both(".2f", lambda p: curves[p].F_limit/curves[p].table.weight)} at the limit. The flange would climb if L/V exceeded
-tan g; the force at the height h above the contact overturns the wheelset first, because b/h is less than tan g. On the
-unstable branch the wheelset rolls about the left rail with the right wheel in the air; sooner or later the left tread
+becomes tan g without friction. On the flange alone L/V is the tangent of the contact angle. The flange would climb if L/V
+exceeded tan g; the force at the height h above the contact overturns the wheelset first, because b/h is less than tan g. On
+the unstable branch the wheelset rolls about the left rail with the right wheel in the air; sooner or later the left tread
 carries again, the flange contact moves on towards the face, and F falls steadily.
 
 The shipped runs bounce on the left flange. They fall when the energy of the bouncing exceeds the barrier between the
@@ -381,120 +350,3 @@ def fall_table(curves: dict[str, Curve], falls: dict[str, list[Fall]]) -> Table:
         (pair, f"{v:.0e}", f"{KN*curves[pair].F_limit:.2f}", f"{KN*f.F_unloaded:.2f}", f"{KN*f.F_over:.2f}",
          f"{f.surplus:.2f}", f"{f.needed:.2f}", f"{KN*f.F_derailed:.2f}")
         for pair, runs in falls.items() for v, f in zip(PERTURBATIONS, runs, strict=True)])
-
-
-def branches(curve: Curve) -> tuple[tuple[slice, str | tuple[float, tuple[float, ...]], str], ...]:
-    """Rows, dashes and label of the stable and the unstable branch."""
-    k = curve.last_stable + 1
-    return (slice(0, k), "-", "stable"), (slice(k - 1, None), DASHED, "unstable")
-
-
-def equilibria_figure(pair: str, curve: Curve, rigid: Overturning) -> Figure:
-    figure = page(f"Equilibria under a lateral force, {PAIRS[pair]}",
-                  "Above: from the contact of the flange to 0.2 mm beyond the limit point. Below: the whole curve. "
-                  "Z from the equilibrium at rest.")
-    axes = figure.subplots(2, 3)
-    y, z, roll = curve.q.T
-    near = (y > curve.table.clearance - 0.2e-3) & (y < curve.limit[0] + 0.2e-3)
-    quantities = ((MM*y, MM*curve.limit[0], "Y [mm]"),
-                  (MM*(z - z[0]), MM*(curve.limit[1] - z[0]), "Z [mm]"),
-                  (1e3*roll, 1e3*curve.limit[2]*SCALE[2], "roll [mrad]"))
-    for row, shown in enumerate((near, np.ones_like(near))):
-        for ax, (x, x_limit, label) in zip(axes[row], quantities, strict=True):
-            for rows, dashes, name in branches(curve):
-                on = shown[rows]
-                ax.plot(x[rows][on], KN*curve.F[rows][on], color=BLUE if name == "stable" else RED, linestyle=dashes,
-                        label=name)
-            ax.plot(x_limit, KN*curve.F_limit, "o", color=BLACK, markersize=4, label="limit point")
-            ax.axhline(KN*rigid.F, color=GREY, linestyle=":", linewidth=0.9, label="rigid, W b/h")
-            ax.set(xlabel=label, ylabel="F [kN]")
-            ax.margins(x=0.03)
-    axes[0, 0].legend(loc="upper left", bbox_to_anchor=(0.0, 0.9))
-    return figure
-
-
-def contact_figure(pair: str, curve: Curve) -> Figure:
-    figure = page(f"Contact forces of the equilibria, {PAIRS[pair]}",
-                  "L and V: lateral and vertical force of the left wheel on its rail. Vertical line: limit point. "
-                  "The eigenvalue is that of the tangent stiffness with roll times 0.75 m as coordinate.")
-    axes = figure.subplots(2, 2)
-    y = MM*curve.x[:, 0]
-    force = KN*curve.table.forces_by_contact(*curve.q.T)
-    for i, (contact, line) in enumerate(CONTACT_LINES.items()):
-        carries = np.hypot(force[:, i, 0], force[:, i, 1]) > 1e-6
-        if not carries.any():
-            continue
-        axes[0, 0].plot(curve.F*KN, force[:, i, 1], label=contact, **line.kwargs())
-        angle = np.where(carries, DEG*np.arctan2(-force[:, i, 0], force[:, i, 1])*(1 if i < 2 else -1), np.nan)
-        axes[0, 1].plot(y, angle, label=contact, **line.kwargs())
-    left = left_wheel(curve)
-    axes[1, 0].plot(y, -left[:, 0]/left[:, 1], color=BLACK, label="L/V of the left wheel")
-    axes[1, 0].axhline(np.tan(np.radians(FACE[pair])), color=RED, linestyle=DASHED,
-                       label=f"Nadal without friction: tan {FACE[pair]:.0f}°")
-    axes[1, 0].axhline(curve.F_limit/curve.table.weight, color=GREY, linestyle=":", label="F/W at the limit = b/h")
-    axes[1, 1].plot(y, 1e-3*np.linalg.eigvalsh(stiffness(curve.table, curve.x))[:, 0], color=GREEN)
-    axes[1, 1].set_yscale("symlog", linthresh=1)
-    axes[0, 0].set(xlabel="F [kN]", ylabel="vertical force [kN]", title="wheel loads along the curve")
-    axes[0, 1].set(xlabel="Y [mm]", ylabel="contact angle [°]", title="angle of the contact force to the vertical")
-    axes[1, 0].set(xlabel="Y [mm]", ylabel="L/V")
-    axes[1, 1].set(xlabel="Y [mm]", ylabel="lowest eigenvalue [N/mm]")
-    for ax in axes.ravel()[1:]:
-        ax.axvline(MM*curve.limit[0], color=GREY, linewidth=0.6)
-    axes[0, 0].axvline(KN*curve.F_limit, color=GREY, linewidth=0.6)
-    for ax in axes.ravel()[:3]:
-        ax.legend(loc="best")
-    return figure
-
-
-def overturning_figure(curves: dict[str, Curve], rigid: dict[str, Overturning]) -> Figure:
-    """The wheelset at the limit, with the three forces."""
-    figure = page("Overturning",
-                  "The limit of equilibrium, to scale: weight, lateral force and the normal force of the left rail "
-                  "meet in the centre of gravity; the right wheel carries nothing. Right: the left contact.")
-    axes = figure.subplots(2, 2, width_ratios=(1.7, 1))
-    for (whole, detail), (pair, r) in zip(axes, rigid.items(), strict=True):
-        y, z, roll = curves[pair].limit[:3]*SCALE
-        wheel, rail = (arcs.sample(part)/MM for part in pieces(pair))
-        for side in (1, -1):
-            shape = wheel*[side, 1]
-            turned = shape @ np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]]) + [y, z]
-            for ax in (whole, detail):
-                ax.plot(*(MM*turned).T, color=BLUE if side > 0 else RED, linewidth=1)
-                ax.fill(*(MM*rail*[side, 1]).T, color="#D9D9D9", linewidth=0)
-        contact = MM*np.array([y + r.b, z - r.h])
-        centre = MM*np.array([y, z])
-        for ax in (whole, detail):
-            ax.plot(*np.array([centre, contact]).T, color=GREY, linestyle=DASHED, linewidth=0.8)
-            ax.plot(*contact, "o", color=ORANGE, markersize=4)
-            ax.set_aspect("equal")
-        whole.plot(*centre, "o", color=BLACK, markersize=4)
-        scale = 1.0     # mm per kN
-        for tip, start, label, place in (
-                ((KN*r.F*scale, 0), centre, f"F = {KN*r.F:.0f} kN", (5, 4)),
-                ((0, -KN*curves[pair].table.weight*scale), centre, "W = 180 kN", (-62, 0)),
-                ((-np.sin(r.angle)*330*scale, np.cos(r.angle)*330*scale), contact,
-                 f"N at {DEG*r.angle:.1f}°", (-14, 8))):
-            end = start + np.array(tip)
-            whole.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.1})
-            whole.annotate(label, end, textcoords="offset points", xytext=place)
-        whole.set(title=f"{PAIRS[pair]}: b = {MM*r.b:.0f} mm, h = {MM*r.h:.0f} mm", xlabel="y [mm]", ylabel="z [mm]",
-                  xlim=(880, -880), ylim=(-60, 640))
-        detail.set(xlabel="y [mm]", xlim=(contact[0] + 55, contact[0] - 55), ylim=(-38, 30))
-    return figure
-
-
-def barrier_figure(curves: dict[str, Curve], falls: dict[str, list[Fall]]) -> Figure:
-    figure = page("The barrier between standing and falling",
-                  "Difference in potential (contact, weight, lateral force) between the unstable and the stable "
-                  "equilibrium; dots: runs of exercise 5 with their energy when they pass the unstable equilibrium.")
-    for ax, (pair, curve) in zip(figure.subplots(1, 2), curves.items(), strict=True):
-        F = np.linspace(0.93, 1, 400)*curve.F_limit
-        _, stable, unstable = barrier(curve, F)
-        ax.plot(KN*F, unstable - stable, color=BLUE, label="barrier")
-        ax.plot([KN*f.F_over for f in falls[pair]], [f.surplus for f in falls[pair]], "o", color=RED, markersize=4,
-                label="energy of the falling runs")
-        ax.axvline(KN*curve.F_limit, color=GREY, linewidth=0.8, linestyle=":", label="limit load")
-        ax.set(title=PAIRS[pair], xlabel="F [kN]", ylabel="energy above the stable equilibrium [J]")
-        ax.margins(x=0.03)
-        ax.legend(loc="upper right")
-    return figure

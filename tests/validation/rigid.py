@@ -56,5 +56,5 @@ def section(short: bool) -> Section:
         checks.append(limit(f"ex{exercise}_{pair}, {name}: Y at the end, change by steps of a quarter [m]", ours - fine,
                             "steps of a quarter", BAR))
         rows.append([f"ex{exercise}_{pair}", name, f"{1e3*ours:.6f}", f"{1e9*(ours - fine):.3g}"])
-    return Section("Rigid contacts: steps and exercise 5", TEXT, checks + ([] if short else ends_of_exercise_5()), [], [
+    return Section("Rigid contacts: steps and exercise 5", TEXT, checks + ([] if short else ends_of_exercise_5()), [
         Table("Y at the end of the run", ["case", "formulation", "Y [mm]", "change by finer steps [nm]"], rows)])

@@ -8,7 +8,6 @@ from math import asin, radians, sin
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import ldbench
 import make_profiles as mp
@@ -16,8 +15,7 @@ from checks import Check, Section, absolute, limit, relative
 from integration import refined
 from ldbench import Case, ContactTable
 from ldbench.case import Value, data_folder
-from ldbench.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, ldbench_style
-from sheets import Table, page
+from sheets import Table
 
 PAIRS = {"aw": 10.18e-3, "sw": 16.94e-3}    # published clearances [m]
 MODELS = "halfspace", "strip", "hertz"     # the first is that of the shipped cases
@@ -56,8 +54,6 @@ the largest of the four covers that. Twins are compared until one is a thousandt
 enough apart: some 1e-12 m of rounding at the end are up to 3 % of twins that start 0.1 nm apart and do not part, and
 their growth is less certain than that."""
 
-
-# Profiles with other radii ----------------------------------------------------------------
 
 def smoothed(folder: Path, pair: str) -> dict[str, Value]:
     """Write rail and wheel smoothed by 0.02 mm; the case's changes."""
@@ -99,8 +95,6 @@ def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: 
     mp.write(files[1], rail, "rail", [])
     return {"wheel_profile": str(files[0]), "rail_profile": str(files[1]), "table_file": ""}
 
-
-# Variants ---------------------------------------------------------------------------------
 
 @dataclass(frozen=True)
 class Variant:
@@ -145,8 +139,6 @@ def base_case(exercise: int, pair: str) -> Case:
     case = Case.exercise(exercise, pair).replace(rows="interval")
     return case.replace(interval=RAMP_ROWS) if exercise == 5 else case
 
-
-# Answers ----------------------------------------------------------------------------------
 
 TIMES = "t_LF", "t_RF", "t_end"
 FORCES = "N_LF", "N_RF"
@@ -200,8 +192,6 @@ def run_variants(pair: str, exercises: tuple[int, ...], found: list[Variant]) ->
             study[exercise, pair][variant.name] = answers(case, table)
     return study, tables
 
-
-# Divergence -------------------------------------------------------------------------------
 
 @dataclass
 class Divergence:
@@ -269,27 +259,6 @@ def divergence_table(found: list[Divergence]) -> Table:
     return Table("Divergence of motions that start 1 nm or 1 nrad apart", head, [d.row() for d in found])
 
 
-def divergence_figure(found: list[Divergence]) -> Figure:
-    figure = page("Divergence of neighbouring motions", "Distance of twins started 1 nm aside (blue) and 1 nrad turned "
-                  "(red) over the distance at the start; black: exponential fit of their geometric mean.")
-    columns = -(-len(found)//2)
-    axes = figure.subplots(2, columns, squeeze=False, sharey=True)
-    for ax in axes.flat[len(found):]:
-        ax.set_axis_off()
-    for ax, d in zip(axes.T.flat, found, strict=False):
-        for k, colour in enumerate((BLUE, BLUE, RED, RED)):
-            ax.semilogy(d.t, d.growth[:, k], color=colour, linewidth=0.7, linestyle="-" if k % 2 == 0 else "--")
-        rate, start = d.fit
-        ax.semilogy(d.t, np.exp(start + rate*d.t), color=BLACK, linewidth=1)
-        ax.set(title=f"{d.name}\n{rate:.0f}/s, {d.impacts} impacts,\nfactor {d.mean[-1]**(1/d.impacts):.2f} each",
-               xlabel="time [s]")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("distance over that at the start [1]")
-    return figure
-
-
-# Tables and figures -----------------------------------------------------------------------
-
 def change_cell(name: str, value: Answers, base: Answers) -> str:
     """Times in ms, forces in kN, and both in %."""
     if name == "t_end" and value.ending != base.ending:
@@ -310,74 +279,6 @@ def change_table(exercise: int, pair: str, of: dict[str, Answers]) -> Table:
     rows += [[name, *(change_cell(n, a, base) for n in names)] for name, a in of.items() if name != "base"]
     return Table(f"Exercise {exercise}, {pair}: change of the answers ({base.ending})", head, rows)
 
-
-def variant_table(tables: dict[str, dict[str, ContactTable]], found: list[Variant]) -> Table:
-    """What the variants with a table of their own are like at rest."""
-    head = ["variant", *(f"{pair}: {what}" for pair in tables
-                         for what in ("clearance [mm]", "approach [mm]", "vertical eigenfrequency [Hz]"))]
-    rows = [[v.name, *(cell for of in tables.values() for t in (of[v.name],) for cell in (
-        f"{1e3*t.clearance:.4f}", f"{1e3*(t.rigid_height - t.equilibrium):.4f}", f"{t.frequencies[1]:.2f}"))]
-        for v in found if v.table or v.name == "base"]
-    return Table("Variants at rest", head, rows)
-
-
-def digest(study: Study, found: list[Variant], name: str) -> Table:
-    """The largest change of one answer by each group of variants, all cases."""
-    groups = list(dict.fromkeys(v.group for v in found if v.group))
-    unit = "ms" if name in TIMES else "%"
-    rows = []
-    for (exercise, pair), of in study.items():
-        base, row = of["base"], [f"ex{exercise}_{pair}"]
-        for group in groups:
-            changes = [abs(of[v.name].change(base, name)) for v in found if v.group == group]
-            other = any(np.isnan(x) for x in changes)
-            scale = 1e3 if name in TIMES else 100/base.numbers[name]
-            row.append("other end" if other and name == "t_end" else
-                       "" if np.isnan(changes).all() else f"{scale*np.nanmax(changes):.3g}")
-        rows.append(row)
-    return Table(f"Largest change by group of variants: {LONG[name]} [{unit}]", ["case", *groups], rows)
-
-
-MARKS = {"t_LF": ("o", BLUE), "t_RF": ("s", GREEN), "t_end": ("^", ORANGE), "N_LF": ("o", BLUE), "N_RF": ("s", GREEN)}
-
-
-def change_figure(study: Study, pair: str, names: tuple[str, ...], words: str, least: float) -> Figure:
-    """Change of answers per variant, an axis per exercise; linear up to `least`, then logarithmic."""
-    unit = "ms" if names[0] in TIMES else "%"
-    figure = page(f"What the call leaves open: {words}, {'actual' if pair == 'aw' else 'simplified'} profiles",
-                  f"Change against the base [{unit}], linear between ±{least:g}, logarithmic beyond. Grey: what a "
-                  "start 1 nm aside does to the answer that it changes most.\n"
-                  "Cross at the right: the run ends otherwise.")
-    cases = {exercise: of for (exercise, p), of in study.items() if p == pair}
-    axes = figure.subplots(1, len(cases), sharey=True, squeeze=False)[0]
-    for ax, (exercise, of) in zip(axes, cases.items(), strict=True):
-        base = of["base"]
-        rows = [name for name in of if name != "base"]
-        scale = {n: 1e3 if n in TIMES else 100/base.numbers[n] for n in names}
-        chance = [abs(scale[n]*a.change(base, n)) for name, a in of.items() if name.startswith("start") for n in names]
-        if chance and np.isfinite(chance).any():
-            ax.axvspan(-np.nanmax(chance), np.nanmax(chance), color=GREY, alpha=0.2, linewidth=0)
-        for shift, n in zip(np.linspace(-0.22, 0.22, len(names)), names, strict=True):
-            marker, colour = MARKS[n]
-            x = [scale[n]*of[name].change(base, n) for name in rows]
-            ax.plot(x, np.arange(len(rows)) + shift, marker, color=colour, markersize=3.5, label=LONG[n])
-        for k, name in enumerate(rows):
-            if of[name].ending != base.ending:
-                ax.plot(0.97, k, "x", color=RED, transform=ax.get_yaxis_transform(), markersize=5)
-        ax.set_xscale("symlog", linthresh=least)
-        reach = max([abs(v) for line in ax.lines for v in np.atleast_1d(line.get_xdata())
-                     if line.get_marker() != "x" and np.isfinite(v)], default=least)
-        ax.set(xlim=(-3*max(reach, least), 3*max(reach, least)), xlabel=f"change [{unit}]",
-               title=f"exercise {exercise}: {base.ending}")
-        ax.axvline(0, color=BLACK, linewidth=0.5)
-        ax.tick_params(axis="x", rotation=60)
-        ax.set_yticks(np.arange(len(rows)), rows)
-    axes[0].invert_yaxis()
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="upper right", ncols=len(names), bbox_to_anchor=(0.97, 0.975))
-    return figure
-
-
-# Checks -----------------------------------------------------------------------------------
 
 def profile_checks(pair: str, folder: Path) -> list[Check]:
     """The radii of this module, unchanged, give the shipped profiles."""
@@ -472,11 +373,5 @@ def section(short: bool) -> Section:
     study = dict(sorted(study.items()))
     parting.sort(key=lambda d: d.name)
     out.checks += energy_checks(study, found) + first_contact_checks(study) + divergence_checks(parting)
-    out.tables = [digest(study, found, "t_end"), digest(study, found, "N_LF"), divergence_table(parting),
-                  variant_table(tables, found),
-                  *(change_table(exercise, pair, of) for (exercise, pair), of in study.items())]
-    with ldbench_style():
-        out.figures = [change_figure(study, pair, names, words, least) for pair in pairs
-                       for names, words, least in ((TIMES, "times", 0.01), (FORCES, "peak flange forces", 0.1))]
-        out.figures.append(divergence_figure(parting))
+    out.tables = [divergence_table(parting), *(change_table(exercise, pair, of) for (exercise, pair), of in study.items())]
     return out

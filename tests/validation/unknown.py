@@ -152,6 +152,6 @@ def section(short: bool) -> Section:
             # Runs that start 1 nm apart derail within 3 kN of each other: 1.1 %.
             checks.append(absolute(words, float(told[name]), float(value), "this section; bar 3 kN of chance", 1.1)
                           if name == "force" else relative(words, float(told[name]), float(value), "this section", 0.1))
-    return Section("What the unknown profiles are worth", TEXT, checks, [], [spread_table(study), Table(
+    return Section("What the unknown profiles are worth", TEXT, checks, [spread_table(study), Table(
         "Clearance of the variants", ("variant", "clearance [mm]"),
         [(name, f"{1e3*x:.4f}") for name, x in study.clearance.items()])])
