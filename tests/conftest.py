@@ -65,12 +65,12 @@ def tables_in_memory() -> Iterator[None]:
     """Contact tables that go to no file stay in memory: hundreds of tests run cases whose tables are the same. A test of the
     building of a table names a file."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
-    from ldbench.ensembles.members import TableKeys
+    from ldbench.ensembles.members import table_keys
 
     make, kept = ContactTable._make, {}
 
     def remembered(table: ContactTable, case: Case, progress: object) -> None:
-        key = TableKeys()(case)
+        key = table_keys()(case)
         if case.table_file or key not in kept:
             make(table, case, progress)
             if not case.table_file:

@@ -9,7 +9,7 @@ module contact_zones
   use wheel_rail_pair, only: pair_type, rail_curvature, window
   implicit none
   private
-  public :: zone_type, side_type, find_zones, is_flange, max_zones
+  public :: zone_type, side_type, find_zones, is_flange, max_zones, least_turn
 
   integer, parameter :: max_zones = 6
 
@@ -38,15 +38,16 @@ module contact_zones
 
   real(dp), parameter :: root_angle = 10*degree    ! about where tread and flange of usual profiles part
   real(dp), parameter :: least_gap = 0.4e-3_dp    ! shortest arc that counts as a gap [m]
-  ! Two patches on either side of a flatter arc are one patch under load, which a cut would halve [rad].
+  ! Turn of an arc [rad]. Elastic patches on either side of a flatter one are one patch under load, which a cut would halve.
   real(dp), parameter :: least_turn = 0.03_dp
   real(dp), parameter :: least_zone = window/2     ! shortest zone [m]: the mean curvature does not show shorter arcs
 
 contains
 
   !> Cut the wheel into zones, at places that cannot touch, from the field side of the tread to the flange.
-  pure subroutine find_zones(pair, zones)
+  pure subroutine find_zones(pair, least, zones)
     type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: least          !! arcs that turn by less are no cuts [rad]
     type(zone_type), allocatable, intent(out) :: zones(:)
     type(gap_type), allocatable :: gaps(:)
     integer :: running, split, parting, i
@@ -56,7 +57,7 @@ contains
     do while (split > pair%steepest .and. (pair%angle(split) < root_angle .or. split == running))
       split = split - 1
     end do
-    call find_gaps(pair, running, gaps)
+    call find_gaps(pair, running, least, gaps)
     call part_flange(pair, split, gaps, parting)
 
     allocate (zones(size(gaps) + 1))
@@ -79,9 +80,10 @@ contains
   end function is_flange
 
   !> Find the arcs of negative relative curvature, from the running point to the flange face.
-  pure subroutine find_gaps(pair, running, gaps)
+  pure subroutine find_gaps(pair, running, least, gaps)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: running         !! index of the running point
+    real(dp), intent(in) :: least          !! turn of an arc [rad]
     type(gap_type), allocatable, intent(out) :: gaps(:)
     real(dp) :: curvature, turn(pair%steepest:running)   ! turn from the start of the arc to a station [rad]
     integer :: start, i
@@ -95,7 +97,7 @@ contains
         turn(i) = -curvature*(pair%s(i + 1) - pair%s(i))
         if (i < start) turn(i) = turn(i) + turn(i + 1)
       else if (start > 0) then
-        if (pair%s(start) - pair%s(i) > least_gap .and. turn(i + 1) > least_turn) &
+        if (pair%s(start) - pair%s(i) > least_gap .and. turn(i + 1) > least) &
           call add_gap(pair, gap_type(start, i + count(turn(i + 1:start) > turn(i + 1)/2), turn(i + 1)), gaps)
         start = 0
       end if

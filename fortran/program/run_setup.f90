@@ -3,7 +3,7 @@ module run_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use both_rails, only: find_rigid_rest => find_rest, small_motion, stand
   use case, only: case_type
-  use contact_zones, only: find_zones, side_type
+  use contact_zones, only: find_zones, least_turn, side_type
   use errors, only: error_type, fatal_error
   use geometry_functions, only: clearance, rigid_contact
   use kinds, only: dp
@@ -98,7 +98,8 @@ contains
         end if
         if (allocated(error) .and. faulty /= '') error%message = '&profiles '//faulty//': '//error%message
         if (allocated(error)) return
-        call find_zones(side%pair, side%zones)
+        ! A rigid wheel touches at a point on either side of any arc.
+        call find_zones(side%pair, merge(least_turn, 0.0_dp, c%formulation == 'elastic'), side%zones)
         side%threshold = [cos(c%flange_angle), sin(c%flange_angle)]
       end associate
     end subroutine place_side

@@ -5,7 +5,7 @@
 !> wheel `other`; writes for each the error or, of a negative kind too, the clearance [m], else `good`.
 program read_profiles
   use case, only: case_type
-  use contact_zones, only: find_zones
+  use contact_zones, only: find_zones, least_turn
   use errors, only: error_type
   use placement, only: place_profiles
   use profile, only: is_rail, is_wheel, read_profile
@@ -30,7 +30,7 @@ program read_profiles
     if (.not. allocated(error)) call read_profile(trim(c%rail_profile), is_rail, setup%rail(1), error)
     if (.not. allocated(error)) call place_profiles(setup%wheel(1)%curve, setup%rail(1)%curve, &
       setup%wheel(1)%file, setup%rail(1)%file, c%gauge, c%gauge_depth, c%back_to_back, c%rolling_radius, setup%side(1)%pair, error)
-    if (.not. allocated(error)) call find_zones(setup%side(1)%pair, setup%side(1)%zones)
+    if (.not. allocated(error)) call find_zones(setup%side(1)%pair, least_turn, setup%side(1)%zones)
     setup%side(1)%threshold = [cos(c%flange_angle), sin(c%flange_angle)]
     if (allocated(error)) then
       write (*, '(a)') error%message
