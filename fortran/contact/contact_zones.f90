@@ -1,7 +1,7 @@
 !> Zones of a wheel: stretches that carry one contact patch each.
 !>
 !> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal is
-!> negative, where half of the arc's turn is done. So a zone holds one patch that moves smoothly, which makes the elastic energy
+!> negative, at the mean of the angles of the arc's ends. So a zone holds one patch that moves smoothly, which makes the elastic energy
 !> smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
 !> is another question, which `is_flange` answers.
 module contact_zones
@@ -32,7 +32,7 @@ module contact_zones
   !> An arc of the wheel that cannot touch.
   type :: gap_type
     integer :: start = 0               !! index of the station at which the arc starts, on its tread side
-    integer :: cut = 0                 !! index of the station at which half of its turn is done
+    integer :: cut = 0                 !! index of the station at the mean of the angles of its ends
     real(dp) :: turn = 0               !! angle by which the normals of wheel and rail part over the arc [rad]
   end type gap_type
 
@@ -85,21 +85,22 @@ contains
     integer, intent(in) :: running         !! index of the running point
     real(dp), intent(in) :: least          !! turn of an arc [rad]
     type(gap_type), allocatable, intent(out) :: gaps(:)
-    real(dp) :: curvature, turn(pair%steepest:running)   ! turn from the start of the arc to a station [rad]
+    real(dp) :: curvature, turn
     integer :: start, i
 
     allocate (gaps(0))
     start = 0
+    turn = 0
     do i = running, pair%steepest, -1
       curvature = pair%curvature(i) + rail_curvature(pair, pair%angle(i))
       if (curvature < 0) then
         if (start == 0) start = i
-        turn(i) = -curvature*(pair%s(i + 1) - pair%s(i))
-        if (i < start) turn(i) = turn(i) + turn(i + 1)
+        turn = turn - curvature*(pair%s(i + 1) - pair%s(i))
       else if (start > 0) then
-        if (pair%s(start) - pair%s(i) > least_gap .and. turn(i + 1) > least) &
-          call add_gap(pair, gap_type(start, i + count(turn(i + 1:start) > turn(i + 1)/2), turn(i + 1)), gaps)
+        if (pair%s(start) - pair%s(i) > least_gap .and. turn > least) call add_gap(pair, gap_type(start, &
+          i - 1 + minloc(abs(pair%angle(i:start) - (pair%angle(i) + pair%angle(start))/2), 1), turn), gaps)
         start = 0
+        turn = 0
       end if
     end do
   end subroutine find_gaps

@@ -233,15 +233,15 @@ def mean_approach(blow: Blow, law: Law) -> float:
 
 
 def loss_of(blow: Blow) -> Estimate:
-    """Share of the energy that a blow takes; what half the rows would give tells the uncertainty."""
+    """Share of the energy that a blow takes; what either half of the rows would give tells the uncertainty."""
     put_in, back = blow.energy
-    thin = slice(blow.time.size % 2, None, 2)
-    fewer = Blow(blow.interval, blow.time[thin], blow.force[thin], blow.closing[thin], blow.approach[thin], blow.angle[thin],
-                 blow.lowered[thin])
-    if put_in <= 0 or fewer.energy[0] <= 0:
+    halves = [Blow(blow.interval, blow.time[half], blow.force[half], blow.closing[half], blow.approach[half], blow.angle[half],
+                   blow.lowered[half]).energy for half in (slice(0, None, 2), slice(1, None, 2))]
+    if min(put_in, *(energy for energy, _ in halves)) <= 0:
         return untold("no energy in the blow")
-    loss, rough = 1 - back/put_in, 1 - fewer.energy[1]/fewer.energy[0]
-    u = float(np.hypot(np.hypot(abs(loss - rough), LOOP), SPREAD*np.ptp(blow.lowered)/np.ptp(blow.approach)))
+    loss = 1 - back/put_in
+    rough = max(abs(1 - there/energy - loss) for energy, there in halves)
+    u = float(np.hypot(np.hypot(rough, LOOP), SPREAD*np.ptp(blow.lowered)/np.ptp(blow.approach)))
     if u > ROUGH:
         return untold(f"{blow.time.size} rows are too few for the loop of the force over the approach")
     return Estimate(loss, u, why="loop of the normal force over the approach, first blow")
