@@ -1,8 +1,8 @@
 !> Zones of a wheel: stretches that carry one contact patch each.
 !>
 !> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal is
-!> negative, at the mean of the angles of the arc's ends. So a zone holds one patch that moves smoothly, which makes the elastic energy
-!> smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
+!> negative, at the mean of the angles of the arc's ends. So a zone holds one patch that moves smoothly, which makes the elastic
+!> energy smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
 !> is another question, which `is_flange` answers.
 module contact_zones
   use kinds, only: degree, dp
