@@ -41,8 +41,8 @@ module table_builder
   ! Strips are allowed smaller errors in rolling over: the crown and the corner of a rail touch at once there. With half-spaces
   ! the ratio errs more.
   real(dp), parameter :: rollover_factor = 0.35_dp
-  ! Shares of the accuracy that the splines of strips and of the ratio may use up in a cell.
-  real(dp), parameter :: share_strip = 0.5_dp, share_ratio = 0.4_dp
+  ! Share of the accuracy that the spline of the strips, and that of the ratio, may use up in a cell.
+  real(dp), parameter :: share = 0.4_dp
   ! Grids over half a patch. The energy has the square of the solver's error.
   integer, parameter :: elements_x = 5, elements_s = 20
   real(dp), parameter :: solver_tolerance = 2e-3_dp
@@ -72,7 +72,7 @@ contains
     allocate (table%zones(n), energy%grid(n))
     energy%request = request
     energy%table => table
-    energy%tolerance = request%accuracy*share_strip
+    energy%tolerance = request%accuracy*share
     if (.not. halfspace) energy%rollover_factor = rollover_factor
     rules = rules_type(request%most, most_values, most_rounds, common_roll=.true.)
     do z = 1, n
@@ -82,7 +82,7 @@ contains
     if (stopped) return
     if (halfspace) then
       elements = elements_type(elements_x, elements_s, solver_tolerance, request%e_star, request%influence == 'flat')
-      call solve_ratios(request, request%accuracy*share_ratio, elements, table, ratio, table%solutions, &
+      call solve_ratios(request, request%accuracy*share, elements, table, ratio, table%solutions, &
         [progress_strip, progress_ratio], stopped, watcher)
       if (stopped) return
       roll = table%roll
