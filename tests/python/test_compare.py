@@ -226,10 +226,10 @@ def test_study_of_a_small_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("sys.stderr", sys.__stderr__)
     rows = pd.read_csv(table).set_index(["case", "variant"])
     assert set(rows.index) == {(c, v) for c in ("ex3_aw", "ex5_aw") for v in ("law", "step")}
-    # On the way to the flange laws and steps agree; at the impact the law tells, not the step.
+    # On the way to the flange laws and steps agree; at the impact the law tells more than the step.
     law, step = rows.loc[("ex3_aw", "law")], rows.loc[("ex3_aw", "step")]
     column = "N_LF peak of the first contact, relative"
-    assert 0.01 < abs(law[column]) < 0.3 and abs(step[column]) < 0.01
+    assert 0.01 > abs(step[column]) < abs(law[column]) < 0.3
     assert law["Y rms, first contact [m]"] > 10*step["Y rms, first contact [m]"] > 0
     runs = {v: read_data(root/f"outputs/study/ex3_aw_{v}.txt") for v in ("fine", "law")}
     peaks = [run.first_interval("LF").peak for run in runs.values()]

@@ -35,7 +35,7 @@ def make_specimen(folder: Path) -> None:
     (folder/"outputs").mkdir()
     ldbench.Case.exercise(2, "aw").replace(**SPECIMEN, vY=0.8, t_end=0.2, interval=2e-4).to_namelist(folder/"inputs/ex2_aw.nml")
     ldbench.Case.exercise(5, "aw").replace(**SPECIMEN, dt=5e-5, lateral_ramp=1.2e5, t_end=4.0,
-                                           interval=1e-3).to_namelist(folder/"inputs/ex5_aw.nml")
+                                           interval=2.5e-4).to_namelist(folder/"inputs/ex5_aw.nml")
     before = Path.cwd()
     os.chdir(folder)
     try:

@@ -32,7 +32,7 @@ RUN = r"\bex\d_aw\b"
 @pytest.fixture(scope="module")
 def faster(world: World, tmp_path_factory: pytest.TempPathFactory) -> tuple[ldbench.Run, Raw]:
     """The thrown wheelset with another velocity: it rises higher after the right flange than before."""
-    case = world.run("ex2_aw").case.replace(vY=1.1, name="ex3_aw", table_file=world.outputs/"aw.table")
+    case = world.run("ex2_aw").case.replace(vY=1.2, name="ex3_aw", table_file=world.outputs/"aw.table")
     run = ldbench.run(case)
     return run, Raw(Path(run.write(tmp_path_factory.mktemp("faster")/"ex3_aw.txt")))
 
@@ -190,7 +190,8 @@ def test_comparison_pages(world: World):
                         # The ramp has a row each millisecond, in which its later contacts open.
                         slack = 2e-4 if k % 2 else 0.05 if k not in (4, 8) or " 1 " in match[0] else 9.0
                         assert agree(match[k], truth, slack), (match[0], k, truth)
-                own = [Line(r"ex\d_aw: (\d+) impacts have fewer than 6 rows", "impacts of few rows", few, often=True)]
+                if "impacts have fewer than" in text:
+                    own = [Line(r"ex\d_aw: (\d+) impacts have fewer than 6 rows", "impacts of few rows", few, often=True)]
                 labels = [RUN, row, r"\d+ more impacts", "than 6 rows"]
             elif "laid on each other" in title:
                 own = [Line(r"^(?:left|right) (?:flange|tread) \d+: (\S+) ms$", "begin of an impact [ms]",
