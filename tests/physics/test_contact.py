@@ -310,9 +310,9 @@ BARS = {
 @pytest.mark.parametrize("model", ["strip", "halfspace"])
 @pytest.mark.parametrize("stage", ["running", "overturning"])
 def test_table_against_direct(stage: str, model: str, pair: str, case: Path, strip_case: Path, shipped: dict[str, Run]):
-    """At poses of the ten runs, 750 with strips and 300 with half-spaces, and as many of overturning as of a run, a
+    """At poses of the ten runs, 2500 with strips and 300 with half-spaces, and as many of overturning as of a run, a
     wheel's force is that of direct evaluation; and a table knows that a run can come there."""
-    chosen = driven_poses(shipped, pair, 150 if model == "strip" else 60)[stage]
+    chosen = driven_poses(shipped, pair, 500 if model == "strip" else 60)[stage]
     place, _, _, error = probe("stated_error", strip_case if model == "strip" else case, 0,
                                stdin=f"{len(chosen)}\n" + text(chosen)).T
     largest, rms = error.max(), np.sqrt(np.mean(error**2))
@@ -320,5 +320,4 @@ def test_table_against_direct(stage: str, model: str, pair: str, case: Path, str
           f"{chosen[error.argmax()]}")      # shown by pytest -rP
     bars = BARS[pair, model, stage]
     assert largest < bars[0] and rms < bars[1], (largest, rms)
-    # The most out of reach: 2.8 and 3.1 % (sw, running, strips). A sample of 750 poses has a standard deviation of 0.6 %.
-    assert (place > 0).mean() > 0.955
+    assert (place > 0).mean() > 0.97      # the most out of reach: 1.6 % (sw, running)

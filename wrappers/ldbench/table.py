@@ -97,7 +97,8 @@ class ContactTable:
     weight: float
     #: Half of the weight [N].
     load_per_wheel: float
-    #: The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative; nan but for one with rigid contacts.
+    #: The three eigenfrequencies at rest, ascending [Hz]; an unstable one is negative. With rigid contacts there is one; the others
+    #: are nan.
     frequencies: tuple[float, ...]
 
     def __init__(self, case: Case | str | os.PathLike[str], progress: Progress | bool | None = None) -> None:

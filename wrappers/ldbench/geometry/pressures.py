@@ -68,13 +68,14 @@ def first_pressures(run: RunData) -> dict[str, Any]:
     reaches over to the flange. A run is solved once."""
     if run in _known:
         return _known[run]
-    row = _known[run] = {}
+    row: dict[str, Any] = {}
     for contact in FLANGES:
         first = run.first_interval(contact)
         patches = known_patches(run, first.top, [contact]) if first else []
         names = "pmax", "patch", "approach", "t_pmax"
         values = (*told(patches), first.t_peak) if first and patches else [None]*4
         row |= {f"{name}_{contact}": value for name, value in zip(names, values, strict=True)}
+    _known[run] = row
     return row
 
 
