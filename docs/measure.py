@@ -242,11 +242,6 @@ def measured() -> dict[str, Any]:
     return json.loads(FILE.read_text()) if FILE.exists() else {}
 
 
-def all_values() -> Values:
-    """Every measured result by its name."""
-    return {name: value for group in measured().values() for name, value in group["values"].items()}
-
-
 def main(groups: list[str]) -> int:
     if unknown := set(groups) - GROUPS.keys():
         print(f"docs: expected groups of {', '.join(GROUPS)}, found {', '.join(sorted(unknown))}", file=sys.stderr)

@@ -33,8 +33,8 @@ is finer where that is above &table accuracy, 2e-3, as far as its smallest cells
 table that stops above it says so.
 
 All patches of a wheel are one elastic system. The last table integrates the first flange contact of the exercises with the
-wheel pressed in every pose, without a table, and beside it gives the peaks that other models of influence have; then for two
-wheels that lie against the gauge corner, where a cut through their patch moved the peak by 9 %."""
+wheel pressed in every pose, without a table, and beside it gives the peaks that other models of influence have. So it does for
+two wheels that lie against the gauge corner, where a cut through their patch would move the peak by 9 %."""
 
 
 def table_file(pair: str, model: str) -> str:
