@@ -19,7 +19,7 @@ from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData, read_data
 
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, listed
-from .map_guess import AXES, SURE, Guess, guess_map
+from .map_guess import AXES, SURE, Guess, guess_map, side_sign
 from .own_runs import own_run
 from .physics_checks import law_findings
 from .submissions import complaint, find_files, is_device, quiet
@@ -116,7 +116,7 @@ def map_findings(guess: Guess) -> Iterator[Finding]:
     wrong = [f"{m.name} says {m.said}, its numbers are in {m.unit}" for m in matches.values() if m.said and m.said != m.unit]
     yield Finding("units", FAILED if wrong else PASSED, len(wrong), 0, hint=listed(wrong))
     for words, sense in FRAME.items():
-        signs = {column: matches[column].sign for column in AXES[words] if column in matches}
+        signs = {column: side_sign(matches[column])*matches[column].sign for column in AXES[words] if column in matches}
         if not signs:
             continue
         turned = [column for column, sign in signs.items() if sign != signs[next(iter(signs))]]

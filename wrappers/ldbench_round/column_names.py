@@ -68,8 +68,10 @@ WORDS = {
     "other": r"energy|energie|pitch|nick|tangage|yaw|gier|lacet|longitudinal|laengs|moment|creep|work|total|sum|power|stiffness|"
              r"derailment",
     "wheelset": r"wheelset|radsatz|essieu|axle|achse|centre|center",
-    "flange": r"flange|spurkranz|boudin|mentonnet", "tread": r"tread|laufflaeche|laufflache|table(?: ?de ?roulement)?|bande",
-    "left": r"left|links|linkes|linker|linke|gauche", "right": r"right|rechts|rechtes|rechter|rechte|droite?",
+    # Where wheels and contacts have numbers, the first ones are the left wheel and the tread.
+    "flange": r"flange|spurkranz|boudin|mentonnet|contact 2\b",
+    "tread": r"tread|laufflaeche|laufflache|table(?: ?de ?roulement)?|bande|contact 1\b",
+    "left": r"left|links|linkes|linker|linke|gauche|wheel 1\b", "right": r"right|rechts|rechtes|rechter|rechte|droite?|wheel 2\b",
     "wheel-load": r"radkraft|radlast|wheel ?load",
     "normal": r"normalkraft|normale?", "force": r"force|effort|kraft|load|last|charge",
     "acceleration": r"acceleration|beschl(?:eunigung)?|accel|acc",
@@ -91,10 +93,13 @@ LETTERS = {letters: words.split() for letters, words in {
     "ang": "angle",
     # Gensys turns about the axes f, k and p; a finite element program counts its axes.
     "vf": "velocity roll", "af": "acceleration roll", "ur1": "roll", "vr1": "velocity roll", "ar1": "acceleration roll",
+    "u2": "displacement lateral", "v2": "velocity lateral", "a2": "acceleration lateral",
+    "u3": "displacement vertical", "v3": "velocity vertical", "a3": "acceleration vertical",
     "cfn": "normal", "cf2": "force lateral", "cf3": "force vertical", "ccoor2": "place lateral",
     "ccoor3": "place vertical"}.items()}
 _WORD = re.compile("|".join(f"(?P<w{k}>{words})" for k, words in enumerate(WORDS.values())))
 AXIS = ("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")
+TOWARDS = re.compile(r"\b(?:positive )?(?:to|towards) the (?:left|right)\b")     # a direction, not a wheel
 NOTHING_OF_OURS = frozenset({"another quantity"})
 
 
@@ -106,7 +111,7 @@ def flat(name: str) -> str:
 
 def words_of(name: str) -> set[str]:
     """What the words of a name mean; words in one, as in German, are told apart."""
-    words = flat(name)
+    words = TOWARDS.sub("", flat(name))
     found = {word for letters in {*words.split(), *re.findall("[a-z]+", words)} for word in LETTERS.get(letters, ())}
     for match in _WORD.finditer(words):
         if match.lastgroup:
@@ -119,8 +124,9 @@ def by_words(name: str) -> set[str]:
     words = words_of(name)
     if "other" in words:
         return set(NOTHING_OF_OURS)
-    side = {"left": "L", "right": "R"}.get(next(iter(words & {"left", "right"}), ""), "")
-    place = {"flange": "F", "tread": "T"}.get(next(iter(words & {"flange", "tread"}), ""), "")
+    sides, places = words & {"left", "right"}, words & {"flange", "tread"}
+    side = "" if len(sides) != 1 else "L" if "left" in sides else "R"
+    place = "" if len(places) != 1 else "F" if "flange" in places else "T"
     if side and place:
         if "normal" in words:
             kinds = {"N"}
@@ -138,7 +144,7 @@ def by_words(name: str) -> set[str]:
         return {f"{kind}_{side}{place}" for kind in kinds}
     if "wheelset" in words:
         words = words - {"normal"}          # n also stands for a node, and no wheelset has a normal
-    if side or place or words & {"force", "normal", "radius", "contact angle"}:
+    if sides or places or words & {"force", "normal", "radius", "contact angle"}:
         return set()                        # a contact whose place the name does not say, or a sum over a wheel
     turning = {"velocity", "derivative"} <= words
     rate = "acceleration" if "acceleration" in words or turning else "velocity" if "velocity" in words else ""

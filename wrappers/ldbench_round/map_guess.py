@@ -6,6 +6,7 @@ the end of the first flange contact; the name helps. Codes differ by tens of per
 """
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,7 +26,7 @@ from .tasks import QUANTITIES
 
 SURE = 0.35         # likeness from which the numbers of a column confirm its name
 ALONE = 0.75        # least likeness of a column whose name says nothing
-BONUS = 0.5                         # of a name that fits
+BONUS = 2.0                         # of a name that fits: no likeness without a name outweighs it
 NAMED_ALIKE = 0.7                   # likeness of a named column that has our size at other instants, as later impacts do
 NEAR = 1.3                          # ratio of a rate to a change over an interval, of which rows are not too far apart
 MISSTATED = 30.0                    # how many times nearer to ours a file has to last in another unit of time than it states
@@ -35,6 +36,7 @@ SYNONYMS = {"sec", "Nm", "kNm", "-"}
 RARE = {"in", "lbf", "cm", "in/s", "MN"}     # less likely, unless the file says them
 UNUSUAL = {"um", "g", "km/h"}       # only if the file says them
 ROWS = 400                          # instants at which columns are compared
+HALF_GAUGE = 0.70, 0.78             # distance of a rail from the centre, by the gauge or by the running circles [m]
 ZERO_MAY_DIFFER = {"Z", *(f"{name}_{contact}" for name in ("y", "z") for contact in CONTACTS)}
 
 
@@ -270,10 +272,16 @@ def agree_on_signs(taken: dict[str, Match]) -> None:
     """Give all columns of an axis one sign, but for those that clearly have another one."""
     for columns in AXES.values():
         there = [taken[column] for column in columns if column in taken]
-        sign = 1 if sum(best_of(m, sign=1) - best_of(m, sign=-1) for m in there) >= 0 else -1
+        likelier = sum(side_sign(m)*(best_of(m, sign=1) - best_of(m, sign=-1)) for m in there)
         for m in there:
+            sign = side_sign(m)*(1 if likelier >= 0 else -1)
             if m.sign != sign and m.likeness - best_of(m, sign=sign) < CLEAR:
                 choose(taken, m, sign=sign)
+
+
+def side_sign(match: Match) -> int:
+    """-1 for a column of the right wheel whose name says that it counts outwards or inwards: its axis is turned; 1 otherwise."""
+    return -1 if match.column[-2:] in ("RT", "RF") and re.search("outward|inward", match.name.lower()) else 1
 
 
 def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
@@ -294,12 +302,17 @@ def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
 
 
 def agree_on_zeros(taken: dict[str, Match]) -> None:
-    """Give contact positions of an axis the zero that those of the treads have: a flange may be touched elsewhere than ours."""
+    """Give contact positions of an axis the zero that those of the treads have: a flange may be touched elsewhere than ours.
+
+    One zero is that of both wheels, unless each counts from its own rail.
+    """
     for name in ("y", "z"):
-        treads = [taken[column].offset for column in (f"{name}_LT", f"{name}_RT") if column in taken]
+        treads = {side: taken[f"{name}_{side}T"].offset for side in "LR" if f"{name}_{side}T" in taken}
+        of_rails = all(HALF_GAUGE[0] < way*treads.get(side, 0.0) < HALF_GAUGE[1] for side, way in (("L", 1), ("R", -1)))
         for column in (f"{name}_LF", f"{name}_RF"):
             if treads and column in taken:
-                taken[column] = replace(taken[column], offset=sum(treads)/len(treads))
+                zero = treads[column[-2]] if of_rails else sum(treads.values())/len(treads)
+                taken[column] = replace(taken[column], offset=zero)
 
 
 def agree_with_the_file(taken: dict[str, Match]) -> None:

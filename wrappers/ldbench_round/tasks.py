@@ -17,7 +17,8 @@ QUANTITIES = (*MOTION, *(f"{name}_{contact}" for name in PER_CONTACT for contact
 ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn"}      # of column files
 EXERCISE = re.compile(r"(?:ex(?:ercise)?|case|run|e)[ _.-]*([1-5])(?!\d)", re.IGNORECASE)
 CLEARANCES = {"aw": 10.18e-3, "sw": 16.94e-3}
-PROFILES = {"aw": r"(?<![a-z])(?:aw|act(?:ual)?|a)(?![a-z])", "sw": r"(?<![a-z])(?:sw|simp(?:lified)?|s)(?![a-z])"}
+PROFILES = {"aw": r"(?<![a-z])(?:aw(?:prof)?|act(?:ual)?|a)(?![a-z])",
+            "sw": r"(?<![a-z])(?:sw(?:prof)?|simp(?:lified)?|s)(?![a-z])"}
 
 
 @dataclass(frozen=True)

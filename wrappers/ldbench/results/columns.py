@@ -54,6 +54,7 @@ EMPTY = {"n/a", "na", "none", "null", "-", "--"}     # words of a cell without a
 MISSING = -999.0, -9999.0, -99999.0, 1e30, -1e30, 1e33     # numbers that codes write where they have none
 EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}(?!\d))")   # where Fortran leaves out the letter of an exponent of three digits
 SEPARATORS = ";", "\t", ",", ""          # the last one stands for blanks
+LISTED = re.compile(r"\W*(?:column|colonne|spalte)?\s*(\d+)\s*[:=)]\s*(.*\S)\s*", re.IGNORECASE)       # a name in a list
 UNIT_IN_BRACKETS = re.compile(r"(.*?\S)\s*[\[(](.*)[\])]")
 
 
@@ -214,11 +215,18 @@ def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
         strange.insert(0, at)
     if strange:
         raise _wrong_row(path, strange[0], lines, count)
+    names = _listed_names(lines[:start], count) or names
     for k, name in enumerate(names):
         found = UNIT_IN_BRACKETS.fullmatch(name)
         if found and _plain_unit(found[2]) in UNITS:
             names[k], units[k] = found[1], _plain_unit(found[2])
     return Layout(separator, names, units, start)
+
+
+def _listed_names(lines: Sequence[str], count: int) -> list[str]:
+    """Names of all columns from a numbered list above the numbers, as '# column 3: roll angle [rad]'; none without it."""
+    found = [match for line in lines if (match := LISTED.fullmatch(line))]
+    return [match[2] for match in found] if [int(match[1]) for match in found] == [*range(1, count + 1)] else []
 
 
 def _separator(line: str) -> str | None:
