@@ -24,12 +24,12 @@ from ldbench._core.files import write_frame
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
-from ldbench_round import check, collation, kept_entries, own_runs, round_numbers
+from ldbench_round import check, kept_entries, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
 from ldbench_round.kept_entries import SCORED_AS_ELASTIC
-from ldbench_round.round_grades import Graded, find_references
+from ldbench_round.round_grades import find_references
 from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
-from ldbench_round.scores import GRADED
+from ldbench_round.scores import GRADED, Score
 from ldbench_round.submissions import find_submissions
 from ldbench_round.tasks import TASKS, Task
 from running import Run, once
@@ -219,12 +219,11 @@ def test_a_late_submission_costs_its_own_files_alone(codes: Path, own: None, tmp
     assert len(first.computed) == 6 + 3 and len(kept) == 6
     shutil.move(late, codes/"Elastra")
 
-    make = kept_entries.make_entry
-    def make_late(file: Path, *rest: Any) -> kept_entries.Entry:
+    def read_late(file: Path, *rest: Any) -> check.SubmittedFile:
         assert file.parent.name == "Elastra"
-        return make(file, *rest)
+        return check.read_submitted(file, *rest)
 
-    monkeypatch.setattr(collation, "make_entry", make_late)
+    monkeypatch.setattr(kept_entries, "read_submitted", read_late)
     second = collate(codes, store)
     assert second.computed == (("Elastra", FAST),)
     after = table(second, tmp_path/"after.csv")
@@ -422,7 +421,7 @@ class GradedRound(NamedTuple):
     reference: Path
     store: Path
 
-    def grade(self, code: str, name: str) -> Graded:
+    def grade(self, code: str, name: str) -> Score:
         return self.found.grade(next(one for one in self.found.codes if one.name == code), FAST, name)
 
 

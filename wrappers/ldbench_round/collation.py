@@ -3,8 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,11 @@ from ldbench.results.header import read_header
 from ldbench.tools import PROCESS_DIED, processes, write_frame
 
 from .jumps import is_rigid
-from .kept_entries import Entry, failed_entry, keep, kept, key_of, make_entry, program
+from .kept_entries import Entry, Work, failed_entry, keep, kept, key_of, make_entry, program
 from .own_runs import own_run, write_rigid_run
-from .round_grades import ROW_ENDINGS, Graded, Reference, read_reference, reference_of
+from .round_grades import ROW_ENDINGS, Reference, read_reference, reference_of, row_of
 from .round_numbers import SI, VERDICTS, names_of
-from .scores import GRADED
+from .scores import GRADED, Score, unscored
 from .submissions import Submission, find_submissions, printable
 from .tasks import TASKS, Task
 
@@ -51,12 +50,12 @@ class Collation:
         entry = self.entry(code, task)
         return entry.numbers[number].value if entry and number in entry.numbers else np.nan
 
-    def grade(self, code: Submission, task: Task, kind: str) -> Graded:
+    def grade(self, code: Submission, task: Task, kind: str) -> Score:
         """A difference from the reference by its kind of GRADED, or why there is none."""
         entry = self.entry(code, task)
         why = "not submitted" if entry is None else entry.error or \
             ("" if task in self.referred else "the reference has no file of this simulation") or entry.unscored
-        return Graded(np.nan, reason=why) if entry is None or kind not in entry.grades else entry.grades[kind]
+        return unscored(kind, why) if entry is None or kind not in entry.grades else entry.grades[kind]
 
     def against(self, code: Submission, task: Task) -> str:
         """What a simulation of a code is scored against, in words; '' for the reference."""
@@ -82,26 +81,6 @@ class Collation:
         return sum(not entry.error for entry in self.entries.values())
 
 
-@dataclass(frozen=True)
-class Work:
-    """One file."""
-
-    code: str
-    task: Task
-    file: Path
-    map: Mapping[str, Any] | None
-    seconds: float
-    reference: Reference | None = None
-
-    @property
-    def size(self) -> int:
-        """Size of the file [bytes]; 0 where it cannot be told."""
-        try:
-            return self.file.stat().st_size
-        except OSError:
-            return 0
-
-
 def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path | None = None,
             done: Callable[[], object] = lambda: None, references: Mapping[Task, Reference] | None = None) -> Collation:
     """Read a folder of codes, but for what `store`, a folder that is there, keeps of an earlier time.
@@ -117,10 +96,9 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
                  rigid.get((code.name, task), references.get(task))) for code in codes for task, file in code.files.items()]
     entries = {(code.name, task): entry for code in codes for task, entry in kept(store, code.name, code.files).items()}
     program()       # once, before processes begin
-    told = [("", str(key)) if isinstance(key, Error) else key for key in side_by_side(key_or_words, work, jobs)]
-    keys = {(one.code, one.task): key for one, key in zip(work, told, strict=True)}
-    new = [one for one in work if (entry := entries.get((one.code, one.task))) is None or not entry.key
-           or entry.key != keys[one.code, one.task][0]]
+    work = [replace(one, key="" if isinstance(key, Error) else key)
+            for one, key in zip(work, side_by_side(key_of, work, jobs), strict=True)]
+    new = [one for one in work if not one.key or (entry := entries.get((one.code, one.task))) is None or entry.key != one.key]
     # Threads of OpenMP do not outlive a fork, so our own runs are computed before.
     for task in sorted({one.task for one in new if one.map is None and needs_map(one.file)}, key=TASKS.index):
         own_run(task)
@@ -128,7 +106,7 @@ def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path 
         read_reference(reference)       # once for all processes, and an Error here is that of no code
     found: dict[tuple[str, Task], Entry] = {}
     for group, at_once in by_memory(new, jobs):
-        for one, entry in zip(group, side_by_side(partial(read_one, keys), group, at_once), strict=True):
+        for one, entry in zip(group, side_by_side(make_entry, group, at_once), strict=True):
             found[one.code, one.task] = failed_entry(one.task, "", f"{printable(one.file.name)}: {entry}") \
                 if isinstance(entry, Error) else entry
             done()
@@ -183,20 +161,6 @@ def result_or_error(result: Callable[[], Any]) -> Any:
         return error
 
 
-def key_or_words(one: Work) -> tuple[str, str]:
-    """The key of a file, or '' and why it cannot be read."""
-    try:
-        return key_of(one.file, one.task, one.map, one.seconds, one.reference), ""
-    except Error as error:
-        return "", printable(str(error), 400)
-
-
-def read_one(keys: Mapping[tuple[str, Task], tuple[str, str]], one: Work) -> Entry:
-    """The entry of a file."""
-    key, why = keys[one.code, one.task]
-    return failed_entry(one.task, "", why) if why else make_entry(one.file, one.task, one.map, one.seconds, key, one.reference)
-
-
 def needs_map(file: Path) -> bool:
     """Whether a file lacks ldbench's header."""
     try:
@@ -231,7 +195,7 @@ def write_csv(found: Collation, target: Path) -> None:
                 rows.append((code.name, task.name, name, value, SI[name], (number.reason if number else "") or
                              ("" if np.isfinite(value) else missing or "not computed")))
             for kind, ending in product(GRADED, ROW_ENDINGS) if found.referred else ():
-                value, why = found.grade(code, task, kind).row(ending)
+                value, why = row_of(found.grade(code, task, kind), ending)
                 rows.append((code.name, task.name, f"score_{kind}{ending}", value, "1",
                              why or (found.against(code, task) if not ending else "")))
             for name in VERDICTS.values():

@@ -21,8 +21,7 @@ from ldbench.tools import check_ending, check_written, processes
 
 from .collation import Collation
 from .collation_pdf_grades import grade_pages, score_table
-from .collation_pdf_matrix import new_matrix
-from .collation_style import CODES_ON_PAGE, LINES, Table, capital, cut, draw_tables, line_of
+from .collation_style import CODES_ON_PAGE, LINES, Table, capital, cut, draw_tables, line_of, new_matrix
 from .kept_entries import CLOSE, IMPACTS, Entry
 from .round_numbers import NUMBERS, names_of
 from .submissions import FACTS, Submission
@@ -179,8 +178,7 @@ def curves_page(found: Collation, task: Task) -> Figure:
             ax.tick_params(labelbottom=False)
         else:
             ax.set_xlabel("time [s]")
-    struck = [name for name in IMPACTS if any(entry and name in entry.curves for code in found.codes
-                                              for entry in [found.entry(code, task)])]
+    struck = [name for name in IMPACTS if curves_of(found, task, name)]
     for k, name in enumerate(struck):
         ax = figure.add_subplot(grid[:, 1] if len(struck) == 1 else grid[:2, 1] if k == 0 else grid[2, 1])
         draw(ax, found, task, name, 1e3, KN)
@@ -200,8 +198,7 @@ def curves_page(found: Collation, task: Task) -> Figure:
 
 def end_of(found: Collation, task: Task, name: str) -> float:
     """Where a panel of an impact ends [s]: after the longest of the first impacts."""
-    lengths = [opening for code in found.codes if (entry := found.entry(code, task)) and name in entry.curves
-               and np.isfinite(opening := opening_of(*entry.curves[name]))]
+    lengths = [opening for _, _, t, x in curves_of(found, task, name) if np.isfinite(opening := opening_of(t, x))]
     return min(1.25*max(lengths), CLOSE[1]) if lengths else CLOSE[1]
 
 
@@ -226,10 +223,8 @@ class Limits(NamedTuple):
 def common_limits(found: Collation, task: Task, name: str) -> Limits | None:
     """Limits that hold the curves of all codes, but for those that go beyond FAR times the range of the median code: nonsense of
     one code shall not hide the others. What follows a derailment is not counted. None where no code has the curve."""
-    curves = [(*entry.curves[name], shown_until(entry)) for code in found.codes
-              if (entry := found.entry(code, task)) and name in entry.curves]
-    known = [(t[0], t[-1], np.nanmin(x[t <= until]), np.nanmax(x[t <= until])) for t, x, until in curves
-             if np.isfinite(x[t <= until]).any()]
+    known = [(t[0], t[-1], np.nanmin(shown), np.nanmax(shown)) for _, entry, t, x in curves_of(found, task, name)
+             if np.isfinite(shown := x[t <= shown_until(entry)]).any()]
     if not known:
         return None
     start, end, low, high = np.array(known, float).T
@@ -252,24 +247,24 @@ def shown_until(entry: Entry) -> float:
 
 def largest_until(found: Collation, task: Task, name: str, end: float) -> float:
     """The largest force of the codes in a panel of an impact [N], but for those FAR beyond the median."""
-    known = [float(np.nanmax(x[t <= end], initial=0.0)) for code in found.codes if (entry := found.entry(code, task))
-             and name in entry.curves for t, x in [entry.curves[name]]]
+    known = [float(np.nanmax(x[t <= end], initial=0.0)) for _, _, t, x in curves_of(found, task, name)]
     return min(max(known), FAR*float(np.median([x for x in known if x > 0] or [0.0]))) if known else 0.0
 
 
-def draw(ax: Axes, found: Collation, task: Task, name: str, time_scale: float, scale: float) -> int:
-    """Draw a curve of all codes; the number of codes that have it."""
-    drawn = 0
-    for k, code in enumerate(found.codes):
-        entry = found.entry(code, task)
-        if entry and name in entry.curves:
-            t, x = entry.curves[name]
-            ax.plot(time_scale*t, scale*x, **line_of(k).kwargs())
-            drawn += 1
-    if not drawn:
+def curves_of(found: Collation, task: Task, name: str) -> list[tuple[int, Entry, np.ndarray, np.ndarray]]:
+    """Of all codes that have a curve: the code's place, its entry, times and values."""
+    return [(k, entry, *entry.curves[name]) for k, code in enumerate(found.codes)
+            if (entry := found.entry(code, task)) and name in entry.curves]
+
+
+def draw(ax: Axes, found: Collation, task: Task, name: str, time_scale: float, scale: float) -> None:
+    """Draw a curve of all codes."""
+    curves = curves_of(found, task, name)
+    for k, _, t, x in curves:
+        ax.plot(time_scale*t, scale*x, **line_of(k).kwargs())
+    if not curves:
         ax.text(0.5, 0.5, "no code has it", transform=ax.transAxes, ha="center", va="center", color="#606060", fontsize=7)
         ax.set_yticks([])
-    return drawn
 
 
 def number_table(found: Collation, task: Task) -> Table:

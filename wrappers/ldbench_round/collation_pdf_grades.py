@@ -10,10 +10,8 @@ from matplotlib.patches import Rectangle
 from ldbench.plots.frame import LEFT, RIGHT
 
 from .collation import Collation
-from .collation_pdf_matrix import new_matrix
-from .collation_style import BELOW, CODES_ON_PAGE, Table
-from .round_grades import Graded
-from .scores import GRADED, GRADES
+from .collation_style import BELOW, CODES_ON_PAGE, Table, new_matrix
+from .scores import GRADED, GRADES, Score
 from .tasks import Task
 
 # Shades of a difference by its grade, light enough for black words, which say the same.
@@ -49,7 +47,7 @@ def text(x: float) -> str:
     return f"{x:.0f}" if x >= 9.95 else f"{x:.2g}"
 
 
-def shade(one: Graded) -> str:
+def shade(one: Score) -> str:
     """The shade of a difference."""
     return UNKNOWN if np.isnan(one.difference) else SHADES[one.grade]
 
@@ -86,7 +84,7 @@ def grade_page(found: Collation, start: int) -> Figure:
     return page.figure
 
 
-def words_of(one: Graded) -> str:
+def words_of(one: Score) -> str:
     """A difference, in brackets where little was scored."""
     return f"({text(one.difference)})" if one.share < LITTLE and not np.isnan(one.difference) else text(one.difference)
 
@@ -112,7 +110,7 @@ def score_table(found: Collation, task: Task) -> Table:
                                   [f"{BELOW}scored, of spread"]]
         for one in (found.grade(code, task, kind) for kind in GRADED):
             known = not np.isnan(one.difference)
-            quantity = one.name.removeprefix("angle_").removeprefix("radius_").removesuffix("other")
+            quantity = one.quantity.removeprefix("angle_").removeprefix("radius_").removesuffix("other") if known else ""
             cells = (f"{text(one.difference)} {quantity}".strip() if known else "–",
                      f"{100*one.share:.3g} %, {text(one.of_spread)}" if known else "–")
             for line, cell in zip(lines, cells, strict=True):

@@ -10,6 +10,7 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ldbench import Case, ContactTable
 from ldbench.results.quantities import CONTACTS
@@ -21,7 +22,7 @@ from .estimate import Estimate, combined, untold
 from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, restitution_of, step_of, typical_interval
 from .lattice import bends, digit_noise, find_lattice
 from .place_checks import axle_height
-from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, POINTS, ROUNDS, Law, fit_law, uncertainties
+from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, Law, fit_law, uncertainties
 from .submissions import quiet
 from .tasks import Task
 
@@ -43,8 +44,13 @@ MOTION = 0.02
 UNLIKE = "the force is not proportional to our Hertzian one along this motion"
 FINE = {"n_lateral": 400, "n_depth": 60}    # points of our Hertzian table at most, so that its error is no part of a misfit
 REACH = 2e-3            # over which our wheelset is moved along the normal, to either side [m]
-SHIFTS = 161            # over that reach, from which ever finer grids begin
+SHIFTS = 161            # that are tried over that reach
+NEIGHBOUR = 2*REACH/(SHIFTS - 1)
 NEARBY = 1e-7           # shift for the rate of our force [m]
+
+
+#: The numbers of a law of contact.
+LAW = "exponent", "closing", "opening", "force", "hertz", "restitution", "loss", "damping"
 
 
 @dataclass(frozen=True)
@@ -122,19 +128,22 @@ def fingerprint(run: RunData, task: Task) -> Fingerprint:
         restitution = restitution_of(found)
         loss = Estimate(1 - restitution.value**2, 2*max(abs(restitution.value), restitution.uncertainty)*restitution.uncertainty,
                         why=restitution.why) if restitution.known else untold(restitution.why)
-        no = untold("rigid contacts have no stiffness")
-        return law(no, no, no, no, np.nan, no, restitution, loss, untold("rigid contacts lose energy by restitution"), "")
+        return law(**without_law("rigid contacts have no stiffness") | {
+            "restitution": restitution, "loss": loss, "damping": untold("rigid contacts lose energy by restitution")})
     if kind != ELASTIC:
-        no = untold(because)
-        return law(no, no, no, no, np.nan, no, no, no, no, "")
+        return law(**without_law(because))
     # Rows between steps tell nothing that the steps do not.
     interval = np.nanmax([typical_interval(run), step.value])
     used, pressed = ([blow for blow in some if blow.time.size >= LEAST_ROWS and blow.interval.duration/interval >= LEAST_ROWS
                       and blow.approach_share > GIVES][:USED] for some in (all_blows, lowered))
     if not used:
-        no = untold(f"no blow of a flange has {LEAST_ROWS} rows or steps")
-        return law(no, no, no, no, np.nan, no, no, no, no, "")
+        return law(**without_law(f"no blow of a flange has {LEAST_ROWS} rows or steps"))
     return law(**of_blows(timed, task, used, pressed))
+
+
+def without_law(why: str) -> dict[str, Any]:
+    """No numbers of a law of contact, and why."""
+    return dict.fromkeys(LAW, untold(why)) | {"approach": np.nan, "damping_kind": ""}
 
 
 def half_space_softness(case: Case) -> float:
@@ -178,10 +187,8 @@ def of_blows(run: RunData, task: Task, apart: Sequence[Blow], together: Sequence
     first = losses[0]
     pairs = [(blow, law) for blow, law in zip(used, laws, strict=True) if law and law.misfit < POOR]
     branch = {way: [law for blow in used if (law := fit_law(blow, NONE, way))] for way in (1, -1)}
-    if not pairs:
-        no = untold(f"no law N = k δⁿ fits a blow within {100*POOR:g} % of its peak")
-        numbers: dict[str, Any] = {"exponent": no, "force": no, "hertz": no, "damping": no, "approach": np.nan, "damping_kind": ""}
-    else:
+    numbers = without_law(f"no law N = k δⁿ fits a blow within {100*POOR:g} % of its peak")
+    if pairs:
         middle = float(np.median([mean_approach(blow, law) for blow, law in pairs]))
         ratios = [hertz_ratio(run, blow, law, task) for blow, law in pairs]
         # The force at the common approach is farther from the data than that at the approach of each blow.
@@ -195,7 +202,7 @@ def of_blows(run: RunData, task: Task, apart: Sequence[Blow], together: Sequence
                       if (law := fit_law(blow, BY_DEPTH))]
             damping = combined([law.damping for law, _ in unseen], [max(law.u_damping, hidden) for law, hidden in unseen], "s/m",
                                "none seen", hidden_damping(used[0], first))
-        numbers = {
+        numbers |= {
             "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
             "force": combined([f for f, _ in forces], [u for _, u in forces], "N", what, floor=0.5*ROWS*forces[0][0]),
             "hertz": combined([x for x, _ in ratios], [u for _, u in ratios], why=what if np.isfinite(ratios).any() else UNLIKE),
@@ -266,15 +273,13 @@ def hertz_ratio(run: RunData, blow: Blow, law: Law, task: Task) -> tuple[float, 
         f = table.forces_by_contact(*pose, outside="nan")[..., contact, :2]
         return np.nan_to_num(np.hypot(f[..., 0], f[..., 1]))
 
-    low, high, best = -REACH, REACH, np.nan
-    for shifts in (SHIFTS, *[POINTS]*ROUNDS):
-        tried = np.linspace(low, high, shifts)
-        force = ours(tried[:, None])
-        size = np.maximum(np.sum(force**2, axis=1), 1.0)
-        left = np.sum(elastic**2) - (force @ elastic)**2/size
-        best = float(tried[left.argmin()])
-        half = 2*(tried[1] - tried[0])
-        low, high = best - half, best + half
+    def left(shift: float) -> float:
+        force = ours(np.array(shift))
+        return float(np.sum(elastic**2) - (force @ elastic)**2/max(np.sum(force**2), 1.0))
+
+    tried = np.linspace(-REACH, REACH, SHIFTS)
+    best = float(min(tried, key=left))
+    best = float(minimize_scalar(left, bounds=(best - NEIGHBOUR, best + NEIGHBOUR), method="bounded", options={"xatol": 1e-10}).x)
     force, beside = ours(np.array([[best], [best + NEARBY]]))
     if not force.any():
         return np.nan, np.nan

@@ -53,15 +53,12 @@ def jumps(run: RunData, case: Case) -> list[Jump]:
     """
     if any(name not in run.data for name in VELOCITIES):
         return []
-    v = np.column_stack([run.values(name) for name in VELOCITIES])
-    a = np.column_stack([run.values(name) if name in run.data else np.zeros(len(v)) for name in ACCELERATIONS])
+    v, a = columns(run, VELOCITIES), np.nan_to_num(columns(run, ACCELERATIONS))
     if not np.isfinite(v).all():
         return []
-    a, t, mass = np.nan_to_num(a), run.time, inertia_of(case)
-    dt = np.diff(t)[:, None]
+    mass, dt = inertia_of(case), np.diff(run.time)[:, None]
     largest = float(np.sqrt(np.max(v**2 @ mass)))
-    change = np.diff(v, axis=0)
-    unexplained = change - dt*(a[1:] + a[:-1])/2
+    unexplained = np.diff(v, axis=0) - dt*(a[1:] + a[:-1])/2
     size = np.sqrt(unexplained**2 @ mass)/max(largest, 1e-300)
     found = []
     for k in np.flatnonzero(size > LARGE):
@@ -75,6 +72,11 @@ def jumps(run: RunData, case: Case) -> list[Jump]:
         if np.isfinite(tried).all():
             found.append(Jump(int(k), tried[1], float(np.ptp(tried)), float(size[k])))
     return found
+
+
+def columns(run: RunData, names: tuple[str, ...]) -> np.ndarray:
+    """Columns side by side, (rows, columns); one that the file lacks is zero."""
+    return np.column_stack([run.values(name) if name in run.data else np.zeros(len(run)) for name in names])
 
 
 def tells_impulses(run: RunData) -> bool:
@@ -97,7 +99,7 @@ def jump_intervals(run: RunData, case: Case) -> np.ndarray:
     """The intervals, (rows - 1,), whose change of velocity is not nearly that of the accelerations; none without these columns."""
     if any(name not in run.data for name in (*VELOCITIES, *ACCELERATIONS)):
         return np.zeros(run.time.size - 1, bool)
-    v, a = (np.column_stack([run.values(name) for name in names]) for names in (VELOCITIES, ACCELERATIONS))
+    v, a = columns(run, VELOCITIES), columns(run, ACCELERATIONS)
     explained = np.diff(run.time)[:, None]*(a[1:] + a[:-1])/2
     mass = inertia_of(case)
     left, usual = (np.sqrt(x**2 @ mass) for x in (np.diff(v, axis=0) - explained, explained))

@@ -27,8 +27,9 @@ from .findings import DOUBTFUL, FAILED
 from .inertia_checks import has
 from .jumps import is_rigid
 from .physics_checks import energy_balance
-from .round_grades import Graded, Reference, digest_of, graded, read_reference
+from .round_grades import Reference, digest_of, graded, read_reference
 from .round_numbers import Number, first_impact, names_of, numbers_of, verdict_counts
+from .scores import Score
 from .submissions import complaint, printable, quiet
 from .tasks import Task
 
@@ -55,8 +56,29 @@ class Entry:
     curves: Mapping[str, Curve] = field(default_factory=dict)       # of OVERALL over time, of IMPACTS from the first contact on
     rows: int = 0
     error: str = ""                                                 # why there is none of this
-    grades: Mapping[str, Graded] = field(default_factory=dict)      # differences from the reference, by the kinds of GRADED
+    grades: Mapping[str, Score] = field(default_factory=dict)      # differences from the reference, by the kinds of GRADED
     unscored: str = ""                                              # why there is a reference, but no grades
+
+
+@dataclass(frozen=True)
+class Work:
+    """One file."""
+
+    code: str
+    task: Task
+    file: Path
+    map: Mapping[str, Any] | None
+    seconds: float
+    reference: Reference | None = None
+    key: str = ""           # see `key_of`; '' where the file cannot be read
+
+    @property
+    def size(self) -> int:
+        """Size of the file [bytes]; 0 where it cannot be told."""
+        try:
+            return self.file.stat().st_size
+        except OSError:
+            return 0
 
 
 def failed_entry(task: Task, key: str, error: str) -> Entry:
@@ -69,32 +91,34 @@ def program() -> str:
     return program_digest(Path(__file__).parent.resolve())
 
 
-def key_of(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float, reference: Reference | None = None) -> str:
+def key_of(one: Work) -> str:
     """The key of a file's entry. Error where the file cannot be read."""
-    known = digest_of(file), task.name, map, seconds, reference and reference.key, program()
+    known = digest_of(one.file), one.task.name, one.map, one.seconds, one.reference and one.reference.key, program()
     return digest(repr(known).encode())
 
 
-def make_entry(file: Path, task: Task, map: Mapping[str, Any] | None, seconds: float, key: str,
-               reference: Reference | None = None) -> Entry:
+def make_entry(one: Work) -> Entry:
     """Read a file and compute what is kept of it, scores against a reference included; whatever is wrong with it becomes one
     line."""
+    file, task, reference = one.file, one.task, one.reference
     try:
+        if not one.key:
+            key_of(one)         # says why the file cannot be read
         with quiet():
-            read = read_submitted(file, task, map)
+            read = read_submitted(file, task, one.map)
             run = read.run
             check_rows(run)
             findings = findings_of(read)
-            numbers = numbers_of(run, task, findings, seconds)
-            lines = [printable(f"{one.verdict}: {one.what}" + (f": {one.hint}" if one.hint else ""))
-                     for verdict in (FAILED, DOUBTFUL) for one in findings if one.verdict == verdict]
+            numbers = numbers_of(run, task, findings, one.seconds)
+            lines = [printable(f"{finding.verdict}: {finding.what}" + (f": {finding.hint}" if finding.hint else ""))
+                     for verdict in (FAILED, DOUBTFUL) for finding in findings if finding.verdict == verdict]
             grades, unscored = graded(run, task, read_reference(reference)) if reference else ({}, "")
             if reference and is_rigid(run, task) and not is_rigid(read_reference(reference), task):
                 lines.insert(0, SCORED_AS_ELASTIC)
-            return Entry(key, numbers, verdict_counts(findings), tuple(lines[:SHOWN_FINDINGS]), curves_of(run, task), len(run.time),
-                         grades=grades, unscored=unscored and f"{printable(file.name, 80)}: {unscored}")
+            return Entry(one.key, numbers, verdict_counts(findings), tuple(lines[:SHOWN_FINDINGS]), curves_of(run, task),
+                         len(run.time), grades=grades, unscored=unscored and f"{printable(file.name, 80)}: {unscored}")
     except Exception as error:
-        return failed_entry(task, key, complaint(error, file))
+        return failed_entry(task, one.key, complaint(error, file))
 
 
 def check_rows(run: RunData) -> None:
@@ -155,7 +179,7 @@ def kept(store: Path, name: str, tasks: Mapping[Task, Path]) -> dict[Task, Entry
         facts = json.loads(gzip.decompress(kept_file(store, name).read_bytes()))
         return {task: Entry(**facts[task.name] | {
             "numbers": {word: Number(*x) for word, x in facts[task.name]["numbers"].items()},
-            "grades": {word: Graded(*x) for word, x in facts[task.name]["grades"].items()},
+            "grades": {word: Score(**x) for word, x in facts[task.name]["grades"].items()},
             "curves": {word: tuple(np.array(x, np.float32)) for word, x in facts[task.name]["curves"].items()},
             "findings": tuple(facts[task.name]["findings"])}) for task in tasks if task.name in facts}
     except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zlib.error):

@@ -241,14 +241,14 @@ def passage_scores(mine: Sequence[float], theirs: Sequence[float], limit: float,
                    alone: list[Unmatched]) -> Iterator[Score]:
     """Passages of the centre; those without a partner are added to `alone`."""
     matched = pairs(theirs, mine)
-    for k, i in matched:
-        if theirs[k] <= limit:
-            yield event_score(f"{PASSAGE} {k + 1}", mine[i], theirs[k])
-    for k in sorted(set(range(len(theirs))) - {k for k, _ in matched}):
-        if theirs[k] <= end:
-            yield Score("event", f"{PASSAGE} {k + 1}", 1.0, theirs[k], share=0.0)
-    for where, own, taken in (("reference", theirs, {k for k, _ in matched}), ("run", mine, {i for _, i in matched})):
-        alone += [Unmatched(where, PASSAGE, time, 0.0) for k, time in enumerate(own) if k not in taken and time <= end]
+    partner, taken = dict(matched), {i for _, i in matched}
+    for k, time in enumerate(theirs):
+        if k in partner and time <= limit:
+            yield event_score(f"{PASSAGE} {k + 1}", mine[partner[k]], time)
+        elif k not in partner and time <= end:
+            yield Score("event", f"{PASSAGE} {k + 1}", 1.0, time, share=0.0)
+            alone.append(Unmatched("reference", PASSAGE, time, 0.0))
+    alone += [Unmatched("run", PASSAGE, time, 0.0) for i, time in enumerate(mine) if i not in taken and time <= end]
 
 
 # Partners ---------------------------------------------------------------------------------

@@ -1,11 +1,10 @@
 """The grades of a round: what a collation keeps of the scores of a file against a reference."""
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,43 +17,28 @@ from .energies import ENERGIES
 from .horizon import horizon
 from .jumps import IMPULSES
 from .metrics import MATCHED_BEYOND, score
-from .scores import GRADED, GRADES, Scores, grade
+from .scores import GRADED, GRADES, Score, unscored
 from .submissions import DESCRIPTION, complaint, present, printable, read_small_toml, reason, reference_files, told_map
 from .tasks import QUANTITIES, Task, task_of
 
 LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
-BLOCK = 2**20                   # of a file that is read for its digest [bytes]
 
 #: What the table tells of each: the difference, its grade, its share of the spread of formulations, and what was scored.
 ROW_ENDINGS = "", "_grade", "_of_spread", "_share"
 NEEDED = {"time", *QUANTITIES, *ENERGIES, *IMPULSES}
 
 
-class Graded(NamedTuple):
-    """A relative difference of a file from the reference."""
-
-    difference: float               # NaN where there is none
-    of_spread: float = np.nan       # in units of the spread of formulations; NaN where that is not known
-    name: str = ""                  # of the quantity that it is of: 'Y', 'LF'
-    share: float = 0.0              # of the time, or of the events or impacts, that was scored
-    reason: str = ""                # why there is no difference
-
-    @property
-    def grade(self) -> float | None:
-        """The smallest of GRADES that the difference is inside; None beyond, and for NaN."""
-        return grade(self.difference)
-
-    def row(self, ending: str) -> tuple[float, str]:
-        """The value of a row of the table, and why it is NaN. ending: of the name of the row."""
-        if np.isnan(self.difference):
-            return np.nan, self.reason or "no difference is known"
-        if ending == "_share":
-            return self.share, ""
-        if ending == "_grade":
-            return (np.nan, f"beyond {GRADES[-1]:g}") if self.grade is None else (self.grade, "")
-        if ending == "_of_spread":
-            return self.of_spread, "" if np.isfinite(self.of_spread) else "the spread of this quantity is not known"
-        return self.difference, ""
+def row_of(one: Score, ending: str) -> tuple[float, str]:
+    """The value of a row of the table, and why it is NaN. ending: of the name of the row."""
+    if np.isnan(one.difference):
+        return np.nan, one.reason or "no difference is known"
+    if ending == "_share":
+        return one.share, ""
+    if ending == "_grade":
+        return (np.nan, f"beyond {GRADES[-1]:g}") if one.grade is None else (one.grade, "")
+    if ending == "_of_spread":
+        return one.of_spread, "" if np.isfinite(one.of_spread) else "the spread of this quantity is not known"
+    return one.difference, ""
 
 
 @dataclass(frozen=True)
@@ -101,13 +85,9 @@ def digest_of(file: Path) -> str:
         size = file.stat().st_size
         if size > LARGEST:
             raise Error(f"{file.name}: expected at most {LARGEST/1e6:.0f} MB, found {size/1e6:.0f} MB")
-        whole = hashlib.sha256()
-        with open(file, "rb") as opened:
-            while block := opened.read(BLOCK):
-                whole.update(block)
+        return digest(file.read_bytes())
     except (OSError, ValueError) as error:
         raise Error(f"{printable(file.name)}: cannot be opened for reading: {reason(error)}") from None
-    return whole.hexdigest()
 
 
 _READ: dict[str, RunData] = {}
@@ -129,19 +109,11 @@ def read_reference(one: Reference) -> RunData:
     return _READ[one.key]
 
 
-def graded(run: RunData, task: Task, reference: RunData) -> tuple[dict[str, Graded], str]:
-    """The differences of a run from the reference by the kinds of GRADED; or none, and why, whatever is wrong."""
+def graded(run: RunData, task: Task, reference: RunData) -> tuple[dict[str, Score], str]:
+    """The scores of a run by the kinds of GRADED, each with the share of its kind that was scored; or none, and why."""
     try:
-        return grades_of(score(run, reference, task)), ""
+        scores = score(run, reference, task)
     except Exception as error:
         return {}, f"not scored: {complaint(error, run.file)}"
-
-
-def grades_of(scores: Scores) -> dict[str, Graded]:
-    """What is kept of the scores: of each kind the quantity that grades it."""
-    found = {}
-    for kind in GRADED:
-        one = scores.graded(kind)
-        found[kind] = Graded(np.nan, reason="no number in common with the reference before the horizon") if one is None else \
-            Graded(one.difference, one.of_spread, one.quantity, share=scores.share_of(kind))
-    return found
+    return {kind: replace(one, share=scores.share_of(kind)) if (one := scores.graded(kind)) else
+            unscored(kind, "no number in common with the reference before the horizon") for kind in GRADED}, ""

@@ -15,6 +15,7 @@ from ldbench.results.run_data import RunData
 
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
 from .inertia_checks import has
+from .metrics import passages
 from .tasks import Task
 
 #: The numbers in words, and how they are shown.
@@ -149,12 +150,8 @@ def return_time(run: RunData, right: float) -> Number:
         if not np.nanmin(y, initial=0.0) < -0.5*np.nanmax(y, initial=0.0):
             return Number(np.nan, "the wheelset does not reach the right flange")
         right = float(t[np.nanargmin(y)])
-    with np.errstate(invalid="ignore"):
-        back = np.flatnonzero((t[1:] > right) & (y[:-1] < 0) & (y[1:] >= 0))
-    if not back.size:
-        return Number(np.nan, "the file ends before the wheelset is back at the centre")
-    k = int(back[0])
-    return Number(float(t[k] + (t[k + 1] - t[k])*y[k]/(y[k] - y[k + 1])))
+    back = next((passage for passage in passages(run) if passage > right), np.nan)
+    return Number(back, "the file ends before the wheelset is back at the centre")
 
 
 def verdict_counts(findings: Iterable[Finding]) -> dict[str, int]:

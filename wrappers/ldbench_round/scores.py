@@ -58,6 +58,7 @@ class Score:
     # Relative differences of our own runs from that with half-spaces; NaN where they are not known.
     hertz: float = np.nan       # Hertz's law
     rigid: float = np.nan       # rigid contacts with restitution 1
+    reason: str = ""            # why the difference is NaN, where a round tells it
 
     @property
     def grade(self) -> float | None:
@@ -84,6 +85,11 @@ class Score:
         return {"kind": self.kind, "name": self.name, "difference": self.difference, "grade": self.grade, "value": self.value,
                 "reference": self.reference, "share": self.share, "hertz": self.hertz, "rigid": self.rigid,
                 "of_spread": self.of_spread}
+
+
+def unscored(kind: str, reason: str) -> Score:
+    """No score, and why."""
+    return Score(kind, "", np.nan, share=0.0, reason=reason)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from .blows import Blow
 from .estimate import COVERAGE
@@ -11,8 +12,8 @@ from .estimate import COVERAGE
 NONE, BY_DEPTH, BY_RATE = "no damping", "damping that grows with the approach", "damping by the rate alone"
 LEAST_ROWS = 8              # of a blow, and of a branch
 LEAST_SHARE = 0.02          # of the peak, below which rows are not fitted: there the zero of the approach decides
-EXPONENTS = 0.6, 3.5        # that are tried
-ROUNDS, POINTS = 24, 17     # of the search
+EXPONENTS = 0.6, 3.5        # that a law may have
+TRIED = 1.0, 1.5, 2.5       # exponents from which a fit begins
 
 
 @dataclass(frozen=True)
@@ -45,11 +46,7 @@ class Law:
 
 
 def fit_law(blow: Blow, kind: str, branch: int = 0) -> Law | None:
-    """Fit a law to a blow, or to its closing (1) or opening (-1) branch; None for fewer than LEAST_ROWS rows.
-
-    For each exponent and zero of the approach, stiffness and damping follow from linear least squares; the best pair is found
-    by a search on ever finer grids.
-    """
+    """Fit a law to a blow, or to its closing (1) or opening (-1) branch, by least squares; None for fewer than LEAST_ROWS rows."""
     top = int(blow.force.argmax())
     used = blow.force > LEAST_SHARE*blow.peak
     if branch:
@@ -57,20 +54,23 @@ def fit_law(blow: Blow, kind: str, branch: int = 0) -> Law | None:
     d, v, force = blow.approach[used], blow.closing[used], blow.force[used]
     if d.size < LEAST_ROWS or np.ptp(d) <= 0:
         return None
-    reach = float(np.ptp(d))
-    low, high = np.array([EXPONENTS[0], d.min() - 0.5*reach]), np.array([EXPONENTS[1], d.min() + 0.2*reach])
-    limits = low.copy(), high.copy()
-    best = np.empty(2)
-    for _ in range(ROUNDS):
-        n, zero = (axis.ravel() for axis in np.meshgrid(*np.linspace(low, high, POINTS).T, indexing="ij"))
-        misfit = linear_fit(n, zero, d, v, force, kind)[2]
-        best = np.array([n[misfit.argmin()], zero[misfit.argmin()]])
-        half = 0.3*(high - low)
-        low, high = np.maximum(best - half, limits[0]), np.minimum(best + half, limits[1])
-    k, damping, square = (float(x[0]) for x in linear_fit(best[:1], best[1:], d, v, force, kind))
-    if k <= 0:
-        return None
-    return with_uncertainty(kind, k, float(best[0]), float(best[1]), damping, d, v, force, square)
+    reach, peak = float(np.ptp(d)), float(force.max())
+
+    def missed(p: np.ndarray) -> np.ndarray:
+        """What a law misses of the forces over the peak. p: logarithm of the force over the peak at the approach `reach`, exponent,
+        and zero of the approach over `reach`; the part of the peak that damping makes of the largest velocity."""
+        elastic = np.exp(p[0])*np.maximum(d/reach - p[2], 0.0)**p[1]
+        share = p[3]*v/fastest if kind != NONE else 0.0
+        return np.asarray(elastic*(1 + share) if kind == BY_DEPTH else elastic + (elastic > 0)*share) - force/peak
+
+    fastest = float(np.abs(v).max()) or 1.0
+    first = float(d.min()/reach)
+    low, high = [-20.0, EXPONENTS[0], first - 0.5, -10.0], [20.0, EXPONENTS[1], first + 0.2, 10.0]
+    found = min((least_squares(missed, [0.0, n, first - 0.05, 0.0], bounds=(low, high), xtol=1e-12, ftol=1e-12, gtol=1e-12)
+                 for n in TRIED), key=lambda one: float(one.cost))
+    log_k, n, zero, share = found.x.tolist()
+    damping = share*{NONE: 0.0, BY_DEPTH: 1.0, BY_RATE: peak}[kind]/fastest
+    return with_uncertainty(kind, float(peak*np.exp(log_k)/reach**n), n, zero*reach, damping, d, v, force)
 
 
 def on_branch(closing: np.ndarray, top: int, branch: int) -> np.ndarray:
@@ -82,32 +82,8 @@ def on_branch(closing: np.ndarray, top: int, branch: int) -> np.ndarray:
     return (rows >= top) & (rows < wrong[wrong > top].min(initial=closing.size))
 
 
-def shapes(n: np.ndarray, zero: np.ndarray, d: np.ndarray, v: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """Force per stiffness and per damping, (candidates, rows) each."""
-    elastic = np.maximum(d - zero[:, None], 0.0)**n[:, None]
-    return elastic, {NONE: np.zeros_like(elastic), BY_DEPTH: elastic*v, BY_RATE: (elastic > 0)*v}[kind]
-
-
-def linear_fit(n: np.ndarray, zero: np.ndarray, d: np.ndarray, v: np.ndarray, force: np.ndarray,
-               kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Stiffness, damping as `Law` has it, and mean square of the residual for candidates of exponent and zero, (candidates,)."""
-    e, r = shapes(n, zero, d, v, kind)
-    ee, er, rr = (np.sum(a*b, axis=1) for a, b in ((e, e), (e, r), (r, r)))
-    ef, rf = e @ force, r @ force
-    if kind == NONE:
-        k, c = ef/np.maximum(ee, 1e-300), np.zeros_like(ef)
-    else:
-        scale = ee*rr - er**2
-        scale[scale <= 1e-12*ee*rr] = np.inf
-        k, c = (ef*rr - rf*er)/scale, (rf*ee - ef*er)/scale
-    residual = force - k[:, None]*e - c[:, None]*r
-    if kind == BY_DEPTH:
-        c = c/np.where(k != 0, k, np.inf)
-    return k, c, np.mean(residual**2, axis=1)
-
-
 def with_uncertainty(kind: str, k: float, n: float, zero: float, damping: float, d: np.ndarray, v: np.ndarray,
-                     force: np.ndarray, square: float) -> Law:
+                     force: np.ndarray) -> Law:
     """The law with the uncertainties of its numbers."""
     x = np.maximum(d - zero, 1e-9)
     middle = float(np.exp(np.average(np.log(x), weights=force)))
@@ -118,7 +94,7 @@ def with_uncertainty(kind: str, k: float, n: float, zero: float, damping: float,
     jacobian = np.column_stack(columns)
     residual = force - elastic*growth - (damping*v if kind == BY_RATE else 0.0)
     u = uncertainties(jacobian, residual)
-    return Law(kind, k, n, zero, damping, float(np.sqrt(square)/force.max()), float(u[1]), float(u[0]),
+    return Law(kind, k, n, zero, damping, float(np.sqrt(np.mean(residual**2))/force.max()), float(u[1]), float(u[0]),
                float(u[3]) if rate is not None else 0.0)
 
 

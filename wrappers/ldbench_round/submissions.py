@@ -112,25 +112,21 @@ def unused_name(folder: Path, others: list[Submission]) -> str:
 def read_submission(folder: Path, name: str) -> Submission:
     """What a folder holds. Everything that cannot be used is among the remarks."""
     remarks: list[str] = []
-    facts: dict[str, str] = {}
-    seconds: dict[str, float] = {}
-    map: Mapping[str, Any] | None = None
-    restitution: float | None = None
+    known: dict[str, Any] = {}
     try:
         told = read_small_toml(folder/DESCRIPTION) if present(folder/DESCRIPTION) else {}
-        facts, seconds = dict(told_facts(told, remarks)), dict(told_seconds(told, remarks))
-        map, restitution = told_map(told, folder, remarks), told_restitution(told, remarks)
+        known["facts"], known["seconds"] = dict(told_facts(told, remarks)), dict(told_seconds(told, remarks))
+        known["map"], known["restitution"] = told_map(told, folder, remarks), told_restitution(told, remarks)
     except (Error, ValueError) as error:        # ValueError: a whole number of thousands of digits
         remarks.append(without(f"{DESCRIPTION}: cannot be read: {error}" if isinstance(error, ValueError) else str(error), folder))
     told_before = len(remarks)
     try:
-        files = find_files(folder, remarks)
+        known["files"] = find_files(folder, remarks)
     except OSError as error:
         remarks.append(f"expected a folder that can be read, found {reason(error)}")
-        files = {}
-    if not files and len(remarks) == told_before:
+    if not known.get("files") and len(remarks) == told_before:
         remarks.append("expected files such as ex1_aw.csv, found none")
-    return Submission(name, folder, facts, seconds, map, restitution, files, tuple(remarks))
+    return Submission(name, folder, remarks=tuple(remarks), **known)
 
 
 def present(path: Path) -> bool:
