@@ -113,7 +113,6 @@ def guess_map(file: Path, ours: RunData, raw: RawTable | None = None, length: fl
     tell_normal_from_vertical(raw, taken)
     agree_on_signs(taken)
     agree_on_units(taken, ours)
-    agree_with_the_file(taken)
     agree_with_velocities(raw, t, taken)
     agree_on_zeros(taken)
     match_energies(raw, taken, used)
@@ -285,18 +284,22 @@ def side_sign(match: Match) -> int:
 
 
 def agree_on_units(taken: dict[str, Match], ours: RunData) -> None:
-    """Give columns whose unit the file does not say the unit of the others, if that is nearly as likely."""
+    """Give columns of a kind one unit, but for those whose numbers clearly contradict it: the stated one, if it fits half of them
+    at least; where none is stated, the likeliest.
+
+    Forces of codes with constraint equations are of another size than ours, by as much as a pound.
+    """
     units = ours.data.attrs["units"]
-    for si in dict.fromkeys(units[column] for column in taken):
-        there = [m for m in taken.values() if units[m.column] == si and not m.said and m.options]
+    for si, said in dict.fromkeys((units[m.column], m.said) for m in taken.values() if m.options):
+        there = [m for m in taken.values() if m.options and (units[m.column], m.said) == (si, said)]
         votes = {unit: sum(m.likeness for m in there if m.unit == unit) for unit in {m.unit for m in there}}
-        if not votes:
+        unit = said or max(votes, key=lambda unit: (votes[unit], unit))
+        if said and 2*sum(m.unit != said for m in there) > len(there):
             continue
-        unit = max(votes, key=lambda unit: (votes[unit], unit))
         for m in there:
             # Impacts on the right are as large as they like: their sizes say little of the unit. No code writes forces in
             # several units without saying so, while lengths may be millimetres of motion and metres of contact positions.
-            clear = np.inf if si == "N" else CLEAR if m.column.endswith("_RF") else CLEAR/2
+            clear = SURE if said else np.inf if si == "N" else CLEAR if m.column.endswith("_RF") else CLEAR/2
             if m.unit != unit and m.likeness - best_of(m, m.sign, unit) < clear:
                 choose(taken, m, m.sign, unit)
 
@@ -313,19 +316,6 @@ def agree_on_zeros(taken: dict[str, Match]) -> None:
             if treads and column in taken:
                 zero = treads[column[-2]] if of_rails else sum(treads.values())/len(treads)
                 taken[column] = replace(taken[column], offset=zero)
-
-
-def agree_with_the_file(taken: dict[str, Match]) -> None:
-    """Believe the unit that the file says of a column, where the numbers of as many others confirm it and those of this one do not
-    clearly contradict it. Forces of codes with constraint equations are of another size than ours, by as much as a pound."""
-    for said in dict.fromkeys(m.said for m in taken.values() if m.said):
-        there = [m for m in taken.values() if m.said == said and m.column != "time"]
-        other = [m for m in there if m.unit != said]
-        if 2*len(other) > len(there):
-            continue
-        for m in other:
-            if m.likeness - best_of(m, m.sign, said) < SURE:
-                choose(taken, m, m.sign, said)
 
 
 def agree_with_velocities(raw: RawTable, t: np.ndarray, taken: dict[str, Match]) -> None:

@@ -5,8 +5,6 @@ can hold.
 """
 from __future__ import annotations
 
-import csv
-import io
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from ldbench import Case, ContactTable, Error, __version__
 from ldbench.results.quantities import CONTACTS
@@ -220,12 +219,7 @@ def horizon_row(task: Task) -> dict[str, Any]:
 
 def table(rows: Iterable[dict[str, Any]]) -> str:
     """Rows as CSV, numbers to the last bit."""
-    listed = list(rows)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(listed[0]) if listed else [], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(listed)
-    return text.getvalue()
+    return pd.DataFrame(list(rows)).to_csv(index=False, lineterminator="\n")
 
 
 def rounded_up(x: float) -> str:
